@@ -1,0 +1,1 @@
+"""HTTP and WebSocket interface of the service, and the dashboard's files."""

@@ -1,0 +1,45 @@
+"""Errors that a user can act on.
+
+Every error that leaves the core derives from :class:`AosError`; its text is a whole sentence that names what is wrong
+and what to do. The CLI prints it and exits with 2, the API answers with a 4xx: the mapping is done there, once.
+"""
+
+
+class AosError(Exception):
+    """Root of all errors with a message for the user."""
+
+
+class ConfigurationError(AosError):
+    """A setting, option or file given by the user cannot be used; the text names the field and the remedy."""
+
+
+class InputDataError(AosError):
+    """Recorded data (images, poses, mission folders) is unreadable or inconsistent; the text names the file."""
+
+
+class ImagingError(AosError):
+    """Frames that cannot be integrated, such as a focal plane that lies above the cameras."""
+
+
+class LinkError(AosError):
+    """A connection cannot be opened or has been lost."""
+
+
+class CommandError(AosError):
+    """A vehicle did not do what it was told; the base of the reasons below."""
+
+
+class CommandRefusedError(CommandError):
+    """The autopilot answered with a refusal; the text carries its own words where it gave any."""
+
+
+class CommandTimeoutError(CommandError):
+    """No acknowledgement, or no telemetry that shows the effect, before the deadline."""
+
+
+class CaptureError(AosError):
+    """A camera delivered no usable frame before the deadline."""
+
+
+class MissionError(AosError):
+    """An operator's request that the mission's present state does not allow."""

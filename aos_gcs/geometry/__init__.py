@@ -1,0 +1,1 @@
+"""Frames of reference, poses and cameras. docs/conventions.md states every convention used here."""

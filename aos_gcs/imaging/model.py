@@ -1,0 +1,87 @@
+"""The data that imaging takes and gives."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.geometry.poses import Pose
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Frame:
+    """One image with the pose of its camera at exposure."""
+
+    vehicle_id: int
+    image: NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32]
+    """Shape (H, W, C)."""
+    bands: tuple[str, ...]
+    """One name per channel: ``red, green, blue, grey, thermal``."""
+    pose: Pose
+    camera: CameraModel
+
+
+@dataclass(frozen=True, slots=True)
+class FocalGrid:
+    """North-up raster on the horizontal focal plane: row 0 is the northern edge, column 0 the western one."""
+
+    west_m: float
+    """East coordinate of the outer edge of column 0."""
+    north_m: float
+    """North coordinate of the outer edge of row 0."""
+    resolution_m: float
+    rows: int
+    columns: int
+    height_m: float
+    """ENU height of the plane."""
+
+
+class LeaderCriterion(StrEnum):
+    """How a vehicle's share in the visibility is measured (spec, section 2)."""
+
+    CONTRIBUTION = "contribution"
+    """Area of the vehicle's own mask inside the largest blob of the integral, m²."""
+    INTEGRAL = "integral"
+    """Area of the largest blob in the virtual view of the vehicle's camera, pixels."""
+
+
+@dataclass(frozen=True, slots=True)
+class Blob:
+    """The largest connected anomaly of an integral."""
+
+    area_m2: float
+    centroid_enu_m: tuple[float, float, float]
+    """Weighted by the number of frames that mark each cell; on the focal plane."""
+    max_count: int
+    """The largest number of frames that agree on one cell."""
+    vehicle_ids: tuple[int, ...]
+    """Vehicles whose masks have a part in it."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StepAnalysis:
+    """Everything one step's frames tell."""
+
+    grid: FocalGrid
+    integral: NDArray[np.float32]
+    """Mean of the frames, shape (rows, columns, C), NaN where nothing covers."""
+    coverage: NDArray[np.uint16]
+    """Number of frames that cover each cell, shape (rows, columns)."""
+    anomaly_count: NDArray[np.uint16]
+    """Number of frames that mark each cell, shape (rows, columns)."""
+    blob: Blob | None
+    """None when no cell reaches the minimum count."""
+    vehicle_ids: tuple[int, ...]
+    fitness: NDArray[np.float64]
+    """f(x_i, I(t)) per vehicle of ``vehicle_ids``, in the unit of the leader criterion."""
+    leader_id: int | None
+    """argmax of ``fitness``; ties go to the view whose blob is nearest to its image centre."""
+
+    @property
+    def visibility_m2(self) -> float:
+        """Area of the largest blob on the focal plane."""
+        return 0.0 if self.blob is None else self.blob.area_m2

@@ -1,0 +1,1 @@
+"""The mission: coordinator, phases, safety, plan."""

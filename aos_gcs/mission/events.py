@@ -1,0 +1,68 @@
+"""The mission's event stream."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from collections.abc import AsyncIterator, Iterator
+from contextlib import contextmanager
+
+from aos_gcs.mission.model import Event, EventData, EventKind
+from aos_gcs.ports import Clock
+
+DEFAULT_CAPACITY = 256
+
+
+class Subscription:
+    """One reader's bounded buffer. When full, its own oldest event is dropped and counted."""
+
+    def __init__(self, capacity: int) -> None:
+        self._events: deque[Event] = deque(maxlen=capacity)
+        self._ready = asyncio.Event()
+        self.dropped = 0
+
+    def put(self, event: Event) -> None:
+        """Append an event; never blocks."""
+        if len(self._events) == self._events.maxlen:
+            self.dropped += 1
+        self._events.append(event)
+        self._ready.set()
+
+    def __aiter__(self) -> AsyncIterator[Event]:
+        return self
+
+    async def __anext__(self) -> Event:
+        while not self._events:
+            self._ready.clear()
+            await self._ready.wait()
+        return self._events.popleft()
+
+
+class EventStream:
+    """Numbers events and hands them to every subscriber.
+
+    Buffered per subscriber; when full: drops that subscriber's oldest; many subscribers: each gets every event.
+    """
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._seq = 0
+        self._subscriptions: set[Subscription] = set()
+
+    def publish(self, kind: EventKind, data: EventData) -> Event:
+        """Number, stamp and distribute; returns at once."""
+        self._seq += 1
+        event = Event(self._seq, self._clock.utc_s(), kind, data)
+        for subscription in self._subscriptions:
+            subscription.put(event)
+        return event
+
+    @contextmanager
+    def subscribe(self, capacity: int = DEFAULT_CAPACITY) -> Iterator[Subscription]:
+        """Follow the stream for as long as the context is entered."""
+        subscription = Subscription(capacity)
+        self._subscriptions.add(subscription)
+        try:
+            yield subscription
+        finally:
+            self._subscriptions.discard(subscription)

@@ -1,0 +1,306 @@
+"""The mission as others see it: phases, snapshots, step records, operator's actions and events.
+
+All of it is frozen data; the API, the store and the tests read it, only the coordinator makes it. Positions are ENU
+metres about the mission's origin; ``origin`` in the snapshot places them on the globe.
+"""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Protocol
+
+from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.ports import Severity, VehicleState
+
+EnuPoint = tuple[float, float, float]
+
+
+class Phase(StrEnum):
+    """Where a mission is. ARCHITECTURE.md draws the transitions."""
+
+    CONNECT = "connect"
+    PREFLIGHT = "preflight"
+    READY = "ready"
+    """Preflight has passed; waits for the operator's start."""
+    ARM = "arm"
+    TAKEOFF = "takeoff"
+    LINE = "line"
+    SCAN = "scan"
+    CONVERGE = "converge"
+    FOUND = "found"
+    RETURN = "return"
+    LAND = "land"
+    DONE = "done"
+
+
+class Suspension(StrEnum):
+    """Why a flying mission makes no steps at present."""
+
+    NONE = "none"
+    PAUSED = "paused"
+    """The step in hand was finished; the vehicles hover at their waypoints."""
+    HELD = "held"
+    """All vehicles were stopped where they were."""
+
+
+class Outcome(StrEnum):
+    """How a mission has ended, or that it has not."""
+
+    OPEN = "open"
+    FOUND = "found"
+    NOT_FOUND = "not_found"
+    ABORTED = "aborted"
+    FAILED = "failed"
+
+
+class Task(StrEnum):
+    """What the coordinator has a vehicle do."""
+
+    IDLE = "idle"
+    SWARM = "swarm"
+    HELD = "held"
+    RETURNING = "returning"
+    LANDING = "landing"
+    LANDED = "landed"
+    LOST = "lost"
+    """Silent for longer than the link-loss limit; its own failsafe flies it."""
+
+
+class Action(StrEnum):
+    """What an operator can ask for."""
+
+    START = "start"
+    PAUSE = "pause"
+    RESUME = "resume"
+    HOLD = "hold"
+    RETURN = "return"
+    LAND = "land"
+    ABORT = "abort"
+
+
+@dataclass(frozen=True, slots=True)
+class ActionResult:
+    """What became of an action for one vehicle."""
+
+    vehicle_id: int
+    accepted: bool
+    text: str
+    """In words: what the vehicle does now, or why it does not."""
+
+
+@dataclass(frozen=True, slots=True)
+class PreflightCheck:
+    """One cell of the matrix vehicle x check."""
+
+    vehicle_id: int
+    name: str
+    passed: bool
+    text: str
+    """The value found, and the remedy where it failed."""
+
+
+@dataclass(frozen=True, slots=True)
+class VehicleSnapshot:
+    """One vehicle in the mission."""
+
+    telemetry: VehicleState
+    task: Task
+    layer_height_m: float | None
+    """The altitude layer it flies in, metres above the origin."""
+    position_enu_m: EnuPoint | None
+    link_age_s: float | None
+    """Seconds since its last message; None if never heard."""
+    waypoint_enu_m: EnuPoint | None
+    """Where it was last sent."""
+    refusal: str | None
+    """Why its last planned waypoint was shortened or held; None if it was sent as planned."""
+
+
+@dataclass(frozen=True, slots=True)
+class TargetEstimate:
+    """Where the target is believed to be."""
+
+    position_enu_m: EnuPoint
+    sigma_m: float | None
+    """Standard deviation of the mean of the sightings; None until there are three."""
+    sightings: int
+
+
+@dataclass(frozen=True, slots=True)
+class MissionSnapshot:
+    """The whole mission at one moment."""
+
+    mission_id: str
+    strategy: str
+    phase: Phase
+    suspension: Suspension
+    outcome: Outcome
+    message: str
+    """What the mission is waiting for or doing, in one sentence."""
+    elapsed_s: float
+    """Clock seconds since the start action; 0 before."""
+    step: int
+    origin: GeodeticPosition | None
+    """Of the ENU frame; None until it is known."""
+    area_enu_m: tuple[tuple[float, float], ...]
+    """Search area, a polygon."""
+    fence_enu_m: tuple[tuple[float, float], ...]
+    """Geofence, a polygon around the search area and the launch site."""
+    vehicles: tuple[VehicleSnapshot, ...]
+    preflight: tuple[PreflightCheck, ...]
+    target: TargetEstimate | None
+    min_separation_m: float | None
+    """The smallest 3-D distance measured between two vehicles so far."""
+
+
+class Verdict(StrEnum):
+    """What safety has made of a planned waypoint."""
+
+    SENT = "sent"
+    SHORTENED = "shortened"
+    HELD = "held"
+
+
+@dataclass(frozen=True, slots=True)
+class WaypointRecord:
+    """One vehicle's planned waypoint of a step."""
+
+    vehicle_id: int
+    requested_enu_m: EnuPoint
+    sent_enu_m: EnuPoint | None
+    """None when the vehicle was held in place."""
+    verdict: Verdict
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class StepRecord:
+    """One step: what was seen, what was decided."""
+
+    step: int
+    elapsed_s: float
+    phase: Phase
+    visibility_m2: float
+    threshold_m2: float
+    branch: str
+    evolutionary_factor: float | None
+    evolutionary_state: str | None
+    c_s_m: float | None
+    c_c_m: float | None
+    leader_id: int | None
+    target_enu_m: EnuPoint | None
+    """This step's own measurement, when the target is in view."""
+    fitness: dict[int, float]
+    """f per vehicle that delivered a frame."""
+    missing: dict[int, str]
+    """Vehicles that the step went on without, with the reason."""
+    waypoints: tuple[WaypointRecord, ...]
+    imaging_ms: float
+    work_ms: float
+    """From the last frame received to the last goto handed to the link, real milliseconds."""
+    loop_lag_p99_ms: float
+    """99th percentile of the event loop's lag since the previous step, real milliseconds."""
+
+
+class PictureKind(StrEnum):
+    """The rasters that are shown live."""
+
+    INTEGRAL = "integral"
+    """Colour (or grey) integral."""
+    THERMAL = "thermal"
+    ANOMALY = "anomaly"
+    """Number of frames that mark each cell."""
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A north-up raster on the focal plane, ready to show."""
+
+    kind: PictureKind
+    step: int
+    png: bytes = field(repr=False)
+    """RGBA; transparent where nothing covers."""
+    west_m: float
+    south_m: float
+    east_m: float
+    north_m: float
+
+
+class EventKind(StrEnum):
+    """What an event carries in ``data``."""
+
+    SNAPSHOT = "snapshot"
+    """MissionSnapshot, a few times per second."""
+    STEP = "step"
+    """StepRecord."""
+    NOTICE = "notice"
+    """NoticeRecord."""
+    PICTURES = "pictures"
+    """PicturesRecord: new rasters can be fetched."""
+
+
+@dataclass(frozen=True, slots=True)
+class NoticeRecord:
+    """Something that happened, for the operator and the log."""
+
+    severity: Severity
+    text: str
+    vehicle_id: int | None
+    elapsed_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class PicturesRecord:
+    """Rasters of a step are ready."""
+
+    step: int
+    kinds: tuple[PictureKind, ...]
+    west_m: float
+    south_m: float
+    east_m: float
+    north_m: float
+
+
+EventData = MissionSnapshot | StepRecord | NoticeRecord | PicturesRecord
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """One entry of the mission's only event stream."""
+
+    seq: int
+    """Counts from 1 without gaps; a subscriber that sees a gap has lost events to its own slowness."""
+    utc_s: float
+    kind: EventKind
+    data: EventData
+
+
+class MissionControl(Protocol):
+    """What the API may do with a running mission."""
+
+    def snapshot(self) -> MissionSnapshot:
+        """Return the present state."""
+        ...
+
+    def steps(self) -> Sequence[StepRecord]:
+        """Return all steps so far, oldest first."""
+        ...
+
+    def picture(self, kind: PictureKind) -> Picture | None:
+        """Return the latest raster of a kind, if there is one."""
+        ...
+
+    async def act(self, action: Action, vehicle_ids: tuple[int, ...] | None) -> tuple[ActionResult, ...]:
+        """Carry out an operator's action for the vehicles named, or for the whole mission when ``None``.
+
+        Raises:
+            MissionError: the present phase does not allow it, or an id is unknown; nothing was sent.
+        """
+        ...
+
+    def subscribe(self) -> AbstractContextManager[AsyncIterator[Event]]:
+        """Follow the events from now on. Bounded: a slow reader loses its oldest ones, seen as gaps in ``seq``."""
+        ...

@@ -1,0 +1,1 @@
+"""The mission folder: everything is recorded as it happens."""

@@ -1,0 +1,1 @@
+"""Drivers: implementations of ``aos_gcs.ports`` for real protocols."""

@@ -1,0 +1,1 @@
+"""The simulated swarm: forest, cameras, vehicles and their autopilots, speaking MAVLink like real ones."""
