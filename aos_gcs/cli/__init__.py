@@ -1,0 +1,97 @@
+"""The command line ``aos-gcs``.
+
+A command is a function with typer annotations in a module of its own; its docstring is its help. Built-in commands
+stand in :data:`BUILT_IN`, others come from the entry-point group ``aos_gcs.commands``. A command's module is imported
+only when that command (or the overview of all) is asked for, and should import what is heavy inside the function.
+
+Commands raise :class:`aos_gcs.errors.AosError` for everything the user can act on; :func:`main` maps it, once, to a
+sentence on standard error and exit code 2. ``typer.Exit(code)`` ends a command with another code.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from typing import Annotated
+
+import typer
+
+from aos_gcs.cli.output import LogLevel, configure_logging
+from aos_gcs.cli.registry import group_class
+from aos_gcs.errors import AosError
+
+BUILT_IN: dict[str, str] = {
+    "integrate": "aos_gcs.cli.integrate:integrate",
+}
+"""Command name to ``module:function``, in the order in which the help lists them."""
+
+EXIT_USER_ERROR = 2
+EXIT_INTERRUPTED = 130
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line and leave the interpreter with its exit code.
+
+    Args:
+        arguments: without the program's name; ``sys.argv[1:]`` if None.
+
+    Raises:
+        SystemExit: always; 0 for success, 2 for errors of the user, 130 after Ctrl-C.
+    """
+    try:
+        typer.main.get_command(_app())(arguments, prog_name="aos-gcs")
+    except AosError as error:
+        _exit_with([error])
+    except BaseExceptionGroup as group:
+        # Task groups wrap what their tasks raise; anything that is no AosError is a defect and keeps its traceback.
+        known, unknown = group.split(AosError)
+        if known is None or unknown is not None:
+            raise
+        _exit_with(_leaves(known))
+    except KeyboardInterrupt:
+        sys.exit(EXIT_INTERRUPTED)
+
+
+def _app() -> typer.Typer:
+    app = typer.Typer(
+        cls=group_class(BUILT_IN),
+        no_args_is_help=True,
+        pretty_exceptions_enable=False,
+        context_settings={"help_option_names": ["-h", "--help"]},
+    )
+    app.callback()(_common_options)
+    return app
+
+
+def _print_version(requested: bool) -> None:
+    if requested:
+        # Reading the distribution's metadata costs milliseconds that only this option should pay.
+        from importlib.metadata import version  # noqa: PLC0415
+
+        typer.echo(f"aos-gcs {version('aos-gcs')}")
+        raise typer.Exit
+
+
+def _common_options(
+    log_level: Annotated[
+        LogLevel, typer.Option(help="How much the program reports on standard error.", case_sensitive=False)
+    ] = LogLevel.INFO,
+    version: Annotated[  # noqa: ARG001 - handled by its callback
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
+) -> None:
+    """Ground control for camera-drone swarms that see through forest canopy and find people."""
+    configure_logging(log_level)
+
+
+def _leaves(group: BaseExceptionGroup[AosError]) -> list[AosError]:
+    leaves: list[AosError] = []
+    for error in group.exceptions:
+        leaves.extend(_leaves(error) if isinstance(error, BaseExceptionGroup) else [error])
+    return leaves
+
+
+def _exit_with(errors: Sequence[AosError]) -> None:
+    for text in dict.fromkeys(str(error) for error in errors):
+        typer.echo(f"aos-gcs: {text}", err=True)
+    sys.exit(EXIT_USER_ERROR)
