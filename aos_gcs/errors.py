@@ -43,3 +43,7 @@ class CaptureError(AosError):
 
 class MissionError(AosError):
     """An operator's request that the mission's present state does not allow."""
+
+
+class RecordingError(AosError):
+    """The mission folder cannot be written, for example because the disk is full; the mission itself goes on."""
