@@ -1,0 +1,116 @@
+"""Blocking writes into a mission folder; called from the recorder's thread alone."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+
+from aos_gcs.geometry.poses import quaternion_from_R
+from aos_gcs.mission.model import Event, StepRecord
+from aos_gcs.ports import Capture
+from aos_gcs.store.codec import encode
+from aos_gcs.store.images import encode_image
+from aos_gcs.store.records import ActionRecord, OutcomeRecord
+from aos_gcs.store.schema import DATABASE_NAME, FRAMES_NAME, MANIFEST_NAME, MAVLINK_NAME, SCHEMA_VERSION, TABLES
+
+Write = Callable[["MissionDatabase"], None]
+
+
+class MissionDatabase:
+    """The files of one mission, being written."""
+
+    def __init__(self, folder: Path, manifest: Mapping[str, object]) -> None:
+        folder.mkdir(parents=True)
+        (folder / FRAMES_NAME).mkdir()
+        (folder / MAVLINK_NAME).mkdir()
+        _replace(folder / MANIFEST_NAME, dump(manifest, indent=2).encode() + b"\n")
+        self._folder = folder
+        self._connection = sqlite3.connect(folder / DATABASE_NAME, isolation_level=None)
+        # WAL: readers never wait and a killed writer leaves every committed row; FULL: a field laptop may lose power
+        self._connection.execute("PRAGMA journal_mode = WAL")
+        self._connection.execute("PRAGMA synchronous = FULL")
+        self._connection.executescript(f"BEGIN; {TABLES} PRAGMA user_version = {SCHEMA_VERSION}; COMMIT;")
+
+    def write(self, writes: Sequence[Write]) -> None:
+        """Carry the writes out in one transaction.
+
+        Raises:
+            OSError: a file cannot be written.
+            sqlite3.Error: the database cannot be written; none of the rows is there.
+        """
+        self._connection.execute("BEGIN")
+        try:
+            for write in writes:
+                write(self)
+            self._connection.execute("COMMIT")
+        except BaseException:
+            if self._connection.in_transaction:  # SQLite has rolled back itself when the disk is full
+                self._connection.execute("ROLLBACK")
+            raise
+
+    def add_event(self, event: Event) -> None:
+        """Add a row to the events."""
+        self._insert("events (seq, utc_s, kind, data)", event.seq, event.utc_s, event.kind.value, dump(event.data))
+
+    def add_step(self, record: StepRecord, strategy_state: Mapping[str, object]) -> None:
+        """Add a row to the steps."""
+        self._insert("steps (step, record, strategy_state)", record.step, dump(record), dump(strategy_state))
+
+    def add_action(self, record: ActionRecord) -> None:
+        """Add a row to the audit log."""
+        self._insert("actions (utc_s, record)", record.utc_s, dump(record))
+
+    def add_outcome(self, record: OutcomeRecord) -> None:
+        """Set the outcome, which is written once."""
+        self._insert(
+            "outcome (id, utc_s, outcome, summary)", 1, record.utc_s, record.outcome.value, dump(record.summary)
+        )
+
+    def add_frame(self, step: int, frame: Capture) -> None:
+        """Write the image file, then the row that names it, so that no row lacks its file."""
+        encoded = encode_image(frame.image, frame.bands)
+        name = f"{step:05d}_{frame.vehicle_id:03d}_{frame.image_index:05d}{encoded.suffix}"
+        _replace(self._folder / FRAMES_NAME / name, encoded.content)
+        self._insert(
+            "frames (step, vehicle_id, image_index, utc_s, latitude_deg, longitude_deg, altitude_amsl_m,"
+            " q_cam2enu_wxyz, R_cam2enu, camera, bands, dtype, path)",
+            step,
+            frame.vehicle_id,
+            frame.image_index,
+            frame.utc_s,
+            frame.position.latitude_deg,
+            frame.position.longitude_deg,
+            frame.position.altitude_amsl_m,
+            dump(quaternion_from_R(frame.R_cam2enu).tolist()),
+            dump(frame.R_cam2enu.tolist()),
+            dump(frame.camera),
+            dump(frame.bands),
+            frame.image.dtype.name,
+            f"{FRAMES_NAME}/{name}",
+        )
+
+    def close(self) -> None:
+        """Make the database one plain file, which opens on a read-only medium too."""
+        with suppress(sqlite3.OperationalError):  # somebody reads it at present; then it stays in WAL mode
+            self._connection.execute("PRAGMA journal_mode = DELETE")
+        self._connection.close()
+
+    def _insert(self, into: str, *values: object) -> None:
+        marks = ", ".join("?" * len(values))
+        self._connection.execute(f"INSERT INTO {into} VALUES ({marks})", values)  # noqa: S608 (no user's text)
+
+
+def dump(value: object, indent: int | None = None) -> str:
+    """Return the JSON text of anything the codec knows."""
+    separators = (",", ":") if indent is None else None
+    return json.dumps(encode(value), allow_nan=False, ensure_ascii=False, indent=indent, separators=separators)
+
+
+def _replace(path: Path, content: bytes) -> None:
+    """Write a file that is either whole or not there."""
+    part = path.with_name(path.name + ".part")
+    part.write_bytes(content)
+    part.replace(path)

@@ -1,0 +1,111 @@
+"""Image files of recorded frames.
+
+The usual frame is a TIFF as the cameras themselves write it: a page of 8-bit colour, and a page of 16-bit thermal in
+centikelvin. An image that such a file cannot hold exactly is kept as a NumPy file instead: what a replay reads is
+always what the mission has seen, bit by bit.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, cast
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.errors import InputDataError
+
+Image = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32]
+Page = NDArray[np.uint8] | NDArray[np.uint16]
+
+COLOUR = ("red", "green", "blue")
+CENTIKELVIN_PER_KELVIN = 100.0
+FREEZING_POINT_K = 273.15
+
+
+@dataclass(frozen=True, slots=True)
+class EncodedImage:
+    """The content of an image file."""
+
+    suffix: str
+    """``.tiff`` or ``.npy``."""
+    content: bytes
+
+
+def celsius_from_centikelvin(thermal_ck: Page) -> NDArray[np.float32]:
+    """Return temperatures in degrees Celsius of a radiometric 16-bit page, any shape."""
+    return np.asarray(thermal_ck / CENTIKELVIN_PER_KELVIN - FREEZING_POINT_K, dtype=np.float32)
+
+
+def centikelvin_from_celsius(thermal_c: Image) -> NDArray[np.uint16]:
+    """Inverse of :func:`celsius_from_centikelvin`, to the nearest hundredth; saturates outside of 0 to 655.35 K."""
+    thermal_ck = np.rint((thermal_c.astype(np.float64) + FREEZING_POINT_K) * CENTIKELVIN_PER_KELVIN)
+    return np.asarray(np.clip(np.nan_to_num(thermal_ck), 0, 65535), dtype=np.uint16)
+
+
+def encode_image(image: Image, bands: Sequence[str]) -> EncodedImage:
+    """Return the file of an image, shape (H, W, C), without loss."""
+    content = _tiff(image, bands)
+    if content is not None and np.array_equal(_image_from_pages(_pages(content), bands, image.dtype), image):
+        return EncodedImage(".tiff", content)
+    buffer = io.BytesIO()
+    np.save(buffer, image, allow_pickle=False)
+    return EncodedImage(".npy", buffer.getvalue())
+
+
+def decode_image(encoded: EncodedImage, bands: Sequence[str], dtype: str) -> Image:
+    """Return the image, shape (H, W, C), of the data type that was recorded.
+
+    Raises:
+        InputDataError: the file is damaged.
+    """
+    try:
+        if encoded.suffix == ".npy":
+            image: Image = np.load(io.BytesIO(encoded.content), allow_pickle=False)
+            return image
+        return _image_from_pages(_pages(encoded.content), bands, np.dtype(dtype))
+    except (ValueError, IndexError, EOFError, cv2.error) as error:
+        raise InputDataError(f"a {encoded.suffix} image is damaged: {error}") from error
+
+
+def _tiff(image: Image, bands: Sequence[str]) -> bytes | None:
+    """Return the TIFF that comes closest to the image, or None if there is none for its data type."""
+    if image.dtype not in (np.uint8, np.uint16, np.float32) or image.shape[2] != len(bands):
+        return None
+    colours = len(COLOUR) if tuple(bands[:3]) == COLOUR else 0
+    pages = [_page(image[..., channel], bands[channel]) for channel in range(colours, len(bands))]
+    if colours:
+        pages.insert(0, _page(image[..., [2, 1, 0]], "blue"))  # OpenCV's order
+    written, buffer = cv2.imencodemulti(".tiff", pages)
+    return buffer.tobytes() if written else None
+
+
+def _page(channels: Image, band: str) -> Page:
+    if channels.dtype != np.float32:
+        return cast("Page", np.ascontiguousarray(channels))
+    if band == "thermal":
+        return centikelvin_from_celsius(channels)
+    return np.asarray(np.clip(np.nan_to_num(channels), 0, 255), dtype=np.uint8)
+
+
+def _pages(content: bytes) -> Sequence[Page]:
+    read, pages = cv2.imdecodemulti(np.frombuffer(content, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
+    if not read:
+        raise ValueError("it is no TIFF")
+    return cast("Sequence[Page]", pages)
+
+
+def _image_from_pages(pages: Sequence[Page], bands: Sequence[str], dtype: np.dtype[Any]) -> Image:
+    channels: list[Image] = []
+    for page in pages:
+        band = bands[sum(channel.shape[2] for channel in channels)]
+        if page.ndim == 3:
+            channels.append(page[..., ::-1])
+        elif band == "thermal" and dtype == np.float32:
+            channels.append(celsius_from_centikelvin(page)[..., None])
+        else:
+            channels.append(page[..., None])
+    return cast("Image", np.concatenate(channels, axis=2, dtype=dtype))
