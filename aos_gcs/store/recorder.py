@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Final
 
 from aos_gcs.errors import ConfigurationError, RecordingError
-from aos_gcs.mission.model import Event, StepRecord
+from aos_gcs.mission.model import Action, ActionResult, Event, Outcome, StepRecord
 from aos_gcs.ports import Capture, Notice, Severity
 from aos_gcs.store.database import MissionDatabase, Write
 from aos_gcs.store.records import ActionRecord, OutcomeRecord
@@ -118,13 +118,17 @@ class MissionRecorder:
         """
         await self._queue.put(lambda database: database.add_step(step, strategy_state))
 
-    async def record_action(self, action: ActionRecord) -> None:
-        """Append to the audit log."""
-        await self._queue.put(lambda database: database.add_action(action))
+    async def record_action(
+        self, utc_s: float, action: Action, vehicle_ids: tuple[int, ...] | None, results: tuple[ActionResult, ...]
+    ) -> None:
+        """Append an operator's action, and what became of it, to the audit log."""
+        record = ActionRecord(utc_s, action, vehicle_ids, results)
+        await self._queue.put(lambda database: database.add_action(record))
 
-    async def record_outcome(self, outcome: OutcomeRecord) -> None:
+    async def record_outcome(self, utc_s: float, outcome: Outcome, summary: Mapping[str, object]) -> None:
         """Record how the mission has ended; once."""
-        await self._queue.put(lambda database: database.add_outcome(outcome))
+        record = OutcomeRecord(utc_s, outcome, summary)
+        await self._queue.put(lambda database: database.add_outcome(record))
 
     async def flush(self) -> None:
         """Wait until everything recorded so far is on the disk.

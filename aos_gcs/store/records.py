@@ -17,10 +17,6 @@ class ActionRecord:
     vehicle_ids: tuple[int, ...] | None
     """None for the whole mission."""
     results: tuple[ActionResult, ...]
-    refusal: str | None = None
-    """Why the mission did not take the action; None if it did."""
-    operator: str = ""
-    """Who asked, where that is known."""
 
 
 @dataclass(frozen=True, slots=True)
