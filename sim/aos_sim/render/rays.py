@@ -1,0 +1,57 @@
+"""Rays through pixels, and what they span on the ground."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.geometry.poses import Pose
+from aos_sim.world.mesh import FloatArray
+
+MIN_DEPTH_M = 0.1
+
+
+def ray_directions(pose: Pose, camera: CameraModel) -> FloatArray:
+    """Directions through the pixel centres in ENU, row by row, shape (H * W, 3), with one metre along the axis."""
+    return np.asarray(_camera_rays(camera) @ pose.R_cam2enu.T.astype(np.float32))
+
+
+@lru_cache(maxsize=8)
+def _camera_rays(camera: CameraModel) -> FloatArray:
+    u, v = np.meshgrid(np.arange(camera.width_px), np.arange(camera.height_px))
+    x = (u.ravel() - camera.cx_px) / camera.fx_px
+    y = (v.ravel() - camera.cy_px) / camera.fy_px
+    rays = np.column_stack([x, y, np.ones_like(x)]).astype(np.float32)
+    rays.flags.writeable = False
+    return rays
+
+
+def pixels_around(points_enu_m: NDArray[np.floating], pose: Pose, camera: CameraModel) -> NDArray[np.intp]:
+    """Flat indices of the pixels that can show anything of the convex hull of some points, shape (n, 3).
+
+    All pixels when a part of the hull lies beside or behind the camera, where it has no image.
+    """
+    x, y, depth = ((points_enu_m - pose.position_enu_m) @ pose.R_cam2enu).T
+    if np.all(depth < MIN_DEPTH_M):
+        return np.empty(0, np.intp)
+    if np.any(depth < MIN_DEPTH_M):
+        return np.arange(camera.width_px * camera.height_px)
+    u, v = camera.fx_px * x / depth + camera.cx_px, camera.fy_px * y / depth + camera.cy_px
+    columns = np.arange(max(int(u.min()), 0), min(int(u.max()) + 1, camera.width_px - 1) + 1)
+    rows = np.arange(max(int(v.min()), 0), min(int(v.max()) + 1, camera.height_px - 1) + 1)
+    return np.asarray((rows[:, None] * camera.width_px + columns).ravel(), dtype=np.intp)
+
+
+def ground_area_m2(mask: NDArray[np.bool_], pose: Pose, camera: CameraModel, ground_height_m: float = 0.0) -> float:
+    """Area of the pixels of a mask, shape (H, W), projected onto a horizontal plane below the camera.
+
+    Pixels that look at or above the horizon count nothing.
+    """
+    directions = _camera_rays(camera)[np.flatnonzero(mask)].astype(np.float64) @ pose.R_cam2enu.T
+    down = -directions[directions[:, 2] < 0.0, 2]
+    height = float(pose.position_enu_m[2]) - ground_height_m
+    # Jacobian of the homography from the image to the plane: |d(x, y) / d(u, v)| = height^2 / (fx fy down^3).
+    return float(np.sum(height**2 / (camera.fx_px * camera.fy_px * down**3)))

@@ -1,0 +1,191 @@
+"""Images of a scene from any pose."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.geometry.poses import Pose
+from aos_sim.render.lighting import light_ground, shade_mesh
+from aos_sim.render.raycaster import NO_HIT, RayCaster
+from aos_sim.render.rays import ground_area_m2, pixels_around, ray_directions
+from aos_sim.world.mesh import FloatArray, concatenate
+from aos_sim.world.person import Person, person_mesh
+from aos_sim.world.scene import Scene
+
+RGB_NOISE = 2.0
+"""Standard deviation of the sensor's noise, grey levels."""
+THERMAL_NOISE_K = 0.08
+"""Noise-equivalent temperature difference of the thermal sensor."""
+SKY_RGB = (186, 204, 222)
+SKY_TEMPERATURE_CELSIUS = -10.0
+
+_HORIZON = -1e-3
+"""Vertical component below which a ray meets the ground."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RenderedFrame:
+    """One exposure of a camera whose colour and thermal images share their pixels."""
+
+    rgb: NDArray[np.uint8]
+    """Shape (H, W, 3)."""
+    thermal_celsius: FloatArray
+    """Apparent temperature, shape (H, W)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PersonMasks:
+    """Where a camera sees a person, and where it would without the forest; each of shape (H, W)."""
+
+    visible: NDArray[np.bool_]
+    unoccluded: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True)
+class _PersonHits:
+    """The rays that meet a person, whether or not a tree stands before it."""
+
+    pixel: NDArray[np.intp]
+    triangle: NDArray[np.int32]
+    is_visible: NDArray[np.bool_]
+
+
+class _Forest:
+    """The part of the world that never changes."""
+
+    def __init__(self, scene: Scene) -> None:
+        mesh = scene.forest.mesh
+        self.caster = RayCaster(mesh.triangles_enu_m)
+        self.ground = light_ground(scene, self.caster)
+        sky = np.array([[*SKY_RGB, SKY_TEMPERATURE_CELSIUS]], np.float32)
+        # Sky comes last: the index of a miss, -1, picks it.
+        self.appearance = np.concatenate([shade_mesh(mesh, self.caster), sky])
+
+
+class _People:
+    """The persons, apart from the forest so that they can be seen without it."""
+
+    def __init__(self, persons: Sequence[Person], forest: RayCaster) -> None:
+        meshes = [person_mesh(person) for person in persons]
+        mesh = concatenate(meshes)
+        self.caster = RayCaster(mesh.triangles_enu_m)
+        self.appearance = shade_mesh(mesh, forest)
+        self.person_of_triangle = np.repeat(np.arange(len(persons)), [len(part) for part in meshes])
+        self.corners_enu_m = [_bounding_box(part.triangles_enu_m) for part in meshes]
+
+    def pixels(self, pose: Pose, camera: CameraModel) -> NDArray[np.intp]:
+        """Return the pixels that can show a person."""
+        return np.unique(np.concatenate([pixels_around(box, pose, camera) for box in self.corners_enu_m]))
+
+
+class Renderer:
+    """Renders one scene.
+
+    Immutable after construction: any number of threads may call the methods at once, and they run in parallel. Equal
+    arguments (the generator's state included) give equal frames.
+
+    Raises:
+        ConfigurationError: if embreex, which comes with ``aos-gcs[sim]``, is not installed.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        self._forest = _Forest(scene)
+        self._persons = scene.persons
+        self._people = _People(scene.persons, self._forest.caster)
+
+    @property
+    def persons(self) -> tuple[Person, ...]:
+        """The persons in the images."""
+        return self._persons
+
+    def with_persons(self, persons: Sequence[Person]) -> Renderer:
+        """Return a renderer of the same forest with other persons, at least one; takes about a millisecond."""
+        other = object.__new__(Renderer)
+        other.scene, other._forest = self.scene, self._forest
+        other._persons = tuple(persons)
+        other._people = _People(persons, self._forest.caster)
+        return other
+
+    def render(self, pose: Pose, camera: CameraModel, rng: np.random.Generator) -> RenderedFrame:
+        """Expose one frame; ``rng`` draws the sensors' noise."""
+        directions = ray_directions(pose, camera)
+        image = self._appearance(pose, camera, directions)
+        noise = rng.standard_normal(image.shape, dtype=np.float32)
+        noise *= np.array([RGB_NOISE, RGB_NOISE, RGB_NOISE, THERMAL_NOISE_K], np.float32)
+        image += noise
+        shape = (camera.height_px, camera.width_px)
+        rgb = np.rint(np.clip(image[:, :3], 0.0, 255.0)).astype(np.uint8)
+        return RenderedFrame(rgb.reshape(*shape, 3), image[:, 3].reshape(shape).copy())
+
+    def render_many(
+        self, poses: Sequence[Pose], camera: CameraModel, rng: np.random.Generator, threads: int = 2
+    ) -> list[RenderedFrame]:
+        """Expose one frame per pose on several threads; the result does not depend on their number."""
+        generators = rng.spawn(len(poses))
+        with ThreadPoolExecutor(threads) as pool:
+            return list(pool.map(lambda pose, generator: self.render(pose, camera, generator), poses, generators))
+
+    def person_masks(self, pose: Pose, camera: CameraModel, name: str | None = None) -> PersonMasks:
+        """Return the pixels of the person of that name, or of all persons.
+
+        Raises:
+            KeyError: if nobody has that name.
+        """
+        hits = self._person_hits(pose, camera, ray_directions(pose, camera))
+        wanted = np.array([name in (None, person.name) for person in self._persons])
+        if not wanted.any():
+            raise KeyError(f"no person is called {name!r}; there are {[person.name for person in self._persons]}")
+        is_wanted = wanted[self._people.person_of_triangle[hits.triangle]]
+        masks = np.zeros((2, camera.height_px * camera.width_px), dtype=np.bool_)
+        masks[0, hits.pixel[is_wanted & hits.is_visible]] = True
+        masks[1, hits.pixel[is_wanted]] = True
+        visible, unoccluded = masks.reshape(2, camera.height_px, camera.width_px)
+        return PersonMasks(visible, unoccluded)
+
+    def person_visibility(self, pose: Pose, camera: CameraModel, name: str | None = None) -> float | None:
+        """Return the visible share of a person's pixels, 0 to 1, or None when out of view.
+
+        It compares with the same view without forest. ``name`` as in :meth:`person_masks`.
+        """
+        masks = self.person_masks(pose, camera, name)
+        unoccluded = np.count_nonzero(masks.unoccluded)
+        return np.count_nonzero(masks.visible) / unoccluded if unoccluded else None
+
+    def unoccluded_area_m2(self, pose: Pose, camera: CameraModel, name: str | None = None) -> float:
+        """Return the area a person would cover on the plane z = 0 in this view if there were no forest."""
+        return ground_area_m2(self.person_masks(pose, camera, name).unoccluded, pose, camera)
+
+    def _appearance(self, pose: Pose, camera: CameraModel, directions: FloatArray) -> FloatArray:
+        """Red, green, blue and °C per pixel without noise, shape (H * W, 4)."""
+        triangle = self._forest.caster.first_hit(pose.position_enu_m, directions)
+        image = self._forest.appearance[triangle]
+        ground = np.flatnonzero((triangle == NO_HIT) & (directions[:, 2] < _HORIZON))
+        down = directions[ground]
+        east, north, height = pose.position_enu_m
+        distance = np.float32(-height) / down[:, 2]
+        image[ground] = self._forest.ground.sample(east + distance * down[:, 0], north + distance * down[:, 1])
+        hits = self._person_hits(pose, camera, directions)
+        image[hits.pixel[hits.is_visible]] = self._people.appearance[hits.triangle[hits.is_visible]]
+        return image
+
+    def _person_hits(self, pose: Pose, camera: CameraModel, directions: FloatArray) -> _PersonHits:
+        pixel = self._people.pixels(pose, camera)
+        triangle, distance = self._people.caster.first_hit_with_distance(pose.position_enu_m, directions[pixel])
+        is_hit = triangle != NO_HIT
+        pixel, triangle, distance = pixel[is_hit], triangle[is_hit], distance[is_hit]
+        _, forest_distance = self._forest.caster.first_hit_with_distance(pose.position_enu_m, directions[pixel])
+        return _PersonHits(pixel, triangle, distance < forest_distance)
+
+
+def _bounding_box(triangles_m: FloatArray) -> NDArray[np.float64]:
+    """Corners of the axis-parallel box round a mesh, shape (8, 3)."""
+    low, high = triangles_m.min(axis=(0, 1)), triangles_m.max(axis=(0, 1))
+    corners = np.stack(np.meshgrid(*np.stack([low, high], axis=1)), axis=-1)
+    return np.asarray(corners.reshape(8, 3), dtype=np.float64)

@@ -1,0 +1,127 @@
+"""Persons and their bodies."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_sim.world.mesh import FloatArray, Material, Mesh, concatenate, ellipsoid, tubes, uniform_mesh
+
+_TROUSERS_SHADE = 0.55
+"""Brightness of the trousers relative to the jacket."""
+_SKIN_RGB = (205.0, 160.0, 130.0)
+_HAIR_RGB = (60.0, 45.0, 35.0)
+_SIDES = 10
+
+
+class Posture(StrEnum):
+    """How a person is found."""
+
+    STANDING = "standing"
+    SITTING = "sitting"
+    LYING = "lying"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Person:
+    """A person in the world."""
+
+    name: str
+    position_enu_m: NDArray[np.float64]
+    """Point on the ground below the body's middle, shape (3,)."""
+    heading_rad: float
+    """Where the chest points (lying: where the feet point), clockwise from north."""
+    height_m: float
+    """Stature, whatever the posture."""
+    posture: Posture
+    clothing_rgb: tuple[int, int, int]
+    skin_temperature_celsius: float
+    clothing_temperature_celsius: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Limb:
+    """A tapered limb; points are (right, front, up) for a stature of one."""
+
+    start: tuple[float, float, float]
+    end: tuple[float, float, float]
+    start_radius: float
+    end_radius: float
+    is_leg: bool
+
+
+@dataclass(frozen=True, slots=True)
+class _Body:
+    """The proportions of a posture, in statures."""
+
+    limbs: tuple[_Limb, ...]
+    torso_centre: tuple[float, float, float]
+    head_centre: tuple[float, float, float]
+
+
+def person_mesh(person: Person) -> Mesh:
+    """Build the body: trousers, jacket, hands and head, about a thousand triangles."""
+    body = _SITTING if person.posture is Posture.SITTING else _STANDING
+    clothing = np.asarray(person.clothing_rgb, dtype=np.float64)
+    clothing_celsius, skin_celsius = person.clothing_temperature_celsius, person.skin_temperature_celsius
+    parts = [
+        uniform_mesh(ellipsoid(body.torso_centre, (0.125, 0.08, 0.19)), Material.CLOTHING, clothing, clothing_celsius),
+        uniform_mesh(ellipsoid(body.head_centre, (0.045, 0.056, 0.066)), Material.SKIN, _SKIN_RGB, skin_celsius),
+        uniform_mesh(_hair(body.head_centre), Material.SKIN, _HAIR_RGB, skin_celsius - 3.0),
+    ]
+    for limb in body.limbs:
+        colour = clothing * (_TROUSERS_SHADE if limb.is_leg else 1.0)
+        parts.append(uniform_mesh(_tube(limb), Material.CLOTHING, colour, clothing_celsius))
+    for hand in (limb.end for limb in body.limbs if not limb.is_leg):
+        parts.append(uniform_mesh(ellipsoid(hand, (0.025, 0.025, 0.045)), Material.SKIN, _SKIN_RGB, skin_celsius))
+    mesh = concatenate(parts)
+    placed = _placed(mesh.triangles_enu_m.astype(np.float64), person)
+    return Mesh(placed.astype(np.float32), mesh.material, mesh.albedo_rgb, mesh.temperature_celsius)
+
+
+def _tube(limb: _Limb) -> FloatArray:
+    return tubes([limb.start], [limb.end], [limb.start_radius], [limb.end_radius], sides=_SIDES)
+
+
+def _hair(head_centre: tuple[float, float, float]) -> FloatArray:
+    right, front, up = head_centre
+    return ellipsoid((right, front - 0.012, up + 0.012), (0.046, 0.052, 0.058))
+
+
+def _placed(points: NDArray[np.float64], person: Person) -> NDArray[np.float64]:
+    """Unit body (right, front, up) to the world."""
+    if person.posture is Posture.LYING:
+        # On the back, the middle of the body over the origin, feet ahead.
+        points = np.stack([points[..., 0], 0.5 - points[..., 2], points[..., 1] + 0.08], axis=-1)
+    sin, cos = math.sin(person.heading_rad), math.cos(person.heading_rad)
+    R_body2enu = np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
+    return np.asarray(points * person.height_m @ R_body2enu.T + person.position_enu_m)
+
+
+_STANDING = _Body(
+    limbs=(
+        _Limb((-0.055, 0.0, 0.0), (-0.055, 0.0, 0.5), 0.035, 0.055, is_leg=True),
+        _Limb((0.055, 0.0, 0.0), (0.055, 0.0, 0.5), 0.035, 0.055, is_leg=True),
+        _Limb((-0.125, 0.0, 0.79), (-0.17, 0.04, 0.46), 0.036, 0.026, is_leg=False),
+        _Limb((0.125, 0.0, 0.79), (0.17, 0.04, 0.46), 0.036, 0.026, is_leg=False),
+    ),
+    torso_centre=(0.0, 0.0, 0.65),
+    head_centre=(0.0, 0.01, 0.93),
+)
+
+_SITTING = _Body(
+    limbs=(
+        _Limb((-0.06, 0.0, 0.06), (-0.07, 0.22, 0.24), 0.056, 0.045, is_leg=True),
+        _Limb((0.06, 0.0, 0.06), (0.07, 0.22, 0.24), 0.056, 0.045, is_leg=True),
+        _Limb((-0.07, 0.22, 0.24), (-0.07, 0.34, 0.0), 0.043, 0.032, is_leg=True),
+        _Limb((0.07, 0.22, 0.24), (0.07, 0.34, 0.0), 0.043, 0.032, is_leg=True),
+        _Limb((-0.125, 0.0, 0.34), (-0.1, 0.2, 0.22), 0.036, 0.026, is_leg=False),
+        _Limb((0.125, 0.0, 0.34), (0.1, 0.2, 0.22), 0.036, 0.026, is_leg=False),
+    ),
+    torso_centre=(0.0, -0.01, 0.19),
+    head_centre=(0.0, 0.02, 0.47),
+)

@@ -1,0 +1,120 @@
+"""The whole scene of a simulated search: launch clearing, forest and the persons to find.
+
+Frame: ENU metres, origin on the ground in the middle of the launch site. The ground is the plane z = 0. The launch
+clearing lies south of the forest, which is a square and the search area.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.errors import ConfigurationError
+from aos_sim.world.forest import Forest, grow_forest
+from aos_sim.world.ground import Ground, make_ground
+from aos_sim.world.person import Person, Posture
+
+FOREST_SOUTH_M = 8.0
+CLEARING_SOUTH_M = -20.0
+
+_MAX_TREES_PER_HA = 2000.0
+_TRUNK_CLEARANCE_M = 0.8
+_PLACE_CANDIDATES = 256
+_CLOTHING_COLOURS = ((196, 44, 40), (226, 108, 28), (40, 84, 190), (214, 190, 40), (170, 50, 130))
+
+
+@dataclass(frozen=True, slots=True)
+class SceneParameters:
+    """What to build.
+
+    Raises:
+        ConfigurationError: if a value is out of its range.
+    """
+
+    seed: int = 1
+    trees_per_ha: float = 300.0
+    """From 0 (no forest) to 2000."""
+    side_m: float = 100.0
+    """Side of the forest square."""
+    persons: int = 1
+    posture: Posture = Posture.STANDING
+
+    def __post_init__(self) -> None:
+        if self.seed < 0:
+            raise ConfigurationError(f"seed must be 0 or more, got {self.seed}.")
+        if not 0.0 <= self.trees_per_ha <= _MAX_TREES_PER_HA:
+            raise ConfigurationError(f"trees_per_ha must lie within 0 and 2000, got {self.trees_per_ha}.")
+        if not 10.0 <= self.side_m <= 300.0:
+            raise ConfigurationError(f"side_m must lie within 10 and 300 metres, got {self.side_m}.")
+        if not 1 <= self.persons <= 100:
+            raise ConfigurationError(f"persons must lie within 1 and 100, got {self.persons}.")
+        if self.posture not in tuple(Posture):
+            raise ConfigurationError(f"posture must be one of {', '.join(Posture)}, got {self.posture!r}.")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scene:
+    """A world that does not change."""
+
+    parameters: SceneParameters
+    persons: tuple[Person, ...]
+    """The targets; at least one."""
+    forest: Forest
+    """Trees; its mesh has a material, colour and temperature per triangle."""
+    ground: Ground
+    area_enu_m: NDArray[np.float64]
+    """Search area: corners of the forest square, counter-clockwise from the south-west, shape (4, 2)."""
+    launch_area_enu_m: NDArray[np.float64]
+    """Clearing without trees, in the same order, shape (4, 2)."""
+
+
+def build_scene(parameters: SceneParameters) -> Scene:
+    """Build the world of these parameters: equal ones give equal worlds.
+
+    The persons' places do not depend on their posture, nor the ground on the forest's density.
+    """
+    forest_rng, person_rng, ground_rng = np.random.default_rng(parameters.seed).spawn(3)
+    side = parameters.side_m
+    west = -side / 2
+    forest = grow_forest(forest_rng, west, FOREST_SOUTH_M, side, parameters.trees_per_ha)
+    persons = tuple(_make_person(person_rng, index, parameters, forest) for index in range(1, parameters.persons + 1))
+    return Scene(
+        parameters=parameters,
+        persons=persons,
+        forest=forest,
+        ground=make_ground(ground_rng, west, FOREST_SOUTH_M, side),
+        area_enu_m=_rectangle(west, FOREST_SOUTH_M, -west, FOREST_SOUTH_M + side),
+        launch_area_enu_m=_rectangle(west, CLEARING_SOUTH_M, -west, FOREST_SOUTH_M),
+    )
+
+
+def _make_person(rng: np.random.Generator, index: int, parameters: SceneParameters, forest: Forest) -> Person:
+    east, north = _place_clear_of_trunks(rng, parameters.side_m, forest)
+    return Person(
+        name=f"person-{index}",
+        position_enu_m=np.array([east, north, 0.0]),
+        heading_rad=float(rng.uniform(0.0, 2 * math.pi)),
+        height_m=float(rng.uniform(1.68, 1.82)),
+        posture=Posture(parameters.posture),
+        clothing_rgb=_CLOTHING_COLOURS[int(rng.integers(len(_CLOTHING_COLOURS)))],
+        skin_temperature_celsius=float(rng.uniform(31.0, 33.0)),
+        clothing_temperature_celsius=float(rng.uniform(24.0, 28.0)),
+    )
+
+
+def _place_clear_of_trunks(rng: np.random.Generator, side_m: float, forest: Forest) -> NDArray[np.float64]:
+    """Place in the middle of the forest, shape (2,): the first of many candidates that touches no trunk."""
+    low = np.array([-0.2 * side_m, FOREST_SOUTH_M + 0.27 * side_m])
+    high = np.array([0.2 * side_m, FOREST_SOUTH_M + 0.57 * side_m])
+    candidates = rng.uniform(low, high, (_PLACE_CANDIDATES, 2))
+    if len(forest.trunk_enu_m) == 0:
+        return np.asarray(candidates[0])
+    distance = np.linalg.norm(candidates[:, None] - forest.trunk_enu_m[None], axis=2).min(axis=1)
+    return np.asarray(candidates[int(np.argmax(np.minimum(distance, _TRUNK_CLEARANCE_M)))])
+
+
+def _rectangle(west: float, south: float, east: float, north: float) -> NDArray[np.float64]:
+    return np.array([[west, south], [east, south], [east, north], [west, north]])
