@@ -1,0 +1,38 @@
+"""Strategies by name, from the entry points of the group ``aos_gcs.strategies``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib.metadata import entry_points
+from typing import Any
+
+from aos_gcs.errors import ConfigurationError
+from aos_gcs.swarm.model import Strategy
+
+GROUP = "aos_gcs.strategies"
+
+
+def available_strategies() -> tuple[str, ...]:
+    """Return the names of all installed strategies, sorted."""
+    return tuple(sorted(entry_points(group=GROUP).names))
+
+
+def make_strategy(name: str, parameters: Mapping[str, object]) -> Strategy[Any]:
+    """Return the strategy of that name.
+
+    An entry point is a callable that takes the parameters, as here, and returns a
+    :class:`~aos_gcs.swarm.model.Strategy`.
+
+    Raises:
+        ConfigurationError: the name is unknown, the package behind it cannot be imported, or a parameter is unknown or
+            violates its constraint.
+    """
+    found = tuple(entry_points(group=GROUP, name=name))
+    if not found:
+        raise ConfigurationError(f"There is no strategy {name!r}; choose one of {', '.join(available_strategies())}.")
+    try:
+        make = found[0].load()
+    except (ImportError, AttributeError) as error:
+        raise ConfigurationError(f"The strategy {name!r} cannot be loaded ({error}); install its package.") from error
+    strategy: Strategy[Any] = make(parameters)
+    return strategy
