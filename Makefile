@@ -1,0 +1,72 @@
+# Every target sets up what it needs, and does so once: `make demo` and `make test` work on a fresh clone.
+# Written for GNU Make 3.81, which macOS ships. All paths are relative, so that the clone may lie anywhere.
+
+VENV := .venv
+PY := $(VENV)/bin/python
+PIP_INSTALL := $(PY) -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
+NPM_RUN := npm --prefix web run --silent
+
+# Stamps; they live in the environment, so that they vanish with it.
+HAS_SIM := $(VENV)/.installed-sim
+HAS_DEV := $(VENV)/.installed-dev
+REQUIREMENTS := pyproject.toml constraints.txt
+
+# Options for the program or for pytest, as in: make demo ARGS="--vehicles 5"
+ARGS ?=
+
+.DEFAULT_GOAL := help
+.PHONY: help demo test test-slow test-sitl bench lint web web-check wheel constraints clean
+.NOTPARALLEL:
+
+help: ## Show this help
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-12s %s\n", $$1, $$2}' Makefile
+
+demo: $(HAS_SIM) web ## Fly the simulated mission with the dashboard; ARGS="..." for aos-gcs demo
+	$(VENV)/bin/aos-gcs demo $(ARGS)
+
+test: lint web-check ## Check and test everything but slow and sitl; ARGS="..." for pytest
+	$(PY) -m pytest $(ARGS)
+
+test-slow: $(HAS_DEV) web ## Run the slow tests
+	$(PY) -m pytest -m "slow and not sitl" $(ARGS)
+
+test-sitl: $(HAS_DEV) web ## Run the tests against real autopilots in the loop
+	$(PY) -m pytest -m sitl $(ARGS)
+
+bench: $(HAS_DEV) ## Measure: run every tests/benchmarks/bench_*.py
+	@set -e; for script in tests/benchmarks/bench_*.py; do echo "== $$script"; $(PY) "$$script" $(ARGS); done
+
+lint: $(HAS_DEV) ## Check style and types of the Python code
+	$(VENV)/bin/ruff check
+	$(VENV)/bin/ruff format --check
+	$(VENV)/bin/mypy
+
+web: $(PY) ## Build the dashboard where its sources have changed
+	@$(PY) scripts/build_dashboard.py
+
+web-check: $(HAS_DEV) web ## Check and test the dashboard, and that its types fit the API
+	@$(PY) scripts/build_dashboard.py --with-tools
+	PATH="$$PWD/$(VENV)/bin:$$PATH" $(NPM_RUN) check:schema
+	$(NPM_RUN) check
+
+wheel: $(PY) ## Build a wheel with the dashboard into dist/
+	$(PY) -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir dist .
+
+constraints: ## Renew constraints.txt: the newest versions that pyproject.toml allows
+	sh scripts/renew_constraints.sh
+
+clean: ## Remove everything that make has made; missions stay
+	rm -rf $(VENV) .make build dist aos_gcs/api/static web/node_modules
+	rm -rf .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+$(PY):
+	@sh scripts/make_venv.sh $(VENV)
+
+$(HAS_SIM): $(PY) $(REQUIREMENTS)
+	$(PIP_INSTALL) --editable ".[sim]"
+	@touch $@
+
+$(HAS_DEV): $(PY) $(REQUIREMENTS)
+	$(PIP_INSTALL) --editable ".[dev]"
+	@touch $(HAS_SIM) $@
