@@ -31,6 +31,11 @@ class AosApso:
         """The name in the registry."""
         return NAME
 
+    @property
+    def spacing_m(self) -> float:
+        """See :attr:`aos_gcs.swarm.model.Strategy.spacing_m`."""
+        return self.parameters.c4_m
+
     def init(self, scan_direction_enu: NDArray[np.float64]) -> SwarmState:
         """See :meth:`aos_gcs.swarm.model.Strategy.init`."""
         return replace(motion.initial_state(scan_direction_enu), adaptation=self._reset())

@@ -55,6 +55,11 @@ class Strategy(Protocol[StateT]):
         """The name in the registry and on the command line."""
         ...
 
+    @property
+    def spacing_m(self) -> float:
+        """Distance of the drones in the line, metres (c4): the smallest useful one between two samples."""
+        ...
+
     def init(self, scan_direction_enu: NDArray[np.float64]) -> StateT:
         """Return the state before the first step.
 
