@@ -6,7 +6,7 @@ metres about the mission's origin; ``origin`` in the snapshot places them on the
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import AsyncIterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -89,6 +89,29 @@ class ActionResult:
     accepted: bool
     text: str
     """In words: what the vehicle does now, or why it does not."""
+
+
+@dataclass(frozen=True, slots=True)
+class ActionRecord:
+    """An operator's action: one entry of the audit log."""
+
+    utc_s: float
+    action: Action
+    vehicle_ids: tuple[int, ...] | None
+    """None for the whole mission."""
+    results: tuple[ActionResult, ...]
+    refusal: str | None = None
+    """Why the mission did not take the action; None if it did."""
+
+
+@dataclass(frozen=True, slots=True)
+class OutcomeRecord:
+    """How the mission has ended."""
+
+    utc_s: float
+    outcome: Outcome
+    summary: Mapping[str, object]
+    """The figures of the whole mission, such as the number of steps."""
 
 
 @dataclass(frozen=True, slots=True)
