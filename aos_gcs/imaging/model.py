@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
+
+Pixels: TypeAlias = NDArray[np.integer[Any] | np.floating[Any]]
+"""Pixel values of any real type."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

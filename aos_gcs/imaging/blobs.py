@@ -1,0 +1,59 @@
+"""The largest connected anomaly of an integral."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.imaging.model import FocalGrid
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BlobCells:
+    """The cells of one blob; arrays of shape (n,)."""
+
+    rows: NDArray[np.intp]
+    columns: NDArray[np.intp]
+    counts: NDArray[np.uint16]
+    """Number of frames that mark each cell."""
+
+    def area_m2(self, grid: FocalGrid) -> float:
+        """Return the area of the marked cells."""
+        return self.rows.size * grid.resolution_m**2
+
+    def centroid_enu_m(self, grid: FocalGrid) -> tuple[float, float, float]:
+        """Return the mean position, weighted by the number of frames that mark each cell."""
+        column = float(np.average(self.columns, weights=self.counts))
+        row = float(np.average(self.rows, weights=self.counts))
+        east_m = grid.west_m + (column + 0.5) * grid.resolution_m
+        north_m = grid.north_m - (row + 0.5) * grid.resolution_m
+        return east_m, north_m, grid.height_m
+
+
+def largest_blob(anomaly_count: NDArray[np.uint16], minimum_count: int = 1, gap_cells: int = 1) -> BlobCells | None:
+    """Return the largest connected set of cells that at least ``minimum_count`` frames mark; None if there is none.
+
+    Args:
+        anomaly_count: number of frames that mark each cell, shape (rows, columns).
+        minimum_count: at least 1.
+        gap_cells: cells belong together when at most so many unmarked ones lie between them in a row, a column or a
+            diagonal; 0 is plain 8-connectivity. Two pixels that touch at a corner of their image can come to lie one
+            cell apart on a raster turned against it, hence the default. Gaps do not count as area.
+    """
+    marked = (anomaly_count >= minimum_count).view(np.uint8)
+    column, row, width, height = cv2.boundingRect(marked)
+    if width == 0:
+        return None
+    window = marked[row : row + height, column : column + width]
+    # Boxes of edge k grown from two cells touch when the cells are at most k apart, so k = gap + 1.
+    edge = gap_cells + 1
+    grown = cv2.dilate(window, np.ones((edge, edge), dtype=np.uint8), anchor=(0, 0), borderType=cv2.BORDER_CONSTANT)
+    labels = cv2.connectedComponents(grown, connectivity=8)[1]
+    rows, columns = np.nonzero(window)
+    label_of_cell = labels[rows, columns]
+    chosen = label_of_cell == np.bincount(label_of_cell).argmax()
+    rows, columns = rows[chosen] + row, columns[chosen] + column
+    return BlobCells(rows, columns, anomaly_count[rows, columns])

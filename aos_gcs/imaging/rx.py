@@ -1,0 +1,140 @@
+"""Reed-Xiaoli anomaly detection on single frames (spec, section 2).
+
+Source: Reed and Yu, *Adaptive multiple-band CFAR detection of an optical pattern with unknown spectral distribution*,
+IEEE TASSP 38(10), 1990, with the global mean and covariance of the frame.
+"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from aos_gcs.imaging.model import Pixels
+
+CHUNK_PIXELS = 1 << 14
+"""Pixels worked on at a time: four float32 planes of them stay in the L2 cache, and partial sums keep their digits."""
+
+MIN_PIVOT = 1e-2
+"""Smallest diagonal element of the correlation matrix's Cholesky factor that float32 sums support to about 1 %."""
+
+MIN_EIGENVALUE = 1e-9
+"""Of the correlation matrix in float64; what varies less is the rounding of float32 pixels."""
+
+FALSE_ALARM_PROBABILITY = 1e-9
+"""Of one background pixel, see :func:`default_min_score`."""
+
+
+def rx_scores(image: Pixels) -> NDArray[np.float32]:
+    """Return the squared Mahalanobis distance of each pixel to the frame's own mean and covariance (n - 1).
+
+    Constant and linearly dependent channels carry no information of their own and are left out (pseudo-inverse), so a
+    frame without any variation scores 0 everywhere.
+
+    Args:
+        image: shape (H, W, C), any real type that float32 can hold. Pixels with a NaN or infinite channel take no part
+            in the statistics.
+
+    Returns:
+        Scores, shape (H, W); NaN where the pixel is not finite. On a Gaussian background they follow a chi-square
+        distribution with C degrees of freedom.
+    """
+    height, width, channels = image.shape
+    planes = np.empty((channels, height * width), dtype=np.float32)
+    for plane, channel in zip(planes, cv2.split(np.ascontiguousarray(image)), strict=True):
+        # Centring comes first: float32 then keeps the small differences of 16-bit thermal frames.
+        np.subtract(channel.reshape(-1), np.float32(cv2.mean(channel)[0]), out=plane, casting="unsafe")
+    # Any NaN or infinity has made its channel's mean, and so the whole channel, non-finite.
+    if np.isfinite(planes[:, 0]).all():
+        return _scores_of_planes(planes).reshape(height, width)
+    return _scores_of_incomplete(image)
+
+
+def anomaly_mask(scores: NDArray[np.float32], quantile: float = 0.9998, min_score: float = 0.0) -> NDArray[np.uint8]:
+    """Mark the pixels whose score lies in the top ``1 - quantile`` of the frame and above ``min_score``.
+
+    The quantile alone marks the same number of pixels in every frame, also where there is nothing to find; the absolute
+    limit leaves an empty frame (almost) unmarked.
+
+    Args:
+        scores: shape (H, W); NaN is never marked.
+        quantile: within [0, 1).
+        min_score: see :func:`default_min_score`.
+
+    Returns:
+        Mask, shape (H, W), 1 where marked and 0 elsewhere.
+    """
+    candidates = scores[scores > min_score]
+    allowed = round((1.0 - quantile) * np.count_nonzero(~np.isnan(scores)))
+    if allowed == 0:
+        return np.zeros(scores.shape, dtype=np.uint8)
+    if candidates.size <= allowed:
+        return (scores > min_score).astype(np.uint8)
+    # Only the candidates need to be partitioned: the quantile's threshold is one of them.
+    threshold = np.partition(candidates, candidates.size - allowed)[candidates.size - allowed]
+    return np.asarray(scores >= threshold, dtype=np.uint8)
+
+
+def default_min_score(channels: int) -> float:
+    """Return the score that a pixel of a Gaussian background exceeds with probability 1e-9 (47 for four channels).
+
+    That is one false pixel in about 4,000 frames of 512 x 512. The margin against 4e-6, one pixel per frame, allows for
+    the tails of real backgrounds, which are heavier than a Gaussian's.
+    """
+    return float(chi2.isf(FALSE_ALARM_PROBABILITY, channels))
+
+
+def _scores_of_planes(planes: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Score centred pixels, shape (C, n), whose mean is 0 up to rounding; returns shape (n,)."""
+    whitening = _whitening(planes).astype(np.float32)
+    scores = np.zeros(planes.shape[1], dtype=np.float32)
+    for start in range(0, planes.shape[1], CHUNK_PIXELS):
+        whitened = whitening @ planes[:, start : start + CHUNK_PIXELS]
+        np.einsum("ij,ij->j", whitened, whitened, out=scores[start : start + CHUNK_PIXELS])
+    return scores
+
+
+def _whitening(planes: NDArray[np.float32]) -> NDArray[np.float64]:
+    """Return W, shape (rank, C), with W^T W the (pseudo-)inverse of the covariance of centred pixels, shape (C, n)."""
+    covariance = _covariance(planes, np.float32)
+    if (np.diag(covariance) > 0.0).all():
+        scale = 1.0 / np.sqrt(np.diag(covariance))
+        try:
+            # Correlations have one scale whatever the channels' units are, so that one limit fits all.
+            factor = np.linalg.cholesky(covariance * np.outer(scale, scale))
+        except np.linalg.LinAlgError:
+            pass
+        else:
+            if np.diag(factor).min() > MIN_PIVOT:
+                return np.asarray(np.linalg.inv(factor) * scale)
+    return _pseudo_whitening(_covariance(planes, np.float64))
+
+
+def _covariance(planes: NDArray[np.float32], dtype: type[np.float32] | type[np.float64]) -> NDArray[np.float64]:
+    """Return the covariance (n - 1) of centred pixels; products are summed in ``dtype`` within a chunk."""
+    channels, pixels = planes.shape
+    covariance = np.zeros((channels, channels))
+    for start in range(0, pixels, CHUNK_PIXELS):
+        chunk: Pixels = planes[:, start : start + CHUNK_PIXELS].astype(dtype, copy=False)
+        covariance += chunk @ chunk.T
+    return np.asarray(covariance / max(pixels - 1, 1))
+
+
+def _pseudo_whitening(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
+    deviations = np.sqrt(np.diag(covariance))
+    scale = 1.0 / np.where(deviations > 0.0, deviations, 1.0)
+    eigenvalues, eigenvectors = np.linalg.eigh(covariance * np.outer(scale, scale))
+    kept = eigenvalues > MIN_EIGENVALUE
+    return np.asarray((eigenvectors[:, kept] / np.sqrt(eigenvalues[kept])).T * scale)
+
+
+def _scores_of_incomplete(image: Pixels) -> NDArray[np.float32]:
+    pixels = image.reshape(-1, image.shape[2]).T.astype(np.float32)
+    finite = np.isfinite(pixels).all(axis=0)
+    scores = np.full(pixels.shape[1], np.nan, dtype=np.float32)
+    if finite.any():
+        usable = pixels[:, finite]
+        mean = usable.mean(axis=1, dtype=np.float64, keepdims=True).astype(np.float32)
+        scores[finite] = _scores_of_planes(usable - mean)
+    return scores.reshape(image.shape[:2])

@@ -1,0 +1,155 @@
+"""One step of the mission: from the vehicles' frames to the visibility, the leader and the target's position."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.errors import ConfigurationError, ImagingError
+from aos_gcs.imaging.blobs import BlobCells, largest_blob
+from aos_gcs.imaging.focal_plane import DEFAULT_MAX_CELLS, choose_grid
+from aos_gcs.imaging.integral import GridIntegral, check_frame
+from aos_gcs.imaging.model import Blob, FocalGrid, Frame, LeaderCriterion, Pixels, StepAnalysis
+from aos_gcs.imaging.rx import anomaly_mask, default_min_score, rx_scores
+from aos_gcs.imaging.visibility import area_in_view_px, choose_leader, contribution_m2, distance_to_centre
+from aos_gcs.imaging.warp import Patch, locate, warp_image, warp_mask
+
+MAX_WORKERS = 4
+"""Threads over the frames of a step; OpenCV and BLAS release the interpreter, and use threads of their own."""
+
+
+@dataclass(frozen=True, slots=True)
+class ImagingSettings:
+    """How the frames of a step are analysed (spec, sections 1 and 2).
+
+    Raises:
+        ConfigurationError: if a value lies outside its range; the text names it.
+    """
+
+    plane_height_m: float = 0.0
+    """ENU height of the horizontal focal plane."""
+    rx_quantile: float = 0.9998
+    """Of a frame's scores, above which pixels are marked."""
+    rx_min_score: float | None = None
+    """Score that a marked pixel must also exceed; None: the default for the number of bands."""
+    minimum_count: int = 1
+    """Frames that must mark a cell of the integral."""
+    gap_cells: int = 1
+    """Unmarked cells that may lie between two cells of one blob."""
+    leader_criterion: LeaderCriterion = LeaderCriterion.CONTRIBUTION
+    resolution_m: float | None = None
+    """Edge of a cell on the focal plane; None: the finest ground sampling distance of the frames."""
+    max_cells: int = DEFAULT_MAX_CELLS
+    """Upper bound of the raster's size; cells become coarser to keep it."""
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.rx_quantile < 1.0:
+            raise ConfigurationError(f"rx_quantile must lie within [0, 1), got {self.rx_quantile}.")
+        if self.rx_min_score is not None and not self.rx_min_score >= 0.0:
+            raise ConfigurationError(f"rx_min_score must not be negative, got {self.rx_min_score}.")
+        if self.minimum_count < 1:
+            raise ConfigurationError(f"minimum_count must be at least 1, got {self.minimum_count}.")
+        if self.gap_cells < 0:
+            raise ConfigurationError(f"gap_cells must not be negative, got {self.gap_cells}.")
+        if self.resolution_m is not None and not self.resolution_m > 0.0:
+            raise ConfigurationError(f"resolution_m must be positive, got {self.resolution_m}.")
+        if self.max_cells < 100:
+            raise ConfigurationError(f"max_cells must be at least 100, got {self.max_cells}.")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Layer:
+    """What one frame brings to the grid."""
+
+    patch: Patch
+    image: Pixels
+    covered: NDArray[np.uint8]
+    marked: NDArray[np.uint8]
+
+
+def analyse_step(frames: Sequence[Frame], settings: ImagingSettings) -> StepAnalysis:
+    """Integrate frames and their anomaly masks, and find the largest blob and the leader.
+
+    Blocks for tens of milliseconds: call it in a worker thread.
+
+    Args:
+        frames: at least one, all with the same bands; sizes, altitudes and attitudes may differ. Of several frames of
+            one vehicle the last stands for its present position; the others only take part in the integral. A frame
+            that does not see the focal plane takes no part, and its vehicle's fitness is 0.
+        settings: see :class:`ImagingSettings`.
+
+    Raises:
+        ImagingError: if there is no frame, bands differ, or no frame sees the focal plane.
+    """
+    if not frames:
+        raise ImagingError("There is no frame to analyse: give at least one.")
+    for frame in frames:
+        check_frame(frame, frames[0].bands)
+    grid = choose_grid(frames, settings.plane_height_m, settings.resolution_m, settings.max_cells)
+    integral = GridIntegral(grid, len(frames[0].bands))
+    anomaly_count = np.zeros_like(integral.coverage)
+    masks: list[tuple[Patch, NDArray[np.uint8]] | None] = []
+    with ThreadPoolExecutor(min(len(frames), os.cpu_count() or 1, MAX_WORKERS)) as pool:
+        # In the order of the frames: the sums then do not depend on which thread is faster.
+        for layer in pool.map(partial(_layer, grid=grid, settings=settings), frames):
+            if layer is None:
+                masks.append(None)
+                continue
+            integral.add(layer.patch, layer.image, layer.covered)
+            anomaly_count[layer.patch.window] += layer.marked
+            masks.append((layer.patch, layer.marked))
+    cells = largest_blob(anomaly_count, settings.minimum_count, settings.gap_cells)
+    vehicle_ids = tuple(dict.fromkeys(frame.vehicle_id for frame in frames))
+    fitness = np.zeros(len(vehicle_ids))
+    blob, leader_id = None, None
+    if cells is not None:
+        shares_m2 = [0.0 if mask is None else contribution_m2(cells, grid, *mask) for mask in masks]
+        blob = _describe(cells, grid, [f.vehicle_id for f, share in zip(frames, shares_m2, strict=True) if share > 0.0])
+        present = {frame.vehicle_id: (frame, share) for frame, share in zip(frames, shares_m2, strict=True)}
+        fitness = np.array([_fitness(*present[i], cells, grid, settings.leader_criterion) for i in vehicle_ids])
+        centre = blob.centroid_enu_m
+        distances = [distance_to_centre(centre, present[i][0].camera, present[i][0].pose) for i in vehicle_ids]
+        leader_id = vehicle_ids[choose_leader(fitness, distances)]
+    return StepAnalysis(
+        grid=grid,
+        integral=integral.mean(),
+        coverage=integral.coverage,
+        anomaly_count=anomaly_count,
+        blob=blob,
+        vehicle_ids=vehicle_ids,
+        fitness=fitness,
+        leader_id=leader_id,
+    )
+
+
+def _layer(frame: Frame, grid: FocalGrid, settings: ImagingSettings) -> _Layer | None:
+    patch = locate(frame, grid)
+    if patch is None:
+        return None
+    min_score = settings.rx_min_score
+    if min_score is None:
+        min_score = default_min_score(len(frame.bands))
+    mask = anomaly_mask(rx_scores(frame.image), settings.rx_quantile, min_score)
+    image, covered = warp_image(frame.image, patch)
+    return _Layer(patch, image, covered, warp_mask(mask, patch))
+
+
+def _fitness(frame: Frame, share_m2: float, cells: BlobCells, grid: FocalGrid, criterion: LeaderCriterion) -> float:
+    if criterion is LeaderCriterion.CONTRIBUTION:
+        return share_m2
+    return area_in_view_px(cells, grid, frame.camera, frame.pose)
+
+
+def _describe(cells: BlobCells, grid: FocalGrid, vehicle_ids: Sequence[int]) -> Blob:
+    return Blob(
+        area_m2=cells.area_m2(grid),
+        centroid_enu_m=cells.centroid_enu_m(grid),
+        max_count=int(cells.counts.max()),
+        vehicle_ids=tuple(dict.fromkeys(vehicle_ids)),
+    )

@@ -1,0 +1,54 @@
+"""How much of the target each vehicle sees: f(x_i, I(t)) and the leader (spec, section 2)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.geometry.poses import Pose
+from aos_gcs.geometry.projection import project_points
+from aos_gcs.imaging.blobs import BlobCells
+from aos_gcs.imaging.focal_plane import grid_to_image
+from aos_gcs.imaging.model import FocalGrid
+from aos_gcs.imaging.warp import Patch
+
+TIE_TOLERANCE = 1e-9
+"""Relative difference of two fitness values below which they are equal but for rounding."""
+
+
+def contribution_m2(blob: BlobCells, grid: FocalGrid, patch: Patch, marked: NDArray[np.uint8]) -> float:
+    """Return the area of a frame's own mask, given on its patch, inside the blob."""
+    rows, columns = blob.rows - patch.row, blob.columns - patch.column
+    inside = (rows >= 0) & (rows < marked.shape[0]) & (columns >= 0) & (columns < marked.shape[1])
+    return float(np.count_nonzero(marked[rows[inside], columns[inside]])) * grid.resolution_m**2
+
+
+def area_in_view_px(blob: BlobCells, grid: FocalGrid, camera: CameraModel, pose: Pose) -> float:
+    """Return the area of the blob as the camera sees it, in pixels, without rendering its view.
+
+    A homography scales the area about a point by det(H) / w³; summed over the cells in view this is the blob's area,
+    holes and separate pieces included, where a contour through the cells' centres would lose half a cell on each side.
+    """
+    H = grid_to_image(grid, camera, pose)
+    u, v, w = H @ np.stack((blob.columns, blob.rows, np.ones_like(blob.rows)))
+    w = np.where(w > 0.0, w, np.nan)
+    in_view = (np.abs(u / w - (camera.width_px - 1) / 2) <= camera.width_px / 2) & (
+        np.abs(v / w - (camera.height_px - 1) / 2) <= camera.height_px / 2
+    )
+    return float(abs(np.linalg.det(H)) * np.sum(w[in_view] ** -3.0))
+
+
+def distance_to_centre(point_enu_m: Sequence[float], camera: CameraModel, pose: Pose) -> float:
+    """Return how far from the image centre a point is seen, in image widths; infinite if it is behind the camera."""
+    pixel = project_points([point_enu_m], camera, pose)[0]
+    offset = pixel - [(camera.width_px - 1) / 2, (camera.height_px - 1) / 2]
+    return float(np.nan_to_num(np.linalg.norm(offset) / camera.width_px, nan=np.inf))
+
+
+def choose_leader(fitness: NDArray[np.float64], distances_to_centre: Sequence[float]) -> int:
+    """Return the index of the greatest fitness; ties go to the smallest distance, then to the first."""
+    tied = np.flatnonzero(fitness >= fitness.max() * (1.0 - TIE_TOLERANCE))
+    return min((int(index) for index in tied), key=distances_to_centre.__getitem__)

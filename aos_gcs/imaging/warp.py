@@ -1,0 +1,89 @@
+"""One frame brought to the focal grid, in its own part of the raster only."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.imaging.focal_plane import MAX_DEPTH_RATIO, covered_spans, grid_to_image, visible_half_planes
+from aos_gcs.imaging.model import FocalGrid, Frame, Pixels
+
+_SHIFT_BY_RIM = np.array([[1.0, 0.0, 1.0], [0.0, 1.0, 1.0], [0.0, 0.0, 1.0]])
+"""Pixels of an image to pixels of the same image with a rim of one pixel."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Patch:
+    """The part of a focal grid that one frame covers."""
+
+    row: int
+    """Of the grid, where the patch begins."""
+    column: int
+    covered: NDArray[np.uint8]
+    """Shape (rows, columns) of the patch; 1 where the frame covers the centre of the cell."""
+    H_patch2image: NDArray[np.float64]
+    """Homography from the patch's cells (column, row, 1) to pixels, shape (3, 3)."""
+
+    @property
+    def window(self) -> tuple[slice, slice]:
+        """Where the patch lies in arrays of the grid's shape."""
+        rows, columns = self.covered.shape
+        return slice(self.row, self.row + rows), slice(self.column, self.column + columns)
+
+
+def locate(frame: Frame, grid: FocalGrid) -> Patch | None:
+    """Return the part of the grid that the frame covers; None if there is none."""
+    H_grid2image = grid_to_image(grid, frame.camera, frame.pose)
+    max_depth_m = MAX_DEPTH_RATIO * abs(grid.height_m - float(frame.pose.position_enu_m[2]))
+    half_planes = visible_half_planes(H_grid2image, frame.camera, max_depth_m)
+    spans = covered_spans(half_planes, grid.rows, grid.columns)
+    rows = np.flatnonzero(spans[:, 1] > spans[:, 0])
+    if not rows.size:
+        return None
+    spans = spans[rows[0] : rows[-1] + 1]
+    column, end = int(spans[:, 0].min()), int(spans[:, 1].max())
+    columns = np.arange(column, end)
+    covered = ((columns >= spans[:, :1]) & (columns < spans[:, 1:])).astype(np.uint8)
+    shift = np.array([[1.0, 0.0, column], [0.0, 1.0, rows[0]], [0.0, 0.0, 1.0]])
+    return Patch(int(rows[0]), column, covered, H_grid2image @ shift)
+
+
+def warp_image(image: Pixels, patch: Patch) -> tuple[Pixels, NDArray[np.uint8]]:
+    """Return the image on the patch, shape (rows, columns, C), and its coverage, shape (rows, columns).
+
+    Bilinear, in the image's own type. Cells that a NaN or infinite pixel has a share in are not covered.
+    """
+    # A copied rim in place of OpenCV's replicated border: that one is computed for every cell outside the image, too.
+    padded = cv2.copyMakeBorder(image, 1, 1, 1, 1, cv2.BORDER_REPLICATE)
+    warped = _warp(padded, _SHIFT_BY_RIM @ patch.H_patch2image, patch.covered.shape, cv2.INTER_LINEAR)
+    warped = warped.reshape(*patch.covered.shape, image.shape[2])
+    if image.dtype.kind != "f" or math.isfinite(cv2.sumElems(image.reshape(image.shape[0], -1))[0]):
+        return warped, patch.covered
+    finite = np.asarray(np.isfinite(warped).all(axis=2))
+    return np.where(finite[:, :, np.newaxis], warped, 0), patch.covered * finite
+
+
+def warp_mask(mask: NDArray[np.uint8], patch: Patch) -> NDArray[np.uint8]:
+    """Return a mask of an image, shape (H, W), values 0 and 1, on the patch, shape (rows, columns).
+
+    A cell takes the pixel under its centre. That leaves no holes where cells are finer than pixels, which
+    :func:`~aos_gcs.imaging.focal_plane.choose_grid` sees to. Where cells are coarser, marked pixels are first widened
+    to the size of a cell; they would fall between the sampled centres otherwise, and tear thin blobs apart.
+    """
+    centre = np.array([patch.covered.shape[1] / 2, patch.covered.shape[0] / 2, 1.0])
+    depth_scaled = float(patch.H_patch2image[2] @ centre)
+    pixels_per_cell = math.sqrt(abs(float(np.linalg.det(patch.H_patch2image))) / abs(depth_scaled) ** 3)
+    width = math.ceil(pixels_per_cell - 0.01)
+    if width > 1:
+        mask = cv2.dilate(mask, np.ones((width, width), dtype=np.uint8)).astype(np.uint8)
+    warped = _warp(mask, patch.H_patch2image, patch.covered.shape, cv2.INTER_NEAREST)
+    return np.asarray(warped * patch.covered, dtype=np.uint8)
+
+
+def _warp(image: Pixels, H_raster2image: NDArray[np.float64], shape: tuple[int, ...], interpolation: int) -> Pixels:
+    flags = interpolation | cv2.WARP_INVERSE_MAP
+    return cv2.warpPerspective(image, H_raster2image, shape[::-1], flags=flags, borderMode=cv2.BORDER_CONSTANT)
