@@ -9,11 +9,10 @@ from contextlib import suppress
 from pathlib import Path
 
 from aos_gcs.geometry.poses import quaternion_from_R
-from aos_gcs.mission.model import Event, StepRecord
+from aos_gcs.mission.model import ActionRecord, Event, OutcomeRecord, StepRecord
 from aos_gcs.ports import Capture
 from aos_gcs.store.codec import encode
 from aos_gcs.store.images import encode_image
-from aos_gcs.store.records import ActionRecord, OutcomeRecord
 from aos_gcs.store.schema import DATABASE_NAME, FRAMES_NAME, MANIFEST_NAME, MAVLINK_NAME, SCHEMA_VERSION, TABLES
 
 Write = Callable[["MissionDatabase"], None]
@@ -53,20 +52,31 @@ class MissionDatabase:
 
     def add_event(self, event: Event) -> None:
         """Add a row to the events."""
-        self._insert("events (seq, utc_s, kind, data)", event.seq, event.utc_s, event.kind.value, dump(event.data))
+        self._execute(
+            "INSERT INTO events (seq, utc_s, kind, data)", event.seq, event.utc_s, event.kind.value, dump(event.data)
+        )
 
     def add_step(self, record: StepRecord, strategy_state: Mapping[str, object]) -> None:
-        """Add a row to the steps."""
-        self._insert("steps (step, record, strategy_state)", record.step, dump(record), dump(strategy_state))
+        """Add a row to the steps, or replace the one of the same step."""
+        self._execute(
+            "INSERT OR REPLACE INTO steps (step, record, strategy_state)",
+            record.step,
+            dump(record),
+            dump(strategy_state),
+        )
 
     def add_action(self, record: ActionRecord) -> None:
         """Add a row to the audit log."""
-        self._insert("actions (utc_s, record)", record.utc_s, dump(record))
+        self._execute("INSERT INTO actions (utc_s, record)", record.utc_s, dump(record))
 
     def add_outcome(self, record: OutcomeRecord) -> None:
         """Set the outcome, which is written once."""
-        self._insert(
-            "outcome (id, utc_s, outcome, summary)", 1, record.utc_s, record.outcome.value, dump(record.summary)
+        self._execute(
+            "INSERT INTO outcome (id, utc_s, outcome, summary)",
+            1,
+            record.utc_s,
+            record.outcome.value,
+            dump(record.summary),
         )
 
     def add_frame(self, step: int, frame: Capture) -> None:
@@ -74,8 +84,8 @@ class MissionDatabase:
         encoded = encode_image(frame.image, frame.bands)
         name = f"{step:05d}_{frame.vehicle_id:03d}_{frame.image_index:05d}{encoded.suffix}"
         _replace(self._folder / FRAMES_NAME / name, encoded.content)
-        self._insert(
-            "frames (step, vehicle_id, image_index, utc_s, latitude_deg, longitude_deg, altitude_amsl_m,"
+        self._execute(
+            "INSERT INTO frames (step, vehicle_id, image_index, utc_s, latitude_deg, longitude_deg, altitude_amsl_m,"
             " q_cam2enu_wxyz, R_cam2enu, camera, bands, dtype, path)",
             step,
             frame.vehicle_id,
@@ -98,9 +108,9 @@ class MissionDatabase:
             self._connection.execute("PRAGMA journal_mode = DELETE")
         self._connection.close()
 
-    def _insert(self, into: str, *values: object) -> None:
+    def _execute(self, insert_into: str, *values: object) -> None:
         marks = ", ".join("?" * len(values))
-        self._connection.execute(f"INSERT INTO {into} VALUES ({marks})", values)  # noqa: S608 (no user's text)
+        self._connection.execute(f"{insert_into} VALUES ({marks})", values)
 
 
 def dump(value: object, indent: int | None = None) -> str:

@@ -79,7 +79,10 @@ def _tiff(image: Image, bands: Sequence[str]) -> bytes | None:
     pages = [_page(image[..., channel], bands[channel]) for channel in range(colours, len(bands))]
     if colours:
         pages.insert(0, _page(image[..., [2, 1, 0]], "blue"))  # OpenCV's order
-    written, buffer = cv2.imencodemulti(".tiff", pages)
+    # Uncompressed: sensor noise hardly compresses, and a step waits until its frames are on the disk.
+    written, buffer = cv2.imencodemulti(
+        ".tiff", pages, [cv2.IMWRITE_TIFF_COMPRESSION, cv2.IMWRITE_TIFF_COMPRESSION_NONE]
+    )
     return buffer.tobytes() if written else None
 
 

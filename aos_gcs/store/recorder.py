@@ -17,10 +17,9 @@ from pathlib import Path
 from typing import Final
 
 from aos_gcs.errors import ConfigurationError, RecordingError
-from aos_gcs.mission.model import Action, ActionResult, Event, Outcome, StepRecord
+from aos_gcs.mission.model import ActionRecord, Event, OutcomeRecord, StepRecord
 from aos_gcs.ports import Capture, Notice, Severity
 from aos_gcs.store.database import MissionDatabase, Write
-from aos_gcs.store.records import ActionRecord, OutcomeRecord
 from aos_gcs.store.schema import MAVLINK_NAME
 
 QUEUE_SIZE: Final = 64
@@ -109,7 +108,7 @@ class MissionRecorder:
         await self._queue.put(lambda database: database.add_frame(step, frame))
 
     async def record_step(self, step: StepRecord, strategy_state: Mapping[str, object]) -> None:
-        """Record a step.
+        """Record a step; a second record of the same step replaces the first.
 
         Args:
             step: what was seen and decided.
@@ -118,17 +117,13 @@ class MissionRecorder:
         """
         await self._queue.put(lambda database: database.add_step(step, strategy_state))
 
-    async def record_action(
-        self, utc_s: float, action: Action, vehicle_ids: tuple[int, ...] | None, results: tuple[ActionResult, ...]
-    ) -> None:
+    async def record_action(self, action: ActionRecord) -> None:
         """Append an operator's action, and what became of it, to the audit log."""
-        record = ActionRecord(utc_s, action, vehicle_ids, results)
-        await self._queue.put(lambda database: database.add_action(record))
+        await self._queue.put(lambda database: database.add_action(action))
 
-    async def record_outcome(self, utc_s: float, outcome: Outcome, summary: Mapping[str, object]) -> None:
+    async def record_outcome(self, outcome: OutcomeRecord) -> None:
         """Record how the mission has ended; once."""
-        record = OutcomeRecord(utc_s, outcome, summary)
-        await self._queue.put(lambda database: database.add_outcome(record))
+        await self._queue.put(lambda database: database.add_outcome(outcome))
 
     async def flush(self) -> None:
         """Wait until everything recorded so far is on the disk.

@@ -1,0 +1,233 @@
+"""Reads a mission folder: finished, killed, or still being written by another process."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self, TypeVar
+
+import numpy as np
+
+from aos_gcs.errors import InputDataError
+from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.mission.model import (
+    ActionRecord,
+    Event,
+    EventData,
+    EventKind,
+    MissionSnapshot,
+    NoticeRecord,
+    Outcome,
+    OutcomeRecord,
+    PicturesRecord,
+    StepRecord,
+)
+from aos_gcs.ports import Capture
+from aos_gcs.store.codec import decode
+from aos_gcs.store.images import EncodedImage, decode_image
+from aos_gcs.store.schema import DATABASE_NAME, MANIFEST_NAME, SCHEMA_VERSION
+
+T = TypeVar("T")
+
+EVENT_TYPES: dict[EventKind, type[EventData]] = {
+    EventKind.SNAPSHOT: MissionSnapshot,
+    EventKind.STEP: StepRecord,
+    EventKind.NOTICE: NoticeRecord,
+    EventKind.PICTURES: PicturesRecord,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class FrameEntry:
+    """A recorded frame, its image still on the disk."""
+
+    step: int
+    vehicle_id: int
+    path: Path
+    _row: sqlite3.Row
+
+    def load(self) -> Capture:
+        """Return the frame as the mission has seen it.
+
+        Raises:
+            InputDataError: the image file is missing or damaged.
+        """
+        row = self._row
+        bands = decode(tuple[str, ...], json.loads(row["bands"]))
+        try:
+            encoded = EncodedImage(self.path.suffix, self.path.read_bytes())
+            image = decode_image(encoded, bands, row["dtype"])
+        except (OSError, InputDataError) as error:
+            raise InputDataError(f"cannot read the frame {self.path}: {error}") from error
+        return Capture(
+            vehicle_id=self.vehicle_id,
+            image_index=row["image_index"],
+            utc_s=row["utc_s"],
+            image=image,
+            bands=bands,
+            position=GeodeticPosition(row["latitude_deg"], row["longitude_deg"], row["altitude_amsl_m"]),
+            R_cam2enu=np.array(json.loads(row["R_cam2enu"])),
+            camera=decode(CameraModel, json.loads(row["camera"])),
+        )
+
+
+class MissionReader:
+    """A mission folder, opened for reading; a context manager.
+
+    Every method shows what is committed at that moment.
+
+    Args:
+        folder: the mission's own folder, which holds ``mission.sqlite``.
+
+    Raises:
+        InputDataError: the folder holds no mission, or one that this version cannot read.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        if not (folder / DATABASE_NAME).is_file():
+            raise InputDataError(f"{folder} is no mission folder: it holds no {DATABASE_NAME}")
+        self._connection = _open(folder / DATABASE_NAME)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the database."""
+        self._connection.close()
+
+    @property
+    def folder(self) -> Path:
+        """The mission's folder."""
+        return self._folder
+
+    def manifest(self) -> dict[str, object]:
+        """Return what the mission was started with."""
+        path = self._folder / MANIFEST_NAME
+        try:
+            manifest = json.loads(path.read_text(encoding="utf-8"))
+        except (OSError, ValueError) as error:
+            raise InputDataError(f"cannot read {path}: {error}") from error
+        if not isinstance(manifest, dict):
+            raise InputDataError(f"cannot read {path}: it is no JSON object")
+        return manifest
+
+    def events(self, kind: EventKind | None = None) -> Iterator[Event]:
+        """Go through the events, oldest first; those of one kind, or all."""
+        query = "SELECT * FROM events WHERE ?1 IS NULL OR kind = ?1 ORDER BY seq"
+        for row in self._rows(query, None if kind is None else kind.value):
+            with self._explained(f"event {row['seq']}"):
+                row_kind = EventKind(row["kind"])
+                data = decode(EVENT_TYPES[row_kind], json.loads(row["data"]))
+            yield Event(row["seq"], row["utc_s"], row_kind, data)
+
+    def last_snapshot(self) -> MissionSnapshot | None:
+        """Return the latest recorded state of the whole mission."""
+        query = "SELECT data FROM events WHERE kind = ? ORDER BY seq DESC LIMIT 1"
+        return self._first(query, "data", MissionSnapshot, EventKind.SNAPSHOT.value)
+
+    def steps(self) -> tuple[StepRecord, ...]:
+        """Return all steps, oldest first."""
+        return tuple(
+            self._decoded(row["record"], StepRecord, f"step {row['step']}")
+            for row in self._rows("SELECT step, record FROM steps ORDER BY step")
+        )
+
+    def strategy_state(self, step: int) -> dict[str, object]:
+        """Return what the strategy's decision of a step depends on, as plain data; ``codec.decode`` gives it its types.
+
+        Raises:
+            InputDataError: there is no such step.
+        """
+        state = self._first("SELECT strategy_state FROM steps WHERE step = ?", "strategy_state", dict[str, Any], step)
+        if state is None:
+            raise InputDataError(f"{self._folder} has no step {step}")
+        return state
+
+    def frames(self, step: int | None = None) -> tuple[FrameEntry, ...]:
+        """Return the frames of a step or of the whole mission, by step and vehicle; images are read by ``load``."""
+        query = "SELECT * FROM frames WHERE ?1 IS NULL OR step = ?1 ORDER BY step, vehicle_id, id"
+        return tuple(
+            FrameEntry(row["step"], row["vehicle_id"], self._folder / row["path"], row)
+            for row in self._rows(query, step)
+        )
+
+    def actions(self) -> tuple[ActionRecord, ...]:
+        """Return the audit log, oldest entry first."""
+        return tuple(
+            self._decoded(row["record"], ActionRecord, f"action {row['id']}")
+            for row in self._rows("SELECT id, record FROM actions ORDER BY id")
+        )
+
+    def outcome(self) -> OutcomeRecord | None:
+        """Return how the mission has ended; None while it goes on, and when its program was killed."""
+        for row in self._rows("SELECT * FROM outcome"):
+            with self._explained("outcome"):
+                return OutcomeRecord(row["utc_s"], Outcome(row["outcome"]), json.loads(row["summary"]))
+        return None
+
+    def _first(self, query: str, column: str, hint: type[T], *values: object) -> T | None:
+        for row in self._rows(query, *values):
+            return self._decoded(row[column], hint, column)
+        return None
+
+    def _decoded(self, text: str, hint: type[T], what: str) -> T:
+        with self._explained(what):
+            return decode(hint, json.loads(text))
+
+    def _rows(self, query: str, *values: object) -> Iterator[sqlite3.Row]:
+        try:
+            with closing(self._connection.execute(query, values)) as rows:
+                yield from rows
+        except sqlite3.Error as error:
+            raise InputDataError(f"{self._folder / DATABASE_NAME} is damaged: {error}") from error
+
+    @contextmanager
+    def _explained(self, what: str) -> Iterator[None]:
+        try:
+            yield
+        except ValueError as error:
+            raise InputDataError(f"{self._folder / DATABASE_NAME}: {what} cannot be read: {error}") from error
+
+
+def _open(database: Path) -> sqlite3.Connection:
+    uri = database.resolve().as_uri()
+    try:
+        return _checked(sqlite3.connect(f"{uri}?mode=ro", uri=True))
+    except sqlite3.OperationalError as error:
+        wal = database.with_name(database.name + "-wal")
+        if wal.exists() and wal.stat().st_size:
+            text = f"{database} was not closed and cannot be opened where it lies ({error}); copy the folder first"
+            raise InputDataError(text) from error
+    except sqlite3.Error as error:
+        raise InputDataError(f"{database} is damaged or no mission: {error}") from error
+    # A database in WAL mode on a medium that cannot be written to, with nothing left in the log.
+    try:
+        return _checked(sqlite3.connect(f"{uri}?immutable=1", uri=True))
+    except sqlite3.Error as error:
+        raise InputDataError(f"{database} is damaged or no mission: {error}") from error
+
+
+def _checked(connection: sqlite3.Connection) -> sqlite3.Connection:
+    connection.row_factory = sqlite3.Row
+    try:
+        (version,) = connection.execute("PRAGMA user_version").fetchone()
+        (tables,) = connection.execute("SELECT count(*) FROM sqlite_schema WHERE name = 'steps'").fetchone()
+    except sqlite3.Error:
+        connection.close()
+        raise
+    if version != SCHEMA_VERSION or not tables:
+        connection.close()
+        raise sqlite3.DatabaseError(f"expected a mission of version {SCHEMA_VERSION}, found version {version}")
+    return connection
