@@ -1,0 +1,84 @@
+"""Polygons on the ground: search areas and fences, in horizontal ENU metres."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.errors import ConfigurationError
+from aos_gcs.mission.separation import TOLERANCE_M, point_segment_distance, segment_distance
+
+FloatArray = NDArray[np.float64]
+Polygon = tuple[tuple[float, float], ...]
+
+
+def as_polygon(points: Sequence[Sequence[float]], field: str) -> FloatArray:
+    """Return a simple polygon's vertices, shape (m, 2), without a repeated last one.
+
+    Args:
+        points: vertices in order, either way round, metres.
+        field: name of the setting, for the error's text.
+
+    Raises:
+        ConfigurationError: fewer than three vertices, not finite, no area, or edges that cross.
+    """
+    vertices_m = np.array(points, dtype=np.float64)
+    if vertices_m.ndim != 2 or vertices_m.shape[1] != 2 or not np.isfinite(vertices_m).all():
+        raise ConfigurationError(f"{field} must be a list of points with two finite coordinates each, in metres.")
+    if len(vertices_m) > 1 and (vertices_m[0] == vertices_m[-1]).all():
+        vertices_m = vertices_m[:-1]
+    if len(vertices_m) < 3 or abs(signed_area_m2(vertices_m)) < TOLERANCE_M:
+        raise ConfigurationError(f"{field} must have three or more points that enclose an area.")
+    if _has_crossing_edges(vertices_m):
+        raise ConfigurationError(f"{field} must not cross or touch itself; list its points in order along the edge.")
+    return vertices_m
+
+
+def as_points(vertices_m: FloatArray) -> Polygon:
+    """Return vertices, shape (m, 2), as plain tuples."""
+    return tuple((float(east_m), float(north_m)) for east_m, north_m in vertices_m)
+
+
+def signed_area_m2(vertices_m: FloatArray) -> float:
+    """Return the enclosed area, positive when the vertices run counter-clockwise."""
+    east_m, north_m = (vertices_m - vertices_m[0]).T
+    return 0.5 * float(east_m @ np.roll(north_m, -1) - north_m @ np.roll(east_m, -1))
+
+
+def edges(vertices_m: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the starts and the ends of the edges, shape (m, 2) each."""
+    return vertices_m, np.roll(vertices_m, -1, axis=0)
+
+
+def signed_depth_m(point_m: FloatArray, vertices_m: FloatArray) -> float:
+    """Return how deep a point, shape (2,), lies inside: its distance to the edge, negative outside."""
+    starts, ends = edges(vertices_m)
+    distance_m = float(point_segment_distance(point_m, starts, ends)[0].min())
+    return distance_m if contains(point_m, vertices_m) else -distance_m
+
+
+def contains(point_m: FloatArray, vertices_m: FloatArray) -> bool:
+    """Return whether a point, shape (2,), lies inside: a ray to the east meets the edge an odd number of times."""
+    starts, ends = edges(vertices_m)
+    spans = (starts[:, 1] > point_m[1]) != (ends[:, 1] > point_m[1])
+    rise_m = np.where(spans, ends[:, 1] - starts[:, 1], 1.0)
+    crossing_east_m = starts[:, 0] + (point_m[1] - starts[:, 1]) / rise_m * (ends[:, 0] - starts[:, 0])
+    return bool(np.count_nonzero(spans & (point_m[0] < crossing_east_m)) % 2)
+
+
+def edges_met(start_m: FloatArray, end_m: FloatArray, vertices_m: FloatArray) -> int:
+    """Return how many edges the straight way between two points meets."""
+    starts, ends = edges(vertices_m)
+    return int(np.count_nonzero(segment_distance(start_m, end_m, starts, ends) < TOLERANCE_M))
+
+
+def _has_crossing_edges(vertices_m: FloatArray) -> bool:
+    count = len(vertices_m)
+    first, second = np.triu_indices(count, k=2)
+    apart = (second - first) % count != count - 1
+    first, second = first[apart], second[apart]
+    starts, ends = edges(vertices_m)
+    gaps_m = segment_distance(starts[first], ends[first], starts[second], ends[second])
+    return bool((gaps_m < TOLERANCE_M).any())

@@ -1,0 +1,155 @@
+"""Distances between vehicles and between the straight ways that they fly.
+
+The functions work in any dimension: with heights for separation, without them for fences. Arrays broadcast over all
+axes but the last, which holds the coordinates.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+TOLERANCE_M = 1e-7
+"""Shortfalls below this are rounding, not conflicts."""
+
+_SPREAD_EXCESS = 0.01
+
+_BISECTIONS = 45
+"""Resolve a way of a thousand kilometres to less than the tolerance."""
+
+
+def minimum_separation(positions_enu_m: FloatArray) -> tuple[float, tuple[int, int]]:
+    """Return the smallest distance between two vehicles, metres, and their rows (i < j).
+
+    Args:
+        positions_enu_m: shape (n, 3), metres.
+
+    Raises:
+        ValueError: fewer than two vehicles.
+    """
+    positions_m = np.asarray(positions_enu_m, dtype=np.float64)
+    if len(positions_m) < 2:
+        raise ValueError(f"a distance needs two or more vehicles, but there are {len(positions_m)}")
+    first, second = np.triu_indices(len(positions_m), k=1)
+    distances_m = np.linalg.norm(positions_m[first] - positions_m[second], axis=1)
+    closest = int(distances_m.argmin())
+    return float(distances_m[closest]), (int(first[closest]), int(second[closest]))
+
+
+def spread_apart(positions_enu_m: FloatArray, separation_m: float) -> FloatArray:
+    """Return positions, shape (n, 3), moved sideways until all horizontal distances are ``separation_m`` or more.
+
+    Heights stay. Pairs that are too close are pushed apart by equal amounts, again and again; vehicles exactly above
+    one another part in a direction that follows from their rows. Positions that are far enough apart are returned
+    unchanged.
+    """
+    positions_m = np.array(positions_enu_m, dtype=np.float64)
+    first, second = np.triu_indices(len(positions_m), k=1)
+    # Each pair gets a direction of its own, for the golden angle never repeats one.
+    angles_rad = 2.399963229728653 * np.arange(1, len(first) + 1)
+    fallback = np.column_stack([np.cos(angles_rad), np.sin(angles_rad)])
+    while True:
+        offsets_m = positions_m[second, :2] - positions_m[first, :2]
+        distances_m = np.linalg.norm(offsets_m, axis=1)
+        close = distances_m < separation_m
+        if not close.any():
+            return positions_m
+        stacked = distances_m < TOLERANCE_M
+        units = np.where(stacked[:, None], fallback, offsets_m / np.where(stacked, 1.0, distances_m)[:, None])
+        # Slightly too far, so that a finite number of rounds suffices.
+        push_m = 0.5 * ((1.0 + _SPREAD_EXCESS) * separation_m - distances_m[close])[:, None] * units[close]
+        np.add.at(positions_m[:, :2], second[close], push_m)
+        np.add.at(positions_m[:, :2], first[close], -push_m)
+
+
+def segment_distance(a0: FloatArray, a1: FloatArray, b0: FloatArray, b1: FloatArray) -> FloatArray:
+    """Return the smallest distances between segments a0-a1 and b0-b1, metres; points are segments of no length."""
+    return closest_approach(a0, a1, b0, b1)[0]
+
+
+def closest_approach(a0: FloatArray, a1: FloatArray, b0: FloatArray, b1: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the smallest distances between segments, and where on the first ones they occur.
+
+    The closest points are an end of one segment and a point of the other, or inner points of both; the best of these
+    five candidates is robust against parallel and vanishing segments.
+
+    Args:
+        a0: starts of the first segments, shape (..., d), metres.
+        a1: their ends.
+        b0: starts of the second segments, shape (..., d), metres.
+        b1: their ends.
+
+    Returns:
+        Distances (...), metres, and fractions (...) of the way from a0 to a1, in [0, 1].
+    """
+    a0, a1, b0, b1 = np.broadcast_arrays(a0, a1, b0, b1)
+    from_b0_m, fraction_b0 = point_segment_distance(b0, a0, a1)
+    from_b1_m, fraction_b1 = point_segment_distance(b1, a0, a1)
+    inner_m, inner_fraction = _inner_approach(a0, a1, b0, b1)
+    from_a0_m, zero = point_segment_distance(a0, b0, b1)[0], np.zeros_like(inner_m)
+    distances_m = np.stack([from_a0_m, point_segment_distance(a1, b0, b1)[0], from_b0_m, from_b1_m, inner_m])
+    fractions = np.stack([zero, zero + 1.0, fraction_b0, fraction_b1, inner_fraction])
+    best = distances_m.argmin(axis=0)[None]
+    return np.take_along_axis(distances_m, best, axis=0)[0], np.take_along_axis(fractions, best, axis=0)[0]
+
+
+def point_segment_distance(point: FloatArray, b0: FloatArray, b1: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the distances of points to segments (...), metres, and the fractions (...) of the way from b0 to b1."""
+    way = b1 - b0
+    length2 = _dot(way, way)
+    fraction = np.clip(_dot(point - b0, way) / np.where(length2 > 0.0, length2, 1.0), 0.0, 1.0)
+    offset = point - b0 - fraction[..., None] * way
+    return np.sqrt(_dot(offset, offset)), fraction
+
+
+def admissible_fraction(
+    start_m: FloatArray, end_m: FloatArray, b0: FloatArray, b1: FloatArray, required_m: FloatArray
+) -> FloatArray:
+    """Return how much of the way from ``start_m`` to ``end_m`` keeps the required distance to each segment.
+
+    The distance to a segment is a convex function of the way flown. So it falls up to the closest approach, and what
+    lies before the point where it falls short is found by bisection.
+
+    Args:
+        start_m: shape (d,), metres.
+        end_m: shape (d,), metres.
+        b0: starts of the segments to keep away from, shape (m, d), metres.
+        b1: their ends.
+        required_m: shape (m,), metres; at most the distance at the start.
+
+    Returns:
+        Fractions in [0, 1], shape (m,).
+    """
+    closest_m, closest_fraction = closest_approach(start_m, end_m, b0, b1)
+    short = closest_m < required_m - TOLERANCE_M
+    fractions = np.ones_like(closest_m)
+    if not short.any():
+        return fractions
+    b0, b1, required_m = b0[short], b1[short], required_m[short]
+    low, high = np.zeros(len(b0)), closest_fraction[short]
+    for _ in range(_BISECTIONS):
+        middle = 0.5 * (low + high)
+        distances_m, _ = point_segment_distance(start_m + middle[:, None] * (end_m - start_m), b0, b1)
+        clear = distances_m >= required_m
+        low, high = np.where(clear, middle, low), np.where(clear, high, middle)
+    fractions[short] = low
+    return fractions
+
+
+def _inner_approach(a0: FloatArray, a1: FloatArray, b0: FloatArray, b1: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return distance and fraction where the common perpendicular meets both segments inside, else infinity."""
+    u, v, w = a1 - a0, b1 - b0, a0 - b0
+    uu, uv, vv, uw, vw = _dot(u, u), _dot(u, v), _dot(v, v), _dot(u, w), _dot(v, w)
+    determinant = uu * vv - uv * uv
+    skew = determinant > 1e-12 * uu * vv
+    divisor = np.where(skew, determinant, 1.0)
+    s, t = (uv * vw - vv * uw) / divisor, (uu * vw - uv * uw) / divisor
+    inside = skew & (s > 0.0) & (s < 1.0) & (t > 0.0) & (t < 1.0)
+    offset = w + s[..., None] * u - t[..., None] * v
+    return np.where(inside, np.sqrt(_dot(offset, offset)), np.inf), np.where(inside, s, 0.0)
+
+
+def _dot(x: FloatArray, y: FloatArray) -> FloatArray:
+    return np.asarray(np.einsum("...i,...i->...", x, y))
