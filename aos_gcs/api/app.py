@@ -1,0 +1,48 @@
+"""The application: routes, errors, protection and the dashboard around one mission."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Collection
+from contextlib import asynccontextmanager
+from pathlib import Path
+
+from fastapi import FastAPI
+
+from aos_gcs.api.errors import add_error_handlers
+from aos_gcs.api.hub import EventHub
+from aos_gcs.api.openapi import add_routes, make_document
+from aos_gcs.api.page import add_page
+from aos_gcs.api.security import SameOriginMiddleware, SecurityHeadersMiddleware
+from aos_gcs.mission.model import MissionControl
+
+
+@asynccontextmanager
+async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
+    async with asyncio.TaskGroup() as group:
+        distributing = group.create_task(app.state.hub.run())
+        yield
+        distributing.cancel()
+
+
+def create_app(
+    mission: MissionControl, static_folder: Path | None = None, *, allowed_hosts: Collection[str] = ()
+) -> FastAPI:
+    """Make the application for one mission.
+
+    Args:
+        mission: what is shown and commanded.
+        static_folder: the dashboard's build; by default the one inside the package.
+        allowed_hosts: host names, beside localhost and IP addresses, under which the page may be opened.
+    """
+    # The interactive documentation of FastAPI loads scripts from the internet, which a field laptop has not.
+    app = FastAPI(title="aos-gcs", docs_url=None, redoc_url=None, openapi_url="/api/openapi.json", lifespan=_lifespan)
+    app.state.mission = mission
+    app.state.hub = EventHub(mission)
+    app.add_middleware(SameOriginMiddleware, allowed_hosts=allowed_hosts)
+    app.add_middleware(SecurityHeadersMiddleware)
+    add_error_handlers(app)
+    add_routes(app)
+    add_page(app, static_folder)
+    app.openapi = make_document  # type: ignore[method-assign]  # FastAPI's documented way to extend the document
+    return app

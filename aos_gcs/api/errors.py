@@ -1,0 +1,64 @@
+"""The one place where errors become answers."""
+
+from __future__ import annotations
+
+from http import HTTPStatus
+
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import JSONResponse
+from starlette.exceptions import HTTPException
+
+from aos_gcs.api.models import ErrorModel
+from aos_gcs.errors import AosError, CommandError, LinkError, MissionError
+
+_STATUS_AND_ID: dict[type[AosError], tuple[int, str]] = {
+    MissionError: (HTTPStatus.CONFLICT, "action_not_allowed"),
+    LinkError: (HTTPStatus.BAD_GATEWAY, "link_failed"),
+    CommandError: (HTTPStatus.BAD_GATEWAY, "command_failed"),
+    AosError: (HTTPStatus.INTERNAL_SERVER_ERROR, "service_failed"),
+}
+
+
+class NotFoundError(AosError):
+    """A resource that does not exist, or not yet."""
+
+
+def error_response(status: int, error_id: str, message: str) -> JSONResponse:
+    """Make an answer with the body that all errors have."""
+    return JSONResponse(ErrorModel(id=error_id, message=message).model_dump(), status_code=status)
+
+
+def status_and_id(error: AosError) -> tuple[int, str]:
+    """Return the HTTP status and the stable id for an error, by its nearest class in the table."""
+    if isinstance(error, NotFoundError):
+        return HTTPStatus.NOT_FOUND, "not_found"
+    return next(_STATUS_AND_ID[kind] for kind in type(error).__mro__ if kind in _STATUS_AND_ID)
+
+
+def _describe(error: RequestValidationError) -> str:
+    problems = []
+    for item in error.errors():
+        place = ".".join(str(part) for part in item["loc"] if part != "body") or "the body"
+        problems.append(f"{place}: {item['msg']}")
+    return "The request cannot be understood: " + "; ".join(problems) + "."
+
+
+def add_error_handlers(app: FastAPI) -> None:
+    """Give every error of ``app`` the body :class:`ErrorModel`."""
+
+    @app.exception_handler(AosError)
+    async def on_aos_error(_: Request, error: AosError) -> JSONResponse:
+        return error_response(*status_and_id(error), str(error))
+
+    @app.exception_handler(RequestValidationError)
+    async def on_invalid_request(_: Request, error: RequestValidationError) -> JSONResponse:
+        return error_response(HTTPStatus.UNPROCESSABLE_ENTITY, "invalid_request", _describe(error))
+
+    @app.exception_handler(HTTPException)
+    async def on_http_error(request: Request, error: HTTPException) -> JSONResponse:
+        error_id = HTTPStatus(error.status_code).phrase.lower().replace(" ", "_")
+        message = f"{request.method} {request.url.path}: {error.detail}."
+        response = error_response(error.status_code, error_id, message)
+        response.headers.update(error.headers or {})
+        return response

@@ -1,0 +1,215 @@
+"""Wire models of the API: what a client sees.
+
+Angles are degrees, lengths metres, times seconds; positions carry ENU metres about the mission's origin and, when that
+origin is known, WGS84 degrees beside them. ``null`` always means *not known*, never zero.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from aos_gcs.mission.model import Action, Outcome, Phase, PictureKind, Suspension, Task, Verdict
+from aos_gcs.ports import FlightMode, LandedState, Severity
+
+SCHEMA_VERSION = 1
+"""Raised when a client written for the earlier number would misread a message."""
+
+
+class WireModel(BaseModel):
+    """Base of all wire models: unknown fields are refused, instances are not changed after they are made."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class GeodeticModel(WireModel):
+    """A WGS84 position with its altitude above mean sea level."""
+
+    latitude_deg: float
+    longitude_deg: float
+    altitude_amsl_m: float
+
+
+class PositionModel(WireModel):
+    """A point in the mission's ENU frame, with its place on the globe when the origin is known."""
+
+    east_m: float
+    north_m: float
+    up_m: float
+    latitude_deg: float | None
+    longitude_deg: float | None
+
+
+class VertexModel(WireModel):
+    """A corner of a polygon or a picture on the ground plane."""
+
+    east_m: float
+    north_m: float
+    latitude_deg: float | None
+    longitude_deg: float | None
+
+
+class VehicleModel(WireModel):
+    """One vehicle in the mission. Everything but its id is ``null`` until the vehicle has reported it."""
+
+    vehicle_id: int
+    autopilot: str
+    mode: FlightMode
+    mode_name: str = Field(description="The autopilot's own word for its mode.")
+    task: Task
+    landed: LandedState
+    armed: bool | None
+    ready_to_arm: bool | None
+    position: PositionModel | None
+    position_age_s: float | None
+    altitude_amsl_m: float | None
+    height_above_home_m: float | None
+    ground_speed_mps: float | None
+    climb_rate_mps: float | None
+    heading_deg: float | None = Field(description="Clockwise from true north, [0, 360).")
+    home: PositionModel | None
+    battery_percent: float | None
+    battery_voltage_v: float | None
+    gps_fix: int | None = Field(description="MAVLink's GPS_FIX_TYPE; 3 and above is a 3D fix.")
+    satellites: int | None
+    link_age_s: float | None = Field(description="Seconds since its last message; null if never heard.")
+    packet_loss_percent: float | None
+    layer_height_m: float | None
+    waypoint: PositionModel | None = Field(description="Where it was last sent.")
+    refusal: str | None = Field(description="Why its last planned waypoint was shortened or held.")
+    text: str = Field(description="Its latest status text of severity warning or worse.")
+
+
+class PreflightCheckModel(WireModel):
+    """One cell of the matrix vehicle x check."""
+
+    vehicle_id: int
+    name: str
+    passed: bool
+    text: str
+
+
+class TargetModel(WireModel):
+    """Where the target is believed to be."""
+
+    position: PositionModel
+    sigma_m: float | None
+    sightings: int
+
+
+class MissionModel(WireModel):
+    """The whole mission at one moment."""
+
+    mission_id: str
+    strategy: str
+    phase: Phase
+    suspension: Suspension
+    outcome: Outcome
+    message: str
+    elapsed_s: float
+    step: int
+    origin: GeodeticModel | None
+    area: list[VertexModel]
+    fence: list[VertexModel]
+    vehicles: list[VehicleModel]
+    preflight: list[PreflightCheckModel]
+    target: TargetModel | None
+    min_separation_m: float | None
+    allowed_actions: list[Action] = Field(description="What makes sense to offer now; a request can still be refused.")
+
+
+class FitnessModel(WireModel):
+    """One vehicle's share in a step."""
+
+    vehicle_id: int
+    fitness: float | None
+
+
+class MissingModel(WireModel):
+    """A vehicle that a step went on without."""
+
+    vehicle_id: int
+    reason: str
+
+
+class WaypointModel(WireModel):
+    """One vehicle's planned waypoint of a step, and what safety has made of it."""
+
+    vehicle_id: int
+    requested: PositionModel
+    sent: PositionModel | None
+    verdict: Verdict
+    reason: str
+
+
+class StepModel(WireModel):
+    """One step: what was seen, what was decided."""
+
+    step: int
+    elapsed_s: float
+    phase: Phase
+    visibility_m2: float | None
+    threshold_m2: float | None
+    branch: str
+    evolutionary_factor: float | None
+    evolutionary_state: str | None
+    c_s_m: float | None
+    c_c_m: float | None
+    leader_id: int | None
+    target: PositionModel | None
+    fitness: list[FitnessModel]
+    missing: list[MissingModel]
+    waypoints: list[WaypointModel]
+    imaging_ms: float
+    work_ms: float
+    loop_lag_p99_ms: float
+
+
+class NoticeModel(WireModel):
+    """Something that happened, for the operator."""
+
+    severity: Severity
+    text: str
+    vehicle_id: int | None
+    elapsed_s: float
+
+
+class PictureModel(WireModel):
+    """A raster that can be fetched, and where it lies on the ground."""
+
+    kind: PictureKind
+    step: int
+    url: str
+    corners: Annotated[list[VertexModel], Field(min_length=4, max_length=4)] = Field(
+        description="North-west, north-east, south-east, south-west."
+    )
+
+
+class ActionRequest(WireModel):
+    """An operator's action for the vehicles named, or for the whole mission when ``vehicle_ids`` is null."""
+
+    action: Action
+    vehicle_ids: Annotated[list[Annotated[int, Field(ge=1, le=255)]], Field(min_length=1, max_length=255)] | None = None
+
+
+class ActionResultModel(WireModel):
+    """What became of an action for one vehicle."""
+
+    vehicle_id: int
+    accepted: bool
+    text: str
+
+
+class ActionResponse(WireModel):
+    """What became of an action, vehicle by vehicle."""
+
+    action: Action
+    results: list[ActionResultModel]
+
+
+class ErrorModel(WireModel):
+    """The body of every error."""
+
+    id: str = Field(description="Stable, for programs.")
+    message: str = Field(description="A sentence for people: what is wrong and what to do.")

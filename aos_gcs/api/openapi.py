@@ -1,0 +1,44 @@
+"""The OpenAPI document, with the WebSocket's messages among its schemas.
+
+``python -m aos_gcs.api.openapi`` prints it; the dashboard's TypeScript types are generated from that.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from importlib.metadata import version
+from typing import Any
+
+from fastapi import FastAPI
+from fastapi.openapi.utils import get_openapi
+
+from aos_gcs.api.messages import SERVER_MESSAGE
+from aos_gcs.api.routers import events, mission
+
+_DESCRIPTION = (
+    "Ground control of a swarm of camera drones. Errors have the body ErrorModel. The WebSocket /api/events sends "
+    "ServerMessage objects as JSON text: hello first, then the mission's events."
+)
+
+
+def add_routes(app: FastAPI) -> None:
+    """Add all routes of the API."""
+    app.include_router(mission.router)
+    app.include_router(events.router)
+
+
+def make_document() -> dict[str, Any]:
+    """Return the document; no mission is needed for it."""
+    app = FastAPI()
+    add_routes(app)
+    document = get_openapi(title="aos-gcs", version=version("aos-gcs"), description=_DESCRIPTION, routes=app.routes)
+    schema = SERVER_MESSAGE.json_schema(mode="serialization", ref_template="#/components/schemas/{model}")
+    document["components"]["schemas"] |= schema.pop("$defs")
+    document["components"]["schemas"]["ServerMessage"] = schema
+    return document
+
+
+if __name__ == "__main__":
+    json.dump(make_document(), sys.stdout, indent=2)
+    sys.stdout.write("\n")

@@ -1,0 +1,89 @@
+"""Runs the application inside the service's event loop."""
+
+from __future__ import annotations
+
+import asyncio
+import errno
+import socket
+from collections.abc import AsyncIterator
+from contextlib import AbstractContextManager, asynccontextmanager, nullcontext
+from dataclasses import dataclass
+
+import uvicorn
+from fastapi import FastAPI
+
+from aos_gcs.errors import LinkError
+
+_LARGEST_CLIENT_MESSAGE_BYTES = 4096
+_GRACE_S = 3
+"""For requests in hand when the service ends; then they are cancelled."""
+
+
+@dataclass(frozen=True, slots=True)
+class ServerAddress:
+    """Where the service listens."""
+
+    host: str
+    port: int
+
+    @property
+    def url(self) -> str:
+        """The address to open in a browser."""
+        host = f"[{self.host}]" if ":" in self.host else self.host
+        return f"http://{host}:{self.port}/"
+
+
+class _Server(uvicorn.Server):
+    """Leaves signals to the program that owns the loop, and tells when it listens."""
+
+    def __init__(self, config: uvicorn.Config) -> None:
+        super().__init__(config)
+        self.listening = asyncio.Event()
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        await super().startup(sockets)
+        self.listening.set()
+
+    def capture_signals(self) -> AbstractContextManager[None]:  # type: ignore[override]  # is a generator's there
+        return nullcontext()
+
+
+def _bind(host: str, port: int) -> socket.socket:
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    try:
+        return socket.create_server((host, port), family=family)
+    except OSError as error:
+        if error.errno == errno.EADDRINUSE:
+            raise LinkError(
+                f"port {port} is in use: stop the other program or choose another port with --port"
+            ) from error
+        raise LinkError(f"cannot listen on {host} port {port}: {error.strerror or error}") from error
+
+
+@asynccontextmanager
+async def serve(app: FastAPI, host: str = "127.0.0.1", port: int = 8080) -> AsyncIterator[ServerAddress]:
+    """Serve ``app`` for as long as the context is entered; port 0 takes a free one.
+
+    Raises:
+        LinkError: the port is in use, or the host is no address of this machine; nothing was started.
+    """
+    listener = _bind(host, port)
+    config = uvicorn.Config(
+        app,
+        ws="websockets-sansio",
+        ws_max_size=_LARGEST_CLIENT_MESSAGE_BYTES,
+        lifespan="on",
+        log_config=None,
+        access_log=False,
+        server_header=False,
+        timeout_graceful_shutdown=_GRACE_S,
+    )
+    server = _Server(config)
+    with listener:
+        async with asyncio.TaskGroup() as group:
+            group.create_task(server.serve(sockets=[listener]))
+            await server.listening.wait()
+            try:
+                yield ServerAddress(host, listener.getsockname()[1])
+            finally:
+                server.should_exit = True

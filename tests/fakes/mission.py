@@ -1,0 +1,403 @@
+"""A mission by script: believable data for the API and the dashboard without vehicles, imaging or chance."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from collections.abc import AsyncIterator, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+
+from aos_gcs.errors import MissionError
+from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.mission.events import EventStream
+from aos_gcs.mission.model import (
+    Action,
+    ActionResult,
+    EnuPoint,
+    Event,
+    EventKind,
+    MissionSnapshot,
+    NoticeRecord,
+    Outcome,
+    Phase,
+    Picture,
+    PictureKind,
+    PicturesRecord,
+    PreflightCheck,
+    StepRecord,
+    Suspension,
+    TargetEstimate,
+    Task,
+    VehicleSnapshot,
+    Verdict,
+    WaypointRecord,
+)
+from aos_gcs.mission.phases import check_action
+from aos_gcs.ports import Clock, FlightMode, LandedState, Severity, VehicleState
+
+ORIGIN = GeodeticPosition(48.3358, 14.3263, 262.0)
+AREA_ENU_M = ((-60.0, -20.0), (60.0, -20.0), (60.0, 110.0), (-60.0, 110.0))
+FENCE_ENU_M = ((-80.0, -50.0), (80.0, -50.0), (80.0, 130.0), (-80.0, 130.0))
+TARGET_ENU_M = (18.0, 72.0, 0.0)
+THRESHOLD_M2 = 0.3
+SPEED_MPS = 5.0
+STEP_INTERVAL_S = 2.0
+REFUSING_ID = 4
+"""Refuses to return and to land, to show a failure."""
+SILENT_ID = 7
+"""Was never heard."""
+_PICTURE_HALF_WIDTH_M = 25.0
+_PICTURE_SIZE_PX = 256
+_TASK_AND_MODE = {
+    Action.HOLD: (Task.HELD, FlightMode.HOLD),
+    Action.RETURN: (Task.RETURNING, FlightMode.RETURN),
+    Action.LAND: (Task.LANDING, FlightMode.LAND),
+    Action.RESUME: (Task.SWARM, FlightMode.GUIDED),
+    Action.START: (Task.SWARM, FlightMode.TAKEOFF),
+    Action.PAUSE: (Task.SWARM, FlightMode.GUIDED),
+    Action.ABORT: (Task.RETURNING, FlightMode.RETURN),
+}
+
+
+@dataclass
+class _Body:
+    """One vehicle's own state."""
+
+    vehicle_id: int
+    home_enu_m: EnuPoint
+    position_enu_m: EnuPoint
+    layer_height_m: float
+    waypoint_enu_m: EnuPoint | None = None
+    heading_rad: float = 0.0
+    speed_mps: float = 0.0
+    task: Task = Task.IDLE
+    mode: FlightMode = FlightMode.GUIDED
+    refusal: str | None = None
+    battery: float = 0.97
+
+
+class ScriptedMission:
+    """Implements ``MissionControl``; time passes only by ``advance``, which ``run`` calls in real time.
+
+    Args:
+        clock: stamps the events.
+        vehicles: ids from 1; ``SILENT_ID`` is never heard, ``REFUSING_ID`` refuses to return.
+    """
+
+    def __init__(self, clock: Clock, vehicles: int = 8) -> None:
+        self.stream = EventStream(clock)
+        self.actions: list[tuple[Action, tuple[int, ...] | None]] = []
+        self.phase = Phase.READY
+        self.suspension = Suspension.NONE
+        self.elapsed_s = 0.0
+        self._phase_s = 0.0
+        self._since_step_s = 0.0
+        self._steps: list[StepRecord] = []
+        self._pictures: dict[PictureKind, Picture] = {}
+        self._bodies: list[_Body] = []
+        for index in range(vehicles):
+            home = (-21.0 + 6.0 * index, -38.0, 0.0)
+            self._bodies.append(_Body(index + 1, home, home, 30.0 + 2.0 * index))
+
+    async def run(self, interval_s: float = 0.25, speed: float = 1.0) -> None:
+        """Let time pass until cancelled, ``speed`` times as fast as real time."""
+        while True:
+            self.advance(interval_s * speed)
+            await asyncio.sleep(interval_s)
+
+    # --- MissionControl
+
+    def snapshot(self) -> MissionSnapshot:
+        """Return the present state."""
+        return MissionSnapshot(
+            mission_id="scripted-1",
+            strategy="aos-apso",
+            phase=self.phase,
+            suspension=self.suspension,
+            outcome=Outcome.FOUND if self.phase is Phase.FOUND else Outcome.OPEN,
+            message=self._message(),
+            elapsed_s=self.elapsed_s,
+            step=len(self._steps),
+            origin=ORIGIN,
+            area_enu_m=AREA_ENU_M,
+            fence_enu_m=FENCE_ENU_M,
+            vehicles=tuple(self._vehicle(body) for body in self._bodies),
+            preflight=self._preflight(),
+            target=self._target(),
+            min_separation_m=5.21 if self._steps else None,
+        )
+
+    def steps(self) -> Sequence[StepRecord]:
+        """Return all steps so far."""
+        return tuple(self._steps)
+
+    def picture(self, kind: PictureKind) -> Picture | None:
+        """Return the latest raster."""
+        return self._pictures.get(kind)
+
+    async def act(self, action: Action, vehicle_ids: tuple[int, ...] | None) -> tuple[ActionResult, ...]:
+        """Carry out an action at once."""
+        check_action(self.phase, action)
+        known = {body.vehicle_id for body in self._bodies}
+        unknown = sorted(set(vehicle_ids or ()) - known)
+        if unknown:
+            raise MissionError(f"There is no vehicle {unknown[0]} in this mission.")
+        self.actions.append((action, vehicle_ids))
+        if vehicle_ids is None:
+            self._act_on_mission(action)
+        results = tuple(
+            self._act_on(body, action) for body in self._bodies if vehicle_ids is None or body.vehicle_id in vehicle_ids
+        )
+        self.notify(Severity.INFO, f"Operator: {action}.")
+        self._publish_snapshot()
+        return results
+
+    def subscribe(self) -> AbstractContextManager[AsyncIterator[Event]]:
+        """Follow the events."""
+        return self.stream.subscribe()
+
+    # --- the script
+
+    def notify(self, severity: Severity, text: str, vehicle_id: int | None = None) -> None:
+        """Publish a notice."""
+        self.stream.publish(EventKind.NOTICE, NoticeRecord(severity, text, vehicle_id, self.elapsed_s))
+
+    def advance(self, duration_s: float) -> None:
+        """Let time pass: move the vehicles, change phases, make steps; publishes a snapshot."""
+        if self.phase not in {Phase.READY, Phase.DONE}:
+            self.elapsed_s += duration_s
+            self._phase_s += duration_s
+            self._change_phase()
+            for body in self._bodies:
+                self._move(body, duration_s)
+            if self.suspension is Suspension.NONE and self.phase in {Phase.SCAN, Phase.CONVERGE, Phase.FOUND}:
+                self._since_step_s += duration_s
+                if self._since_step_s >= STEP_INTERVAL_S:
+                    self._since_step_s = 0.0
+                    self.make_step()
+        self._publish_snapshot()
+
+    def make_step(self) -> None:
+        """Record and publish one step, with its pictures."""
+        number = len(self._steps) + 1
+        # Chosen to look like a search that closes in on its target: flat noise, then a steep rise to a plateau.
+        visibility_m2 = 0.04 + 0.02 * math.sin(2.1 * number) + 0.9 / (1.0 + math.exp(9.0 - 0.8 * number))
+        in_view = visibility_m2 >= THRESHOLD_M2
+        self.phase = Phase.FOUND if number >= 16 else Phase.CONVERGE if in_view else Phase.SCAN
+        record = StepRecord(
+            step=number,
+            elapsed_s=self.elapsed_s,
+            phase=self.phase,
+            visibility_m2=visibility_m2,
+            threshold_m2=THRESHOLD_M2,
+            branch="pso" if in_view else "line",
+            evolutionary_factor=max(0.08, 0.8 - 0.045 * number) if in_view else None,
+            evolutionary_state=("convergence" if number > 13 else "exploitation") if in_view else None,
+            c_s_m=1.0,
+            c_c_m=2.0,
+            leader_id=3 if in_view else None,
+            target_enu_m=self._sighting(number) if in_view else None,
+            fitness={body.vehicle_id: visibility_m2 / (1 + index) for index, body in enumerate(self._bodies)},
+            missing={SILENT_ID: "no frame before the deadline"} if len(self._bodies) >= SILENT_ID else {},
+            waypoints=tuple(self._plan(index, body, number, in_view) for index, body in enumerate(self._bodies)),
+            imaging_ms=61.0,
+            work_ms=84.0,
+            loop_lag_p99_ms=3.0,
+        )
+        self._steps.append(record)
+        self.stream.publish(EventKind.STEP, record)
+        self._publish_pictures(number, visibility_m2)
+
+    def _change_phase(self) -> None:
+        if self.suspension is not Suspension.NONE:
+            return
+        following = {Phase.ARM: (1.0, Phase.TAKEOFF), Phase.TAKEOFF: (4.0, Phase.LINE), Phase.LINE: (5.0, Phase.SCAN)}
+        if self.phase in following and self._phase_s >= following[self.phase][0]:
+            self._enter(following[self.phase][1])
+        elif self.phase is Phase.RETURN and self._phase_s >= 12.0:
+            self._enter(Phase.LAND)
+
+    def _enter(self, phase: Phase) -> None:
+        self.phase = phase
+        self._phase_s = 0.0
+        for index, body in enumerate(self._bodies):
+            if phase is Phase.LINE and body.task is Task.SWARM:
+                body.mode = FlightMode.GUIDED
+                body.waypoint_enu_m = (-42.0 + 12.0 * index, -15.0, body.layer_height_m)
+
+    def _act_on_mission(self, action: Action) -> None:
+        suspensions = {
+            Action.HOLD: Suspension.HELD,
+            Action.PAUSE: Suspension.PAUSED,
+            Action.RESUME: Suspension.NONE,
+        }
+        self.suspension = suspensions.get(action, self.suspension)
+        phases = {Action.START: Phase.ARM, Action.RETURN: Phase.RETURN, Action.LAND: Phase.LAND}
+        if action in phases:
+            self._enter(phases[action])
+            self.suspension = Suspension.NONE
+        elif action is Action.ABORT:
+            self._enter(Phase.RETURN)
+
+    def _act_on(self, body: _Body, action: Action) -> ActionResult:
+        if body.vehicle_id == SILENT_ID:
+            return ActionResult(body.vehicle_id, accepted=False, text="has not been heard yet")
+        if body.vehicle_id == REFUSING_ID and action in {Action.RETURN, Action.LAND}:
+            return ActionResult(body.vehicle_id, accepted=False, text="refused by the autopilot: mode change failed")
+        body.task, body.mode = _TASK_AND_MODE[action]
+        return ActionResult(body.vehicle_id, accepted=True, text=f"{body.task}, mode {body.mode}")
+
+    def _move(self, body: _Body, duration_s: float) -> None:
+        goals: dict[Task, EnuPoint | None] = {
+            Task.SWARM: body.waypoint_enu_m or (*body.home_enu_m[:2], body.layer_height_m),
+            Task.RETURNING: (*body.home_enu_m[:2], body.layer_height_m),
+            Task.LANDING: (*body.position_enu_m[:2], 0.0),
+        }
+        goal = goals.get(body.task)
+        if self.phase is Phase.ARM or goal is None or body.vehicle_id == SILENT_ID:
+            body.speed_mps = 0.0
+            return
+        here = np.array(body.position_enu_m)
+        way = np.array(goal) - here
+        distance_m = float(np.linalg.norm(way))
+        travelled_m = min(distance_m, SPEED_MPS * duration_s)
+        if distance_m > 1e-6:
+            east_m, north_m, up_m = here + way * (travelled_m / distance_m)
+            body.position_enu_m = (float(east_m), float(north_m), float(up_m))
+        if float(np.linalg.norm(way[:2])) > 0.05:
+            body.heading_rad = math.atan2(way[0], way[1]) % (2 * math.pi)
+        body.speed_mps = travelled_m / duration_s
+        body.battery = max(0.05, body.battery - 0.0006 * duration_s * body.vehicle_id)
+
+    def _plan(self, index: int, body: _Body, number: int, in_view: bool) -> WaypointRecord:
+        if in_view:
+            angle = 2.4 * index + 0.35 * number
+            radius_m = max(6.0, 24.0 - number)
+            east_m = TARGET_ENU_M[0] + radius_m * math.cos(angle)
+            north_m = TARGET_ENU_M[1] + radius_m * math.sin(angle)
+        else:
+            east_m, north_m = -42.0 + 12.0 * index, -15.0 + 8.0 * number
+        requested = (east_m, north_m, body.layer_height_m)
+        if body.vehicle_id == 2 and number % 5 == 0:
+            body.refusal = "held: vehicle 3 would come closer than 5.0 m"
+            return WaypointRecord(body.vehicle_id, requested, None, Verdict.HELD, body.refusal)
+        body.refusal = None
+        body.waypoint_enu_m = requested
+        return WaypointRecord(body.vehicle_id, requested, requested, Verdict.SENT, "")
+
+    # --- what is shown
+
+    def _publish_snapshot(self) -> None:
+        self.stream.publish(EventKind.SNAPSHOT, self.snapshot())
+
+    def _message(self) -> str:
+        if self.suspension is not Suspension.NONE:
+            return f"{self.suspension.capitalize()} by the operator."
+        return {
+            Phase.READY: "Preflight has passed; waiting for start.",
+            Phase.SCAN: f"Scanning in a line, step {len(self._steps)}.",
+            Phase.CONVERGE: "Closing in on a possible target.",
+            Phase.FOUND: "Target found; holding above it and tracking.",
+            Phase.RETURN: "Returning to the launch site.",
+        }.get(self.phase, f"{self.phase.capitalize()} in progress.")
+
+    def _sighting(self, number: int) -> EnuPoint:
+        return (TARGET_ENU_M[0] + math.sin(number) * 0.8, TARGET_ENU_M[1] + math.cos(2 * number) * 0.8, 0.0)
+
+    def _target(self) -> TargetEstimate | None:
+        seen = [step.target_enu_m for step in self._steps if step.target_enu_m is not None]
+        if not seen:
+            return None
+        east_m, north_m, up_m = np.mean(np.array(seen), axis=0)
+        sigma_m = 2.4 / math.sqrt(len(seen)) if len(seen) >= 3 else None
+        return TargetEstimate((float(east_m), float(north_m), float(up_m)), sigma_m, len(seen))
+
+    def _vehicle(self, body: _Body) -> VehicleSnapshot:
+        if body.vehicle_id == SILENT_ID:
+            return VehicleSnapshot(VehicleState(SILENT_ID), Task.IDLE, None, None, None, None, None)
+        position = LocalFrame(ORIGIN).to_geodetic(body.position_enu_m)
+        flying = body.position_enu_m[2] > 0.5
+        state = VehicleState(
+            vehicle_id=body.vehicle_id,
+            autopilot="arducopter" if body.vehicle_id % 2 else "px4",
+            mode=body.mode,
+            mode_name=body.mode.upper(),
+            armed=self.phase not in {Phase.READY, Phase.DONE},
+            landed=LandedState.IN_AIR if flying else LandedState.ON_GROUND,
+            ready_to_arm=True,
+            position=position,
+            position_at_s=self.elapsed_s,
+            height_above_home_m=body.position_enu_m[2],
+            velocity_enu_mps=(
+                body.speed_mps * math.sin(body.heading_rad),
+                body.speed_mps * math.cos(body.heading_rad),
+                0.0,
+            ),
+            heading_rad=body.heading_rad,
+            home=LocalFrame(ORIGIN).to_geodetic(body.home_enu_m),
+            battery_fraction=body.battery,
+            battery_voltage_v=14.0 + 2.6 * body.battery,
+            gps_fix=3 if body.vehicle_id != 5 else 6,
+            satellites=14 + body.vehicle_id % 4,
+            heard_at_s=self.elapsed_s,
+            packet_loss_fraction=0.004 * body.vehicle_id,
+            text="EKF variance" if body.vehicle_id == 6 else "",
+        )
+        link_age_s = 7.5 if body.vehicle_id == 6 else 0.2
+        return VehicleSnapshot(
+            state, body.task, body.layer_height_m, body.position_enu_m, link_age_s, body.waypoint_enu_m, body.refusal
+        )
+
+    def _preflight(self) -> tuple[PreflightCheck, ...]:
+        names = ("link", "gps", "battery", "home", "camera")
+        checks = [
+            PreflightCheck(body.vehicle_id, name, body.vehicle_id != SILENT_ID, "within limits")
+            for body in self._bodies
+            for name in names
+        ]
+        return tuple(
+            check if check.passed else replace(check, text="never heard: check its power and radio") for check in checks
+        )
+
+    def _publish_pictures(self, number: int, visibility_m2: float) -> None:
+        east_m = min(TARGET_ENU_M[0], -42.0 + 6.0 * number)
+        north_m = min(TARGET_ENU_M[1], -15.0 + 8.0 * number)
+        bounds = (
+            east_m - _PICTURE_HALF_WIDTH_M,
+            north_m - _PICTURE_HALF_WIDTH_M,
+            east_m + _PICTURE_HALF_WIDTH_M,
+            north_m + _PICTURE_HALF_WIDTH_M,
+        )
+        for kind in PictureKind:
+            png = paint(kind, number, bounds, visibility_m2)
+            self._pictures[kind] = Picture(kind, number, png, *bounds)
+        self.stream.publish(EventKind.PICTURES, PicturesRecord(number, tuple(PictureKind), *bounds))
+
+
+def paint(kind: PictureKind, seed: int, bounds: tuple[float, float, float, float], visibility_m2: float) -> bytes:
+    """Return a PNG with blurred foliage and a person that shows the better the higher the visibility is."""
+    size = _PICTURE_SIZE_PX
+    rng = np.random.default_rng(seed)
+    foliage = cv2.GaussianBlur(rng.random((size, size), np.float32), (0, 0), 5)
+    foliage = (foliage - foliage.min()) / float(np.ptp(foliage))
+    row, column = np.mgrid[0:size, 0:size].astype(np.float32)
+    west_m, _, east_m, north_m = bounds
+    scale_px_per_m = size / (east_m - west_m)
+    east_px, north_px = (TARGET_ENU_M[0] - west_m) * scale_px_per_m, (north_m - TARGET_ENU_M[1]) * scale_px_per_m
+    person = np.exp(-((column - east_px) ** 2 + (row - north_px) ** 2) / (2 * 5.0**2)) * min(1.0, visibility_m2 + 0.1)
+    colours = {
+        PictureKind.INTEGRAL: np.stack([30 + 50 * foliage, 60 + 90 * foliage, 40 + 60 * foliage + 190 * person], -1),
+        PictureKind.THERMAL: np.repeat((40 + 60 * foliage + 155 * person)[..., None], 3, axis=-1),
+        PictureKind.ANOMALY: np.stack([0 * person, 180 * person, 255 * person], -1),
+    }[kind]
+    covered = np.hypot(column - size / 2, row - size / 2) < 0.48 * size
+    visible = covered & (person > 0.15) if kind is PictureKind.ANOMALY else covered
+    rgba = np.dstack([colours, 255.0 * visible]).clip(0, 255).astype(np.uint8)
+    done, data = cv2.imencode(".png", rgba)
+    if not done:
+        raise RuntimeError("the picture could not be encoded")
+    return data.tobytes()
