@@ -22,6 +22,7 @@ from aos_gcs.errors import AosError
 
 BUILT_IN: dict[str, str] = {
     "integrate": "aos_gcs.cli.integrate:integrate",
+    "inspect": "aos_gcs.cli.inspect:inspect",
 }
 """Command name to ``module:function``, in the order in which the help lists them."""
 

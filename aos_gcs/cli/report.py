@@ -1,0 +1,143 @@
+"""The text that ``aos-gcs inspect`` prints: tables, drawn with lines on a terminal and plain otherwise."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from aos_gcs.mission.model import EnuPoint, MissionSnapshot, Outcome, StepRecord, VehicleSnapshot
+from aos_gcs.store.summary import MissionSummary
+
+Row = Sequence[str]
+
+PLAIN_WIDTH = 200
+"""Characters per line where there is no terminal to fit into."""
+
+
+def print_report(summary: MissionSummary, *, with_steps: bool) -> None:
+    """Print a mission to standard output."""
+    console = Console(highlight=False)
+    if not console.is_terminal:
+        console.width = PLAIN_WIDTH
+    console.print(Text(_headline(summary)))
+    for line in _facts(summary):
+        console.print(Text(line))
+    spans = [(span.phase, f"{span.start_s:.0f}", f"{span.end_s:.0f}") for span in summary.phases]
+    _print_table(console, "Phases", ("phase", "from s", "to s"), spans)
+    if with_steps:
+        _print_table(console, "Steps", STEP_COLUMNS, map(_step_row, summary.steps))
+    if summary.final is not None:
+        _print_table(console, "Vehicles", VEHICLE_COLUMNS, map(_vehicle_row, summary.final.vehicles))
+    actions = [
+        (f"{action.utc_s:.0f}", action.action, _ids(action.vehicle_ids), _result(action.refusal))
+        for action in summary.actions
+    ]
+    _print_table(console, "Actions", ("utc s", "action", "vehicles", "result"), actions)
+    notices = [
+        (
+            f"{notice.elapsed_s:.0f}",
+            notice.severity,
+            "" if notice.vehicle_id is None else str(notice.vehicle_id),
+            notice.text,
+        )
+        for notice in summary.notices
+    ]
+    _print_table(console, "Notices", ("at s", "severity", "vehicle", "text"), notices)
+    files = [(file.path, str(file.files), _size(file.size_bytes)) for file in summary.files]
+    _print_table(console, "Files", ("path", "files", "size"), files)
+
+
+def _headline(summary: MissionSummary) -> str:
+    if summary.outcome is None:
+        return f"{summary.folder}: not closed (being flown, or broken off)"
+    words = {Outcome.FOUND: "target found", Outcome.NOT_FOUND: "nothing found"}
+    return f"{summary.folder}: {words.get(summary.outcome.outcome, summary.outcome.outcome)}"
+
+
+def _facts(summary: MissionSummary) -> Iterable[str]:
+    final = summary.final
+    if final is not None:
+        flown = f"{len(final.vehicles)} vehicles, {final.elapsed_s:.0f} s, {len(summary.steps)} steps"
+        yield f"strategy {final.strategy}, {flown}"
+        yield _target(final)
+        if final.min_separation_m is not None:
+            yield f"smallest separation {final.min_separation_m:.2f} m"
+        yield f"phase {final.phase}: {final.message}"
+    if summary.steps:
+        best = max(summary.steps, key=lambda step: step.visibility_m2)
+        yield f"best visibility {best.visibility_m2:.2f} m² in step {best.step}"
+    if summary.outcome is not None:
+        for name, value in summary.outcome.summary.items():
+            yield f"{name}: {value}"
+
+
+def _target(final: MissionSnapshot) -> str:
+    if final.target is None:
+        return "no target estimate"
+    sigma = "" if final.target.sigma_m is None else f" ± {final.target.sigma_m:.2f} m"
+    return f"target at {_point(final.target.position_enu_m)} m ENU{sigma}, {final.target.sightings} sightings"
+
+
+STEP_COLUMNS = ("step", "at s", "phase", "visibility m²", "branch", "e_f", "state", "leader", "missing")
+
+
+def _step_row(step: StepRecord) -> Row:
+    return (
+        str(step.step),
+        f"{step.elapsed_s:.0f}",
+        step.phase,
+        f"{step.visibility_m2:.3f}",
+        step.branch,
+        "" if step.evolutionary_factor is None else f"{step.evolutionary_factor:.3f}",
+        step.evolutionary_state or "",
+        "" if step.leader_id is None else str(step.leader_id),
+        ", ".join(f"{vehicle_id} ({reason})" for vehicle_id, reason in step.missing.items()),
+    )
+
+
+VEHICLE_COLUMNS = ("vehicle", "task", "mode", "battery", "ENU m", "refusal")
+
+
+def _vehicle_row(vehicle: VehicleSnapshot) -> Row:
+    telemetry = vehicle.telemetry
+    return (
+        str(telemetry.vehicle_id),
+        vehicle.task,
+        telemetry.mode_name or telemetry.mode,
+        "" if telemetry.battery_fraction is None else f"{telemetry.battery_fraction:.0%}",
+        "" if vehicle.position_enu_m is None else _point(vehicle.position_enu_m),
+        vehicle.refusal or "",
+    )
+
+
+def _ids(vehicle_ids: tuple[int, ...] | None) -> str:
+    return "all" if vehicle_ids is None else ", ".join(map(str, vehicle_ids))
+
+
+def _result(refusal: str | None) -> str:
+    return "taken" if refusal is None else f"refused: {refusal}"
+
+
+def _point(point_enu_m: EnuPoint) -> str:
+    return "({:.1f}, {:.1f}, {:.1f})".format(*point_enu_m)
+
+
+def _size(size_bytes: int) -> str:
+    return f"{size_bytes / 1e6:.1f} MB" if size_bytes >= 1e5 else f"{size_bytes / 1e3:.1f} kB"
+
+
+def _print_table(console: Console, title: str, columns: Row, rows: Iterable[Row]) -> None:
+    rows = list(rows)
+    if not rows:
+        return
+    table = Table(box=box.SIMPLE_HEAD if console.is_terminal else None, title=title, title_justify="left")
+    for column in columns:
+        table.add_column(column, overflow="fold")
+    for row in rows:
+        table.add_row(*(Text(cell) for cell in row))
+    console.print()
+    console.print(table)

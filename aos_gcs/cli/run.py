@@ -1,0 +1,52 @@
+"""The command ``aos-gcs run``: the service for the connections of a configuration file."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+from collections.abc import Coroutine
+from pathlib import Path
+from typing import Annotated, Any, TypeVar
+
+import typer
+
+T = TypeVar("T")
+
+
+def run(
+    config: Annotated[Path, typer.Argument(help="TOML file; docs/configuration.md describes it.", dir_okay=False)],
+    port: Annotated[int | None, typer.Option(help="Port of the dashboard instead of the file's.")] = None,
+    headless: Annotated[bool, typer.Option("--headless", help="Serve no dashboard.")] = False,
+    exit_when_done: Annotated[
+        bool, typer.Option("--exit-when-done", help="End with the mission instead of keeping the dashboard up.")
+    ] = False,
+) -> None:
+    """Fly a mission with the vehicles of a configuration file.
+
+    The operator starts it on the dashboard, unless the file says auto_start. Ctrl-C sends flying vehicles home and
+    ends the service; their own link-loss failsafe takes over if that message gets lost.
+    """
+    from aos_gcs.config import read_config  # noqa: PLC0415 - heavy, only for this command
+    from aos_gcs.mission.model import Outcome  # noqa: PLC0415
+    from aos_gcs.service import run_mission  # noqa: PLC0415
+
+    service = read_config(config)
+    if port is not None:
+        service.api.port = port
+    if headless:
+        service.api.enabled = False
+    snapshot, folder = run_until_terminated(run_mission(service, stay=not (exit_when_done or headless)))
+    typer.echo(f"{snapshot.outcome}: {snapshot.message} Recorded in {folder}.")
+    if snapshot.outcome in {Outcome.FAILED, Outcome.ABORTED}:
+        raise typer.Exit(1)
+
+
+def run_until_terminated(main: Coroutine[Any, Any, T]) -> T:
+    """Run a coroutine; SIGTERM cancels it just as Ctrl-C does, so that it can bring its vehicles home."""
+
+    async def guarded() -> T:
+        task = asyncio.ensure_future(main)
+        asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, task.cancel)
+        return await task
+
+    return asyncio.run(guarded())

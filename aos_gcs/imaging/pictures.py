@@ -1,0 +1,123 @@
+"""Rasters of a step as PNG pictures for people."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.imaging.model import StepAnalysis
+
+COLOUR_BANDS = ("red", "green", "blue")
+
+CONTRAST_PERCENTILES = (1.0, 99.0)
+"""Of the covered cells, stretched to black and white; the rest saturates: one hot cell must not dim a picture."""
+
+CONTRAST_SAMPLES = 20_000
+"""Cells that the percentiles are estimated from; more cost time and change no visible shade."""
+
+MAX_CELLS = 400_000
+"""Of a picture; larger rasters are reduced, because encoding takes longer than all else."""
+
+
+@dataclass(frozen=True, slots=True)
+class RasterPicture:
+    """A north-up RGBA picture of the focal plane, transparent where nothing covers."""
+
+    kind: str
+    """``integral`` (colour or grey), ``thermal`` or ``anomaly`` (number of frames that mark a cell)."""
+    png: bytes = field(repr=False)
+    west_m: float
+    south_m: float
+    east_m: float
+    north_m: float
+
+
+def render_pictures(analysis: StepAnalysis, bands: tuple[str, ...]) -> tuple[RasterPicture, ...]:
+    """Return the pictures of a step: integral, thermal (where there is such a band) and anomaly.
+
+    Args:
+        analysis: of the step.
+        bands: of the step's frames.
+    """
+    rows, columns = analysis.coverage.shape
+    scale = min(1.0, (MAX_CELLS / (rows * columns)) ** 0.5)
+    size = max(1, round(columns * scale)), max(1, round(rows * scale))
+    # Nearest keeps NaN from spreading, and counts whole.
+    reduced = cv2.resize(analysis.integral, size, interpolation=cv2.INTER_NEAREST)
+    integral = np.asarray(reduced, dtype=np.float32).reshape(*size[::-1], len(bands))
+    covered = cv2.resize(analysis.coverage, size, interpolation=cv2.INTER_NEAREST) > 0
+    images = {"integral": shade_integral(integral, bands)}
+    if "thermal" in bands:
+        images["thermal"] = _shade_thermal(integral[:, :, bands.index("thermal")])
+    images["anomaly"] = _shade_counts(_reduce_counts(analysis.anomaly_count, size), covered)
+    grid = analysis.grid
+    return tuple(
+        RasterPicture(
+            kind=kind,
+            png=encode_png(rgba),
+            west_m=grid.west_m,
+            south_m=grid.north_m - grid.rows * grid.resolution_m,
+            east_m=grid.west_m + grid.columns * grid.resolution_m,
+            north_m=grid.north_m,
+        )
+        for kind, rgba in images.items()
+    )
+
+
+def shade_integral(integral: NDArray[np.float32], bands: tuple[str, ...]) -> NDArray[np.uint8]:
+    """Return an integral, shape (H, W, C), as RGBA, shape (H, W, 4), with robust contrast.
+
+    In colour where there are red, green and blue, else the first band in grey; transparent where it is NaN.
+    """
+    colour = all(band in bands for band in COLOUR_BANDS)
+    chosen = [bands.index(band) for band in COLOUR_BANDS] if colour else [0, 0, 0]
+    # One stretch for all three bands: hues stay as they are.
+    distinct = integral[:, :, chosen] if colour else integral[:, :, :1]
+    shades = _stretch(distinct)
+    return np.dstack((shades if colour else np.repeat(shades, 3, axis=2), _alpha(~np.isnan(distinct[:, :, 0]))))
+
+
+def encode_png(rgba: NDArray[np.uint8]) -> bytes:
+    """Return an RGBA image, shape (H, W, 4), as a PNG file."""
+    bgra = cv2.cvtColor(rgba, cv2.COLOR_RGBA2BGRA)
+    return cv2.imencode(".png", bgra, [cv2.IMWRITE_PNG_COMPRESSION, 1])[1].tobytes()
+
+
+def _shade_thermal(band: NDArray[np.float32]) -> NDArray[np.uint8]:
+    bgr = cv2.applyColorMap(_stretch(band), cv2.COLORMAP_INFERNO)
+    return np.dstack((cv2.cvtColor(bgr, cv2.COLOR_BGR2RGB), _alpha(~np.isnan(band))))
+
+
+def _shade_counts(counts: NDArray[np.uint16], covered: NDArray[np.bool]) -> NDArray[np.uint8]:
+    """Shade marked cells from orange to yellow-white by their count on black."""
+    # The upper half of the map: one marking frame must already stand out.
+    shades = np.where(counts > 0, 128 + counts * np.float32(127.0 / max(int(counts.max()), 1)), 0.0).astype(np.uint8)
+    bgr = cv2.applyColorMap(shades, cv2.COLORMAP_INFERNO)
+    return np.dstack((cv2.cvtColor(bgr, cv2.COLOR_BGR2RGB), _alpha(covered)))
+
+
+def _reduce_counts(counts: NDArray[np.uint16], size: tuple[int, int]) -> NDArray[np.uint16]:
+    """Resize counts so that a single marked cell survives a reduction."""
+    factor = int(np.ceil(counts.shape[1] / size[0] - 1e-6))
+    if factor > 1:
+        counts = cv2.dilate(counts, np.ones((factor, factor), dtype=np.uint8)).astype(np.uint16)
+    return np.asarray(cv2.resize(counts, size, interpolation=cv2.INTER_NEAREST), dtype=np.uint16)
+
+
+def _stretch(values: NDArray[np.float32]) -> NDArray[np.uint8]:
+    flat = values.reshape(-1)
+    samples = flat[:: max(1, flat.size // CONTRAST_SAMPLES)]
+    samples = samples[~np.isnan(samples)]
+    if not samples.size:
+        samples = np.zeros(1, dtype=np.float32)
+    low, high = np.percentile(samples, CONTRAST_PERCENTILES)
+    gain = 255.0 / max(float(high - low), 1e-6)
+    known = np.nan_to_num(values, nan=float(low))
+    return np.asarray(np.clip((known - np.float32(low)) * np.float32(gain), 0.0, 255.0), dtype=np.uint8)
+
+
+def _alpha(covered: NDArray[np.bool]) -> NDArray[np.uint8]:
+    return covered.astype(np.uint8) * np.uint8(255)
