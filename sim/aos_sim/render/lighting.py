@@ -30,13 +30,13 @@ TO_SUN = np.array(
 """Unit vector to the sun: a hazy day, in which the sky gives as much light as the sun."""
 
 _SUN = 0.75
-_SKY_ON_CANOPY = 0.75
-_SKY_ON_FLOOR = 0.4
-"""Share of the sky's light that reaches the ground under trees."""
+_SKY = 0.9
+_FLOOR_SKY_SHARE = 0.45
+"""Part of the sky's light that reaches the ground."""
 _CANOPY_TOP_M = 18.0
 _SUN_WARMING_K = 0.6
 _SURFACE_OFFSET_M = 0.01
-_SHADOW_CELL_M = 0.15
+_SHADOW_CELL_M = 0.1
 
 
 def shade_mesh(mesh: Mesh, occluders: RayCaster) -> FloatArray:
@@ -47,11 +47,10 @@ def shade_mesh(mesh: Mesh, occluders: RayCaster) -> FloatArray:
     normal = np.cross(b - a, c - a)
     length = np.linalg.norm(normal, axis=1)
     # Leaves let light through and every triangle has two sides: the sign of the normal does not matter.
-    facing = np.abs(normal @ TO_SUN) / np.maximum(length, 1e-12)
+    facing = 0.4 + 0.6 * np.abs(normal @ TO_SUN) / np.maximum(length, 1e-12)
     centre = (a + b + c) / 3
     sunlit = occluders.is_free(centre + _SURFACE_OFFSET_M * TO_SUN, np.broadcast_to(TO_SUN, centre.shape).copy())
-    height = np.clip(centre[:, 2] / _CANOPY_TOP_M, 0.0, 1.0)
-    light = _SKY_ON_FLOOR + (_SKY_ON_CANOPY - _SKY_ON_FLOOR) * height + _SUN * facing * sunlit
+    light = _SKY * mesh.sky_share + _SUN * facing * sunlit
     warming = np.where(mesh.material <= Material.BARK, _SUN_WARMING_K * sunlit, 0.0)
     shaded = np.empty((len(mesh), 4), np.float32)
     shaded[:, :3] = np.minimum(mesh.albedo_rgb * light[:, None], 255.0)
@@ -76,7 +75,7 @@ class LitGround:
         column = np.clip((east_m - self.west_m) / _SHADOW_CELL_M, 0, columns - 1).astype(np.intp)
         sunlit = self.sunlit[row, column]
         samples = self.ground.sample(east_m, north_m)
-        samples[:, :3] *= np.where(sunlit, _SKY_ON_FLOOR + _SUN * TO_SUN[2], _SKY_ON_FLOOR)[:, None]
+        samples[:, :3] *= (_SKY * _FLOOR_SKY_SHARE + _SUN * TO_SUN[2] * sunlit)[:, None]
         samples[:, 3] += _SUN_WARMING_K * sunlit
         return samples
 

@@ -33,6 +33,8 @@ class Mesh:
     """Colour in white light, 0 to 255, shape (n, 3)."""
     temperature_celsius: FloatArray
     """Apparent temperature, shape (n,)."""
+    sky_share: FloatArray
+    """Part of the sky's light that reaches the triangle, 0 to 1, shape (n,)."""
 
     def __len__(self) -> int:
         return len(self.triangles_enu_m)
@@ -46,19 +48,25 @@ def concatenate(meshes: Sequence[Mesh]) -> Mesh:
         np.concatenate([mesh.material for mesh in meshes]),
         np.concatenate([mesh.albedo_rgb for mesh in meshes]),
         np.concatenate([mesh.temperature_celsius for mesh in meshes]),
+        np.concatenate([mesh.sky_share for mesh in meshes]),
     )
 
 
 def uniform_mesh(
-    triangles_enu_m: FloatArray, material: Material, albedo_rgb: ArrayLike, temperature_celsius: ArrayLike
+    triangles_enu_m: FloatArray,
+    material: Material,
+    albedo_rgb: ArrayLike,
+    temperature_celsius: ArrayLike,
+    sky_share: ArrayLike,
 ) -> Mesh:
-    """Mesh of one material; colour, shape (3,) or (n, 3), and temperature, () or (n,), are broadcast."""
+    """Mesh of one material; colour, shape (3,) or (n, 3), temperature and sky share, () or (n,), are broadcast."""
     count = len(triangles_enu_m)
     return Mesh(
         triangles_enu_m,
         np.full(count, material, dtype=np.uint8),
-        np.broadcast_to(np.asarray(albedo_rgb, dtype=np.float32), (count, 3)).copy(),
-        np.broadcast_to(np.asarray(temperature_celsius, dtype=np.float32), (count,)).copy(),
+        np.broadcast_to(np.asarray(albedo_rgb, dtype=np.float32), (count, 3)),
+        np.broadcast_to(np.asarray(temperature_celsius, dtype=np.float32), (count,)),
+        np.broadcast_to(np.asarray(sky_share, dtype=np.float32), (count,)),
     )
 
 
@@ -118,5 +126,9 @@ def normalised(vectors: NDArray[np.floating]) -> NDArray[np.floating]:
 
 
 _EMPTY = Mesh(
-    np.empty((0, 3, 3), np.float32), np.empty(0, np.uint8), np.empty((0, 3), np.float32), np.empty(0, np.float32)
+    np.empty((0, 3, 3), np.float32),
+    np.empty(0, np.uint8),
+    np.empty((0, 3), np.float32),
+    np.empty(0, np.float32),
+    np.empty(0, np.float32),
 )

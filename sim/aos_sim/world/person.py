@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 import numpy as np
@@ -16,6 +16,7 @@ _TROUSERS_SHADE = 0.55
 _SKIN_RGB = (205.0, 160.0, 130.0)
 _HAIR_RGB = (60.0, 45.0, 35.0)
 _SIDES = 10
+_SKY_SHARE = 0.5
 
 
 class Posture(StrEnum):
@@ -68,19 +69,21 @@ def person_mesh(person: Person) -> Mesh:
     body = _SITTING if person.posture is Posture.SITTING else _STANDING
     clothing = np.asarray(person.clothing_rgb, dtype=np.float64)
     clothing_celsius, skin_celsius = person.clothing_temperature_celsius, person.skin_temperature_celsius
-    parts = [
-        uniform_mesh(ellipsoid(body.torso_centre, (0.125, 0.08, 0.19)), Material.CLOTHING, clothing, clothing_celsius),
-        uniform_mesh(ellipsoid(body.head_centre, (0.045, 0.056, 0.066)), Material.SKIN, _SKIN_RGB, skin_celsius),
-        uniform_mesh(_hair(body.head_centre), Material.SKIN, _HAIR_RGB, skin_celsius - 3.0),
-    ]
-    for limb in body.limbs:
-        colour = clothing * (_TROUSERS_SHADE if limb.is_leg else 1.0)
-        parts.append(uniform_mesh(_tube(limb), Material.CLOTHING, colour, clothing_celsius))
-    for hand in (limb.end for limb in body.limbs if not limb.is_leg):
-        parts.append(uniform_mesh(ellipsoid(hand, (0.025, 0.025, 0.045)), Material.SKIN, _SKIN_RGB, skin_celsius))
+
+    def clothed(triangles: FloatArray, brightness: float = 1.0) -> Mesh:
+        return uniform_mesh(triangles, Material.CLOTHING, clothing * brightness, clothing_celsius, _SKY_SHARE)
+
+    def bare(triangles: FloatArray) -> Mesh:
+        return uniform_mesh(triangles, Material.SKIN, _SKIN_RGB, skin_celsius, _SKY_SHARE)
+
+    hair = uniform_mesh(_hair(body.head_centre), Material.SKIN, _HAIR_RGB, skin_celsius - 3.0, _SKY_SHARE)
+    parts = [clothed(ellipsoid(body.torso_centre, (0.125, 0.08, 0.19)))]
+    parts += [clothed(_tube(limb), _TROUSERS_SHADE if limb.is_leg else 1.0) for limb in body.limbs]
+    parts += [bare(ellipsoid(body.head_centre, (0.045, 0.056, 0.066))), hair]
+    parts += [bare(ellipsoid(limb.end, (0.025, 0.025, 0.045))) for limb in body.limbs if not limb.is_leg]
     mesh = concatenate(parts)
     placed = _placed(mesh.triangles_enu_m.astype(np.float64), person)
-    return Mesh(placed.astype(np.float32), mesh.material, mesh.albedo_rgb, mesh.temperature_celsius)
+    return replace(mesh, triangles_enu_m=placed.astype(np.float32))
 
 
 def _tube(limb: _Limb) -> FloatArray:
