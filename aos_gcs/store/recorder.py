@@ -8,6 +8,7 @@ operator is told once when it begins and once when it is over, and ``flush`` rai
 from __future__ import annotations
 
 import asyncio
+import re
 import sqlite3
 from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -65,7 +66,7 @@ class MissionRecorder:
         Raises:
             ConfigurationError: the folder exists already or cannot be made.
         """
-        if Path(mission_id).name != mission_id:
+        if not re.fullmatch(r"\w[\w.-]*", mission_id):
             raise ConfigurationError(f"the mission id {mission_id!r} is no folder name; use letters, digits, - and _")
         recorder = cls(root / mission_id, notify)
         with ThreadPoolExecutor(max_workers=1, thread_name_prefix="recorder") as thread:

@@ -1,0 +1,95 @@
+"""A recorded mission in one object."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from itertools import groupby
+from pathlib import Path
+
+from aos_gcs.mission.model import (
+    ActionRecord,
+    EventKind,
+    MissionSnapshot,
+    NoticeRecord,
+    OutcomeRecord,
+    Phase,
+    StepRecord,
+)
+from aos_gcs.store.reader import MissionReader
+
+
+@dataclass(frozen=True, slots=True)
+class PhaseSpan:
+    """A phase that the mission went through."""
+
+    phase: Phase
+    start_s: float
+    """Clock seconds since the start action, as of the first recorded snapshot in this phase."""
+    end_s: float
+    """As of the last one."""
+
+
+@dataclass(frozen=True, slots=True)
+class FileSize:
+    """A file of the mission, or a folder of it with all its files."""
+
+    path: str
+    """Relative to the mission's folder."""
+    files: int
+    size_bytes: int
+
+
+@dataclass(frozen=True, slots=True)
+class MissionSummary:
+    """What can be told of a recorded mission."""
+
+    folder: str
+    manifest: Mapping[str, object]
+    phases: tuple[PhaseSpan, ...]
+    steps: tuple[StepRecord, ...]
+    final: MissionSnapshot | None
+    """The last recorded snapshot, with vehicles and target estimate."""
+    notices: tuple[NoticeRecord, ...]
+    actions: tuple[ActionRecord, ...]
+    outcome: OutcomeRecord | None
+    """None while the mission goes on, and when its program was killed."""
+    files: tuple[FileSize, ...]
+
+
+def summarise(reader: MissionReader) -> MissionSummary:
+    """Return the summary of a mission.
+
+    Raises:
+        InputDataError: a part of the mission is damaged.
+    """
+    return MissionSummary(
+        folder=str(reader.folder),
+        manifest=reader.manifest(),
+        phases=tuple(_phases(reader)),
+        steps=reader.steps(),
+        final=reader.last_snapshot(),
+        notices=tuple(event.data for event in reader.events(EventKind.NOTICE) if isinstance(event.data, NoticeRecord)),
+        actions=reader.actions(),
+        outcome=reader.outcome(),
+        files=tuple(_file_size(reader.folder, path) for path in sorted(reader.folder.iterdir())),
+    )
+
+
+def _phases(reader: MissionReader) -> Iterator[PhaseSpan]:
+    snapshots = (event.data for event in reader.events(EventKind.SNAPSHOT) if isinstance(event.data, MissionSnapshot))
+    for phase, group in groupby(snapshots, key=lambda snapshot: snapshot.phase):
+        times_s = [snapshot.elapsed_s for snapshot in group]
+        yield PhaseSpan(phase, times_s[0], times_s[-1])
+
+
+def _file_size(folder: Path, path: Path) -> FileSize:
+    sizes = [_size_bytes(path)] if path.is_file() else [_size_bytes(file) for file in path.rglob("*") if file.is_file()]
+    return FileSize(path.relative_to(folder).as_posix(), len(sizes), sum(sizes))
+
+
+def _size_bytes(path: Path) -> int:
+    try:
+        return path.stat().st_size
+    except FileNotFoundError:  # a temporary file of a mission that is being recorded
+        return 0

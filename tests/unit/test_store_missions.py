@@ -1,0 +1,439 @@
+import asyncio
+import json
+import sqlite3
+import threading
+from collections.abc import AsyncIterator, Callable, Sequence
+from contextlib import AbstractAsyncContextManager
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from aos_gcs.errors import ConfigurationError, InputDataError, RecordingError
+from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.geometry.poses import R_from_quaternion, nadir_pose
+from aos_gcs.mission.model import (
+    Action,
+    ActionRecord,
+    ActionResult,
+    Event,
+    EventKind,
+    MissionSnapshot,
+    NoticeRecord,
+    Outcome,
+    OutcomeRecord,
+    Phase,
+    PictureKind,
+    PicturesRecord,
+    StepRecord,
+    Suspension,
+    TargetEstimate,
+    Task,
+    VehicleSnapshot,
+    Verdict,
+    WaypointRecord,
+)
+from aos_gcs.ports import Capture, Notice, Severity, VehicleState
+from aos_gcs.store.database import MissionDatabase, Write
+from aos_gcs.store.reader import MissionReader
+from aos_gcs.store.recorder import QUEUE_SIZE, MissionRecorder
+
+ORIGIN = GeodeticPosition(48.33, 14.33, 301.25)
+
+
+def notice_event(seq: int, text: str = "hello") -> Event:
+    return Event(seq, 1000.0 + seq, EventKind.NOTICE, NoticeRecord(Severity.INFO, text, None, float(seq)))
+
+
+def step_record(step: int) -> StepRecord:
+    return StepRecord(
+        step=step,
+        elapsed_s=12.5 * step,
+        phase=Phase.SCAN,
+        visibility_m2=0.1 * step,
+        threshold_m2=0.3,
+        branch="line",
+        evolutionary_factor=1 / 3,
+        evolutionary_state="convergence",
+        c_s_m=1.0,
+        c_c_m=2.0,
+        leader_id=2,
+        target_enu_m=(1.0, 2.0, 0.0),
+        fitness={1: 0.5, 2: 0.75},
+        missing={3: "no frame within 5 s"},
+        waypoints=(WaypointRecord(1, (0.1, 0.2, 35.0), None, Verdict.HELD, "outside of the fence"),),
+        imaging_ms=20.0,
+        work_ms=50.0,
+        loop_lag_p99_ms=1.0,
+    )
+
+
+def snapshot() -> MissionSnapshot:
+    vehicle = VehicleSnapshot(VehicleState(1, position=ORIGIN), Task.SWARM, 35.0, (0.0, 0.0, 35.0), 0.1, None, None)
+    return MissionSnapshot(
+        mission_id="m",
+        strategy="aos-apso",
+        phase=Phase.SCAN,
+        suspension=Suspension.NONE,
+        outcome=Outcome.OPEN,
+        message="scanning",
+        elapsed_s=30.0,
+        step=2,
+        origin=ORIGIN,
+        area_enu_m=((0.0, 0.0), (10.0, 0.0), (10.0, 10.0)),
+        fence_enu_m=((-5.0, -5.0), (15.0, -5.0), (15.0, 15.0)),
+        vehicles=(vehicle,),
+        preflight=(),
+        target=TargetEstimate((1.0, 2.0, 0.0), 0.4, 3),
+        min_separation_m=1.5,
+    )
+
+
+def capture(vehicle_id: int = 1) -> Capture:
+    image = np.random.default_rng(vehicle_id).integers(0, 256, (6, 8, 3), dtype=np.uint8)
+    return Capture(
+        vehicle_id=vehicle_id,
+        image_index=4,
+        utc_s=1234.5,
+        image=image,
+        bands=("red", "green", "blue"),
+        position=ORIGIN,
+        R_cam2enu=nadir_pose([0.0, 0.0, 0.0], heading_rad=0.3).R_cam2enu,
+        camera=CameraModel.from_fov(8, 6, 0.87),
+    )
+
+
+class Store:
+    """Opens recorders under one root and keeps their notices."""
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+        self.notices: list[Notice] = []
+
+    def record(self, mission_id: str = "m", **manifest: object) -> AbstractAsyncContextManager[MissionRecorder]:
+        return MissionRecorder.create(self.root, mission_id, manifest, notify=self.notices.append)
+
+    def read(self, mission_id: str = "m") -> MissionReader:
+        return MissionReader(self.root / mission_id)
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Store:
+    return Store(tmp_path / "missions")
+
+
+class FullDisk:
+    """Lets the database fail as SQLite does on a full disk, while ``full`` is set."""
+
+    def __init__(self) -> None:
+        self.full = False
+
+
+@pytest.fixture
+def disk(monkeypatch: pytest.MonkeyPatch) -> FullDisk:
+    disk = FullDisk()
+    write = MissionDatabase.write
+
+    def write_if_room(database: MissionDatabase, writes: Sequence[Write]) -> None:
+        if disk.full:
+            raise sqlite3.OperationalError("database or disk is full")
+        write(database, writes)
+
+    monkeypatch.setattr(MissionDatabase, "write", write_if_room)
+    return disk
+
+
+# --- what is recorded can be read -----------------------------------------------------------------------------------
+
+
+async def test_everything_recorded_is_read_back(store: Store) -> None:
+    pictures = PicturesRecord(2, (PictureKind.INTEGRAL,), -1.0, -2.0, 3.0, 4.0)
+    data = (
+        (EventKind.NOTICE, NoticeRecord(Severity.WARNING, "wind", 3, 1.0)),
+        (EventKind.SNAPSHOT, snapshot()),
+        (EventKind.STEP, step_record(1)),
+        (EventKind.PICTURES, pictures),
+    )
+    events = [Event(seq, 100.5 + seq, kind, item) for seq, (kind, item) in enumerate(data, start=1)]
+    hold = ActionRecord(7.0, Action.HOLD, (1, 2), (ActionResult(1, True, "holds"),))
+    start = ActionRecord(8.0, Action.START, None, (), refusal="it has been started already")
+    outcome = OutcomeRecord(99.0, Outcome.FOUND, {"target_error_m": 0.25})
+    async with store.record(seed=3) as recorder:
+        for event in events:
+            await recorder.record_event(event)
+        await recorder.record_step(step_record(1), {"rng": np.random.default_rng(1).bit_generator.state})
+        await recorder.record_step(step_record(2), {"velocity": np.eye(2)})
+        await recorder.record_action(hold)
+        await recorder.record_action(start)
+        await recorder.record_outcome(outcome)
+    with store.read() as reader:
+        assert reader.manifest() == {"seed": 3}
+        assert list(reader.events()) == events
+        assert list(reader.events(EventKind.PICTURES)) == events[3:]
+        assert reader.last_snapshot() == snapshot()
+        assert reader.steps() == (step_record(1), step_record(2))
+        assert reader.strategy_state(1)["rng"] == np.random.default_rng(1).bit_generator.state
+        assert reader.actions() == (hold, start)
+        assert reader.outcome() == outcome
+    assert store.notices == []
+
+
+async def test_frames_are_read_back_with_their_exact_poses(store: Store) -> None:
+    async with store.record() as recorder:
+        await recorder.record_frame(1, capture(2))
+        await recorder.record_frame(1, capture(1))
+        await recorder.record_frame(2, capture(1))
+    with store.read() as reader:
+        assert [(entry.step, entry.vehicle_id) for entry in reader.frames()] == [(1, 1), (1, 2), (2, 1)]
+        (_, entry) = reader.frames(step=1)
+        loaded, original = entry.load(), capture(2)
+    np.testing.assert_array_equal(loaded.image, original.image)
+    np.testing.assert_array_equal(loaded.R_cam2enu, original.R_cam2enu)
+    for name in ("vehicle_id", "image_index", "utc_s", "bands", "position", "camera"):
+        assert getattr(loaded, name) == getattr(original, name)
+
+
+async def test_other_tools_find_the_orientation_as_a_quaternion(store: Store) -> None:
+    async with store.record() as recorder:
+        await recorder.record_frame(1, capture())
+    connection = sqlite3.connect(store.root / "m" / "mission.sqlite")
+    ((quaternion,),) = connection.execute("SELECT q_cam2enu_wxyz FROM frames").fetchall()
+    connection.close()
+    np.testing.assert_allclose(R_from_quaternion(json.loads(quaternion)), capture().R_cam2enu, atol=1e-12)
+
+
+async def test_a_second_record_of_a_step_replaces_the_first(store: Store) -> None:
+    async with store.record() as recorder:
+        await recorder.record_step(step_record(1), {})
+        await recorder.record_step(replace(step_record(1), work_ms=75.0), {"best": 2})
+    with store.read() as reader:
+        assert [step.work_ms for step in reader.steps()] == [75.0]
+        assert reader.strategy_state(1) == {"best": 2}
+
+
+async def test_a_running_mission_shows_what_has_been_flushed(store: Store) -> None:
+    async with store.record() as recorder:
+        with store.read() as reader:
+            for step in range(1, 4):
+                await recorder.record_step(step_record(step), {})
+                await recorder.flush()
+                assert [record.step for record in reader.steps()] == list(range(1, step + 1))
+            assert reader.outcome() is None
+            assert reader.last_snapshot() is None
+    with store.read() as reader:  # closed while somebody was reading
+        assert len(reader.steps()) == 3
+
+
+async def test_a_closed_mission_is_one_plain_file(store: Store) -> None:
+    async with store.record() as recorder:
+        await recorder.record_event(notice_event(1))
+    assert sorted(path.name for path in (store.root / "m").iterdir()) == [
+        "frames",
+        "manifest.json",
+        "mavlink",
+        "mission.sqlite",
+    ]
+
+
+async def test_many_events_arrive_in_order(store: Store) -> None:
+    async with store.record() as recorder:
+        for seq in range(1, 1001):
+            await recorder.record_event(notice_event(seq))
+    with store.read() as reader:
+        assert [event.seq for event in reader.events()] == list(range(1, 1001))
+
+
+async def test_a_cancelled_mission_keeps_what_was_queued(store: Store) -> None:
+    recorded = asyncio.Event()
+
+    async def mission() -> None:
+        async with store.record() as recorder:
+            for seq in range(1, QUEUE_SIZE):
+                await recorder.record_event(notice_event(seq))
+            recorded.set()
+            await asyncio.Event().wait()
+
+    task = asyncio.create_task(mission())
+    await recorded.wait()
+    task.cancel()
+    with pytest.raises(asyncio.CancelledError):
+        await task
+    with store.read() as reader:
+        assert len(list(reader.events())) == QUEUE_SIZE - 1
+
+
+@pytest.mark.parametrize("change", ["UPDATE actions SET utc_s = 0", "DELETE FROM actions"])
+async def test_the_audit_log_cannot_be_changed(store: Store, change: str) -> None:
+    async with store.record() as recorder:
+        await recorder.record_action(ActionRecord(7.0, Action.HOLD, None, ()))
+    connection = sqlite3.connect(store.root / "m" / "mission.sqlite")
+    with pytest.raises(sqlite3.IntegrityError, match="append-only"):
+        connection.execute(change)
+    connection.close()
+
+
+# --- storage that fails or is slow ----------------------------------------------------------------------------------
+
+
+@pytest.fixture
+async def recorder(store: Store) -> AsyncIterator[MissionRecorder]:
+    async with store.record() as recorder:
+        yield recorder
+
+
+async def test_a_full_disk_is_told_once_and_costs_records_only(
+    store: Store, disk: FullDisk, recorder: MissionRecorder
+) -> None:
+    disk.full = True
+    for seq in (1, 2, 3):
+        await recorder.record_event(notice_event(seq))
+        with pytest.raises(RecordingError, match="disk is full"):
+            await recorder.flush()
+    assert recorder.lost == 3
+    assert "disk is full" in str(recorder.failure)
+    assert [notice.severity for notice in store.notices] == [Severity.CRITICAL]
+
+    disk.full = False
+    await recorder.record_event(notice_event(4))
+    await recorder.flush()
+    assert recorder.failure is None
+    assert [notice.severity for notice in store.notices] == [Severity.CRITICAL, Severity.WARNING]
+    assert "3 records" in store.notices[-1].text
+    with store.read() as reader:
+        assert [event.seq for event in reader.events()] == [4]
+
+
+async def test_one_record_that_fails_does_not_take_its_neighbours(
+    store: Store, recorder: MissionRecorder, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def no_room(path: Path, _: bytes) -> int:
+        raise OSError(28, "No space left on device", str(path))
+
+    monkeypatch.setattr(Path, "write_bytes", no_room)
+    await recorder.record_event(notice_event(1))
+    await recorder.record_frame(1, capture())
+    await recorder.record_event(notice_event(2))
+    with pytest.raises(RecordingError, match="No space left"):
+        await recorder.flush()
+    assert recorder.lost == 1
+    with store.read() as reader:
+        assert [event.seq for event in reader.events()] == [1, 2]
+        assert reader.frames() == ()
+
+
+async def test_a_state_that_cannot_be_encoded_is_reported(store: Store, recorder: MissionRecorder) -> None:
+    await recorder.record_step(step_record(1), {"strategy": object()})
+    with pytest.raises(RecordingError, match="cannot record a object"):
+        await recorder.flush()
+    assert len(store.notices) == 1
+
+
+async def test_a_slow_disk_makes_the_caller_wait_and_loses_nothing(
+    store: Store, recorder: MissionRecorder, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    released = threading.Event()
+    write: Callable[..., None] = MissionDatabase.write
+
+    def write_when_released(database: MissionDatabase, writes: Sequence[Write]) -> None:
+        released.wait()
+        write(database, writes)
+
+    monkeypatch.setattr(MissionDatabase, "write", write_when_released)
+    count = 0
+
+    async def record_more_than_fits() -> None:
+        nonlocal count
+        for seq in range(1, 2 * QUEUE_SIZE + 2):
+            await recorder.record_event(notice_event(seq))
+            count = seq
+
+    task = asyncio.create_task(record_more_than_fits())
+    for _ in range(10 * QUEUE_SIZE):
+        await asyncio.sleep(0)
+    assert count <= 2 * QUEUE_SIZE  # one batch at the writer, one queue full
+    assert not task.done()
+    released.set()
+    await task
+    await recorder.flush()
+    with store.read() as reader:
+        assert len(list(reader.events())) == 2 * QUEUE_SIZE + 1
+
+
+# --- folders that cannot be used ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("mission_id", ["../m", "a/b", "", ".."])
+async def test_a_mission_id_is_a_folder_name(store: Store, mission_id: str) -> None:
+    with pytest.raises(ConfigurationError, match="no folder name"):
+        async with store.record(mission_id):
+            pass
+
+
+async def test_a_mission_is_never_written_over_another(store: Store) -> None:
+    async with store.record():
+        pass
+    with pytest.raises(ConfigurationError, match="exists already"):
+        async with store.record():
+            pass
+
+
+async def test_a_root_that_is_a_file_is_refused(store: Store) -> None:
+    store.root.write_text("")
+    with pytest.raises(ConfigurationError, match="cannot be made"):
+        async with store.record():
+            pass
+
+
+def test_a_folder_without_a_mission_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputDataError, match=r"no mission folder: it holds no mission\.sqlite"):
+        MissionReader(tmp_path)
+
+
+@pytest.mark.parametrize("content", [b"", b"not a database, but long enough to be taken for one" * 50])
+def test_a_file_that_is_no_mission_is_refused(tmp_path: Path, content: bytes) -> None:
+    (tmp_path / "mission.sqlite").write_bytes(content)
+    with pytest.raises(InputDataError, match="damaged or no mission"):
+        MissionReader(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("damage", "reading", "reason"),
+    [
+        ("UPDATE steps SET record = '{'", MissionReader.steps, "step 1 cannot be read"),
+        ("UPDATE steps SET record = '{}'", MissionReader.steps, "StepRecord: missing"),
+        ("UPDATE events SET kind = 'song'", lambda reader: list(reader.events()), "event 1 cannot be read"),
+        ("DROP TABLE frames", MissionReader.frames, "no such table"),
+    ],
+)
+async def test_damaged_rows_name_themselves(
+    store: Store, damage: str, reading: Callable[[MissionReader], object], reason: str
+) -> None:
+    async with store.record() as recorder:
+        await recorder.record_event(notice_event(1))
+        await recorder.record_step(step_record(1), {})
+    connection = sqlite3.connect(store.root / "m" / "mission.sqlite")
+    connection.execute(damage)
+    connection.commit()
+    connection.close()
+    with store.read() as reader, pytest.raises(InputDataError, match=reason):
+        reading(reader)
+
+
+async def test_damaged_files_name_themselves(store: Store) -> None:
+    async with store.record() as recorder:
+        await recorder.record_frame(1, capture())
+    with store.read() as reader:
+        (entry,) = reader.frames()
+        entry.path.write_bytes(entry.path.read_bytes()[:50])
+        with pytest.raises(InputDataError, match=entry.path.name):
+            entry.load()
+        entry.path.unlink()
+        with pytest.raises(InputDataError, match=entry.path.name):
+            entry.load()
+        (reader.folder / "manifest.json").write_text("[]")
+        with pytest.raises(InputDataError, match=r"manifest\.json: it is no JSON object"):
+            reader.manifest()
+        with pytest.raises(InputDataError, match="no step 7"):
+            reader.strategy_state(7)
