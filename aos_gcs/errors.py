@@ -47,3 +47,7 @@ class MissionError(AosError):
 
 class RecordingError(AosError):
     """The mission folder cannot be written, for example because the disk is full; the mission itself goes on."""
+
+
+class MissionFailedError(AosError):
+    """A mission cannot go on; on the ground it ends, in the air everybody returns."""

@@ -19,6 +19,7 @@ class Subscription:
     def __init__(self, capacity: int) -> None:
         self._events: deque[Event] = deque(maxlen=capacity)
         self._ready = asyncio.Event()
+        self._closed = False
         self.dropped = 0
 
     def put(self, event: Event) -> None:
@@ -28,11 +29,18 @@ class Subscription:
         self._events.append(event)
         self._ready.set()
 
+    def close(self) -> None:
+        """End the iteration once what is buffered has been read."""
+        self._closed = True
+        self._ready.set()
+
     def __aiter__(self) -> AsyncIterator[Event]:
         return self
 
     async def __anext__(self) -> Event:
         while not self._events:
+            if self._closed:
+                raise StopAsyncIteration
             self._ready.clear()
             await self._ready.wait()
         return self._events.popleft()

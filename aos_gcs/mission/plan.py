@@ -36,6 +36,12 @@ class ScanLeg:
         (east_m, north_m), (east, north) = self.start_enu_m, self.direction_enu
         return (east_m + self.length_m * east, north_m + self.length_m * north)
 
+    def after(self, flown_m: float) -> ScanLeg:
+        """Return what is left of the leg once its first ``flown_m`` metres are flown."""
+        (east_m, north_m), (east, north) = self.start_enu_m, self.direction_enu
+        start_enu_m = (east_m + flown_m * east, north_m + flown_m * north)
+        return ScanLeg(start_enu_m, self.direction_enu, max(0.0, self.length_m - flown_m))
+
 
 def altitude_layers(n: int, lowest_m: float, spacing_m: float) -> tuple[float, ...]:
     """Return n heights above the origin, ascending, one per vehicle.

@@ -187,6 +187,8 @@ class _Traffic:
         receding = point_segment_distance(end, starts, ends)[0] > now_m + TOLERANCE_M
         fractions[too_close & ~receding] = 0.0
         worst = int(fractions.argmin())
+        if fractions[worst] == 1.0:
+            return _UNCUT
         passing_m = float(segment_distance(start, end, starts[worst], ends[worst]))
         other_id = self._ids[rows[worst]]
         return _Cut(
@@ -245,6 +247,8 @@ def _fence_cut(start: FloatArray, end: FloatArray, fence_m: FloatArray, margin_m
     if depth_m <= BACK_OFF_M:
         returns = signed_depth_m(end, fence_m) >= margin_m and edges_met(start, end, fence_m) <= 1
         return _UNCUT if returns else _Cut(0.0, "it is outside the fence and would not fly straight back inside")
+    if depth_m - float(np.linalg.norm(end - start)) > max(margin_m, BACK_OFF_M):
+        return _UNCUT
     # A way keeps off the fence by a hair even without a margin, else it could cross it.
     required_m = max(min(margin_m, depth_m), BACK_OFF_M)
     fence_starts, fence_ends = edges(fence_m)

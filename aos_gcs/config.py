@@ -1,0 +1,230 @@
+"""The service's configuration: a TOML file, checked once, turned into the core's own settings.
+
+The sections ``flight``, ``deadlines``, ``detection``, ``imaging`` and ``safety`` have the fields and defaults of the
+core's settings dataclasses; docs/configuration.md lists them all.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import tomllib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any, TypeVar
+
+import pydantic
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
+
+from aos_gcs.errors import ConfigurationError
+from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.imaging.step import ImagingSettings
+from aos_gcs.mission.safety import SafetyLimits
+from aos_gcs.mission.settings import Deadlines, DetectionSettings, FlightSettings, MissionSettings
+from aos_gcs.swarm.registry import make_strategy
+
+_STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
+
+_LatLon = tuple[Annotated[float, Field(ge=-90.0, le=90.0)], Annotated[float, Field(ge=-180.0, le=180.0)]]
+_EastNorth = tuple[float, float]
+
+SettingsT = TypeVar("SettingsT")
+
+
+class LinkConfig(BaseModel):
+    """How the vehicles are reached."""
+
+    model_config = _STRICT
+
+    driver: str = "mavlink"
+    urls: Annotated[list[str], Field(min_length=1)]
+    """Such as ``udpin://0.0.0.0:14550``."""
+    system_id: Annotated[int, Field(ge=1, le=255)] = 254
+    """Our own MAVLink system id."""
+    options: dict[str, Any] = {}
+    """Of the driver alone."""
+
+
+class MissionConfig(BaseModel):
+    """What is searched, by how many."""
+
+    model_config = _STRICT
+
+    vehicles: Annotated[int, Field(ge=2, le=250)]
+    area_deg: Annotated[list[_LatLon], Field(min_length=3)] | None = None
+    """Corners of the search area, latitude and longitude; needs ``origin_deg``."""
+    area_enu_m: Annotated[list[_EastNorth], Field(min_length=3)] | None = None
+    """Instead of ``area_deg``: metres east and north of the origin."""
+    origin_deg: tuple[float, float, float] | None = None
+    """Latitude, longitude and altitude AMSL (metres) of the launch site; by default the home of the first vehicle."""
+    scan_heading_deg: Annotated[float, Field(ge=0.0, lt=360.0)] = 0.0
+    """Direction of the first scan, clockwise from north."""
+    camera_fov_deg: Annotated[float, Field(gt=1.0, lt=170.0)] = 50.0
+    """Horizontal field of view that legs are planned for."""
+    seed: Annotated[int, Field(ge=0)] = 0
+    auto_start: bool = False
+    auto_return: bool = False
+
+
+class SwarmConfig(BaseModel):
+    """Which strategy chooses the positions."""
+
+    model_config = _STRICT
+
+    strategy: str = "aos-apso"
+    parameters: dict[str, Any] = {}
+
+
+class ApiConfig(BaseModel):
+    """The dashboard."""
+
+    model_config = _STRICT
+
+    enabled: bool = True
+    host: str = "127.0.0.1"
+    port: Annotated[int, Field(ge=0, le=65535)] = 8080
+
+
+class RecordConfig(BaseModel):
+    """Where missions are recorded."""
+
+    model_config = _STRICT
+
+    folder: Path = Path("missions")
+
+
+class ServiceConfig(BaseModel):
+    """The whole file."""
+
+    model_config = _STRICT
+
+    link: LinkConfig
+    mission: MissionConfig
+    swarm: SwarmConfig = SwarmConfig()
+    flight: dict[str, Any] = {}
+    deadlines: dict[str, Any] = {}
+    detection: dict[str, Any] = {}
+    imaging: dict[str, Any] = {}
+    safety: dict[str, Any] = {}
+    api: ApiConfig = ApiConfig()
+    record: RecordConfig = RecordConfig()
+    clock_speed: Annotated[float, Field(gt=0.0, le=100.0)] = 1.0
+    """Clock seconds per real second; above 1 only with vehicles that are simulated at the same speed."""
+
+
+def read_config(path: Path) -> ServiceConfig:
+    """Read and check a TOML file.
+
+    Raises:
+        ConfigurationError: it cannot be read or is not valid; the text names the field.
+    """
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigurationError(f"Cannot read the configuration {path}: {error}.") from error
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigurationError(f"{path} is not valid TOML: {error}.") from error
+    return parse_config(table, source=str(path))
+
+
+def parse_config(table: Mapping[str, Any], source: str = "configuration") -> ServiceConfig:
+    """Check a configuration given as nested tables.
+
+    Raises:
+        ConfigurationError: it is not valid; the text names the field.
+    """
+    try:
+        return ServiceConfig.model_validate(table)
+    except pydantic.ValidationError as error:
+        raise ConfigurationError(f"{source}: {_first_problem(error)}") from error
+
+
+def mission_settings(config: ServiceConfig) -> MissionSettings:
+    """Turn a configuration into the settings of a mission.
+
+    Raises:
+        ConfigurationError: a value is out of range or contradicts another; the text names the field.
+    """
+    mission = config.mission
+    origin = None if mission.origin_deg is None else GeodeticPosition(*mission.origin_deg)
+    heading_rad = math.radians(mission.scan_heading_deg)
+    make_strategy(config.swarm.strategy, config.swarm.parameters)  # Refused here, before anything is opened.
+    safety = _known_fields(SafetyLimits, "safety", config.safety, extra=("fence_deg",))
+    if "fence_deg" in safety:
+        fence_deg = TypeAdapter(list[_LatLon]).validate_python(safety.pop("fence_deg"))
+        safety["fence_enu_m"] = _to_enu(fence_deg, origin, "safety.fence_deg")
+    settings = MissionSettings(
+        vehicles=mission.vehicles,
+        area_enu_m=_area_enu_m(mission, origin),
+        imaging=_build(ImagingSettings, "imaging", config.imaging),
+        safety=safety,
+        origin=origin,
+        scan_direction_enu=(math.sin(heading_rad), math.cos(heading_rad)),
+        planning_fov_rad=math.radians(mission.camera_fov_deg),
+        strategy=config.swarm.strategy,
+        strategy_parameters=config.swarm.parameters,
+        seed=mission.seed,
+        flight=_build(FlightSettings, "flight", config.flight),
+        deadlines=_build(Deadlines, "deadlines", config.deadlines),
+        detection=_build(DetectionSettings, "detection", config.detection),
+        auto_start=mission.auto_start,
+        auto_return=mission.auto_return,
+    )
+    if settings.imaging.plane_height_m >= settings.flight.lowest_layer_m:
+        raise ConfigurationError(
+            f"imaging.plane_height_m ({settings.imaging.plane_height_m:g}) must be below flight.lowest_layer_m "
+            f"({settings.flight.lowest_layer_m:g}): a focal plane above the cameras is never seen."
+        )
+    return settings
+
+
+def _area_enu_m(mission: MissionConfig, origin: GeodeticPosition | None) -> tuple[tuple[float, float], ...]:
+    if (mission.area_deg is None) == (mission.area_enu_m is None):
+        raise ConfigurationError("mission: give the search area either as area_deg or as area_enu_m.")
+    if mission.area_enu_m is not None:
+        return tuple(mission.area_enu_m)
+    return _to_enu(mission.area_deg or [], origin, "mission.area_deg")
+
+
+def _to_enu(
+    corners_deg: Sequence[tuple[float, float]], origin: GeodeticPosition | None, field: str
+) -> tuple[tuple[float, float], ...]:
+    if origin is None:
+        raise ConfigurationError(
+            f"{field} needs mission.origin_deg: latitude, longitude and altitude of the launch site."
+        )
+    frame = LocalFrame(origin)
+    corners_enu_m = [
+        frame.to_enu(GeodeticPosition(latitude_deg, longitude_deg, origin.altitude_amsl_m))
+        for latitude_deg, longitude_deg in corners_deg
+    ]
+    return tuple((float(corner[0]), float(corner[1])) for corner in corners_enu_m)
+
+
+def _known_fields(
+    settings: type[Any], section: str, table: Mapping[str, Any], extra: tuple[str, ...] = ()
+) -> dict[str, Any]:
+    known = [field.name for field in dataclasses.fields(settings)] + list(extra)
+    for name in table:
+        if name not in known:
+            raise ConfigurationError(f"{section}.{name} is unknown; known are: {', '.join(known)}.")
+    return dict(table)
+
+
+def _build(settings: type[SettingsT], section: str, table: Mapping[str, Any]) -> SettingsT:
+    """Make a settings dataclass from a table, types checked by pydantic, ranges by the dataclass itself."""
+    try:
+        return TypeAdapter(settings).validate_python(_known_fields(settings, section, table))
+    except pydantic.ValidationError as error:
+        raise ConfigurationError(f"{section}.{_first_problem(error)}") from error
+    except ConfigurationError as error:
+        raise ConfigurationError(f"{section}: {error}") from error
+
+
+def _first_problem(error: pydantic.ValidationError) -> str:
+    """Return 'field: what is wrong' of the first of the problems, and how many there are."""
+    problems = error.errors(include_url=False, include_context=False)
+    first = problems[0]
+    field = ".".join(str(part) for part in first["loc"])
+    more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
+    return f"{field}: {first['msg']}{more}."

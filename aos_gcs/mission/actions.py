@@ -1,0 +1,213 @@
+"""The operator's actions: what each does to the whole mission, and to single vehicles."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable, Mapping, Sequence
+from typing import Protocol
+
+import numpy as np
+
+from aos_gcs.errors import MissionError
+from aos_gcs.mission.context import MissionContext
+from aos_gcs.mission.homing import Homing
+from aos_gcs.mission.model import Action, ActionRecord, ActionResult, Outcome, Phase, Suspension, Task
+from aos_gcs.mission.phases import ENDING, ON_GROUND, check_action
+from aos_gcs.mission.roster import Member
+from aos_gcs.ports import Hold, Land, Severity
+
+
+class Flow(Protocol):
+    """What an action may do to the flow of phases."""
+
+    phase: Phase
+    suspension: Suspension
+
+    def redirect(self, phase: Phase) -> None:
+        """End the present activity and go on with ``phase``."""
+        ...
+
+    def suspend(self, suspension: Suspension) -> None:
+        """Make no further step."""
+        ...
+
+    def resume(self) -> None:
+        """Go on where the mission was suspended."""
+        ...
+
+
+class Operator:
+    """Carries out actions. Every one is written to the audit log, refused ones too."""
+
+    def __init__(self, context: MissionContext, homing: Homing, flow: Flow) -> None:
+        self._context = context
+        self._homing = homing
+        self._flow = flow
+        self._on_all: Mapping[Action, Callable[[], Awaitable[Sequence[ActionResult]]]] = {
+            Action.START: self._start,
+            Action.PAUSE: self._pause,
+            Action.RESUME: self._resume,
+            Action.HOLD: self._hold,
+            Action.RETURN: self._return,
+            Action.LAND: self._land,
+            Action.ABORT: self._abort,
+        }
+        self._on_one: Mapping[Action, Callable[[Member], Awaitable[str | None]]] = {
+            Action.PAUSE: self._pause_one,
+            Action.RESUME: self._resume_one,
+            Action.HOLD: self._hold_one,
+            Action.RETURN: self._return_one,
+            Action.LAND: self._land_one,
+            Action.ABORT: self._return_one,
+        }
+
+    async def act(self, action: Action, vehicle_ids: tuple[int, ...] | None) -> tuple[ActionResult, ...]:
+        """See ``MissionControl.act``."""
+        context = self._context
+        try:
+            check_action(self._flow.phase, action)
+            if vehicle_ids is None:
+                results = tuple(await self._on_all[action]())
+            else:
+                results = await self._act_on(action, context.roster.select(vehicle_ids))
+        except MissionError as error:
+            await context.recorder.record_action(
+                ActionRecord(context.clock.utc_s(), action, vehicle_ids, (), str(error))
+            )
+            raise
+        await context.recorder.record_action(ActionRecord(context.clock.utc_s(), action, vehicle_ids, results))
+        return results
+
+    # --- the whole mission --------------------------------------------------------------------------------------------
+
+    async def _start(self) -> Sequence[ActionResult]:
+        self._tell("start")
+        self._flow.redirect(Phase.ARM)
+        return self._all_members("starts")
+
+    async def _pause(self) -> Sequence[ActionResult]:
+        if self._flow.suspension is not Suspension.NONE:
+            raise MissionError(f"Cannot pause: the mission is {self._flow.suspension} already.")
+        self._tell("pause after this step")
+        self._flow.suspend(Suspension.PAUSED)
+        return self._all_members("hovers at its waypoint when this step is done")
+
+    async def _resume(self) -> Sequence[ActionResult]:
+        held = self._context.roster.members(Task.HELD)
+        if self._flow.suspension is Suspension.NONE and not held:
+            raise MissionError("Cannot resume: nothing is paused or held.")
+        self._tell("resume")
+        self._flow.resume()
+        return [await self._result(self._resume_one, member, "is back in the swarm") for member in held]
+
+    async def _hold(self) -> Sequence[ActionResult]:
+        self._tell("hold all")
+        self._flow.suspend(Suspension.HELD)
+        self._context.message = "Held: all vehicles stop where they are."
+        reasons = await self._context.flight.command_each(self._context.roster.airborne(), lambda _: Hold())
+        return [_result(vehicle_id, reason, "holds its position") for vehicle_id, reason in reasons.items()]
+
+    async def _return(self) -> Sequence[ActionResult]:
+        self._tell("return")
+        return self._go_down(Phase.RETURN, "returns to its launch point")
+
+    async def _land(self) -> Sequence[ActionResult]:
+        self._tell("land")
+        return self._go_down(Phase.LAND, "lands where it is")
+
+    async def _abort(self) -> Sequence[ActionResult]:
+        self._tell("abort")
+        self._context.outcome = Outcome.ABORTED
+        if self._flow.phase in ON_GROUND:
+            self._context.message = "Aborted before any motor was started."
+            self._flow.redirect(Phase.DONE)
+            return self._all_members("stays on the ground")
+        return self._go_down(Phase.RETURN, "returns to its launch point")
+
+    def _go_down(self, phase: Phase, text: str) -> Sequence[ActionResult]:
+        if self._flow.phase is phase:
+            self._flow.resume()
+        elif self._flow.phase is Phase.LAND:
+            raise MissionError("Cannot return: everybody is landing; hold first.")
+        else:
+            self._flow.redirect(phase)
+        return self._all_members(text)
+
+    def _all_members(self, text: str) -> Sequence[ActionResult]:
+        return [
+            ActionResult(member.vehicle_id, accepted=True, text=text)
+            for member in self._context.roster.members()
+            if member.task not in {Task.LOST, Task.LANDED}
+        ]
+
+    # --- single vehicles ----------------------------------------------------------------------------------------------
+
+    async def _act_on(self, action: Action, members: Sequence[Member]) -> tuple[ActionResult, ...]:
+        if action not in self._on_one:
+            raise MissionError(f"{action.capitalize()} concerns the whole mission; leave the vehicles out.")
+        if not members:
+            raise MissionError("No vehicle was named; name at least one, or none at all for the whole mission.")
+        self._tell(f"{action} vehicle {', '.join(str(member.vehicle_id) for member in members)}")
+        done = {
+            Action.PAUSE: "stays at its waypoint",
+            Action.RESUME: "is back in the swarm",
+            Action.HOLD: "holds its position",
+            Action.LAND: "lands where it is",
+        }.get(action, "returns to its launch point")
+        return tuple(await asyncio.gather(*(self._result(self._on_one[action], member, done) for member in members)))
+
+    async def _result(self, act: Callable[[Member], Awaitable[str | None]], member: Member, done: str) -> ActionResult:
+        if member.task is Task.LOST:
+            return ActionResult(member.vehicle_id, accepted=False, text="is lost; it cannot be reached")
+        if not member.airborne:
+            return ActionResult(member.vehicle_id, accepted=False, text="is not flying")
+        return _result(member.vehicle_id, await act(member), done)
+
+    async def _pause_one(self, member: Member) -> str | None:
+        if member.task is not Task.SWARM:
+            return f"is not in the swarm ({member.task})"
+        member.task = Task.HELD
+        return None
+
+    async def _resume_one(self, member: Member) -> str | None:
+        if member.task is not Task.HELD:
+            return f"is neither paused nor held ({member.task})"
+        if self._flow.phase in ENDING:
+            return "the mission is on its way home"
+        if not member.follows_us:
+            return f"does not follow us: its mode is {member.state.mode_name}"
+        member.task = Task.SWARM
+        return None
+
+    async def _hold_one(self, member: Member) -> str | None:
+        member.task = Task.HELD
+        return await self._context.flight.command(member, Hold())
+
+    async def _return_one(self, member: Member) -> str | None:
+        return await self._homing.send_home(member, "told by the operator")
+
+    async def _land_one(self, member: Member) -> str | None:
+        below = self._vehicle_below(member)
+        if below is not None:
+            return f"vehicle {below} flies below it; hold or return it, or land all"
+        member.task = Task.LANDING
+        return await self._context.flight.command(member, Land())
+
+    def _vehicle_below(self, member: Member) -> int | None:
+        roster, limits = self._context.roster, self._context.flight.limits
+        position_enu_m = roster.position_enu_m(member)
+        for other in roster.airborne():
+            other_enu_m = roster.position_enu_m(other)
+            if other is member or position_enu_m is None or other_enu_m is None or limits is None:
+                continue
+            beside_m = float(np.linalg.norm((position_enu_m - other_enu_m)[:2]))
+            if other_enu_m[2] < position_enu_m[2] and beside_m < limits.separation_m:
+                return other.vehicle_id
+        return None
+
+    def _tell(self, text: str) -> None:
+        self._context.journal.notice(Severity.INFO, f"operator: {text}")
+
+
+def _result(vehicle_id: int, reason: str | None, done: str) -> ActionResult:
+    return ActionResult(vehicle_id, accepted=reason is None, text=done if reason is None else reason)

@@ -1,0 +1,259 @@
+"""The coordinator: runs a mission through its phases and takes the operator's actions at any time."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Callable, Coroutine, Mapping, Sequence
+from contextlib import AbstractContextManager, suppress
+from typing import Any
+
+import numpy as np
+
+from aos_gcs.errors import AosError, RecordingError
+from aos_gcs.mission.actions import Operator
+from aos_gcs.mission.context import MissionContext
+from aos_gcs.mission.flight import FlightControl
+from aos_gcs.mission.gallery import Gallery
+from aos_gcs.mission.health import LoopMonitor
+from aos_gcs.mission.homing import Homing
+from aos_gcs.mission.journal import Journal, Recorder
+from aos_gcs.mission.launch import Launch
+from aos_gcs.mission.model import (
+    Action,
+    ActionResult,
+    Event,
+    EventKind,
+    MissionSnapshot,
+    Outcome,
+    OutcomeRecord,
+    Phase,
+    Picture,
+    PictureKind,
+    StepRecord,
+    Suspension,
+    Task,
+)
+from aos_gcs.mission.monitor import Monitor
+from aos_gcs.mission.phases import ENDING, ON_GROUND, check_transition
+from aos_gcs.mission.roster import Roster
+from aos_gcs.mission.search import Search
+from aos_gcs.mission.settings import MissionSettings
+from aos_gcs.ports import Clock, Fleet, ReturnToLaunch, Severity
+
+_FAREWELL_S = 5.0
+"""How long a mission that is torn down tries to send its vehicles home, real seconds."""
+
+
+class Coordinator:
+    """One mission, from the first heartbeat to the last landing; implements ``MissionControl``.
+
+    One activity (a phase's handler) runs at a time, beside the monitor. An operator's action may end it early and
+    choose what follows; every handler looks at the vehicles afresh, so it can be entered again.
+    """
+
+    def __init__(
+        self,
+        mission_id: str,
+        settings: MissionSettings,
+        *,
+        fleet: Fleet,
+        clock: Clock,
+        journal: Journal,
+        recorder: Recorder,
+        loop_monitor: LoopMonitor,
+    ) -> None:
+        self._mission_id = mission_id
+        roster = Roster(fleet, clock)
+        flight = FlightControl(roster, clock, journal, settings.flight, settings.deadlines)
+        self._context = MissionContext(settings, clock, roster, journal, flight, recorder, loop_monitor)
+        self._gallery = Gallery(journal)
+        self._launch = Launch(self._context)
+        self._search = Search(self._context, self._gallery)
+        self._homing = Homing(self._context)
+        self._monitor = Monitor(self._context, self._homing, self.snapshot, self._end_without_vehicles)
+        self._operator = Operator(self._context, self._homing, self)
+        self._handlers: Mapping[Phase, Callable[[], Coroutine[Any, Any, Phase]]] = {
+            Phase.CONNECT: self._launch.connect,
+            Phase.PREFLIGHT: self._launch.preflight,
+            Phase.READY: self._launch.ready,
+            Phase.ARM: self._launch.arm,
+            Phase.TAKEOFF: self._launch.takeoff,
+            Phase.LINE: self._search.line,
+            Phase.SCAN: lambda: self._search.make_step(Phase.SCAN),
+            Phase.CONVERGE: lambda: self._search.make_step(Phase.CONVERGE),
+            Phase.FOUND: lambda: self._search.make_step(Phase.FOUND),
+            Phase.RETURN: self._homing.return_home,
+            Phase.LAND: self._homing.land,
+        }
+        self.phase = Phase.CONNECT
+        self.suspension = Suspension.NONE
+        self._resumed = asyncio.Event()
+        self._resumed.set()
+        self._redirect: Phase | None = None
+        self._activity: asyncio.Future[Phase] | None = None
+
+    # --- MissionControl -----------------------------------------------------------------------------------------------
+
+    def snapshot(self) -> MissionSnapshot:
+        """Return the present state."""
+        context = self._context
+        limits, frame = context.flight.limits, context.roster.frame
+        return MissionSnapshot(
+            mission_id=self._mission_id,
+            strategy=context.settings.strategy,
+            phase=self.phase,
+            suspension=self.suspension,
+            outcome=context.outcome,
+            message=context.message,
+            elapsed_s=context.journal.elapsed_s(),
+            step=self._search.step,
+            origin=None if frame is None else frame.origin,
+            area_enu_m=context.settings.area_enu_m,
+            fence_enu_m=()
+            if limits is None
+            else tuple((float(east), float(north)) for east, north in limits.fence_enu_m),
+            vehicles=tuple(context.roster.snapshot(member) for member in context.roster.members()),
+            preflight=context.preflight,
+            target=self._search.tracker.estimate(),
+            min_separation_m=self._monitor.min_separation_m,
+        )
+
+    def steps(self) -> Sequence[StepRecord]:
+        """Return all steps so far, oldest first."""
+        return self._context.journal.steps
+
+    def picture(self, kind: PictureKind) -> Picture | None:
+        """Return the latest raster of a kind, if there is one."""
+        return self._gallery.latest(kind)
+
+    async def act(self, action: Action, vehicle_ids: tuple[int, ...] | None) -> tuple[ActionResult, ...]:
+        """Carry out an operator's action; see ``MissionControl.act``."""
+        return await self._operator.act(action, vehicle_ids)
+
+    def subscribe(self) -> AbstractContextManager[AsyncIterator[Event]]:
+        """Follow the event stream from now on."""
+        return self._context.journal.subscribe()
+
+    # --- what the operator's actions do to the flow -------------------------------------------------------------------
+
+    def redirect(self, phase: Phase) -> None:
+        """End the present activity and go on with ``phase``; a suspension ends."""
+        check_transition(self.phase, phase)
+        self._redirect = phase
+        self.suspension = Suspension.NONE
+        self._resumed.set()
+        self._interrupt()
+
+    def suspend(self, suspension: Suspension) -> None:
+        """Make no further step. A hold ends the present activity at once, a pause lets the step in hand finish."""
+        self.suspension = suspension
+        self._resumed.clear()
+        if suspension is Suspension.HELD:
+            self._interrupt()
+
+    def resume(self) -> None:
+        """Go on where the mission was suspended."""
+        self.suspension = Suspension.NONE
+        self._resumed.set()
+
+    def _interrupt(self) -> None:
+        if self._activity is not None:
+            self._activity.cancel()
+
+    # --- the flow -----------------------------------------------------------------------------------------------------
+
+    async def run(self) -> Outcome:
+        """Run the mission to its end and return how it ended. Cancelled in flight, it first sends everybody home."""
+        try:
+            async with asyncio.TaskGroup() as group:
+                helpers = (
+                    group.create_task(self._monitor.run()),
+                    group.create_task(self._context.loop_monitor.run()),
+                )
+                while self.phase is not Phase.DONE:
+                    await self._resumed.wait()
+                    self._enter(await self._run_activity())
+                for helper in helpers:
+                    helper.cancel()
+        finally:
+            await self._leave()
+        return self._context.outcome
+
+    async def _run_activity(self) -> Phase:
+        """Run the present phase's handler once, or until an operator ends it, and return what follows."""
+        result: Phase | BaseException = self.phase
+        if self._redirect is None:
+            self._activity = asyncio.ensure_future(self._handlers[self.phase]())
+            # Cancelling us cancels the activity and waits for it; its own cancellation comes back as a value.
+            (result,) = await asyncio.gather(self._activity, return_exceptions=True)
+            self._activity = None
+        redirect, self._redirect = self._redirect, None
+        if redirect is not None:
+            return redirect
+        if isinstance(result, asyncio.CancelledError):
+            return self.phase
+        if isinstance(result, AosError):
+            return self._fail(str(result))
+        if isinstance(result, BaseException):
+            raise result
+        return result
+
+    def _enter(self, phase: Phase) -> None:
+        if phase is self.phase:
+            return
+        self.phase = phase
+        if phase is Phase.ARM:
+            self._context.journal.start_timing()
+        self._context.journal.notice(Severity.INFO, f"phase {phase}")
+
+    def _fail(self, text: str) -> Phase:
+        """Report the failure and return the way down: none on the ground, home from the air."""
+        self._context.journal.notice(Severity.CRITICAL, text)
+        self._context.message = text
+        if self._context.outcome is Outcome.OPEN:
+            self._context.outcome = Outcome.FAILED
+        if self.phase in ON_GROUND or not self._context.roster.airborne():
+            return Phase.DONE
+        return Phase.LAND if self.phase in ENDING else Phase.RETURN
+
+    def _end_without_vehicles(self) -> None:
+        self._context.outcome = Outcome.FAILED
+        self._context.message = "All vehicles are lost: the mission is over. Their own failsafes fly them."
+        self._context.journal.notice(Severity.CRITICAL, self._context.message)
+        self._redirect = Phase.DONE
+        self.resume()
+        self._interrupt()
+
+    async def _leave(self) -> None:
+        """Send home who still flies under our command, and close the record."""
+        context = self._context
+        if self.phase is not Phase.DONE:
+            left = context.roster.members(Task.SWARM, Task.HELD, Task.RETURNING)
+            with suppress(TimeoutError):
+                async with asyncio.timeout(_FAREWELL_S):
+                    await context.flight.command_each([m for m in left if m.airborne], lambda _: ReturnToLaunch())
+        if context.outcome is Outcome.OPEN:
+            context.outcome = Outcome.ABORTED
+        context.journal.publish(EventKind.SNAPSHOT, self.snapshot())
+        with suppress(RecordingError):
+            await context.recorder.record_outcome(
+                OutcomeRecord(context.clock.utc_s(), context.outcome, self._summary())
+            )
+            await context.recorder.flush()
+
+    def _summary(self) -> dict[str, object]:
+        context = self._context
+        target, steps = self._search.tracker.estimate(), context.journal.steps
+        detected = next((step for step in steps if step.visibility_m2 >= step.threshold_m2), None)
+        return {
+            "message": context.message,
+            "duration_s": context.journal.elapsed_s(),
+            "steps": len(steps),
+            "time_to_detection_s": None if detected is None else detected.elapsed_s,
+            "target_enu_m": None if target is None else target.position_enu_m,
+            "vehicles": len(context.roster.members()),
+            "landed": len(context.roster.members(Task.LANDED)),
+            "min_separation_m": self._monitor.min_separation_m,
+            "work_ms_median": float(np.median([step.work_ms for step in steps])) if steps else None,
+            "loop_lag_p99_ms": context.loop_monitor.lag_p99_ms(),
+        }

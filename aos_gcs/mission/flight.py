@@ -1,0 +1,166 @@
+"""Commands to the vehicles of a mission: several at once, never one waiting for another, every waypoint vetted."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Iterable, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.errors import CommandError
+from aos_gcs.mission.journal import Journal
+from aos_gcs.mission.model import Task, Verdict, WaypointRecord
+from aos_gcs.mission.roster import Member, Roster
+from aos_gcs.mission.safety import Mover, Obstacle, SafetyLimits, vet_waypoints
+from aos_gcs.mission.settings import Deadlines, FlightSettings
+from aos_gcs.ports import Clock, Command, Goto, Severity
+
+_POLL_S = 0.1
+
+
+class FlightControl:
+    """The only place from which a mission commands its vehicles."""
+
+    def __init__(
+        self, roster: Roster, clock: Clock, journal: Journal, settings: FlightSettings, deadlines: Deadlines
+    ) -> None:
+        self._roster = roster
+        self._clock = clock
+        self._journal = journal
+        self._settings = settings
+        self._deadlines = deadlines
+        self.limits: SafetyLimits | None = None
+        """Set by preflight; without limits no waypoint is sent."""
+
+    async def command(self, member: Member, command: Command, timeout_s: float | None = None) -> str | None:
+        """Have one vehicle do something; return None when it is confirmed, else the reason, which is also reported."""
+        deadline_s = self._clock.now_s() + (timeout_s if timeout_s is not None else self._deadlines.command_s)
+        try:
+            await member.vehicle.execute(command, deadline_s)
+        except CommandError as error:
+            self._journal.notice(Severity.WARNING, f"{_name(command)}: {error}", member.vehicle_id)
+            return str(error)
+        return None
+
+    async def command_each(
+        self,
+        members: Iterable[Member],
+        command_for: Callable[[Member], Command],
+        timeout_s: float | None = None,
+        on_handed_over: Callable[[], None] | None = None,
+    ) -> dict[int, str | None]:
+        """Command several vehicles at the same time and return the reason of each that did not, by id.
+
+        ``on_handed_over`` is called when every command has been given to the link, before any is confirmed.
+        """
+        async with asyncio.TaskGroup() as group:
+            tasks = {
+                member.vehicle_id: group.create_task(self.command(member, command_for(member), timeout_s))
+                for member in members
+            }
+            await asyncio.sleep(0)
+            if on_handed_over is not None:
+                on_handed_over()
+        return {vehicle_id: task.result() for vehicle_id, task in tasks.items()}
+
+    def vet(self, requests: Mapping[int, NDArray[np.float64]], *, homing: bool = False) -> tuple[WaypointRecord, ...]:
+        """Check planned waypoints, shape (3,) each, against the limits, each other and everyone else in the air.
+
+        Args:
+            requests: planned waypoint by vehicle id.
+            homing: the vehicles fly home, which a low battery must not prevent.
+        """
+        if self.limits is None:
+            raise RuntimeError("no safety limits: preflight has not passed")
+        movers = [
+            Mover(
+                vehicle_id=member.vehicle_id,
+                position_enu_m=position_enu_m,
+                requested_enu_m=requests[member.vehicle_id],
+                link_age_s=self._roster.link_age_s(member),
+                position_age_s=self._roster.position_age_s(member),
+                battery_fraction=None if homing else member.state.battery_fraction,
+                home_enu_m=member.home_enu_m,
+            )
+            for member in self._roster.select(requests)
+            if (position_enu_m := self._roster.position_enu_m(member)) is not None
+        ]
+        return vet_waypoints(movers, self._obstacles(set(requests)), self.limits)
+
+    def _obstacles(self, moving_ids: set[int]) -> list[Obstacle]:
+        """Return the others in the air: where they hover, or the column in which they may be sinking."""
+        obstacles = []
+        for member in self._roster.members():
+            position_enu_m = self._roster.position_enu_m(member)
+            if member.vehicle_id in moving_ids or not member.airborne or position_enu_m is None:
+                continue
+            hovers = member.task in {Task.SWARM, Task.HELD}
+            obstacles.append(Obstacle(member.vehicle_id, position_enu_m, column=not hovers))
+        return obstacles
+
+    async def send(
+        self, records: Sequence[WaypointRecord], on_handed_over: Callable[[], None] | None = None
+    ) -> dict[int, str | None]:
+        """Send vetted waypoints; what safety has held is not sent. Returns as ``command_each`` does."""
+        targets: dict[int, NDArray[np.float64]] = {}
+        for record, member in zip(records, self._roster.select(record.vehicle_id for record in records), strict=True):
+            member.refusal = None if record.verdict is Verdict.SENT else record.reason
+            if record.sent_enu_m is not None:
+                targets[member.vehicle_id] = member.waypoint_enu_m = np.array(record.sent_enu_m)
+
+        def goto(member: Member) -> Goto:
+            return Goto(self._roster.geodetic(targets[member.vehicle_id]), self._settings.cruise_speed_mps)
+
+        return await self.command_each(self._roster.select(targets), goto, on_handed_over=on_handed_over)
+
+    def has_arrived(self, member: Member) -> bool:
+        """Return whether the vehicle hovers at its waypoint."""
+        position_enu_m = self._roster.position_enu_m(member)
+        if position_enu_m is None or member.waypoint_enu_m is None:
+            return False
+        velocity_enu_mps = member.state.velocity_enu_mps
+        speed_mps = 0.0 if velocity_enu_mps is None else float(np.linalg.norm(velocity_enu_mps))
+        distance_m = float(np.linalg.norm(position_enu_m - member.waypoint_enu_m))
+        return distance_m <= self._settings.arrival_radius_m and speed_mps <= self._settings.arrival_speed_mps
+
+    async def wait_until(
+        self, members: Callable[[], Iterable[Member]], done: Callable[[Member], bool], timeout_s: float
+    ) -> list[Member]:
+        """Wait until ``done`` holds for all ``members()``, asked anew each time; return those left at the deadline."""
+        deadline_s = self._clock.now_s() + timeout_s
+        while True:
+            waiting = [member for member in members() if not done(member)]
+            if not waiting or self._clock.now_s() >= deadline_s:
+                return waiting
+            await self._clock.sleep(_POLL_S)
+
+    async def transfer(
+        self, requests: Mapping[int, NDArray[np.float64]], tasks: frozenset[Task], *, homing: bool = False
+    ) -> list[Member]:
+        """Fly to far waypoints, sent again while safety shortens or holds them; return those not there in time.
+
+        Vehicles whose task leaves ``tasks`` on the way are no longer waited for.
+        """
+        deadline_s = self._clock.now_s() + self._deadlines.transfer_s
+
+        def pending() -> list[Member]:
+            return [
+                member
+                for member in self._roster.select(requests)
+                if member.task in tasks and not self._is_at(member, requests[member.vehicle_id])
+            ]
+
+        while (members := pending()) and (left_s := deadline_s - self._clock.now_s()) > 0.0:
+            await self.send(self.vet({m.vehicle_id: requests[m.vehicle_id] for m in members}, homing=homing))
+            await self.wait_until(pending, self.has_arrived, min(left_s, self._deadlines.move_s))
+            await self._clock.sleep(_POLL_S)
+        return pending()
+
+    def _is_at(self, member: Member, target_enu_m: NDArray[np.float64]) -> bool:
+        waypoint_enu_m = member.waypoint_enu_m
+        return waypoint_enu_m is not None and np.array_equal(waypoint_enu_m, target_enu_m) and self.has_arrived(member)
+
+
+def _name(command: Command) -> str:
+    return type(command).__name__.lower()

@@ -1,0 +1,113 @@
+"""Bringing everybody down: the phases RETURN and LAND, and single vehicles that leave the swarm."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.mission.context import MissionContext
+from aos_gcs.mission.model import Outcome, Phase, Task
+from aos_gcs.mission.roster import Member
+from aos_gcs.mission.separation import spread_apart
+from aos_gcs.ports import Command, Disarm, FlightMode, Land, LandedState, ReturnToLaunch, Severity
+
+_COMING_DOWN = frozenset({FlightMode.RETURN, FlightMode.LAND})
+_LAND_ATTEMPTS = 3
+
+
+class Homing:
+    """The way down. Every handler can be entered again after an interruption."""
+
+    def __init__(self, context: MissionContext) -> None:
+        self._context = context
+
+    async def return_home(self) -> Phase:
+        """Fly all to their launch points, each in its own altitude layer, before anyone descends.
+
+        In the layers nobody's way crosses another's; the autopilots' own return would let early ones descend through
+        the layers of those still on the way. Who cannot be led home like that is handed to its autopilot.
+        """
+        context = self._context
+        context.message = "Returning: flying to the launch points in the altitude layers."
+        requests: dict[int, NDArray[np.float64]] = {}
+        for member in self._still_flying():
+            if not member.airborne or member.home_enu_m is None or member.layer_height_m is None:
+                continue
+            member.task = Task.RETURNING
+            requests[member.vehicle_id] = np.array([*member.home_enu_m[:2], member.layer_height_m])
+        late = await context.flight.transfer(requests, frozenset({Task.RETURNING}), homing=True)
+        for member in late:
+            context.journal.notice(Severity.WARNING, "handed to its autopilot's own return", member.vehicle_id)
+        await context.flight.command_each(late, lambda _: ReturnToLaunch())
+        return Phase.LAND
+
+    async def land(self) -> Phase:
+        """Land all where they are, once nobody hovers above another, and wait until their motors stand still."""
+        context = self._context
+        context.message = "Landing."
+        deadline_s = context.clock.now_s() + context.settings.deadlines.land_s
+        await self._clear_columns()
+        for _ in range(_LAND_ATTEMPTS):
+            hovering = [member for member in self._still_flying() if not self._is_coming_down(member)]
+            for member in hovering:
+                member.task = Task.LANDING
+            await context.flight.command_each(hovering, self._down)
+            left = await context.flight.wait_until(
+                self._still_flying, lambda _: False, max(0.0, deadline_s - context.clock.now_s()) / _LAND_ATTEMPTS
+            )
+            if not left:
+                break
+        self._account()
+        return Phase.DONE
+
+    async def send_home(self, member: Member, reason: str) -> str | None:
+        """Have one vehicle leave the swarm by its autopilot's own return; return why it does not, if so."""
+        member.task = Task.RETURNING
+        self._context.journal.notice(Severity.WARNING, f"returns alone: {reason}", member.vehicle_id)
+        return await self._context.flight.command(member, ReturnToLaunch())
+
+    def _still_flying(self) -> list[Member]:
+        return [
+            member
+            for member in self._context.roster.members()
+            if member.task not in {Task.LOST, Task.LANDED} and member.state.armed
+        ]
+
+    @staticmethod
+    def _is_coming_down(member: Member) -> bool:
+        return member.airborne and member.state.mode in _COMING_DOWN
+
+    @staticmethod
+    def _down(member: Member) -> Command:
+        """On the ground with running motors, such as after an abort while arming, landing means disarming."""
+        return Disarm() if member.state.landed is LandedState.ON_GROUND else Land()
+
+    async def _clear_columns(self) -> None:
+        """Move vehicles that hover above one another apart, in their layers, before they descend."""
+        context = self._context
+        limits = context.flight.limits
+        members = [member for member in context.roster.airborne() if not self._is_coming_down(member)]
+        located = [(m, p) for m in members if (p := context.roster.position_enu_m(m)) is not None]
+        if limits is None or len(located) < 2:
+            return
+        positions_enu_m = np.array([position for _, position in located])
+        apart_enu_m = spread_apart(positions_enu_m, limits.separation_m)
+        if np.array_equal(apart_enu_m, positions_enu_m):
+            return
+        context.message = "Landing: moving apart first."
+        for member, _ in located:
+            member.task = Task.LANDING
+        requests = {member.vehicle_id: target for (member, _), target in zip(located, apart_enu_m, strict=True)}
+        await context.flight.transfer(requests, frozenset({Task.LANDING}), homing=True)
+
+    def _account(self) -> None:
+        context = self._context
+        for member in self._still_flying():
+            context.journal.notice(Severity.CRITICAL, "has not reported that it landed", member.vehicle_id)
+        lost = context.roster.members(Task.LOST)
+        for member in lost:
+            context.journal.notice(Severity.CRITICAL, "is lost; its own failsafe brings it down", member.vehicle_id)
+        if context.outcome is Outcome.OPEN:
+            context.outcome = Outcome.NOT_FOUND
+        landed = len(context.roster.members(Task.LANDED))
+        context.message = f"Mission over: {landed} of {len(context.roster.members())} vehicles landed."

@@ -1,0 +1,130 @@
+"""Everything that happens in a mission passes here: numbered, published and recorded."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections.abc import AsyncIterator, Mapping
+from contextlib import AbstractContextManager, asynccontextmanager
+from typing import Protocol
+
+from aos_gcs.mission.events import EventStream, Subscription
+from aos_gcs.mission.model import (
+    ActionRecord,
+    Event,
+    EventData,
+    EventKind,
+    NoticeRecord,
+    OutcomeRecord,
+    StepRecord,
+)
+from aos_gcs.ports import Capture, Clock, Notice, Severity
+
+_log = logging.getLogger(__name__)
+
+_LOG_LEVELS = {Severity.INFO: logging.INFO, Severity.WARNING: logging.WARNING, Severity.CRITICAL: logging.ERROR}
+
+EVENT_BACKLOG = 4096
+"""Events that may wait for the disk; far more than a mission makes in a minute."""
+
+
+class Recorder(Protocol):
+    """Where a mission is recorded; ``aos_gcs.store.recorder`` implements it on disk."""
+
+    async def record_event(self, event: Event) -> None:
+        """Append one event."""
+        ...
+
+    async def record_frame(self, step: int, frame: Capture) -> None:
+        """Store one frame."""
+        ...
+
+    async def record_step(self, step: StepRecord, strategy_state: Mapping[str, object]) -> None:
+        """Store a step's decision with what a replay needs to reach it again; a second record of a step replaces it."""
+        ...
+
+    async def record_action(self, action: ActionRecord) -> None:
+        """Append an operator's action and what became of it."""
+        ...
+
+    async def record_outcome(self, outcome: OutcomeRecord) -> None:
+        """Close the mission."""
+        ...
+
+    async def flush(self) -> None:
+        """Return when all of the above is on disk.
+
+        Raises:
+            RecordingError: something recorded since the last flush could not be written.
+        """
+        ...
+
+
+class Journal:
+    """The mission's pen."""
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._stream = EventStream(clock)
+        self._start_s: float | None = None
+        self.steps: list[StepRecord] = []
+
+    def start_timing(self) -> None:
+        """Begin to count the mission's time."""
+        self._start_s = self._clock.now_s()
+
+    def elapsed_s(self) -> float:
+        """Return the clock seconds since the start, 0 before."""
+        return 0.0 if self._start_s is None else self._clock.now_s() - self._start_s
+
+    def publish(self, kind: EventKind, data: EventData) -> None:
+        """Put an event on the stream."""
+        self._stream.publish(kind, data)
+
+    def notice(self, severity: Severity, text: str, vehicle_id: int | None = None) -> None:
+        """Tell the operator and the log."""
+        prefix = "" if vehicle_id is None else f"vehicle {vehicle_id}: "
+        _log.log(_LOG_LEVELS[severity], "%s%s", prefix, text)
+        self.publish(EventKind.NOTICE, NoticeRecord(severity, text, vehicle_id, self.elapsed_s()))
+
+    def take(self, notice: Notice) -> None:
+        """Pass a driver's notice on."""
+        self.notice(notice.severity, notice.text, notice.vehicle_id)
+
+    def step(self, record: StepRecord) -> None:
+        """Keep and publish a step."""
+        self.steps.append(record)
+        self.publish(EventKind.STEP, record)
+
+    def subscribe(self) -> AbstractContextManager[AsyncIterator[Event]]:
+        """Follow the stream."""
+        return self._stream.subscribe()
+
+    @asynccontextmanager
+    async def recorded(self, recorder: Recorder) -> AsyncIterator[None]:
+        """Write every event for as long as the context is entered; leaving waits until all are written.
+
+        Snapshots are thinned to one per second: the raw telemetry is in the .tlog. When the disk is slower than the
+        mission for long, the oldest events are lost and the operator is told.
+        """
+        with self._stream.subscribe(EVENT_BACKLOG) as subscription:
+            async with asyncio.TaskGroup() as group:
+                writer = group.create_task(self._write(subscription, recorder))
+                try:
+                    yield
+                finally:
+                    subscription.close()
+                    await asyncio.wait({writer})
+
+    async def _write(self, subscription: Subscription, recorder: Recorder) -> None:
+        next_snapshot_utc_s = 0.0
+        dropped = 0
+        async for event in subscription:
+            if event.kind is EventKind.SNAPSHOT:
+                if event.utc_s < next_snapshot_utc_s:
+                    continue
+                next_snapshot_utc_s = event.utc_s + 1.0
+            await recorder.record_event(event)
+            if subscription.dropped > dropped:
+                dropped = subscription.dropped
+                self.notice(Severity.WARNING, f"the disk is too slow: {dropped} events were not recorded")

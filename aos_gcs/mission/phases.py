@@ -1,0 +1,70 @@
+"""The mission's state machine as tables: which phase may follow which, and what an operator may ask for in each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from aos_gcs.errors import MissionError
+from aos_gcs.mission.model import Action, Phase
+
+ENDING = frozenset({Phase.RETURN, Phase.LAND})
+"""On the way down."""
+
+TRANSITIONS: Mapping[Phase, frozenset[Phase]] = MappingProxyType(
+    {
+        Phase.CONNECT: frozenset({Phase.PREFLIGHT, Phase.DONE}),
+        Phase.PREFLIGHT: frozenset({Phase.READY, Phase.DONE}),
+        Phase.READY: frozenset({Phase.ARM, Phase.PREFLIGHT, Phase.DONE}),
+        Phase.ARM: frozenset({Phase.TAKEOFF, Phase.DONE}) | ENDING,
+        Phase.TAKEOFF: frozenset({Phase.LINE}) | ENDING,
+        Phase.LINE: frozenset({Phase.SCAN}) | ENDING,
+        Phase.SCAN: frozenset({Phase.CONVERGE, Phase.LINE}) | ENDING,
+        Phase.CONVERGE: frozenset({Phase.SCAN, Phase.FOUND, Phase.LINE}) | ENDING,
+        Phase.FOUND: frozenset({Phase.CONVERGE}) | ENDING,
+        Phase.RETURN: frozenset({Phase.LAND}),
+        Phase.LAND: frozenset({Phase.DONE, Phase.RETURN}),
+        Phase.DONE: frozenset(),
+    }
+)
+"""DONE is also reached from every phase when all vehicles are lost; see ``Coordinator``."""
+
+ON_GROUND = frozenset({Phase.CONNECT, Phase.PREFLIGHT, Phase.READY, Phase.DONE})
+"""Phases in which the mission has started no motor."""
+
+SAMPLING = frozenset({Phase.SCAN, Phase.CONVERGE, Phase.FOUND})
+"""Phases made of steps."""
+
+_STARTED = frozenset(Phase) - ON_GROUND
+
+ACTIONS: Mapping[Action, frozenset[Phase]] = MappingProxyType(
+    {
+        Action.START: frozenset({Phase.READY}),
+        Action.PAUSE: SAMPLING | {Phase.LINE},
+        Action.RESUME: _STARTED,
+        Action.HOLD: _STARTED,
+        Action.RETURN: _STARTED,
+        Action.LAND: _STARTED,
+        Action.ABORT: frozenset(Phase) - {Phase.DONE},
+    }
+)
+
+
+def check_transition(current: Phase, following: Phase) -> None:
+    """Raise ``RuntimeError`` for a transition that the table does not have: a defect of the caller, not of a user."""
+    if following not in TRANSITIONS[current]:
+        raise RuntimeError(f"no transition from {current} to {following}")
+
+
+def check_action(phase: Phase, action: Action) -> None:
+    """Raise ``MissionError`` with the reason when ``action`` makes no sense in ``phase``."""
+    if phase in ACTIONS[action]:
+        return
+    if phase is Phase.DONE:
+        raise MissionError(f"Cannot {action}: the mission is over.")
+    if action is Action.START:
+        reason = "preflight has not passed yet" if phase in ON_GROUND else "the mission has started already"
+        raise MissionError(f"Cannot start: {reason} (phase {phase}).")
+    if phase in ON_GROUND:
+        raise MissionError(f"Cannot {action}: no vehicle is flying yet (phase {phase}).")
+    raise MissionError(f"Cannot {action} in phase {phase}.")

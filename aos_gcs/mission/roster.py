@@ -1,0 +1,134 @@
+"""The vehicles of a mission and what each of them has been told."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.errors import MissionError
+from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.mission.model import EnuPoint, Task, VehicleSnapshot
+from aos_gcs.ports import Clock, Fleet, FlightMode, LandedState, Vehicle, VehicleState
+
+_FOLLOWS_US = frozenset({FlightMode.GUIDED, FlightMode.HOLD, FlightMode.TAKEOFF})
+
+
+@dataclass(slots=True)
+class Member:
+    """One vehicle in the mission."""
+
+    vehicle_id: int
+    vehicle: Vehicle
+    task: Task = Task.IDLE
+    layer_height_m: float | None = None
+    home_enu_m: NDArray[np.float64] | None = None
+    waypoint_enu_m: NDArray[np.float64] | None = None
+    refusal: str | None = None
+
+    @property
+    def state(self) -> VehicleState:
+        """Latest telemetry."""
+        return self.vehicle.state
+
+    @property
+    def airborne(self) -> bool:
+        """True unless the vehicle is known to stand on the ground; in doubt it flies."""
+        state = self.state
+        return state.armed and state.landed is not LandedState.ON_GROUND
+
+    @property
+    def follows_us(self) -> bool:
+        """False when a pilot or the vehicle's own failsafe has taken over."""
+        return self.state.mode in _FOLLOWS_US
+
+
+class Roster:
+    """All vehicles heard, in the order of their ids, within one local frame."""
+
+    def __init__(self, fleet: Fleet, clock: Clock) -> None:
+        self._fleet = fleet
+        self._clock = clock
+        self._members: dict[int, Member] = {}
+        self.frame: LocalFrame | None = None
+
+    def refresh(self) -> None:
+        """Take in vehicles that the fleet has found since the last call."""
+        for vehicle_id, vehicle in sorted(self._fleet.vehicles().items()):
+            if vehicle_id not in self._members:
+                self._members[vehicle_id] = Member(vehicle_id, vehicle)
+        self._members = dict(sorted(self._members.items()))
+
+    def members(self, *tasks: Task) -> list[Member]:
+        """Return the members with one of ``tasks``, or all of them."""
+        return [member for member in self._members.values() if not tasks or member.task in tasks]
+
+    def airborne(self) -> list[Member]:
+        """Return the members that fly and are still heard."""
+        return [member for member in self._members.values() if member.airborne and member.task is not Task.LOST]
+
+    def select(self, vehicle_ids: Iterable[int]) -> list[Member]:
+        """Return the members of these ids.
+
+        Raises:
+            MissionError: an id is unknown.
+        """
+        wanted = tuple(vehicle_ids)
+        unknown = [vehicle_id for vehicle_id in wanted if vehicle_id not in self._members]
+        if unknown:
+            known = ", ".join(map(str, self._members)) or "none"
+            raise MissionError(f"No vehicle {unknown[0]} in this mission; the vehicles are: {known}.")
+        return [self._members[vehicle_id] for vehicle_id in dict.fromkeys(wanted)]
+
+    def link_age_s(self, member: Member) -> float | None:
+        """Return the seconds since the vehicle's last message."""
+        heard_at_s = member.state.heard_at_s
+        return None if heard_at_s is None else max(0.0, self._clock.now_s() - heard_at_s)
+
+    def position_age_s(self, member: Member) -> float | None:
+        """Return the seconds since the vehicle's last position."""
+        position_at_s = member.state.position_at_s
+        return None if position_at_s is None else max(0.0, self._clock.now_s() - position_at_s)
+
+    def local_frame(self) -> LocalFrame:
+        """Return the mission's frame.
+
+        Raises:
+            RuntimeError: preflight has not set it yet; a defect of the caller.
+        """
+        if self.frame is None:
+            raise RuntimeError("the mission's origin is not known yet")
+        return self.frame
+
+    def position_enu_m(self, member: Member) -> NDArray[np.float64] | None:
+        """Return the last reported position, shape (3,); None before the first one."""
+        position = member.state.position
+        if self.frame is None or position is None:
+            return None
+        return self.frame.to_enu(position)
+
+    def geodetic(self, position_enu_m: NDArray[np.float64]) -> GeodeticPosition:
+        """Return the geodetic position of a point of the mission's frame."""
+        return self.local_frame().to_geodetic(position_enu_m)
+
+    def snapshot(self, member: Member) -> VehicleSnapshot:
+        """Describe one member."""
+        return VehicleSnapshot(
+            telemetry=member.state,
+            task=member.task,
+            layer_height_m=member.layer_height_m,
+            position_enu_m=enu_point(self.position_enu_m(member)),
+            link_age_s=self.link_age_s(member),
+            waypoint_enu_m=enu_point(member.waypoint_enu_m),
+            refusal=member.refusal,
+        )
+
+
+def enu_point(position_enu_m: NDArray[np.float64] | None) -> EnuPoint | None:
+    """Return plain floats for a point, shape (3,)."""
+    if position_enu_m is None:
+        return None
+    east_m, north_m, up_m = (float(value) for value in position_enu_m)
+    return east_m, north_m, up_m

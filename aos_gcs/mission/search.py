@@ -1,0 +1,295 @@
+"""The search: form the line, then step after step sample, see, choose, check, go."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from contextlib import suppress
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.errors import MissionFailedError, RecordingError
+from aos_gcs.imaging.model import StepAnalysis
+from aos_gcs.imaging.step import analyse_step
+from aos_gcs.mission.context import MissionContext
+from aos_gcs.mission.gallery import Gallery
+from aos_gcs.mission.launch import MIN_SWARM
+from aos_gcs.mission.model import Outcome, Phase, StepRecord, Task, WaypointRecord
+from aos_gcs.mission.plan import ScanLeg, leg_formation, scan_legs
+from aos_gcs.mission.roster import Member
+from aos_gcs.mission.sampling import Sample, sample, to_frame
+from aos_gcs.mission.targeting import TargetTracker
+from aos_gcs.ports import Severity
+from aos_gcs.swarm.model import Diagnostics, Observation, Strategy
+from aos_gcs.swarm.registry import make_strategy
+from aos_gcs.swarm.state import dump_rng
+
+_MAX_BLIND_STEPS = 3
+"""Steps in a row without a single frame before the mission gives up."""
+
+
+class Search:
+    """The phases LINE, SCAN, CONVERGE and FOUND."""
+
+    def __init__(self, context: MissionContext, gallery: Gallery) -> None:
+        settings = context.settings
+        self._context = context
+        self._gallery = gallery
+        self._rng = np.random.default_rng(settings.seed)
+        self._strategy: Strategy[Any] = make_strategy(settings.strategy, settings.strategy_parameters)
+        self._state = self._strategy.init(np.array(settings.scan_direction_enu))
+        self._legs: tuple[ScanLeg, ...] = ()
+        self._leg = 0
+        self._progress_m = 0.0
+        self._blind_steps = 0
+        self._steps_found = 0
+        self.step = 0
+        self.tracker = TargetTracker(settings.detection)
+
+    # --- LINE ---------------------------------------------------------------------------------------------------------
+
+    async def line(self) -> Phase:
+        """Form the line at the present place of the present leg."""
+        context = self._context
+        swarm = self._swarm()
+        if not self._legs:
+            self._legs = self._plan_legs(swarm)
+        leg = self._legs[self._leg].after(self._progress_m)
+        context.message = f"Forming the line for leg {self._leg + 1} of {len(self._legs)}."
+        places_enu_m = leg_formation(leg, self._horizontal_enu_m(swarm), self._strategy.spacing_m)
+        requests = self._in_layers(swarm, places_enu_m)
+        late = await context.flight.transfer(requests, frozenset({Task.SWARM}))
+        for member in late:
+            context.journal.notice(Severity.WARNING, "did not reach its place in the line in time", member.vehicle_id)
+        self._state = self._strategy.init(np.array(leg.direction_enu))
+        return Phase.SCAN
+
+    def _plan_legs(self, swarm: list[Member]) -> tuple[ScanLeg, ...]:
+        settings = self._context.settings
+        lowest_m = min(member.layer_height_m or settings.flight.lowest_layer_m for member in swarm)
+        return scan_legs(
+            settings.area_enu_m,
+            self._horizontal_enu_m(swarm).mean(axis=0),
+            np.array(settings.scan_direction_enu),
+            n=len(swarm),
+            spacing_m=self._strategy.spacing_m,
+            footprint_m=2 * (lowest_m - settings.imaging.plane_height_m) * np.tan(settings.planning_fov_rad / 2),
+        )
+
+    # --- SCAN, CONVERGE, FOUND ----------------------------------------------------------------------------------------
+
+    async def make_step(self, phase: Phase) -> Phase:
+        """Make one step: sample, see, choose, check, record, go; return the phase of the next one."""
+        context = self._context
+        swarm = self._swarm()
+        self.step += 1
+        context.message = f"Step {self.step}: taking frames."
+        taken = await self._sample(swarm)
+        if not taken.captures:
+            return self._count_blind_step(phase, taken)
+        self._blind_steps = 0
+        received_at_s = time.perf_counter()
+        analysis = await self._see(taken)
+        imaging_ms = _ms_since(received_at_s)
+        context.message = f"Step {self.step}: moving."
+        following, record = self._decide(phase, swarm, taken, analysis)
+        work_ms = await self._act(record, received_at_s)
+        await self._publish(
+            replace(
+                record,
+                imaging_ms=imaging_ms,
+                work_ms=work_ms,
+                loop_lag_p99_ms=context.loop_monitor.take_step_lag_p99_ms(),
+            ),
+        )
+        await self._gallery.hang(record.step, analysis, taken.captures[0].bands)
+        await self._await_arrival(record.waypoints)
+        return following
+
+    async def _sample(self, swarm: list[Member]) -> Sample:
+        """Take the frames of those that hover; others would blur, and are named."""
+        context = self._context
+        moving = {member.vehicle_id: text for member in swarm if (text := self._still_moving(member))}
+        hovering = [member for member in swarm if member.vehicle_id not in moving]
+        taken = await sample(hovering, context.clock.now_s() + context.settings.deadlines.capture_s)
+        missing = moving | taken.missing
+        for vehicle_id, reason in missing.items():
+            context.journal.notice(
+                Severity.WARNING, f"step {self.step} goes on without its frame: {reason}", vehicle_id
+            )
+        return Sample(taken.captures, missing)
+
+    def _still_moving(self, member: Member) -> str | None:
+        velocity_enu_mps = member.state.velocity_enu_mps
+        speed_mps = 0.0 if velocity_enu_mps is None else float(np.linalg.norm(velocity_enu_mps))
+        if speed_mps <= 2 * self._context.settings.flight.arrival_speed_mps:
+            return None
+        return f"still moving at {speed_mps:.1f} m/s"
+
+    def _count_blind_step(self, phase: Phase, taken: Sample) -> Phase:
+        self._blind_steps += 1
+        if self._blind_steps >= _MAX_BLIND_STEPS:
+            reasons = "; ".join(f"vehicle {vehicle_id}: {reason}" for vehicle_id, reason in taken.missing.items())
+            raise MissionFailedError(f"No camera delivered a frame in {self._blind_steps} steps ({reasons}).")
+        return phase
+
+    async def _see(self, taken: Sample) -> StepAnalysis:
+        """Analyse the frames; they are written to the disk meanwhile."""
+        context = self._context
+        frames = [to_frame(capture, context.roster.local_frame()) for capture in taken.captures]
+        for capture in taken.captures:
+            await context.recorder.record_frame(self.step, capture)
+        return await asyncio.to_thread(analyse_step, frames, context.settings.imaging)
+
+    def _decide(
+        self, phase: Phase, swarm: list[Member], taken: Sample, analysis: StepAnalysis
+    ) -> tuple[Phase, StepRecord]:
+        """Return the next phase and the step's record with its vetted waypoints."""
+        context = self._context
+        in_view = self.tracker.observe(analysis)
+        following = self._next_phase(phase, swarm, in_view)
+        diagnostics, waypoints = self._choose(following, swarm, analysis, in_view)
+        return following, StepRecord(
+            step=self.step,
+            elapsed_s=context.journal.elapsed_s(),
+            phase=phase,
+            visibility_m2=analysis.visibility_m2,
+            threshold_m2=context.settings.detection.threshold_m2,
+            branch=diagnostics.branch,
+            evolutionary_factor=diagnostics.evolutionary_factor,
+            evolutionary_state=diagnostics.evolutionary_state,
+            c_s_m=diagnostics.c_s_m,
+            c_c_m=diagnostics.c_c_m,
+            leader_id=analysis.leader_id,
+            target_enu_m=analysis.blob.centroid_enu_m if in_view and analysis.blob else None,
+            fitness=dict(zip(analysis.vehicle_ids, map(float, analysis.fitness), strict=True)),
+            missing=taken.missing,
+            waypoints=waypoints,
+            imaging_ms=0.0,
+            work_ms=0.0,
+            loop_lag_p99_ms=0.0,
+        )
+
+    def _choose(
+        self, following: Phase, swarm: list[Member], analysis: StepAnalysis, in_view: bool
+    ) -> tuple[Diagnostics, tuple[WaypointRecord, ...]]:
+        """Ask the strategy where to go next, and safety what may be sent; a found target is watched from here."""
+        positions_enu_m = self._horizontal_enu_m(swarm)
+        fitness = dict(zip(analysis.vehicle_ids, analysis.fitness, strict=True))
+        observation = Observation(
+            vehicle_ids=tuple(member.vehicle_id for member in swarm),
+            positions_enu_m=positions_enu_m,
+            fitness=np.array([fitness.get(member.vehicle_id, np.nan) for member in swarm]),
+            target_in_view=in_view,
+            target_enu_m=np.array(analysis.blob.centroid_enu_m[:2]) if in_view and analysis.blob else None,
+            leader_id=analysis.leader_id,
+        )
+        if following not in {Phase.SCAN, Phase.CONVERGE}:
+            return Diagnostics(branch="hold", leader_id=analysis.leader_id), ()
+        self._state = self._strategy.tell(self._state, observation)
+        next_enu_m, self._state = self._strategy.ask(self._state, self._rng)
+        requests = self._in_layers(swarm, next_enu_m)
+        return self._strategy.diagnostics(self._state), self._context.flight.vet(requests)
+
+    def _next_phase(self, phase: Phase, swarm: list[Member], in_view: bool) -> Phase:
+        settings, context = self._context.settings, self._context
+        tracker = self.tracker
+        if phase is Phase.FOUND:
+            self._steps_found += 1
+            if tracker.steps_out_of_view >= settings.detection.lost_steps:
+                context.journal.notice(Severity.WARNING, "the target is out of view")
+                return Phase.CONVERGE
+            return Phase.RETURN if settings.auto_return and self._steps_found > settings.detection.hold_steps else phase
+        if in_view:
+            return self._found() if tracker.is_found() and phase is Phase.CONVERGE else Phase.CONVERGE
+        if phase is Phase.CONVERGE:
+            context.journal.notice(Severity.INFO, "the target is out of view; searching where it was last seen")
+            return Phase.SCAN
+        return self._continue_scan(swarm)
+
+    def _found(self) -> Phase:
+        context, estimate = self._context, self.tracker.estimate()
+        if estimate is not None:
+            east_m, north_m, _ = estimate.position_enu_m
+            context.journal.notice(Severity.INFO, f"target found at {east_m:.1f} m east, {north_m:.1f} m north")
+        context.outcome = Outcome.FOUND
+        self._steps_found = 0
+        return Phase.FOUND
+
+    def _continue_scan(self, swarm: list[Member]) -> Phase:
+        """Follow the leg; after a chase that led nowhere go back to it; at its end take the next one, or return."""
+        detection, leg = self._context.settings.detection, self._legs[self._leg]
+        if self.tracker.estimate() is not None:
+            if self.tracker.steps_out_of_view < detection.reacquire_steps:
+                return Phase.SCAN
+            self.tracker = TargetTracker(detection)
+            return Phase.LINE
+        offset_m = self._horizontal_enu_m(swarm).mean(axis=0) - np.array(leg.start_enu_m)
+        self._progress_m = max(self._progress_m, float(offset_m @ np.array(leg.direction_enu)))
+        if self._progress_m < leg.length_m:
+            return Phase.SCAN
+        self._leg, self._progress_m = self._leg + 1, 0.0
+        if self._leg < len(self._legs):
+            return Phase.LINE
+        self._context.journal.notice(Severity.INFO, "the whole area has been scanned, nothing was found")
+        return Phase.RETURN
+
+    async def _act(self, record: StepRecord, received_at_s: float) -> float:
+        """Record the decision, then send it; return the milliseconds from the last frame to the last goto on the link.
+
+        Recorded before it is acted on: what the vehicles were told is on disk even if we die while telling them.
+        """
+        context = self._context
+        await context.recorder.record_step(record, self._strategy_state())
+        # A full disk has been reported by the recorder and must not keep aircraft waiting.
+        with suppress(RecordingError):
+            await context.recorder.flush()
+        handed_over_ms = [_ms_since(received_at_s)]
+        await context.flight.send(record.waypoints, lambda: handed_over_ms.append(_ms_since(received_at_s)))
+        return handed_over_ms[-1]
+
+    async def _publish(self, record: StepRecord) -> None:
+        await self._context.recorder.record_step(record, self._strategy_state())
+        self._context.journal.step(record)
+
+    async def _await_arrival(self, waypoints: tuple[WaypointRecord, ...]) -> None:
+        sent_ids = {record.vehicle_id for record in waypoints if record.sent_enu_m is not None}
+        context = self._context
+
+        def travelling() -> list[Member]:
+            return [member for member in context.roster.members(Task.SWARM) if member.vehicle_id in sent_ids]
+
+        late = await context.flight.wait_until(
+            travelling, context.flight.has_arrived, context.settings.deadlines.move_s
+        )
+        for member in late:
+            context.journal.notice(Severity.WARNING, "has not reached its waypoint in time", member.vehicle_id)
+
+    # --- shared -------------------------------------------------------------------------------------------------------
+
+    def _strategy_state(self) -> dict[str, object]:
+        return {"strategy": self._state, "generator": dump_rng(self._rng)}
+
+    def _swarm(self) -> list[Member]:
+        swarm = self._context.roster.members(Task.SWARM)
+        if len(swarm) < MIN_SWARM:
+            raise MissionFailedError(f"Only {len(swarm)} vehicle is left; a swarm needs at least {MIN_SWARM}.")
+        return swarm
+
+    def _horizontal_enu_m(self, members: list[Member]) -> NDArray[np.float64]:
+        positions = [self._context.roster.position_enu_m(member) for member in members]
+        return np.array([position[:2] for position in positions if position is not None])
+
+    @staticmethod
+    def _in_layers(members: list[Member], horizontal_enu_m: NDArray[np.float64]) -> dict[int, NDArray[np.float64]]:
+        return {
+            member.vehicle_id: np.array([*place_enu_m, member.layer_height_m])
+            for member, place_enu_m in zip(members, horizontal_enu_m, strict=True)
+        }
+
+
+def _ms_since(start_s: float) -> float:
+    return 1e3 * (time.perf_counter() - start_s)

@@ -1,0 +1,107 @@
+"""What a mission is told before it starts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+from aos_gcs.errors import ConfigurationError
+from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.imaging.step import ImagingSettings
+
+
+class _Positive:
+    """Settings all of whose numbers must be finite and above 0."""
+
+    __slots__ = ()
+
+    def __post_init__(self) -> None:
+        for entry in fields(self):  # type: ignore[arg-type]
+            value = getattr(self, entry.name)
+            if not (math.isfinite(value) and value > 0):
+                raise ConfigurationError(f"{entry.name} must be a finite number above 0, but is {value}.")
+
+
+@dataclass(frozen=True, slots=True)
+class FlightSettings(_Positive):
+    """How vehicles are moved. Heights are above the mission's origin."""
+
+    lowest_layer_m: float = 35.0
+    """Height of the lowest altitude layer; h in the papers."""
+    layer_spacing_m: float = 2.0
+    """Between the layers of two vehicles. The papers simulate 1 m; vehicles without RTK need 3 m and more."""
+    cruise_speed_mps: float = 10.0
+    arrival_radius_m: float = 0.5
+    """A vehicle has arrived when it is this near to its waypoint ..."""
+    arrival_speed_mps: float = 0.5
+    """... and this slow, so that frames are not blurred and poses not late."""
+
+
+@dataclass(frozen=True, slots=True)
+class Deadlines(_Positive):
+    """How long the mission waits, in clock seconds, before it goes on without a vehicle or gives up."""
+
+    connect_s: float = 60.0
+    preflight_s: float = 120.0
+    command_s: float = 10.0
+    takeoff_s: float = 90.0
+    move_s: float = 30.0
+    """For a waypoint of one step."""
+    transfer_s: float = 180.0
+    """For flights to the line and home."""
+    capture_s: float = 20.0
+    land_s: float = 240.0
+    lost_s: float = 5.0
+    """A vehicle silent for longer is left out."""
+    all_lost_s: float = 15.0
+    """With every vehicle silent for longer, the mission ends."""
+
+
+@dataclass(frozen=True, slots=True)
+class DetectionSettings(_Positive):
+    """When a target counts as in view, and when as found."""
+
+    threshold_m2: float = 0.12
+    """T: visibility from which the target is in view."""
+    found_steps: int = 3
+    """Consecutive steps in view that agree on the position before the target counts as found."""
+    found_radius_m: float = 1.0
+    """How far those sightings may lie from their mean."""
+    found_min_count: int = 3
+    """Frames that must agree on one cell of the blob."""
+    lost_steps: int = 3
+    """Consecutive steps out of view before a found target counts as lost."""
+    reacquire_steps: int = 8
+    """Steps towards where the target was last seen before the scan goes on where it was left."""
+    hold_steps: int = 3
+    """Steps in FOUND before an unattended mission returns."""
+
+
+@dataclass(frozen=True, slots=True)
+class MissionSettings:
+    """A whole mission."""
+
+    vehicles: int
+    """How many to wait for."""
+    area_enu_m: tuple[tuple[float, float], ...]
+    """Search area, a simple polygon."""
+    imaging: ImagingSettings
+    safety: Mapping[str, Any] = field(default_factory=dict)
+    """Fields of ``SafetyLimits`` that differ from what preflight proposes from the area, the homes and the layers."""
+    origin: GeodeticPosition | None = None
+    """None: the home of the vehicle with the lowest id."""
+    scan_direction_enu: tuple[float, float] = (0.0, 1.0)
+    planning_fov_rad: float = math.radians(50.0)
+    """Horizontal field of view that legs are planned for; images carry their own camera model."""
+    strategy: str = "aos-apso"
+    strategy_parameters: Mapping[str, object] = field(default_factory=dict)
+    seed: int = 0
+    flight: FlightSettings = field(default_factory=FlightSettings)
+    deadlines: Deadlines = field(default_factory=Deadlines)
+    detection: DetectionSettings = field(default_factory=DetectionSettings)
+    auto_start: bool = False
+    """Start as soon as preflight has passed, without an operator."""
+    auto_return: bool = False
+    """Return after ``hold_steps`` in FOUND, without an operator."""

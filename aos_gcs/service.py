@@ -1,0 +1,128 @@
+"""Puts the parts of a mission together and runs them: driver, coordinator, record, dashboard."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import platform
+import shutil
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+from datetime import UTC, datetime
+from importlib.metadata import entry_points, version
+from pathlib import Path
+
+from aos_gcs.api.app import create_app
+from aos_gcs.api.server import serve
+from aos_gcs.clock import LoopClock
+from aos_gcs.config import ApiConfig, ServiceConfig, mission_settings
+from aos_gcs.errors import ConfigurationError, LinkError
+from aos_gcs.mission.coordinator import Coordinator
+from aos_gcs.mission.health import LoopMonitor
+from aos_gcs.mission.journal import Journal
+from aos_gcs.mission.model import MissionSnapshot
+from aos_gcs.ports import Driver, DriverContext
+from aos_gcs.store.recorder import MissionRecorder
+
+_log = logging.getLogger(__name__)
+
+DRIVER_GROUP = "aos_gcs.drivers"
+
+
+async def run_mission(
+    config: ServiceConfig,
+    *,
+    stay: bool,
+    on_start: Callable[[Coordinator, Path], None] | None = None,
+) -> tuple[MissionSnapshot, Path]:
+    """Run one mission as configured and return its last state and its folder.
+
+    Args:
+        config: the whole configuration.
+        stay: keep the dashboard up after the mission has ended, until cancelled.
+        on_start: called with the mission and its folder once all links are open.
+
+    Raises:
+        ConfigurationError: a setting cannot be used; nothing was opened or written.
+        LinkError: a link or the dashboard's port cannot be opened; nothing is left behind.
+    """
+    settings = mission_settings(config)
+    open_driver = load_driver(config.link.driver)
+    clock = LoopClock(config.clock_speed)
+    journal = Journal(clock)
+    loop_monitor = LoopMonitor()
+    started = datetime.now(UTC)
+    mission_id = f"{started:%Y%m%d-%H%M%S-%f}-{config.swarm.strategy}"
+    folder = config.record.folder / mission_id
+    running = False
+    try:
+        async with MissionRecorder.create(
+            config.record.folder, mission_id, _manifest(config, started), notify=journal.take
+        ) as recorder:
+            context = DriverContext(
+                clock=clock,
+                is_healthy=loop_monitor.is_healthy,
+                notify=journal.take,
+                log_folder=recorder.log_folder,
+                system_id=config.link.system_id,
+                options=config.link.options,
+            )
+            async with open_driver(config.link.urls, context) as fleet:
+                mission = Coordinator(
+                    mission_id,
+                    settings,
+                    fleet=fleet,
+                    clock=clock,
+                    journal=journal,
+                    recorder=recorder,
+                    loop_monitor=loop_monitor,
+                )
+                async with _dashboard(mission, config.api):
+                    running = True
+                    if on_start is not None:
+                        on_start(mission, folder)
+                    async with journal.recorded(recorder):
+                        await mission.run()
+                    if stay:
+                        _log.info("The mission is over; the dashboard stays up until Ctrl-C.")
+                        await asyncio.Event().wait()
+    except (ConfigurationError, LinkError, BaseExceptionGroup):
+        if not running:
+            shutil.rmtree(folder, ignore_errors=True)
+        raise
+    return mission.snapshot(), folder
+
+
+def load_driver(name: str) -> Driver:
+    """Return the driver of this name.
+
+    Raises:
+        ConfigurationError: there is none, or the package it needs is not installed.
+    """
+    points = {point.name: point for point in entry_points(group=DRIVER_GROUP)}
+    if name not in points:
+        raise ConfigurationError(f"link.driver: unknown driver {name!r}; known are: {', '.join(sorted(points))}.")
+    try:
+        driver: Driver = points[name].load()
+    except ImportError as error:
+        raise ConfigurationError(f"link.driver: {name} cannot be loaded ({error}); install what it needs.") from error
+    return driver
+
+
+@asynccontextmanager
+async def _dashboard(mission: Coordinator, config: ApiConfig) -> AsyncIterator[None]:
+    if not config.enabled:
+        yield
+        return
+    async with serve(create_app(mission), config.host, config.port) as address:
+        _log.info("Dashboard: %s", address.url)
+        yield
+
+
+def _manifest(config: ServiceConfig, started: datetime) -> dict[str, object]:
+    return {
+        "started_utc": started.isoformat(),
+        "aos_gcs": version("aos-gcs"),
+        "python": platform.python_version(),
+        "configuration": config.model_dump(mode="json"),
+    }
