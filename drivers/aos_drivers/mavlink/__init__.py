@@ -1,0 +1,10 @@
+"""MAVLink driver: real and simulated PX4 and ArduPilot multicopters over UDP and TCP.
+
+``open_mavlink`` is the entry point. The protocol lives in modules without I/O (``session`` and what it holds); sockets,
+files and HTTP are in ``links``, ``recorder`` and ``imagery``; ``service`` joins them. See docs/drivers.md.
+"""
+
+from aos_drivers.mavlink.options import MavlinkOptions
+from aos_drivers.mavlink.service import MavlinkFleet, MavlinkVehicle, open_mavlink
+
+__all__ = ["MavlinkFleet", "MavlinkOptions", "MavlinkVehicle", "open_mavlink"]

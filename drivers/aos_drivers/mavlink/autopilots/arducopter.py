@@ -1,0 +1,80 @@
+"""ArduCopter."""
+
+from __future__ import annotations
+
+import math
+from typing import ClassVar
+
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from aos_drivers.mavlink.autopilots.base import (
+    MulticopterAutopilot,
+    Step,
+    Target,
+    command_long,
+    has_position_and_home,
+)
+from aos_drivers.mavlink.telemetry import Telemetry
+from aos_drivers.mavlink.transaction import CommandMessage
+from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.ports import FlightMode
+
+_MODES: dict[int, FlightMode] = {
+    mavlink.COPTER_MODE_GUIDED: FlightMode.GUIDED,
+    mavlink.COPTER_MODE_GUIDED_NOGPS: FlightMode.GUIDED,
+    mavlink.COPTER_MODE_BRAKE: FlightMode.HOLD,
+    mavlink.COPTER_MODE_LOITER: FlightMode.HOLD,
+    mavlink.COPTER_MODE_POSHOLD: FlightMode.HOLD,
+    mavlink.COPTER_MODE_AUTO: FlightMode.MISSION,
+    mavlink.COPTER_MODE_RTL: FlightMode.RETURN,
+    mavlink.COPTER_MODE_SMART_RTL: FlightMode.RETURN,
+    mavlink.COPTER_MODE_AUTO_RTL: FlightMode.RETURN,
+    mavlink.COPTER_MODE_LAND: FlightMode.LAND,
+}
+_COMMANDED: dict[FlightMode, tuple[int, str]] = {
+    FlightMode.GUIDED: (mavlink.COPTER_MODE_GUIDED, "GUIDED"),
+    # LOITER would take a missing pilot's throttle for "descend".
+    FlightMode.HOLD: (mavlink.COPTER_MODE_BRAKE, "BRAKE"),
+    FlightMode.RETURN: (mavlink.COPTER_MODE_RTL, "RTL"),
+    FlightMode.LAND: (mavlink.COPTER_MODE_LAND, "LAND"),
+}
+_POSITION_FLAGS = mavlink.EKF_POS_HORIZ_REL | mavlink.EKF_POS_HORIZ_ABS
+
+
+class ArduCopter(MulticopterAutopilot):
+    """ArduCopter 4.1 and newer (DO_REPOSITION)."""
+
+    name = "arducopter"
+    arming_mode: ClassVar[FlightMode] = FlightMode.GUIDED
+
+    def mode(self, heartbeat: mavlink.MAVLink_heartbeat_message) -> tuple[FlightMode, str]:
+        """See the base class."""
+        entry = mavlink.enums["COPTER_MODE"].get(heartbeat.custom_mode)
+        name = str(entry.name).removeprefix("COPTER_MODE_") if entry is not None else f"mode {heartbeat.custom_mode}"
+        fallback = FlightMode.MANUAL if entry is not None else FlightMode.UNKNOWN
+        return _MODES.get(heartbeat.custom_mode, fallback), name
+
+    def is_ready(self, telemetry: Telemetry, now_s: float) -> bool | None:
+        """See the base class. The pre-arm bit alone is not enough: in STABILIZE it needs no position."""
+        if telemetry.prearm_healthy is None or telemetry.ekf_flags is None:
+            return None
+        has_ekf = telemetry.ekf_flags & _POSITION_FLAGS == _POSITION_FLAGS
+        is_constant = bool(telemetry.ekf_flags & mavlink.EKF_CONST_POS_MODE)
+        return telemetry.prearm_healthy and has_ekf and not is_constant and has_position_and_home(telemetry, now_s)
+
+    def stream_rates_hz(self, position_hz: float) -> dict[int, float]:
+        """See the base class."""
+        return {**super().stream_rates_hz(position_hz), mavlink.MAVLINK_MSG_ID_EKF_STATUS_REPORT: 1.0}
+
+    def set_mode(self, mode: FlightMode, target: Target) -> Step:
+        """See the base class."""
+        number, name = _COMMANDED[mode]
+        flag = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
+        message = command_long(target, mavlink.MAV_CMD_DO_SET_MODE, flag, number)
+        return Step(f"enter {name}", message, lambda state, _now_s: state.mode is mode)
+
+    def takeoff(self, height_above_home_m: float, target: Target, home: GeodeticPosition) -> CommandMessage:
+        """See the base class. ArduCopter takes the height relative to home."""
+        del home
+        nan = math.nan
+        return command_long(target, mavlink.MAV_CMD_NAV_TAKEOFF, 0.0, 0.0, 0.0, nan, 0.0, 0.0, height_above_home_m)

@@ -1,0 +1,77 @@
+"""A vehicle's camera component (https://mavlink.io/en/services/camera.html), without I/O."""
+
+from __future__ import annotations
+
+import math
+from collections import OrderedDict
+
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+_KEPT_CAPTURES = 16
+_REBOOT_MARGIN_MS = 2000
+
+
+class CameraRecord:
+    """What a camera has said about itself and its images. Keeps the latest sixteen image messages."""
+
+    def __init__(self, component_id: int) -> None:
+        self.component_id = component_id
+        self.information: mavlink.MAVLink_camera_information_message | None = None
+        self.next_index: int | None = None
+        """Index that the next image should have; None while unknown."""
+        self._captures: OrderedDict[int, mavlink.MAVLink_camera_image_captured_message] = OrderedDict()
+        self._boot_ms = 0
+        self._sequence = 0
+
+    def next_sequence(self) -> int:
+        """Return the number that tells a new capture command from a repeated one."""
+        self._sequence += 1
+        return self._sequence
+
+    def update(self, message: mavlink.MAVLink_message) -> None:
+        """Take a message of the camera component over."""
+        if message.id == mavlink.MAVLINK_MSG_ID_CAMERA_INFORMATION:
+            self._see_time(message.time_boot_ms)
+            self.information = message
+        elif message.id == mavlink.MAVLINK_MSG_ID_CAMERA_CAPTURE_STATUS:
+            self._see_time(message.time_boot_ms)
+            if self.next_index is None and not self._captures:
+                self.next_index = message.image_count
+        elif message.id == mavlink.MAVLINK_MSG_ID_CAMERA_IMAGE_CAPTURED:
+            self._captures[message.image_index] = message
+            self.next_index = max(self.next_index or 0, message.image_index + 1)
+            while len(self._captures) > _KEPT_CAPTURES:
+                self._captures.popitem(last=False)
+
+    def give_up(self, index: int) -> None:
+        """Do not take the image of ``index``, which was exposed and never arrived, for that of a later command."""
+        self.next_index = max(self.next_index or 0, index + 1)
+
+    def known_indices(self) -> frozenset[int]:
+        """Return the indices of the images whose messages are kept."""
+        return frozenset(self._captures)
+
+    def find_capture(
+        self, awaited_index: int | None, before: frozenset[int]
+    ) -> mavlink.MAVLink_camera_image_captured_message | None:
+        """Return the newest image that was not there ``before``, from ``awaited_index`` on where that is known."""
+        for index, message in reversed(self._captures.items()):
+            if index not in before and (awaited_index is None or index >= awaited_index):
+                return message
+        return None
+
+    def _see_time(self, time_boot_ms: int) -> None:
+        if time_boot_ms + _REBOOT_MARGIN_MS < self._boot_ms:
+            self.next_index = None
+            self._captures.clear()
+        self._boot_ms = time_boot_ms
+
+
+def horizontal_fov_rad(information: mavlink.MAVLink_camera_information_message | None) -> float | None:
+    """Return the full horizontal field of view from focal length and sensor width, or None where they are unknown."""
+    if information is None:
+        return None
+    focal_mm, width_mm = information.focal_length, information.sensor_size_h
+    if not (math.isfinite(focal_mm) and math.isfinite(width_mm) and focal_mm > 0 and width_mm > 0):
+        return None
+    return 2 * math.atan(width_mm / 2 / focal_mm)

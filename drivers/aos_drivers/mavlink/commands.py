@@ -1,0 +1,126 @@
+"""Carrying out one command of a vehicle."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from aos_drivers.mavlink.autopilots import Step
+from aos_drivers.mavlink.record import VehicleRecord
+from aos_drivers.mavlink.transaction import Answer, CommandTransaction, result_text
+from aos_drivers.mavlink.waiting import Changes
+from aos_gcs.errors import CommandRefusedError, CommandTimeoutError
+from aos_gcs.ports import Clock, Command, Hold, Land, ReturnToLaunch
+
+SECOND_THOUGHT_S = 0.6
+"""After a refusal: the time for its reason as status text, for PX4's second answer, or for the effect to show."""
+_SILENCE_S = 5.0
+_ALWAYS_SENT = (Hold, ReturnToLaunch, Land)
+
+Send = Callable[[int, int, mavlink.MAVLink_message], None]
+"""Sends a message to (system, component)."""
+
+
+class CommandRunner:
+    """Carries out the commands of one vehicle. Policy: a newer command supersedes the one that is under way."""
+
+    def __init__(self, record: VehicleRecord, send: Send, changes: Changes, clock: Clock) -> None:
+        self._record = record
+        self._send = send
+        self._changes = changes
+        self._clock = clock
+        self._current: Command | None = None
+
+    async def run(self, command: Command, deadline_s: float) -> None:
+        """See ``Vehicle.execute``."""
+        self._check_vehicle(command)
+        now_s = self._clock.now_s()
+        steps = self._record.autopilot.steps(command, self._record.target, self._record.telemetry, now_s)
+        self._current = command
+        self._changes.announce()
+        try:
+            for step in steps:
+                await self._run_step(command, step, deadline_s)
+        finally:
+            if self._current is command:
+                self._current = None
+
+    def _check_vehicle(self, command: Command) -> None:
+        record = self._record
+        if record.identity.is_ambiguous(self._clock.now_s()):
+            raise CommandRefusedError(f"two vehicles use system id {record.vehicle_id}: give one of them another id")
+        silence_s = self._clock.now_s() - (record.heard_at_s if record.heard_at_s is not None else -math.inf)
+        if silence_s > _SILENCE_S and not isinstance(command, _ALWAYS_SENT):
+            raise CommandRefusedError(
+                f"vehicle {record.vehicle_id} has been silent for {silence_s:.0f} s: "
+                "only hold, return and land are sent to it"
+            )
+
+    def _check_current(self, command: Command) -> None:
+        if self._current is not command:
+            newer = type(self._current).__name__ if self._current is not None else "another command"
+            raise CommandRefusedError(
+                f"{type(command).__name__} for vehicle {self._record.vehicle_id} is superseded by {newer}"
+            )
+        self._check_vehicle(command)
+
+    async def _run_step(self, command: Command, step: Step, deadline_s: float) -> None:
+        record = self._record
+        started_s = self._clock.now_s()
+        transaction = CommandTransaction(step.message, step.repeat_s)
+        was_done = step.is_done(record.telemetry, started_s)
+
+        def is_done() -> bool:
+            self._check_current(command)
+            is_acknowledged = transaction.answer is Answer.ACCEPTED
+            return (is_acknowledged or not was_done) and step.is_done(record.telemetry, self._clock.now_s())
+
+        def is_decided() -> bool:
+            return is_done() or transaction.answer is Answer.REFUSED
+
+        record.transactions.add(transaction)
+        try:
+            while not is_done():
+                if transaction.answer is Answer.REFUSED:
+                    await self._reconsider(step, transaction, is_done, started_s, deadline_s)
+                    continue
+                now_s = self._clock.now_s()
+                if now_s >= deadline_s:
+                    raise self._timeout(step, transaction, started_s)
+                message = transaction.poll(now_s)
+                if message is not None:
+                    self._send(record.vehicle_id, record.target.component_id, message)
+                await self._changes.wait_for(is_decided, min(deadline_s, transaction.due_s))
+        finally:
+            record.transactions.discard(transaction)
+
+    async def _reconsider(
+        self,
+        step: Step,
+        transaction: CommandTransaction,
+        is_done: Callable[[], bool],
+        started_s: float,
+        deadline_s: float,
+    ) -> None:
+        """Return if the refusal turns out not to be the last word; telemetry alone tells what a vehicle does."""
+        until_s = min(deadline_s, self._clock.now_s() + SECOND_THOUGHT_S)
+        if await self._changes.wait_for(lambda: transaction.answer is Answer.ACCEPTED or is_done(), until_s):
+            return
+        reason = self._text_since(started_s) or result_text(transaction.result)
+        raise CommandRefusedError(f"vehicle {self._record.vehicle_id} refuses to {step.name}: {reason}")
+
+    def _timeout(self, step: Step, transaction: CommandTransaction, started_s: float) -> CommandTimeoutError:
+        is_answered = transaction.answer is Answer.ACCEPTED
+        problem = "accepted it but telemetry does not show it" if is_answered else "does not acknowledge it"
+        text = self._text_since(started_s)
+        reason = f" ({text})" if text else ""
+        return CommandTimeoutError(
+            f"vehicle {self._record.vehicle_id} was told to {step.name} and {problem}{reason}: check link and vehicle"
+        )
+
+    def _text_since(self, started_s: float) -> str:
+        telemetry = self._record.telemetry
+        is_new = telemetry.text_at_s is not None and telemetry.text_at_s >= started_s
+        return telemetry.text if is_new else ""

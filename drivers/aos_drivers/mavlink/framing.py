@@ -1,0 +1,71 @@
+"""Cutting MAVLink packets out of a stream of bytes."""
+
+from __future__ import annotations
+
+import re
+
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+_MARKER = re.compile(rb"[\xfd\xfe]")
+_HEADER_SIZE = {mavlink.PROTOCOL_MARKER_V1: 6, mavlink.PROTOCOL_MARKER_V2: 10}
+_CRC_SIZE = 2
+
+
+class FrameParser:
+    """Parser of the bytes of one peer.
+
+    Unlike pymavlink's own, it looks for the next marker inside a packet that turns out to be broken, so that noise
+    never takes a good packet with it. At most one incomplete packet (305 bytes) is kept between calls.
+    """
+
+    def __init__(self) -> None:
+        self._decoder = mavlink.MAVLink(None)
+        self._tail = b""
+        self.dropped_bytes = 0
+        """Bytes that belonged to no valid packet."""
+
+    def feed(self, data: bytes) -> list[mavlink.MAVLink_message]:
+        """Return the packets that ``data`` completes; anything else is dropped and counted."""
+        data = self._tail + data
+        messages: list[mavlink.MAVLink_message] = []
+        index = 0
+        while match := _MARKER.search(data, index):
+            start = match.start()
+            self.dropped_bytes += start - index
+            index = start
+            end = _frame_end(data, start)
+            if end is None or end > len(data):
+                self._tail = data[start:]
+                return messages
+            message = self._decode(data, start, end)
+            if message is None:
+                self.dropped_bytes += 1
+                index = start + 1
+            else:
+                messages.append(message)
+                index = end
+        self.dropped_bytes += len(data) - index
+        self._tail = b""
+        return messages
+
+    def _decode(self, data: bytes, start: int, end: int) -> mavlink.MAVLink_message | None:
+        if data[start] == mavlink.PROTOCOL_MARKER_V2 and data[start + 2] & ~mavlink.MAVLINK_IFLAG_SIGNED:
+            return None
+        try:
+            message = self._decoder.decode(bytearray(data[start:end]))
+        except mavlink.MAVError:
+            return None
+        # The checksum of an unknown message cannot be tested; a marker behind it shows that its length was true.
+        if isinstance(message, mavlink.MAVLink_unknown) and end < len(data) and data[end] not in _HEADER_SIZE:
+            return None
+        return message
+
+
+def _frame_end(data: bytes, start: int) -> int | None:
+    """Return where the packet at ``start`` ends, or None while its header is incomplete."""
+    if len(data) < start + 3:
+        return None
+    end = start + _HEADER_SIZE[data[start]] + data[start + 1] + _CRC_SIZE
+    if data[start] == mavlink.PROTOCOL_MARKER_V2 and data[start + 2] & mavlink.MAVLINK_IFLAG_SIGNED:
+        end += mavlink.MAVLINK_SIGNATURE_BLOCK_LEN
+    return end

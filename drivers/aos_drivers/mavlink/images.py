@@ -1,0 +1,68 @@
+"""Camera files to arrays."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.errors import CaptureError
+
+Image = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32]
+
+_KELVIN_AT_0_C = 273.15
+_COLOURS = ("red", "green", "blue")
+_JPEG_START, _JPEG_END = b"\xff\xd8", b"\xff\xd9"
+_PNG_START, _PNG_END = b"\x89PNG", b"IEND\xaeB`\x82"
+
+
+def decode_image(data: bytes) -> tuple[Image, tuple[str, ...]]:
+    """Decode a PNG, JPEG or TIFF file of 8 or 16 bits.
+
+    Returns:
+        The image, shape (H, W, C), and one band per channel. A TIFF of two pages, RGB of 8 bits and radiometric
+        thermal of 16 bits in hundredths of a kelvin, becomes float32 with ``red, green, blue, thermal``, the last in
+        degrees Celsius. Everything else keeps its type and is ``grey`` or ``red, green, blue``.
+
+    Raises:
+        CaptureError: the file is damaged or of another kind.
+    """
+    if _is_truncated(data):
+        raise CaptureError(f"the image file of {len(data)} bytes is incomplete")
+    try:
+        is_decoded, pages = cv2.imdecodemulti(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+    except cv2.error as error:
+        raise CaptureError(f"the image file of {len(data)} bytes cannot be decoded: {error.err}") from error
+    if not is_decoded or not pages:
+        raise CaptureError(f"the image file of {len(data)} bytes cannot be decoded")
+    return _bands([np.asarray(page) for page in pages])
+
+
+def _is_truncated(data: bytes) -> bool:
+    """Whether the end mark of the format is missing: decoders fill the rest of such a picture with grey."""
+    if data.startswith(_JPEG_START):
+        return _JPEG_END not in data[-64:]
+    if data.startswith(_PNG_START):
+        return not data.endswith(_PNG_END)
+    return not data
+
+
+def _bands(pages: list[NDArray[Any]]) -> tuple[Image, tuple[str, ...]]:
+    shapes = [(page.shape, page.dtype) for page in pages]
+    match [(page.ndim, page.dtype) for page in pages]:
+        case [(3, np.uint8), (2, np.uint16)] if pages[0].shape == (*pages[1].shape, 3):
+            return _rgb_and_thermal(pages[0], pages[1]), (*_COLOURS, "thermal")
+        case [(2, np.uint8 | np.uint16)]:
+            return pages[0][..., np.newaxis], ("grey",)
+        case [(3, np.uint8 | np.uint16)] if pages[0].shape[2] in (3, 4):
+            return np.ascontiguousarray(pages[0][..., 2::-1]), _COLOURS
+    raise CaptureError(f"an image with pages of {shapes} is not understood: send RGB, grey, or RGB with thermal")
+
+
+def _rgb_and_thermal(bgr: NDArray[Any], thermal_centikelvin: NDArray[Any]) -> NDArray[np.float32]:
+    image = np.empty((*thermal_centikelvin.shape, 4), np.float32)
+    image[..., :3] = bgr[..., ::-1]
+    image[..., 3] = thermal_centikelvin.astype(np.float32) / 100 - _KELVIN_AT_0_C
+    return image

@@ -1,0 +1,114 @@
+"""All that is known about one vehicle; changed by the session, read by the vehicle's commands."""
+
+from __future__ import annotations
+
+import math
+
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from aos_drivers.mavlink.autopilots import Autopilot, Target, autopilot_of
+from aos_drivers.mavlink.camera import CameraRecord
+from aos_drivers.mavlink.identity import Identity
+from aos_drivers.mavlink.links import PeerAddress
+from aos_drivers.mavlink.loss import LossCounter
+from aos_drivers.mavlink.status_text import StatusTexts
+from aos_drivers.mavlink.streams import OneTimeRequests, StreamKeeper
+from aos_drivers.mavlink.telemetry import Telemetry
+from aos_drivers.mavlink.transaction import CommandTransaction
+from aos_gcs.ports import VehicleState
+
+_HOME_PAUSE_S = 3.0
+_PAUSE_S = 2.0
+_ATTEMPTS = 8
+_CAMERA_IDS = range(mavlink.MAV_COMP_ID_CAMERA, mavlink.MAV_COMP_ID_CAMERA6 + 1)
+
+
+class VehicleRecord:
+    """One vehicle: its autopilot component, its camera, its addresses and what is being asked of it."""
+
+    def __init__(self, target: Target, heartbeat: mavlink.MAVLink_heartbeat_message, position_hz: float) -> None:
+        self.target = target
+        self.autopilot: Autopilot = autopilot_of(heartbeat)
+        self.telemetry = Telemetry()
+        self.identity = Identity()
+        self.texts = StatusTexts()
+        self.streams = StreamKeeper(self.autopilot.stream_rates_hz(position_hz))
+        self.requests = OneTimeRequests()
+        self.camera: CameraRecord | None = None
+        self.transactions: set[CommandTransaction] = set()
+        """Commands that wait for an answer."""
+        self.component_addresses: dict[int, PeerAddress] = {}
+        self.losses: dict[int, LossCounter] = {}
+        """By component, of packets from the autopilot's present address."""
+        self.heard_at_s: float | None = None
+        self.was_ambiguous = False
+        self._request_facts()
+
+    @property
+    def vehicle_id(self) -> int:
+        """The MAVLink system id."""
+        return self.target.system_id
+
+    def restart(self) -> None:
+        """Forget what does not survive a reboot of the autopilot and ask for it again."""
+        self.telemetry = Telemetry()
+        self.streams.restart()
+        self._request_facts()
+
+    def request_version(self) -> None:
+        """Ask for the identity of the board."""
+        message_id = mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION
+        self.requests.want(self.target.component_id, message_id, _PAUSE_S, _ATTEMPTS)
+
+    def find_camera(self, message: mavlink.MAVLink_message) -> None:
+        """Take the sender of ``message`` as the camera if it is one; the lowest component id wins."""
+        component_id = message.get_srcComponent()
+        is_camera = message.id == mavlink.MAVLINK_MSG_ID_CAMERA_INFORMATION or (
+            message.id == mavlink.MAVLINK_MSG_ID_HEARTBEAT
+            and message.type == mavlink.MAV_TYPE_CAMERA
+            and component_id in _CAMERA_IDS
+        )
+        if is_camera and (self.camera is None or component_id < self.camera.component_id):
+            self.camera = CameraRecord(component_id)
+            for message_id in (
+                mavlink.MAVLINK_MSG_ID_CAMERA_INFORMATION,
+                mavlink.MAVLINK_MSG_ID_CAMERA_CAPTURE_STATUS,
+            ):
+                self.requests.want(component_id, message_id, _PAUSE_S, _ATTEMPTS)
+
+    def loss_fraction(self) -> float | None:
+        """Return the share of lost packets over all components."""
+        lost = sum(counter.lost for counter in self.losses.values())
+        total = lost + sum(counter.received for counter in self.losses.values())
+        return lost / total if total else None
+
+    def state(self, now_s: float) -> VehicleState:
+        """Return the snapshot that crosses the port."""
+        telemetry = self.telemetry
+        return VehicleState(
+            vehicle_id=self.vehicle_id,
+            autopilot=self.autopilot.name,
+            mode=telemetry.mode,
+            mode_name=telemetry.mode_name,
+            armed=telemetry.armed,
+            landed=telemetry.landed,
+            ready_to_arm=self.autopilot.is_ready(telemetry, now_s),
+            position=telemetry.position,
+            position_at_s=telemetry.position_at_s,
+            height_above_home_m=telemetry.height_above_home_m,
+            velocity_enu_mps=telemetry.velocity_enu_mps,
+            heading_rad=telemetry.heading_rad,
+            home=telemetry.home,
+            battery_fraction=telemetry.battery_fraction,
+            battery_voltage_v=telemetry.battery_voltage_v,
+            gps_fix=telemetry.gps_fix,
+            satellites=telemetry.satellites,
+            heard_at_s=self.heard_at_s,
+            packet_loss_fraction=self.loss_fraction(),
+            text=telemetry.text,
+        )
+
+    def _request_facts(self) -> None:
+        component_id = self.target.component_id
+        self.requests.want(component_id, mavlink.MAVLINK_MSG_ID_HOME_POSITION, _HOME_PAUSE_S, math.inf)
+        self.request_version()

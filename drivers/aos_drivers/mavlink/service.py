@@ -1,0 +1,172 @@
+"""The driver: links, session and vehicles under one owner."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from collections.abc import AsyncIterator, Mapping, Sequence
+from contextlib import AsyncExitStack, asynccontextmanager
+from types import MappingProxyType
+
+import aiohttp
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from aos_drivers.mavlink.background import BackgroundTasks
+from aos_drivers.mavlink.capture import CaptureRunner, CaptureTools
+from aos_drivers.mavlink.commands import CommandRunner, Send
+from aos_drivers.mavlink.imagery import ImageFetcher
+from aos_drivers.mavlink.links import Endpoint, LinkOpener, PeerAddress
+from aos_drivers.mavlink.options import MavlinkOptions, parse_link
+from aos_drivers.mavlink.record import VehicleRecord
+from aos_drivers.mavlink.recorder import TlogRecorder
+from aos_drivers.mavlink.session import Event, PacketReceived, Session, VehicleFound
+from aos_drivers.mavlink.waiting import Changes
+from aos_gcs.errors import ConfigurationError
+from aos_gcs.ports import Capture, Command, DriverContext, Notice, Severity, Vehicle, VehicleState
+
+TICK_S = 0.1
+"""Clock seconds between two looks at what is due; a late one is skipped."""
+TLOG_NAME = "mavlink.tlog"
+
+
+class MavlinkVehicle:
+    """A vehicle of the fleet (``aos_gcs.ports.Vehicle``)."""
+
+    def __init__(self, record: VehicleRecord, send: Send, changes: Changes, tools: CaptureTools) -> None:
+        self._record = record
+        self._clock = tools.clock
+        self._commands = CommandRunner(record, send, changes, tools.clock)
+        self._captures = CaptureRunner(record, send, changes, tools)
+
+    @property
+    def state(self) -> VehicleState:
+        """The latest telemetry."""
+        return self._record.state(self._clock.now_s())
+
+    async def execute(self, command: Command, deadline_s: float) -> None:
+        """Carry the command out; see the port."""
+        await self._commands.run(command, deadline_s)
+
+    async def capture(self, deadline_s: float) -> Capture:
+        """Expose one image and fetch it; see the port."""
+        return await self._captures.run(deadline_s)
+
+
+class MavlinkFleet:
+    """The vehicles heard on the links (``aos_gcs.ports.Fleet``), and the traffic between them and the session."""
+
+    def __init__(
+        self, session: Session, context: DriverContext, tools: CaptureTools, recorder: TlogRecorder | None
+    ) -> None:
+        self._session = session
+        self._context = context
+        self._tools = tools
+        self._recorder = recorder
+        self._endpoints: dict[int, Endpoint] = {}
+        self._vehicles: dict[int, Vehicle] = {}
+        self._changes: dict[int, Changes] = {}
+
+    def vehicles(self) -> Mapping[int, Vehicle]:
+        """Return all vehicles ever heard, by system id."""
+        return MappingProxyType(self._vehicles)
+
+    def add_endpoint(self, link: int, endpoint: Endpoint, peer: PeerAddress | None) -> None:
+        """Use an open link; ``peer`` is called before it has been heard."""
+        self._endpoints[link] = endpoint
+        if peer is not None:
+            self._session.add_peer(peer)
+
+    def receive(self, data: bytes, peer: PeerAddress) -> None:
+        """Take bytes of a link."""
+        self._handle(self._session.feed(data, peer, self._context.clock.now_s()))
+        self._flush()
+
+    async def run(self) -> None:
+        """Do what is due, until cancelled."""
+        clock = self._context.clock
+        while True:
+            now_s = clock.now_s()
+            self._handle(self._session.poll(now_s))
+            if self._session.is_heartbeat_due(now_s) and self._context.is_healthy():
+                self._session.send_heartbeat(now_s)
+            self._flush()
+            await clock.sleep(TICK_S)
+
+    def _send(self, system_id: int, component_id: int, message: mavlink.MAVLink_message) -> None:
+        self._session.send(system_id, component_id, message)
+        self._flush()
+
+    def _handle(self, events: list[Event]) -> None:
+        for event in events:
+            match event:
+                case PacketReceived(packet, vehicle_id):
+                    if self._recorder is not None:
+                        self._recorder.write(packet, self._context.clock.utc_s())
+                    if vehicle_id is not None:
+                        self._changes[vehicle_id].announce()
+                case VehicleFound(record):
+                    changes = self._changes[record.vehicle_id] = Changes(self._context.clock)
+                    vehicle = MavlinkVehicle(record, self._send, changes, self._tools)
+                    self._vehicles[record.vehicle_id] = vehicle
+                case Notice():
+                    self._context.notify(event)
+
+    def _flush(self) -> None:
+        for outgoing in self._session.take_outgoing():
+            endpoint = self._endpoints.get(outgoing.peer.link)
+            if endpoint is not None:
+                endpoint.send(outgoing.packet, outgoing.peer)
+                if self._recorder is not None:
+                    self._recorder.write(outgoing.packet, self._context.clock.utc_s())
+
+
+@asynccontextmanager
+async def open_mavlink(links: Sequence[str], context: DriverContext) -> AsyncIterator[MavlinkFleet]:
+    """Open the links and yield the fleet (``aos_gcs.ports.Driver``). Its options are those of ``MavlinkOptions``.
+
+    Raises:
+        ConfigurationError: a link or option cannot be understood, or the log folder cannot be written.
+        LinkError: a link cannot be opened.
+    """
+    options = MavlinkOptions.parse(context.options)
+    addresses = [parse_link(text) for text in links]
+    if not addresses:
+        raise ConfigurationError("the mavlink driver needs at least one link, such as udpin://0.0.0.0:14550")
+    async with AsyncExitStack() as stack:
+        recorder = await _open_recorder(stack, context)
+        http = await stack.enter_async_context(aiohttp.ClientSession())
+        fetcher = ImageFetcher(http, context.clock, int(options.max_image_mib * 2**20), options.image_hosts)
+        fov_rad = math.radians(options.camera_fov_deg) if options.camera_fov_deg is not None else None
+        session = Session(context.system_id, options.position_hz)
+        fleet = MavlinkFleet(session, context, CaptureTools(context.clock, fetcher, fov_rad), recorder)
+        tasks = await stack.enter_async_context(BackgroundTasks(lambda error: _report_failure(context, error)))
+        opener = LinkOpener(
+            stack, tasks, context.clock, fleet.receive, lambda text: context.notify(Notice(Severity.WARNING, text))
+        )
+        for number, address in enumerate(addresses):
+            fleet.add_endpoint(number, *await opener.open(number, address))
+        tasks.start(fleet.run())
+        yield fleet
+
+
+def _report_failure(context: DriverContext, error: BaseException) -> None:
+    text = f"the mavlink driver has failed and no longer sends heartbeats: {error!r}; restart the service"
+    context.notify(Notice(Severity.CRITICAL, text))
+
+
+async def _open_recorder(stack: AsyncExitStack, context: DriverContext) -> TlogRecorder | None:
+    if context.log_folder is None:
+        return None
+    loop = asyncio.get_running_loop()
+
+    def on_error(error: OSError) -> None:
+        text = f"the MAVLink traffic is no longer recorded: {error}"
+        loop.call_soon_threadsafe(context.notify, Notice(Severity.CRITICAL, text))
+
+    path = context.log_folder / TLOG_NAME
+    try:
+        recorder = await asyncio.to_thread(TlogRecorder, path, on_error)
+    except OSError as error:
+        raise ConfigurationError(f"{path} cannot be written: {error.strerror}; choose another log folder") from error
+    stack.push_async_callback(asyncio.to_thread, recorder.close)
+    return recorder

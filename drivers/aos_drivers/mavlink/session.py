@@ -1,0 +1,318 @@
+"""The MAVLink session with a swarm, without I/O: bytes and times in, events and packets out."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from aos_drivers.mavlink.autopilots import Target, autopilot_of
+from aos_drivers.mavlink.framing import FrameParser
+from aos_drivers.mavlink.links import PeerAddress
+from aos_drivers.mavlink.loss import LossCounter
+from aos_drivers.mavlink.record import VehicleRecord
+from aos_drivers.mavlink.status_text import notice_severity
+from aos_gcs.ports import Notice, Severity
+
+OUR_COMPONENT_ID: int = mavlink.MAV_COMP_ID_MISSIONPLANNER
+HEARTBEAT_PERIOD_S = 1.0
+_MAX_PEERS = 512
+_MAX_COMPONENTS = 16
+_NO_VEHICLES = frozenset(
+    {
+        mavlink.MAV_TYPE_GCS,
+        mavlink.MAV_TYPE_ANTENNA_TRACKER,
+        mavlink.MAV_TYPE_ONBOARD_CONTROLLER,
+        mavlink.MAV_TYPE_GIMBAL,
+        mavlink.MAV_TYPE_ADSB,
+        mavlink.MAV_TYPE_CAMERA,
+    }
+)
+_BOOT_TIMED = frozenset({mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT, mavlink.MAVLINK_MSG_ID_ATTITUDE})
+
+
+@dataclass(frozen=True, slots=True)
+class PacketReceived:
+    """A valid packet arrived."""
+
+    packet: bytearray
+    vehicle_id: int | None
+    """The vehicle it belongs to, None for those of other ground stations and strangers."""
+
+
+@dataclass(frozen=True, slots=True)
+class VehicleFound:
+    """The first heartbeat of a vehicle."""
+
+    record: VehicleRecord
+
+
+Event = PacketReceived | VehicleFound | Notice
+
+
+@dataclass(frozen=True, slots=True)
+class Outgoing:
+    """A packet to send."""
+
+    packet: bytes
+    peer: PeerAddress
+
+
+class _Peer:
+    def __init__(self, system_id: int) -> None:
+        self.parser = FrameParser()
+        self.encoder = mavlink.MAVLink(None, srcSystem=system_id, srcComponent=OUR_COMPONENT_ID)
+        self.heard_at_s = -math.inf
+        self.is_called = False
+        """Whether it hears our heartbeats: it carries a vehicle, or a link that calls out leads to it."""
+
+
+class Session:
+    """Peers, vehicles and the routes between them.
+
+    Every peer (address) has a parser and a sequence of its own. At most 512 peers are kept: a further one takes the
+    place of the longest silent that carries no vehicle, or is ignored.
+    """
+
+    def __init__(self, system_id: int, position_hz: float) -> None:
+        """Speak as ``system_id`` and ask each vehicle for positions at ``position_hz``."""
+        self._system_id = system_id
+        self._position_hz = position_hz
+        self._peers: dict[PeerAddress, _Peer] = {}
+        self._outgoing: list[Outgoing] = []
+        self._events: list[Event] = []
+        self._heartbeat_due_s = -math.inf
+        self._has_warned_of_own_id = False
+        self.records: dict[int, VehicleRecord] = {}
+        """By system id, which bounds them to 254."""
+        self._handlers: dict[int, Callable[[VehicleRecord, mavlink.MAVLink_message, PeerAddress, float], None]] = {
+            mavlink.MAVLINK_MSG_ID_HEARTBEAT: self._on_heartbeat,
+            mavlink.MAVLINK_MSG_ID_STATUSTEXT: self._on_status_text,
+            mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION: self._on_version,
+        }
+
+    # --- in ---------------------------------------------------------------------------------------------------------
+
+    def add_peer(self, peer: PeerAddress) -> None:
+        """Call ``peer`` before it has been heard."""
+        self._peer(peer).is_called = True
+
+    def feed(self, data: bytes, peer: PeerAddress, now_s: float) -> list[Event]:
+        """Take bytes that came from ``peer``; whatever is no MAVLink is dropped and counted."""
+        entry = self._peers.get(peer) or self._make_room_for(peer)
+        if entry is not None:
+            entry.heard_at_s = now_s
+            for message in entry.parser.feed(data):
+                self._on_packet(message, peer, now_s)
+        return self._take_events()
+
+    def poll(self, now_s: float) -> list[Event]:
+        """Do what is due without anything having arrived. Call it several times a second."""
+        for record in self.records.values():
+            for severity, text in record.texts.poll(now_s):
+                self._take_text(record, severity, text, now_s)
+            self._watch_identity(record, now_s)
+            self._ask(record, now_s)
+        return self._take_events()
+
+    # --- out --------------------------------------------------------------------------------------------------------
+
+    def is_heartbeat_due(self, now_s: float) -> bool:
+        """Whether the next heartbeat should go out. Late ticks policy: missed ones are skipped."""
+        return now_s >= self._heartbeat_due_s
+
+    def send_heartbeat(self, now_s: float) -> None:
+        """Queue our heartbeat, once for each peer that carries a vehicle or that we call."""
+        self._heartbeat_due_s = max(self._heartbeat_due_s + HEARTBEAT_PERIOD_S, now_s)
+        for peer, entry in self._peers.items():
+            if entry.is_called:
+                message = mavlink.MAVLink_heartbeat_message(
+                    mavlink.MAV_TYPE_GCS, mavlink.MAV_AUTOPILOT_INVALID, 0, 0, mavlink.MAV_STATE_ACTIVE, 3
+                )
+                self._send_to(peer, message)
+
+    def send(self, system_id: int, component_id: int, message: mavlink.MAVLink_message) -> None:
+        """Queue a message for one component, at the address it was last heard from; never for anybody else."""
+        record = self.records[system_id]
+        peer = record.component_addresses.get(component_id, record.identity.address)
+        if peer is not None:
+            self._send_to(peer, message)
+
+    def take_outgoing(self) -> list[Outgoing]:
+        """Return and forget what is to be sent."""
+        outgoing, self._outgoing = self._outgoing, []
+        return outgoing
+
+    @property
+    def dropped_bytes(self) -> int:
+        """Bytes received that belonged to no valid packet."""
+        return sum(entry.parser.dropped_bytes for entry in self._peers.values())
+
+    # --- peers ------------------------------------------------------------------------------------------------------
+
+    def _peer(self, peer: PeerAddress) -> _Peer:
+        return self._peers.setdefault(peer, _Peer(self._system_id))
+
+    def _make_room_for(self, peer: PeerAddress) -> _Peer | None:
+        if len(self._peers) >= _MAX_PEERS:
+            idle = [address for address, entry in self._peers.items() if not entry.is_called]
+            if not idle:
+                return None
+            del self._peers[min(idle, key=lambda address: self._peers[address].heard_at_s)]
+        return self._peer(peer)
+
+    def _send_to(self, peer: PeerAddress, message: mavlink.MAVLink_message) -> None:
+        encoder = self._peer(peer).encoder
+        packet = message.pack(encoder)
+        encoder.seq = (encoder.seq + 1) % 256
+        self._outgoing.append(Outgoing(packet, peer))
+
+    def _take_events(self) -> list[Event]:
+        events, self._events = self._events, []
+        return events
+
+    # --- packets ----------------------------------------------------------------------------------------------------
+
+    def _on_packet(self, message: mavlink.MAVLink_message, peer: PeerAddress, now_s: float) -> None:
+        system_id = message.get_srcSystem()
+        record = self.records.get(system_id)
+        if record is None:
+            record = self._find_vehicle(message, peer)
+        self._events.append(PacketReceived(message.get_msgbuf(), record.vehicle_id if record is not None else None))
+        if record is not None:
+            self._on_vehicle_packet(record, message, peer, now_s)
+        elif system_id == self._system_id and not self._has_warned_of_own_id:
+            self._has_warned_of_own_id = True
+            text = f"another ground station uses our system id {system_id}: give one of them another id"
+            self._events.append(Notice(Severity.WARNING, text))
+
+    def _find_vehicle(self, message: mavlink.MAVLink_message, peer: PeerAddress) -> VehicleRecord | None:
+        system_id = message.get_srcSystem()
+        if system_id in (0, self._system_id) or not _is_autopilot_heartbeat(message):
+            return None
+        target = Target(system_id, message.get_srcComponent())
+        record = self.records[system_id] = VehicleRecord(target, message, self._position_hz)
+        self._events.append(VehicleFound(record))
+        text = f"vehicle {system_id} ({record.autopilot.name}) heard at {peer.host}:{peer.port}"
+        self._events.append(Notice(Severity.INFO, text, system_id))
+        return record
+
+    def _on_vehicle_packet(
+        self, record: VehicleRecord, message: mavlink.MAVLink_message, peer: PeerAddress, now_s: float
+    ) -> None:
+        component_id = message.get_srcComponent()
+        record.heard_at_s = now_s
+        is_autopilot = component_id == record.target.component_id
+        if is_autopilot:
+            if record.identity.address != peer:
+                record.losses.clear()
+            if record.identity.hear(peer, now_s):
+                record.request_version()
+            self._peers[peer].is_called = True
+        self._count_loss(record, component_id, message.get_seq(), peer)
+        if is_autopilot:
+            self._watch_boot_time(record, message, peer)
+            record.telemetry.update(message, now_s)
+            record.streams.on_message(message.id)
+        record.requests.on_message(component_id, message.id)
+        record.find_camera(message)
+        if record.camera is not None and component_id == record.camera.component_id:
+            record.camera.update(message)
+        if message.id == mavlink.MAVLINK_MSG_ID_COMMAND_ACK:
+            self._on_ack(record, message, now_s)
+        elif is_autopilot and message.id in self._handlers:
+            self._handlers[message.id](record, message, peer, now_s)
+
+    def _count_loss(self, record: VehicleRecord, component_id: int, sequence: int, peer: PeerAddress) -> None:
+        if component_id in record.component_addresses or len(record.component_addresses) < _MAX_COMPONENTS:
+            if record.component_addresses.get(component_id) != peer:
+                record.losses.pop(component_id, None)
+            record.component_addresses[component_id] = peer
+            record.losses.setdefault(component_id, LossCounter()).count(sequence)
+
+    def _watch_boot_time(self, record: VehicleRecord, message: mavlink.MAVLink_message, peer: PeerAddress) -> None:
+        if message.id in _BOOT_TIMED and record.identity.hear_boot_time(peer, message.time_boot_ms):
+            record.restart()
+            text = f"vehicle {record.vehicle_id} has restarted"
+            self._events.append(Notice(Severity.WARNING, text, record.vehicle_id))
+
+    def _on_heartbeat(
+        self, record: VehicleRecord, message: mavlink.MAVLink_message, _peer: PeerAddress, now_s: float
+    ) -> None:
+        if not _is_autopilot_heartbeat(message):
+            return
+        record.autopilot = autopilot_of(message)
+        telemetry = record.telemetry
+        telemetry.mode, telemetry.mode_name = record.autopilot.mode(message)
+        telemetry.armed = bool(message.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED)
+        telemetry.heartbeat_at_s = now_s
+
+    def _on_status_text(
+        self, record: VehicleRecord, message: mavlink.MAVLink_message, _peer: PeerAddress, now_s: float
+    ) -> None:
+        for severity, text in record.texts.feed(message, now_s):
+            self._take_text(record, severity, text, now_s)
+
+    def _on_version(
+        self, record: VehicleRecord, message: mavlink.MAVLink_message, peer: PeerAddress, now_s: float
+    ) -> None:
+        record.identity.hear_uid(peer, bytes(message.uid2) + message.uid.to_bytes(8, "little"), now_s)
+        self._watch_identity(record, now_s)
+
+    def _on_ack(self, record: VehicleRecord, ack: mavlink.MAVLink_command_ack_message, now_s: float) -> None:
+        # 0 stands for "not said", as MAVLink 1 has no target in its acknowledgements.
+        if ack.target_system not in (0, self._system_id) or ack.target_component not in (0, OUR_COMPONENT_ID):
+            return
+        source = (ack.get_srcSystem(), ack.get_srcComponent())
+        for transaction in record.transactions:
+            transaction.on_ack(ack, source, now_s)
+        if ack.command == mavlink.MAV_CMD_SET_MESSAGE_INTERVAL and source[1] == record.target.component_id:
+            record.streams.on_ack()
+            self._ask(record, now_s)
+
+    def _take_text(self, record: VehicleRecord, severity: int, text: str, now_s: float) -> None:
+        if severity >= mavlink.MAV_SEVERITY_DEBUG or not text.strip():
+            return
+        if severity <= mavlink.MAV_SEVERITY_WARNING:
+            record.telemetry.text, record.telemetry.text_at_s = text, now_s
+        self._events.append(Notice(notice_severity(severity), text, record.vehicle_id))
+
+    # --- vehicles ---------------------------------------------------------------------------------------------------
+
+    def _watch_identity(self, record: VehicleRecord, now_s: float) -> None:
+        is_ambiguous = record.identity.is_ambiguous(now_s)
+        if is_ambiguous and not record.was_ambiguous:
+            text = (
+                f"two vehicles use system id {record.vehicle_id}: neither is commanded; "
+                "give one of them another id (MAV_SYSID, SYSID_THISMAV or MAV_SYS_ID)"
+            )
+            self._events.append(Notice(Severity.CRITICAL, text, record.vehicle_id))
+        elif record.was_ambiguous and not is_ambiguous:
+            text = f"system id {record.vehicle_id} is used by one vehicle again"
+            self._events.append(Notice(Severity.INFO, text, record.vehicle_id))
+        record.was_ambiguous = is_ambiguous
+
+    def _ask(self, record: VehicleRecord, now_s: float) -> None:
+        target = record.target
+        stream = record.streams.poll(now_s)
+        if stream is not None:
+            command = mavlink.MAV_CMD_SET_MESSAGE_INTERVAL
+            self._request(target.system_id, target.component_id, command, float(stream[0]), stream[1])
+        for component_id, message_id in record.requests.poll(now_s):
+            self._request(target.system_id, component_id, mavlink.MAV_CMD_REQUEST_MESSAGE, float(message_id), 0.0)
+
+    def _request(self, system_id: int, component_id: int, command: int, param1: float, param2: float) -> None:
+        message = mavlink.MAVLink_command_long_message(
+            system_id, component_id, command, 0, param1, param2, 0.0, 0.0, 0.0, 0.0, 0.0
+        )
+        self.send(system_id, component_id, message)
+
+
+def _is_autopilot_heartbeat(message: mavlink.MAVLink_message) -> bool:
+    return (
+        message.id == mavlink.MAVLINK_MSG_ID_HEARTBEAT
+        and message.autopilot != mavlink.MAV_AUTOPILOT_INVALID
+        and message.type not in _NO_VEHICLES
+    )

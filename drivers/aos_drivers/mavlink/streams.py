@@ -1,0 +1,113 @@
+"""Asking a vehicle for the messages that we need, at rates that a swarm's radio can carry."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+_ACK_TIMEOUT_S = 1.0
+_ATTEMPTS = 4
+_WATCH_S = 5.0
+_LOWEST_SHARE = 0.5
+_WATCHED = mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT
+
+
+class StreamKeeper:
+    """Requests one stream after the other (SET_MESSAGE_INTERVAL) and starts over when positions become rare.
+
+    Another ground station or a reboot takes our rates away; both are seen by the rate of positions. One request is
+    open at a time, because an acknowledgement does not say which message it is about.
+    """
+
+    def __init__(self, rates_hz: Mapping[int, float]) -> None:
+        self._rates_hz = dict(rates_hz)
+        self._pending: deque[int] = deque()
+        self._attempts = 0
+        self._due_s = -math.inf
+        self._watch_from_s = math.inf
+        self._watched = 0
+        self.restart()
+
+    def restart(self) -> None:
+        """Request everything again."""
+        self._pending = deque(self._rates_hz)
+        self._attempts = 0
+        self._due_s = -math.inf
+        self._watch_from_s = math.inf
+
+    def on_ack(self) -> None:
+        """Go on with the next stream; one that the vehicle does not have is not asked for again."""
+        if self._pending and self._attempts:
+            self._next()
+
+    def on_message(self, message_id: int) -> None:
+        """Count the messages whose rate is watched."""
+        if message_id == _WATCHED:
+            self._watched += 1
+
+    def poll(self, now_s: float) -> tuple[int, float] | None:
+        """Return (message id, interval in microseconds, -1 for off) when it is time to request one."""
+        if self._pending and self._attempts >= _ATTEMPTS and now_s >= self._due_s:
+            self._next()
+        if not self._pending:
+            self._watch(now_s)
+            return None
+        if now_s < self._due_s:
+            return None
+        self._attempts += 1
+        self._due_s = now_s + _ACK_TIMEOUT_S
+        message_id = self._pending[0]
+        rate_hz = self._rates_hz[message_id]
+        return message_id, 1e6 / rate_hz if rate_hz else -1.0
+
+    def _next(self) -> None:
+        self._pending.popleft()
+        self._attempts = 0
+        self._due_s = -math.inf
+
+    def _watch(self, now_s: float) -> None:
+        if math.isinf(self._watch_from_s):
+            self._watch_from_s, self._watched = now_s, 0
+        elif now_s - self._watch_from_s >= _WATCH_S:
+            expected = self._rates_hz.get(_WATCHED, 0.0) * (now_s - self._watch_from_s)
+            is_rare = self._watched < _LOWEST_SHARE * expected
+            self._watch_from_s, self._watched = now_s, 0
+            if is_rare:
+                self.restart()
+
+
+@dataclass(slots=True)
+class _Request:
+    pause_s: float
+    attempts_left: float
+    due_s: float = -math.inf
+
+
+class OneTimeRequests:
+    """Messages asked for (REQUEST_MESSAGE) until they arrive. Bounded by the handful of ids that are wanted."""
+
+    def __init__(self) -> None:
+        self._open: dict[tuple[int, int], _Request] = {}
+
+    def want(self, component_id: int, message_id: int, pause_s: float, attempts: float = math.inf) -> None:
+        """Ask ``component_id`` for a message every ``pause_s``, at most ``attempts`` times."""
+        self._open[component_id, message_id] = _Request(pause_s, attempts)
+
+    def on_message(self, component_id: int, message_id: int) -> None:
+        """Stop asking for what has arrived."""
+        self._open.pop((component_id, message_id), None)
+
+    def poll(self, now_s: float) -> list[tuple[int, int]]:
+        """Return (component id, message id) of the requests to send now."""
+        due = [key for key, request in self._open.items() if now_s >= request.due_s]
+        for key in due:
+            request = self._open[key]
+            request.attempts_left -= 1
+            request.due_s = now_s + request.pause_s
+            if request.attempts_left <= 0:
+                del self._open[key]
+        return due

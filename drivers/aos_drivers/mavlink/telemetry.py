@@ -1,0 +1,166 @@
+"""The latest values that a vehicle's autopilot has reported."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.ports import FlightMode, LandedState
+
+_UNKNOWN_UINT16 = 0xFFFF
+_RELATIVE_FRAMES = frozenset({mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT, mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT})
+_IGNORES_POSITION = 0b111
+_LANDED = {
+    mavlink.MAV_LANDED_STATE_ON_GROUND: LandedState.ON_GROUND,
+    mavlink.MAV_LANDED_STATE_IN_AIR: LandedState.IN_AIR,
+    mavlink.MAV_LANDED_STATE_TAKEOFF: LandedState.TAKING_OFF,
+    mavlink.MAV_LANDED_STATE_LANDING: LandedState.LANDING,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class PositionTarget:
+    """Where the autopilot says that it is flying to."""
+
+    position: GeodeticPosition
+    at_s: float
+
+
+class Telemetry:
+    """Latest value per quantity; ``None`` until it is reported. Policy: newer values replace older ones.
+
+    ``update`` takes the messages of the vehicle's autopilot component alone.
+    """
+
+    def __init__(self) -> None:
+        self.mode = FlightMode.UNKNOWN
+        self.mode_name = ""
+        self.armed = False
+        self.heartbeat_at_s: float | None = None
+        self.landed = LandedState.UNKNOWN
+        self.landed_at_s: float | None = None
+        self.position: GeodeticPosition | None = None
+        self.position_at_s: float | None = None
+        self.velocity_enu_mps: tuple[float, float, float] | None = None
+        self.heading_rad: float | None = None
+        self.home: GeodeticPosition | None = None
+        self.prearm_healthy: bool | None = None
+        self.ekf_flags: int | None = None
+        self.estimator_flags: int | None = None
+        self.battery_fraction: float | None = None
+        self.battery_voltage_v: float | None = None
+        self.gps_fix: int | None = None
+        self.satellites: int | None = None
+        self.target: PositionTarget | None = None
+        self.text = ""
+        self.text_at_s: float | None = None
+        self.relative_altitude_m: float | None = None
+
+    @property
+    def height_above_home_m(self) -> float | None:
+        """Height above home; unknown before home is, because autopilots report a meaningless one until then."""
+        return self.relative_altitude_m if self.home is not None else None
+
+    def update(self, message: mavlink.MAVLink_message, now_s: float) -> None:
+        """Take one message over; those that say nothing new about the vehicle are ignored."""
+        handler = _HANDLERS.get(message.id)
+        if handler is not None:
+            handler(self, message, now_s)
+
+
+def position_from_e7(latitude_e7: int, longitude_e7: int, altitude_amsl_m: float) -> GeodeticPosition | None:
+    """Return the position of MAVLink's integers (1e-7 degrees), or None for what means "unknown" or is none."""
+    if (latitude_e7 == 0 and longitude_e7 == 0) or not math.isfinite(altitude_amsl_m):
+        return None
+    if abs(latitude_e7) > 90e7 or abs(longitude_e7) > 180e7:
+        return None
+    return GeodeticPosition(latitude_e7 / 1e7, longitude_e7 / 1e7, altitude_amsl_m)
+
+
+def _take_global_position(
+    telemetry: Telemetry, message: mavlink.MAVLink_global_position_int_message, now_s: float
+) -> None:
+    if message.hdg != _UNKNOWN_UINT16:
+        telemetry.heading_rad = math.radians(message.hdg / 100 % 360.0)
+    telemetry.relative_altitude_m = message.relative_alt / 1000
+    telemetry.velocity_enu_mps = (message.vy / 100, message.vx / 100, -message.vz / 100)
+    position = position_from_e7(message.lat, message.lon, message.alt / 1000)
+    if position is not None:
+        telemetry.position = position
+        telemetry.position_at_s = now_s
+
+
+def _take_attitude(telemetry: Telemetry, message: mavlink.MAVLink_attitude_message, _now_s: float) -> None:
+    if telemetry.position is None and math.isfinite(message.yaw):
+        telemetry.heading_rad = message.yaw % math.tau
+
+
+def _take_sys_status(telemetry: Telemetry, message: mavlink.MAVLink_sys_status_message, _now_s: float) -> None:
+    prearm = mavlink.MAV_SYS_STATUS_PREARM_CHECK
+    if message.onboard_control_sensors_present & prearm:
+        telemetry.prearm_healthy = bool(message.onboard_control_sensors_health & prearm)
+    if message.voltage_battery not in (0, _UNKNOWN_UINT16):
+        telemetry.battery_voltage_v = message.voltage_battery / 1000
+    if 0 <= message.battery_remaining <= 100:
+        telemetry.battery_fraction = message.battery_remaining / 100
+
+
+def _take_battery(telemetry: Telemetry, message: mavlink.MAVLink_battery_status_message, _now_s: float) -> None:
+    if message.id == 0 and 0 <= message.battery_remaining <= 100:
+        telemetry.battery_fraction = message.battery_remaining / 100
+
+
+def _take_gps(telemetry: Telemetry, message: mavlink.MAVLink_gps_raw_int_message, _now_s: float) -> None:
+    telemetry.gps_fix = message.fix_type
+    telemetry.satellites = message.satellites_visible if message.satellites_visible != 255 else None
+
+
+def _take_home(telemetry: Telemetry, message: mavlink.MAVLink_home_position_message, _now_s: float) -> None:
+    telemetry.home = position_from_e7(message.latitude, message.longitude, message.altitude / 1000) or telemetry.home
+
+
+def _take_extended_state(
+    telemetry: Telemetry, message: mavlink.MAVLink_extended_sys_state_message, now_s: float
+) -> None:
+    telemetry.landed = _LANDED.get(message.landed_state, LandedState.UNKNOWN)
+    telemetry.landed_at_s = now_s
+
+
+def _take_ekf(telemetry: Telemetry, message: mavlink.MAVLink_ekf_status_report_message, _now_s: float) -> None:
+    telemetry.ekf_flags = message.flags
+
+
+def _take_estimator(telemetry: Telemetry, message: mavlink.MAVLink_estimator_status_message, _now_s: float) -> None:
+    telemetry.estimator_flags = message.flags
+
+
+def _take_target(
+    telemetry: Telemetry, message: mavlink.MAVLink_position_target_global_int_message, now_s: float
+) -> None:
+    altitude_m = message.alt
+    if message.coordinate_frame in _RELATIVE_FRAMES:
+        if telemetry.home is None:
+            return
+        altitude_m += telemetry.home.altitude_amsl_m
+    position = position_from_e7(message.lat_int, message.lon_int, altitude_m)
+    if position is not None and message.type_mask & _IGNORES_POSITION == 0:
+        telemetry.target = PositionTarget(position, now_s)
+
+
+_Handler = Callable[[Telemetry, mavlink.MAVLink_message, float], None]
+_HANDLERS: dict[int, _Handler] = {
+    mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT: _take_global_position,
+    mavlink.MAVLINK_MSG_ID_ATTITUDE: _take_attitude,
+    mavlink.MAVLINK_MSG_ID_SYS_STATUS: _take_sys_status,
+    mavlink.MAVLINK_MSG_ID_BATTERY_STATUS: _take_battery,
+    mavlink.MAVLINK_MSG_ID_GPS_RAW_INT: _take_gps,
+    mavlink.MAVLINK_MSG_ID_HOME_POSITION: _take_home,
+    mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: _take_extended_state,
+    mavlink.MAVLINK_MSG_ID_EKF_STATUS_REPORT: _take_ekf,
+    mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS: _take_estimator,
+    mavlink.MAVLINK_MSG_ID_POSITION_TARGET_GLOBAL_INT: _take_target,
+}

@@ -1,0 +1,78 @@
+"""One command on its way: sent, repeated when lost, answered."""
+
+from __future__ import annotations
+
+import math
+from enum import Enum, auto
+from typing import TypeAlias
+
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+CommandMessage: TypeAlias = mavlink.MAVLink_command_long_message | mavlink.MAVLink_command_int_message
+
+ACK_TIMEOUT_S = 0.7
+"""Pause before a command without an answer is sent again."""
+BUSY_PAUSE_S = 1.0
+"""Pause before a command that was temporarily rejected is sent again."""
+PROGRESS_TIMEOUT_S = 5.0
+"""How long one IN_PROGRESS keeps a command from being sent again."""
+
+
+class Answer(Enum):
+    """What the autopilot said last."""
+
+    NONE = auto()
+    ACCEPTED = auto()
+    REFUSED = auto()
+
+
+class CommandTransaction:
+    """Sans-IO state of one command (https://mavlink.io/en/services/command.html).
+
+    The last acknowledgement counts: PX4 sends two for some commands, the second by the part that acts on it.
+    """
+
+    def __init__(self, message: CommandMessage, repeat_s: float = math.inf) -> None:
+        """Prepare ``message``; once accepted, it is sent again every ``repeat_s`` until somebody stops polling."""
+        self._message = message
+        self._repeat_s = repeat_s
+        self.answer = Answer.NONE
+        self.result: int | None = None
+        self.due_s = -math.inf
+        """When ``poll`` wants to be called next."""
+
+    def poll(self, now_s: float) -> CommandMessage | None:
+        """Return the packet to send now, if one is due."""
+        if now_s < self.due_s:
+            return None
+        message = self._message
+        is_first = self.due_s == -math.inf
+        if not is_first and message.id == mavlink.MAVLINK_MSG_ID_COMMAND_LONG:
+            message.confirmation = min(message.confirmation + 1, 255)
+        self.due_s = now_s + ACK_TIMEOUT_S
+        return message
+
+    def on_ack(self, ack: mavlink.MAVLink_command_ack_message, source: tuple[int, int], now_s: float) -> bool:
+        """Take an acknowledgement from ``source`` (system, component) over; return whether it was for this command."""
+        message = self._message
+        if ack.command != message.command or source != (message.target_system, message.target_component):
+            return False
+        self.result = ack.result
+        if ack.result == mavlink.MAV_RESULT_ACCEPTED:
+            self.answer = Answer.ACCEPTED
+            self.due_s = now_s + self._repeat_s
+        elif ack.result == mavlink.MAV_RESULT_IN_PROGRESS:
+            self.due_s = now_s + PROGRESS_TIMEOUT_S
+        elif ack.result == mavlink.MAV_RESULT_TEMPORARILY_REJECTED:
+            self.due_s = now_s + BUSY_PAUSE_S
+        else:
+            self.answer = Answer.REFUSED
+            self.due_s = math.inf
+        return True
+
+
+def result_text(result: int | None) -> str:
+    """Return the name of a MAV_RESULT in words."""
+    entry = mavlink.enums["MAV_RESULT"].get(result)
+    name = str(entry.name).removeprefix("MAV_RESULT_") if entry is not None else f"result {result}"
+    return name.lower().replace("_", " ")

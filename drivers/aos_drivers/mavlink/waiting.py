@@ -1,0 +1,40 @@
+"""Waiting until a condition on a vehicle holds."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+
+from aos_gcs.ports import Clock
+
+
+class Changes:
+    """Wakes those who wait whenever something about a vehicle may have changed."""
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._waiters: set[asyncio.Future[None]] = set()
+
+    def announce(self) -> None:
+        """Let every waiter look at its condition again."""
+        for waiter in self._waiters:
+            if not waiter.done():
+                waiter.set_result(None)
+
+    async def wait_for(self, condition: Callable[[], bool], until_s: float) -> bool:
+        """Return whether ``condition`` held before clock time ``until_s``; what it raises comes through."""
+        try:
+            async with self._clock.timeout_at(until_s):
+                while not condition():
+                    await self._next()
+        except TimeoutError:
+            return condition()
+        return True
+
+    async def _next(self) -> None:
+        waiter = asyncio.get_running_loop().create_future()
+        self._waiters.add(waiter)
+        try:
+            await waiter
+        finally:
+            self._waiters.discard(waiter)
