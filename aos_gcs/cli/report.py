@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from datetime import UTC, datetime
 
 from rich import box
 from rich.console import Console
@@ -33,10 +34,10 @@ def print_report(summary: MissionSummary, *, with_steps: bool) -> None:
     if summary.final is not None:
         _print_table(console, "Vehicles", VEHICLE_COLUMNS, map(_vehicle_row, summary.final.vehicles))
     actions = [
-        (f"{action.utc_s:.0f}", action.action, _ids(action.vehicle_ids), _result(action.refusal))
+        (_utc(action.utc_s), action.action, _ids(action.vehicle_ids), _result(action.refusal))
         for action in summary.actions
     ]
-    _print_table(console, "Actions", ("utc s", "action", "vehicles", "result"), actions)
+    _print_table(console, "Actions", ("utc", "action", "vehicles", "result"), actions)
     notices = [
         (
             f"{notice.elapsed_s:.0f}",
@@ -120,6 +121,10 @@ def _ids(vehicle_ids: tuple[int, ...] | None) -> str:
 
 def _result(refusal: str | None) -> str:
     return "taken" if refusal is None else f"refused: {refusal}"
+
+
+def _utc(utc_s: float) -> str:
+    return datetime.fromtimestamp(utc_s, UTC).strftime("%Y-%m-%d %H:%M:%S")
 
 
 def _point(point_enu_m: EnuPoint) -> str:

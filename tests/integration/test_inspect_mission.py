@@ -132,6 +132,7 @@ def test_the_report_tells_what_an_operator_asks(finished: Path, capsys: pytest.C
         "shortened at the fence",
         "50%",
         "wind",
+        "1970-01-01 00:01:40",
         "mission.sqlite",
     ):
         assert text in report
