@@ -1,0 +1,84 @@
+"""Strategies by name, their parameters' constraints, and saving states."""
+
+import json
+from importlib.metadata import EntryPoint
+
+import numpy as np
+import pytest
+
+from aos_gcs.errors import ConfigurationError
+from aos_gcs.swarm import registry
+from aos_gcs.swarm.aos_apso import AosApso
+from aos_gcs.swarm.registry import available_strategies, make_strategy
+from aos_gcs.swarm.state import dump_rng, load_rng, load_state
+
+
+def test_both_strategies_are_registered() -> None:
+    assert {"aos-apso", "aos-pso"} <= set(available_strategies())
+    assert isinstance(make_strategy("aos-apso", {}), AosApso)
+
+
+def test_an_unknown_name_lists_the_known_ones() -> None:
+    with pytest.raises(ConfigurationError, match=r"no strategy 'pso'.*aos-apso, aos-pso"):
+        make_strategy("pso", {})
+
+
+def test_a_strategy_whose_package_is_missing_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+    broken = EntryPoint("broken", "no_such_package:make", registry.GROUP)
+    monkeypatch.setattr(registry, "entry_points", lambda **_: (broken,))
+    with pytest.raises(ConfigurationError, match=r"'broken' cannot be loaded"):
+        make_strategy("broken", {})
+
+
+def test_parameters_reach_the_strategy() -> None:
+    strategy = make_strategy("aos-apso", {"c4_m": 5, "gamma": 0.8, "leader_stabilised": False})
+    assert isinstance(strategy, AosApso)
+    assert (strategy.parameters.c4_m, strategy.parameters.gamma) == (5.0, 0.8)
+    assert not strategy.parameters.leader_stabilised
+    assert strategy.spacing_m == 5.0
+
+
+@pytest.mark.parametrize(
+    ("name", "parameters", "text"),
+    [
+        ("aos-pso", {"gamma": 0.9}, "has no parameter gamma"),
+        ("aos-pso", {"c_s_m": "2"}, "c_s_m .*must be a number"),
+        ("aos-pso", {"c_s_m": True}, "c_s_m .*must be a number"),
+        ("aos-pso", {"c3_m": None}, "c3_m .*must be a number"),
+        ("aos-pso", {"projection_line": 1}, "projection_line .*true or false"),
+        ("aos-pso", {"c_s_m": 1.0}, r"c_s > c_c"),
+        ("aos-pso", {"c_s_m": 3.3}, r"c_s \+ c_c <= c4"),
+        ("aos-pso", {"c_c_m": 0.0}, "c_c_m must be above 0"),
+        ("aos-pso", {"c3_m": 0.0}, "c3_m must be above 0"),
+        ("aos-pso", {"c4_m": -1.0}, "c4_m must be above 0"),
+        ("aos-pso", {"c4_m": float("nan")}, "c4_m must be a finite"),
+        ("aos-pso", {"c5": 1.5}, "c5 must be above 0 and at most 1"),
+        ("aos-pso", {"repulsion_cutoff_m": 0.0}, "repulsion_cutoff_m must be above 0"),
+        ("aos-apso", {"c_s_m": 2.0}, "has no parameter c_s_m"),
+        ("aos-apso", {"gamma": 1.0}, "gamma must lie between"),
+        ("aos-apso", {"min_factor": 0.6, "max_factor": 0.5}, "min_factor and max_factor"),
+        ("aos-apso", {"min_factor": 0.7}, "below 0.618"),
+        ("aos-apso", {"initial_c_s_hat": 1.0}, "initial_c_s_hat must lie"),
+        ("aos-apso", {"min_factor": 0.55}, "initial_c_s_hat must lie"),
+        ("aos-apso", {"initial_c_s_hat": 0.8}, r"c_s \+ c_c <= c4"),
+    ],
+)
+def test_violations_name_field_and_constraint(name: str, parameters: dict[str, object], text: str) -> None:
+    with pytest.raises(ConfigurationError, match=text):
+        make_strategy(name, parameters)
+
+
+def test_generators_survive_json() -> None:
+    rng = np.random.default_rng(3)
+    rng.uniform(size=5)
+    again = load_rng(json.loads(json.dumps(dump_rng(rng))))
+    assert np.array_equal(rng.uniform(size=9), again.uniform(size=9))
+
+
+def test_what_is_no_saved_state_is_refused() -> None:
+    with pytest.raises(ValueError, match="PCG64"):
+        dump_rng(np.random.Generator(np.random.MT19937(0)))
+    with pytest.raises(ValueError, match="PCG64"):
+        load_rng({"bit_generator": "PCG64"})
+    with pytest.raises(ValueError, match="not the state"):
+        load_state({"scan_direction_enu": [0.0, 1.0]})
