@@ -17,13 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.errors import InputDataError
+from aos_gcs.radiometry import celsius_from_centikelvin, centikelvin_from_celsius
 
 Image = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32]
 Page = NDArray[np.uint8] | NDArray[np.uint16]
 
 COLOUR = ("red", "green", "blue")
-CENTIKELVIN_PER_KELVIN = 100.0
-FREEZING_POINT_K = 273.15
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,17 +32,6 @@ class EncodedImage:
     suffix: str
     """``.tiff`` or ``.npy``."""
     content: bytes
-
-
-def celsius_from_centikelvin(thermal_ck: Page) -> NDArray[np.float32]:
-    """Return temperatures in degrees Celsius of a radiometric 16-bit page, any shape."""
-    return np.asarray(thermal_ck / CENTIKELVIN_PER_KELVIN - FREEZING_POINT_K, dtype=np.float32)
-
-
-def centikelvin_from_celsius(thermal_c: Image) -> NDArray[np.uint16]:
-    """Inverse of :func:`celsius_from_centikelvin`, to the nearest hundredth; saturates outside of 0 to 655.35 K."""
-    thermal_ck = np.rint((thermal_c.astype(np.float64) + FREEZING_POINT_K) * CENTIKELVIN_PER_KELVIN)
-    return np.asarray(np.clip(np.nan_to_num(thermal_ck), 0, 65535), dtype=np.uint16)
 
 
 def encode_image(image: Image, bands: Sequence[str]) -> EncodedImage:
@@ -90,7 +78,7 @@ def _page(channels: Image, band: str) -> Page:
     if channels.dtype != np.float32:
         return cast("Page", np.ascontiguousarray(channels))
     if band == "thermal":
-        return centikelvin_from_celsius(channels)
+        return centikelvin_from_celsius(cast("NDArray[np.float32]", channels))
     return np.asarray(np.clip(np.nan_to_num(channels), 0, 255), dtype=np.uint8)
 
 
@@ -108,7 +96,7 @@ def _image_from_pages(pages: Sequence[Page], bands: Sequence[str], dtype: np.dty
         if page.ndim == 3:
             channels.append(page[..., ::-1])
         elif band == "thermal" and dtype == np.float32:
-            channels.append(celsius_from_centikelvin(page)[..., None])
+            channels.append(celsius_from_centikelvin(cast("NDArray[np.uint16]", page))[..., None])
         else:
             channels.append(page[..., None])
     return cast("Image", np.concatenate(channels, axis=2, dtype=dtype))

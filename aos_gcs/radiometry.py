@@ -1,0 +1,28 @@
+"""Temperatures in image files: 16-bit pixels in hundredths of a kelvin, as radiometric thermal cameras write them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+CENTIKELVIN_PER_KELVIN = 100
+ZERO_CELSIUS_K = 273.15
+
+
+def celsius_from_centikelvin(thermal_ck: NDArray[np.uint16]) -> NDArray[np.float32]:
+    """Return temperatures in degrees Celsius, any shape.
+
+    The one place where this is computed: a replay must read the very numbers that the mission has seen.
+    """
+    return thermal_ck.astype(np.float32) / np.float32(CENTIKELVIN_PER_KELVIN) - np.float32(ZERO_CELSIUS_K)
+
+
+def centikelvin_from_celsius(thermal_c: NDArray[np.floating[Any]]) -> NDArray[np.uint16]:
+    """Inverse of :func:`celsius_from_centikelvin`, to the nearest hundredth; saturates outside of 0 to 655.35 K.
+
+    Not-a-number becomes 0.
+    """
+    thermal_ck = np.rint((thermal_c.astype(np.float64) + ZERO_CELSIUS_K) * CENTIKELVIN_PER_KELVIN)
+    return np.asarray(np.clip(np.nan_to_num(thermal_ck), 0, 65535), dtype=np.uint16)
