@@ -46,7 +46,7 @@ web: $(PY) ## Build the dashboard where its sources have changed
 
 web-check: $(HAS_DEV) web ## Check and test the dashboard, and that its types fit the API
 	@$(PY) scripts/build_dashboard.py --with-tools
-	PATH="$$PWD/$(VENV)/bin:$$PATH" $(NPM_RUN) check:schema
+	PYTHON="$$PWD/$(PY)" $(NPM_RUN) check:schema
 	$(NPM_RUN) check
 
 wheel: $(PY) ## Build a wheel with the dashboard into dist/
