@@ -15,7 +15,7 @@ Polygon = tuple[tuple[float, float], ...]
 
 
 def as_polygon(points: Sequence[Sequence[float]], field: str) -> FloatArray:
-    """Return a simple polygon's vertices, shape (m, 2), without a repeated last one.
+    """Return a simple polygon's vertices, shape (m, 2), without repetitions, such as of the first one at the end.
 
     Args:
         points: vertices in order, either way round, metres.
@@ -27,12 +27,11 @@ def as_polygon(points: Sequence[Sequence[float]], field: str) -> FloatArray:
     vertices_m = np.array(points, dtype=np.float64)
     if vertices_m.ndim != 2 or vertices_m.shape[1] != 2 or not np.isfinite(vertices_m).all():
         raise ConfigurationError(f"{field} must be a list of points with two finite coordinates each, in metres.")
-    if len(vertices_m) > 1 and (vertices_m[0] == vertices_m[-1]).all():
-        vertices_m = vertices_m[:-1]
+    vertices_m = vertices_m[(vertices_m != np.roll(vertices_m, 1, axis=0)).any(axis=1)]
+    if len(vertices_m) >= 3 and _has_crossing_edges(vertices_m):
+        raise ConfigurationError(f"{field} must not cross or touch itself; list its points in order along the edge.")
     if len(vertices_m) < 3 or abs(signed_area_m2(vertices_m)) < TOLERANCE_M:
         raise ConfigurationError(f"{field} must have three or more points that enclose an area.")
-    if _has_crossing_edges(vertices_m):
-        raise ConfigurationError(f"{field} must not cross or touch itself; list its points in order along the edge.")
     return vertices_m
 
 

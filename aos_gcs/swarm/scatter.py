@@ -14,8 +14,8 @@ DURATION_S = 0.5
 """Over which the motion is integrated [N]."""
 
 STEP_FRACTION = 0.15
-"""Of the time in which the closest pair would fly apart. Within 2 mm of the exact motion for 10 drones that start at
-least 0.1 m apart; the published 500 explicit steps agree to a centimetre from 0.5 m on, and overshoot below."""
+"""Of the time in which the closest pair would fly apart. Within 1 mm of the exact motion for 10 drones that start at
+least 0.1 m apart; the published 500 explicit steps agree to 2 cm from 0.5 m on, and overshoot below."""
 
 SOFTENING_M = 0.05
 """Below this distance the force grows no further. Two drones pass through it in microseconds of the motion, so it

@@ -1,0 +1,312 @@
+"""Safety of waypoints: each reason by example, then what must hold for any input."""
+
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from aos_gcs.errors import ConfigurationError
+from aos_gcs.mission.model import Verdict, WaypointRecord
+from aos_gcs.mission.polygon import as_polygon, signed_depth_m
+from aos_gcs.mission.safety import Mover, Obstacle, SafetyLimits, vet_waypoints
+
+FloatArray = NDArray[np.float64]
+SQUARE = ((-50.0, -50.0), (50.0, -50.0), (50.0, 50.0), (-50.0, 50.0))
+NOTCHED = ((-50.0, -50.0), (50.0, -50.0), (50.0, 50.0), (0.0, -10.0), (-50.0, 50.0))
+LIMITS = SafetyLimits(fence_enu_m=SQUARE, floor_m=20.0, ceiling_m=60.0, margin_m=5.0)
+
+
+def mover(
+    vehicle_id: int,
+    start: tuple[float, float, float],
+    end: tuple[float, float, float],
+    *,
+    link_age_s: float | None = 0.2,
+    position_age_s: float | None = 0.2,
+    battery_fraction: float | None = 0.8,
+    home: tuple[float, float, float] | None = None,
+) -> Mover:
+    return Mover(
+        vehicle_id=vehicle_id,
+        position_enu_m=np.array(start),
+        requested_enu_m=np.array(end),
+        link_age_s=link_age_s,
+        position_age_s=position_age_s,
+        battery_fraction=battery_fraction,
+        home_enu_m=None if home is None else np.array(home),
+    )
+
+
+def vet_one(vehicle: Mover, *obstacles: Obstacle, limits: SafetyLimits = LIMITS) -> WaypointRecord:
+    (record,) = vet_waypoints([vehicle], obstacles, limits)
+    return record
+
+
+def test_an_admissible_waypoint_is_sent_as_it_is() -> None:
+    record = vet_one(mover(4, (0.0, 0.0, 35.0), (3.0, 4.0, 35.5)))
+    assert record == WaypointRecord(4, (3.0, 4.0, 35.5), (3.0, 4.0, 35.5), Verdict.SENT, "")
+
+
+def test_staying_in_place_is_always_admissible() -> None:
+    record = vet_one(mover(1, (0.0, 0.0, 35.0), (0.0, 0.0, 35.0)), Obstacle(2, np.array([0.5, 0.0, 35.0])))
+    assert record.verdict is Verdict.SENT
+
+
+def test_the_fence_shortens_with_its_margin() -> None:
+    record = vet_one(mover(1, (40.0, 0.0, 35.0), (60.0, 0.0, 35.0)))
+    assert record.verdict is Verdict.SHORTENED
+    assert record.sent_enu_m == pytest.approx((45.0, 0.0, 35.0), abs=1e-5)
+    assert record.reason == "shortened to 5.0 of 20.0 m: the fence, with a margin of 5.0 m"
+
+
+def test_a_way_across_a_notch_of_the_fence_stops_before_it() -> None:
+    limits = SafetyLimits(fence_enu_m=NOTCHED, floor_m=20.0, ceiling_m=60.0)
+    record = vet_one(mover(1, (-40.0, 10.0, 35.0), (40.0, 10.0, 35.0)), limits=limits)
+    assert record.verdict is Verdict.SHORTENED
+    assert record.sent_enu_m is not None
+    # The notch's left side runs from (-50, 50) to (0, -10): at north 10 it is at east -50/3.
+    assert record.sent_enu_m[0] == pytest.approx(-50.0 / 3.0, abs=1e-4)
+
+
+def test_within_the_margin_only_ways_inwards_are_sent() -> None:
+    start = (48.0, 0.0, 35.0)
+    assert vet_one(mover(1, start, (40.0, 0.0, 35.0))).verdict is Verdict.SENT
+    assert vet_one(mover(1, start, (49.0, 0.0, 35.0))).verdict is Verdict.HELD
+
+
+def test_outside_the_fence_only_a_straight_way_back_is_sent() -> None:
+    start = (55.0, 0.0, 35.0)
+    assert vet_one(mover(1, start, (40.0, 0.0, 35.0))).verdict is Verdict.SENT
+    record = vet_one(mover(1, start, (53.0, 0.0, 35.0)))
+    assert (record.verdict, record.sent_enu_m) == (Verdict.HELD, None)
+    assert "outside the fence" in record.reason
+
+
+def test_floor_and_ceiling_clip_the_way() -> None:
+    low = vet_one(mover(1, (0.0, 0.0, 30.0), (20.0, 0.0, 10.0)))
+    assert low.sent_enu_m == pytest.approx((10.0, 0.0, 20.0), abs=1e-5)
+    assert "floor at 20.0 m" in low.reason
+    high = vet_one(mover(1, (0.0, 0.0, 50.0), (0.0, 0.0, 70.0)))
+    assert high.sent_enu_m == pytest.approx((0.0, 0.0, 60.0), abs=1e-5)
+    assert "ceiling at 60.0 m" in high.reason
+
+
+def test_below_the_floor_only_climbing_is_sent() -> None:
+    assert vet_one(mover(1, (0.0, 0.0, 10.0), (0.0, 0.0, 15.0))).verdict is Verdict.SENT
+    assert vet_one(mover(1, (0.0, 0.0, 10.0), (0.0, 0.0, 9.0))).verdict is Verdict.HELD
+
+
+@pytest.mark.parametrize(
+    ("vehicle", "reason"),
+    [
+        (mover(1, (0, 0, 35), (5, 0, 35), link_age_s=3.1), "held: no message for 3.1 s, limit 3.0 s"),
+        (mover(1, (0, 0, 35), (5, 0, 35), link_age_s=None), "held: it has never been heard"),
+        (mover(1, (0, 0, 35), (5, 0, 35), position_age_s=4.0), "held: no position for 4.0 s, limit 3.0 s"),
+        (mover(1, (0, 0, 35), (5, 0, 35), position_age_s=None), "held: it has never reported a position"),
+        (mover(1, (0, 0, 35), (5, 0, 35), battery_fraction=0.19), "held: battery at 19%, limit 20%"),
+        (mover(1, (0, 0, 35), (np.nan, 0, 35)), "held: the requested position is not finite"),
+    ],
+)
+def test_who_must_not_move_is_held(vehicle: Mover, reason: str) -> None:
+    record = vet_one(vehicle)
+    assert (record.verdict, record.sent_enu_m, record.reason) == (Verdict.HELD, None, reason)
+
+
+def test_a_vehicle_on_its_way_home_is_not_kept_up_by_its_battery() -> None:
+    assert vet_one(mover(1, (0.0, 0.0, 35.0), (5.0, 0.0, 35.0), battery_fraction=None)).verdict is Verdict.SENT
+
+
+def test_the_energy_to_fly_there_and_home_must_be_left() -> None:
+    limits = SafetyLimits(fence_enu_m=SQUARE, floor_m=20.0, ceiling_m=60.0, battery_per_m=0.01)
+    home = (-40.0, 0.0, 35.0)
+    way = ((0.0, 0.0, 35.0), (5.0, 0.0, 35.0))
+    # 5 m there and 45 m home cost 0.5, and 0.2 must be left.
+    assert vet_one(mover(1, *way, battery_fraction=0.71, home=home), limits=limits).verdict is Verdict.SENT
+    record = vet_one(mover(1, *way, battery_fraction=0.69, home=home), limits=limits)
+    assert record.reason == "held: battery at 69%, but 70% are needed to go there and return home"
+    assert "home is unknown" in vet_one(mover(1, *way), limits=limits).reason
+
+
+def test_a_hovering_vehicle_in_the_way_shortens() -> None:
+    record = vet_one(mover(1, (0.0, 0.0, 35.0), (10.0, 0.0, 35.0)), Obstacle(7, np.array([10.0, 0.0, 36.0])))
+    assert record.verdict is Verdict.SHORTENED
+    assert record.sent_enu_m == pytest.approx((10.0 - np.sqrt(3.0), 0.0, 35.0), abs=1e-5)
+    assert record.reason == "shortened to 8.3 of 10.0 m: it would pass vehicle 7 at 1.0 m, limit 2.0 m"
+
+
+def test_a_vertical_layer_between_is_enough() -> None:
+    record = vet_one(mover(1, (0.0, 0.0, 35.0), (10.0, 0.0, 35.0)), Obstacle(7, np.array([5.0, 0.0, 37.0])))
+    assert record.verdict is Verdict.SENT
+
+
+@pytest.mark.parametrize(("height_m", "top_m", "free"), [(60.0, None, False), (10.0, None, True), (10.0, 50.0, False)])
+def test_a_landing_or_climbing_vehicle_takes_its_column(height_m: float, top_m: float | None, free: bool) -> None:
+    obstacle = Obstacle(7, np.array([5.0, 0.0, height_m]), column=True, top_m=top_m)
+    record = vet_one(mover(1, (0.0, 0.0, 35.0), (10.0, 0.0, 35.0)), obstacle)
+    assert (record.verdict is Verdict.SENT) == free
+    if not free:
+        assert record.sent_enu_m == pytest.approx((3.0, 0.0, 35.0), abs=1e-5)
+
+
+def test_of_two_crossing_ways_the_later_id_yields() -> None:
+    first, second = vet_waypoints(
+        [mover(1, (0.0, -10.0, 35.0), (0.0, 10.0, 35.0)), mover(2, (-10.0, 0.0, 35.0), (10.0, 0.0, 35.0))], [], LIMITS
+    )
+    assert first.verdict is Verdict.SENT
+    assert second.sent_enu_m == pytest.approx((-2.0, 0.0, 35.0), abs=1e-5)
+
+
+def test_an_earlier_way_keeps_off_where_a_later_vehicle_may_be_held() -> None:
+    first, second = vet_waypoints(
+        [mover(1, (0.0, 0.0, 35.0), (8.0, 0.0, 35.0)), mover(2, (5.0, 0.0, 35.0), (13.0, 0.0, 35.0), link_age_s=9.0)],
+        [],
+        LIMITS,
+    )
+    assert first.sent_enu_m == pytest.approx((3.0, 0.0, 35.0), abs=1e-5)
+    assert second.verdict is Verdict.HELD
+
+
+def test_vehicles_that_are_too_close_may_only_part() -> None:
+    parting = vet_waypoints(
+        [mover(1, (0.0, 0.0, 35.0), (-4.0, 0.0, 35.0)), mover(2, (1.0, 0.0, 35.0), (5.0, 0.0, 35.0))], [], LIMITS
+    )
+    assert [record.verdict for record in parting] == [Verdict.SENT, Verdict.SENT]
+    closing = vet_waypoints(
+        [mover(1, (0.0, 0.0, 35.0), (0.5, 0.0, 35.0)), mover(2, (1.0, 0.0, 35.0), (-4.0, 0.0, 35.0))], [], LIMITS
+    )
+    assert [record.verdict for record in closing] == [Verdict.HELD, Verdict.HELD]
+    together = vet_waypoints(
+        [mover(1, (0.0, 0.0, 35.0), (0.0, 5.0, 35.0)), mover(2, (1.0, 0.0, 35.0), (1.0, 5.0, 35.0))], [], LIMITS
+    )
+    assert [record.verdict for record in together] == [Verdict.SENT, Verdict.HELD]
+
+
+def test_ids_must_differ_and_positions_be_known() -> None:
+    vehicle = mover(1, (0.0, 0.0, 35.0), (1.0, 0.0, 35.0))
+    with pytest.raises(ValueError, match="once"):
+        vet_waypoints([vehicle], [Obstacle(1, np.zeros(3))], LIMITS)
+    with pytest.raises(ValueError, match="finite"):
+        vet_waypoints([vehicle], [Obstacle(2, np.full(3, np.nan))], LIMITS)
+    assert vet_waypoints([], [], LIMITS) == ()
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        ({"fence_enu_m": SQUARE[:2]}, "fence_enu_m"),
+        ({"fence_enu_m": (SQUARE[0], SQUARE[2], SQUARE[1], SQUARE[3])}, "fence_enu_m must not cross"),
+        ({"floor_m": 60.0}, "floor_m .* must be below ceiling_m"),
+        ({"margin_m": -1.0}, "margin_m"),
+        ({"separation_m": 0.0}, "separation_m"),
+        ({"max_link_age_s": float("nan")}, "max_link_age_s"),
+        ({"min_battery_fraction": 1.0}, "min_battery_fraction"),
+        ({"battery_per_m": 0.0}, "battery_per_m"),
+    ],
+)
+def test_limits_that_make_no_sense_are_refused(change: dict[str, object], text: str) -> None:
+    values: dict[str, object] = {"fence_enu_m": SQUARE, "floor_m": 20.0, "ceiling_m": 60.0}
+    with pytest.raises(ConfigurationError, match=text):
+        SafetyLimits(**{**values, **change})  # type: ignore[arg-type]
+
+
+# --- what holds for any input ---------------------------------------------------------------------------------------
+
+FREE = SafetyLimits(fence_enu_m=NOTCHED, floor_m=20.0, ceiling_m=40.0, margin_m=3.0)
+points = st.tuples(st.floats(-60.0, 60.0), st.floats(-60.0, 60.0), st.floats(15.0, 45.0))
+ways = st.tuples(points, points, st.floats(0.0, 3.5))
+"""Start, end and link age: some are outside the limits, some silent."""
+
+
+def airborne(drawn: list[tuple[tuple[float, float, float], tuple[float, float, float], float]]) -> list[Mover]:
+    return [mover(10 + row, start, end, link_age_s=age) for row, (start, end, age) in enumerate(drawn)]
+
+
+def way_of(vehicle: Mover, record: WaypointRecord, samples: int = 60) -> FloatArray:
+    end = vehicle.position_enu_m if record.sent_enu_m is None else np.array(record.sent_enu_m)
+    fraction = np.linspace(0.0, 1.0, samples)[:, None]
+    return vehicle.position_enu_m + fraction * (end - vehicle.position_enu_m)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(ways, min_size=1, max_size=6), st.lists(st.tuples(points, st.booleans()), max_size=2))
+def test_no_granted_way_violates_a_limit(
+    drawn: list[tuple[tuple[float, float, float], tuple[float, float, float], float]],
+    drawn_obstacles: list[tuple[tuple[float, float, float], bool]],
+) -> None:
+    vehicles = airborne(drawn)
+    obstacles = [Obstacle(row, np.array(at), column=column) for row, (at, column) in enumerate(drawn_obstacles)]
+    sampled = [
+        way_of(vehicle, record)
+        for vehicle, record in zip(vehicles, vet_waypoints(vehicles, obstacles, FREE), strict=True)
+    ]
+    fence = as_polygon(FREE.fence_enu_m, "fence")
+    for way in sampled:
+        depth = signed_depth_m(way[0, :2], fence)
+        if depth > 0.0:
+            allowed = min(FREE.margin_m, depth) - 1e-6
+            assert min(signed_depth_m(point, fence) for point in way[:, :2]) >= allowed
+        assert way[:, 2].min() >= min(FREE.floor_m, way[0, 2]) - 1e-6
+        assert way[:, 2].max() <= max(FREE.ceiling_m, way[0, 2]) + 1e-6
+    for obstacle in obstacles:
+        low, high = obstacle.extent()
+        column = low + np.linspace(0.0, 1.0, 60)[:, None] * (high - low)
+        sampled.append(column)
+    for one, other in combinations(range(len(sampled)), 2):
+        if other >= len(vehicles) and one >= len(vehicles):
+            continue
+        distances = np.linalg.norm(sampled[one][:, None] - sampled[other][None, :], axis=2)
+        present = distances[0].min() if other >= len(vehicles) else distances[0, 0]
+        assert distances.min() >= min(FREE.separation_m, present) - 1e-5
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.lists(ways, min_size=2, max_size=6), st.randoms(use_true_random=False))
+def test_the_order_of_the_arguments_changes_nothing(
+    drawn: list[tuple[tuple[float, float, float], tuple[float, float, float], float]],
+    random: np.random.Generator,
+) -> None:
+    vehicles = airborne(drawn)
+    records = vet_waypoints(vehicles, [], FREE)
+    shuffled = list(vehicles)
+    random.shuffle(shuffled)
+    by_id = {record.vehicle_id: record for record in vet_waypoints(shuffled, [], FREE)}
+    assert [by_id[vehicle.vehicle_id] for vehicle in vehicles] == list(records)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.lists(ways, min_size=1, max_size=5))
+def test_what_was_granted_is_not_cut_again(
+    drawn: list[tuple[tuple[float, float, float], tuple[float, float, float], float]],
+) -> None:
+    # All start inside: of a way back from outside, a part is no way back any more.
+    wide = replace(FREE, fence_enu_m=tuple((2.0 * east_m, 2.0 * north_m) for east_m, north_m in SQUARE))
+    vehicles = airborne(drawn)
+    records = vet_waypoints(vehicles, [], wide)
+    again = [
+        Mover(
+            vehicle_id=vehicle.vehicle_id,
+            position_enu_m=vehicle.position_enu_m,
+            requested_enu_m=vehicle.position_enu_m if record.sent_enu_m is None else np.array(record.sent_enu_m),
+            link_age_s=0.1,
+            position_age_s=0.1,
+            battery_fraction=0.9,
+        )
+        for vehicle, record in zip(vehicles, records, strict=True)
+    ]
+    for vehicle, record, second in zip(vehicles, records, vet_waypoints(again, [], wide), strict=True):
+        first_way, second_way = way_of(vehicle, record), way_of(vehicle, second)
+        assert np.array_equal(first_way[-1], second_way[-1])
+
+
+def test_a_hundred_vehicles_in_their_own_cells_all_fly() -> None:
+    cells = np.stack(np.meshgrid(np.arange(10), np.arange(10)), axis=-1).reshape(-1, 2) * 8.0 - 40.0
+    rng = np.random.default_rng(1)
+    starts = np.column_stack([cells + rng.uniform(0.0, 6.0, (100, 2)), np.full(100, 35.0)])
+    ends = np.column_stack([cells + rng.uniform(0.0, 6.0, (100, 2)), np.full(100, 35.0)])
+    limits = SafetyLimits(fence_enu_m=SQUARE, floor_m=20.0, ceiling_m=60.0)
+    vehicles = [mover(row, tuple(starts[row]), tuple(ends[row])) for row in range(100)]
+    assert {record.verdict for record in vet_waypoints(vehicles, [], limits)} == {Verdict.SENT}
