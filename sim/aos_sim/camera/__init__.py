@@ -1,0 +1,1 @@
+"""The simulated camera: MAVLink component, image file and image server."""

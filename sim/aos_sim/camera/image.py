@@ -1,0 +1,58 @@
+"""From a pose to the bytes of an image file."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.geometry.poses import Pose
+
+ZERO_CELSIUS_K = 273.15
+
+_TIFF_UNCOMPRESSED = (cv2.IMWRITE_TIFF_COMPRESSION, 1)
+
+
+class RenderedImage(Protocol):
+    """What a camera sees in its two bands."""
+
+    @property
+    def rgb(self) -> NDArray[np.uint8]:
+        """Shape (H, W, 3)."""
+        ...
+
+    @property
+    def thermal_celsius(self) -> NDArray[np.float32]:
+        """Shape (H, W)."""
+        ...
+
+
+class ImageSource(Protocol):
+    """Anything that can take a picture. Called from worker threads, several at a time."""
+
+    def render(self, pose: Pose, camera: CameraModel, rng: np.random.Generator) -> RenderedImage:
+        """Return what ``camera`` sees from ``pose``; ``rng`` is for the sensor's noise alone."""
+        ...
+
+
+def encode_tiff(image: RenderedImage) -> bytes:
+    """Return a TIFF of two pages: RGB as uint8, and temperature as uint16 in units of 0.01 K.
+
+    Raises:
+        ValueError: the image cannot be encoded.
+    """
+    centikelvin = np.clip(np.rint((image.thermal_celsius + ZERO_CELSIUS_K) * 100.0), 0, 65535).astype(np.uint16)
+    # OpenCV takes colour channels in the order blue, green, red and writes them as RGB.
+    pages = [np.ascontiguousarray(image.rgb[:, :, ::-1]), centikelvin]
+    encoded, data = cv2.imencodemulti(".tiff", pages, _TIFF_UNCOMPRESSED)
+    if not encoded:
+        raise ValueError("OpenCV could not encode the image as TIFF.")
+    return data.tobytes()
+
+
+def develop(source: ImageSource, pose: Pose, camera: CameraModel, seed: tuple[int, ...]) -> bytes:
+    """Render an exposure and return its file; equal seeds give equal noise, in whatever order images are made."""
+    return encode_tiff(source.render(pose, camera, np.random.default_rng(seed)))

@@ -1,0 +1,46 @@
+"""Images without a world: a pattern on the ground, for tests and machines without a renderer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.geometry.poses import Pose
+
+TILE_M = 2.0
+COOL_CELSIUS = 15.0
+WARM_CELSIUS = 20.0
+COOL_RGB = (60, 110, 50)
+WARM_RGB = (120, 90, 60)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SyntheticImage:
+    """One image of the pattern."""
+
+    rgb: NDArray[np.uint8]
+    """Shape (H, W, 3)."""
+    thermal_celsius: NDArray[np.float32]
+    """Shape (H, W)."""
+
+
+class CheckerboardGround:
+    """A chequered plane z = 0: cool green and warm brown tiles of 2 m, correct in perspective."""
+
+    def render(self, pose: Pose, camera: CameraModel, rng: np.random.Generator) -> SyntheticImage:
+        """Return what ``camera`` sees from ``pose``; sky where a ray does not meet the ground."""
+        columns, rows = np.meshgrid(np.arange(camera.width_px), np.arange(camera.height_px))
+        directions_cam = np.stack(
+            [(columns - camera.cx_px) / camera.fx_px, (rows - camera.cy_px) / camera.fy_px, np.ones(rows.shape)],
+            axis=-1,
+        )
+        directions = directions_cam @ pose.R_cam2enu.T
+        down = np.maximum(-directions[..., 2], 1e-6)
+        ground = pose.position_enu_m[:2] + directions[..., :2] * (pose.position_enu_m[2] / down)[..., np.newaxis]
+        warm = np.floor(ground / TILE_M).sum(axis=-1) % 2 == 1
+        rgb = np.where(warm[..., np.newaxis], WARM_RGB, COOL_RGB)
+        thermal = np.where(warm, WARM_CELSIUS, COOL_CELSIUS) + rng.normal(0.0, 0.05, warm.shape)
+        return SyntheticImage(rgb.astype(np.uint8), thermal.astype(np.float32))

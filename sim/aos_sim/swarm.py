@@ -1,0 +1,292 @@
+"""The simulated swarm: all vehicles of one process, with their links and images."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import time
+from collections.abc import Coroutine, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import AsyncExitStack
+from dataclasses import dataclass, field
+from functools import partial
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+import pymap3d
+from numpy.typing import NDArray
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from aos_gcs.errors import ConfigurationError
+from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_sim.camera.component import CameraComponent, Exposure
+from aos_sim.camera.image import ImageSource, develop
+from aos_sim.camera.server import ImageServer
+from aos_sim.clock import TICK_S, Pacer, SimTime
+from aos_sim.links import Endpoint, LinkAddress, open_endpoint
+from aos_sim.report import SeparationMonitor, SwarmReport
+from aos_sim.vehicle.arducopter import ArduCopter
+from aos_sim.vehicle.autopilot import Autopilot, VehicleIdentity
+from aos_sim.vehicle.dynamics import AirframeLimits, Guidance, SwarmState, Wind, step
+from aos_sim.vehicle.flight import Kinematics
+from aos_sim.vehicle.px4 import Px4
+from aos_sim.vehicle.vehicle import SimulatedVehicle
+
+AUTOPILOTS: Mapping[str, type[Autopilot]] = {"arducopter": ArduCopter, "px4": Px4}
+
+MAX_VEHICLES = 100
+MAX_SYSTEM_ID = 250
+"""Ids above are for ground stations."""
+
+GRID_M = 5.0
+MAX_ROWS = 5
+LEAST_COLUMNS = 10
+HEADING_SIGMA_RAD = math.radians(5.0)
+"""Vehicles are not put down perfectly aligned."""
+
+RENDER_THREADS = 2
+DEFAULT_ORIGIN = GeodeticPosition(48.3, 14.3, 260.0)
+
+
+@dataclass(frozen=True, slots=True)
+class SwarmOptions:
+    """What to simulate.
+
+    Raises:
+        ConfigurationError: a value is out of its range.
+    """
+
+    vehicles: int = 10
+    links: tuple[str, ...] = ("udpout://127.0.0.1:14550",)
+    seed: int = 1
+    speed: float = 1.0
+    """Simulated seconds per real second; less is reached where the machine cannot keep up."""
+    autopilot: str = "arducopter"
+    first_system_id: int = 1
+    origin: GeodeticPosition = DEFAULT_ORIGIN
+    image_size_px: int = 512
+    fov_rad: float = math.radians(50.0)
+    wind_mps: float = 0.0
+    """Mean wind, from the west, with gusts."""
+    http_port: int = 0
+    """Of the image server; 0: any free one."""
+    start_up_s: float | None = None
+    """Simulated seconds until the vehicles can be armed; None: what the autopilot usually needs."""
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    """Autopilot parameters that differ from the simulator's settings."""
+
+    def __post_init__(self) -> None:
+        _check(1 <= self.vehicles <= MAX_VEHICLES, f"--vehicles must lie within 1 and 100, got {self.vehicles}.")
+        _check(self.autopilot in AUTOPILOTS, f"--autopilot must be arducopter or px4, got {self.autopilot}.")
+        _check(0.0 < self.speed <= 100.0, f"--speed must lie above 0 and at most 100, got {self.speed}.")
+        _check(self.seed >= 0, f"--seed must be 0 or more, got {self.seed}.")
+        _check(self.wind_mps >= 0.0, f"--wind must be 0 or more, got {self.wind_mps}.")
+        _check(16 <= self.image_size_px <= 4096, f"--image-size must lie within 16 and 4096, got {self.image_size_px}.")
+        _check(0.0 < self.fov_rad < math.pi, f"--fov must lie within 0 and 180 degrees, got {self.fov_rad} rad.")
+        _check(0 <= self.http_port <= 65535, f"--http-port must lie within 0 and 65535, got {self.http_port}.")
+        _check(
+            self.first_system_id >= 1 and self.first_system_id + self.vehicles - 1 <= MAX_SYSTEM_ID,
+            f"System ids must lie within 1 and {MAX_SYSTEM_ID}; lower --first-system-id or --vehicles.",
+        )
+        _check(bool(self.links), "At least one --link is needed.")
+
+
+def _check(valid: bool, message: str) -> None:
+    if not valid:
+        raise ConfigurationError(message)
+
+
+def home_positions_enu_m(count: int) -> NDArray[np.float64]:
+    """Return where vehicles stand, shape (count, 3): rows along east, 5 m apart, going south from the origin."""
+    columns = min(count, max(LEAST_COLUMNS, math.ceil(count / MAX_ROWS)))
+    index = np.arange(count)
+    east_m = (index % columns - (columns - 1) / 2) * GRID_M
+    north_m = -(index // columns) * GRID_M
+    return np.column_stack([east_m, north_m, np.zeros(count)])
+
+
+def read_kinematics(state: SwarmState, frame: LocalFrame) -> list[Kinematics]:
+    """Return what each vehicle's sensors say of the true state."""
+    origin = frame.origin
+    latitude_deg, longitude_deg, altitude_m = pymap3d.enu2geodetic(
+        *state.position_enu_m.T, origin.latitude_deg, origin.longitude_deg, origin.altitude_amsl_m
+    )
+    rows = zip(
+        state.position_enu_m.tolist(),
+        state.velocity_enu_mps.tolist(),
+        state.attitude_rad.tolist(),
+        state.attitude_rates_radps.tolist(),
+        state.on_ground.tolist(),
+        zip(latitude_deg.tolist(), longitude_deg.tolist(), altitude_m.tolist(), strict=True),
+        strict=True,
+    )
+    return [
+        Kinematics(
+            position_enu_m=tuple(position),
+            velocity_enu_mps=tuple(velocity),
+            roll_rad=roll_rad,
+            pitch_rad=pitch_rad,
+            heading_rad=heading_rad,
+            rates_radps=tuple(rates),
+            on_ground=on_ground,
+            geodetic=GeodeticPosition(*geodetic),
+        )
+        for position, velocity, (roll_rad, pitch_rad, heading_rad), rates, on_ground, geodetic in rows
+    ]
+
+
+class SimulatedSwarm:
+    """Vehicles that fly and talk for as long as the swarm is entered.
+
+    Args:
+        options: what to simulate.
+        image_source: what the cameras see.
+
+    Raises:
+        ConfigurationError: a link or a parameter is unknown.
+        LinkError: on entering, a port is taken.
+    """
+
+    def __init__(self, options: SwarmOptions, image_source: ImageSource) -> None:
+        self.options = options
+        self.frame = LocalFrame(options.origin)
+        self.camera_model = CameraModel.from_fov(options.image_size_px, options.image_size_px, options.fov_rad)
+        self._addresses = [LinkAddress.parse(link) for link in options.links]
+        self._image_source = image_source
+        self._rng = np.random.default_rng(options.seed)
+        self._wind = Wind((options.wind_mps, 0.0, 0.0))
+        self._limits = AirframeLimits()
+        homes_enu_m = home_positions_enu_m(options.vehicles)
+        self.state = SwarmState.at_rest(homes_enu_m, self._rng.normal(0.0, HEADING_SIGMA_RAD, len(homes_enu_m)))
+        self.now = SimTime(0, start_utc_us=time.time_ns() // 1000)
+        self._kinematics = read_kinematics(self.state, self.frame)
+        self.vehicles = [self._make_vehicle(index) for index in range(options.vehicles)]
+        self._separation = SeparationMonitor([vehicle.system_id for vehicle in self.vehicles])
+        self._endpoints: list[list[Endpoint]] = [[] for _ in self.vehicles]
+        self._server = ImageServer(options.http_port)
+        self._pool = ThreadPoolExecutor(RENDER_THREADS, thread_name_prefix="render")
+        self._stack = AsyncExitStack()
+        self._group: asyncio.TaskGroup | None = None
+        self._tasks: set[asyncio.Task[None]] = set()
+
+    @property
+    def homes_enu_m(self) -> dict[int, tuple[float, float, float]]:
+        """Where each vehicle takes off, by system id."""
+        return {vehicle.system_id: vehicle.autopilot.flight.home_enu_m for vehicle in self.vehicles}
+
+    def kinematics(self, system_id: int) -> Kinematics:
+        """Return the true state of one vehicle."""
+        return self._kinematics[system_id - self.options.first_system_id]
+
+    def vehicle(self, system_id: int) -> SimulatedVehicle:
+        """Return one vehicle."""
+        return self.vehicles[system_id - self.options.first_system_id]
+
+    def report(self) -> SwarmReport:
+        """Return how the flight went so far."""
+        standing = zip(self.vehicles, self._kinematics, strict=True)
+        return SwarmReport(
+            sim_time_s=self.now.s,
+            min_separation_m=self._separation.smallest_m,
+            min_separation_pair=self._separation.pair,
+            landed=sum(kinematics.on_ground and not vehicle.autopilot.flight.armed for vehicle, kinematics in standing),
+            images=sum(vehicle.camera.image_count for vehicle in self.vehicles),
+        )
+
+    async def __aenter__(self) -> Self:
+        async with AsyncExitStack() as stack:
+            stack.callback(self._pool.shutdown, wait=True, cancel_futures=True)
+            await stack.enter_async_context(self._server)
+            for index in range(len(self.vehicles)):
+                for address in self._addresses:
+                    endpoint = await open_endpoint(address.for_vehicle(index), partial(self._receive, index))
+                    stack.callback(endpoint.close)
+                    self._endpoints[index].append(endpoint)
+            self._group = await stack.enter_async_context(asyncio.TaskGroup())
+            self._start(self._run())
+            self._stack = stack.pop_all()
+        return self
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        for task in tuple(self._tasks):
+            task.cancel()
+        # The error of the body is none of the task group's: passed on, it would be wrapped into an ExceptionGroup.
+        await self._stack.aclose()
+
+    def _make_vehicle(self, index: int) -> SimulatedVehicle:
+        options, kinematics = self.options, self._kinematics[index]
+        identity = VehicleIdentity(
+            system_id=options.first_system_id + index,
+            frame=self.frame,
+            uid=int(self._rng.integers(1, 2**62)),
+            start_up_s=options.start_up_s,
+            parameters=options.parameters,
+        )
+        camera = CameraComponent(identity.system_id, self.camera_model, kinematics, kinematics.position_enu_m[2])
+        return SimulatedVehicle(AUTOPILOTS[options.autopilot](identity, kinematics), camera)
+
+    async def _run(self) -> None:
+        pacer = Pacer(self.options.speed)
+        loop = asyncio.get_running_loop()
+        while True:
+            for _ in range(pacer.due_ticks(loop.time())):
+                self._tick()
+                await asyncio.sleep(0)
+            await asyncio.sleep(pacer.delay_s(loop.time()))
+
+    def _tick(self) -> None:
+        self.now = self.now.later()
+        guidance = _guidance([vehicle.autopilot for vehicle in self.vehicles])
+        self.state = step(self.state, guidance, TICK_S, limits=self._limits, wind=self._wind, rng=self._rng)
+        self._kinematics = read_kinematics(self.state, self.frame)
+        self._separation.update(self.state.position_enu_m)
+        for index, vehicle in enumerate(self.vehicles):
+            vehicle.update(self._kinematics[index], self.now)
+            self._flush(index)
+
+    def _receive(self, index: int, message: mavlink.MAVLink_message) -> None:
+        self.vehicles[index].handle(message, self._kinematics[index], self.now)
+        self._flush(index)
+
+    def _flush(self, index: int) -> None:
+        vehicle = self.vehicles[index]
+        data = vehicle.drain()
+        if data:
+            for endpoint in self._endpoints[index]:
+                endpoint.send(data)
+        for exposure in vehicle.camera.take_exposures():
+            self._start(self._develop(index, exposure))
+
+    async def _develop(self, index: int, exposure: Exposure) -> None:
+        """Render an exposure, publish the image and announce it; each camera limits how many wait."""
+        seed = (self.options.seed, exposure.system_id, exposure.index)
+        loop = asyncio.get_running_loop()
+        data = await loop.run_in_executor(
+            self._pool, develop, self._image_source, exposure.pose, self.camera_model, seed
+        )
+        url = self._server.publish(exposure.system_id, exposure.index, data)
+        self.vehicles[index].camera.image_ready(exposure, url)
+        self._flush(index)
+
+    def _start(self, work: Coroutine[None, None, None]) -> None:
+        if self._group is None:
+            raise RuntimeError("The swarm has not been entered.")
+        task = self._group.create_task(work)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+
+def _guidance(autopilots: Sequence[Autopilot]) -> Guidance:
+    setpoints = [autopilot.setpoint for autopilot in autopilots]
+    return Guidance(
+        lifting=np.array([setpoint.lifting for setpoint in setpoints]),
+        target_enu_m=np.array([setpoint.target_enu_m for setpoint in setpoints]),
+        speed_mps=np.array([setpoint.speed_mps for setpoint in setpoints]),
+        climb_mps=np.array([setpoint.climb_mps for setpoint in setpoints]),
+        descent_mps=np.array([setpoint.descent_mps for setpoint in setpoints]),
+        heading_rad=np.array([setpoint.heading_rad for setpoint in setpoints]),
+    )

@@ -1,0 +1,273 @@
+"""The rules of ArduCopter."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from enum import IntEnum
+from typing import ClassVar
+
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from aos_sim.vehicle.autopilot import Autopilot, Fence, VehicleIdentity
+from aos_sim.vehicle.commands import AMSL_FRAMES, RELATIVE_FRAMES, TERRAIN_FRAMES, CommandRequest
+from aos_sim.vehicle.flight import FlightSettings, Kinematics
+from aos_sim.vehicle.parameters import Parameter, ParameterEncoding, ParameterType
+from aos_sim.vehicle.telemetry import COMMON_MESSAGES, MessageBuilder, ekf_status_report
+
+
+class CopterMode(IntEnum):
+    """Custom modes of ArduCopter that the simulator knows."""
+
+    STABILIZE = 0
+    ALT_HOLD = 2
+    GUIDED = 4
+    LOITER = 5
+    RTL = 6
+    LAND = 9
+    POSHOLD = 16
+    BRAKE = 17
+
+
+MODES_WITH_POSITION = (CopterMode.GUIDED, CopterMode.LOITER, CopterMode.RTL, CopterMode.POSHOLD, CopterMode.BRAKE)
+MODES_NOT_ARMABLE = (CopterMode.RTL, CopterMode.LAND, CopterMode.BRAKE)
+MODES_GOING_HOME = (CopterMode.RTL, CopterMode.LAND)
+
+INT8, INT16, INT32 = ParameterType.INT8, ParameterType.INT16, ParameterType.INT32
+
+
+class ArduCopter(Autopilot):
+    """ArduCopter as a careful operator sets it up for a swarm.
+
+    Unlike the factory settings, the failsafe for a lost ground station is on and listens to system ids 254 and 255, the
+    return height clears a forest, and the heading is kept so that images stay aligned.
+    """
+
+    MAV_AUTOPILOT = mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA
+    ENCODING = ParameterEncoding.CAST
+    FLIGHT_SW_VERSION = 0x04070000
+    USUAL_START_UP_S = 12.0
+    ACCEPTS_BROADCAST = True
+    DEFAULT_INTERVALS_US: ClassVar[Mapping[int, int]] = {}
+    CAPABILITIES = (
+        mavlink.MAV_PROTOCOL_CAPABILITY_PARAM_FLOAT
+        | mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_INT
+        | mavlink.MAV_PROTOCOL_CAPABILITY_COMMAND_INT
+        | mavlink.MAV_PROTOCOL_CAPABILITY_MAVLINK2
+    )
+    MESSAGES: ClassVar[Mapping[int, MessageBuilder]] = {
+        **COMMON_MESSAGES,
+        mavlink.MAVLINK_MSG_ID_EKF_STATUS_REPORT: ekf_status_report,
+    }
+    PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("MAV_SYSID", 1, INT16),
+        Parameter("MAV_GCS_SYSID", 254, INT16),
+        Parameter("MAV_GCS_SYSID_HI", 255, INT16),
+        Parameter("FS_GCS_ENABLE", 1, INT8),
+        Parameter("FS_GCS_TIMEOUT", 5),
+        Parameter("FS_OPTIONS", 0, INT32),
+        Parameter("FENCE_ENABLE", 1, INT8),
+        Parameter("FENCE_TYPE", 3, INT8),
+        Parameter("FENCE_ACTION", 1, INT8),
+        Parameter("FENCE_ALT_MAX", 120),
+        Parameter("FENCE_RADIUS", 500),
+        Parameter("RTL_ALT", 3000, INT32),
+        Parameter("RTL_ALT_FINAL", 0, INT16),
+        Parameter("RTL_LOIT_TIME", 3000, INT32),
+        Parameter("WPNAV_SPEED", 1000),
+        Parameter("WPNAV_SPEED_UP", 250),
+        Parameter("WPNAV_SPEED_DN", 150),
+        Parameter("WPNAV_ACCEL", 350),
+        Parameter("WP_YAW_BEHAVIOR", 0, INT8),
+        Parameter("LAND_SPEED", 50, INT16),
+        Parameter("LAND_ALT_LOW", 1000, INT16),
+        Parameter("DISARM_DELAY", 10, INT8),
+        Parameter("ARMING_CHECK", 1, INT32),
+        Parameter("BATT_CAPACITY", 10000, INT32),
+        Parameter("BATT_LOW_MAH", 2000),
+        Parameter("BATT_FS_LOW_ACT", 2, INT8),
+        Parameter("INS_GYROFFS_X", 0.001),
+        Parameter("INS_ACCOFFS_X", 0.001),
+        Parameter("COMPASS_OFS_X", 1.0),
+        Parameter("CAM1_TYPE", 0, INT8),
+        Parameter("FRAME_CLASS", 1, INT8),
+    )
+
+    def __init__(self, identity: VehicleIdentity, kinematics: Kinematics) -> None:
+        super().__init__(identity, kinematics)
+        self.parameters["MAV_SYSID"] = identity.system_id
+        self._mode = CopterMode.STABILIZE
+        self._operator_heard_s: float | None = None
+        self._link_lost = False
+        self._battery_low = False
+
+    def flight_settings(self) -> FlightSettings:
+        """Return the flight settings that the parameters say."""
+        value = self.parameters
+        return FlightSettings(
+            speed_mps=value["WPNAV_SPEED"] / 100,
+            climb_mps=value["WPNAV_SPEED_UP"] / 100,
+            descent_mps=value["WPNAV_SPEED_DN"] / 100,
+            land_speed_mps=value["LAND_SPEED"] / 100,
+            land_slow_below_m=value["LAND_ALT_LOW"] / 100,
+            return_height_m=value["RTL_ALT"] / 100,
+            return_loiter_s=value["RTL_LOIT_TIME"] / 1000,
+            disarm_landed_s=0.0,
+            disarm_idle_s=value["DISARM_DELAY"],
+            face_target=value["WP_YAW_BEHAVIOR"] != 0,
+        )
+
+    def battery_capacity_mah(self) -> float:
+        """Return the battery's capacity that the parameters say."""
+        return self.parameters["BATT_CAPACITY"]
+
+    def fence(self) -> Fence:
+        """Return the fence that the parameters say."""
+        value = self.parameters
+        kinds = int(value["FENCE_TYPE"]) if value["FENCE_ENABLE"] else 0
+        return Fence(
+            radius_m=value["FENCE_RADIUS"] if kinds & 2 else math.inf,
+            ceiling_m=value["FENCE_ALT_MAX"] if kinds & 1 else math.inf,
+        )
+
+    def base_mode(self) -> int:
+        """Return the heartbeat's base mode without the armed flag."""
+        guided = mavlink.MAV_MODE_FLAG_GUIDED_ENABLED if self._mode in MODES_WITH_POSITION else 0
+        return int(mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED | mavlink.MAV_MODE_FLAG_STABILIZE_ENABLED | guided)
+
+    def custom_mode(self) -> int:
+        """Return the heartbeat's custom mode."""
+        return int(self._mode)
+
+    def land_mode(self) -> int:
+        """Return the custom mode that lands."""
+        return CopterMode.LAND
+
+    def return_mode(self) -> int:
+        """Return the custom mode that returns home."""
+        return CopterMode.RTL
+
+    def requested_mode(self, request: CommandRequest) -> int:
+        """Return the custom mode that a DO_SET_MODE asks for."""
+        return round(request.param(2))
+
+    def select_mode(self, custom_mode: int) -> int:
+        """Change the mode and begin its manoeuvre; selecting the present one changes nothing."""
+        try:
+            mode = CopterMode(custom_mode)
+        except ValueError:
+            self.tell(mavlink.MAV_SEVERITY_WARNING, f"Mode change failed: mode {custom_mode} not available")
+            return int(mavlink.MAV_RESULT_FAILED)
+        if mode in MODES_WITH_POSITION and not self.position_known:
+            self.tell(mavlink.MAV_SEVERITY_WARNING, f"Mode change to {mode.name} failed: requires position")
+            return int(mavlink.MAV_RESULT_FAILED)
+        if mode is not self._mode:
+            self._mode = mode
+            self._begin_manoeuvre()
+        return int(mavlink.MAV_RESULT_ACCEPTED)
+
+    def _begin_manoeuvre(self) -> None:
+        if not self.flight.airborne:
+            return
+        match self._mode:
+            case CopterMode.RTL:
+                self.flight.return_home(self.kinematics, self.now.s)
+            case CopterMode.LAND:
+                self.flight.land(self.kinematics, self.now.s)
+            case _:
+                self.flight.hold(self.kinematics, self.now.s)
+
+    def not_ready(self) -> str | None:
+        """Return what the pre-arm checks find wrong, whatever the mode."""
+        if not self.position_known:
+            return "Arm: Need Position Estimate"
+        return "Arm: Battery 1 low capacity failsafe" if self._battery_is_low() else None
+
+    def mode_not_armable(self) -> str | None:
+        """Return why the vehicle cannot be armed in its present mode."""
+        return f"Arm: {self._mode.name} mode not armable" if self._mode in MODES_NOT_ARMABLE else None
+
+    def refuse_arming(self, reason: str) -> int:
+        """Tell why arming was refused."""
+        self.tell(mavlink.MAV_SEVERITY_CRITICAL, reason)
+        return int(mavlink.MAV_RESULT_FAILED)
+
+    def take_off(self, request: CommandRequest) -> int:
+        """Climb to parameter 7 above home; only on the ground, armed, in GUIDED."""
+        height_m = request.finite_or_none(7)
+        allowed = self.flight.armed and not self.flight.airborne and self._mode is CopterMode.GUIDED
+        if not allowed or height_m is None or height_m <= 0.0:
+            return int(mavlink.MAV_RESULT_FAILED)
+        self.flight.take_off(height_m, self.kinematics, self.now.s)
+        return int(mavlink.MAV_RESULT_ACCEPTED)
+
+    def reposition(self, request: CommandRequest) -> int | None:
+        """Fly to a place in GUIDED.
+
+        Only as COMMAND_INT; parameter 2 must ask for the mode change unless the vehicle is in GUIDED. A place outside
+        the fence is dropped in silence.
+        """
+        if request.frame is None:
+            return int(mavlink.MAV_RESULT_COMMAND_INT_ONLY)
+        change_mode = int(request.finite_or_none(2) or 0) & mavlink.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE
+        altitude_m = request.finite_or_none(7)
+        if not (change_mode or self._mode is CopterMode.GUIDED) or altitude_m is None or not request.place_valid():
+            return int(mavlink.MAV_RESULT_DENIED)
+        altitude_amsl_m = self._altitude_amsl_m(request.frame, altitude_m)
+        if altitude_amsl_m is None:
+            return int(mavlink.MAV_RESULT_UNSUPPORTED_MAV_FRAME)
+        east_m, north_m, up_m = self.identity.frame.to_enu(request.geodetic(altitude_amsl_m))
+        target_enu_m = (float(east_m), float(north_m), float(up_m))
+        if not self.fence().contains(target_enu_m, self.flight.home_enu_m):
+            return None
+        if self.select_mode(CopterMode.GUIDED) != mavlink.MAV_RESULT_ACCEPTED:
+            return int(mavlink.MAV_RESULT_FAILED)
+        if self.flight.airborne:
+            speed_mps = request.finite_or_none(1)
+            speed_mps = speed_mps if speed_mps is not None and speed_mps > 0.0 else None
+            self.flight.fly_to(target_enu_m, self.kinematics, self.now.s, speed_mps)
+        return int(mavlink.MAV_RESULT_ACCEPTED)
+
+    def _altitude_amsl_m(self, frame: int, altitude_m: float) -> float | None:
+        origin_amsl_m = self.identity.frame.origin.altitude_amsl_m
+        if frame in AMSL_FRAMES:
+            return altitude_m
+        if frame in RELATIVE_FRAMES:
+            return origin_amsl_m + self.flight.home_enu_m[2] + altitude_m
+        return origin_amsl_m + altitude_m if frame in TERRAIN_FRAMES else None
+
+    def on_heartbeat(self, message: mavlink.MAVLink_message) -> None:
+        """Count heartbeats of the operator's system ids only."""
+        lowest = self.parameters["MAV_GCS_SYSID"]
+        highest = max(lowest, self.parameters["MAV_GCS_SYSID_HI"])
+        if lowest <= message.get_srcSystem() <= highest:
+            self._operator_heard_s = self.now.s
+            self._link_lost = False
+
+    def check_failsafes(self) -> None:
+        """Return home on a lost link or a low battery, each once."""
+        if self._operator_is_silent() and not self._link_lost:
+            self._link_lost = True
+            self._fail_safe("GCS Failsafe")
+        if self._battery_is_low() and not self._battery_low:
+            self._battery_low = True
+            self._fail_safe("Battery Failsafe")
+
+    def _operator_is_silent(self) -> bool:
+        """Whether a ground station was heard once and is not any more."""
+        if not self.parameters["FS_GCS_ENABLE"] or self._operator_heard_s is None:
+            return False
+        return self.now.s - self._operator_heard_s > self.parameters["FS_GCS_TIMEOUT"]
+
+    def _battery_is_low(self) -> bool:
+        if not self.parameters["BATT_FS_LOW_ACT"]:
+            return False
+        left_mah = self.battery.capacity_mah - self.battery.consumed_mah
+        return left_mah < self.parameters["BATT_LOW_MAH"]
+
+    def _fail_safe(self, name: str) -> None:
+        self.tell(mavlink.MAV_SEVERITY_CRITICAL, name)
+        if not self.flight.airborne:
+            self.flight.disarm(self.kinematics, self.now.s)
+        elif self._mode not in MODES_GOING_HOME:
+            self.select_mode(CopterMode.RTL)

@@ -1,0 +1,224 @@
+"""Flight dynamics of all vehicles at once: pure functions on arrays, ENU metres and radians.
+
+A vehicle is a point that follows velocity commands within limits of speed and acceleration; its attitude follows from
+the acceleration, as it does for a multicopter. That is what a ground station can observe of a well-tuned autopilot.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+GRAVITY_MPS2 = 9.81
+
+POSITION_GAIN_PER_S = 2.0
+"""Close to the target the speed is this gain times the distance, which approaches without overshooting."""
+
+BRAKING_SHARE = 0.8
+"""Share of the acceleration limit that is planned for braking; the rest absorbs the finite step."""
+
+ATTITUDE_TIME_CONSTANT_S = 0.15
+
+DRAG_PER_S = 0.08
+"""Air drag per unit of mass and air speed: makes a vehicle lean into the wind."""
+
+GUST_TIME_CONSTANT_S = 3.0
+GUST_SHARE = 0.2
+"""Standard deviation of gusts as a share of the mean wind."""
+
+GUST_RESPONSE = 0.1
+"""Share of a gust's velocity that a position controller lets through."""
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SwarmState:
+    """True state of N vehicles."""
+
+    position_enu_m: FloatArray
+    """Shape (N, 3)."""
+    commanded_velocity_enu_mps: FloatArray
+    """Velocity that the controller has reached, without what gusts add, shape (N, 3)."""
+    velocity_enu_mps: FloatArray
+    """Shape (N, 3)."""
+    attitude_rad: FloatArray
+    """Roll, pitch and heading (clockwise from north), shape (N, 3)."""
+    attitude_rates_radps: FloatArray
+    """Time derivative of ``attitude_rad``, shape (N, 3)."""
+    gust_enu_mps: FloatArray
+    """Deviation of the wind from its mean at each vehicle, shape (N, 3)."""
+    on_ground: NDArray[np.bool_]
+    """Shape (N,)."""
+
+    @classmethod
+    def at_rest(cls, position_enu_m: FloatArray, heading_rad: FloatArray) -> SwarmState:
+        """Return vehicles that stand on the ground at ``position_enu_m`` (N, 3), facing ``heading_rad`` (N,)."""
+        count = len(position_enu_m)
+        zeros = np.zeros((count, 3))
+        attitude_rad = np.column_stack([np.zeros(count), np.zeros(count), heading_rad])
+        return cls(position_enu_m.astype(np.float64), zeros, zeros, attitude_rad, zeros, zeros, np.ones(count, bool))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Guidance:
+    """What the N flight controllers ask for."""
+
+    lifting: NDArray[np.bool_]
+    """Shape (N,): the rotors carry the vehicle. Without, it stands on the ground or falls."""
+    target_enu_m: FloatArray
+    """Where to fly and then to hover, shape (N, 3). Below the ground: land."""
+    speed_mps: FloatArray
+    """Greatest horizontal speed, shape (N,)."""
+    climb_mps: FloatArray
+    """Greatest speed upwards, shape (N,)."""
+    descent_mps: FloatArray
+    """Greatest speed downwards, shape (N,)."""
+    heading_rad: FloatArray
+    """Wanted heading, shape (N,)."""
+
+
+@dataclass(frozen=True, slots=True)
+class AirframeLimits:
+    """What every vehicle of the swarm can do."""
+
+    horizontal_acceleration_mps2: float = 3.5
+    vertical_acceleration_mps2: float = 2.5
+    yaw_rate_radps: float = np.pi / 3
+
+
+@dataclass(frozen=True, slots=True)
+class Wind:
+    """Steady wind with gusts."""
+
+    mean_enu_mps: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    @property
+    def gust_sigma_mps(self) -> float:
+        """Standard deviation of one component of the gusts."""
+        return GUST_SHARE * float(np.linalg.norm(self.mean_enu_mps))
+
+
+def step(
+    state: SwarmState,
+    guidance: Guidance,
+    dt_s: float,
+    *,
+    limits: AirframeLimits,
+    wind: Wind,
+    rng: np.random.Generator,
+    ground_up_m: float = 0.0,
+) -> SwarmState:
+    """Return the state ``dt_s`` later.
+
+    Lifting vehicles fly a straight line to their target: they accelerate and brake within ``limits`` and never exceed
+    the speeds in ``guidance`` by more than what gusts add.
+    """
+    lifting = guidance.lifting[:, np.newaxis]
+    commanded = np.where(
+        lifting,
+        _follow_target(state, guidance, dt_s, limits),
+        state.commanded_velocity_enu_mps + np.array([0.0, 0.0, -GRAVITY_MPS2 * dt_s]),
+    )
+    gust = _next_gust(state.gust_enu_mps, wind, dt_s, rng)
+    velocity = commanded + np.where(lifting, GUST_RESPONSE * gust, 0.0)
+    position = state.position_enu_m + velocity * dt_s
+    acceleration = (commanded - state.commanded_velocity_enu_mps) / dt_s
+    touching = position[:, 2] <= ground_up_m
+    # A vehicle that leaves the ground touches it in the first step; only one that does not climb has landed.
+    landed = touching & (commanded[:, 2] <= 0.0)
+    position[touching, 2] = ground_up_m
+    for moving in (commanded, velocity, acceleration):
+        moving[landed] = 0.0
+    attitude, rates = _next_attitude(
+        state, guidance, acceleration=acceleration, wind=wind, landed=landed, dt_s=dt_s, limits=limits
+    )
+    return replace(
+        state,
+        position_enu_m=position,
+        commanded_velocity_enu_mps=commanded,
+        velocity_enu_mps=velocity,
+        attitude_rad=attitude,
+        attitude_rates_radps=rates,
+        gust_enu_mps=gust,
+        on_ground=landed,
+    )
+
+
+def _follow_target(state: SwarmState, guidance: Guidance, dt_s: float, limits: AirframeLimits) -> FloatArray:
+    """Return the velocity commanded next, shape (N, 3)."""
+    error = guidance.target_enu_m - state.position_enu_m
+    distance = np.linalg.norm(error, axis=1)
+    direction = error / np.maximum(distance, 1e-9)[:, np.newaxis]
+    horizontal = np.linalg.norm(direction[:, :2], axis=1)
+    vertical = np.abs(direction[:, 2])
+    vertical_limit = np.where(direction[:, 2] > 0.0, guidance.climb_mps, guidance.descent_mps)
+    speed_limit = np.minimum(
+        guidance.speed_mps / np.maximum(horizontal, 1e-9), vertical_limit / np.maximum(vertical, 1e-9)
+    )
+    braking = BRAKING_SHARE * np.minimum(
+        limits.horizontal_acceleration_mps2 / np.maximum(horizontal, 1e-9),
+        limits.vertical_acceleration_mps2 / np.maximum(vertical, 1e-9),
+    )
+    speed = np.minimum(speed_limit, approach_speed(distance, braking))
+    return _limit_acceleration(state.commanded_velocity_enu_mps, direction * speed[:, np.newaxis], dt_s, limits)
+
+
+def approach_speed(distance_m: FloatArray, braking_mps2: FloatArray) -> FloatArray:
+    """Return the speed from which a vehicle can still stop within ``distance_m``; all shapes (N,).
+
+    Far out it is the constant-deceleration parabola, close in it is linear in the distance; both meet smoothly.
+    """
+    linear_m = braking_mps2 / POSITION_GAIN_PER_S**2
+    parabola = np.sqrt(2.0 * braking_mps2 * np.maximum(distance_m - linear_m / 2.0, 0.0))
+    return np.where(distance_m > linear_m, parabola, POSITION_GAIN_PER_S * distance_m)
+
+
+def _limit_acceleration(current: FloatArray, wanted: FloatArray, dt_s: float, limits: AirframeLimits) -> FloatArray:
+    """Return the velocity nearest to ``wanted`` that the acceleration limits allow, shape (N, 3)."""
+    change = wanted - current
+    horizontal = np.linalg.norm(change[:, :2], axis=1)
+    allowed = limits.horizontal_acceleration_mps2 * dt_s
+    change[:, :2] *= np.minimum(1.0, allowed / np.maximum(horizontal, 1e-12))[:, np.newaxis]
+    allowed_vertical = limits.vertical_acceleration_mps2 * dt_s
+    change[:, 2] = np.clip(change[:, 2], -allowed_vertical, allowed_vertical)
+    return current + change
+
+
+def _next_gust(gust: FloatArray, wind: Wind, dt_s: float, rng: np.random.Generator) -> FloatArray:
+    """Ornstein-Uhlenbeck process, exact for any step, shape (N, 3)."""
+    if wind.gust_sigma_mps == 0.0:
+        return gust
+    decay = np.exp(-dt_s / GUST_TIME_CONSTANT_S)
+    noise = rng.standard_normal(gust.shape) * wind.gust_sigma_mps * np.sqrt(1.0 - decay**2)
+    return np.asarray(gust * decay + noise)
+
+
+def _next_attitude(
+    state: SwarmState,
+    guidance: Guidance,
+    *,
+    acceleration: FloatArray,
+    wind: Wind,
+    landed: NDArray[np.bool_],
+    dt_s: float,
+    limits: AirframeLimits,
+) -> tuple[FloatArray, FloatArray]:
+    """Return attitude and its rates, both (N, 3): tilt gives the horizontal thrust, the heading turns at its rate."""
+    heading = state.attitude_rad[:, 2]
+    thrust = acceleration[:, :2] + DRAG_PER_S * (state.velocity_enu_mps - np.array(wind.mean_enu_mps))[:, :2]
+    forward = thrust[:, 0] * np.sin(heading) + thrust[:, 1] * np.cos(heading)
+    right = thrust[:, 0] * np.cos(heading) - thrust[:, 1] * np.sin(heading)
+    wanted_tilt = np.column_stack([np.arctan2(right, GRAVITY_MPS2), np.arctan2(-forward, GRAVITY_MPS2)])
+    flying = guidance.lifting & ~landed
+    wanted_tilt[~flying] = 0.0
+    tilt = state.attitude_rad[:, :2]
+    tilt = tilt + (wanted_tilt - tilt) * min(1.0, dt_s / ATTITUDE_TIME_CONSTANT_S)
+    turn = (guidance.heading_rad - heading + np.pi) % (2.0 * np.pi) - np.pi
+    turn = np.clip(turn, -limits.yaw_rate_radps * dt_s, limits.yaw_rate_radps * dt_s)
+    turn[~flying] = 0.0
+    attitude = np.column_stack([tilt, (heading + turn) % (2.0 * np.pi)])
+    rates = np.column_stack([(tilt - state.attitude_rad[:, :2]) / dt_s, turn / dt_s])
+    return attitude, rates

@@ -1,0 +1,272 @@
+"""The flight controller of one vehicle: manoeuvres in, position set-points out. It knows nothing of MAVLink."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from enum import Enum, auto
+
+from aos_gcs.geometry.geodesy import GeodeticPosition
+
+EnuPoint = tuple[float, float, float]
+
+BRAKING_MPS2 = 2.5
+"""Deceleration assumed for the point where a vehicle stops when told to hold."""
+
+ARRIVED_M = 0.3
+LANDING_DETECTION_S = 1.0
+LANDING_LOOKAHEAD_M = 3.0
+"""A landing aims this far below the vehicle: deep enough for the full rate, near enough to hold the place in wind."""
+
+FACE_TARGET_BEYOND_M = 2.0
+
+
+@dataclass(frozen=True, slots=True)
+class Kinematics:
+    """What the sensors of one vehicle say at one instant."""
+
+    position_enu_m: EnuPoint
+    velocity_enu_mps: EnuPoint
+    roll_rad: float
+    pitch_rad: float
+    heading_rad: float
+    """Clockwise from north, [0, 2 pi)."""
+    rates_radps: EnuPoint
+    """Of roll, pitch and heading."""
+    on_ground: bool
+    geodetic: GeodeticPosition
+
+
+@dataclass(frozen=True, slots=True)
+class Setpoint:
+    """What the dynamics are to do with one vehicle."""
+
+    lifting: bool
+    target_enu_m: EnuPoint
+    speed_mps: float
+    climb_mps: float
+    descent_mps: float
+    heading_rad: float
+
+
+@dataclass(frozen=True, slots=True)
+class FlightSettings:
+    """Limits and habits, taken from the autopilot's parameters."""
+
+    speed_mps: float
+    climb_mps: float
+    descent_mps: float
+    land_speed_mps: float
+    land_slow_below_m: float
+    """Height above home under which a landing goes at ``land_speed_mps``."""
+    return_height_m: float
+    """Least height above home on the way back."""
+    return_loiter_s: float
+    """Pause above home before the landing."""
+    disarm_landed_s: float
+    """From touchdown to disarming."""
+    disarm_idle_s: float
+    """From arming to disarming when no take-off follows; 0: never."""
+    face_target: bool
+    """Turn towards each new target."""
+
+
+class Manoeuvre(Enum):
+    """What the vehicle is doing."""
+
+    GROUNDED = auto()
+    TAKEOFF = auto()
+    POSITION = auto()
+    """Flying to, or hovering at, a position."""
+    RETURN_CLIMB = auto()
+    RETURN_CRUISE = auto()
+    RETURN_LOITER = auto()
+    LAND = auto()
+
+
+class FlightEvent(Enum):
+    """What happened by itself."""
+
+    TAKEOFF_COMPLETE = auto()
+    LANDED = auto()
+    DISARMED = auto()
+
+
+class FlightController:
+    """Manoeuvres of one multicopter.
+
+    The caller checks whether a manoeuvre is allowed: this class flies it.
+    """
+
+    def __init__(self, settings: FlightSettings, kinematics: Kinematics) -> None:
+        self.settings = settings
+        self.armed = False
+        self.manoeuvre = Manoeuvre.GROUNDED
+        self.home_enu_m = kinematics.position_enu_m
+        self._target_enu_m = kinematics.position_enu_m
+        self._heading_rad = kinematics.heading_rad
+        self._speed_override_mps: float | None = None
+        self._climb_override_mps: float | None = None
+        self._descent_override_mps: float | None = None
+        self._phase_since_s = 0.0
+        self._grounded_since_s: float | None = None
+        self.setpoint = self._make_setpoint(kinematics)
+
+    @property
+    def target_enu_m(self) -> EnuPoint:
+        """Where the vehicle flies to or hovers."""
+        return self._target_enu_m
+
+    @property
+    def airborne(self) -> bool:
+        """Whether the rotors carry the vehicle, or are about to."""
+        return self.manoeuvre is not Manoeuvre.GROUNDED
+
+    def arm(self, kinematics: Kinematics, now_s: float) -> None:
+        """Start the motors; home becomes where the vehicle stands."""
+        self.armed = True
+        self.home_enu_m = kinematics.position_enu_m
+        self._hold_here(kinematics)
+        self._enter(Manoeuvre.GROUNDED, now_s)
+
+    def disarm(self, kinematics: Kinematics, now_s: float) -> None:
+        """Stop the motors at once, also in the air."""
+        self.armed = False
+        self._speed_override_mps = self._climb_override_mps = self._descent_override_mps = None
+        self._hold_here(kinematics)
+        self._enter(Manoeuvre.GROUNDED, now_s)
+
+    def take_off(self, height_above_home_m: float, kinematics: Kinematics, now_s: float) -> None:
+        """Climb straight up."""
+        east_m, north_m, _ = kinematics.position_enu_m
+        self._target_enu_m = (east_m, north_m, self.home_enu_m[2] + height_above_home_m)
+        self._enter(Manoeuvre.TAKEOFF, now_s)
+
+    def fly_to(
+        self,
+        target_enu_m: EnuPoint,
+        kinematics: Kinematics,
+        now_s: float,
+        speed_mps: float | None = None,
+        heading_rad: float | None = None,
+    ) -> None:
+        """Fly straight to a position and hover there; ``None`` keeps the speed or the heading rule."""
+        if speed_mps is not None:
+            self._speed_override_mps = speed_mps
+        self._target_enu_m = target_enu_m
+        if heading_rad is not None:
+            self._heading_rad = heading_rad % (2 * math.pi)
+        elif self.settings.face_target:
+            self._face(target_enu_m, kinematics)
+        self._enter(Manoeuvre.POSITION, now_s)
+
+    def hold(self, kinematics: Kinematics, now_s: float) -> None:
+        """Stop as soon as possible and hover."""
+        velocity = kinematics.velocity_enu_mps
+        speed_mps = math.hypot(*velocity)
+        reach_s = speed_mps / (2 * BRAKING_MPS2)
+        east, north, up = (p + v * reach_s for p, v in zip(kinematics.position_enu_m, velocity, strict=True))
+        self._target_enu_m = (east, north, up)
+        self._enter(Manoeuvre.POSITION, now_s)
+
+    def return_home(self, kinematics: Kinematics, now_s: float) -> None:
+        """Climb to the return height if below it, fly home at that height, land and disarm."""
+        self.hold(kinematics, now_s)
+        east_m, north_m, up_m = self._target_enu_m
+        height_m = max(self.home_enu_m[2] + self.settings.return_height_m, up_m)
+        self._target_enu_m = (east_m, north_m, height_m)
+        self._enter(Manoeuvre.RETURN_CLIMB, now_s)
+
+    def land(self, kinematics: Kinematics, now_s: float) -> None:
+        """Descend where the vehicle is and disarm on the ground."""
+        self.hold(kinematics, now_s)
+        self._enter(Manoeuvre.LAND, now_s)
+
+    def change_speed(
+        self, speed_mps: float | None = None, climb_mps: float | None = None, descent_mps: float | None = None
+    ) -> None:
+        """Replace the speeds of the settings until the vehicle is disarmed."""
+        self._speed_override_mps = speed_mps or self._speed_override_mps
+        self._climb_override_mps = climb_mps or self._climb_override_mps
+        self._descent_override_mps = descent_mps or self._descent_override_mps
+
+    def update(self, kinematics: Kinematics, now_s: float) -> list[FlightEvent]:
+        """Advance the manoeuvre and the set-point; return what happened."""
+        events = self._advance(kinematics, now_s) if self.armed else []
+        self.setpoint = self._make_setpoint(kinematics)
+        return events
+
+    def _advance(self, kinematics: Kinematics, now_s: float) -> list[FlightEvent]:
+        match self.manoeuvre:
+            case Manoeuvre.TAKEOFF if self._distance_m(kinematics) < ARRIVED_M:
+                self._enter(Manoeuvre.POSITION, now_s)
+                return [FlightEvent.TAKEOFF_COMPLETE]
+            case Manoeuvre.RETURN_CLIMB if self._distance_m(kinematics) < ARRIVED_M:
+                self._target_enu_m = (*self.home_enu_m[:2], self._target_enu_m[2])
+                if self.settings.face_target:
+                    self._face(self._target_enu_m, kinematics)
+                self._enter(Manoeuvre.RETURN_CRUISE, now_s)
+            case Manoeuvre.RETURN_CRUISE if self._distance_m(kinematics) < ARRIVED_M:
+                self._enter(Manoeuvre.RETURN_LOITER, now_s)
+            case Manoeuvre.RETURN_LOITER if now_s - self._phase_since_s >= self.settings.return_loiter_s:
+                self._enter(Manoeuvre.LAND, now_s)
+            case Manoeuvre.LAND:
+                return self._advance_landing(kinematics, now_s)
+            case Manoeuvre.GROUNDED:
+                idle_s = self.settings.disarm_idle_s
+                if 0.0 < idle_s <= now_s - self._phase_since_s:
+                    self.disarm(kinematics, now_s)
+                    return [FlightEvent.DISARMED]
+        return []
+
+    def _advance_landing(self, kinematics: Kinematics, now_s: float) -> list[FlightEvent]:
+        if not kinematics.on_ground:
+            self._grounded_since_s = None
+            return []
+        if self._grounded_since_s is None:
+            self._grounded_since_s = now_s
+        if now_s - self._grounded_since_s < LANDING_DETECTION_S + self.settings.disarm_landed_s:
+            return []
+        self.disarm(kinematics, now_s)
+        return [FlightEvent.LANDED, FlightEvent.DISARMED]
+
+    def _enter(self, manoeuvre: Manoeuvre, now_s: float) -> None:
+        self.manoeuvre = manoeuvre
+        self._phase_since_s = now_s
+        self._grounded_since_s = None
+
+    def _hold_here(self, kinematics: Kinematics) -> None:
+        self._target_enu_m = kinematics.position_enu_m
+        self._heading_rad = kinematics.heading_rad
+
+    def _distance_m(self, kinematics: Kinematics) -> float:
+        return math.dist(self._target_enu_m, kinematics.position_enu_m)
+
+    def _face(self, target_enu_m: EnuPoint, kinematics: Kinematics) -> None:
+        east_m = target_enu_m[0] - kinematics.position_enu_m[0]
+        north_m = target_enu_m[1] - kinematics.position_enu_m[1]
+        if math.hypot(east_m, north_m) > FACE_TARGET_BEYOND_M:
+            self._heading_rad = math.atan2(east_m, north_m) % (2 * math.pi)
+
+    def _make_setpoint(self, kinematics: Kinematics) -> Setpoint:
+        settings = self.settings
+        setpoint = Setpoint(
+            lifting=self.armed and self.airborne,
+            target_enu_m=self._target_enu_m,
+            speed_mps=self._speed_override_mps or settings.speed_mps,
+            climb_mps=self._climb_override_mps or settings.climb_mps,
+            descent_mps=self._descent_override_mps or settings.descent_mps,
+            heading_rad=self._heading_rad,
+        )
+        return self._landing(setpoint, kinematics) if self.manoeuvre is Manoeuvre.LAND else setpoint
+
+    def _landing(self, setpoint: Setpoint, kinematics: Kinematics) -> Setpoint:
+        """Return the set-point of a landing: straight down, slowly at the end."""
+        height_m = kinematics.position_enu_m[2] - self.home_enu_m[2]
+        slow = height_m < self.settings.land_slow_below_m
+        east_m, north_m, _ = self._target_enu_m
+        return replace(
+            setpoint,
+            target_enu_m=(east_m, north_m, kinematics.position_enu_m[2] - LANDING_LOOKAHEAD_M),
+            descent_mps=self.settings.land_speed_mps if slow else setpoint.descent_mps,
+        )

@@ -1,0 +1,302 @@
+"""The rules of PX4's multicopters."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from enum import IntEnum
+from typing import ClassVar
+
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from aos_sim.vehicle.autopilot import SECOND_US, Autopilot, Fence, VehicleIdentity
+from aos_sim.vehicle.commands import CommandRequest
+from aos_sim.vehicle.flight import FlightEvent, FlightSettings, Kinematics
+from aos_sim.vehicle.parameters import Parameter, ParameterEncoding, ParameterType
+from aos_sim.vehicle.telemetry import COMMON_MESSAGES, MessageBuilder, estimator_status
+
+
+def _custom_mode(main: int, sub: int = 0) -> int:
+    return main << 16 | sub << 24
+
+
+class Px4Mode(IntEnum):
+    """Custom modes of PX4 that the simulator knows: main mode in bits 16 to 23, sub mode above."""
+
+    MANUAL = _custom_mode(1)
+    ALTITUDE = _custom_mode(2)
+    POSITION = _custom_mode(3)
+    TAKEOFF = _custom_mode(4, 2)
+    HOLD = _custom_mode(4, 3)
+    RETURN = _custom_mode(4, 5)
+    LAND = _custom_mode(4, 6)
+
+
+PILOT_MODES = (Px4Mode.MANUAL, Px4Mode.ALTITUDE, Px4Mode.POSITION)
+MODES_NOT_ARMABLE = (Px4Mode.RETURN, Px4Mode.LAND)
+
+INT32 = ParameterType.INT32
+
+LINK_LOSS_RETURN = 2
+BATTERY_RETURN = 3
+
+
+class Px4(Autopilot):
+    """PX4 as a careful operator sets it up for a swarm: the failsafe for a lost ground station is on."""
+
+    MAV_AUTOPILOT = mavlink.MAV_AUTOPILOT_PX4
+    ENCODING = ParameterEncoding.BYTEWISE
+    FLIGHT_SW_VERSION = 0x011000FF
+    USUAL_START_UP_S = 5.0
+    ACCEPTS_BROADCAST = False
+    CAPABILITIES = (
+        mavlink.MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_BYTEWISE
+        | mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_INT
+        | mavlink.MAV_PROTOCOL_CAPABILITY_COMMAND_INT
+        | mavlink.MAV_PROTOCOL_CAPABILITY_MAVLINK2
+    )
+    MESSAGES: ClassVar[Mapping[int, MessageBuilder]] = {
+        **COMMON_MESSAGES,
+        mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS: estimator_status,
+    }
+    DEFAULT_INTERVALS_US: ClassVar[Mapping[int, int]] = {
+        mavlink.MAVLINK_MSG_ID_SYS_STATUS: SECOND_US,
+        mavlink.MAVLINK_MSG_ID_SYSTEM_TIME: SECOND_US,
+        mavlink.MAVLINK_MSG_ID_GPS_RAW_INT: SECOND_US // 10,
+        mavlink.MAVLINK_MSG_ID_ATTITUDE: SECOND_US // 50,
+        mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION: SECOND_US // 50,
+        mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED: SECOND_US // 50,
+        mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT: SECOND_US // 50,
+        mavlink.MAVLINK_MSG_ID_VFR_HUD: SECOND_US // 10,
+        mavlink.MAVLINK_MSG_ID_POSITION_TARGET_GLOBAL_INT: SECOND_US // 10,
+        mavlink.MAVLINK_MSG_ID_BATTERY_STATUS: SECOND_US,
+        mavlink.MAVLINK_MSG_ID_HOME_POSITION: 2 * SECOND_US,
+        mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: SECOND_US // 2,
+        mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS: SECOND_US,
+    }
+    PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("MAV_SYS_ID", 1, INT32),
+        Parameter("NAV_DLL_ACT", LINK_LOSS_RETURN, INT32),
+        Parameter("COM_DL_LOSS_T", 10, INT32),
+        Parameter("COM_FAIL_ACT_T", 5.0),
+        Parameter("COM_DISARM_LAND", 2.0),
+        Parameter("COM_DISARM_PRFLT", 10.0),
+        Parameter("COM_LOW_BAT_ACT", BATTERY_RETURN, INT32),
+        Parameter("BAT_CRIT_THR", 0.15),
+        Parameter("BAT1_CAPACITY", 10000.0),
+        Parameter("GF_ACTION", 2, INT32),
+        Parameter("GF_MAX_HOR_DIST", 500.0),
+        Parameter("GF_MAX_VER_DIST", 120.0),
+        Parameter("RTL_RETURN_ALT", 30.0),
+        Parameter("RTL_LAND_DELAY", 0.0),
+        Parameter("MIS_TAKEOFF_ALT", 2.5),
+        Parameter("MPC_XY_CRUISE", 10.0),
+        Parameter("MPC_XY_VEL_MAX", 12.0),
+        Parameter("MPC_ACC_HOR", 3.5),
+        Parameter("MPC_Z_VEL_MAX_UP", 3.0),
+        Parameter("MPC_Z_VEL_MAX_DN", 1.5),
+        Parameter("MPC_LAND_SPEED", 0.7),
+        Parameter("MPC_LAND_ALT2", 5.0),
+        Parameter("CAL_GYRO0_ID", 1310988, INT32),
+        Parameter("CAL_ACC0_ID", 1310988, INT32),
+        Parameter("CAL_MAG0_ID", 197388, INT32),
+        Parameter("SYS_HITL", 0, INT32),
+    )
+
+    def __init__(self, identity: VehicleIdentity, kinematics: Kinematics) -> None:
+        super().__init__(identity, kinematics)
+        self.parameters["MAV_SYS_ID"] = identity.system_id
+        self._mode = Px4Mode.HOLD
+        self._operator_heard_s: float | None = None
+        self._link_lost_at_s: float | None = None
+        self._battery_critical = False
+
+    def flight_settings(self) -> FlightSettings:
+        """Return the flight settings that the parameters say."""
+        value = self.parameters
+        return FlightSettings(
+            speed_mps=value["MPC_XY_CRUISE"],
+            climb_mps=value["MPC_Z_VEL_MAX_UP"],
+            descent_mps=value["MPC_Z_VEL_MAX_DN"],
+            land_speed_mps=value["MPC_LAND_SPEED"],
+            land_slow_below_m=value["MPC_LAND_ALT2"],
+            return_height_m=value["RTL_RETURN_ALT"],
+            return_loiter_s=max(0.0, value["RTL_LAND_DELAY"]),
+            disarm_landed_s=value["COM_DISARM_LAND"],
+            disarm_idle_s=value["COM_DISARM_PRFLT"],
+            face_target=False,
+        )
+
+    def battery_capacity_mah(self) -> float:
+        """Return the battery's capacity that the parameters say."""
+        return self.parameters["BAT1_CAPACITY"]
+
+    def fence(self) -> Fence:
+        """Return the fence that the parameters say; 0 switches a limit off."""
+        value = self.parameters
+        if not value["GF_ACTION"]:
+            return Fence()
+        return Fence(value["GF_MAX_HOR_DIST"] or math.inf, value["GF_MAX_VER_DIST"] or math.inf)
+
+    def base_mode(self) -> int:
+        """Return the heartbeat's base mode without the armed flag."""
+        flags = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED | mavlink.MAV_MODE_FLAG_STABILIZE_ENABLED
+        if self._mode in PILOT_MODES:
+            return int(flags | mavlink.MAV_MODE_FLAG_MANUAL_INPUT_ENABLED)
+        return int(flags | mavlink.MAV_MODE_FLAG_GUIDED_ENABLED | mavlink.MAV_MODE_FLAG_AUTO_ENABLED)
+
+    def custom_mode(self) -> int:
+        """Return the heartbeat's custom mode."""
+        return int(self._mode)
+
+    def land_mode(self) -> int:
+        """Return the custom mode that lands."""
+        return Px4Mode.LAND
+
+    def return_mode(self) -> int:
+        """Return the custom mode that returns home."""
+        return Px4Mode.RETURN
+
+    def requested_mode(self, request: CommandRequest) -> int:
+        """Return the custom mode that a DO_SET_MODE asks for: main and sub mode."""
+        return _custom_mode(round(request.param(2)), round(request.param(3)))
+
+    def select_mode(self, custom_mode: int) -> int:
+        """Change the mode and begin its manoeuvre; selecting the present one changes nothing."""
+        if custom_mode not in tuple(Px4Mode) or not self.position_known:
+            self.tell(mavlink.MAV_SEVERITY_CRITICAL, "Mode change denied: mode not available")
+            return int(mavlink.MAV_RESULT_TEMPORARILY_REJECTED)
+        mode = Px4Mode(custom_mode)
+        if mode is not self._mode:
+            self._mode = mode
+            self._begin_manoeuvre()
+        return int(mavlink.MAV_RESULT_ACCEPTED)
+
+    def _begin_manoeuvre(self) -> None:
+        if not self.flight.airborne:
+            return
+        match self._mode:
+            case Px4Mode.RETURN:
+                self.flight.return_home(self.kinematics, self.now.s)
+            case Px4Mode.LAND:
+                self.flight.land(self.kinematics, self.now.s)
+            case _:
+                self.flight.hold(self.kinematics, self.now.s)
+
+    def acknowledge(self, request: CommandRequest, result: int) -> None:
+        """Put out a COMMAND_ACK; a mode change is acknowledged by the receiver and then by the commander."""
+        if request.command == mavlink.MAV_CMD_DO_SET_MODE:
+            super().acknowledge(request, mavlink.MAV_RESULT_ACCEPTED)
+        super().acknowledge(request, result)
+
+    def tell(self, severity: int, text: str) -> None:
+        """Put out a STATUSTEXT, once a ground station has been heard."""
+        if self._operator_heard_s is not None:
+            super().tell(severity, text)
+
+    def mode_not_armable(self) -> str | None:
+        """Return why the vehicle cannot be armed in its present mode."""
+        return "Arming denied: switch to another mode first" if self._mode in MODES_NOT_ARMABLE else None
+
+    def not_ready(self) -> str | None:
+        """Return what the pre-arm checks find wrong, whatever the mode."""
+        if not self.position_known:
+            return "Arming denied: Resolve system health failures first"
+        if self.parameters["NAV_DLL_ACT"] and self._operator_silence_s() > self.parameters["COM_DL_LOSS_T"]:
+            return "Arming denied: No connection to the ground station"
+        if self._battery_is_critical():
+            return "Arming denied: Low battery level"
+        return None
+
+    def refuse_arming(self, reason: str) -> int:
+        """Tell why arming was refused."""
+        self.tell(mavlink.MAV_SEVERITY_CRITICAL, reason)
+        return int(mavlink.MAV_RESULT_TEMPORARILY_REJECTED)
+
+    def on_armed(self) -> None:
+        """Begin a take-off that was asked for before arming."""
+        if self._mode is Px4Mode.TAKEOFF:
+            self.flight.take_off(self.parameters["MIS_TAKEOFF_ALT"], self.kinematics, self.now.s)
+
+    def take_off(self, request: CommandRequest) -> int:
+        """Climb to the altitude above sea level of parameter 7, or by MIS_TAKEOFF_ALT where that is NaN."""
+        altitude_amsl_m = request.finite_or_none(7)
+        if self.flight.airborne or not self.position_known:
+            return int(mavlink.MAV_RESULT_TEMPORARILY_REJECTED)
+        self._mode = Px4Mode.TAKEOFF
+        if self.flight.armed:
+            ground_amsl_m = self.identity.frame.origin.altitude_amsl_m + self.flight.home_enu_m[2]
+            least_m = self.parameters["MIS_TAKEOFF_ALT"]
+            height_m = least_m if altitude_amsl_m is None else max(least_m, altitude_amsl_m - ground_amsl_m)
+            self.flight.take_off(height_m, self.kinematics, self.now.s)
+        return int(mavlink.MAV_RESULT_ACCEPTED)
+
+    def reposition(self, request: CommandRequest) -> int:
+        """Fly to a place in HOLD.
+
+        Parameter 2 must be exactly 1. The altitude is above sea level whatever the frame says; NaN keeps a coordinate,
+        the heading (parameter 4, radians) or the speed. A place outside the fence is acknowledged all the same: only a
+        status text tells.
+        """
+        if request.param(2) != mavlink.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE:
+            return int(mavlink.MAV_RESULT_UNSUPPORTED)
+        if not self.position_known or not request.place_valid():
+            return int(mavlink.MAV_RESULT_DENIED)
+        altitude_amsl_m = request.finite_or_none(7)
+        if altitude_amsl_m is None:
+            altitude_amsl_m = self.kinematics.geodetic.altitude_amsl_m
+        east_m, north_m, up_m = self.identity.frame.to_enu(request.geodetic(altitude_amsl_m))
+        target_enu_m = (float(east_m), float(north_m), float(up_m))
+        if not self.fence().contains(target_enu_m, self.flight.home_enu_m):
+            self.tell(mavlink.MAV_SEVERITY_CRITICAL, "Reposition is outside geofence")
+            return int(mavlink.MAV_RESULT_ACCEPTED)
+        self.select_mode(Px4Mode.HOLD)
+        if self.flight.airborne:
+            speed_mps = request.finite_or_none(1)
+            speed_mps = min(speed_mps, self.parameters["MPC_XY_VEL_MAX"]) if speed_mps and speed_mps > 0.0 else None
+            heading_rad = request.finite_or_none(4)
+            self.flight.fly_to(target_enu_m, self.kinematics, self.now.s, speed_mps, heading_rad)
+        return int(mavlink.MAV_RESULT_ACCEPTED)
+
+    def on_flight_event(self, event: FlightEvent) -> None:
+        """Hold after the take-off."""
+        super().on_flight_event(event)
+        if event is FlightEvent.TAKEOFF_COMPLETE:
+            self._mode = Px4Mode.HOLD
+
+    def on_heartbeat(self, message: mavlink.MAVLink_message) -> None:
+        """Count the heartbeats of every ground station."""
+        if message.type == mavlink.MAV_TYPE_GCS:
+            self._operator_heard_s = self.now.s
+
+    def check_failsafes(self) -> None:
+        """Hold and then return on a lost link; return on a critical battery. Neither is undone by itself."""
+        self._check_link()
+        if self._battery_is_critical() and not self._battery_critical:
+            self._battery_critical = True
+            self.tell(mavlink.MAV_SEVERITY_CRITICAL, "Battery level critical")
+            self._go_home()
+
+    def _check_link(self) -> None:
+        silent = self._operator_silence_s() > self.parameters["COM_DL_LOSS_T"]
+        if not silent or self.parameters["NAV_DLL_ACT"] != LINK_LOSS_RETURN or not self.flight.airborne:
+            self._link_lost_at_s = None
+            return
+        if self._link_lost_at_s is None:
+            self._link_lost_at_s = self.now.s
+            self.tell(mavlink.MAV_SEVERITY_CRITICAL, "Connection to ground station lost")
+            if self._mode not in MODES_NOT_ARMABLE:
+                self.select_mode(Px4Mode.HOLD)
+        if self.now.s - self._link_lost_at_s >= self.parameters["COM_FAIL_ACT_T"]:
+            self._go_home()
+
+    def _go_home(self) -> None:
+        if self.flight.airborne and self._mode not in MODES_NOT_ARMABLE:
+            self.select_mode(Px4Mode.RETURN)
+
+    def _operator_silence_s(self) -> float:
+        return math.inf if self._operator_heard_s is None else self.now.s - self._operator_heard_s
+
+    def _battery_is_critical(self) -> bool:
+        act = self.parameters["COM_LOW_BAT_ACT"] == BATTERY_RETURN
+        return act and self.battery.remaining < self.parameters["BAT_CRIT_THR"]

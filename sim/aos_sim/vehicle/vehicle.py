@@ -1,0 +1,53 @@
+"""One vehicle on the MAVLink network: its components, and which message is for which."""
+
+from __future__ import annotations
+
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from aos_sim.camera.component import CameraComponent
+from aos_sim.clock import SimTime
+from aos_sim.vehicle.autopilot import Autopilot
+from aos_sim.vehicle.commands import is_addressed_to
+from aos_sim.vehicle.flight import Kinematics
+
+AUTOPILOT_COMPONENT = int(mavlink.MAV_COMP_ID_AUTOPILOT1)
+
+
+class SimulatedVehicle:
+    """Autopilot and camera with one system id; parsed messages in, packets out."""
+
+    def __init__(self, autopilot: Autopilot, camera: CameraComponent) -> None:
+        self.system_id = autopilot.identity.system_id
+        self.autopilot = autopilot
+        self.camera = camera
+        self._autopilot_codec = mavlink.MAVLink(None, self.system_id, AUTOPILOT_COMPONENT)
+        self._camera_codec = mavlink.MAVLink(None, self.system_id, CameraComponent.COMPONENT_ID)
+
+    def handle(self, message: mavlink.MAVLink_message, kinematics: Kinematics, now: SimTime) -> None:
+        """Hand a message to the component it is meant for; others' messages are ignored."""
+        if message.get_srcSystem() == self.system_id:
+            return
+        if not is_addressed_to(message, self.system_id, self.autopilot.ACCEPTS_BROADCAST):
+            return
+        if self.camera.answers(message):
+            self.camera.handle(message, kinematics, now)
+        elif getattr(message, "target_component", 0) in (0, AUTOPILOT_COMPONENT):
+            self.autopilot.handle(message, kinematics, now)
+
+    def update(self, kinematics: Kinematics, now: SimTime) -> None:
+        """Advance both components to ``now``, one tick later than before."""
+        self.autopilot.update(kinematics, now)
+        self.camera.update(kinematics, now, self.autopilot.flight.home_enu_m[2])
+
+    def drain(self) -> bytes:
+        """Return what is to be sent, encoded; empty when there is nothing."""
+        packets = [_encode(message, self._autopilot_codec) for message in self.autopilot.drain()]
+        packets += [_encode(message, self._camera_codec) for message in self.camera.drain()]
+        return b"".join(packets)
+
+
+def _encode(message: mavlink.MAVLink_message, codec: mavlink.MAVLink) -> bytes:
+    """Encode with the component's ids and its next sequence number."""
+    data: bytes = message.pack(codec)
+    codec.seq = (codec.seq + 1) % 256
+    return data
