@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,8 +56,8 @@ class _PersonHits:
     is_visible: NDArray[np.bool_]
 
 
-class _Forest:
-    """The part of the world that never changes."""
+class LitForest:
+    """Trees and ground in their light: the part of a world that never changes."""
 
     def __init__(self, scene: Scene) -> None:
         mesh = scene.forest.mesh
@@ -76,42 +76,35 @@ class _People:
         mesh = concatenate(meshes)
         self.caster = RayCaster(mesh.triangles_enu_m)
         self.appearance = shade_mesh(mesh, forest)
-        self.person_of_triangle = np.repeat(np.arange(len(persons)), [len(part) for part in meshes])
+        sizes = np.array([len(part) for part in meshes], dtype=np.intp)
+        self.person_of_triangle = np.repeat(np.arange(len(persons)), sizes)
         self.corners_enu_m = [_bounding_box(part.triangles_enu_m) for part in meshes]
 
     def pixels(self, pose: Pose, camera: CameraModel) -> NDArray[np.intp]:
         """Return the pixels that can show a person."""
-        return np.unique(np.concatenate([pixels_around(box, pose, camera) for box in self.corners_enu_m]))
+        boxes = [pixels_around(corners, pose, camera) for corners in self.corners_enu_m]
+        return np.unique(np.concatenate([np.empty(0, np.intp), *boxes]))
 
 
 class Renderer:
     """Renders one scene.
 
-    Immutable after construction: any number of threads may call the methods at once, and they run in parallel. Equal
-    arguments (the generator's state included) give equal frames.
+    Immutable after construction: any number of threads may call the methods at once, each with a generator of its own,
+    and they run in parallel. Equal arguments (the generator's state included) give equal frames.
 
     Raises:
         ConfigurationError: if embreex, which comes with ``aos-gcs[sim]``, is not installed.
     """
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, forest: LitForest | None = None) -> None:
+        """Prepare a scene; ``forest`` saves seconds where another renderer has prepared the same trees."""
         self.scene = scene
-        self._forest = _Forest(scene)
-        self._persons = scene.persons
+        self._forest = LitForest(scene) if forest is None else forest
         self._people = _People(scene.persons, self._forest.caster)
 
-    @property
-    def persons(self) -> tuple[Person, ...]:
-        """The persons in the images."""
-        return self._persons
-
     def with_persons(self, persons: Sequence[Person]) -> Renderer:
-        """Return a renderer of the same forest with other persons, at least one; takes about a millisecond."""
-        other = object.__new__(Renderer)
-        other.scene, other._forest = self.scene, self._forest
-        other._persons = tuple(persons)
-        other._people = _People(persons, self._forest.caster)
-        return other
+        """Return a renderer of the same forest with other persons, or none; takes milliseconds."""
+        return Renderer(replace(self.scene, persons=tuple(persons)), self._forest)
 
     def render(self, pose: Pose, camera: CameraModel, rng: np.random.Generator) -> RenderedFrame:
         """Expose one frame; ``rng`` draws the sensors' noise."""
@@ -139,9 +132,9 @@ class Renderer:
             KeyError: if nobody has that name.
         """
         hits = self._person_hits(pose, camera, ray_directions(pose, camera))
-        wanted = np.array([name in (None, person.name) for person in self._persons])
-        if not wanted.any():
-            raise KeyError(f"no person is called {name!r}; there are {[person.name for person in self._persons]}")
+        wanted = np.array([name in (None, person.name) for person in self.scene.persons], dtype=np.bool_)
+        if name is not None and not wanted.any():
+            raise KeyError(f"no person is called {name!r}; there are {[person.name for person in self.scene.persons]}")
         is_wanted = wanted[self._people.person_of_triangle[hits.triangle]]
         masks = np.zeros((2, camera.height_px * camera.width_px), dtype=np.bool_)
         masks[0, hits.pixel[is_wanted & hits.is_visible]] = True

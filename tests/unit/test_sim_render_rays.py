@@ -1,0 +1,78 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.geometry.poses import Pose, nadir_pose
+from aos_sim.render.rays import ground_area_m2, pixels_around, ray_directions
+
+CAMERA = CameraModel.from_fov(64, 48, math.radians(50))
+ANGLE = st.floats(-math.pi, math.pi)
+
+
+def tilted_pose(position_enu_m: list[float], heading_rad: float, tilt_rad: float) -> Pose:
+    nadir = nadir_pose(position_enu_m, heading_rad)
+    sin, cos = math.sin(tilt_rad), math.cos(tilt_rad)
+    return Pose(nadir.position_enu_m, nadir.R_cam2enu @ np.array([[1, 0, 0], [0, cos, -sin], [0, sin, cos]]))
+
+
+def test_ray_of_the_principal_point_is_the_optical_axis() -> None:
+    camera = CameraModel(5, 3, 4.0, 4.0, 2.0, 1.0)
+    directions = ray_directions(nadir_pose([0, 0, 10], heading_rad=0.7), camera).reshape(3, 5, 3)
+    np.testing.assert_allclose(directions[1, 2], [0, 0, -1], atol=1e-6)
+
+
+def test_upper_edge_of_a_nadir_image_lies_ahead_and_the_right_edge_to_the_right() -> None:
+    camera = CameraModel(3, 3, 1.0, 1.0, 1.0, 1.0)
+    directions = ray_directions(nadir_pose([0, 0, 10], heading_rad=math.pi / 2), camera).reshape(3, 3, 3)
+    np.testing.assert_allclose(directions[0, 1], [1, 0, -1], atol=1e-6)  # heading east
+    np.testing.assert_allclose(directions[1, 2], [0, -1, -1], atol=1e-6)  # right of east is south
+
+
+@given(heading=ANGLE, tilt=st.floats(-1.5, 1.5), seed=st.integers(0, 2**32 - 1))
+def test_pixels_around_contain_every_pixel_that_points_project_to(heading: float, tilt: float, seed: int) -> None:
+    points = np.random.default_rng(seed).uniform(-8, 8, (8, 3))
+    pose = tilted_pose([0, 0, 20], heading, tilt)
+    x, y, depth = ((points - pose.position_enu_m) @ pose.R_cam2enu).T
+    ahead = depth > 0.1
+    u = np.rint(CAMERA.fx_px * x[ahead] / depth[ahead] + CAMERA.cx_px)
+    v = np.rint(CAMERA.fy_px * y[ahead] / depth[ahead] + CAMERA.cy_px)
+    inside = (u >= 0) & (u < CAMERA.width_px) & (v >= 0) & (v < CAMERA.height_px)
+    expected = v[inside] * CAMERA.width_px + u[inside]
+    assert set(expected.astype(int)) <= set(pixels_around(points, pose, CAMERA).tolist())
+
+
+def test_nothing_behind_the_camera_has_pixels() -> None:
+    points = np.array([[0.0, 0.0, 30.0], [1.0, 1.0, 31.0]])
+    assert len(pixels_around(points, nadir_pose([0, 0, 20]), CAMERA)) == 0
+
+
+def test_points_beside_the_camera_ask_for_all_pixels() -> None:
+    points = np.array([[5.0, 0.0, 25.0], [5.0, 0.0, 1.0]])
+    assert len(pixels_around(points, nadir_pose([0, 0, 20]), CAMERA)) == 64 * 48
+
+
+def test_area_of_a_whole_nadir_image_is_that_of_its_footprint() -> None:
+    mask = np.ones((48, 64), dtype=np.bool_)
+    area = ground_area_m2(mask, nadir_pose([5, 6, 21]), CAMERA, ground_height_m=1.0)
+    assert area == pytest.approx(64 * 48 * (20 / CAMERA.fx_px) ** 2, rel=1e-5)
+
+
+def test_area_of_an_oblique_pixel_is_that_of_its_corners_on_the_ground() -> None:
+    pose = tilted_pose([0, 0, 30], 0.4, 0.6)
+    mask = np.zeros((48, 64), dtype=np.bool_)
+    mask[10, 50] = True
+    u, v = 50 + np.array([-0.5, 0.5, 0.5, -0.5]), 10 + np.array([-0.5, -0.5, 0.5, 0.5])
+    rays = np.column_stack([(u - CAMERA.cx_px) / CAMERA.fx_px, (v - CAMERA.cy_px) / CAMERA.fy_px, np.ones(4)])
+    rays = rays @ pose.R_cam2enu.T
+    x, y = (rays[:, :2] * (-30 / rays[:, 2:])).T
+    shoelace = 0.5 * abs(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1)))
+    assert ground_area_m2(mask, pose, CAMERA) == pytest.approx(shoelace, rel=1e-2)
+
+
+def test_pixels_above_the_horizon_have_no_area() -> None:
+    up = Pose(np.array([0.0, 0.0, 10.0]), np.eye(3))
+    assert ground_area_m2(np.ones((48, 64), dtype=np.bool_), up, CAMERA) == 0.0
