@@ -202,19 +202,12 @@ class MissionReader:
 
 
 def _open(database: Path) -> sqlite3.Connection:
-    uri = database.resolve().as_uri()
     try:
-        return _checked(sqlite3.connect(f"{uri}?mode=ro", uri=True))
+        return _checked(sqlite3.connect(f"{database.resolve().as_uri()}?mode=ro", uri=True))
     except sqlite3.OperationalError as error:
-        wal = database.with_name(database.name + "-wal")
-        if wal.exists() and wal.stat().st_size:
-            text = f"{database} was not closed and cannot be opened where it lies ({error}); copy the folder first"
-            raise InputDataError(text) from error
-    except sqlite3.Error as error:
-        raise InputDataError(f"{database} is damaged or no mission: {error}") from error
-    # A database in WAL mode on a medium that cannot be written to, with nothing left in the log.
-    try:
-        return _checked(sqlite3.connect(f"{uri}?immutable=1", uri=True))
+        # A mission that was not closed keeps a log beside the database, which even a reader must be able to lock.
+        text = f"{database} cannot be opened where it lies ({error}); copy the mission's folder and try there"
+        raise InputDataError(text) from error
     except sqlite3.Error as error:
         raise InputDataError(f"{database} is damaged or no mission: {error}") from error
 
