@@ -30,14 +30,14 @@ class CameraRecord:
 
     def update(self, message: mavlink.MAVLink_message) -> None:
         """Take a message of the camera component over."""
-        if message.id == mavlink.MAVLINK_MSG_ID_CAMERA_INFORMATION:
+        if message.get_msgId() == mavlink.MAVLINK_MSG_ID_CAMERA_INFORMATION:
             self._see_time(message.time_boot_ms)
             self.information = message
-        elif message.id == mavlink.MAVLINK_MSG_ID_CAMERA_CAPTURE_STATUS:
+        elif message.get_msgId() == mavlink.MAVLINK_MSG_ID_CAMERA_CAPTURE_STATUS:
             self._see_time(message.time_boot_ms)
             if self.next_index is None and not self._captures:
                 self.next_index = message.image_count
-        elif message.id == mavlink.MAVLINK_MSG_ID_CAMERA_IMAGE_CAPTURED:
+        elif message.get_msgId() == mavlink.MAVLINK_MSG_ID_CAMERA_IMAGE_CAPTURED:
             self._captures[message.image_index] = message
             self.next_index = max(self.next_index or 0, message.image_index + 1)
             while len(self._captures) > _KEPT_CAPTURES:

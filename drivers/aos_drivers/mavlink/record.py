@@ -63,8 +63,8 @@ class VehicleRecord:
     def find_camera(self, message: mavlink.MAVLink_message) -> None:
         """Take the sender of ``message`` as the camera if it is one; the lowest component id wins."""
         component_id = message.get_srcComponent()
-        is_camera = message.id == mavlink.MAVLINK_MSG_ID_CAMERA_INFORMATION or (
-            message.id == mavlink.MAVLINK_MSG_ID_HEARTBEAT
+        is_camera = message.get_msgId() == mavlink.MAVLINK_MSG_ID_CAMERA_INFORMATION or (
+            message.get_msgId() == mavlink.MAVLINK_MSG_ID_HEARTBEAT
             and message.type == mavlink.MAV_TYPE_CAMERA
             and component_id in _CAMERA_IDS
         )

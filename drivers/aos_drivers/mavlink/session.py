@@ -125,7 +125,8 @@ class Session:
 
     def send_heartbeat(self, now_s: float) -> None:
         """Queue our heartbeat, once for each peer that carries a vehicle or that we call."""
-        self._heartbeat_due_s = max(self._heartbeat_due_s + HEARTBEAT_PERIOD_S, now_s)
+        next_s = self._heartbeat_due_s + HEARTBEAT_PERIOD_S
+        self._heartbeat_due_s = next_s if next_s > now_s else now_s + HEARTBEAT_PERIOD_S
         for peer, entry in self._peers.items():
             if entry.is_called:
                 message = mavlink.MAVLink_heartbeat_message(
@@ -215,15 +216,15 @@ class Session:
         if is_autopilot:
             self._watch_boot_time(record, message, peer)
             record.telemetry.update(message, now_s)
-            record.streams.on_message(message.id)
-        record.requests.on_message(component_id, message.id)
+            record.streams.on_message(message.get_msgId())
+        record.requests.on_message(component_id, message.get_msgId())
         record.find_camera(message)
         if record.camera is not None and component_id == record.camera.component_id:
             record.camera.update(message)
-        if message.id == mavlink.MAVLINK_MSG_ID_COMMAND_ACK:
+        if message.get_msgId() == mavlink.MAVLINK_MSG_ID_COMMAND_ACK:
             self._on_ack(record, message, now_s)
-        elif is_autopilot and message.id in self._handlers:
-            self._handlers[message.id](record, message, peer, now_s)
+        elif is_autopilot and message.get_msgId() in self._handlers:
+            self._handlers[message.get_msgId()](record, message, peer, now_s)
 
     def _count_loss(self, record: VehicleRecord, component_id: int, sequence: int, peer: PeerAddress) -> None:
         if component_id in record.component_addresses or len(record.component_addresses) < _MAX_COMPONENTS:
@@ -233,7 +234,7 @@ class Session:
             record.losses.setdefault(component_id, LossCounter()).count(sequence)
 
     def _watch_boot_time(self, record: VehicleRecord, message: mavlink.MAVLink_message, peer: PeerAddress) -> None:
-        if message.id in _BOOT_TIMED and record.identity.hear_boot_time(peer, message.time_boot_ms):
+        if message.get_msgId() in _BOOT_TIMED and record.identity.hear_boot_time(peer, message.time_boot_ms):
             record.restart()
             text = f"vehicle {record.vehicle_id} has restarted"
             self._events.append(Notice(Severity.WARNING, text, record.vehicle_id))
@@ -312,7 +313,7 @@ class Session:
 
 def _is_autopilot_heartbeat(message: mavlink.MAVLink_message) -> bool:
     return (
-        message.id == mavlink.MAVLINK_MSG_ID_HEARTBEAT
+        message.get_msgId() == mavlink.MAVLINK_MSG_ID_HEARTBEAT
         and message.autopilot != mavlink.MAV_AUTOPILOT_INVALID
         and message.type not in _NO_VEHICLES
     )

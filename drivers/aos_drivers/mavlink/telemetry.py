@@ -67,7 +67,7 @@ class Telemetry:
 
     def update(self, message: mavlink.MAVLink_message, now_s: float) -> None:
         """Take one message over; those that say nothing new about the vehicle are ignored."""
-        handler = _HANDLERS.get(message.id)
+        handler = _HANDLERS.get(message.get_msgId())
         if handler is not None:
             handler(self, message, now_s)
 

@@ -47,7 +47,7 @@ class CommandTransaction:
             return None
         message = self._message
         is_first = self.due_s == -math.inf
-        if not is_first and message.id == mavlink.MAVLINK_MSG_ID_COMMAND_LONG:
+        if not is_first and message.get_msgId() == mavlink.MAVLINK_MSG_ID_COMMAND_LONG:
             message.confirmation = min(message.confirmation + 1, 255)
         self.due_s = now_s + ACK_TIMEOUT_S
         return message
