@@ -7,7 +7,6 @@ from collections import deque
 
 import numpy as np
 
-_PERIOD_S = 0.02
 _WINDOW = 3000
 """One minute of samples."""
 _HEALTHY_WITHIN_S = 1.0
@@ -20,7 +19,8 @@ class LoopMonitor:
     the vehicles' link-loss failsafe takes over.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, period_s: float = 0.02) -> None:
+        self._period_s = period_s
         self._loop = asyncio.get_running_loop()
         self._lags_ms: deque[float] = deque(maxlen=_WINDOW)
         self._since_step_ms: list[float] = []
@@ -29,8 +29,8 @@ class LoopMonitor:
     async def run(self) -> None:
         """Sample until cancelled."""
         while True:
-            due_s = self._loop.time() + _PERIOD_S
-            await asyncio.sleep(_PERIOD_S)
+            due_s = self._loop.time() + self._period_s
+            await asyncio.sleep(self._period_s)
             self._ticked_at_s = self._loop.time()
             lag_ms = (self._ticked_at_s - due_s) * 1e3
             self._lags_ms.append(lag_ms)

@@ -45,17 +45,14 @@ class Homing:
         """Land all where they are, once nobody hovers above another, and wait until their motors stand still."""
         context = self._context
         context.message = "Landing."
-        deadline_s = context.clock.now_s() + context.settings.deadlines.land_s
         await self._clear_columns()
+        for member in self._still_flying():
+            member.task = Task.LANDING
         for _ in range(_LAND_ATTEMPTS):
             hovering = [member for member in self._still_flying() if not self._is_coming_down(member)]
-            for member in hovering:
-                member.task = Task.LANDING
             await context.flight.command_each(hovering, self._down)
-            left = await context.flight.wait_until(
-                self._still_flying, lambda _: False, max(0.0, deadline_s - context.clock.now_s()) / _LAND_ATTEMPTS
-            )
-            if not left:
+            timeout_s = context.settings.deadlines.land_s / _LAND_ATTEMPTS
+            if not await context.flight.wait_until(self._still_flying, lambda _: False, timeout_s):
                 break
         self._account()
         return Phase.DONE
@@ -79,8 +76,13 @@ class Homing:
 
     @staticmethod
     def _down(member: Member) -> Command:
-        """On the ground with running motors, such as after an abort while arming, landing means disarming."""
-        return Disarm() if member.state.landed is LandedState.ON_GROUND else Land()
+        """On the ground with running motors, such as after an abort while arming, landing means disarming.
+
+        Who was lost when the others were led to where they land is somewhere else, and is sent home.
+        """
+        if member.state.landed is LandedState.ON_GROUND:
+            return Disarm()
+        return Land() if member.task is Task.LANDING else ReturnToLaunch()
 
     async def _clear_columns(self) -> None:
         """Move vehicles that hover above one another apart, in their layers, before they descend."""

@@ -10,14 +10,13 @@ import numpy as np
 from aos_gcs.mission.context import MissionContext
 from aos_gcs.mission.homing import Homing
 from aos_gcs.mission.model import EventKind, MissionSnapshot, Task
-from aos_gcs.mission.roster import Member
+from aos_gcs.mission.roster import FLYING, Member
 from aos_gcs.mission.separation import minimum_separation
 from aos_gcs.ports import LandedState, Severity
 
 _PERIOD_S = 0.1
 _SNAPSHOT_PERIOD_S = 0.2
 """Real seconds between snapshots on the event stream, however fast the clock."""
-_FLYING = frozenset({Task.SWARM, Task.HELD, Task.RETURNING, Task.LANDING})
 
 
 class Monitor:
@@ -62,16 +61,14 @@ class Monitor:
         context = self._context
         age_s = context.roster.link_age_s(member)
         silent = age_s is not None and age_s > context.settings.deadlines.lost_s
-        if silent and member.task in _FLYING:
-            member.task = Task.LOST
+        if silent and member.task in FLYING:
+            member.task_before_loss, member.task = member.task, Task.LOST
             context.journal.notice(
                 Severity.CRITICAL, f"link lost for {age_s:.0f} s; its own failsafe flies it now", member.vehicle_id
             )
         elif not silent and member.task is Task.LOST:
-            member.task = Task.HELD
-            context.journal.notice(
-                Severity.WARNING, "heard again; it stays out of the swarm until resumed", member.vehicle_id
-            )
+            member.task = member.task_before_loss
+            context.journal.notice(Severity.WARNING, "heard again", member.vehicle_id)
 
     def _watch_landing(self, member: Member) -> None:
         state = member.state
@@ -101,7 +98,7 @@ class Monitor:
         context = self._context
         now_s = context.clock.now_s()
         lost = context.roster.members(Task.LOST)
-        if not lost or context.roster.members(*_FLYING):
+        if not lost or context.roster.members(*FLYING):
             self._all_lost_since_s = None
         elif self._all_lost_since_s is None:
             self._all_lost_since_s = now_s
@@ -120,9 +117,9 @@ class Monitor:
             age_s = context.roster.position_age_s(member) or 0.0
             members.append(member)
             positions.append(position_enu_m + age_s * np.array(member.state.velocity_enu_mps or (0.0, 0.0, 0.0)))
-        distance_m, rows = minimum_separation(np.array(positions).reshape(-1, 3))
-        if rows is None:
+        if len(members) < 2:
             return
+        distance_m, rows = minimum_separation(np.array(positions))
         if self.min_separation_m is None or distance_m < self.min_separation_m:
             self.min_separation_m = distance_m
         limits = context.flight.limits

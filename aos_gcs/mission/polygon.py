@@ -24,10 +24,11 @@ def as_polygon(points: Sequence[Sequence[float]], field: str) -> FloatArray:
     Raises:
         ConfigurationError: fewer than three vertices, not finite, no area, or edges that cross.
     """
-    vertices_m = np.array(points, dtype=np.float64)
+    vertices_m: FloatArray = np.array(points, dtype=np.float64)
     if vertices_m.ndim != 2 or vertices_m.shape[1] != 2 or not np.isfinite(vertices_m).all():
         raise ConfigurationError(f"{field} must be a list of points with two finite coordinates each, in metres.")
-    vertices_m = vertices_m[(vertices_m != np.roll(vertices_m, 1, axis=0)).any(axis=1)]
+    repeated = (vertices_m == np.roll(vertices_m, 1, axis=0)).all(axis=1)
+    vertices_m = vertices_m[~repeated]
     if len(vertices_m) >= 3 and _has_crossing_edges(vertices_m):
         raise ConfigurationError(f"{field} must not cross or touch itself; list its points in order along the edge.")
     if len(vertices_m) < 3 or abs(signed_area_m2(vertices_m)) < TOLERANCE_M:

@@ -15,6 +15,9 @@ from aos_gcs.ports import Clock, Fleet, FlightMode, LandedState, Vehicle, Vehicl
 
 _FOLLOWS_US = frozenset({FlightMode.GUIDED, FlightMode.HOLD, FlightMode.TAKEOFF})
 
+FLYING = frozenset({Task.SWARM, Task.HELD, Task.RETURNING, Task.LANDING})
+"""Tasks of vehicles whose motors we have started and which are still heard."""
+
 
 @dataclass(slots=True)
 class Member:
@@ -23,6 +26,8 @@ class Member:
     vehicle_id: int
     vehicle: Vehicle
     task: Task = Task.IDLE
+    task_before_loss: Task = Task.IDLE
+    """What a lost vehicle goes on with when it is heard again."""
     layer_height_m: float | None = None
     home_enu_m: NDArray[np.float64] | None = None
     waypoint_enu_m: NDArray[np.float64] | None = None

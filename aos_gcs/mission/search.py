@@ -27,6 +27,8 @@ from aos_gcs.swarm.model import Diagnostics, Observation, Strategy
 from aos_gcs.swarm.registry import make_strategy
 from aos_gcs.swarm.state import dump_rng
 
+_POLL_S = 0.5
+
 _MAX_BLIND_STEPS = 3
 """Steps in a row without a single frame before the mission gives up."""
 
@@ -54,7 +56,7 @@ class Search:
     async def line(self) -> Phase:
         """Form the line at the present place of the present leg."""
         context = self._context
-        swarm = self._swarm()
+        swarm = await self._swarm()
         if not self._legs:
             self._legs = self._plan_legs(swarm)
         leg = self._legs[self._leg].after(self._progress_m)
@@ -84,7 +86,7 @@ class Search:
     async def make_step(self, phase: Phase) -> Phase:
         """Make one step: sample, see, choose, check, record, go; return the phase of the next one."""
         context = self._context
-        swarm = self._swarm()
+        swarm = await self._swarm()
         self.step += 1
         context.message = f"Step {self.step}: taking frames."
         taken = await self._sample(swarm)
@@ -273,10 +275,18 @@ class Search:
     def _strategy_state(self) -> dict[str, object]:
         return {"strategy": self._state, "generator": dump_rng(self._rng)}
 
-    def _swarm(self) -> list[Member]:
-        swarm = self._context.roster.members(Task.SWARM)
-        if len(swarm) < MIN_SWARM:
-            raise MissionFailedError(f"Only {len(swarm)} vehicle is left; a swarm needs at least {MIN_SWARM}.")
+    async def _swarm(self) -> list[Member]:
+        """Return the swarm; with too few left, wait whether lost ones come back. That all are lost, the monitor ends."""
+        context = self._context
+        deadline_s = context.clock.now_s() + context.settings.deadlines.all_lost_s
+        while len(swarm := context.roster.members(Task.SWARM)) < MIN_SWARM:
+            lost = context.roster.members(Task.LOST)
+            if not lost or (swarm and context.clock.now_s() > deadline_s):
+                raise MissionFailedError(
+                    f"The swarm needs {MIN_SWARM} vehicles, but has {len(swarm)} left and {len(lost)} lost."
+                )
+            context.message = f"Waiting for {len(lost)} lost vehicles."
+            await context.clock.sleep(_POLL_S)
         return swarm
 
     def _horizontal_enu_m(self, members: list[Member]) -> NDArray[np.float64]:

@@ -1,0 +1,187 @@
+"""A fleet without any link: vehicles that fly straight lines on the mission's clock and see a warm spot on the ground."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.errors import CaptureError, CommandRefusedError
+from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.geometry.poses import nadir_pose
+from aos_gcs.ports import (
+    Arm,
+    Capture,
+    Clock,
+    Command,
+    Disarm,
+    FlightMode,
+    Goto,
+    Hold,
+    Land,
+    LandedState,
+    ReturnToLaunch,
+    Takeoff,
+    VehicleState,
+)
+
+ORIGIN = GeodeticPosition(48.3, 14.3, 260.0)
+FRAME = LocalFrame(ORIGIN)
+CAMERA = CameraModel.from_fov(96, 96, math.radians(50.0))
+BANDS = ("red", "green", "blue", "thermal")
+TARGET_RADIUS_M = 0.7
+
+
+@lru_cache
+def _geodetic(east_m: float, north_m: float, up_m: float) -> GeodeticPosition:
+    """Vehicles hover most of the time, and are asked for their state many times over."""
+    return FRAME.to_geodetic([east_m, north_m, up_m])
+
+
+@dataclass
+class FakeVehicle:
+    """Flies instantly accelerating straight lines; ``state`` is computed from the clock, so it owns no task."""
+
+    vehicle_id: int
+    clock: Clock
+    home_enu_m: NDArray[np.float64]
+    target_enu_m: NDArray[np.float64] | None
+    start_enu_m: NDArray[np.float64] = field(init=False)
+    goal_enu_m: NDArray[np.float64] = field(init=False)
+    started_s: float = 0.0
+    speed_mps: float = 10.0
+    armed: bool = False
+    mode: FlightMode = FlightMode.GUIDED
+    battery_fraction: float = 0.9
+    silent_since_s: float | None = None
+    camera_works: bool = True
+    refuses: frozenset[type] = frozenset()
+    commands: list[Command] = field(default_factory=list)
+    images: int = 0
+
+    def __post_init__(self) -> None:
+        self.start_enu_m = self.goal_enu_m = self.home_enu_m
+
+    def position_enu_m(self) -> NDArray[np.float64]:
+        now_s = self.clock.now_s() if self.silent_since_s is None else self.silent_since_s
+        way_m = self.goal_enu_m - self.start_enu_m
+        length_m = float(np.linalg.norm(way_m))
+        if length_m == 0.0:
+            return self.goal_enu_m
+        return self.start_enu_m + way_m * min(1.0, self.speed_mps * (now_s - self.started_s) / length_m)
+
+    def is_moving(self) -> bool:
+        return not np.array_equal(self.position_enu_m(), self.goal_enu_m)
+
+    def fly_to(self, goal_enu_m: NDArray[np.float64]) -> None:
+        self.start_enu_m, self.started_s = self.position_enu_m(), self.clock.now_s()
+        self.goal_enu_m = np.asarray(goal_enu_m, dtype=np.float64)
+
+    @property
+    def state(self) -> VehicleState:
+        now_s = self.clock.now_s()
+        position_enu_m = self.position_enu_m()
+        on_ground = bool(position_enu_m[2] <= self.home_enu_m[2] + 0.01)
+        if on_ground and self.mode in {FlightMode.LAND, FlightMode.RETURN}:
+            self.armed = False
+        heard_at_s = now_s if self.silent_since_s is None else self.silent_since_s
+        heading = self.goal_enu_m - self.start_enu_m
+        velocity = (
+            heading / max(float(np.linalg.norm(heading)), 1e-9) * self.speed_mps if self.is_moving() else heading * 0
+        )
+        return VehicleState(
+            vehicle_id=self.vehicle_id,
+            autopilot="arducopter",
+            mode=self.mode,
+            mode_name=self.mode.upper(),
+            armed=self.armed,
+            landed=LandedState.ON_GROUND if on_ground else LandedState.IN_AIR,
+            ready_to_arm=True,
+            position=_geodetic(*position_enu_m),
+            position_at_s=heard_at_s,
+            height_above_home_m=float(position_enu_m[2] - self.home_enu_m[2]),
+            velocity_enu_mps=(float(velocity[0]), float(velocity[1]), float(velocity[2])),
+            heading_rad=0.0,
+            home=_geodetic(*self.home_enu_m),
+            battery_fraction=self.battery_fraction,
+            gps_fix=3,
+            satellites=12,
+            heard_at_s=heard_at_s,
+        )
+
+    async def execute(self, command: Command, deadline_s: float) -> None:
+        self.commands.append(command)
+        if self.silent_since_s is not None:
+            await self.clock.sleep(max(0.0, deadline_s - self.clock.now_s()))
+            raise CommandRefusedError("no answer")
+        if type(command) in self.refuses:
+            raise CommandRefusedError(f"{type(command).__name__} denied")
+        position_enu_m = self.position_enu_m()
+        match command:
+            case Arm():
+                self.armed = True
+            case Disarm():
+                self.armed = False
+            case Takeoff(height_above_home_m):
+                self.mode = FlightMode.GUIDED
+                self.fly_to(self.home_enu_m + np.array([0.0, 0.0, height_above_home_m]))
+                while self.is_moving():
+                    await self.clock.sleep(0.2)
+            case Goto(position, speed_mps):
+                self.mode, self.speed_mps = FlightMode.GUIDED, speed_mps
+                self.fly_to(FRAME.to_enu(position))
+            case Hold():
+                self.mode = FlightMode.HOLD
+                self.fly_to(position_enu_m)
+            case ReturnToLaunch():
+                self.mode = FlightMode.RETURN
+                self.fly_to(self.home_enu_m)
+            case Land():
+                self.mode = FlightMode.LAND
+                self.fly_to(np.array([*position_enu_m[:2], self.home_enu_m[2]]))
+
+    async def capture(self, deadline_s: float) -> Capture:
+        if not self.camera_works or self.silent_since_s is not None:
+            await self.clock.sleep(max(0.0, deadline_s - self.clock.now_s()))
+            raise CaptureError("the camera delivers nothing")
+        self.images += 1
+        pose = nadir_pose(self.position_enu_m())
+        return Capture(
+            vehicle_id=self.vehicle_id,
+            image_index=self.images,
+            utc_s=self.clock.utc_s(),
+            image=self._look(),
+            bands=BANDS,
+            position=FRAME.to_geodetic(pose.position_enu_m),
+            R_cam2enu=pose.R_cam2enu,
+            camera=CAMERA,
+        )
+
+    def _look(self) -> NDArray[np.float32]:
+        rng = np.random.default_rng([self.vehicle_id, self.images])
+        image = rng.normal([70.0, 90.0, 50.0, 12.0], [6.0, 6.0, 6.0, 0.5], (96, 96, 4)).astype(np.float32)
+        if self.target_enu_m is not None:
+            east_m, north_m, up_m = self.position_enu_m()
+            rows, columns = np.mgrid[0:96, 0:96]
+            ground_m = up_m / CAMERA.fx_px
+            east_of_target_m = east_m + (columns - CAMERA.cx_px) * ground_m - self.target_enu_m[0]
+            north_of_target_m = north_m - (rows - CAMERA.cy_px) * ground_m - self.target_enu_m[1]
+            image[np.hypot(east_of_target_m, north_of_target_m) < TARGET_RADIUS_M] = [200.0, 40.0, 160.0, 28.0]
+        return image
+
+
+class FakeFleet:
+    """Vehicles on a row of launch points 5 m apart."""
+
+    def __init__(self, clock: Clock, n: int, target_enu_m: tuple[float, float] | None) -> None:
+        target = None if target_enu_m is None else np.array(target_enu_m)
+        homes_enu_m = [np.array([5.0 * (i - (n - 1) / 2), 0.0, 0.0]) for i in range(n)]
+        self.members = {i + 1: FakeVehicle(i + 1, clock, homes_enu_m[i], target) for i in range(n)}
+
+    def vehicles(self) -> Mapping[int, FakeVehicle]:
+        return self.members

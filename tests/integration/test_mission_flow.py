@@ -1,0 +1,370 @@
+"""Whole missions of the coordinator on a fake fleet, in virtual time."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Callable, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import asynccontextmanager
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import pytest
+from fakes.fleet import ORIGIN, FakeFleet
+
+from aos_gcs.clock import LoopClock
+from aos_gcs.errors import MissionError
+from aos_gcs.imaging.step import ImagingSettings
+from aos_gcs.mission.coordinator import Coordinator
+from aos_gcs.mission.health import LoopMonitor
+from aos_gcs.mission.journal import Journal
+from aos_gcs.mission.model import (
+    Action,
+    ActionRecord,
+    Event,
+    Outcome,
+    OutcomeRecord,
+    Phase,
+    StepRecord,
+    Suspension,
+    Task,
+)
+from aos_gcs.mission.settings import Deadlines, DetectionSettings, MissionSettings
+from aos_gcs.ports import Arm, Capture, Goto, Hold, Land, ReturnToLaunch
+
+pytestmark = pytest.mark.looptime
+
+TARGET = (4.0, 40.0)
+
+
+class InlineExecutor(ThreadPoolExecutor):
+    """Runs at once what is submitted: a thread would let virtual time run on while it works."""
+
+    def submit(self, function: Callable, /, *args: object, **kwargs: object) -> Future:
+        future: Future = Future()
+        try:
+            future.set_result(function(*args, **kwargs))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+
+@dataclass
+class MemoryRecorder:
+    """Keeps everything, and what had been flushed when."""
+
+    events: list[Event] = field(default_factory=list)
+    frames: list[tuple[int, Capture]] = field(default_factory=list)
+    steps: dict[int, StepRecord] = field(default_factory=dict)
+    actions: list[ActionRecord] = field(default_factory=list)
+    outcome: OutcomeRecord | None = None
+    on_flush: Callable[[], None] | None = None
+
+    async def record_event(self, event: Event) -> None:
+        self.events.append(event)
+
+    async def record_frame(self, step: int, frame: Capture) -> None:
+        self.frames.append((step, frame))
+
+    async def record_step(self, step: StepRecord, strategy_state: Mapping[str, object]) -> None:
+        assert strategy_state
+        self.steps[step.step] = step
+
+    async def record_action(self, action: ActionRecord) -> None:
+        self.actions.append(action)
+
+    async def record_outcome(self, outcome: OutcomeRecord) -> None:
+        self.outcome = outcome
+
+    async def flush(self) -> None:
+        if self.on_flush is not None:
+            self.on_flush()
+
+
+def settings(n: int, **changes: object) -> MissionSettings:
+    base = MissionSettings(
+        vehicles=n,
+        area_enu_m=((-12.0, 10.0), (12.0, 10.0), (12.0, 70.0), (-12.0, 70.0)),
+        imaging=ImagingSettings(rx_quantile=0.998),
+        origin=ORIGIN,
+        deadlines=Deadlines(connect_s=5.0, preflight_s=5.0, capture_s=5.0),
+        detection=DetectionSettings(threshold_m2=0.3, found_min_count=2),
+        auto_start=True,
+        auto_return=True,
+    )
+    return replace(base, **changes)
+
+
+@dataclass
+class Flight:
+    mission: Coordinator
+    fleet: FakeFleet
+    recorder: MemoryRecorder
+    clock: LoopClock
+    journal: Journal
+
+    async def until(self, condition: Callable[[], bool]) -> None:
+        async with self.clock.timeout_at(self.clock.now_s() + 600.0):
+            while not condition():
+                await self.clock.sleep(0.05)
+
+    def texts(self) -> list[str]:
+        return [event.data.text for event in self.recorder.events if event.kind == "notice"]
+
+    def task(self, vehicle_id: int) -> Task:
+        return self.mission.snapshot().vehicles[vehicle_id - 1].task
+
+
+def prepare(n: int = 4, target: tuple[float, float] | None = TARGET, **changes: object) -> Flight:
+    asyncio.get_running_loop().set_default_executor(InlineExecutor(1))
+    clock = LoopClock()
+    fleet, recorder, journal = FakeFleet(clock, n, target), MemoryRecorder(), Journal(clock)
+    mission = Coordinator(
+        "m",
+        settings(n, **changes),
+        fleet=fleet,
+        clock=clock,
+        journal=journal,
+        recorder=recorder,
+        loop_monitor=LoopMonitor(period_s=0.5),
+    )
+    return Flight(mission, fleet, recorder, clock, journal)
+
+
+@asynccontextmanager
+async def flying(flight: Flight) -> AsyncIterator[asyncio.Task[Outcome]]:
+    async with flight.journal.recorded(flight.recorder), asyncio.TaskGroup() as group:
+        run = group.create_task(flight.mission.run())
+        yield run
+
+
+async def test_a_whole_mission_finds_the_target_and_lands_all() -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        assert await run is Outcome.FOUND
+    snapshot = flight.mission.snapshot()
+    assert snapshot.phase is Phase.DONE
+    assert [vehicle.task for vehicle in snapshot.vehicles] == [Task.LANDED] * 4
+    assert snapshot.target is not None
+    assert np.hypot(*np.subtract(snapshot.target.position_enu_m[:2], TARGET)) < 0.5
+    phases = [text.removeprefix("phase ") for text in flight.texts() if text.startswith("phase ")]
+    assert phases[:4] == ["preflight", "ready", "arm", "takeoff"]
+    assert phases[4:] == ["line", "scan", "converge", "found", "return", "land", "done"]
+    assert snapshot.min_separation_m is not None
+    assert snapshot.min_separation_m >= 2.0 - 1e-6
+    assert flight.recorder.outcome is not None
+    assert flight.recorder.outcome.outcome is Outcome.FOUND
+
+
+async def test_each_step_is_recorded_before_its_waypoints_are_sent() -> None:
+    flight = prepare()
+    gotos_at_flush: list[tuple[int, int]] = []
+
+    def count() -> None:
+        gotos = sum(isinstance(command, Goto) for v in flight.fleet.members.values() for command in v.commands)
+        gotos_at_flush.append((max(flight.recorder.steps, default=0), gotos))
+
+    flight.recorder.on_flush = count
+    async with flying(flight) as run:
+        await run
+    first_step_gotos = gotos_at_flush[0][1]
+    for step, gotos in gotos_at_flush[:5]:
+        assert gotos == first_step_gotos + 4 * (step - 1)
+    assert {step for step, _ in flight.recorder.frames} == set(flight.recorder.steps)
+
+
+async def test_an_empty_area_is_scanned_to_its_end_and_everybody_returns() -> None:
+    flight = prepare(target=None)
+    async with flying(flight) as run:
+        assert await run is Outcome.NOT_FOUND
+    furthest_m = max(record.requested_enu_m[1] for step in flight.mission.steps() for record in step.waypoints)
+    assert furthest_m >= 68.0
+    assert all(not vehicle.armed for vehicle in flight.fleet.members.values())
+
+
+async def test_a_silent_vehicle_is_left_out_and_the_swarm_goes_on() -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await flight.until(lambda: flight.mission.phase is Phase.SCAN)
+        flight.fleet.members[2].silent_since_s = flight.clock.now_s()
+        assert await run is Outcome.FOUND
+    assert flight.task(2) is Task.LOST
+    last = flight.mission.steps()[-1]
+    assert set(last.fitness) == {1, 3, 4}
+    assert any("link lost" in text for text in flight.texts())
+
+
+async def test_a_camera_that_delivers_nothing_is_named_and_the_step_goes_on() -> None:
+    flight = prepare()
+    flight.fleet.members[3].camera_works = False
+    async with flying(flight) as run:
+        assert await run is Outcome.FOUND
+    assert all("delivers nothing" in step.missing[3] for step in flight.mission.steps())
+    assert all(3 not in step.fitness for step in flight.mission.steps())
+
+
+async def test_without_any_frame_the_mission_fails_and_returns() -> None:
+    flight = prepare()
+    for vehicle in flight.fleet.members.values():
+        vehicle.camera_works = False
+    async with flying(flight) as run:
+        assert await run is Outcome.FAILED
+    assert [vehicle.task for vehicle in flight.mission.snapshot().vehicles] == [Task.LANDED] * 4
+
+
+async def test_all_links_lost_ends_the_mission() -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await flight.until(lambda: flight.mission.phase is Phase.SCAN)
+        for vehicle in flight.fleet.members.values():
+            vehicle.silent_since_s = flight.clock.now_s()
+        assert await run is Outcome.FAILED
+    assert "All vehicles are lost" in flight.mission.snapshot().message
+
+
+async def test_missing_vehicles_end_the_mission_on_the_ground() -> None:
+    flight = prepare(vehicles=5)
+    async with flying(flight) as run:
+        assert await run is Outcome.FAILED
+    assert "4 of 5" in flight.mission.snapshot().message
+    assert not any(vehicle.commands for vehicle in flight.fleet.members.values())
+
+
+async def test_hold_stops_everybody_at_once_and_resume_goes_on() -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.mission.steps()) == 3)
+        results = await flight.mission.act(Action.HOLD, None)
+        assert all(result.accepted for result in results)
+        assert flight.mission.suspension is Suspension.HELD
+        assert all(isinstance(vehicle.commands[-1], Hold) for vehicle in flight.fleet.members.values())
+        steps = len(flight.mission.steps())
+        await flight.clock.sleep(20.0)
+        assert len(flight.mission.steps()) == steps
+        await flight.mission.act(Action.RESUME, None)
+        assert await run is Outcome.FOUND
+
+
+async def test_pause_lets_the_step_in_hand_finish() -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.mission.steps()) == 3)
+        await flight.mission.act(Action.PAUSE, None)
+        await flight.clock.sleep(30.0)
+        assert len(flight.mission.steps()) <= 4
+        assert not any(isinstance(c, Hold) for v in flight.fleet.members.values() for c in v.commands)
+        assert not any(vehicle.is_moving() for vehicle in flight.fleet.members.values())
+        await flight.mission.act(Action.RESUME, None)
+        assert await run is Outcome.FOUND
+
+
+async def test_one_held_vehicle_leaves_the_swarm_and_comes_back() -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.mission.steps()) == 2)
+        await flight.mission.act(Action.HOLD, (4,))
+        await flight.until(lambda: len(flight.mission.steps()) == 5)
+        assert set(flight.mission.steps()[-1].fitness) == {1, 2, 3}
+        (result,) = await flight.mission.act(Action.RESUME, (4,))
+        assert result.accepted
+        assert await run is Outcome.FOUND
+    assert 4 in flight.mission.steps()[-1].fitness
+
+
+@pytest.mark.parametrize(("action", "outcome"), [(Action.RETURN, Outcome.NOT_FOUND), (Action.ABORT, Outcome.ABORTED)])
+async def test_return_and_abort_bring_everybody_to_the_launch_points(action: Action, outcome: Outcome) -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.mission.steps()) == 2)
+        await flight.mission.act(action, None)
+        assert await run is outcome
+    for vehicle in flight.fleet.members.values():
+        assert np.hypot(*(vehicle.position_enu_m() - vehicle.home_enu_m)[:2]) < 0.6
+        assert not vehicle.armed
+
+
+async def test_land_all_descends_in_separate_columns() -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await flight.until(lambda: flight.mission.phase is Phase.CONVERGE)
+        await flight.mission.act(Action.LAND, None)
+        await run
+    places = np.array([vehicle.position_enu_m()[:2] for vehicle in flight.fleet.members.values()])
+    distances = np.linalg.norm(places[:, None] - places[None], axis=2) + 99.0 * np.eye(4)
+    assert distances.min() >= 1.9
+    assert all(isinstance(v.commands[-1], Land) for v in flight.fleet.members.values())
+
+
+async def test_a_vehicle_sent_home_alone_is_replaced_by_nobody() -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.mission.steps()) == 2)
+        await flight.mission.act(Action.RETURN, (1,))
+        assert await run is Outcome.FOUND
+    assert flight.task(1) is Task.LANDED
+    assert 1 not in flight.mission.steps()[-1].fitness
+
+
+async def test_a_low_battery_sends_a_vehicle_home() -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.mission.steps()) == 2)
+        flight.fleet.members[3].battery_fraction = 0.1
+        assert await run is Outcome.FOUND
+    assert ReturnToLaunch() in flight.fleet.members[3].commands
+
+
+async def test_two_vehicles_left_go_on_but_one_returns() -> None:
+    flight = prepare(n=2)
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.mission.steps()) == 2)
+        flight.fleet.members[2].silent_since_s = flight.clock.now_s()
+        assert await run is Outcome.FAILED
+    assert flight.task(1) is Task.LANDED
+
+
+async def test_who_does_not_arm_stays_behind() -> None:
+    flight = prepare()
+    flight.fleet.members[1].refuses = frozenset({Arm})
+    async with flying(flight) as run:
+        assert await run is Outcome.FOUND
+    assert flight.task(1) is Task.IDLE
+
+
+async def test_actions_out_of_place_are_refused_and_logged() -> None:
+    flight = prepare(auto_start=False)
+    async with flying(flight) as run:
+        await flight.until(lambda: flight.mission.phase is Phase.READY)
+        with pytest.raises(MissionError, match="no vehicle is flying"):
+            await flight.mission.act(Action.HOLD, None)
+        await flight.mission.act(Action.START, None)
+        await flight.until(lambda: flight.mission.phase is Phase.SCAN)
+        with pytest.raises(MissionError, match="started already"):
+            await flight.mission.act(Action.START, None)
+        with pytest.raises(MissionError, match="No vehicle 9"):
+            await flight.mission.act(Action.HOLD, (9,))
+        await flight.mission.act(Action.ABORT, None)
+        await run
+    assert [bool(record.refusal) for record in flight.recorder.actions] == [True, False, True, True, False]
+
+
+async def test_cancelling_a_flying_mission_sends_everybody_home() -> None:
+    flight = prepare()
+    with pytest.raises(asyncio.CancelledError):
+        async with flying(flight) as run:
+            await flight.until(lambda: flight.mission.phase is Phase.SCAN)
+            run.cancel()
+            await run
+    assert all(isinstance(v.commands[-1], ReturnToLaunch) for v in flight.fleet.members.values())
+    assert flight.recorder.outcome is not None
+    assert flight.recorder.outcome.outcome is Outcome.ABORTED
+
+
+async def test_the_same_seed_gives_the_same_mission() -> None:
+    tracks = []
+    for _ in range(2):
+        flight = prepare(n=3)
+        async with flying(flight) as run:
+            await run
+        tracks.append([record.requested_enu_m for step in flight.mission.steps() for record in step.waypoints])
+    assert np.allclose(tracks[0], tracks[1], atol=1e-6)
