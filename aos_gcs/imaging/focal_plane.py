@@ -85,7 +85,7 @@ def covered_spans(half_planes: NDArray[np.float64], rows: int, columns: int) -> 
     """
     a, b, d = half_planes.T[:, :, np.newaxis]
     level = b * np.arange(rows) + d
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         crossing = -level / a
     lower = np.where(a > 0.0, crossing, np.where((a < 0.0) | (level >= 0.0), -np.inf, np.inf)).max(axis=0)
     upper = np.where(a < 0.0, crossing, np.inf).min(axis=0)
@@ -105,8 +105,7 @@ def choose_grid(
     Args:
         frames: at least one.
         plane_height_m: ENU height of the focal plane.
-        resolution_m: edge of a cell; if None, the finest ground sampling distance of all frames, so that no marked
-            pixel of any frame can fall between the cells.
+        resolution_m: edge of a cell; if None, the finest ground sampling distance of all frames.
         max_cells: the resolution is coarsened until the raster has no more cells than this.
 
     Raises:

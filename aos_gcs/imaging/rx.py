@@ -41,14 +41,15 @@ def rx_scores(image: Pixels) -> NDArray[np.float32]:
         distribution with C degrees of freedom.
     """
     height, width, channels = image.shape
+    separate = cv2.split(np.ascontiguousarray(image))
+    means = [cv2.mean(channel)[0] for channel in separate]
+    if not np.isfinite(means).all():
+        return _scores_of_incomplete(image)
     planes = np.empty((channels, height * width), dtype=np.float32)
-    for plane, channel in zip(planes, cv2.split(np.ascontiguousarray(image)), strict=True):
+    for plane, channel, mean in zip(planes, separate, means, strict=True):
         # Centring comes first: float32 then keeps the small differences of 16-bit thermal frames.
-        np.subtract(channel.reshape(-1), np.float32(cv2.mean(channel)[0]), out=plane, casting="unsafe")
-    # Any NaN or infinity has made its channel's mean, and so the whole channel, non-finite.
-    if np.isfinite(planes[:, 0]).all():
-        return _scores_of_planes(planes).reshape(height, width)
-    return _scores_of_incomplete(image)
+        np.subtract(channel.reshape(-1), np.float32(mean), out=plane, casting="unsafe")
+    return _scores_of_planes(planes).reshape(height, width)
 
 
 def anomaly_mask(scores: NDArray[np.float32], quantile: float = 0.9998, min_score: float = 0.0) -> NDArray[np.uint8]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -49,6 +50,8 @@ class ImagingSettings:
     """Upper bound of the raster's size; cells become coarser to keep it."""
 
     def __post_init__(self) -> None:
+        if not math.isfinite(self.plane_height_m):
+            raise ConfigurationError(f"plane_height_m must be finite, got {self.plane_height_m}.")
         if not 0.0 <= self.rx_quantile < 1.0:
             raise ConfigurationError(f"rx_quantile must lie within [0, 1), got {self.rx_quantile}.")
         if self.rx_min_score is not None and not self.rx_min_score >= 0.0:

@@ -70,17 +70,18 @@ def warp_image(image: Pixels, patch: Patch) -> tuple[Pixels, NDArray[np.uint8]]:
 def warp_mask(mask: NDArray[np.uint8], patch: Patch) -> NDArray[np.uint8]:
     """Return a mask of an image, shape (H, W), values 0 and 1, on the patch, shape (rows, columns).
 
-    A cell takes the pixel under its centre. That leaves no holes where cells are finer than pixels, which
-    :func:`~aos_gcs.imaging.focal_plane.choose_grid` sees to. Where cells are coarser, marked pixels are first widened
-    to the size of a cell; they would fall between the sampled centres otherwise, and tear thin blobs apart.
+    A cell takes the pixel under its centre; in addition, a marked pixel marks the cell under its own centre. The first
+    fills the area of pixels larger than cells. The second keeps pixels that no cell's centre falls into, which happens
+    at any angle but 0 even where cells are a little smaller than pixels: without it, thin blobs would be torn apart.
     """
-    centre = np.array([patch.covered.shape[1] / 2, patch.covered.shape[0] / 2, 1.0])
-    depth_scaled = float(patch.H_patch2image[2] @ centre)
-    pixels_per_cell = math.sqrt(abs(float(np.linalg.det(patch.H_patch2image))) / abs(depth_scaled) ** 3)
-    width = math.ceil(pixels_per_cell - 0.01)
-    if width > 1:
-        mask = cv2.dilate(mask, np.ones((width, width), dtype=np.uint8)).astype(np.uint8)
-    warped = _warp(mask, patch.H_patch2image, patch.covered.shape, cv2.INTER_NEAREST)
+    warped = np.asarray(_warp(mask, patch.H_patch2image, patch.covered.shape, cv2.INTER_NEAREST), dtype=np.uint8)
+    v, u = np.nonzero(mask)
+    column, row, inverse_depth = np.linalg.inv(patch.H_patch2image) @ np.stack((u, v, np.ones_like(u)))
+    in_front = inverse_depth > 0.0
+    columns = np.rint(column[in_front] / inverse_depth[in_front])
+    rows = np.rint(row[in_front] / inverse_depth[in_front])
+    inside = (rows >= 0) & (rows < warped.shape[0]) & (columns >= 0) & (columns < warped.shape[1])
+    warped[rows[inside].astype(np.intp), columns[inside].astype(np.intp)] = 1
     return np.asarray(warped * patch.covered, dtype=np.uint8)
 
 

@@ -1,0 +1,198 @@
+import dataclasses
+
+import cv2
+import numpy as np
+import pytest
+
+from aos_gcs.errors import ConfigurationError, ImagingError
+from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.geometry.poses import Pose, nadir_pose
+from aos_gcs.geometry.projection import project_points
+from aos_gcs.imaging.model import Frame, LeaderCriterion
+from aos_gcs.imaging.pictures import render_pictures
+from aos_gcs.imaging.step import ImagingSettings, analyse_step
+
+CAMERA = CameraModel.from_fov(128, 128, np.radians(50.0))
+BANDS = ("red", "green", "blue", "thermal")
+TARGET = (3.0, -2.0, 0.5)
+SETTINGS = ImagingSettings(plane_height_m=0.5, rx_quantile=0.99)
+
+
+def look(vehicle_id: int, pose: Pose, occluded: float = 0.0, target: bool = True, seed: int | None = None) -> Frame:
+    """A frame of noise with a warm square of 1.5 m at the target, hidden in part."""
+    rng = np.random.default_rng(vehicle_id if seed is None else seed)
+    image = rng.normal(100.0, 3.0, (128, 128, 4)).astype(np.float32)
+    if target:
+        corners = np.array([[-0.75, -0.75, 0], [0.75, -0.75, 0], [0.75, 0.75, 0], [-0.75, 0.75, 0]]) + TARGET
+        outline = np.round(project_points(corners, CAMERA, pose)).astype(np.int32)
+        mask = np.zeros((128, 128), dtype=np.uint8)
+        cv2.fillConvexPoly(mask, outline, 1)
+        visible = (mask == 1) & (rng.random(mask.shape) >= occluded)
+        image[visible, 3] += 80.0
+    return Frame(vehicle_id, image, BANDS, pose, CAMERA)
+
+
+def swarm(occluded: float = 0.0, target: bool = True) -> list[Frame]:
+    return [look(10 + i, nadir_pose([2.0 * i - 4, 0.5 * i, 30 + i], 0.2 * i), occluded, target) for i in range(6)]
+
+
+def test_the_target_is_found_where_it_is() -> None:
+    analysis = analyse_step(swarm(occluded=0.6), SETTINGS)
+    assert analysis.blob is not None
+    np.testing.assert_allclose(analysis.blob.centroid_enu_m, TARGET, atol=0.25)
+    assert 1.2 < analysis.visibility_m2 < 4.5
+    assert analysis.blob.vehicle_ids == (10, 11, 12, 13, 14, 15)
+    assert analysis.blob.max_count >= 3
+    assert analysis.leader_id in analysis.vehicle_ids
+    assert analysis.integral.shape == (analysis.grid.rows, analysis.grid.columns, 4)
+    np.testing.assert_array_equal(np.isnan(analysis.integral[:, :, 0]), analysis.coverage == 0)
+    assert analysis.coverage.max() == 6
+
+
+def test_together_the_frames_see_more_than_any_of_them() -> None:
+    frames = swarm(occluded=0.8)
+    together = analyse_step(frames, SETTINGS).visibility_m2
+    alone = [analyse_step([frame], SETTINGS).visibility_m2 for frame in frames]
+    assert together > 1.5 * max(alone)
+
+
+def test_an_empty_scene_has_no_blob_and_no_leader() -> None:
+    analysis = analyse_step(swarm(target=False), SETTINGS)
+    assert analysis.blob is None
+    assert analysis.leader_id is None
+    assert analysis.visibility_m2 == 0.0
+    assert not analysis.fitness.any()
+
+
+def test_contribution_favours_the_vehicle_that_sees_most_of_the_target() -> None:
+    poses = [nadir_pose([x, -2.0, 30.0]) for x in (1.0, 3.0, 5.0)]
+    frames = [look(i, pose, hidden) for i, pose, hidden in zip((1, 2, 3), poses, (0.9, 0.8, 0.1), strict=True)]
+    analysis = analyse_step(frames, SETTINGS)
+    assert analysis.leader_id == 3
+    assert analysis.fitness[2] > 2 * analysis.fitness[1]
+    assert analysis.fitness.max() <= analysis.visibility_m2
+
+
+def test_integral_favours_the_lowest_vehicle_whatever_it_saw_itself() -> None:
+    frames = [look(1, nadir_pose([3, -2, 40]), 0.0), look(2, nadir_pose([3, -2, 25]), 1.0)]
+    settings = dataclasses.replace(SETTINGS, leader_criterion=LeaderCriterion.INTEGRAL)
+    analysis = analyse_step(frames, settings)
+    assert analysis.leader_id == 2
+    gsd_m = 24.5 / CAMERA.fx_px
+    assert analysis.fitness[1] == pytest.approx(analysis.visibility_m2 / gsd_m**2, rel=1e-3)
+
+
+def test_equal_views_are_led_by_the_one_that_has_the_target_in_its_centre() -> None:
+    settings = dataclasses.replace(SETTINGS, leader_criterion=LeaderCriterion.INTEGRAL)
+    frames = [look(i, nadir_pose([x, -2.0, 30.0])) for i, x in ((1, -2.0), (2, 2.9), (3, 6.0))]
+    analysis = analyse_step(frames, settings)
+    np.testing.assert_allclose(analysis.fitness, analysis.fitness[0], rtol=1e-9)
+    assert analysis.leader_id == 2
+
+
+def test_the_minimum_count_asks_for_agreement() -> None:
+    frames = [look(1, nadir_pose([3, -2, 30])), look(2, nadir_pose([3, -2, 30]), target=False)]
+    assert analyse_step(frames, SETTINGS).blob is not None
+    assert analyse_step(frames, dataclasses.replace(SETTINGS, minimum_count=2)).blob is None
+
+
+def test_the_last_frame_of_a_vehicle_stands_for_it() -> None:
+    seen, blind = nadir_pose([3, -2, 30]), nadir_pose([200, 0, 30])
+    analysis = analyse_step([look(1, seen), look(2, seen), look(1, blind, seed=9)], SETTINGS)
+    assert analysis.vehicle_ids == (1, 2)
+    assert analysis.fitness[0] == 0.0
+    assert analysis.leader_id == 2
+    assert analysis.blob is not None
+    assert analysis.blob.vehicle_ids == (1, 2)
+
+
+def test_a_camera_that_looks_up_is_left_out() -> None:
+    up = Pose(np.array([3.0, -2.0, 30.0]), np.eye(3))
+    analysis = analyse_step([look(1, nadir_pose([3, -2, 30])), look(2, up, target=False)], SETTINGS)
+    assert analysis.coverage.max() == 1
+    np.testing.assert_array_equal(analysis.fitness > 0, [True, False])
+
+
+def test_the_analysis_is_deterministic() -> None:
+    frames = swarm(occluded=0.5)
+    one, other = analyse_step(frames, SETTINGS), analyse_step(frames, SETTINGS)
+    np.testing.assert_array_equal(one.integral, other.integral)
+    np.testing.assert_array_equal(one.fitness, other.fitness)
+    assert one.blob == other.blob
+
+
+def test_a_plane_above_the_cameras_and_no_frames_are_refused() -> None:
+    with pytest.raises(ImagingError, match="below the cameras"):
+        analyse_step(swarm(), dataclasses.replace(SETTINGS, plane_height_m=100.0))
+    with pytest.raises(ImagingError, match="no frame"):
+        analyse_step([], SETTINGS)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"rx_quantile": 1.0},
+        {"rx_min_score": -1.0},
+        {"minimum_count": 0},
+        {"gap_cells": -1},
+        {"resolution_m": 0.0},
+        {"max_cells": 1},
+        {"plane_height_m": float("nan")},
+    ],
+)
+def test_settings_out_of_range_are_refused_by_name(wrong: dict[str, float]) -> None:
+    with pytest.raises(ConfigurationError, match=next(iter(wrong))):
+        ImagingSettings(**wrong)  # type: ignore[arg-type]
+
+
+def decode(png: bytes) -> np.ndarray:
+    return cv2.cvtColor(cv2.imdecode(np.frombuffer(png, np.uint8), cv2.IMREAD_UNCHANGED), cv2.COLOR_BGRA2RGBA)
+
+
+def test_pictures_show_bands_marks_and_what_is_uncovered() -> None:
+    analysis = analyse_step(swarm(), SETTINGS)
+    pictures = {picture.kind: picture for picture in render_pictures(analysis, BANDS)}
+    assert set(pictures) == {"integral", "thermal", "anomaly"}
+    east_m = analysis.grid.west_m + analysis.grid.columns * analysis.grid.resolution_m
+    for picture in pictures.values():
+        rgba = decode(picture.png)
+        assert rgba.shape == (*analysis.coverage.shape, 4)
+        np.testing.assert_array_equal(rgba[:, :, 3], np.where(analysis.coverage > 0, 255, 0))
+        assert (picture.west_m, picture.north_m) == (analysis.grid.west_m, analysis.grid.north_m)
+        assert picture.east_m == pytest.approx(east_m)
+        assert picture.south_m < picture.north_m
+    anomaly = decode(pictures["anomaly"].png)[:, :, :3].max(axis=2)
+    covered = analysis.coverage > 0
+    assert (anomaly[covered & (analysis.anomaly_count > 0)] > 100).all()
+    assert (anomaly[covered & (analysis.anomaly_count == 0)] < 10).all()
+    thermal = decode(pictures["thermal"].png)[:, :, :3].sum(axis=2)
+    assert thermal[analysis.anomaly_count >= 5].mean() > 1.3 * thermal[covered].mean()
+
+
+def test_a_thermal_swarm_has_a_grey_integral() -> None:
+    frames = [dataclasses.replace(f, image=f.image[:, :, 3:], bands=("thermal",)) for f in swarm()]
+    integral, thermal, _ = render_pictures(analyse_step(frames, SETTINGS), ("thermal",))
+    grey = decode(integral.png)
+    np.testing.assert_array_equal(grey[:, :, 0], grey[:, :, 2])
+    assert thermal.kind == "thermal"
+
+
+def test_colours_of_the_integral_are_those_of_the_bands() -> None:
+    image = np.zeros((128, 128, 3), dtype=np.uint8)
+    image[:64, :, 0] = 200
+    image[64:, :, 2] = 200
+    frame = Frame(1, image, ("red", "green", "blue"), nadir_pose([0, 0, 30]), CAMERA)
+    rgba = decode(render_pictures(analyse_step([frame], SETTINGS), frame.bands)[0].png)
+    assert tuple(rgba[30, 64]) == (255, 0, 0, 255)
+    assert tuple(rgba[-30, 64]) == (0, 0, 255, 255)
+
+
+def test_a_large_raster_gives_a_smaller_picture_that_keeps_single_marks() -> None:
+    frame = look(1, nadir_pose([0, 0, 30]), target=False)
+    analysis = analyse_step([frame], dataclasses.replace(SETTINGS, resolution_m=0.02))
+    count = np.zeros_like(analysis.anomaly_count)
+    count[777, 555] = 1
+    anomaly = render_pictures(dataclasses.replace(analysis, anomaly_count=count), BANDS)[-1]
+    rgba = decode(anomaly.png)
+    assert rgba.shape[0] * rgba.shape[1] <= 420_000
+    assert rgba[:, :, :3].max() > 100
