@@ -131,9 +131,7 @@ class FakeVehicle:
         return self.encoder.pack(mavlink.MAVLink_statustext_message(severity, text.encode()))
 
     def ack(self, command: int, result: int, target_system: int = OUR_SYSTEM, component: int = OUR_COMPONENT) -> bytes:
-        return self.encoder.pack(
-            mavlink.MAVLink_command_ack_message(command, result, 0, 0, target_system, component)
-        )
+        return self.encoder.pack(mavlink.MAVLink_command_ack_message(command, result, 0, 0, target_system, component))
 
     def telemetry(self) -> bytes:
         """Everything a ready vehicle reports."""

@@ -243,7 +243,9 @@ def test_two_living_addresses_with_one_id_are_critical_until_one_is_silent() -> 
         events += session.feed(first.heartbeat(), A, step * 1.0)
         events += session.feed(second.heartbeat(), B, step * 1.0 + 0.5)
     events += session.poll(4.0)
-    assert [notice.severity for notice in notices(events) if notice.severity is Severity.CRITICAL] == [Severity.CRITICAL]
+    assert [notice.severity for notice in notices(events) if notice.severity is Severity.CRITICAL] == [
+        Severity.CRITICAL
+    ]
     assert session.records[1].identity.is_ambiguous(4.0)
     for step in range(20):
         session.feed(first.heartbeat(), A, 4.0 + step)

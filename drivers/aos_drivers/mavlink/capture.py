@@ -14,7 +14,7 @@ from aos_drivers.mavlink.imagery import ImageFetcher
 from aos_drivers.mavlink.record import VehicleRecord
 from aos_drivers.mavlink.telemetry import position_from_e7
 from aos_drivers.mavlink.transaction import Answer, CommandTransaction, result_text
-from aos_drivers.mavlink.waiting import Changes
+from aos_drivers.mavlink.waiting import CLOCK_RESOLUTION_S, Changes
 from aos_gcs.errors import CaptureError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import R_cam2enu_from_mavlink
@@ -87,7 +87,7 @@ class CaptureRunner:
         self._record.transactions.add(transaction)
         try:
             while (message := find()) is None:
-                now_s = self._clock.now_s()
+                now_s = self._clock.now_s() + CLOCK_RESOLUTION_S
                 if transaction.answer is Answer.REFUSED:
                     raise self._error(awaited_index, f"the camera refuses: {result_text(transaction.result)}")
                 if now_s >= deadline_s:

@@ -10,7 +10,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from aos_drivers.mavlink.autopilots import Step
 from aos_drivers.mavlink.record import VehicleRecord
 from aos_drivers.mavlink.transaction import Answer, CommandTransaction, result_text
-from aos_drivers.mavlink.waiting import Changes
+from aos_drivers.mavlink.waiting import CLOCK_RESOLUTION_S, Changes
 from aos_gcs.errors import CommandRefusedError, CommandTimeoutError
 from aos_gcs.ports import Clock, Command, Hold, Land, ReturnToLaunch
 
@@ -31,21 +31,29 @@ class CommandRunner:
         self._send = send
         self._changes = changes
         self._clock = clock
-        self._current: Command | None = None
+        self._newest: Command | None = None
+        self._generation = 0
 
     async def run(self, command: Command, deadline_s: float) -> None:
         """See ``Vehicle.execute``."""
         self._check_vehicle(command)
         now_s = self._clock.now_s()
         steps = self._record.autopilot.steps(command, self._record.target, self._record.telemetry, now_s)
-        self._current = command
+        self._newest = command
+        self._generation += 1
         self._changes.announce()
-        try:
-            for step in steps:
-                await self._run_step(command, step, deadline_s)
-        finally:
-            if self._current is command:
-                self._current = None
+        generation = self._generation
+
+        def check() -> None:
+            self._check_vehicle(command)
+            if self._generation != generation:
+                raise CommandRefusedError(
+                    f"{type(command).__name__} for vehicle {self._record.vehicle_id} is superseded "
+                    f"by {type(self._newest).__name__}"
+                )
+
+        for step in steps:
+            await self._run_step(step, check, deadline_s)
 
     def _check_vehicle(self, command: Command) -> None:
         record = self._record
@@ -58,22 +66,15 @@ class CommandRunner:
                 "only hold, return and land are sent to it"
             )
 
-    def _check_current(self, command: Command) -> None:
-        if self._current is not command:
-            newer = type(self._current).__name__ if self._current is not None else "another command"
-            raise CommandRefusedError(
-                f"{type(command).__name__} for vehicle {self._record.vehicle_id} is superseded by {newer}"
-            )
-        self._check_vehicle(command)
-
-    async def _run_step(self, command: Command, step: Step, deadline_s: float) -> None:
+    async def _run_step(self, step: Step, check: Callable[[], None], deadline_s: float) -> None:
+        """Send one step until it is done; ``check`` raises when it must not go on."""
         record = self._record
         started_s = self._clock.now_s()
         transaction = CommandTransaction(step.message, step.repeat_s)
         was_done = step.is_done(record.telemetry, started_s)
 
         def is_done() -> bool:
-            self._check_current(command)
+            check()
             is_acknowledged = transaction.answer is Answer.ACCEPTED
             return (is_acknowledged or not was_done) and step.is_done(record.telemetry, self._clock.now_s())
 
@@ -86,7 +87,7 @@ class CommandRunner:
                 if transaction.answer is Answer.REFUSED:
                     await self._reconsider(step, transaction, is_done, started_s, deadline_s)
                     continue
-                now_s = self._clock.now_s()
+                now_s = self._clock.now_s() + CLOCK_RESOLUTION_S
                 if now_s >= deadline_s:
                     raise self._timeout(step, transaction, started_s)
                 message = transaction.poll(now_s)

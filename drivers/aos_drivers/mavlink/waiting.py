@@ -8,6 +8,10 @@ from collections.abc import Callable
 from aos_gcs.ports import Clock
 
 
+CLOCK_RESOLUTION_S = 1e-3
+"""A wait may end so much early, by the rounding between clock and loop; what is due then is due now."""
+
+
 class Changes:
     """Wakes those who wait whenever something about a vehicle may have changed."""
 
