@@ -13,7 +13,7 @@ import typer
 from aos_gcs.cli.files import check_writable, written_whole
 from aos_gcs.cli.output import progress
 from aos_gcs.cli.recordings import BANDS_OF_CHANNELS, read_frames, read_poses
-from aos_gcs.errors import ConfigurationError, ImagingError
+from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.imaging.integral import integrate_view
 from aos_gcs.imaging.pictures import encode_png, shade_integral
@@ -65,10 +65,6 @@ def integrate(
     with progress("Integrating images", len(views)) as advance:
         frames = _counted(read_frames(views, fov_rad), advance)
         integral, coverage = integrate_view(frames, camera, views[view].pose, plane_z)
-    if not coverage.any():
-        raise ImagingError(
-            f"No image covers the focal plane z = {plane_z:g} m within view {view}: choose another plane."
-        )
     bands = BANDS_OF_CHANNELS[integral.shape[2]]
     with written_whole(out) as file:
         np.save(file, integral[:, :, 0] if len(bands) == 1 else integral)

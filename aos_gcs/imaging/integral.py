@@ -20,6 +20,9 @@ from aos_gcs.imaging.focal_plane import covered_spans, visible_half_planes
 from aos_gcs.imaging.model import FocalGrid, Frame, Pixels
 from aos_gcs.imaging.warp import Patch, locate, warp_image
 
+MIN_DISTANCE_M = 1e-6
+"""Of a virtual camera to the focal plane; nearer, the plane has no image."""
+
 
 class GridIntegral:
     """Running sums of frames on a focal grid."""
@@ -133,7 +136,7 @@ def check_frame(frame: Frame, bands: tuple[str, ...]) -> None:
 
 def _view_to_plane(camera: CameraModel, pose: Pose, plane_height_m: float) -> NDArray[np.float64]:
     """Return the homography from pixels to the plane, its third coordinate positive where the plane is in front."""
-    if plane_height_m == float(pose.position_enu_m[2]):
+    if abs(plane_height_m - float(pose.position_enu_m[2])) < MIN_DISTANCE_M:
         raise ImagingError(
             f"The focal plane z = {plane_height_m:g} m passes through the virtual camera: choose one in front of it."
         )
