@@ -1,0 +1,96 @@
+/** The runtime check at the socket: text in, typed message out, or an error that says what is wrong with it. */
+import type { ServerMessage } from "./types";
+
+export const SCHEMA_VERSION = 1;
+
+/** A message that this page cannot understand. */
+export class ProtocolError extends Error {}
+
+type Kind = ServerMessage["kind"];
+type Json = Record<string, unknown>;
+type Check = (value: unknown) => boolean;
+
+const isObject = (value: unknown): value is Json =>
+  typeof value === "object" && value !== null && !Array.isArray(value);
+const isNumber: Check = (value) => typeof value === "number";
+const isString: Check = (value) => typeof value === "string";
+const listOf =
+  (check: Check): Check =>
+  (value) =>
+    Array.isArray(value) && value.every(check);
+const orNull =
+  (check: Check): Check =>
+  (value) =>
+    value === null || check(value);
+const shape =
+  (fields: Record<string, Check>): Check =>
+  (value) =>
+    isObject(value) && Object.entries(fields).every(([name, check]) => check(value[name]));
+
+const vertex = shape({ east_m: isNumber, north_m: isNumber });
+const position = shape({ east_m: isNumber, north_m: isNumber, up_m: isNumber });
+const vehicle = shape({
+  vehicle_id: isNumber,
+  mode: isString,
+  task: isString,
+  position: orNull(position),
+  waypoint: orNull(position),
+  home: orNull(position),
+  link_age_s: orNull(isNumber),
+});
+const mission = shape({
+  mission_id: isString,
+  phase: isString,
+  suspension: isString,
+  outcome: isString,
+  elapsed_s: isNumber,
+  step: isNumber,
+  area: listOf(vertex),
+  fence: listOf(vertex),
+  vehicles: listOf(vehicle),
+  preflight: listOf(shape({ vehicle_id: isNumber, name: isString })),
+  target: orNull(shape({ position, sightings: isNumber })),
+  allowed_actions: listOf(isString),
+});
+const step = shape({
+  step: isNumber,
+  elapsed_s: isNumber,
+  visibility_m2: orNull(isNumber),
+  threshold_m2: orNull(isNumber),
+  waypoints: listOf(shape({ vehicle_id: isNumber, requested: position, verdict: isString })),
+});
+const notice = shape({ severity: isString, text: isString, elapsed_s: isNumber });
+const picture = shape({ kind: isString, step: isNumber, url: isString, corners: listOf(vertex) });
+
+const FIELDS: Record<Kind, Record<string, Check>> = {
+  hello: { schema_version: isNumber, mission, steps: listOf(step), notices: listOf(notice), pictures: listOf(picture) },
+  snapshot: { mission },
+  step: { step },
+  notice: { notice },
+  pictures: { pictures: listOf(picture) },
+  heartbeat: {},
+};
+
+const isKind = (value: unknown): value is Kind => isString(value) && Object.hasOwn(FIELDS, value as string);
+
+/** Parse and check one message of the event stream. */
+export function parseServerMessage(text: string): ServerMessage {
+  let value: unknown;
+  try {
+    value = JSON.parse(text);
+  } catch {
+    throw new ProtocolError("a message of the service is not JSON");
+  }
+  if (!isObject(value) || !isKind(value["kind"])) throw new ProtocolError("a message of the service has no known kind");
+  const kind = value["kind"];
+  if (kind === "hello" && value["schema_version"] !== SCHEMA_VERSION) {
+    throw new ProtocolError(
+      `the service speaks version ${String(value["schema_version"])}, this page ${SCHEMA_VERSION}`,
+    );
+  }
+  const fields = { seq: isNumber, ...FIELDS[kind] };
+  for (const [name, check] of Object.entries(fields)) {
+    if (!check(value[name])) throw new ProtocolError(`the field '${name}' of a '${kind}' message is not as expected`);
+  }
+  return value as unknown as ServerMessage;
+}

@@ -1,0 +1,104 @@
+/** The event stream: one WebSocket that comes back by itself. */
+import { ProtocolError, parseServerMessage } from "./check";
+import type { ServerMessage } from "./types";
+
+export type Connection = "connecting" | "open" | "lost" | "incompatible";
+
+export interface SocketEvents {
+  onMessage(message: ServerMessage): void;
+  onConnection(connection: Connection): void;
+}
+
+const SILENCE_LIMIT_MS = 1600; // the service sends something at least every 500 ms
+const WATCH_INTERVAL_MS = 200;
+const OPENING_LIMIT_MS = 5000;
+const FIRST_DELAY_MS = 250;
+const LONGEST_DELAY_MS = 5000;
+
+/** How long to wait before the given attempt (from 0) to connect again. */
+export function backoffMs(attempt: number): number {
+  return Math.min(LONGEST_DELAY_MS, FIRST_DELAY_MS * 2 ** attempt);
+}
+
+/** Whether events were lost between two messages of one connection. Heartbeats repeat the number before them. */
+export function isGap(previousSeq: number | null, message: ServerMessage): boolean {
+  if (previousSeq === null) return message.kind !== "hello";
+  return message.kind === "heartbeat" ? message.seq !== previousSeq : message.seq !== previousSeq + 1;
+}
+
+/** Follows the service's events until closed; every (re)connection begins with a hello that brings the whole state. */
+export class EventSocket {
+  private socket: WebSocket | null = null;
+  private attempt = 0;
+  private seq: number | null = null;
+  private heardAtMs = 0;
+  private timer: ReturnType<typeof setTimeout> | undefined;
+  private readonly watch: ReturnType<typeof setInterval>;
+
+  constructor(
+    private readonly url: string,
+    private readonly events: SocketEvents,
+  ) {
+    this.watch = setInterval(() => this.checkSilence(), WATCH_INTERVAL_MS);
+    this.connect();
+  }
+
+  close(): void {
+    clearInterval(this.watch);
+    clearTimeout(this.timer);
+    this.drop();
+  }
+
+  private connect(): void {
+    this.seq = null;
+    this.heardAtMs = performance.now();
+    const socket = new WebSocket(this.url);
+    this.socket = socket;
+    socket.onmessage = (event: MessageEvent<string>) => this.receive(event.data);
+    socket.onclose = () => this.lose();
+  }
+
+  private receive(text: string): void {
+    this.heardAtMs = performance.now();
+    try {
+      const message = parseServerMessage(text);
+      if (isGap(this.seq, message)) {
+        this.drop();
+        this.connect();
+        return;
+      }
+      this.seq = message.seq;
+      if (message.kind === "hello") {
+        this.attempt = 0;
+        this.events.onConnection("open");
+      }
+      this.events.onMessage(message);
+    } catch (error) {
+      if (!(error instanceof ProtocolError)) throw error;
+      console.error(error.message);
+      this.close();
+      this.events.onConnection("incompatible");
+    }
+  }
+
+  private checkSilence(): void {
+    const limitMs = this.seq === null ? OPENING_LIMIT_MS : SILENCE_LIMIT_MS;
+    if (this.socket !== null && performance.now() - this.heardAtMs > limitMs) this.lose();
+  }
+
+  private lose(): void {
+    this.drop();
+    this.events.onConnection("lost");
+    clearTimeout(this.timer);
+    this.timer = setTimeout(() => this.connect(), backoffMs(this.attempt));
+    this.attempt += 1;
+  }
+
+  private drop(): void {
+    if (this.socket === null) return;
+    this.socket.onmessage = null;
+    this.socket.onclose = null;
+    this.socket.close();
+    this.socket = null;
+  }
+}

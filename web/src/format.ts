@@ -1,0 +1,56 @@
+/** Values as words for people. What was never reported is a dash, not a zero. */
+import { texts } from "./texts";
+
+export const UNKNOWN = "–";
+
+/** A number with fixed decimals and its unit. */
+export function quantity(value: number | null | undefined, decimals: number, unit = ""): string {
+  if (value === null || value === undefined || !Number.isFinite(value)) return UNKNOWN;
+  const rounded = value.toFixed(decimals);
+  const number = Number(rounded) === 0 ? rounded.replace("-", "") : rounded;
+  return unit === "" ? number : `${number}\u202f${unit}`;
+}
+
+/** Minutes and seconds, with hours where there are any. */
+export function duration(seconds: number): string {
+  const total = Math.max(0, Math.floor(seconds));
+  const [h, m, s] = [Math.floor(total / 3600), Math.floor(total / 60) % 60, total % 60];
+  const two = (n: number): string => String(n).padStart(2, "0");
+  return h > 0 ? `${h}:${two(m)}:${two(s)}` : `${two(m)}:${two(s)}`;
+}
+
+/** An age; short ones with a decimal, long ones in minutes. */
+export function age(seconds: number | null): string {
+  if (seconds === null) return UNKNOWN;
+  if (seconds < 10) return quantity(seconds, 1, "s");
+  return seconds < 120 ? quantity(seconds, 0, "s") : quantity(seconds / 60, 0, "min");
+}
+
+/** MAVLink's GPS_FIX_TYPE. */
+export function gpsFix(fix: number | null): string {
+  return fix === null ? UNKNOWN : (texts.gpsFix[fix] ?? String(fix));
+}
+
+/** Latitude and longitude. */
+export function latLon(latitude_deg: number, longitude_deg: number): string {
+  const half = (value: number, plus: string, minus: string): string =>
+    `${Math.abs(value).toFixed(6)}° ${value >= 0 ? plus : minus}`;
+  return `${half(latitude_deg, "N", "S")}, ${half(longitude_deg, "E", "W")}`;
+}
+
+/** East and north of the origin. */
+export function eastNorth(east_m: number, north_m: number): string {
+  return `E ${quantity(east_m, 1, "m")}, N ${quantity(north_m, 1, "m")}`;
+}
+
+/** The vehicles that a command is meant for. */
+export function scope(vehicleIds: readonly number[] | null): string {
+  if (vehicleIds === null) return texts.scope.all;
+  if (vehicleIds.length === 1) return texts.scope.one(vehicleIds[0] ?? 0);
+  return texts.scope.several(vehicleIds.join(", "));
+}
+
+/** snake_case words of the wire for people. */
+export function words(value: string): string {
+  return value.replaceAll("_", " ");
+}

@@ -1,0 +1,21 @@
+import "maplibre-gl/dist/maplibre-gl.css";
+import "./styles/theme.css";
+import "./styles/layout.css";
+import "./styles/panels.css";
+import "./styles/map.css";
+import { render } from "preact";
+import { EventSocket } from "./api/socket";
+import { App } from "./app";
+import { Store } from "./state/store";
+
+const root = document.getElementById("app");
+if (root === null) throw new Error("index.html has no element 'app'");
+
+const store = new Store();
+render(<App store={store} />, root);
+
+const scheme = location.protocol === "https:" ? "wss" : "ws";
+new EventSocket(`${scheme}://${location.host}/api/events`, {
+  onMessage: (message) => store.receive(message),
+  onConnection: (connection) => store.setConnection(connection),
+});

@@ -1,0 +1,91 @@
+/** What the page knows of the mission: a pure reducer over the service's messages. */
+import type { Connection } from "../api/socket";
+import type { Mission, Notice, Picture, PictureKind, ServerMessage, Step } from "../api/types";
+
+/** East and north, metres. */
+export type EnuPoint = readonly [number, number];
+
+export interface State {
+  readonly connection: Connection;
+  readonly mission: Mission | null;
+  /** When the mission's snapshot arrived, in the page's own milliseconds. */
+  readonly missionAtMs: number;
+  readonly steps: readonly Step[];
+  /** Oldest first. */
+  readonly notices: readonly Notice[];
+  readonly pictures: Readonly<Partial<Record<PictureKind, Picture>>>;
+  readonly trails: ReadonlyMap<number, readonly EnuPoint[]>;
+}
+
+export const INITIAL_STATE: State = {
+  connection: "connecting",
+  mission: null,
+  missionAtMs: 0,
+  steps: [],
+  notices: [],
+  pictures: {},
+  trails: new Map(),
+};
+
+const NOTICES_KEPT = 200;
+const TRAIL_POINTS_KEPT = 240;
+const TRAIL_SPACING_M = 0.7;
+
+/** Apply one message; the state given is not changed. */
+export function reduce(state: State, message: ServerMessage, nowMs: number): State {
+  switch (message.kind) {
+    case "hello": {
+      const isSame = state.mission?.mission_id === message.mission.mission_id;
+      return {
+        connection: state.connection,
+        mission: message.mission,
+        missionAtMs: nowMs,
+        steps: message.steps,
+        notices: message.notices,
+        pictures: indexPictures({}, message.pictures),
+        trails: extendTrails(isSame ? state.trails : new Map(), message.mission),
+      };
+    }
+    case "snapshot":
+      return {
+        ...state,
+        mission: message.mission,
+        missionAtMs: nowMs,
+        trails: extendTrails(state.trails, message.mission),
+      };
+    case "step":
+      return { ...state, steps: addStep(state.steps, message.step) };
+    case "notice":
+      return { ...state, notices: [...state.notices, message.notice].slice(-NOTICES_KEPT) };
+    case "pictures":
+      return { ...state, pictures: indexPictures(state.pictures, message.pictures) };
+    case "heartbeat":
+      return state;
+  }
+}
+
+/** A step that the hello has brought already comes once more when it was on its way. */
+function addStep(steps: readonly Step[], step: Step): readonly Step[] {
+  const last = steps.at(-1);
+  return last !== undefined && step.step <= last.step ? steps : [...steps, step];
+}
+
+function indexPictures(known: State["pictures"], added: readonly Picture[]): State["pictures"] {
+  return { ...known, ...Object.fromEntries(added.map((picture) => [picture.kind, picture])) };
+}
+
+function extendTrails(trails: State["trails"], mission: Mission): State["trails"] {
+  const extended = new Map(trails);
+  for (const { vehicle_id: id, position } of mission.vehicles) {
+    if (position === null) continue;
+    const trail = trails.get(id) ?? [];
+    const last = trail.at(-1);
+    const moved =
+      last === undefined || Math.hypot(position.east_m - last[0], position.north_m - last[1]) > TRAIL_SPACING_M;
+    if (moved) {
+      const point: EnuPoint = [position.east_m, position.north_m];
+      extended.set(id, [...trail, point].slice(-TRAIL_POINTS_KEPT));
+    }
+  }
+  return extended;
+}

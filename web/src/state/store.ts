@@ -1,0 +1,39 @@
+/** Holds the state and tells its readers of changes, at most a few times per second. */
+import type { Connection } from "../api/socket";
+import type { ServerMessage } from "../api/types";
+import { INITIAL_STATE, reduce, type State } from "./state";
+
+const NOTIFY_INTERVAL_MS = 200;
+
+export class Store {
+  private current: State = INITIAL_STATE;
+  private readonly readers = new Set<(state: State) => void>();
+  private timer: ReturnType<typeof setTimeout> | undefined;
+
+  get state(): State {
+    return this.current;
+  }
+
+  receive(message: ServerMessage): void {
+    if (message.kind === "heartbeat") return;
+    this.current = reduce(this.current, message, performance.now());
+    this.timer ??= setTimeout(() => this.notify(), NOTIFY_INTERVAL_MS);
+  }
+
+  setConnection(connection: Connection): void {
+    this.current = { ...this.current, connection };
+    this.notify();
+  }
+
+  /** Call `reader` after changes, until the function returned is called. */
+  subscribe(reader: (state: State) => void): () => void {
+    this.readers.add(reader);
+    return () => this.readers.delete(reader);
+  }
+
+  private notify(): void {
+    clearTimeout(this.timer);
+    this.timer = undefined;
+    for (const reader of this.readers) reader(this.current);
+  }
+}
