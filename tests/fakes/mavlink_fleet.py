@@ -64,7 +64,7 @@ async def open_network(
     peers = {PeerAddress(0, f"10.0.0.{number}", 5000): vehicle for number, vehicle in enumerate(vehicles, 1)}
     network = Network(peers, clock)
     context = DriverContext(clock, lambda: network.is_healthy, network.notices.append)
-    tools = CaptureTools(clock, cast(ImageFetcher, fetcher), camera_fov_rad)
+    tools = CaptureTools(clock, cast("ImageFetcher", fetcher), camera_fov_rad)
     network.fleet = MavlinkFleet(Session(254, 5.0), context, tools, None)
     network.fleet.add_endpoint(0, network, None)
     tasks = [asyncio.create_task(network.talk()), asyncio.create_task(network.fleet.run())]

@@ -7,7 +7,6 @@ from collections.abc import Callable
 
 from aos_gcs.ports import Clock
 
-
 CLOCK_RESOLUTION_S = 1e-3
 """A wait may end so much early, by the rounding between clock and loop; what is due then is due now."""
 

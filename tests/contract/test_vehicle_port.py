@@ -1,0 +1,175 @@
+"""What every driver of the Vehicle port has to do, shown with the MAVLink driver and simulated vehicles over UDP."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import socket
+from collections.abc import AsyncIterator, Callable
+from contextlib import AsyncExitStack, asynccontextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from aos_drivers.mavlink import open_mavlink
+from aos_gcs.clock import LoopClock
+from aos_gcs.errors import CommandRefusedError
+from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.ports import (
+    Arm,
+    Clock,
+    Disarm,
+    DriverContext,
+    Fleet,
+    FlightMode,
+    Goto,
+    Hold,
+    Land,
+    Notice,
+    ReturnToLaunch,
+    Severity,
+    Takeoff,
+    Vehicle,
+)
+from aos_sim.camera.synthetic import CheckerboardGround
+from aos_sim.swarm import SimulatedSwarm, SwarmOptions
+
+SPEED = 10.0
+SIZE_PX = 64
+
+
+@dataclass
+class Bench:
+    """A fleet and the truth about it."""
+
+    fleet: Fleet
+    swarm: SimulatedSwarm
+    clock: Clock
+    notices: list[Notice] = field(default_factory=list)
+
+    def vehicle(self, vehicle_id: int) -> Vehicle:
+        return self.fleet.vehicles()[vehicle_id]
+
+    def after(self, duration_s: float) -> float:
+        return self.clock.now_s() + duration_s
+
+    async def until(self, condition: Callable[[], bool], within_s: float = 120.0) -> None:
+        async with self.clock.timeout_at(self.after(within_s)):
+            while not condition():
+                await self.clock.sleep(0.1)
+
+    async def all_ready(self) -> None:
+        await self.until(
+            lambda: (
+                len(self.fleet.vehicles()) == self.swarm.options.vehicles
+                and all(vehicle.state.ready_to_arm for vehicle in self.fleet.vehicles().values())
+            )
+        )
+
+    async def fly(self, vehicle_id: int, height_m: float = 10.0) -> Vehicle:
+        vehicle = self.vehicle(vehicle_id)
+        await vehicle.execute(Arm(), self.after(20.0))
+        await vehicle.execute(Takeoff(height_m), self.after(60.0))
+        return vehicle
+
+
+@asynccontextmanager
+async def open_bench(autopilot: str, vehicles: int = 3, log_folder: Path | None = None) -> AsyncIterator[Bench]:
+    async with AsyncExitStack() as stack:
+        clock = LoopClock(SPEED)
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            probe.bind(("127.0.0.1", 0))
+            port = probe.getsockname()[1]
+        notices: list[Notice] = []
+        context = DriverContext(clock, lambda: True, notices.append, log_folder)
+        fleet = await stack.enter_async_context(open_mavlink([f"udpin://127.0.0.1:{port}"], context))
+        options = SwarmOptions(
+            vehicles=vehicles,
+            links=(f"udpout://127.0.0.1:{port}",),
+            speed=SPEED,
+            autopilot=autopilot,
+            image_size_px=SIZE_PX,
+            start_up_s=2.0,
+        )
+        swarm = await stack.enter_async_context(SimulatedSwarm(options, CheckerboardGround()))
+        yield Bench(fleet, swarm, clock, notices)
+
+
+@pytest.mark.parametrize("autopilot", ["arducopter", "px4"])
+async def test_three_vehicles_fly_take_images_and_come_home(autopilot: str, tmp_path: Path) -> None:
+    async with open_bench(autopilot, log_folder=tmp_path) as bench:
+        await bench.all_ready()
+        vehicles = await asyncio.gather(*[bench.fly(number, 10.0 + number) for number in (1, 2, 3)])
+        for number, vehicle in enumerate(vehicles, 1):
+            assert vehicle.state.armed
+            assert bench.swarm.kinematics(number).position_enu_m[2] == pytest.approx(10.0 + number, abs=1.2)
+
+        targets = [bench.swarm.frame.to_geodetic((12.0 * number, 15.0, 10.0 + number)) for number in (1, 2, 3)]
+        await asyncio.gather(
+            *[
+                vehicle.execute(Goto(target, 5.0), bench.after(10.0))
+                for vehicle, target in zip(vehicles, targets, strict=True)
+            ]
+        )
+        await bench.until(
+            lambda: all(
+                math.dist(bench.swarm.kinematics(number).position_enu_m, (12.0 * number, 15.0, 10.0 + number)) < 1.0
+                for number in (1, 2, 3)
+            )
+        )
+
+        captures = await asyncio.gather(*[vehicle.capture(bench.after(20.0)) for vehicle in vehicles])
+        for number, capture in enumerate(captures, 1):
+            assert (capture.vehicle_id, capture.image_index) == (number, 0)
+            assert capture.image.shape == (SIZE_PX, SIZE_PX, 4)
+            assert capture.bands == ("red", "green", "blue", "thermal")
+            assert -50 < float(np.median(capture.image[..., 3])) < 60
+            place_enu_m = bench.swarm.frame.to_enu(capture.position)
+            assert math.dist(place_enu_m, (12.0 * number, 15.0, 10.0 + number)) < 1.5
+            assert capture.R_cam2enu[:, 2] == pytest.approx([0.0, 0.0, -1.0], abs=1e-6)
+            assert capture.camera.horizontal_fov_rad == pytest.approx(bench.swarm.options.fov_rad, abs=1e-6)
+        assert (await vehicles[0].capture(bench.after(20.0))).image_index == 1
+
+        await vehicles[0].execute(Hold(), bench.after(10.0))
+        assert vehicles[0].state.mode is FlightMode.HOLD
+        await vehicles[0].execute(Land(), bench.after(10.0))
+        await asyncio.gather(*[vehicle.execute(ReturnToLaunch(), bench.after(10.0)) for vehicle in vehicles[1:]])
+        assert [vehicle.state.mode for vehicle in vehicles] == [FlightMode.LAND, FlightMode.RETURN, FlightMode.RETURN]
+        await bench.until(lambda: not any(vehicle.state.armed for vehicle in vehicles), 240.0)
+        assert bench.swarm.report().landed == 3
+        assert [notice for notice in bench.notices if notice.severity is Severity.CRITICAL] == []
+    assert (tmp_path / "mavlink.tlog").stat().st_size > 10_000
+
+
+async def test_a_command_reaches_its_vehicle_and_no_other() -> None:
+    async with open_bench("arducopter") as bench:
+        await bench.all_ready()
+        await bench.fly(2)
+        heights_m = [bench.swarm.kinematics(number).position_enu_m[2] for number in (1, 2, 3)]
+        assert heights_m == pytest.approx([0.0, 10.0, 0.0], abs=1.2)
+        assert [bench.vehicle(number).state.armed for number in (1, 2, 3)] == [False, True, False]
+
+
+@pytest.mark.parametrize("autopilot", ["arducopter", "px4"])
+async def test_what_must_not_be_done_is_refused_in_words(autopilot: str) -> None:
+    async with open_bench(autopilot, vehicles=1) as bench:
+        await bench.all_ready()
+        grounded = bench.vehicle(1)
+        home = grounded.state.home
+        assert home is not None
+        with pytest.raises(CommandRefusedError, match="take off first"):
+            await grounded.execute(Goto(home, 5.0), bench.after(5.0))
+        flying = await bench.fly(1)
+        with pytest.raises(CommandRefusedError, match="land it"):
+            await flying.execute(Disarm(), bench.after(5.0))
+        with pytest.raises(CommandRefusedError, match="not finite"):
+            await flying.execute(Goto(GeodeticPosition(48.3, 14.3, math.nan), 5.0), bench.after(5.0))
+        climbing = asyncio.create_task(
+            flying.execute(Goto(bench.swarm.frame.to_geodetic((0, 0, 60)), 1e-3), bench.after(1))
+        )
+        await asyncio.sleep(0)
+        await flying.execute(Hold(), bench.after(10.0))
+        with pytest.raises(CommandRefusedError, match="superseded by Hold"):
+            await climbing
