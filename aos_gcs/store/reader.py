@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sqlite3
 from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -186,10 +186,9 @@ class MissionReader:
         with self._explained(what):
             return decode(hint, json.loads(text))
 
-    def _rows(self, query: str, *values: object) -> Iterator[sqlite3.Row]:
+    def _rows(self, query: str, *values: object) -> list[sqlite3.Row]:
         try:
-            with closing(self._connection.execute(query, values)) as rows:
-                yield from rows
+            return self._connection.execute(query, values).fetchall()
         except sqlite3.Error as error:
             raise InputDataError(f"{self._folder / DATABASE_NAME} is damaged: {error}") from error
 
