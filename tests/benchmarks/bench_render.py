@@ -17,34 +17,37 @@ from aos_sim.render import Renderer
 from aos_sim.world.scene import Scene, SceneParameters, build_scene
 
 CAMERA = CameraModel.from_fov(512, 512, math.radians(50.0))
-VISIBILITY_SEEDS = 8
-VIEWS_PER_SEED = 60
+VISIBILITY_SEEDS = 20
+VIEWS_PER_SEED = 40
 
 
 def main() -> None:
     """Print medians of the times, and the mean visibility of a person."""
     parameters = SceneParameters()
-    scene, renderer = build_scene(parameters), Renderer(build_scene(parameters))
+    scene = build_scene(parameters)
+    renderer = Renderer(scene)
     rng = np.random.default_rng(0)
     poses = views_of_person(scene, 10, rng)
     print(f"world of {len(scene.forest.trunk_enu_m)} trees, {len(scene.forest.mesh):,} triangles")
-    print(f"build scene                 {median_s(3, lambda: build_scene(parameters)):.3f} s")
-    print(f"build renderer              {median_s(3, lambda: Renderer(scene)):.3f} s")
-    print(f"one frame 512 x 512         {median_s(10, lambda: renderer.render(poses[0], CAMERA, rng)):.3f} s")
-    print(f"ten frames, two threads     {median_s(5, lambda: renderer.render_many(poses, CAMERA, rng)):.3f} s")
-    print(f"masks of a person           {median_s(10, lambda: renderer.person_masks(poses[0], CAMERA)):.3f} s")
-    shares = single_view_visibilities()
-    print(f"mean single-view visibility {shares.mean():.3f} (by seed {np.round(shares.mean(axis=1), 2).tolist()})")
+    print(f"build scene                 {median_durations(3, lambda: build_scene(parameters))}")
+    print(f"build renderer              {median_durations(3, lambda: Renderer(scene))}")
+    print(f"one frame 512 x 512         {median_durations(10, lambda: renderer.render(poses[0], CAMERA, rng))}")
+    print(f"ten frames, two threads     {median_durations(5, lambda: renderer.render_many(poses, CAMERA, rng))}")
+    print(f"masks of a person           {median_durations(10, lambda: renderer.person_masks(poses[0], CAMERA))}")
+    by_seed = single_view_visibilities().mean(axis=1)
+    standard_error = by_seed.std(ddof=1) / math.sqrt(len(by_seed))
+    print(f"mean single-view visibility {by_seed.mean():.3f} +- {standard_error:.3f} over {len(by_seed)} worlds")
 
 
-def median_s(repetitions: int, action: Callable[[], object]) -> float:
-    """Median time of an action."""
-    durations = []
+def median_durations(repetitions: int, action: Callable[[], object]) -> str:
+    """Medians of wall and processor time; they differ by threads, and where other programs take the cores."""
+    wall_s, processor_s = [], []
     for _ in range(repetitions):
-        start = time.perf_counter()
+        wall_start, processor_start = time.perf_counter(), time.process_time()
         action()
-        durations.append(time.perf_counter() - start)
-    return statistics.median(durations)
+        wall_s.append(time.perf_counter() - wall_start)
+        processor_s.append(time.process_time() - processor_start)
+    return f"{statistics.median(wall_s):.3f} s (processor {statistics.median(processor_s):.3f} s)"
 
 
 def views_of_person(scene: Scene, count: int, rng: np.random.Generator) -> list[Pose]:

@@ -70,6 +70,15 @@ def test_sitting_person_has_the_knees_ahead() -> None:
     assert points[..., 1].min() > 7.0 - 0.3
 
 
+def test_heading_turns_the_body_clockwise_and_keeps_its_shape() -> None:
+    heading = 0.8
+    north, turned = (person_mesh(make_person(Posture.SITTING, angle)).triangles_enu_m for angle in (0.0, heading))
+    x, y = np.moveaxis(north[..., :2] - (3.0, 7.0), -1, 0)
+    sin, cos = math.sin(heading), math.cos(heading)
+    expected = np.stack([x * cos + y * sin + 3.0, y * cos - x * sin + 7.0, north[..., 2]], axis=-1)
+    np.testing.assert_allclose(turned, expected, atol=1e-5)
+
+
 def test_clothing_and_skin_carry_the_persons_temperatures_and_colour() -> None:
     mesh = person_mesh(make_person())
     assert set(mesh.temperature_celsius[mesh.material == Material.CLOTHING]) == {26.0}

@@ -2,6 +2,10 @@
 
 A leaf is one pointed triangle of the area of a square of 14-32 cm: a spray of small leaves rather than a single one,
 which hides as much with half the triangles.
+
+Leaves, clumps and jitter are chosen so that at 300 trees/ha a nadir view from 35-44 m height and at most 12 m beside a
+standing person shows 15-20 % of it: measured 0.159 +- 0.014 over 60 worlds of 60 m with 40 views each
+(``tests/benchmarks/bench_render.py`` repeats it on fewer). Worlds differ: half of them lie within 0.09 and 0.19.
 """
 
 from __future__ import annotations
