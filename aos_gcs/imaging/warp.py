@@ -75,7 +75,10 @@ def warp_mask(mask: NDArray[np.uint8], patch: Patch) -> NDArray[np.uint8]:
     at any angle but 0 even where cells are a little smaller than pixels: without it, thin blobs would be torn apart.
     """
     warped = np.asarray(_warp(mask, patch.H_patch2image, patch.covered.shape, cv2.INTER_NEAREST), dtype=np.uint8)
-    v, u = np.nonzero(mask)
+    marked_px = cv2.findNonZero(mask)
+    if marked_px is None:
+        return warped
+    u, v = marked_px.reshape(-1, 2).T
     column, row, inverse_depth = np.linalg.inv(patch.H_patch2image) @ np.stack((u, v, np.ones_like(u)))
     in_front = inverse_depth > 0.0
     columns = np.rint(column[in_front] / inverse_depth[in_front])

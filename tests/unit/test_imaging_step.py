@@ -194,5 +194,5 @@ def test_a_large_raster_gives_a_smaller_picture_that_keeps_single_marks() -> Non
     count[777, 555] = 1
     anomaly = render_pictures(dataclasses.replace(analysis, anomaly_count=count), BANDS)[-1]
     rgba = decode(anomaly.png)
-    assert rgba.shape[0] * rgba.shape[1] <= 420_000
+    assert rgba.shape[0] * rgba.shape[1] <= 260_000
     assert rgba[:, :, :3].max() > 100
