@@ -38,11 +38,17 @@ class _Server(uvicorn.Server):
 
     def __init__(self, config: uvicorn.Config) -> None:
         super().__init__(config)
-        self.listening = asyncio.Event()
+        self._listening = asyncio.Event()
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         await super().startup(sockets)
-        self.listening.set()
+        self._listening.set()
+
+    async def wait_until_listening(self, serving: asyncio.Task[None]) -> None:
+        """Return when requests are answered, or when ``serving`` has ended before that."""
+        listening = asyncio.create_task(self._listening.wait())
+        await asyncio.wait({serving, listening}, return_when=asyncio.FIRST_COMPLETED)
+        listening.cancel()
 
     def capture_signals(self) -> AbstractContextManager[None]:  # type: ignore[override]  # is a generator's there
         return nullcontext()
@@ -71,6 +77,7 @@ async def serve(app: FastAPI, host: str = "127.0.0.1", port: int = 8080) -> Asyn
     config = uvicorn.Config(
         app,
         ws="websockets-sansio",
+        ws_per_message_deflate=False,  # compressing each snapshot would cost the mission's loop more than the network
         ws_max_size=_LARGEST_CLIENT_MESSAGE_BYTES,
         lifespan="on",
         log_config=None,
@@ -80,10 +87,11 @@ async def serve(app: FastAPI, host: str = "127.0.0.1", port: int = 8080) -> Asyn
     )
     server = _Server(config)
     with listener:
-        async with asyncio.TaskGroup() as group:
-            group.create_task(server.serve(sockets=[listener]))
-            await server.listening.wait()
-            try:
-                yield ServerAddress(host, listener.getsockname()[1])
-            finally:
-                server.should_exit = True
+        # Not a TaskGroup: that would wrap the errors of the caller's own body into a group.
+        serving = asyncio.create_task(server.serve(sockets=[listener]))
+        try:
+            await server.wait_until_listening(serving)
+            yield ServerAddress(host, listener.getsockname()[1])
+        finally:
+            server.should_exit = True
+            await serving

@@ -7,7 +7,7 @@ export const UNKNOWN = "–";
 export function quantity(value: number | null | undefined, decimals: number, unit = ""): string {
   if (value === null || value === undefined || !Number.isFinite(value)) return UNKNOWN;
   const rounded = value.toFixed(decimals);
-  const number = Number(rounded) === 0 ? rounded.replace("-", "") : rounded;
+  const number = rounded.replace("-", Number(rounded) === 0 ? "" : "\u2212");
   return unit === "" ? number : `${number}\u202f${unit}`;
 }
 

@@ -131,11 +131,10 @@ export const texts = {
   },
   chart: {
     panel: "Visibility",
-    visibility: "visibility",
     threshold: "threshold",
     factor: "e_f",
     none: "The curve begins with the first step.",
-    state: "State",
+    state: "state",
     branch: "branch",
     aria: (value: string, threshold: string) => `Visibility ${value}, threshold ${threshold}`,
   },

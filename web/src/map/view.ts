@@ -93,7 +93,10 @@ export class MapView {
     const origin = latest?.mission.origin;
     if (!latest || !origin || !this.isLoaded) return;
     const { mission, state, options } = latest;
-    this.applyTheme(options.theme);
+    if (options.theme !== this.theme) {
+      this.changeTheme(options.theme);
+      return;
+    }
     const key = fixedKey(mission);
     if (key !== this.shown.fixed) {
       this.shown.fixed = key;
@@ -104,8 +107,8 @@ export class MapView {
     this.markers.update(origin, mission, options.selected, (performance.now() - state.missionAtMs) / 1000);
   }
 
-  private applyTheme(theme: Theme): void {
-    if (theme === this.theme) return;
+  /** Load the other style; drawing goes on when it is there. */
+  private changeTheme(theme: Theme): void {
     this.theme = theme;
     this.shown = { fixed: "", picture: "" };
     this.map.setStyle(makeStyle(theme), { diff: false });

@@ -76,9 +76,6 @@ export function ChartPanel({ steps, theme }: { steps: readonly Step[]; theme: Th
         <span class="series-threshold">
           {texts.chart.threshold} {threshold}
         </span>
-        <span class="series-factor">
-          {texts.chart.factor} {quantity(last?.evolutionary_factor, 2)}
-        </span>
       </div>
       {isEmpty ? (
         <p class="empty">{texts.chart.none}</p>
@@ -91,7 +88,15 @@ export function ChartPanel({ steps, theme }: { steps: readonly Step[]; theme: Th
           {last.evolutionary_state && (
             <>
               {" · "}
-              {texts.chart.state.toLowerCase()} <b>{words(last.evolutionary_state)}</b>
+              {texts.chart.state} <b>{words(last.evolutionary_state)}</b>
+            </>
+          )}
+          {last.evolutionary_factor !== null && (
+            <>
+              {" · "}
+              <span class="series-factor">
+                {texts.chart.factor} <b>{quantity(last.evolutionary_factor, 2)}</b>
+              </span>
             </>
           )}
         </p>

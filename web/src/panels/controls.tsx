@@ -79,8 +79,8 @@ export function Controls({ mission, isConnected, selected, onClearSelection }: P
       {button("hold")}
       <div class="button-grid">{MISSION_ACTIONS.map(button)}</div>
       <div class="button-grid">{ENDING_ACTIONS.map(button)}</div>
-      <Target mission={mission} />
       {last && <Results label={last.label} answer={last.answer} />}
+      <Target mission={mission} />
       {asked && (
         <Dialog title={`${asked.label}?`} testId="confirm" onClose={() => setAsked(null)}>
           <p>{texts.actions.question[asked.action]}</p>

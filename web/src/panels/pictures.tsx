@@ -36,20 +36,18 @@ export function PicturePanel({ pictures }: { pictures: State["pictures"] }) {
   );
   return (
     <section class="pictures panel" aria-label={texts.pictures.panel} data-testid="pictures">
-      <div class="panel-head">
-        {choices}
-        {picture && <span class="small">{texts.pictures.step(picture.step)}</span>}
-        <button
-          type="button"
-          class="quiet"
-          data-testid="picture-enlarge"
-          disabled={!picture}
-          onClick={() => setLarge(true)}
-        >
-          {texts.pictures.enlarge}
-        </button>
+      <div class="panel-head">{choices}</div>
+      <div class="picture-frame">
+        {image ?? <p class="empty">{texts.pictures.none}</p>}
+        {picture && (
+          <div class="picture-foot">
+            <span>{texts.pictures.step(picture.step)}</span>
+            <button type="button" data-testid="picture-enlarge" onClick={() => setLarge(true)}>
+              {texts.pictures.enlarge}
+            </button>
+          </div>
+        )}
       </div>
-      <div class="picture-frame">{image ?? <p class="empty">{texts.pictures.none}</p>}</div>
       {isLarge && (
         <Dialog title={texts.pictures.panel} testId="picture-dialog" onClose={() => setLarge(false)}>
           <div class="panel-head">

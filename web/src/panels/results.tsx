@@ -1,5 +1,6 @@
 /** What became of the last command, vehicle by vehicle. */
 import type { ActionAnswer } from "../api/client";
+import type { ActionResponse } from "../api/types";
 import { texts } from "../texts";
 
 export function Results({ label, answer }: { label: string; answer: ActionAnswer | null }) {
@@ -16,7 +17,7 @@ export function Results({ label, answer }: { label: string; answer: ActionAnswer
       )}
       {answer?.ok && (
         <ul>
-          {answer.response.results.map((result) => (
+          {refusedFirst(answer.response.results).map((result) => (
             <li
               key={result.vehicle_id}
               class={result.accepted ? "is-done" : "is-refused"}
@@ -30,4 +31,8 @@ export function Results({ label, answer }: { label: string; answer: ActionAnswer
       )}
     </div>
   );
+}
+
+function refusedFirst(results: ActionResponse["results"]): ActionResponse["results"] {
+  return results.toSorted((a, b) => Number(a.accepted) - Number(b.accepted) || a.vehicle_id - b.vehicle_id);
 }

@@ -1,0 +1,151 @@
+"""Chromium, the dashboard's build and a served mission for the tests of the page."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import shutil
+from collections.abc import AsyncIterator
+from dataclasses import dataclass, field
+from typing import NoReturn
+
+import pytest
+from playwright.async_api import Browser, ConsoleMessage, Page, Request, async_playwright
+
+from aos_gcs.api.app import create_app
+from aos_gcs.api.page import STATIC_FOLDER
+from aos_gcs.api.server import serve
+from aos_gcs.clock import LoopClock
+from tests.fakes.mission import ScriptedMission
+
+_CHROMIUM_NAMES = ("chromium", "chromium-browser", "google-chrome")
+_CHROMIUM_ARGUMENTS = [
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--enable-unsafe-swiftshader",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--no-first-run",
+]
+_MISSION_SPEED = 4.0
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    for item in items:
+        if "tests/browser" in item.path.as_posix():
+            item.add_marker(pytest.mark.browser)
+
+
+def _unavailable(reason: str) -> NoReturn:
+    """Skip on a user's machine; on CI a browser test that cannot run is a failure."""
+    if os.environ.get("CI") == "true":
+        pytest.fail(f"{reason} (required with CI=true)")
+    pytest.skip(reason)
+
+
+@pytest.fixture(scope="session")
+def chromium_path() -> str:
+    """The browser named by AOS_GCS_CHROMIUM, else the first one installed."""
+    candidates = (os.environ.get("AOS_GCS_CHROMIUM"), *map(shutil.which, _CHROMIUM_NAMES))
+    path = next((candidate for candidate in candidates if candidate), None)
+    if path is None or shutil.which(path) is None:
+        _unavailable("no Chromium found: install it, or name it in AOS_GCS_CHROMIUM")
+    return path
+
+
+@pytest.fixture(scope="session")
+def dashboard_build() -> None:
+    """The dashboard must have been built, as make does before the tests."""
+    if not (STATIC_FOLDER / "index.html").is_file():
+        _unavailable("the dashboard is not built: run npm ci and npm run build in web/")
+
+
+@pytest.fixture
+async def browser(chromium_path: str) -> AsyncIterator[Browser]:
+    async with async_playwright() as playwright:
+        browser = await playwright.chromium.launch(executable_path=chromium_path, args=_CHROMIUM_ARGUMENTS)
+        yield browser
+        await browser.close()
+
+
+@dataclass
+class PageRecord:
+    """What a page has complained about and asked for."""
+
+    errors: list[str] = field(default_factory=list)
+    foreign_requests: list[str] = field(default_factory=list)
+
+    def watch(self, page: Page) -> None:
+        """Follow a page from now on."""
+        page.on("console", self._note_message)
+        page.on("pageerror", lambda error: self.errors.append(str(error)))
+        page.on("request", self._note_request)
+
+    def _note_message(self, message: ConsoleMessage) -> None:
+        if message.type == "error":
+            self.errors.append(message.text)
+
+    def _note_request(self, request: Request) -> None:
+        if not request.url.startswith(("http://127.0.0.1:", "data:", "blob:http://127.0.0.1:")):
+            self.foreign_requests.append(request.url)
+
+
+@pytest.fixture
+def page_record() -> PageRecord:
+    return PageRecord()
+
+
+@pytest.fixture
+async def page(browser: Browser, page_record: PageRecord) -> AsyncIterator[Page]:
+    context = await browser.new_context(viewport={"width": 1280, "height": 800})
+    page = await context.new_page()
+    page_record.watch(page)
+    yield page
+    await context.close()
+
+
+class Service:
+    """A scripted mission behind the real server; can be stopped and started again on the same port."""
+
+    def __init__(self, mission: ScriptedMission) -> None:
+        self.mission = mission
+        self.url = ""
+        self._stop = asyncio.Event()
+        self._task: asyncio.Task[None] | None = None
+        self._port = 0
+
+    async def start(self) -> None:
+        """Listen; returns when requests are answered."""
+        self._stop.clear()
+        ready = asyncio.Event()
+        self._task = asyncio.create_task(self._serve(ready))
+        await asyncio.wait({self._task, waiting := asyncio.create_task(ready.wait())}, return_when="FIRST_COMPLETED")
+        if self._task.done():
+            waiting.cancel()
+            self._task.result()
+
+    async def stop(self) -> None:
+        """Stop listening and close all connections."""
+        if self._task is not None:
+            self._stop.set()
+            await self._task
+            self._task = None
+
+    async def _serve(self, ready: asyncio.Event) -> None:
+        async with serve(create_app(self.mission), port=self._port) as address:
+            self.url, self._port = address.url, address.port
+            ready.set()
+            await self._stop.wait()
+
+
+@pytest.fixture
+async def service(dashboard_build: None) -> AsyncIterator[Service]:  # noqa: ARG001 - asked for its check only
+    mission = ScriptedMission(LoopClock())
+    service = Service(mission)
+    await service.start()
+    running = asyncio.create_task(mission.run(speed=_MISSION_SPEED))
+    yield service
+    running.cancel()
+    await service.stop()

@@ -1,0 +1,175 @@
+"""The HTTP routes, against a scripted mission."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import httpx
+import pytest
+
+from aos_gcs.api.app import create_app
+from aos_gcs.api.errors import status_and_id
+from aos_gcs.api.models import ErrorModel, MissionModel, StepModel
+from aos_gcs.clock import LoopClock
+from aos_gcs.errors import AosError, CommandTimeoutError, LinkError, MissionError
+from aos_gcs.mission.model import Action, PictureKind
+from tests.fakes.mission import ORIGIN, SILENT_ID, ScriptedMission
+
+BASE_URL = "http://127.0.0.1:8080"
+
+
+@pytest.fixture
+async def mission() -> ScriptedMission:
+    return ScriptedMission(LoopClock())
+
+
+@pytest.fixture
+async def client(mission: ScriptedMission) -> AsyncIterator[httpx.AsyncClient]:
+    transport = httpx.ASGITransport(create_app(mission))
+    async with httpx.AsyncClient(transport=transport, base_url=BASE_URL) as client:
+        yield client
+
+
+def error_of(response: httpx.Response) -> ErrorModel:
+    return ErrorModel.model_validate_json(response.content)
+
+
+async def test_mission_shows_metres_and_degrees(client: httpx.AsyncClient) -> None:
+    response = await client.get("/api/mission")
+
+    assert response.status_code == 200
+    shown = MissionModel.model_validate_json(response.content)
+    first = shown.vehicles[0]
+    assert first.position is not None
+    assert first.position.east_m == -21.0
+    assert first.position.latitude_deg == pytest.approx(ORIGIN.latitude_deg, abs=1e-3)
+    assert first.battery_percent == pytest.approx(97.0)
+    assert first.home is not None
+    assert first.home.east_m == pytest.approx(-21.0, abs=0.01)
+    assert shown.allowed_actions == [Action.START, Action.ABORT]
+
+
+async def test_values_never_reported_are_null(client: httpx.AsyncClient) -> None:
+    shown = MissionModel.model_validate_json((await client.get("/api/mission")).content)
+    silent = next(vehicle for vehicle in shown.vehicles if vehicle.vehicle_id == SILENT_ID)
+    told = {"vehicle_id", "autopilot", "mode", "mode_name", "task", "landed", "text"}
+    assert {name for name, value in silent if value is not None} == told
+
+
+async def test_steps_are_listed_oldest_first(client: httpx.AsyncClient, mission: ScriptedMission) -> None:
+    assert (await client.get("/api/mission/steps")).json() == []
+    mission.make_step()
+    assert [step["step"] for step in (await client.get("/api/mission/steps")).json()] == [1]
+    mission.make_step()
+    listed = [StepModel.model_validate(step) for step in (await client.get("/api/mission/steps")).json()]
+    assert [step.step for step in listed] == [1, 2]
+    assert listed[1].missing[0].vehicle_id == SILENT_ID
+
+
+@pytest.mark.parametrize("kind", PictureKind)
+async def test_picture_comes_once_and_then_is_unchanged(
+    client: httpx.AsyncClient, mission: ScriptedMission, kind: PictureKind
+) -> None:
+    missing = await client.get(f"/api/mission/pictures/{kind}.png")
+    assert missing.status_code == 404
+    assert error_of(missing).id == "not_found"
+    assert "first step" in error_of(missing).message
+
+    mission.make_step()
+    found = await client.get(f"/api/mission/pictures/{kind}.png")
+    assert found.status_code == 200
+    assert found.headers["content-type"] == "image/png"
+    assert found.headers["x-step"] == "1"
+    assert found.content.startswith(b"\x89PNG")
+
+    known = {"If-None-Match": found.headers["etag"]}
+    assert (await client.get(f"/api/mission/pictures/{kind}.png", headers=known)).status_code == 304
+    mission.make_step()
+    assert (await client.get(f"/api/mission/pictures/{kind}.png", headers=known)).headers["x-step"] == "2"
+
+
+async def test_action_answers_vehicle_by_vehicle(client: httpx.AsyncClient, mission: ScriptedMission) -> None:
+    await client.post("/api/mission/actions", json={"action": "start"})
+    response = await client.post("/api/mission/actions", json={"action": "hold", "vehicle_ids": [3, 1, 3]})
+
+    assert response.status_code == 200
+    assert [(result["vehicle_id"], result["accepted"]) for result in response.json()["results"]] == [
+        (1, True),
+        (3, True),
+    ]
+    assert mission.actions == [(Action.START, None), (Action.HOLD, (3, 1))]
+
+
+async def test_action_that_the_phase_forbids_is_a_conflict(client: httpx.AsyncClient) -> None:
+    response = await client.post("/api/mission/actions", json={"action": "hold"})
+    assert response.status_code == 409
+    assert error_of(response).id == "action_not_allowed"
+    assert "no vehicle is flying yet" in error_of(response).message
+
+
+@pytest.mark.parametrize(
+    ("body", "place"),
+    [
+        ({"action": "explode"}, "action"),
+        ({}, "action"),
+        ({"action": "hold", "vehicle_ids": []}, "vehicle_ids"),
+        ({"action": "hold", "vehicle_ids": [0]}, "vehicle_ids"),
+        ({"action": "hold", "vehicles": [1]}, "vehicles"),
+    ],
+)
+async def test_request_that_cannot_be_understood(
+    client: httpx.AsyncClient, mission: ScriptedMission, body: dict[str, object], place: str
+) -> None:
+    response = await client.post("/api/mission/actions", json=body)
+    assert response.status_code == 422
+    assert error_of(response).id == "invalid_request"
+    assert place in error_of(response).message
+    assert mission.actions == []
+
+
+@pytest.mark.parametrize("path", ["/api/nothing", "/api/mission/pictures/xray.png", "/nothing.js"])
+async def test_unknown_paths_have_the_error_body(client: httpx.AsyncClient, path: str) -> None:
+    response = await client.get(path)
+    assert response.status_code in {404, 422}
+    assert error_of(response).message
+
+
+def all_errors(root: type[AosError] = AosError) -> list[type[AosError]]:
+    return [root, *(each for child in root.__subclasses__() for each in all_errors(child))]
+
+
+def test_every_error_has_a_status() -> None:
+    for kind in all_errors():
+        status, error_id = status_and_id(kind("text"))
+        assert 400 <= status < 600, kind
+        assert error_id
+    assert status_and_id(MissionError("text"))[0] == 409
+    assert status_and_id(LinkError("text")) == (502, "link_failed")
+    assert status_and_id(CommandTimeoutError("text")) == (502, "command_failed")
+
+
+# --- the dashboard's files
+
+
+async def test_page_that_is_not_built_says_how(mission: ScriptedMission, tmp_path: Path) -> None:
+    transport = httpx.ASGITransport(create_app(mission, tmp_path / "static"))
+    async with httpx.AsyncClient(transport=transport, base_url=BASE_URL) as client:
+        response = await client.get("/")
+    assert response.status_code == 503
+    assert "npm run build" in response.text
+
+
+async def test_page_is_revalidated_and_its_hashed_files_are_kept(mission: ScriptedMission, tmp_path: Path) -> None:
+    (tmp_path / "assets").mkdir()
+    (tmp_path / "index.html").write_text("<p>page</p>")
+    (tmp_path / "icon.svg").write_text("<svg/>")
+    (tmp_path / "assets" / "index-1a2b.js").write_text("1")
+    transport = httpx.ASGITransport(create_app(mission, tmp_path))
+    async with httpx.AsyncClient(transport=transport, base_url=BASE_URL) as client:
+        page = await client.get("/")
+        assert page.headers["cache-control"] == "no-cache"
+        assert "frame-ancestors 'none'" in page.headers["content-security-policy"]
+        assert (await client.get("/icon.svg")).headers["cache-control"] == "no-cache"
+        assert "immutable" in (await client.get("/assets/index-1a2b.js")).headers["cache-control"]
+        assert (await client.get("/../secret")).status_code == 404
