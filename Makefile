@@ -21,16 +21,16 @@ ARGS ?=
 help: ## Show this help
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-12s %s\n", $$1, $$2}' Makefile
 
-demo: $(HAS_SIM) web ## Fly the simulated mission with the dashboard; ARGS="..." for aos-gcs demo
+demo: web $(HAS_SIM) ## Fly the simulated mission with the dashboard; ARGS="..." for aos-gcs demo
 	$(VENV)/bin/aos-gcs demo $(ARGS)
 
-test: lint web-check ## Check and test everything but slow and sitl; ARGS="..." for pytest
+test: web lint web-check ## Check and test everything but slow and sitl; ARGS="..." for pytest
 	$(PY) -m pytest $(ARGS)
 
-test-slow: $(HAS_DEV) web ## Run the slow tests
+test-slow: web $(HAS_DEV) ## Run the slow tests
 	$(PY) -m pytest -m "slow and not sitl" $(ARGS)
 
-test-sitl: $(HAS_DEV) web ## Run the tests against real autopilots in the loop
+test-sitl: web $(HAS_DEV) ## Run the tests against real autopilots in the loop
 	$(PY) -m pytest -m sitl $(ARGS)
 
 bench: $(HAS_DEV) ## Measure: run every tests/benchmarks/bench_*.py
@@ -44,12 +44,12 @@ lint: $(HAS_DEV) ## Check style and types of the Python code
 web: $(PY) ## Build the dashboard where its sources have changed
 	@$(PY) scripts/build_dashboard.py
 
-web-check: $(HAS_DEV) web ## Check and test the dashboard, and that its types fit the API
+web-check: web $(HAS_DEV) ## Check and test the dashboard, and that its types fit the API
 	@$(PY) scripts/build_dashboard.py --with-tools
 	PYTHON="$$PWD/$(PY)" $(NPM_RUN) check:schema
 	$(NPM_RUN) check
 
-wheel: $(PY) ## Build a wheel with the dashboard into dist/
+wheel: web ## Build a wheel with the dashboard into dist/
 	$(PY) -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir dist .
 
 constraints: ## Renew constraints.txt: the newest versions that pyproject.toml allows
