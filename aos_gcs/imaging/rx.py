@@ -23,7 +23,10 @@ MIN_EIGENVALUE = 1e-9
 """Of the correlation matrix in float64; what varies less is the rounding of float32 pixels."""
 
 FALSE_ALARM_PROBABILITY = 1e-9
-"""Of one background pixel, see :func:`default_min_score`."""
+"""Of one pixel of a Gaussian background, see :func:`default_min_score`."""
+
+TAIL_MARGIN = 2.5
+"""Factor on the Gaussian's limit, see :func:`default_min_score`."""
 
 
 def rx_scores(image: Pixels) -> NDArray[np.float32]:
@@ -78,12 +81,13 @@ def anomaly_mask(scores: NDArray[np.float32], quantile: float = 0.9998, min_scor
 
 
 def default_min_score(channels: int) -> float:
-    """Return the score that a pixel of a Gaussian background exceeds with probability 1e-9 (47 for four channels).
+    """Return a score that background pixels practically never exceed (120 for four channels, 93 for one).
 
-    That is one false pixel in about 4,000 frames of 512 x 512. The margin against 4e-6, one pixel per frame, allows for
-    the tails of real backgrounds, which are heavier than a Gaussian's.
+    A Gaussian background exceeds its chi-square quantile in one pixel of about 4,000 frames of 512 x 512; the margin on
+    top is for the heavier tails of forests: rendered ones without a person reach 2.1 times the quantile, persons in
+    them 15 to 30 times.
     """
-    return float(chi2.isf(FALSE_ALARM_PROBABILITY, channels))
+    return TAIL_MARGIN * float(chi2.isf(FALSE_ALARM_PROBABILITY, channels))
 
 
 def _scores_of_planes(planes: NDArray[np.float32]) -> NDArray[np.float32]:
