@@ -1,0 +1,35 @@
+import { expect, test } from "vitest";
+import { age, duration, eastNorth, gpsFix, latLon, quantity, scope } from "../src/format";
+
+test("what was never reported is a dash, not a zero", () => {
+  expect(quantity(null, 1, "m")).toBe("–");
+  expect(quantity(Number.NaN, 1)).toBe("–");
+  expect(quantity(0, 1, "m")).toBe("0.0\u202fm");
+  expect(age(null)).toBe("–");
+  expect(gpsFix(null)).toBe("–");
+});
+
+test("numbers have a true minus and no negative zero", () => {
+  expect(quantity(-1.25, 1)).toBe("\u22121.3");
+  expect(quantity(-0.01, 1)).toBe("0.0");
+});
+
+test("durations and ages", () => {
+  expect([0, 61.9, 3725].map(duration)).toEqual(["00:00", "01:01", "1:02:05"]);
+  expect([0.24, 59.6, 300].map(age)).toEqual(["0.2\u202fs", "60\u202fs", "5\u202fmin"]);
+});
+
+test("places", () => {
+  expect(latLon(48.5, -14.25)).toBe("48.500000° N, 14.250000° W");
+  expect(eastNorth(1, -2)).toBe("E 1.0\u202fm, N \u22122.0\u202fm");
+});
+
+test("the scope in words", () => {
+  expect(scope(null)).toBe("all vehicles");
+  expect(scope([3])).toBe("vehicle 3");
+  expect(scope([2, 3])).toBe("vehicles 2, 3");
+});
+
+test("fixes have names", () => {
+  expect([1, 3, 6, 42].map(gpsFix)).toEqual(["no fix", "3D", "RTK", "42"]);
+});

@@ -1,0 +1,73 @@
+import { describe, expect, test } from "vitest";
+import { boundsOf, circle, gridLines, toEnu, toLngLat } from "../src/geometry";
+import { fixedFeatures, movingFeatures } from "../src/map/features";
+import { INITIAL_STATE } from "../src/state/state";
+import { mission, position, step, vehicle } from "./samples";
+
+const ORIGIN = { latitude_deg: 48.3358, longitude_deg: 14.3263, altitude_amsl_m: 262 };
+
+describe("places on the globe", () => {
+  test("agree with an exact conversion within centimetres", () => {
+    // pymap3d.enu2geodetic(300, -400, 0, 48.3358, 14.3263, 262)
+    const [lng, lat] = toLngLat(ORIGIN, [300, -400]);
+    expect(lng).toBeCloseTo(14.33034596, 6);
+    expect(lat).toBeCloseTo(48.332202851, 6);
+  });
+  test("come back", () => {
+    const [east_m, north_m] = toEnu(ORIGIN, toLngLat(ORIGIN, [-123.4, 567.8]));
+    expect(east_m).toBeCloseTo(-123.4, 6);
+    expect(north_m).toBeCloseTo(567.8, 6);
+  });
+});
+
+test("a circle is closed and has its radius", () => {
+  const ring = circle([5, -3], 2);
+  expect(ring.at(0)).toEqual(ring.at(-1));
+  for (const [east_m, north_m] of ring) expect(Math.hypot(east_m - 5, north_m + 3)).toBeCloseTo(2, 9);
+});
+
+test("bounds enclose all points and the margin", () => {
+  expect(boundsOf([[1, 2], [-3, 8]], 1)).toEqual({ west_m: -4, south_m: 1, east_m: 2, north_m: 9 }); // prettier-ignore
+  expect(boundsOf([])).toBeNull();
+});
+
+test("grid lines lie at whole multiples, every fifth is a major one", () => {
+  const lines = gridLines({ west_m: -12, south_m: -1, east_m: 52, north_m: 1 }, 10);
+  const vertical = lines.filter((line) => line.from[0] === line.to[0]);
+  expect(vertical.map((line) => line.from[0])).toEqual([-10, 0, 10, 20, 30, 40, 50]);
+  expect(vertical.filter((line) => line.isMajor).map((line) => line.from[0])).toEqual([0, 50]);
+});
+
+describe("features", () => {
+  const roles = (collection: { features: { properties: unknown }[] }): string[] => [
+    ...new Set(collection.features.map((feature) => (feature.properties as { role: string }).role)),
+  ];
+  const square = [-9, 9].flatMap((e) =>
+    [-9, 9].map((n) => ({ east_m: e, north_m: n, latitude_deg: 0, longitude_deg: 0 })),
+  );
+
+  test("hold everything that stays", () => {
+    const shown = fixedFeatures(ORIGIN, mission({ area: square, fence: square }));
+    expect(roles(shown).sort()).toEqual(["area", "fence", "grid", "grid-major", "home"]);
+  });
+  test("keep the grid small for large areas", () => {
+    const wide = square.map((corner) => ({ ...corner, east_m: corner.east_m * 1000 }));
+    expect(fixedFeatures(ORIGIN, mission({ area: wide })).features.length).toBeLessThan(500);
+  });
+  test("mark refused waypoints and the target's uncertainty", () => {
+    const m = mission({
+      vehicles: [vehicle(1, { waypoint: position(5, 5) })],
+      target: { position: position(0, 0, 0), sigma_m: 2, sightings: 3 },
+    });
+    const requested = position(1, 1);
+    const refused = step(1, {
+      waypoints: [
+        { vehicle_id: 1, requested, sent: requested, verdict: "sent", reason: "" },
+        { vehicle_id: 2, requested, sent: null, verdict: "held", reason: "fence" },
+      ],
+    });
+    const shown = movingFeatures(ORIGIN, m, { ...INITIAL_STATE, steps: [refused] });
+    expect(roles(shown)).toEqual(["waypoint", "plan", "refused", "sigma"]);
+    expect(shown.features.filter((feature) => feature.properties?.["role"] === "refused")).toHaveLength(1);
+  });
+});

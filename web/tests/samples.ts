@@ -1,0 +1,84 @@
+/** Small valid messages for the tests. */
+import type { Mission, Position, Step, Vehicle } from "../src/api/types";
+
+export function position(east_m: number, north_m: number, up_m = 30): Position {
+  return { east_m, north_m, up_m, latitude_deg: null, longitude_deg: null };
+}
+
+export function vehicle(id: number, changes: Partial<Vehicle> = {}): Vehicle {
+  return {
+    vehicle_id: id,
+    autopilot: "px4",
+    mode: "guided",
+    mode_name: "",
+    task: "swarm",
+    landed: "in_air",
+    armed: true,
+    ready_to_arm: true,
+    position: position(10 * id, 0),
+    position_age_s: 0.1,
+    altitude_amsl_m: 300,
+    height_above_home_m: 30,
+    ground_speed_mps: 4,
+    climb_rate_mps: 0,
+    heading_deg: 90,
+    home: position(0, 0, 0),
+    battery_percent: 80,
+    battery_voltage_v: 15,
+    gps_fix: 3,
+    satellites: 12,
+    link_age_s: 0.2,
+    packet_loss_percent: 0,
+    layer_height_m: 30,
+    waypoint: null,
+    refusal: null,
+    text: "",
+    ...changes,
+  };
+}
+
+export function mission(changes: Partial<Mission> = {}): Mission {
+  return {
+    mission_id: "m1",
+    strategy: "aos-apso",
+    phase: "scan",
+    suspension: "none",
+    outcome: "open",
+    message: "",
+    elapsed_s: 10,
+    step: 1,
+    origin: { latitude_deg: 48, longitude_deg: 14, altitude_amsl_m: 250 },
+    area: [],
+    fence: [],
+    vehicles: [vehicle(1), vehicle(2)],
+    preflight: [],
+    target: null,
+    min_separation_m: null,
+    allowed_actions: ["pause", "hold", "return", "land", "abort"],
+    ...changes,
+  };
+}
+
+export function step(number: number, changes: Partial<Step> = {}): Step {
+  return {
+    step: number,
+    elapsed_s: 2 * number,
+    phase: "scan",
+    visibility_m2: 0.1 * number,
+    threshold_m2: 0.3,
+    branch: "line",
+    evolutionary_factor: null,
+    evolutionary_state: null,
+    c_s_m: null,
+    c_c_m: null,
+    leader_id: null,
+    target: null,
+    fitness: [],
+    missing: [],
+    waypoints: [],
+    imaging_ms: 1,
+    work_ms: 1,
+    loop_lag_p99_ms: 1,
+    ...changes,
+  };
+}
