@@ -174,17 +174,20 @@ class _Traffic:
 
     def cut(self, vehicle_id: int, start: FloatArray, end: FloatArray) -> _Cut:
         """Cut a vehicle's way, ends of shape (3,), where it comes too close to another's."""
-        reach_m = np.linalg.norm(end - start) + np.linalg.norm(self._ends - self._starts, axis=1) + self._separation_m
+        way_m = float(np.linalg.norm(end - start))
+        reach_m = way_m + np.linalg.norm(self._ends - self._starts, axis=1) + self._separation_m
         near = np.linalg.norm(self._starts - start, axis=1) <= reach_m
         near[self._ids.index(vehicle_id)] = False
         rows = np.flatnonzero(near)
-        if len(rows) == 0 or (start == end).all():
+        if len(rows) == 0 or way_m == 0.0:
             return _UNCUT
         starts, ends = self._starts[rows], self._ends[rows]
         now_m = point_segment_distance(start, starts, ends)[0]
         fractions = admissible_fraction(start, end, starts, ends, np.minimum(self._separation_m, now_m))
         too_close = now_m < self._separation_m - 2.0 * TOLERANCE_M
-        receding = point_segment_distance(end, starts, ends)[0] > now_m + TOLERANCE_M
+        # The distance is convex along the way, so where it grows at first it grows to the end.
+        after_first_move = start + min(1.0, MIN_MOVE_M / way_m) * (end - start)
+        receding = point_segment_distance(after_first_move, starts, ends)[0] > now_m + TOLERANCE_M
         fractions[too_close & ~receding] = 0.0
         worst = int(fractions.argmin())
         if fractions[worst] == 1.0:

@@ -13,6 +13,7 @@ from aos_gcs.errors import ConfigurationError
 from aos_gcs.mission.model import Verdict, WaypointRecord
 from aos_gcs.mission.polygon import as_polygon, signed_depth_m
 from aos_gcs.mission.safety import Mover, Obstacle, SafetyLimits, vet_waypoints
+from aos_gcs.mission.separation import segment_distance
 
 FloatArray = NDArray[np.float64]
 SQUARE = ((-50.0, -50.0), (50.0, -50.0), (50.0, 50.0), (-50.0, 50.0))
@@ -179,10 +180,16 @@ def test_vehicles_that_are_too_close_may_only_part() -> None:
         [mover(1, (0.0, 0.0, 35.0), (0.5, 0.0, 35.0)), mover(2, (1.0, 0.0, 35.0), (-4.0, 0.0, 35.0))], [], LIMITS
     )
     assert [record.verdict for record in closing] == [Verdict.HELD, Verdict.HELD]
-    together = vet_waypoints(
-        [mover(1, (0.0, 0.0, 35.0), (0.0, 5.0, 35.0)), mover(2, (1.0, 0.0, 35.0), (1.0, 5.0, 35.0))], [], LIMITS
-    )
-    assert [record.verdict for record in together] == [Verdict.SENT, Verdict.HELD]
+    for way_m in (5.0, 9.0):
+        together = vet_waypoints(
+            [mover(1, (0.0, 0.0, 35.0), (0.0, 5.0, 35.0)), mover(2, (1.0, 0.0, 35.0), (1.0, way_m, 35.0))], [], LIMITS
+        )
+        assert [record.verdict for record in together] == [Verdict.SENT, Verdict.HELD]
+
+
+def test_a_way_too_short_for_a_length_is_none() -> None:
+    way = mover(1, (0.0, 0.0, 35.0), (0.0, 1e-200, 35.0))
+    assert vet_one(way, Obstacle(2, np.array([1.0, 0.0, 35.0]))).verdict is Verdict.SENT
 
 
 def test_ids_must_differ_and_positions_be_known() -> None:
@@ -216,7 +223,11 @@ def test_limits_that_make_no_sense_are_refused(change: dict[str, object], text: 
 # --- what holds for any input ---------------------------------------------------------------------------------------
 
 FREE = SafetyLimits(fence_enu_m=NOTCHED, floor_m=20.0, ceiling_m=40.0, margin_m=3.0)
-points = st.tuples(st.floats(-60.0, 60.0), st.floats(-60.0, 60.0), st.floats(15.0, 45.0))
+points = st.one_of(
+    st.tuples(st.floats(-60.0, 60.0), st.floats(-60.0, 60.0), st.floats(15.0, 45.0)),
+    st.tuples(st.floats(-5.0, 5.0), st.floats(-20.0, -5.0), st.floats(25.0, 35.0)),
+)
+"""Anywhere about the fence, or in a crowd at the tip of its notch."""
 ways = st.tuples(points, points, st.floats(0.0, 3.5))
 """Start, end and link age: some are outside the limits, some silent."""
 
@@ -259,7 +270,9 @@ def test_no_granted_way_violates_a_limit(
         if other >= len(vehicles) and one >= len(vehicles):
             continue
         distances = np.linalg.norm(sampled[one][:, None] - sampled[other][None, :], axis=2)
-        present = distances[0].min() if other >= len(vehicles) else distances[0, 0]
+        start = sampled[one][0]
+        end = sampled[other][-1] if other >= len(vehicles) else sampled[other][0]
+        present = float(segment_distance(start, start, sampled[other][0], end))
         assert distances.min() >= min(FREE.separation_m, present) - 1e-5
 
 
