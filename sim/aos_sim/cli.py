@@ -20,7 +20,7 @@ from aos_sim.camera.image import ImageSource
 from aos_sim.camera.synthetic import CheckerboardGround
 from aos_sim.report import Target, World, write_report, write_world_file
 from aos_sim.swarm import SimulatedSwarm, SwarmOptions
-from aos_sim.vehicle.flight import EnuPoint
+from aos_sim.vehicle.kinematics import EnuPoint
 from aos_sim.world.scene import Scene, SceneParameters, build_scene
 
 REPORT_PERIOD_S = 1.0

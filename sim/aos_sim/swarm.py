@@ -14,7 +14,6 @@ from types import TracebackType
 from typing import Self
 
 import numpy as np
-import pymap3d
 from numpy.typing import NDArray
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
@@ -30,7 +29,7 @@ from aos_sim.report import SeparationMonitor, SwarmReport
 from aos_sim.vehicle.arducopter import ArduCopter
 from aos_sim.vehicle.autopilot import Autopilot, VehicleIdentity
 from aos_sim.vehicle.dynamics import AirframeLimits, Guidance, SwarmState, Wind, step
-from aos_sim.vehicle.flight import Kinematics
+from aos_sim.vehicle.kinematics import Kinematics, read_kinematics
 from aos_sim.vehicle.px4 import Px4
 from aos_sim.vehicle.vehicle import SimulatedVehicle
 
@@ -105,36 +104,6 @@ def home_positions_enu_m(count: int) -> NDArray[np.float64]:
     east_m = (index % columns - (columns - 1) / 2) * GRID_M
     north_m = -(index // columns) * GRID_M
     return np.column_stack([east_m, north_m, np.zeros(count)])
-
-
-def read_kinematics(state: SwarmState, frame: LocalFrame) -> list[Kinematics]:
-    """Return what each vehicle's sensors say of the true state."""
-    origin = frame.origin
-    latitude_deg, longitude_deg, altitude_m = pymap3d.enu2geodetic(
-        *state.position_enu_m.T, origin.latitude_deg, origin.longitude_deg, origin.altitude_amsl_m
-    )
-    rows = zip(
-        state.position_enu_m.tolist(),
-        state.velocity_enu_mps.tolist(),
-        state.attitude_rad.tolist(),
-        state.attitude_rates_radps.tolist(),
-        state.on_ground.tolist(),
-        zip(latitude_deg.tolist(), longitude_deg.tolist(), altitude_m.tolist(), strict=True),
-        strict=True,
-    )
-    return [
-        Kinematics(
-            position_enu_m=tuple(position),
-            velocity_enu_mps=tuple(velocity),
-            roll_rad=roll_rad,
-            pitch_rad=pitch_rad,
-            heading_rad=heading_rad,
-            rates_radps=tuple(rates),
-            on_ground=on_ground,
-            geodetic=GeodeticPosition(*geodetic),
-        )
-        for position, velocity, (roll_rad, pitch_rad, heading_rad), rates, on_ground, geodetic in rows
-    ]
 
 
 class SimulatedSwarm:

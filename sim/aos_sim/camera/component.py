@@ -17,7 +17,7 @@ from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.geometry.poses import Pose, mavlink_quaternion_from_R_cam2enu, nadir_pose
 from aos_sim.clock import TICK_US, SimTime
 from aos_sim.vehicle.commands import CommandRequest
-from aos_sim.vehicle.flight import Kinematics
+from aos_sim.vehicle.kinematics import Kinematics
 from aos_sim.vehicle.streams import StreamSchedule
 from aos_sim.vehicle.telemetry import degrees_e7
 

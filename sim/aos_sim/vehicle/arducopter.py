@@ -11,7 +11,8 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_sim.vehicle.autopilot import Autopilot, Fence, VehicleIdentity
 from aos_sim.vehicle.commands import AMSL_FRAMES, RELATIVE_FRAMES, TERRAIN_FRAMES, CommandRequest
-from aos_sim.vehicle.flight import FlightSettings, Kinematics
+from aos_sim.vehicle.flight import FlightSettings
+from aos_sim.vehicle.kinematics import Kinematics
 from aos_sim.vehicle.parameters import Parameter, ParameterEncoding, ParameterType
 from aos_sim.vehicle.telemetry import COMMON_MESSAGES, MessageBuilder, ekf_status_report
 
@@ -32,6 +33,9 @@ class CopterMode(IntEnum):
 MODES_WITH_POSITION = (CopterMode.GUIDED, CopterMode.LOITER, CopterMode.RTL, CopterMode.POSHOLD, CopterMode.BRAKE)
 MODES_NOT_ARMABLE = (CopterMode.RTL, CopterMode.LAND, CopterMode.BRAKE)
 MODES_GOING_HOME = (CopterMode.RTL, CopterMode.LAND)
+
+RESULT_UNSUPPORTED_FRAME = 9
+"""MAV_RESULT_COMMAND_UNSUPPORTED_MAV_FRAME of the common dialect, which this dialect lacks."""
 
 INT8, INT16, INT32 = ParameterType.INT8, ParameterType.INT16, ParameterType.INT32
 
@@ -215,7 +219,7 @@ class ArduCopter(Autopilot):
             return int(mavlink.MAV_RESULT_DENIED)
         altitude_amsl_m = self._altitude_amsl_m(request.frame, altitude_m)
         if altitude_amsl_m is None:
-            return int(mavlink.MAV_RESULT_UNSUPPORTED_MAV_FRAME)
+            return int(RESULT_UNSUPPORTED_FRAME)
         east_m, north_m, up_m = self.identity.frame.to_enu(request.geodetic(altitude_amsl_m))
         target_enu_m = (float(east_m), float(north_m), float(up_m))
         if not self.fence().contains(target_enu_m, self.flight.home_enu_m):

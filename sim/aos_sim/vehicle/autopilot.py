@@ -19,14 +19,13 @@ from aos_sim.clock import TICK_S, SimTime
 from aos_sim.vehicle.battery import Battery
 from aos_sim.vehicle.commands import CommandRequest
 from aos_sim.vehicle.flight import (
-    EnuPoint,
     FlightController,
     FlightEvent,
     FlightSettings,
-    Kinematics,
     Manoeuvre,
     Setpoint,
 )
+from aos_sim.vehicle.kinematics import EnuPoint, Kinematics
 from aos_sim.vehicle.parameter_service import ParameterService
 from aos_sim.vehicle.parameters import Parameter, ParameterEncoding, ParameterTable
 from aos_sim.vehicle.streams import StreamSchedule

@@ -11,6 +11,9 @@ from aos_gcs.geometry.geodesy import GeodeticPosition
 
 AMSL_FRAMES = (mavlink.MAV_FRAME_GLOBAL, mavlink.MAV_FRAME_GLOBAL_INT)
 RELATIVE_FRAMES = (mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT, mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT)
+KEEP_DEG = (2**31 - 1) / 1e7
+"""The coordinate of a COMMAND_INT that stands for "keep"."""
+
 TERRAIN_FRAMES = (mavlink.MAV_FRAME_GLOBAL_TERRAIN_ALT, mavlink.MAV_FRAME_GLOBAL_TERRAIN_ALT_INT)
 
 
@@ -56,6 +59,10 @@ class CommandRequest:
             and abs(longitude_deg) <= 180.0
             and (latitude_deg, longitude_deg) != (0.0, 0.0)
         )
+
+    def keeps_place(self) -> bool:
+        """Whether parameters 5 and 6 say "where you are": NaN, or the greatest integer in a COMMAND_INT."""
+        return all(math.isnan(self.param(number)) or self.param(number) == KEEP_DEG for number in (5, 6))
 
     def geodetic(self, altitude_amsl_m: float) -> GeodeticPosition:
         """Return the place of parameters 5 and 6 at an altitude."""

@@ -177,14 +177,17 @@ def approach_speed(distance_m: FloatArray, braking_mps2: FloatArray) -> FloatArr
 
 
 def _limit_acceleration(current: FloatArray, wanted: FloatArray, dt_s: float, limits: AirframeLimits) -> FloatArray:
-    """Return the velocity nearest to ``wanted`` that the acceleration limits allow, shape (N, 3)."""
+    """Return the velocity on the way to ``wanted`` that the limits allow, shape (N, 3).
+
+    The change keeps its direction, so that a vehicle at rest starts along the straight line.
+    """
     change = wanted - current
-    horizontal = np.linalg.norm(change[:, :2], axis=1)
-    allowed = limits.horizontal_acceleration_mps2 * dt_s
-    change[:, :2] *= np.minimum(1.0, allowed / np.maximum(horizontal, 1e-12))[:, np.newaxis]
-    allowed_vertical = limits.vertical_acceleration_mps2 * dt_s
-    change[:, 2] = np.clip(change[:, 2], -allowed_vertical, allowed_vertical)
-    return current + change
+    horizontal = np.maximum(np.linalg.norm(change[:, :2], axis=1), 1e-12)
+    vertical = np.maximum(np.abs(change[:, 2]), 1e-12)
+    share = dt_s * np.minimum(
+        limits.horizontal_acceleration_mps2 / horizontal, limits.vertical_acceleration_mps2 / vertical
+    )
+    return np.asarray(current + change * np.minimum(1.0, share)[:, np.newaxis])
 
 
 def _next_gust(gust: FloatArray, wind: Wind, dt_s: float, rng: np.random.Generator) -> FloatArray:

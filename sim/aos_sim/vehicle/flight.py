@@ -6,9 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from enum import Enum, auto
 
-from aos_gcs.geometry.geodesy import GeodeticPosition
-
-EnuPoint = tuple[float, float, float]
+from aos_sim.vehicle.kinematics import EnuPoint, Kinematics
 
 BRAKING_MPS2 = 2.5
 """Deceleration assumed for the point where a vehicle stops when told to hold."""
@@ -19,22 +17,6 @@ LANDING_LOOKAHEAD_M = 3.0
 """A landing aims this far below the vehicle: deep enough for the full rate, near enough to hold the place in wind."""
 
 FACE_TARGET_BEYOND_M = 2.0
-
-
-@dataclass(frozen=True, slots=True)
-class Kinematics:
-    """What the sensors of one vehicle say at one instant."""
-
-    position_enu_m: EnuPoint
-    velocity_enu_mps: EnuPoint
-    roll_rad: float
-    pitch_rad: float
-    heading_rad: float
-    """Clockwise from north, [0, 2 pi)."""
-    rates_radps: EnuPoint
-    """Of roll, pitch and heading."""
-    on_ground: bool
-    geodetic: GeodeticPosition
 
 
 @dataclass(frozen=True, slots=True)

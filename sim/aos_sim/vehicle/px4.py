@@ -11,7 +11,8 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_sim.vehicle.autopilot import SECOND_US, Autopilot, Fence, VehicleIdentity
 from aos_sim.vehicle.commands import CommandRequest
-from aos_sim.vehicle.flight import FlightEvent, FlightSettings, Kinematics
+from aos_sim.vehicle.flight import FlightEvent, FlightSettings
+from aos_sim.vehicle.kinematics import Kinematics
 from aos_sim.vehicle.parameters import Parameter, ParameterEncoding, ParameterType
 from aos_sim.vehicle.telemetry import COMMON_MESSAGES, MessageBuilder, estimator_status
 
@@ -162,7 +163,11 @@ class Px4(Autopilot):
         return _custom_mode(round(request.param(2)), round(request.param(3)))
 
     def select_mode(self, custom_mode: int) -> int:
-        """Change the mode and begin its manoeuvre; selecting the present one changes nothing."""
+        """Change the mode and begin its manoeuvre.
+
+        Selecting the present mode changes nothing: HOLD does not stop a reposition, which is flown in HOLD already.
+        A DO_REPOSITION without a place does.
+        """
         if custom_mode not in tuple(Px4Mode) or not self.position_known:
             self.tell(mavlink.MAV_SEVERITY_CRITICAL, "Mode change denied: mode not available")
             return int(mavlink.MAV_RESULT_TEMPORARILY_REJECTED)
@@ -201,7 +206,7 @@ class Px4(Autopilot):
     def not_ready(self) -> str | None:
         """Return what the pre-arm checks find wrong, whatever the mode."""
         if not self.position_known:
-            return "Arming denied: Resolve system health failures first"
+            return "Arming denied: system health failures"
         if self.parameters["NAV_DLL_ACT"] and self._operator_silence_s() > self.parameters["COM_DL_LOSS_T"]:
             return "Arming denied: No connection to the ground station"
         if self._battery_is_critical():
@@ -234,14 +239,16 @@ class Px4(Autopilot):
     def reposition(self, request: CommandRequest) -> int:
         """Fly to a place in HOLD.
 
-        Parameter 2 must be exactly 1. The altitude is above sea level whatever the frame says; NaN keeps a coordinate,
-        the heading (parameter 4, radians) or the speed. A place outside the fence is acknowledged all the same: only a
-        status text tells.
+        Parameter 2 must be exactly 1. The altitude is above sea level whatever the frame says; NaN keeps the altitude,
+        the heading (parameter 4, radians) or the speed, and for the place means "stop here". A place outside the fence
+        is acknowledged all the same: only a status text tells.
         """
         if request.param(2) != mavlink.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE:
             return int(mavlink.MAV_RESULT_UNSUPPORTED)
-        if not self.position_known or not request.place_valid():
+        if not self.position_known or not (request.place_valid() or request.keeps_place()):
             return int(mavlink.MAV_RESULT_DENIED)
+        if request.keeps_place():
+            return self._pause()
         altitude_amsl_m = request.finite_or_none(7)
         if altitude_amsl_m is None:
             altitude_amsl_m = self.kinematics.geodetic.altitude_amsl_m
@@ -256,6 +263,12 @@ class Px4(Autopilot):
             speed_mps = min(speed_mps, self.parameters["MPC_XY_VEL_MAX"]) if speed_mps and speed_mps > 0.0 else None
             heading_rad = request.finite_or_none(4)
             self.flight.fly_to(target_enu_m, self.kinematics, self.now.s, speed_mps, heading_rad)
+        return int(mavlink.MAV_RESULT_ACCEPTED)
+
+    def _pause(self) -> int:
+        self._mode = Px4Mode.HOLD
+        if self.flight.airborne:
+            self.flight.hold(self.kinematics, self.now.s)
         return int(mavlink.MAV_RESULT_ACCEPTED)
 
     def on_flight_event(self, event: FlightEvent) -> None:
@@ -286,7 +299,8 @@ class Px4(Autopilot):
             self._link_lost_at_s = self.now.s
             self.tell(mavlink.MAV_SEVERITY_CRITICAL, "Connection to ground station lost")
             if self._mode not in MODES_NOT_ARMABLE:
-                self.select_mode(Px4Mode.HOLD)
+                self._mode = Px4Mode.HOLD
+                self.flight.hold(self.kinematics, self.now.s)
         if self.now.s - self._link_lost_at_s >= self.parameters["COM_FAIL_ACT_T"]:
             self._go_home()
 

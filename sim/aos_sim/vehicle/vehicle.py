@@ -8,7 +8,7 @@ from aos_sim.camera.component import CameraComponent
 from aos_sim.clock import SimTime
 from aos_sim.vehicle.autopilot import Autopilot
 from aos_sim.vehicle.commands import is_addressed_to
-from aos_sim.vehicle.flight import Kinematics
+from aos_sim.vehicle.kinematics import Kinematics
 
 AUTOPILOT_COMPONENT = int(mavlink.MAV_COMP_ID_AUTOPILOT1)
 
