@@ -32,7 +32,7 @@ class EventHub:
         self._outbox_capacity = outbox_capacity
         self._outboxes: set[Outbox] = set()
         self._notices: deque[NoticeModel] = deque(maxlen=NOTICES_KEPT)
-        self._steps: list[StepModel] = []
+        self._steps: dict[int, StepModel] = {}
 
     async def run(self) -> None:
         """Distribute events until cancelled."""
@@ -68,12 +68,14 @@ class EventHub:
         )
 
     def steps(self) -> list[StepModel]:
-        """Return all steps so far; each is converted once."""
-        records = self._mission.steps()
-        if len(self._steps) < len(records):
-            origin = self._mission.snapshot().origin
-            self._steps += [convert.step(record, origin) for record in records[len(self._steps) :]]
-        return list(self._steps)
+        """Return all steps so far, oldest first."""
+        return [self._step(record) for record in self._mission.steps()]
+
+    def _step(self, record: StepRecord) -> StepModel:
+        """Convert a step, once: doing it for a whole mission when a client connects would block the loop."""
+        if record.step not in self._steps:
+            self._steps[record.step] = convert.step(record, self._mission.snapshot().origin)
+        return self._steps[record.step]
 
     def _pictures(self) -> list[PictureModel]:
         origin = self._mission.snapshot().origin
@@ -91,8 +93,7 @@ class EventHub:
         if isinstance(data, MissionSnapshot):
             return messages.SnapshotMessage(seq=0, utc_s=utc_s, mission=convert.mission(data))
         if isinstance(data, StepRecord):
-            origin = self._mission.snapshot().origin
-            return messages.StepMessage(seq=0, utc_s=utc_s, step=convert.step(data, origin))
+            return messages.StepMessage(seq=0, utc_s=utc_s, step=self._step(data))
         if isinstance(data, NoticeRecord):
             notice = convert.notice(data)
             self._notices.append(notice)
