@@ -183,6 +183,15 @@ def test_frames_behind_whose_camera_the_plane_lies_do_not_contribute() -> None:
     assert np.nanmax(integral) == 5.0
 
 
+def test_nothing_is_focused_above_the_horizon() -> None:
+    level = Pose(np.array([0.0, 0.0, 30.0]), np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]))
+    frame = frame_of(np.full((40, 48, 1), 9, dtype=np.uint8), level)
+    integral, count = integrate_view([frame], CAMERA, level, 0.0)
+    assert (count[20:, 1:-1] == 1).sum() > 500
+    assert not count[:20].any()
+    assert np.isnan(integral[:20]).all()
+
+
 def test_frames_that_do_not_fit_are_refused() -> None:
     grey = frame_of(np.zeros((40, 48, 1), dtype=np.uint8), nadir_pose([0, 0, 30]))
     colour = frame_of(np.zeros((40, 48, 3), dtype=np.uint8), nadir_pose([0, 0, 30]), vehicle_id=7)
