@@ -124,6 +124,12 @@ def store(tmp_path: Path) -> Store:
     return Store(tmp_path / "missions")
 
 
+@pytest.fixture
+async def recorder(store: Store) -> AsyncIterator[MissionRecorder]:
+    async with store.record() as recorder:
+        yield recorder
+
+
 class FullDisk:
     """Lets the database fail as SQLite does on a full disk, while ``full`` is set."""
 
@@ -226,6 +232,16 @@ async def test_a_running_mission_shows_what_has_been_flushed(store: Store) -> No
         assert len(reader.steps()) == 3
 
 
+async def test_readers_and_a_killed_writer_are_covered_by_a_write_ahead_log(
+    store: Store, recorder: MissionRecorder
+) -> None:
+    await recorder.record_event(notice_event(1))
+    await recorder.flush()
+    connection = sqlite3.connect(store.root / "m" / "mission.sqlite")
+    assert connection.execute("PRAGMA journal_mode").fetchone() == ("wal",)
+    connection.close()
+
+
 async def test_a_closed_mission_is_one_plain_file(store: Store) -> None:
     async with store.record() as recorder:
         await recorder.record_event(notice_event(1))
@@ -275,12 +291,6 @@ async def test_the_audit_log_cannot_be_changed(store: Store, change: str) -> Non
 
 
 # --- storage that fails or is slow ----------------------------------------------------------------------------------
-
-
-@pytest.fixture
-async def recorder(store: Store) -> AsyncIterator[MissionRecorder]:
-    async with store.record() as recorder:
-        yield recorder
 
 
 async def test_a_full_disk_is_told_once_and_costs_records_only(
@@ -350,11 +360,13 @@ async def test_a_slow_disk_makes_the_caller_wait_and_loses_nothing(
             count = seq
 
     task = asyncio.create_task(record_more_than_fits())
-    for _ in range(10 * QUEUE_SIZE):
-        await asyncio.sleep(0)
-    assert count <= 2 * QUEUE_SIZE  # one batch at the writer, one queue full
-    assert not task.done()
-    released.set()
+    try:
+        for _ in range(10 * QUEUE_SIZE):
+            await asyncio.sleep(0)
+        assert count <= 2 * QUEUE_SIZE  # one batch at the writer, one queue full
+        assert not task.done()
+    finally:
+        released.set()
     await task
     await recorder.flush()
     with store.read() as reader:
