@@ -66,6 +66,9 @@ class ImagingSettings:
             raise ConfigurationError(f"max_cells must be at least 100, got {self.max_cells}.")
 
 
+_Mask = tuple[Patch, NDArray[np.uint8]]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class _Layer:
     """What one frame brings to the grid."""
@@ -95,18 +98,7 @@ def analyse_step(frames: Sequence[Frame], settings: ImagingSettings) -> StepAnal
     for frame in frames:
         check_frame(frame, frames[0].bands)
     grid = choose_grid(frames, settings.plane_height_m, settings.resolution_m, settings.max_cells)
-    integral = GridIntegral(grid, len(frames[0].bands))
-    anomaly_count = np.zeros_like(integral.coverage)
-    masks: list[tuple[Patch, NDArray[np.uint8]] | None] = []
-    with ThreadPoolExecutor(min(len(frames), os.cpu_count() or 1, MAX_WORKERS)) as pool:
-        # In the order of the frames: the sums then do not depend on which thread is faster.
-        for layer in pool.map(partial(_layer, grid=grid, settings=settings), frames):
-            if layer is None:
-                masks.append(None)
-                continue
-            integral.add(layer.patch, layer.image, layer.covered)
-            anomaly_count[layer.patch.window] += layer.marked
-            masks.append((layer.patch, layer.marked))
+    integral, anomaly_count, masks = _integrate(frames, grid, settings)
     cells = largest_blob(anomaly_count, settings.minimum_count, settings.gap_cells)
     vehicle_ids = tuple(dict.fromkeys(frame.vehicle_id for frame in frames))
     fitness = np.zeros(len(vehicle_ids))
@@ -129,6 +121,25 @@ def analyse_step(frames: Sequence[Frame], settings: ImagingSettings) -> StepAnal
         fitness=fitness,
         leader_id=leader_id,
     )
+
+
+def _integrate(
+    frames: Sequence[Frame], grid: FocalGrid, settings: ImagingSettings
+) -> tuple[GridIntegral, NDArray[np.uint16], list[_Mask | None]]:
+    """Return the integral, how many frames mark each cell, and each frame's own mask (None: off the grid)."""
+    integral = GridIntegral(grid, len(frames[0].bands))
+    anomaly_count = np.zeros_like(integral.coverage)
+    masks: list[_Mask | None] = []
+    with ThreadPoolExecutor(min(len(frames), os.cpu_count() or 1, MAX_WORKERS)) as pool:
+        # In the order of the frames: the sums then do not depend on which thread is faster.
+        for layer in pool.map(partial(_layer, grid=grid, settings=settings), frames):
+            if layer is None:
+                masks.append(None)
+                continue
+            integral.add(layer.patch, layer.image, layer.covered)
+            anomaly_count[layer.patch.window] += layer.marked
+            masks.append((layer.patch, layer.marked))
+    return integral, anomaly_count, masks
 
 
 def _layer(frame: Frame, grid: FocalGrid, settings: ImagingSettings) -> _Layer | None:
