@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import asyncio
 import logging
 import platform
 import shutil
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import entry_points, version
 from pathlib import Path
@@ -16,7 +16,7 @@ from aos_gcs.api.app import create_app
 from aos_gcs.api.server import serve
 from aos_gcs.clock import LoopClock
 from aos_gcs.config import ApiConfig, ServiceConfig, mission_settings
-from aos_gcs.errors import ConfigurationError, LinkError
+from aos_gcs.errors import ConfigurationError
 from aos_gcs.mission.coordinator import Coordinator
 from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal
@@ -29,18 +29,26 @@ _log = logging.getLogger(__name__)
 DRIVER_GROUP = "aos_gcs.drivers"
 
 
-async def run_mission(
-    config: ServiceConfig,
-    *,
-    stay: bool,
-    on_start: Callable[[Coordinator, Path], None] | None = None,
-) -> tuple[MissionSnapshot, Path]:
-    """Run one mission as configured and return its last state and its folder.
+@dataclass(frozen=True, slots=True)
+class Service:
+    """One mission with its links, its record and its dashboard open."""
 
-    Args:
-        config: the whole configuration.
-        stay: keep the dashboard up after the mission has ended, until cancelled.
-        on_start: called with the mission and its folder once all links are open.
+    mission: Coordinator
+    folder: Path
+    """Where the mission is recorded."""
+    _journal: Journal
+    _recorder: MissionRecorder
+
+    async def run(self) -> MissionSnapshot:
+        """Run the mission to its end and return its last state; all of it is recorded by then."""
+        async with self._journal.recorded(self._recorder):
+            await self.mission.run()
+        return self.mission.snapshot()
+
+
+@asynccontextmanager
+async def open_service(config: ServiceConfig) -> AsyncIterator[Service]:
+    """Open everything a mission needs, for as long as the context is entered; ``run`` then runs it.
 
     Raises:
         ConfigurationError: a setting cannot be used; nothing was opened or written.
@@ -54,7 +62,7 @@ async def run_mission(
     started = datetime.now(UTC)
     mission_id = f"{started:%Y%m%d-%H%M%S-%f}-{config.swarm.strategy}"
     folder = config.record.folder / mission_id
-    running = False
+    opened = False
     try:
         async with MissionRecorder.create(
             config.record.folder, mission_id, _manifest(config, started), notify=journal.take
@@ -78,19 +86,11 @@ async def run_mission(
                     loop_monitor=loop_monitor,
                 )
                 async with _dashboard(mission, config.api):
-                    running = True
-                    if on_start is not None:
-                        on_start(mission, folder)
-                    async with journal.recorded(recorder):
-                        await mission.run()
-                    if stay:
-                        _log.info("The mission is over; the dashboard stays up until Ctrl-C.")
-                        await asyncio.Event().wait()
-    except (ConfigurationError, LinkError, BaseExceptionGroup):
-        if not running:
+                    opened = True
+                    yield Service(mission, folder, journal, recorder)
+    finally:
+        if not opened:
             shutil.rmtree(folder, ignore_errors=True)
-        raise
-    return mission.snapshot(), folder
 
 
 def load_driver(name: str) -> Driver:

@@ -21,6 +21,8 @@ from aos_gcs.cli.registry import group_class
 from aos_gcs.errors import AosError
 
 BUILT_IN: dict[str, str] = {
+    "demo": "aos_gcs.cli.demo:demo",
+    "run": "aos_gcs.cli.run:run",
     "integrate": "aos_gcs.cli.integrate:integrate",
     "inspect": "aos_gcs.cli.inspect:inspect",
 }

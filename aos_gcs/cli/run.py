@@ -6,11 +6,16 @@ import asyncio
 import signal
 from collections.abc import Coroutine
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
 
+if TYPE_CHECKING:
+    from aos_gcs.config import ServiceConfig
+
 T = TypeVar("T")
+
+EXIT_FAILED = 1
 
 
 def run(
@@ -27,18 +32,36 @@ def run(
     ends the service; their own link-loss failsafe takes over if that message gets lost.
     """
     from aos_gcs.config import read_config  # noqa: PLC0415 - heavy, only for this command
-    from aos_gcs.mission.model import Outcome  # noqa: PLC0415
-    from aos_gcs.service import run_mission  # noqa: PLC0415
 
     service = read_config(config)
     if port is not None:
         service.api.port = port
     if headless:
         service.api.enabled = False
-    snapshot, folder = run_until_terminated(run_mission(service, stay=not (exit_when_done or headless)))
-    typer.echo(f"{snapshot.outcome}: {snapshot.message} Recorded in {folder}.")
-    if snapshot.outcome in {Outcome.FAILED, Outcome.ABORTED}:
-        raise typer.Exit(1)
+    stay = service.api.enabled and not exit_when_done
+    if not run_until_terminated(_fly(service, stay)):
+        raise typer.Exit(EXIT_FAILED)
+
+
+async def _fly(config: ServiceConfig, stay: bool) -> bool:
+    """Run the mission, print how it ended, and return whether it did so by itself."""
+    from aos_gcs.cli.live import followed  # noqa: PLC0415 - heavy, only for this command
+    from aos_gcs.mission.model import Outcome  # noqa: PLC0415
+    from aos_gcs.service import open_service  # noqa: PLC0415
+
+    async with open_service(config) as service:
+        async with followed(service.mission):
+            snapshot = await service.run()
+        typer.echo(f"{snapshot.outcome}: {snapshot.message} Recorded in {service.folder}.")
+        await stay_up(stay)
+    return snapshot.outcome not in {Outcome.FAILED, Outcome.ABORTED}
+
+
+async def stay_up(stay: bool) -> None:
+    """Wait until cancelled, if so wished, for the dashboard to be looked at."""
+    if stay:
+        typer.echo("The mission is over; the dashboard stays up until Ctrl-C.", err=True)
+        await asyncio.Event().wait()
 
 
 def run_until_terminated(main: Coroutine[Any, Any, T]) -> T:

@@ -244,12 +244,11 @@ class Coordinator:
     def _summary(self) -> dict[str, object]:
         context = self._context
         target, steps = self._search.tracker.estimate(), context.journal.steps
-        detected = next((step for step in steps if step.visibility_m2 >= step.threshold_m2), None)
         return {
             "message": context.message,
             "duration_s": context.journal.elapsed_s(),
             "steps": len(steps),
-            "time_to_detection_s": None if detected is None else detected.elapsed_s,
+            "time_to_detection_s": self._search.found_at_s,
             "target_enu_m": None if target is None else target.position_enu_m,
             "vehicles": len(context.roster.members()),
             "landed": len(context.roster.members(Task.LANDED)),

@@ -48,6 +48,8 @@ class Search:
         self._progress_m = 0.0
         self._blind_steps = 0
         self._steps_found = 0
+        self.found_at_s: float | None = None
+        """Mission time of the first decision that the target is found."""
         self.step = 0
         self.tracker = TargetTracker(settings.detection)
 
@@ -219,6 +221,8 @@ class Search:
             context.journal.notice(Severity.INFO, f"target found at {east_m:.1f} m east, {north_m:.1f} m north")
         context.outcome = Outcome.FOUND
         self._steps_found = 0
+        if self.found_at_s is None:
+            self.found_at_s = context.journal.elapsed_s()
         return Phase.FOUND
 
     def _continue_scan(self, swarm: list[Member]) -> Phase:
@@ -276,7 +280,7 @@ class Search:
         return {"strategy": self._state, "generator": dump_rng(self._rng)}
 
     async def _swarm(self) -> list[Member]:
-        """Return the swarm; with too few left, wait whether lost ones come back. That all are lost, the monitor ends."""
+        """Return the swarm; with too few left, wait for lost ones. When all are lost, the monitor ends the mission."""
         context = self._context
         deadline_s = context.clock.now_s() + context.settings.deadlines.all_lost_s
         while len(swarm := context.roster.members(Task.SWARM)) < MIN_SWARM:

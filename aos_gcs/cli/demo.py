@@ -1,0 +1,78 @@
+"""The command ``aos-gcs demo``: a simulated swarm, the service and its dashboard in one go."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from aos_gcs.cli.run import run_until_terminated, stay_up
+
+if TYPE_CHECKING:
+    from aos_gcs.evaluation import Score
+    from aos_gcs.simulation import DemoOptions
+
+EXIT_NOT_FOUND = 1
+
+
+def demo(
+    *,
+    vehicles: Annotated[int, typer.Option(help="Number of vehicles, 2 to 100.")] = 10,
+    seed: Annotated[int, typer.Option(help="Seed of the world and of the strategy.", min=0)] = 1,
+    strategy: Annotated[str, typer.Option(help="Swarm strategy.")] = "aos-apso",
+    headless: Annotated[bool, typer.Option("--headless", help="Serve no dashboard.")] = False,
+    exit_when_done: Annotated[
+        bool, typer.Option("--exit-when-done", help="End with the mission instead of keeping the dashboard up.")
+    ] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
+    port: Annotated[int, typer.Option(help="Port of the dashboard.", min=0, max=65535)] = 8080,
+    speed: Annotated[float, typer.Option(help="Simulated seconds per second.")] = 1.0,
+    autopilot: Annotated[str, typer.Option(help="What the vehicles behave like: arducopter or px4.")] = "arducopter",
+    trees_per_ha: Annotated[float, typer.Option(help="Density of the forest.")] = 300.0,
+    image_size: Annotated[int, typer.Option(help="Width and height of the images in pixels.")] = 512,
+    folder: Annotated[Path, typer.Option(help="Where missions are recorded.")] = Path("missions"),
+) -> None:
+    """Find a person under trees with a simulated swarm, and watch it on the dashboard.
+
+    Exit code 0 only if the person was found and all vehicles have landed; 1 if not; 2 if nothing could be started.
+    """
+    from aos_gcs.simulation import DemoOptions  # noqa: PLC0415 - heavy, only for this command
+
+    options = DemoOptions(
+        vehicles=vehicles,
+        seed=seed,
+        strategy=strategy,
+        port=None if headless else port,
+        speed=speed,
+        autopilot=autopilot,
+        trees_per_ha=trees_per_ha,
+        image_size_px=image_size,
+        folder=folder,
+    )
+    score = run_until_terminated(_fly(options, as_json, stay=not (headless or exit_when_done)))
+    if not (score.found and score.landed == score.vehicles):
+        raise typer.Exit(EXIT_NOT_FOUND)
+
+
+async def _fly(options: DemoOptions, as_json: bool, stay: bool) -> Score:
+    from aos_gcs.cli.live import followed  # noqa: PLC0415 - heavy, only for this command
+    from aos_gcs.simulation import open_demo  # noqa: PLC0415
+
+    async with open_demo(options) as flight:
+        async with followed(flight.mission):
+            score = await flight.run()
+        _print(score, as_json)
+        await stay_up(stay)
+    return score
+
+
+def _print(score: Score, as_json: bool) -> None:
+    fields = dataclasses.asdict(score)
+    if as_json:
+        typer.echo(json.dumps(fields))
+        return
+    for name, value in fields.items():
+        typer.echo(f"{name.replace('_', ' ')}: {f'{value:.2f}' if isinstance(value, float) else value}")

@@ -1,0 +1,101 @@
+"""How well a simulated mission did, judged by the simulator's truth."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from importlib.metadata import entry_points
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from aos_gcs.errors import ConfigurationError
+from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.mission.model import MissionSnapshot, Outcome, Task
+from aos_gcs.mission.sampling import to_frame
+from aos_gcs.store.reader import MissionReader
+
+TRUTH_GROUP = "aos_gcs.truths"
+"""Entry points of simulators; ``unoccluded_areas_m2`` is described in ``aos_sim.truth``."""
+
+_OWN_RADIUS_M = 3.0
+"""A blob farther from the person than this shows something else."""
+
+
+@dataclass(frozen=True, slots=True)
+class Score:
+    """The result of a simulated mission. ``None`` where there is nothing to measure."""
+
+    found: bool
+    target_error_m: float | None
+    """Horizontal distance of the estimate from the nearest person."""
+    time_to_detection_s: float | None
+    """From the start to the decision that the target is found."""
+    visibility_max: float | None
+    """Largest visible area of the person in one step over the area that the same views would cover without forest."""
+    visibility_final: float | None
+    """The same in the last step."""
+    steps: int
+    vehicles: int
+    landed: int
+    min_separation_m: float | None
+    """Smallest true 3-D distance between two vehicles."""
+    mission_dir: str
+
+
+def score_mission(snapshot: MissionSnapshot, folder: Path, world_file: Path, report_file: Path) -> Score:
+    """Compare a mission with the files that the simulator has written.
+
+    Raises:
+        InputDataError: the mission folder cannot be read.
+    """
+    world: dict[str, Any] = json.loads(world_file.read_text(encoding="utf-8"))
+    report: dict[str, Any] = json.loads(report_file.read_text(encoding="utf-8")) if report_file.exists() else {}
+    persons_enu_m = np.array([target["position_enu_m"][:2] for target in world["targets"]])
+    error_m = None
+    if snapshot.target is not None:
+        offsets_m = persons_enu_m - np.array(snapshot.target.position_enu_m[:2])
+        error_m = float(np.linalg.norm(offsets_m, axis=1).min())
+    with MissionReader(folder) as reader:
+        visibilities = _visibilities(reader, world, persons_enu_m)
+        outcome = reader.outcome()
+    found_at_s = None if outcome is None else outcome.summary["time_to_detection_s"]
+    return Score(
+        found=snapshot.outcome is Outcome.FOUND,
+        target_error_m=error_m,
+        time_to_detection_s=found_at_s if isinstance(found_at_s, float) else None,
+        visibility_max=max(visibilities, default=None),
+        visibility_final=visibilities[-1] if visibilities else None,
+        steps=snapshot.step,
+        vehicles=len(snapshot.vehicles),
+        landed=sum(vehicle.task is Task.LANDED for vehicle in snapshot.vehicles),
+        min_separation_m=report.get("min_separation_m"),
+        mission_dir=str(folder),
+    )
+
+
+def _visibilities(reader: MissionReader, world: Mapping[str, Any], persons_enu_m: np.ndarray[Any, Any]) -> list[float]:
+    """Return the normalised visibility of each step."""
+    frame = LocalFrame(GeodeticPosition(**world["origin"]))
+    steps = reader.steps()
+    views = []
+    for step in steps:
+        frames = [to_frame(entry.load(), frame) for entry in reader.frames(step.step)]
+        views.append([(image.pose, image.camera) for image in frames])
+    areas_m2 = _truth()(world["seed"], world["trees_per_ha"], views)
+    visibilities = []
+    for step, area_m2 in zip(steps, areas_m2, strict=True):
+        own = step.target_enu_m is not None and bool(
+            np.linalg.norm(persons_enu_m - np.array(step.target_enu_m[:2]), axis=1).min() <= _OWN_RADIUS_M
+        )
+        visibilities.append(min(1.0, step.visibility_m2 / area_m2) if own and area_m2 > 0.0 else 0.0)
+    return visibilities
+
+
+def _truth() -> Callable[..., list[float]]:
+    for point in entry_points(group=TRUTH_GROUP):
+        truth: Callable[..., list[float]] = point.load()
+        return truth
+    raise ConfigurationError("No simulator is installed that could tell the truth; install aos-gcs[sim].")

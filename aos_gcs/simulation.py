@@ -1,0 +1,182 @@
+"""A mission with the simulator: configured, started and judged together."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+import sys
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from aos_gcs.config import ServiceConfig, parse_config
+from aos_gcs.errors import ConfigurationError, LinkError
+from aos_gcs.evaluation import Score, score_mission
+from aos_gcs.mission.coordinator import Coordinator
+from aos_gcs.mission.model import Phase
+from aos_gcs.mission.settings import Deadlines
+from aos_gcs.service import Service, open_service
+
+MAX_VEHICLES = 100
+ORIGIN_DEG = (48.3, 14.3, 260.0)
+SEARCH_AREA_ENU_M = ((-25.0, 8.0), (25.0, 8.0), (25.0, 88.0), (-25.0, 88.0))
+"""The part of the simulator's forest that hides the person; one leg of ten vehicles covers it."""
+FOLDER_NAME = "simulation"
+"""In the mission folder: the simulator's truth and its log."""
+
+_STOP_TIMEOUT_S = 10.0
+
+
+@dataclass(frozen=True, slots=True)
+class DemoOptions:
+    """What to simulate, and how to search.
+
+    Raises:
+        ConfigurationError: a value is out of its range.
+    """
+
+    vehicles: int = 10
+    seed: int = 1
+    strategy: str = "aos-apso"
+    port: int | None = 8080
+    """Of the dashboard; None: no dashboard."""
+    speed: float = 1.0
+    """Simulated seconds per second."""
+    autopilot: str = "arducopter"
+    trees_per_ha: float = 300.0
+    image_size_px: int = 512
+    folder: Path = Path("missions")
+
+    def __post_init__(self) -> None:
+        if not 2 <= self.vehicles <= MAX_VEHICLES:
+            raise ConfigurationError(f"--vehicles must lie within 2 and {MAX_VEHICLES}, but is {self.vehicles}.")
+        if not 0.0 < self.speed <= 100.0:
+            raise ConfigurationError(f"--speed must be above 0 and at most 100, but is {self.speed:g}.")
+
+
+@dataclass(frozen=True, slots=True)
+class Demo:
+    """A simulated mission, ready to be run."""
+
+    _options: DemoOptions
+    _service: Service
+    _link_port: int
+
+    @property
+    def mission(self) -> Coordinator:
+        """The mission."""
+        return self._service.mission
+
+    async def run(self) -> Score:
+        """Run simulator and mission to the end, and judge it.
+
+        Raises:
+            LinkError: the simulator could not start.
+        """
+        folder = self._service.folder / FOLDER_NAME
+        await asyncio.to_thread(folder.mkdir)
+        world_file, report_file = folder / "world.json", folder / "report.json"
+        command = _simulator_command(self._options, self._link_port, world_file, report_file)
+        async with _process(command, folder / "simulator.log") as simulator, asyncio.TaskGroup() as group:
+            guard = group.create_task(self._watch(simulator, folder / "simulator.log"))
+            snapshot = await self._service.run()
+            guard.cancel()
+        return await asyncio.to_thread(score_mission, snapshot, self._service.folder, world_file, report_file)
+
+    async def _watch(self, simulator: asyncio.subprocess.Process, log: Path) -> None:
+        """End the mission when the simulator ends before it flies; later the coordinator deals with the loss."""
+        code = await simulator.wait()
+        if self.mission.phase is Phase.CONNECT:
+            lines = (await asyncio.to_thread(log.read_text, encoding="utf-8", errors="replace")).strip().splitlines()
+            reason = lines[-1] if lines else "it said nothing"
+            raise LinkError(f"The simulator ended with code {code} before the mission began: {reason}")
+
+
+@asynccontextmanager
+async def open_demo(options: DemoOptions) -> AsyncIterator[Demo]:
+    """Open the service for a simulated mission; its dashboard stays up for as long as the context is entered.
+
+    Raises:
+        ConfigurationError: an option cannot be used.
+        LinkError: the dashboard's port is in use.
+    """
+    link_port = _free_udp_port()
+    async with open_service(_configuration(options, link_port)) as service:
+        yield Demo(options, service, link_port)
+
+
+def _configuration(options: DemoOptions, link_port: int) -> ServiceConfig:
+    tables: dict[str, Any] = {
+        "clock_speed": options.speed,
+        "link": {"urls": [f"udpin://127.0.0.1:{link_port}"]},
+        "mission": {
+            "vehicles": options.vehicles,
+            "origin_deg": ORIGIN_DEG,
+            "area_enu_m": SEARCH_AREA_ENU_M,
+            "seed": options.seed,
+            "auto_start": True,
+            "auto_return": True,
+        },
+        "swarm": {"strategy": options.strategy},
+        "deadlines": _real_deadlines(max(1.0, options.speed)),
+        "safety": {
+            "max_link_age_s": 3.0 * max(1.0, options.speed),
+            "max_position_age_s": 3.0 * max(1.0, options.speed),
+        },
+        "api": {"enabled": options.port is not None, "port": options.port or 0},
+        "record": {"folder": options.folder},
+    }
+    return parse_config(tables, source="demo")
+
+
+def _real_deadlines(speed: float) -> dict[str, float]:
+    """Return the deadlines for what takes real time, however fast the simulation: start-up, rendering, scheduling."""
+    default = Deadlines()
+    real = ("connect_s", "capture_s", "command_s", "lost_s", "all_lost_s")
+    return {name: speed * getattr(default, name) for name in real}
+
+
+def _simulator_command(options: DemoOptions, link_port: int, world_file: Path, report_file: Path) -> list[str]:
+    return [
+        *(sys.executable, "-m", "aos_gcs", "sim"),
+        *("--vehicles", str(options.vehicles)),
+        *("--link", f"udpout://127.0.0.1:{link_port}"),
+        *("--seed", str(options.seed)),
+        *("--speed", str(options.speed)),
+        *("--autopilot", options.autopilot),
+        *("--origin", ",".join(map(str, ORIGIN_DEG))),
+        *("--trees-per-ha", str(options.trees_per_ha)),
+        *("--image-size", str(options.image_size_px)),
+        *("--world-file", str(world_file)),
+        *("--report-file", str(report_file)),
+        "--exit-with-parent",
+    ]
+
+
+@asynccontextmanager
+async def _process(command: list[str], log: Path) -> AsyncIterator[asyncio.subprocess.Process]:
+    """Run a program for as long as the context is entered; its output goes into a file."""
+    with log.open("wb") as output:
+        process = await asyncio.create_subprocess_exec(
+            *command, stdin=asyncio.subprocess.DEVNULL, stdout=output, stderr=output, start_new_session=True
+        )
+        try:
+            yield process
+        finally:
+            if process.returncode is None:
+                process.terminate()
+            try:
+                async with asyncio.timeout(_STOP_TIMEOUT_S):
+                    await process.wait()
+            except TimeoutError:
+                process.kill()
+                await process.wait()
+
+
+def _free_udp_port() -> int:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        port: int = probe.getsockname()[1]
+    return port

@@ -1,0 +1,74 @@
+"""What the cameras would see of the persons if there were no forest: the yardstick of normalised visibility."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.geometry.poses import Pose
+from aos_sim.world.person import person_mesh
+from aos_sim.world.scene import SceneParameters, build_scene
+
+CELL_M = 0.02
+HALF_WIDTH_M = 6.0
+"""Of the square round a person on which its outlines are drawn; the outline of a standing one that is seen 70 degrees
+off the nadir still fits in."""
+
+
+def unoccluded_areas_m2(
+    seed: int, trees_per_ha: float, steps: Sequence[Sequence[tuple[Pose, CameraModel]]], plane_height_m: float = 0.0
+) -> list[float]:
+    """Return per step the area on the focal plane that the views of its cameras would cover of the persons together.
+
+    A view covers what lies behind a person as seen from the camera: its mesh projected onto the plane from the
+    camera's position. Views that do not show a person's position do not count for it.
+
+    Args:
+        seed: of the world, as given to the simulator.
+        trees_per_ha: of the world; it decides where persons stand.
+        steps: the cameras of each step.
+        plane_height_m: height of the focal plane, below the cameras.
+    """
+    persons = build_scene(SceneParameters(seed=seed, trees_per_ha=trees_per_ha)).persons
+    meshes = [person_mesh(person).triangles_enu_m.astype(np.float64) for person in persons]
+    return [
+        sum(
+            _union_m2(
+                mesh,
+                person.position_enu_m,
+                [pose for pose, camera in views if _shows(pose, camera, person.position_enu_m)],
+                plane_height_m,
+            )
+            for person, mesh in zip(persons, meshes, strict=True)
+        )
+        for views in steps
+    ]
+
+
+def _shows(pose: Pose, camera: CameraModel, position_enu_m: NDArray[np.float64]) -> bool:
+    x_m, y_m, depth_m = (position_enu_m - pose.position_enu_m) @ pose.R_cam2enu
+    if depth_m <= 0.0:
+        return False
+    column = camera.fx_px * x_m / depth_m + camera.cx_px
+    row = camera.fy_px * y_m / depth_m + camera.cy_px
+    return bool(0.0 <= column <= camera.width_px - 1 and 0.0 <= row <= camera.height_px - 1)
+
+
+def _union_m2(
+    triangles_enu_m: NDArray[np.float64], centre_enu_m: NDArray[np.float64], poses: Sequence[Pose], height_m: float
+) -> float:
+    """Return the area of all projections of a mesh, shape (n, 3, 3), onto the plane at ``height_m`` together."""
+    side = round(2 * HALF_WIDTH_M / CELL_M)
+    canvas = np.zeros((side, side), np.uint8)
+    for pose in poses:
+        rays_m = triangles_enu_m - pose.position_enu_m
+        reach = (height_m - pose.position_enu_m[2]) / rays_m[..., 2]
+        on_plane_enu_m = pose.position_enu_m[:2] + reach[..., None] * rays_m[..., :2]
+        cells = np.rint((on_plane_enu_m - centre_enu_m[:2] + HALF_WIDTH_M) / CELL_M).astype(np.int32)
+        for triangle in cells:
+            cv2.fillConvexPoly(canvas, triangle, 1)
+    return float(np.count_nonzero(canvas)) * CELL_M**2
