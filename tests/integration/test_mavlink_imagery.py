@@ -1,0 +1,123 @@
+"""Fetching images from a web server on the loopback interface."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from dataclasses import dataclass
+
+import aiohttp
+import cv2
+import numpy as np
+import pytest
+from aiohttp import web
+
+from aos_drivers.mavlink.imagery import ImageFetcher
+from aos_gcs.clock import LoopClock
+from aos_gcs.errors import CaptureError
+
+HOST = "127.0.0.1"
+PNG = bytes(cv2.imencode(".png", np.full((6, 8), 77, np.uint8))[1])
+
+
+@dataclass
+class Bench:
+    fetcher: ImageFetcher
+    clock: LoopClock
+    base: str
+
+    async def fetch(self, url: str, host: str = HOST) -> object:
+        return await self.fetcher.fetch(url, host, self.clock.now_s() + 5.0)
+
+
+async def serve_image(_request: web.Request) -> web.Response:
+    return web.Response(body=PNG)
+
+
+async def serve_redirect(_request: web.Request) -> web.Response:
+    raise web.HTTPFound("/good.png")
+
+
+async def serve_large(_request: web.Request) -> web.Response:
+    return web.Response(body=bytes(3 * 2**20))
+
+
+async def serve_never(_request: web.Request) -> web.Response:
+    await asyncio.sleep(30)
+    return web.Response()
+
+
+async def serve_cut(request: web.Request) -> web.StreamResponse:
+    response = web.StreamResponse(headers={"Content-Length": str(len(PNG))})
+    await response.prepare(request)
+    await response.write(PNG[:20])
+    assert request.transport is not None
+    request.transport.close()
+    return response
+
+
+@pytest.fixture
+async def bench() -> AsyncIterator[Bench]:
+    app = web.Application()
+    app.router.add_get("/good.png", serve_image)
+    app.router.add_get("/redirect", serve_redirect)
+    app.router.add_get("/large", serve_large)
+    app.router.add_get("/never", serve_never)
+    app.router.add_get("/cut", serve_cut)
+    runner = web.AppRunner(app, shutdown_timeout=0.1)
+    await runner.setup()
+    site = web.TCPSite(runner, HOST, 0)
+    await site.start()
+    port = runner.addresses[0][1]
+    async with aiohttp.ClientSession() as session:
+        clock = LoopClock()
+        yield Bench(ImageFetcher(session, clock, 2**20, ("files.example",)), clock, f"http://{HOST}:{port}")
+    await runner.cleanup()
+
+
+async def test_an_image_of_the_vehicles_own_host_is_fetched(bench: Bench) -> None:
+    image, bands = await bench.fetch(f"{bench.base}/good.png")  # type: ignore[misc]
+    assert bands == ("grey",)
+    assert image.shape == (6, 8, 1)
+
+
+@pytest.mark.parametrize(
+    ("path", "words"),
+    [
+        ("/missing", "status 404"),
+        ("/redirect", "status 302"),
+        ("/large", "larger than 1 MiB"),
+        ("/cut", "cannot be fetched"),
+    ],
+)
+async def test_bad_answers_are_named(bench: Bench, path: str, words: str) -> None:
+    with pytest.raises(CaptureError, match=words):
+        await bench.fetch(bench.base + path)
+
+
+@pytest.mark.parametrize(
+    ("url", "words"),
+    [
+        ("", "no file server"),
+        ("file:///etc/passwd", "not http"),
+        ("ftp://127.0.0.1/a", "not http"),
+        ("http://192.168.0.9/a.png", "own host"),
+        ("http://printer/a.png", "own host"),
+        ("http://[::1", "cannot be understood"),
+        ("http:///a.png", "not http|understood"),
+    ],
+)
+async def test_hostile_addresses_are_never_called(bench: Bench, url: str, words: str) -> None:
+    with pytest.raises(CaptureError, match=words):
+        await bench.fetch(url)
+
+
+async def test_localhost_is_a_loopback_vehicle_only(bench: Bench) -> None:
+    await bench.fetch(bench.base.replace(HOST, "localhost") + "/good.png")
+    with pytest.raises(CaptureError, match="own host"):
+        await bench.fetch("http://localhost/good.png", host="10.0.0.5")
+
+
+async def test_the_deadline_ends_a_slow_download(bench: Bench) -> None:
+    with pytest.raises(CaptureError, match="in time"):
+        await bench.fetcher.fetch(f"{bench.base}/never", HOST, bench.clock.now_s() + 0.1)

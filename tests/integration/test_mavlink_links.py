@@ -1,0 +1,179 @@
+"""The driver on real sockets of the loopback interface."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from pymavlink import mavutil
+
+from aos_drivers.mavlink import open_mavlink
+from aos_drivers.mavlink.service import TLOG_NAME
+from aos_gcs.clock import LoopClock
+from aos_gcs.errors import CommandRefusedError, ConfigurationError, LinkError
+from aos_gcs.ports import DriverContext, Fleet, Land, Notice
+from tests.fakes.mavlink_vehicle import FakeVehicle
+
+HOST = "127.0.0.1"
+
+
+def free_port(kind: socket.SocketKind) -> int:
+    with socket.socket(socket.AF_INET, kind) as probe:
+        probe.bind((HOST, 0))
+        return int(probe.getsockname()[1])
+
+
+def make_context(**settings: object) -> tuple[DriverContext, list[Notice]]:
+    notices: list[Notice] = []
+    return DriverContext(LoopClock(10.0), lambda: True, notices.append, **settings), notices  # type: ignore[arg-type]
+
+
+async def until(condition: Callable[[], bool]) -> None:
+    async with asyncio.timeout(10.0):
+        while not condition():  # noqa: ASYNC110 - what is awaited is the driver's telemetry
+            await asyncio.sleep(0.005)
+
+
+class UdpVehicle(asyncio.DatagramProtocol):
+    """A fake vehicle behind a UDP socket."""
+
+    def __init__(self, system_id: int) -> None:
+        self.vehicle = FakeVehicle(system_id)
+
+    def connection_made(self, transport: asyncio.DatagramTransport) -> None:  # type: ignore[override]
+        self.transport = transport
+
+    def datagram_received(self, data: bytes, addr: tuple[str, int]) -> None:
+        answers = self.vehicle.hear(data)
+        self.transport.sendto(answers + self.vehicle.telemetry(), addr)
+
+
+async def open_vehicle(system_id: int, *, driver_port: int | None = None) -> UdpVehicle:
+    loop = asyncio.get_running_loop()
+    remote = (HOST, driver_port) if driver_port is not None else None
+    local = (HOST, 0) if remote is None else None
+    _transport, protocol = await loop.create_datagram_endpoint(
+        lambda: UdpVehicle(system_id), local_addr=local, remote_addr=remote
+    )
+    return protocol
+
+
+async def test_vehicles_on_one_udp_port_get_their_own_commands_and_all_is_logged(tmp_path: Path) -> None:
+    context, _notices = make_context(log_folder=tmp_path)
+    port = free_port(socket.SOCK_DGRAM)
+    async with open_mavlink([f"udpin://{HOST}:{port}"], context) as fleet:
+        peers = [await open_vehicle(number, driver_port=port) for number in (1, 2, 3)]
+        for peer in peers:
+            peer.transport.sendto(peer.vehicle.telemetry())
+        await until(lambda: set(fleet.vehicles()) == {1, 2, 3})
+        await fleet.vehicles()[2].execute(Land(), context.clock.now_s() + 50.0)
+        assert [peer.vehicle.custom_mode for peer in peers] == [0, 9, 0]
+        await until(lambda: all(peer.vehicle.heard_heartbeats > 1 for peer in peers))
+        for number, peer in enumerate(peers, 1):
+            assert {message.target_system for message in peer.vehicle.commands} == {number}
+            peer.transport.close()
+    log = mavutil.mavlink_connection(str(tmp_path / TLOG_NAME))
+    messages = iter(log.recv_match, None)
+    seen = {(message.get_srcSystem(), message.get_type()) for message in messages}
+    log.close()
+    assert {(254, "HEARTBEAT"), (254, "COMMAND_LONG"), (2, "COMMAND_ACK"), (3, "GLOBAL_POSITION_INT")} <= seen
+
+
+async def test_udpout_calls_a_vehicle_that_waits() -> None:
+    context, _notices = make_context()
+    peer = await open_vehicle(4)
+    port = peer.transport.get_extra_info("sockname")[1]
+    async with open_mavlink([f"udpout://{HOST}:{port}"], context) as fleet:
+        await until(lambda: 4 in fleet.vehicles())
+    peer.transport.close()
+
+
+async def talk_tcp(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, vehicle: FakeVehicle) -> None:
+    writer.write(vehicle.telemetry())
+    while data := await reader.read(4096):
+        writer.write(vehicle.hear(data) + vehicle.telemetry())
+    writer.close()
+
+
+async def test_tcpout_comes_back_after_a_broken_connection() -> None:
+    context, notices = make_context()
+    vehicle = FakeVehicle(5)
+    connections: list[asyncio.StreamWriter] = []
+
+    async def serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        connections.append(writer)
+        await talk_tcp(reader, writer, vehicle)
+
+    async with await asyncio.start_server(serve, HOST, 0) as server:
+        port = server.sockets[0].getsockname()[1]
+        async with open_mavlink([f"tcp://{HOST}:{port}"], context) as fleet:
+            await until(lambda: 5 in fleet.vehicles())
+            connections[0].close()
+            await until(lambda: len(connections) == 2)
+            heard_at_s = fleet.vehicles()[5].state.heard_at_s
+            await until(lambda: fleet.vehicles()[5].state.heard_at_s != heard_at_s)
+            await fleet.vehicles()[5].execute(Land(), context.clock.now_s() + 50.0)
+    assert [notice.text for notice in notices if "has been lost" in notice.text]
+
+
+async def test_tcpin_serves_vehicles_that_call() -> None:
+    context, _notices = make_context()
+    port = free_port(socket.SOCK_STREAM)
+    async with open_mavlink([f"tcpin://{HOST}:{port}"], context) as fleet:
+        reader, writer = await asyncio.open_connection(HOST, port)
+        talking = asyncio.create_task(talk_tcp(reader, writer, FakeVehicle(6)))
+        await until(lambda: 6 in fleet.vehicles())
+        await fleet.vehicles()[6].execute(Land(), context.clock.now_s() + 50.0)
+    await talking
+
+
+@pytest.mark.parametrize(("kind", "scheme"), [(socket.SOCK_DGRAM, "udpin"), (socket.SOCK_STREAM, "tcpin")])
+async def test_a_taken_port_is_named_with_the_remedy(kind: socket.SocketKind, scheme: str) -> None:
+    context, _notices = make_context()
+    with socket.socket(socket.AF_INET, kind) as taken:
+        taken.bind((HOST, 0))
+        if kind == socket.SOCK_STREAM:
+            taken.listen()
+        port = taken.getsockname()[1]
+        with pytest.raises(LinkError, match=f"port {port} is in use: stop the other ground station"):
+            await enter([f"{scheme}://{HOST}:{port}"], context)
+
+
+async def enter(links: list[str], context: DriverContext) -> None:
+    async with open_mavlink(links, context):
+        pass
+
+
+async def test_nobody_at_the_other_end_of_tcpout_is_a_link_error() -> None:
+    context, _notices = make_context()
+    port = free_port(socket.SOCK_STREAM)
+    with pytest.raises(LinkError, match=f"tcpout://{HOST}:{port} cannot be opened"):
+        await enter([f"tcpout://{HOST}:{port}"], context)
+
+
+async def test_no_link_and_an_unwritable_log_folder_are_configuration_errors(tmp_path: Path) -> None:
+    context, _notices = make_context()
+    with pytest.raises(ConfigurationError, match="at least one link"):
+        await enter([], context)
+    (tmp_path / "file").write_text("")
+    context, _notices = make_context(log_folder=tmp_path / "file")
+    with pytest.raises(ConfigurationError, match="choose another log folder"):
+        await enter([f"udpin://{HOST}:{free_port(socket.SOCK_DGRAM)}"], context)
+
+
+async def test_errors_of_the_body_come_through_as_they_are() -> None:
+    context, _notices = make_context()
+
+    async def body(fleet: Fleet) -> None:
+        assert fleet.vehicles() == {}
+        raise CommandRefusedError("as it is")
+
+    async def run() -> None:
+        async with open_mavlink([f"udpin://{HOST}:{free_port(socket.SOCK_DGRAM)}"], context) as fleet:
+            await body(fleet)
+
+    with pytest.raises(CommandRefusedError, match="as it is"):
+        await run()

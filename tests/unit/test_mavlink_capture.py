@@ -1,0 +1,204 @@
+from __future__ import annotations
+
+import asyncio
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from aos_drivers.mavlink.images import Image
+from aos_gcs.errors import CaptureError
+from aos_gcs.geometry.poses import mavlink_quaternion_from_R_cam2enu, nadir_pose
+from tests.fakes.mavlink_fleet import Network, open_network
+from tests.fakes.mavlink_vehicle import FakeVehicle
+
+pytestmark = pytest.mark.looptime
+
+START = mavlink.MAV_CMD_IMAGE_START_CAPTURE
+REQUEST = mavlink.MAV_CMD_REQUEST_MESSAGE
+DOWN = tuple(mavlink_quaternion_from_R_cam2enu(nadir_pose([0, 0, 0]).R_cam2enu))
+URL = "http://10.0.0.1/7.tiff"
+
+
+@dataclass
+class RecordedFetcher:
+    """Delivers one image and notes what it was asked for."""
+
+    asked: list[tuple[str, str]] = field(default_factory=list)
+
+    async def fetch(self, url: str, host: str, _deadline_s: float) -> tuple[Image, tuple[str, ...]]:
+        self.asked.append((url, host))
+        return np.zeros((24, 32, 1), np.uint8), ("grey",)
+
+
+class CameraVehicle(FakeVehicle):
+    """A vehicle whose camera answers; ``lost`` messages about images do not arrive the first time."""
+
+    def __init__(self) -> None:
+        super().__init__(1)
+        self.image_index = 7
+        self.lost = 0
+        self.result = mavlink.MAV_RESULT_ACCEPTED
+        self.position_e7 = (480000000, 140000000)
+        self.q: tuple[float, ...] = DOWN
+        self.capture_result = 1
+        self.focal_mm = 6.4
+        self.seen_sequences: set[float] = set()
+
+    def captured(self, index: int) -> bytes:
+        return self.camera.pack(
+            mavlink.MAVLink_camera_image_captured_message(
+                0,
+                1_700_000_000_500_000,
+                0,
+                *self.position_e7,
+                335_000,
+                35_000,
+                [*self.q],
+                index,
+                self.capture_result,
+                URL.encode(),
+            )
+        )
+
+    def _on_command(self, message: mavlink.MAVLink_message) -> bytes:
+        if message.target_component != 100:
+            return super()._on_command(message)
+        self.commands.append(message)
+        if message.command == START:
+            return self._on_capture(message)
+        wanted = int(message.param1)
+        if wanted == mavlink.MAVLINK_MSG_ID_CAMERA_INFORMATION:
+            names = [0] * 32
+            return self.camera.pack(
+                mavlink.MAVLink_camera_information_message(
+                    0, names, names, 0, self.focal_mm, 6.4, 4.8, 640, 480, 0, 2, 0, b""
+                )
+            )
+        if wanted == mavlink.MAVLINK_MSG_ID_CAMERA_CAPTURE_STATUS:
+            return self.camera.pack(
+                mavlink.MAVLink_camera_capture_status_message(0, 0, 0, 0.0, 0, 0.0, self.image_index)
+            )
+        return self.captured(int(message.param2)) if int(message.param2) < self.image_index else b""
+
+    def _on_capture(self, message: mavlink.MAVLink_message) -> bytes:
+        ack = self.camera.pack(mavlink.MAVLink_command_ack_message(START, self.result, 0, 0, 254, 190))
+        if self.result != mavlink.MAV_RESULT_ACCEPTED or message.param4 in self.seen_sequences:
+            return ack
+        self.seen_sequences.add(message.param4)
+        self.image_index += 1
+        if self.lost:
+            self.lost -= 1
+            return ack
+        return ack + self.captured(self.image_index - 1)
+
+
+async def settle(network: Network) -> None:
+    await network.clock.sleep(0.5)
+
+
+async def test_an_image_comes_with_pose_time_and_camera() -> None:
+    vehicle, fetcher = CameraVehicle(), RecordedFetcher()
+    async with open_network(vehicle, fetcher=fetcher) as network:
+        await settle(network)
+        capture = await network.vehicle().capture(10.0)
+    assert (capture.vehicle_id, capture.image_index, capture.utc_s) == (1, 7, 1_700_000_000.5)
+    assert capture.position.altitude_amsl_m == 335.0
+    assert capture.R_cam2enu == pytest.approx(nadir_pose([0, 0, 0]).R_cam2enu, abs=1e-6)
+    assert (capture.camera.width_px, capture.camera.height_px) == (32, 24)
+    assert capture.camera.horizontal_fov_rad == pytest.approx(2 * math.atan(0.5))
+    assert fetcher.asked == [(URL, "10.0.0.1")]
+
+
+async def test_a_lost_message_about_the_image_is_asked_for_again() -> None:
+    vehicle = CameraVehicle()
+    vehicle.lost = 1
+    async with open_network(vehicle, fetcher=RecordedFetcher()) as network:
+        await settle(network)
+        assert (await network.vehicle().capture(10.0)).image_index == 7
+    assert len(vehicle.sent(START)) == 1
+
+
+async def test_a_repeated_command_keeps_its_sequence_number_so_that_one_image_is_taken() -> None:
+    vehicle = CameraVehicle()
+    answers = iter([mavlink.MAV_RESULT_TEMPORARILY_REJECTED])
+    original = vehicle._on_capture
+
+    def busy_once(message: mavlink.MAVLink_message) -> bytes:
+        vehicle.result = next(answers, mavlink.MAV_RESULT_ACCEPTED)
+        return original(message)
+
+    vehicle._on_capture = busy_once  # type: ignore[method-assign]
+    async with open_network(vehicle, fetcher=RecordedFetcher()) as network:
+        await settle(network)
+        first = await network.vehicle().capture(10.0)
+        second = await network.vehicle().capture(10.0)
+    assert (first.image_index, second.image_index) == (7, 8)
+    assert [message.param4 for message in vehicle.sent(START)] == [1, 1, 2]
+
+
+async def test_the_image_of_a_failed_capture_is_not_taken_for_the_next() -> None:
+    vehicle = CameraVehicle()
+    vehicle.lost = 1
+    async with open_network(vehicle, fetcher=RecordedFetcher()) as network:
+        await settle(network)
+        with pytest.raises(CaptureError, match="image 7 from vehicle 1"):
+            await network.vehicle().capture(network.clock.now_s() + 0.5)
+        network.deliver(vehicle.captured(7), next(iter(network.vehicles)))
+        assert (await network.vehicle().capture(10.0)).image_index == 8
+
+
+@pytest.mark.parametrize(
+    ("attribute", "value", "words"),
+    [
+        ("q", (0.0, 0.0, 0.0, 0.0), "no orientation"),
+        ("q", (math.nan, 0.0, 0.0, 0.0), "no orientation"),
+        ("position_e7", (0, 0), "no position"),
+        ("capture_result", 0, "exposure failed"),
+        ("result", mavlink.MAV_RESULT_DENIED, "denied"),
+        ("focal_mm", math.nan, "camera_fov_deg"),
+    ],
+)
+async def test_what_makes_an_image_useless_is_named(attribute: str, value: object, words: str) -> None:
+    vehicle = CameraVehicle()
+    setattr(vehicle, attribute, value)
+    async with open_network(vehicle, fetcher=RecordedFetcher()) as network:
+        await settle(network)
+        with pytest.raises(CaptureError, match=words):
+            await network.vehicle().capture(10.0)
+
+
+async def test_the_field_of_view_can_be_set_by_the_user() -> None:
+    vehicle = CameraVehicle()
+    vehicle.focal_mm = 0.0
+    async with open_network(vehicle, fetcher=RecordedFetcher(), camera_fov_rad=0.8) as network:
+        await settle(network)
+        assert (await network.vehicle().capture(10.0)).camera.horizontal_fov_rad == pytest.approx(0.8)
+
+
+async def test_one_capture_at_a_time_and_free_again_afterwards() -> None:
+    vehicle = CameraVehicle()
+    async with open_network(vehicle, fetcher=RecordedFetcher()) as network:
+        await settle(network)
+        first = asyncio.create_task(network.vehicle().capture(10.0))
+        await asyncio.sleep(0)
+        with pytest.raises(CaptureError, match="already"):
+            await network.vehicle().capture(10.0)
+        first.cancel()
+        await asyncio.gather(first, return_exceptions=True)
+        await network.vehicle().capture(10.0)
+
+
+async def test_a_mute_camera_fails_at_the_deadline_and_a_missing_one_at_once() -> None:
+    vehicle = CameraVehicle()
+    vehicle._on_capture = lambda _message: b""  # type: ignore[method-assign]
+    async with open_network(vehicle, fetcher=RecordedFetcher()) as network:
+        network.vehicle()._record.camera = None
+        with pytest.raises(CaptureError, match="no camera"):
+            await network.vehicle().capture(5.0)
+        await settle(network)
+        with pytest.raises(CaptureError, match="does not answer"):
+            await network.vehicle().capture(5.0)
+        assert network.clock.now_s() == pytest.approx(5.0, abs=0.01)

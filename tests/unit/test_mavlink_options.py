@@ -1,0 +1,86 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from aos_drivers.mavlink import MavlinkOptions
+from aos_drivers.mavlink.options import parse_link
+from aos_drivers.mavlink.recorder import TlogRecorder
+from aos_gcs.errors import ConfigurationError
+from tests.fakes.mavlink_vehicle import FakeVehicle
+
+
+@pytest.mark.parametrize(
+    ("text", "kind", "host", "port"),
+    [
+        ("udpin://0.0.0.0:14550", "udpin", "0.0.0.0", 14550),  # noqa: S104
+        ("udpout://10.0.0.2:14555", "udpout", "10.0.0.2", 14555),
+        ("tcp://sitl:5760", "tcpout", "sitl", 5760),
+        ("tcpout://[::1]:5760", "tcpout", "::1", 5760),
+        ("tcpin://localhost:1", "tcpin", "localhost", 1),
+    ],
+)
+def test_links_are_understood(text: str, kind: str, host: str, port: int) -> None:
+    link = parse_link(text)
+    assert (link.kind, link.host, link.port, link.text) == (kind, host, port, text)
+
+
+@pytest.mark.parametrize(
+    "text", ["", "14550", "udp://1.2.3.4:5", "udpin://:14550", "udpin://host", "udpin://host:0", "udpin://host:70000"]
+)
+def test_other_links_are_named_with_the_allowed_forms(text: str) -> None:
+    with pytest.raises(ConfigurationError) as caught:
+        parse_link(text)
+    assert repr(text) in str(caught.value)
+    assert "udpin://HOST:PORT" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"position_rate": 5}, "position_rate"),
+        ({"position_hz": 0}, "position_hz"),
+        ({"position_hz": True}, "position_hz"),
+        ({"camera_fov_deg": "wide"}, "camera_fov_deg"),
+        ({"image_hosts": "10.0.0.1"}, "image_hosts"),
+        ({"max_image_mib": -1}, "max_image_mib"),
+    ],
+)
+def test_bad_options_are_named(options: dict[str, object], words: str) -> None:
+    with pytest.raises(ConfigurationError, match=words):
+        MavlinkOptions.parse(options)
+
+
+def test_options_have_defaults_and_are_taken_over() -> None:
+    assert MavlinkOptions.parse({}) == MavlinkOptions()
+    options = MavlinkOptions.parse({"position_hz": 10, "camera_fov_deg": 50, "image_hosts": ["cam1"]})
+    assert (options.position_hz, options.camera_fov_deg, options.image_hosts) == (10.0, 50.0, ("cam1",))
+
+
+def test_a_recording_is_a_timestamp_and_a_packet_each_and_goes_on_where_it_ended(tmp_path: Path) -> None:
+    packet = FakeVehicle().heartbeat()
+    for utc_s in (1.5, 2.0):
+        recorder = TlogRecorder(tmp_path / "log" / "a.tlog", pytest.fail)
+        recorder.write(packet, utc_s)
+        recorder.close()
+    data = (tmp_path / "log" / "a.tlog").read_bytes()
+    assert data == (1_500_000).to_bytes(8, "big") + packet + (2_000_000).to_bytes(8, "big") + packet
+
+
+def test_a_full_disk_ends_the_recording_with_one_report() -> None:
+    errors: list[OSError] = []
+    recorder = TlogRecorder(Path("/dev/full"), errors.append)
+    recorder.write(b"x", 0.0)
+    recorder.close()
+    assert len(errors) == 1
+
+
+def test_a_full_buffer_drops_the_newest_and_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("aos_drivers.mavlink.recorder._BUFFER_BYTES", 30)
+    recorder = TlogRecorder(tmp_path / "a.tlog", pytest.fail)
+    with recorder._lock:
+        recorder._buffer += bytes(20)
+    recorder.write(bytes(20), 0.0)
+    recorder.close()
+    assert recorder.dropped == 1
