@@ -3,6 +3,9 @@ import { texts } from "./texts";
 
 export const UNKNOWN = "–";
 
+/** More ids than this would not fit onto a button. */
+const IDS_NAMED = 6;
+
 /** A number with fixed decimals and its unit. */
 export function quantity(value: number | null | undefined, decimals: number, unit = ""): string {
   if (value === null || value === undefined || !Number.isFinite(value)) return UNKNOWN;
@@ -47,6 +50,7 @@ export function eastNorth(east_m: number, north_m: number): string {
 export function scope(vehicleIds: readonly number[] | null): string {
   if (vehicleIds === null) return texts.scope.all;
   if (vehicleIds.length === 1) return texts.scope.one(vehicleIds[0] ?? 0);
+  if (vehicleIds.length > IDS_NAMED) return texts.scope.many(vehicleIds.length);
   return texts.scope.several(vehicleIds.join(", "));
 }
 

@@ -60,9 +60,10 @@ export const texts = {
   scope: {
     all: "all vehicles",
     one: (id: number) => `vehicle ${id}`,
+    many: (count: number) => `${count} selected vehicles`,
     several: (ids: string) => `vehicles ${ids}`,
-    label: "Commands go to",
-    clear: "Select none",
+    label: "To",
+    clear: "All",
     mission: "the mission",
   },
   actions: {

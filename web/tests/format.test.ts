@@ -28,6 +28,7 @@ test("the scope in words", () => {
   expect(scope(null)).toBe("all vehicles");
   expect(scope([3])).toBe("vehicle 3");
   expect(scope([2, 3])).toBe("vehicles 2, 3");
+  expect(scope([1, 2, 3, 4, 5, 6, 7])).toBe("7 selected vehicles");
 });
 
 test("fixes have names", () => {

@@ -65,11 +65,10 @@ export function Controls({ mission, isConnected, selected, onClearSelection }: P
   );
   return (
     <section class="controls panel" aria-label={texts.actions.panel} data-testid="controls">
-      <p class="message" data-testid="message" role="status">
-        {mission?.message ?? texts.waiting}
-      </p>
       <p class="scope">
-        {texts.scope.label} <strong data-testid="scope">{scope(targets("hold", selected))}</strong>
+        <span>
+          {texts.scope.label} <strong data-testid="scope">{scope(targets("hold", selected))}</strong>
+        </span>
         {selected.size > 0 && (
           <button type="button" class="quiet" data-testid="clear-selection" onClick={onClearSelection}>
             {texts.scope.clear}
@@ -79,6 +78,9 @@ export function Controls({ mission, isConnected, selected, onClearSelection }: P
       {button("hold")}
       <div class="button-grid">{MISSION_ACTIONS.map(button)}</div>
       <div class="button-grid">{ENDING_ACTIONS.map(button)}</div>
+      <p class="message" data-testid="message" role="status">
+        {mission?.message ?? texts.waiting}
+      </p>
       {last && <Results label={last.label} answer={last.answer} />}
       <Target mission={mission} />
       {asked && (
