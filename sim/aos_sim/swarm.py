@@ -27,7 +27,8 @@ from aos_sim.clock import TICK_S, Pacer, SimTime
 from aos_sim.links import Endpoint, LinkAddress, open_endpoint
 from aos_sim.report import SeparationMonitor, SwarmReport
 from aos_sim.vehicle.arducopter import ArduCopter
-from aos_sim.vehicle.autopilot import Autopilot, VehicleIdentity
+from aos_sim.vehicle.autopilot import Autopilot
+from aos_sim.vehicle.configuration import VehicleIdentity
 from aos_sim.vehicle.dynamics import AirframeLimits, Guidance, SwarmState, Wind, step
 from aos_sim.vehicle.kinematics import Kinematics, read_kinematics
 from aos_sim.vehicle.px4 import Px4

@@ -9,8 +9,9 @@ from typing import ClassVar
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from aos_sim.vehicle.autopilot import Autopilot, Fence, VehicleIdentity
+from aos_sim.vehicle.autopilot import Autopilot
 from aos_sim.vehicle.commands import AMSL_FRAMES, RELATIVE_FRAMES, TERRAIN_FRAMES, CommandRequest
+from aos_sim.vehicle.configuration import Fence, VehicleIdentity
 from aos_sim.vehicle.flight import FlightSettings
 from aos_sim.vehicle.kinematics import Kinematics
 from aos_sim.vehicle.parameters import Parameter, ParameterEncoding, ParameterType

@@ -6,18 +6,16 @@ PX4 1.16 were measured to do in software-in-the-loop runs.
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
 from typing import ClassVar
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from aos_gcs.geometry.geodesy import LocalFrame
 from aos_sim.clock import TICK_S, SimTime
 from aos_sim.vehicle.battery import Battery
 from aos_sim.vehicle.commands import CommandRequest
+from aos_sim.vehicle.configuration import Fence, VehicleIdentity
 from aos_sim.vehicle.flight import (
     FlightController,
     FlightEvent,
@@ -25,7 +23,7 @@ from aos_sim.vehicle.flight import (
     Manoeuvre,
     Setpoint,
 )
-from aos_sim.vehicle.kinematics import EnuPoint, Kinematics
+from aos_sim.vehicle.kinematics import Kinematics
 from aos_sim.vehicle.parameter_service import ParameterService
 from aos_sim.vehicle.parameters import Parameter, ParameterEncoding, ParameterTable
 from aos_sim.vehicle.streams import StreamSchedule
@@ -41,35 +39,6 @@ LANDED_STATES: Mapping[Manoeuvre, int] = {
     Manoeuvre.TAKEOFF: mavlink.MAV_LANDED_STATE_TAKEOFF,
     Manoeuvre.LAND: mavlink.MAV_LANDED_STATE_LANDING,
 }
-
-
-@dataclass(frozen=True, slots=True)
-class VehicleIdentity:
-    """Who a vehicle is and where its world lies."""
-
-    system_id: int
-    frame: LocalFrame
-    uid: int
-    """The flight controller board's own number."""
-    start_up_s: float | None = None
-    """From power-on to a position estimate; None: what the flavour usually needs."""
-    parameters: Mapping[str, float] = field(default_factory=dict)
-    """Values that differ from the flavour's settings."""
-
-
-@dataclass(frozen=True, slots=True)
-class Fence:
-    """A cylinder about home; infinite where it is switched off."""
-
-    radius_m: float = math.inf
-    ceiling_m: float = math.inf
-
-    def contains(self, point_enu_m: EnuPoint, home_enu_m: EnuPoint) -> bool:
-        """Whether a point lies inside."""
-        return (
-            math.dist(point_enu_m[:2], home_enu_m[:2]) <= self.radius_m
-            and point_enu_m[2] - home_enu_m[2] <= self.ceiling_m
-        )
 
 
 class Autopilot(ABC):

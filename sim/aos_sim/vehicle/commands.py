@@ -23,7 +23,7 @@ class CommandRequest:
 
     command: int
     params: tuple[float, ...]
-    """Parameters 1 to 4 and 7; 5 and 6 stand in between as degrees where the command has a place."""
+    """Parameters 1 to 7; 5 and 6 are degrees where the command has a place."""
     frame: int | None
     """Frame of a COMMAND_INT; None for a COMMAND_LONG."""
     source_system: int

@@ -163,7 +163,13 @@ def _follow_target(state: SwarmState, guidance: Guidance, dt_s: float, limits: A
         limits.vertical_acceleration_mps2 / np.maximum(vertical, 1e-9),
     )
     speed = np.minimum(speed_limit, approach_speed(distance, braking))
-    return _limit_acceleration(state.commanded_velocity_enu_mps, direction * speed[:, np.newaxis], dt_s, limits)
+    current = state.commanded_velocity_enu_mps
+    along = np.sum(current * direction, axis=1)[:, np.newaxis] * direction
+    budget = dt_s * np.array([limits.horizontal_acceleration_mps2, limits.vertical_acceleration_mps2])
+    # Motion across the line is stopped first: a vehicle still climbing must not leave its layer when sent sideways.
+    stopped = _within_budget(along - current, np.broadcast_to(budget, (len(current), 2)))
+    hurried = _within_budget(direction * speed[:, np.newaxis] - along, budget - _sizes(stopped))
+    return np.asarray(current + stopped + hurried)
 
 
 def approach_speed(distance_m: FloatArray, braking_mps2: FloatArray) -> FloatArray:
@@ -176,18 +182,15 @@ def approach_speed(distance_m: FloatArray, braking_mps2: FloatArray) -> FloatArr
     return np.where(distance_m > linear_m, parabola, POSITION_GAIN_PER_S * distance_m)
 
 
-def _limit_acceleration(current: FloatArray, wanted: FloatArray, dt_s: float, limits: AirframeLimits) -> FloatArray:
-    """Return the velocity on the way to ``wanted`` that the limits allow, shape (N, 3).
+def _sizes(vectors: FloatArray) -> FloatArray:
+    """Return the horizontal and the vertical size of vectors (N, 3), shape (N, 2)."""
+    return np.column_stack([np.linalg.norm(vectors[:, :2], axis=1), np.abs(vectors[:, 2])])
 
-    The change keeps its direction, so that a vehicle at rest starts along the straight line.
-    """
-    change = wanted - current
-    horizontal = np.maximum(np.linalg.norm(change[:, :2], axis=1), 1e-12)
-    vertical = np.maximum(np.abs(change[:, 2]), 1e-12)
-    share = dt_s * np.minimum(
-        limits.horizontal_acceleration_mps2 / horizontal, limits.vertical_acceleration_mps2 / vertical
-    )
-    return np.asarray(current + change * np.minimum(1.0, share)[:, np.newaxis])
+
+def _within_budget(change: FloatArray, budget: FloatArray) -> FloatArray:
+    """Shorten changes of velocity (N, 3) to horizontal and vertical budgets (N, 2), keeping their direction."""
+    share = np.min(np.maximum(budget, 0.0) / np.maximum(_sizes(change), 1e-12), axis=1)
+    return np.asarray(change * np.minimum(1.0, share)[:, np.newaxis])
 
 
 def _next_gust(gust: FloatArray, wind: Wind, dt_s: float, rng: np.random.Generator) -> FloatArray:

@@ -9,8 +9,9 @@ from typing import ClassVar
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from aos_sim.vehicle.autopilot import SECOND_US, Autopilot, Fence, VehicleIdentity
+from aos_sim.vehicle.autopilot import SECOND_US, Autopilot
 from aos_sim.vehicle.commands import CommandRequest
+from aos_sim.vehicle.configuration import Fence, VehicleIdentity
 from aos_sim.vehicle.flight import FlightEvent, FlightSettings
 from aos_sim.vehicle.kinematics import Kinematics
 from aos_sim.vehicle.parameters import Parameter, ParameterEncoding, ParameterType

@@ -15,7 +15,7 @@ from aos_sim.camera.component import CameraComponent
 from aos_sim.clock import TICK_S, SimTime
 from aos_sim.links import Parser
 from aos_sim.swarm import AUTOPILOTS
-from aos_sim.vehicle.autopilot import VehicleIdentity
+from aos_sim.vehicle.configuration import VehicleIdentity
 from aos_sim.vehicle.dynamics import AirframeLimits, Guidance, SwarmState, Wind, step
 from aos_sim.vehicle.kinematics import Kinematics, read_kinematics
 from aos_sim.vehicle.vehicle import SimulatedVehicle

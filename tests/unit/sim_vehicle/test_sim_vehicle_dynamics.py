@@ -127,3 +127,11 @@ def test_gusts_move_a_hovering_vehicle_a_little_and_repeat_by_seed():
     assert 0.02 < away.max() < 1.0
     again = stacked(fly(hovering((0.0, 0.0, 30.0)), guidance, 20.0, wind), "position_enu_m")
     np.testing.assert_array_equal(positions, again)
+
+
+def test_vehicle_sent_sideways_while_climbing_stays_in_its_layer():
+    climbing = fly(hovering((0.0, 0.0, 10.0)), towards((0.0, 0.0, 40.0)), 12.3)[-1]
+    layer_m = climbing.position_enu_m[0, 2] + 0.3
+    positions = stacked(fly(climbing, towards((50.0, 0.0, layer_m)), 12.0), "position_enu_m")
+    assert climbing.velocity_enu_mps[0, 2] > 0.5
+    assert positions[..., 2].max() < layer_m + 0.15
