@@ -122,8 +122,9 @@ async def test_slow_client_does_not_hold_up_the_others(mission: ScriptedMission)
                 assert latest["notice"]["text"].startswith(f"notice {number} ")
                 assert latest["seq"] == number + 2
             numbers = []
-            while not numbers or numbers[-1] < message_count + 1:
-                numbers.append((await receive(slow))["seq"])
+            async with asyncio.timeout(30):
+                while not numbers or numbers[-1] < message_count + 1:
+                    numbers.append((await receive(slow))["seq"])
             assert len(numbers) < message_count + 1, "the slow client must have lost some"
             assert numbers == sorted(numbers)
 
