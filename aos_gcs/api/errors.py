@@ -12,16 +12,18 @@ from starlette.exceptions import HTTPException
 from aos_gcs.api.models import ErrorModel
 from aos_gcs.errors import AosError, CommandError, LinkError, MissionError
 
+
+class NotFoundError(AosError):
+    """A resource that does not exist, or not yet."""
+
+
 _STATUS_AND_ID: dict[type[AosError], tuple[int, str]] = {
+    NotFoundError: (HTTPStatus.NOT_FOUND, "not_found"),
     MissionError: (HTTPStatus.CONFLICT, "action_not_allowed"),
     LinkError: (HTTPStatus.BAD_GATEWAY, "link_failed"),
     CommandError: (HTTPStatus.BAD_GATEWAY, "command_failed"),
     AosError: (HTTPStatus.INTERNAL_SERVER_ERROR, "service_failed"),
 }
-
-
-class NotFoundError(AosError):
-    """A resource that does not exist, or not yet."""
 
 
 def error_response(status: int, error_id: str, message: str) -> JSONResponse:
@@ -31,8 +33,6 @@ def error_response(status: int, error_id: str, message: str) -> JSONResponse:
 
 def status_and_id(error: AosError) -> tuple[int, str]:
     """Return the HTTP status and the stable id for an error, by its nearest class in the table."""
-    if isinstance(error, NotFoundError):
-        return HTTPStatus.NOT_FOUND, "not_found"
     return next(_STATUS_AND_ID[kind] for kind in type(error).__mro__ if kind in _STATUS_AND_ID)
 
 
