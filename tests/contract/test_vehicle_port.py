@@ -143,6 +143,21 @@ async def test_three_vehicles_fly_take_images_and_come_home(autopilot: str, tmp_
     assert (tmp_path / "mavlink.tlog").stat().st_size > 10_000
 
 
+@pytest.mark.parametrize("autopilot", ["arducopter", "px4"])
+async def test_hold_stops_a_vehicle_on_its_way(autopilot: str) -> None:
+    async with open_bench(autopilot, vehicles=1) as bench:
+        await bench.all_ready()
+        vehicle = await bench.fly(1)
+        await vehicle.execute(Goto(bench.swarm.frame.to_geodetic((0.0, 150.0, 10.0)), 8.0), bench.after(10.0))
+        await bench.until(lambda: bench.swarm.kinematics(1).velocity_enu_mps[1] > 6.0)
+        await vehicle.execute(Hold(), bench.after(10.0))
+        await bench.until(lambda: math.hypot(*bench.swarm.kinematics(1).velocity_enu_mps) < 0.2)
+        stopped_at_m = bench.swarm.kinematics(1).position_enu_m
+        await bench.clock.sleep(5.0)
+        assert math.dist(bench.swarm.kinematics(1).position_enu_m, stopped_at_m) < 1.0
+        assert stopped_at_m[1] < 100.0
+
+
 async def test_a_command_reaches_its_vehicle_and_no_other() -> None:
     async with open_bench("arducopter") as bench:
         await bench.all_ready()

@@ -33,7 +33,6 @@ GOTO_REPEAT_S = 2.0
 """A goto is sent again while telemetry does not show it: the answer may have been that to an older one."""
 _FRESH_S = 3.0
 _MODE_OF: Mapping[type[Command], FlightMode] = {
-    Hold: FlightMode.HOLD,
     ReturnToLaunch: FlightMode.RETURN,
     Land: FlightMode.LAND,
 }
@@ -117,6 +116,10 @@ class MulticopterAutopilot(Autopilot):
     def set_mode(self, mode: FlightMode, target: Target) -> Step:
         """Return the step that enters one of GUIDED, HOLD, RETURN and LAND."""
 
+    def stop(self, target: Target) -> Step:
+        """Return the step that stops the vehicle and has it hold its position."""
+        return self.set_mode(FlightMode.HOLD, target)
+
     @abstractmethod
     def takeoff(self, height_above_home_m: float, target: Target, home: GeodeticPosition) -> CommandMessage:
         """Return the command that climbs to a height above home."""
@@ -132,7 +135,9 @@ class MulticopterAutopilot(Autopilot):
                 return self._takeoff_steps(height_above_home_m, target, telemetry)
             case Goto():
                 return [_goto(command, target, telemetry, now_s)]
-            case Hold() | ReturnToLaunch() | Land():
+            case Hold():
+                return [self.stop(target)]
+            case ReturnToLaunch() | Land():
                 return [self.set_mode(_MODE_OF[type(command)], target)]
 
     def _enter(self, mode: FlightMode, target: Target, telemetry: Telemetry) -> list[Step]:

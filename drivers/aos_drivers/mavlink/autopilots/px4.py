@@ -39,6 +39,8 @@ _AUTO_MODES: dict[int, tuple[FlightMode, str]] = {
 }
 _COMMANDED: dict[FlightMode, int] = {FlightMode.HOLD: 3, FlightMode.RETURN: 5, FlightMode.LAND: 6}
 
+STOPPED_MPS = 1.0
+
 
 class Px4(MulticopterAutopilot):
     """PX4 1.14 and newer. It flies to our positions in its Hold mode, so GUIDED is never seen."""
@@ -83,8 +85,24 @@ class Px4(MulticopterAutopilot):
         message = command_long(target, mavlink.MAV_CMD_DO_SET_MODE, flag, _AUTO, sub)
         return Step(f"enter {_AUTO_MODES[sub][1]}", message, lambda state, _now_s: state.mode is mode)
 
+    def stop(self, target: Target) -> Step:
+        """See the base class.
+
+        On its way to one of our positions PX4 is in its Hold mode already, and entering it again would not stop it. A
+        reposition to "here", NaN in every coordinate, does, from every other mode too.
+        """
+        nan = math.nan
+        flags = float(mavlink.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE)
+        message = command_long(target, mavlink.MAV_CMD_DO_REPOSITION, -1.0, flags, 0.0, nan, nan, nan, nan)
+        return Step("hold", message, lambda state, _now_s: state.mode is FlightMode.HOLD and _is_slow(state))
+
     def takeoff(self, height_above_home_m: float, target: Target, home: GeodeticPosition) -> CommandMessage:
         """See the base class. PX4 takes every altitude above mean sea level; NaN stands for "here"."""
         altitude_amsl_m = home.altitude_amsl_m + height_above_home_m
         nan = math.nan
         return command_long(target, mavlink.MAV_CMD_NAV_TAKEOFF, 0.0, 0.0, 0.0, nan, nan, nan, altitude_amsl_m)
+
+
+def _is_slow(telemetry: Telemetry) -> bool:
+    velocity_enu_mps = telemetry.velocity_enu_mps
+    return velocity_enu_mps is not None and math.hypot(*velocity_enu_mps) <= STOPPED_MPS
