@@ -14,6 +14,7 @@ from aos_gcs.mission.model import (
     Event,
     EventData,
     EventKind,
+    MissionSnapshot,
     NoticeRecord,
     OutcomeRecord,
     StepRecord,
@@ -104,7 +105,7 @@ class Journal:
     async def recorded(self, recorder: Recorder) -> AsyncIterator[None]:
         """Write every event for as long as the context is entered; leaving waits until all are written.
 
-        Snapshots are thinned to one per second: the raw telemetry is in the .tlog. When the disk is slower than the
+        Snapshots are thinned to one per second and one per phase: the raw telemetry is in the .tlog. When the disk is slower than the
         mission for long, the oldest events are lost and the operator is told.
         """
         with self._stream.subscribe(EVENT_BACKLOG) as subscription:
@@ -117,13 +118,13 @@ class Journal:
                     await asyncio.wait({writer})
 
     async def _write(self, subscription: Subscription, recorder: Recorder) -> None:
-        next_snapshot_utc_s = 0.0
+        due_utc_s, phase = 0.0, None
         dropped = 0
         async for event in subscription:
-            if event.kind is EventKind.SNAPSHOT:
-                if event.utc_s < next_snapshot_utc_s:
+            if isinstance(event.data, MissionSnapshot):
+                if event.utc_s < due_utc_s and event.data.phase is phase:
                     continue
-                next_snapshot_utc_s = event.utc_s + 1.0
+                due_utc_s, phase = event.utc_s + 1.0, event.data.phase
             await recorder.record_event(event)
             if subscription.dropped > dropped:
                 dropped = subscription.dropped
