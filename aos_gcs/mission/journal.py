@@ -105,8 +105,8 @@ class Journal:
     async def recorded(self, recorder: Recorder) -> AsyncIterator[None]:
         """Write every event for as long as the context is entered; leaving waits until all are written.
 
-        Snapshots are thinned to one per second and one per phase: the raw telemetry is in the .tlog. When the disk is slower than the
-        mission for long, the oldest events are lost and the operator is told.
+        Snapshots are thinned to one per second and phase: the raw telemetry is in the .tlog. When the disk
+        is slower than the mission for long, the oldest events are lost and the operator is told.
         """
         with self._stream.subscribe(EVENT_BACKLOG) as subscription:
             async with asyncio.TaskGroup() as group:
