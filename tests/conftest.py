@@ -3,6 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import os
+
+from hypothesis import settings
+
+# A property that fails must fail for everybody; HYPOTHESIS_PROFILE=explore looks for new examples.
+settings.register_profile("repeatable", derandomize=True, deadline=None)
+settings.register_profile("explore", deadline=None)
+settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
 
 
 def pytest_configure() -> None:

@@ -1,4 +1,4 @@
-"""A fleet without any link: vehicles that fly straight lines on the mission's clock and see a warm spot on the ground."""
+"""A fleet without any link: vehicles that fly straight lines on the mission's clock and see a warm spot below."""
 
 from __future__ import annotations
 

@@ -47,6 +47,7 @@ class FakeVehicle:
         self.height_m = 0.0
         self.latitude_deg, self.longitude_deg = HOME.latitude_deg, HOME.longitude_deg
         self.target: tuple[int, int, float] | None = None
+        self.velocity_ned_cmps = (100, 200, -50)
         self.uid = 1000 + system_id
         self.boot_ms = 10_000
         self.encoder = Encoder(system_id, 1)
@@ -75,9 +76,7 @@ class FakeVehicle:
                 round(self.longitude_deg * 1e7),
                 round((HOME.altitude_amsl_m + self.height_m) * 1000),
                 round(self.height_m * 1000),
-                100,
-                200,
-                -50,
+                *self.velocity_ned_cmps,
                 9000,
             )
         )
@@ -193,6 +192,10 @@ class FakeVehicle:
                 self.height_m = message.param7
                 if self.autopilot == mavlink.MAV_AUTOPILOT_PX4:
                     self.height_m -= HOME.altitude_amsl_m
+            case mavlink.MAV_CMD_DO_REPOSITION if message.get_type() == "COMMAND_LONG":
+                assert self.autopilot == mavlink.MAV_AUTOPILOT_PX4
+                assert all(math.isnan(value) for value in (message.param5, message.param6, message.param7))
+                self.custom_mode, self.velocity_ned_cmps = 4 << 16 | 3 << 24, (0, 0, 0)
             case mavlink.MAV_CMD_DO_REPOSITION:
                 assert not math.isnan(message.z)
                 self.target = (message.x, message.y, message.z)

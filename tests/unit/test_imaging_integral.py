@@ -71,7 +71,7 @@ def test_a_virtual_view_of_unoccluded_frames_is_what_a_camera_there_sees(seed: i
     integral, count = integrate_view(frames, CAMERA, virtual_pose, -1.0)
     np.testing.assert_array_equal(np.isnan(integral[:, :, 0]), count == 0)
     error = np.abs(integral[:, :, 0] - render(virtual_pose, CAMERA, -1.0))
-    assert np.nanmean(error) < 0.3
+    assert np.nanmean(error) < 0.5
     assert np.nanmax(error) < 10.0
 
 

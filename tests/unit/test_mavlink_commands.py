@@ -8,7 +8,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_gcs.errors import CommandRefusedError, CommandTimeoutError
 from aos_gcs.geometry.geodesy import GeodeticPosition
-from aos_gcs.ports import Arm, Command, Disarm, Goto, Hold, Land, ReturnToLaunch, Severity, Takeoff
+from aos_gcs.ports import Arm, Command, Disarm, FlightMode, Goto, Hold, Land, ReturnToLaunch, Severity, Takeoff
 from tests.fakes.mavlink_fleet import open_network
 from tests.fakes.mavlink_vehicle import HOME, FakeVehicle
 
@@ -76,10 +76,8 @@ async def test_goto_is_a_reposition_by_command_int_above_sea_level(make: type) -
     assert (message.x, message.y, message.z) == (480005000, 140005000, 335.0)
 
 
-@pytest.mark.parametrize(
-    ("command", "copter_mode", "px4_sub_mode"), [(Hold(), 17, 3), (ReturnToLaunch(), 6, 5), (Land(), 9, 6)]
-)
-async def test_modes_of_hold_return_and_land(command: Command, copter_mode: int, px4_sub_mode: int) -> None:
+@pytest.mark.parametrize(("command", "copter_mode", "px4_sub_mode"), [(ReturnToLaunch(), 6, 5), (Land(), 9, 6)])
+async def test_modes_of_return_and_land(command: Command, copter_mode: int, px4_sub_mode: int) -> None:
     for vehicle in (copter(flying=True), px4(flying=True)):
         async with open_network(vehicle) as network:
             await network.vehicle().execute(command, 10.0)
@@ -88,6 +86,18 @@ async def test_modes_of_hold_return_and_land(command: Command, copter_mode: int,
             assert (message.param2, message.param3) == (4, px4_sub_mode)
         else:
             assert message.param2 == copter_mode
+
+
+async def test_hold_brakes_arducopter_and_repositions_px4_to_where_it_is() -> None:
+    arducopter, px4_vehicle = copter(flying=True), px4(flying=True)
+    for vehicle in (arducopter, px4_vehicle):
+        async with open_network(vehicle) as network:
+            await network.vehicle().execute(Hold(), 10.0)
+            assert network.vehicle().state.mode is FlightMode.HOLD
+    assert arducopter.sent(SET_MODE)[0].param2 == 17
+    (message,) = px4_vehicle.sent(REPOSITION)
+    assert message.param2 == 1.0
+    assert all(math.isnan(value) for value in (message.param4, message.param5, message.param6, message.param7))
 
 
 async def test_disarming_is_sent_only_on_the_ground() -> None:
