@@ -8,8 +8,6 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field, replace
 
-from fakes.fleet import ORIGIN, FakeFleet
-
 from aos_gcs.clock import LoopClock
 from aos_gcs.imaging.step import ImagingSettings
 from aos_gcs.mission.coordinator import Coordinator
@@ -18,6 +16,7 @@ from aos_gcs.mission.journal import Journal
 from aos_gcs.mission.model import ActionRecord, Event, Outcome, OutcomeRecord, StepRecord, Task
 from aos_gcs.mission.settings import Deadlines, DetectionSettings, MissionSettings
 from aos_gcs.ports import Capture
+from tests.fakes.fleet import ORIGIN, FakeFleet
 
 TARGET = (4.0, 40.0)
 

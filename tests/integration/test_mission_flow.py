@@ -6,11 +6,11 @@ import asyncio
 
 import numpy as np
 import pytest
-from fakes.mission_flight import TARGET, flying, prepare
 
 from aos_gcs.errors import MissionError
 from aos_gcs.mission.model import Action, Outcome, Phase, Suspension, Task
 from aos_gcs.ports import Arm, Goto, Hold, Land, ReturnToLaunch
+from tests.fakes.mission_flight import TARGET, flying, prepare
 
 pytestmark = pytest.mark.looptime
 
