@@ -19,6 +19,8 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.imaging.step import ImagingSettings
+from aos_gcs.mission.plan import altitude_layers
+from aos_gcs.mission.polygon import Polygon, as_polygon
 from aos_gcs.mission.safety import SafetyLimits
 from aos_gcs.mission.settings import Deadlines, DetectionSettings, FlightSettings, MissionSettings
 from aos_gcs.swarm.registry import make_strategy
@@ -29,6 +31,9 @@ _LatLon = tuple[Annotated[float, Field(ge=-90.0, le=90.0)], Annotated[float, Fie
 _EastNorth = tuple[float, float]
 
 SettingsT = TypeVar("SettingsT")
+
+_UNLIMITED_M = 1e5
+"""Stands for a floor or ceiling that the file leaves to preflight."""
 
 
 class LinkConfig(BaseModel):
@@ -149,22 +154,21 @@ def mission_settings(config: ServiceConfig) -> MissionSettings:
     origin = None if mission.origin_deg is None else GeodeticPosition(*mission.origin_deg)
     heading_rad = math.radians(mission.scan_heading_deg)
     make_strategy(config.swarm.strategy, config.swarm.parameters)  # Refused here, before anything is opened.
-    safety = _known_fields(SafetyLimits, "safety", config.safety, extra=("fence_deg",))
-    if "fence_deg" in safety:
-        fence_deg = TypeAdapter(list[_LatLon]).validate_python(safety.pop("fence_deg"))
-        safety["fence_enu_m"] = _to_enu(fence_deg, origin, "safety.fence_deg")
+    area_enu_m = _area_enu_m(mission, origin)
+    flight = _build(FlightSettings, "flight", config.flight)
+    layers_m = altitude_layers(mission.vehicles, flight.lowest_layer_m, flight.layer_spacing_m)
     settings = MissionSettings(
         vehicles=mission.vehicles,
-        area_enu_m=_area_enu_m(mission, origin),
+        area_enu_m=area_enu_m,
         imaging=_build(ImagingSettings, "imaging", config.imaging),
-        safety=safety,
+        safety=_safety(config.safety, origin, area_enu_m, layers_m),
         origin=origin,
         scan_direction_enu=(math.sin(heading_rad), math.cos(heading_rad)),
         planning_fov_rad=math.radians(mission.camera_fov_deg),
         strategy=config.swarm.strategy,
         strategy_parameters=config.swarm.parameters,
         seed=mission.seed,
-        flight=_build(FlightSettings, "flight", config.flight),
+        flight=flight,
         deadlines=_build(Deadlines, "deadlines", config.deadlines),
         detection=_build(DetectionSettings, "detection", config.detection),
         auto_start=mission.auto_start,
@@ -182,8 +186,32 @@ def _area_enu_m(mission: MissionConfig, origin: GeodeticPosition | None) -> tupl
     if (mission.area_deg is None) == (mission.area_enu_m is None):
         raise ConfigurationError("mission: give the search area either as area_deg or as area_enu_m.")
     if mission.area_enu_m is not None:
-        return tuple(mission.area_enu_m)
-    return _to_enu(mission.area_deg or [], origin, "mission.area_deg")
+        area_enu_m, field = tuple(mission.area_enu_m), "mission.area_enu_m"
+    else:
+        area_enu_m, field = _to_enu(mission.area_deg or [], origin, "mission.area_deg"), "mission.area_deg"
+    as_polygon(area_enu_m, field)  # Refused here; the search would find out in the air.
+    return area_enu_m
+
+
+def _safety(
+    table: Mapping[str, Any], origin: GeodeticPosition | None, area_enu_m: Polygon, layers_m: Sequence[float]
+) -> dict[str, Any]:
+    """Return the limits that the file gives, checked; preflight proposes the others."""
+    given = dict(table)
+    if "fence_deg" in given:
+        if "fence_enu_m" in given:
+            raise ConfigurationError("safety: give the geofence either as fence_deg or as fence_enu_m.")
+        fence_deg = _validate(list[_LatLon], "safety.fence_deg", given.pop("fence_deg"))
+        given["fence_enu_m"] = _to_enu(fence_deg, origin, "safety.fence_deg")
+    _refuse_unknown(SafetyLimits, "safety", given, extra=("fence_deg",))
+    proposal = {"fence_enu_m": area_enu_m, "floor_m": -_UNLIMITED_M, "ceiling_m": _UNLIMITED_M}
+    limits = _build(SafetyLimits, "safety", proposal | given)
+    if limits.floor_m > min(layers_m) or limits.ceiling_m < max(layers_m):
+        raise ConfigurationError(
+            f"safety: the altitude layers, {min(layers_m):g} to {max(layers_m):g} m, must lie between floor_m and "
+            "ceiling_m; change these or flight.lowest_layer_m and flight.layer_spacing_m."
+        )
+    return {name: getattr(limits, name) for name in given}
 
 
 def _to_enu(
@@ -201,24 +229,27 @@ def _to_enu(
     return tuple((float(corner[0]), float(corner[1])) for corner in corners_enu_m)
 
 
-def _known_fields(
-    settings: type[Any], section: str, table: Mapping[str, Any], extra: tuple[str, ...] = ()
-) -> dict[str, Any]:
+def _refuse_unknown(settings: type[Any], section: str, table: Mapping[str, Any], extra: tuple[str, ...] = ()) -> None:
     known = [field.name for field in dataclasses.fields(settings)] + list(extra)
     for name in table:
         if name not in known:
             raise ConfigurationError(f"{section}.{name} is unknown; known are: {', '.join(known)}.")
-    return dict(table)
 
 
 def _build(settings: type[SettingsT], section: str, table: Mapping[str, Any]) -> SettingsT:
-    """Make a settings dataclass from a table, types checked by pydantic, ranges by the dataclass itself."""
+    """Make a settings dataclass from a table."""
+    _refuse_unknown(settings, section, table)
+    return _validate(settings, section, dict(table))
+
+
+def _validate(expected: type[SettingsT], place: str, value: object) -> SettingsT:
+    """Return the value with its types checked by pydantic, and its ranges by the settings dataclass itself."""
     try:
-        return TypeAdapter(settings).validate_python(_known_fields(settings, section, table))
+        return TypeAdapter(expected).validate_python(value)
     except pydantic.ValidationError as error:
-        raise ConfigurationError(f"{section}.{_first_problem(error)}") from error
+        raise ConfigurationError(f"{place}.{_first_problem(error)}") from error
     except ConfigurationError as error:
-        raise ConfigurationError(f"{section}: {error}") from error
+        raise ConfigurationError(f"{place}: {error}") from error
 
 
 def _first_problem(error: pydantic.ValidationError) -> str:
