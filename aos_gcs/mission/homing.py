@@ -52,7 +52,7 @@ class Homing:
             hovering = [member for member in self._still_flying() if not self._is_coming_down(member)]
             await context.flight.command_each(hovering, self._down)
             timeout_s = context.settings.deadlines.land_s / _LAND_ATTEMPTS
-            if not await context.flight.wait_until(self._still_flying, lambda _: False, timeout_s):
+            if not await context.flight.wait_until(self._not_landed, lambda _: False, timeout_s):
                 break
         self._account()
         return Phase.DONE
@@ -69,6 +69,11 @@ class Homing:
             for member in self._context.roster.members()
             if member.task not in {Task.LOST, Task.LANDED} and member.state.armed
         ]
+
+    def _not_landed(self) -> list[Member]:
+        """Return who still flies, or has stopped its motors but has not said yet that it stands on the ground."""
+        coming_down = self._context.roster.members(Task.HELD, Task.RETURNING, Task.LANDING)
+        return list({member.vehicle_id: member for member in (*self._still_flying(), *coming_down)}.values())
 
     @staticmethod
     def _is_coming_down(member: Member) -> bool:
@@ -104,7 +109,7 @@ class Homing:
 
     def _account(self) -> None:
         context = self._context
-        for member in self._still_flying():
+        for member in self._not_landed():
             context.journal.notice(Severity.CRITICAL, "has not reported that it landed", member.vehicle_id)
         lost = context.roster.members(Task.LOST)
         for member in lost:
