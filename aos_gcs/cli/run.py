@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 EXIT_FAILED = 1
+EXIT_TERMINATED = 128 + signal.SIGTERM
 
 
 def run(
@@ -65,11 +66,18 @@ async def stay_up(stay: bool) -> None:
 
 
 def run_until_terminated(main: Coroutine[Any, Any, T]) -> T:
-    """Run a coroutine; SIGTERM cancels it just as Ctrl-C does, so that it can bring its vehicles home."""
+    """Run a coroutine; SIGTERM cancels it just as Ctrl-C does, so that it can bring its vehicles home.
+
+    Raises:
+        typer.Exit: it was cancelled by SIGTERM.
+    """
 
     async def guarded() -> T:
         task = asyncio.ensure_future(main)
         asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, task.cancel)
         return await task
 
-    return asyncio.run(guarded())
+    try:
+        return asyncio.run(guarded())
+    except asyncio.CancelledError:
+        raise typer.Exit(EXIT_TERMINATED) from None
