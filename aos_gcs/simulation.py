@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import shutil
 import socket
 import sys
 from collections.abc import AsyncIterator
@@ -27,6 +28,8 @@ FOLDER_NAME = "simulation"
 """In the mission folder: the simulator's truth and its log."""
 
 _STOP_TIMEOUT_S = 10.0
+_EXIT_REFUSED = 2
+"""The simulator's exit code when it cannot use an option; it has said so in one line."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,13 +72,19 @@ class Demo:
         """The mission."""
         return self._service.mission
 
+    @property
+    def folder(self) -> Path:
+        """Where the mission is recorded."""
+        return self._service.folder
+
     async def run(self) -> Score:
         """Run simulator and mission to the end, and judge it.
 
         Raises:
+            ConfigurationError: the simulator has refused an option.
             LinkError: the simulator could not start.
         """
-        folder = self._service.folder / FOLDER_NAME
+        folder = self.folder / FOLDER_NAME
         await asyncio.to_thread(folder.mkdir)
         world_file, report_file = folder / "world.json", folder / "report.json"
         command = _simulator_command(self._options, self._link_port, world_file, report_file)
@@ -83,7 +92,7 @@ class Demo:
             guard = group.create_task(self._watch(simulator, folder / "simulator.log"))
             snapshot = await self._service.run()
             guard.cancel()
-        return await asyncio.to_thread(score_mission, snapshot, self._service.folder, world_file, report_file)
+        return await asyncio.to_thread(score_mission, snapshot, self.folder, world_file, report_file)
 
     async def _watch(self, simulator: asyncio.subprocess.Process, log: Path) -> None:
         """End the mission when the simulator ends before it flies; later the coordinator deals with the loss."""
@@ -91,6 +100,8 @@ class Demo:
         if self.mission.phase is Phase.CONNECT:
             lines = (await asyncio.to_thread(log.read_text, encoding="utf-8", errors="replace")).strip().splitlines()
             reason = lines[-1] if lines else "it said nothing"
+            if code == _EXIT_REFUSED:
+                raise ConfigurationError(reason.removeprefix("aos-gcs: "))
             raise LinkError(f"The simulator ended with code {code} before the mission began: {reason}")
 
 
@@ -98,13 +109,21 @@ class Demo:
 async def open_demo(options: DemoOptions) -> AsyncIterator[Demo]:
     """Open the service for a simulated mission; its dashboard stays up for as long as the context is entered.
 
+    A mission that has not heard of any vehicle leaves no folder behind.
+
     Raises:
         ConfigurationError: an option cannot be used.
         LinkError: the dashboard's port is in use.
     """
     link_port = _free_udp_port()
-    async with open_service(_configuration(options, link_port)) as service:
-        yield Demo(options, service, link_port)
+    demo = None
+    try:
+        async with open_service(_configuration(options, link_port)) as service:
+            demo = Demo(options, service, link_port)
+            yield demo
+    finally:
+        if demo is not None and demo.mission.phase is Phase.CONNECT:
+            await asyncio.to_thread(shutil.rmtree, demo.folder)
 
 
 def _configuration(options: DemoOptions, link_port: int) -> ServiceConfig:
