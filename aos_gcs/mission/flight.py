@@ -17,6 +17,7 @@ from aos_gcs.mission.settings import Deadlines, FlightSettings
 from aos_gcs.ports import Clock, Command, Goto, Severity
 
 _POLL_S = 0.1
+_SWARM = frozenset({Task.SWARM})
 
 
 class FlightControl:
@@ -64,15 +65,23 @@ class FlightControl:
                 on_handed_over()
         return {vehicle_id: task.result() for vehicle_id, task in tasks.items()}
 
-    def vet(self, requests: Mapping[int, NDArray[np.float64]], *, homing: bool = False) -> tuple[WaypointRecord, ...]:
+    def vet(
+        self,
+        requests: Mapping[int, NDArray[np.float64]],
+        tasks: frozenset[Task] = _SWARM,
+        *,
+        homing: bool = False,
+    ) -> tuple[WaypointRecord, ...]:
         """Check planned waypoints, shape (3,) each, against the limits, each other and everyone else in the air.
 
         Args:
             requests: planned waypoint by vehicle id.
+            tasks: what a vehicle has to be doing to be moved; who has left since the plan was made is held.
             homing: the vehicles fly home, which a low battery must not prevent.
         """
         if self.limits is None:
             raise RuntimeError("no safety limits: preflight has not passed")
+        members = self._roster.select(requests)
         movers = [
             Mover(
                 vehicle_id=member.vehicle_id,
@@ -83,10 +92,12 @@ class FlightControl:
                 battery_fraction=None if homing else member.state.battery_fraction,
                 home_enu_m=member.home_enu_m,
             )
-            for member in self._roster.select(requests)
-            if (position_enu_m := self._roster.position_enu_m(member)) is not None
+            for member in members
+            if _is_ours(member, tasks) and (position_enu_m := self._roster.position_enu_m(member)) is not None
         ]
-        return vet_waypoints(movers, self._obstacles(set(requests)), self.limits)
+        left = [_left(member, requests[member.vehicle_id]) for member in members if not _is_ours(member, tasks)]
+        moving_ids = {mover.vehicle_id for mover in movers}
+        return (*vet_waypoints(movers, self._obstacles(moving_ids), self.limits), *left)
 
     def _obstacles(self, moving_ids: set[int]) -> list[Obstacle]:
         """Return the others in the air: where they hover, or the column in which they may be sinking."""
@@ -100,13 +111,19 @@ class FlightControl:
         return obstacles
 
     async def send(
-        self, records: Sequence[WaypointRecord], on_handed_over: Callable[[], None] | None = None
+        self,
+        records: Sequence[WaypointRecord],
+        on_handed_over: Callable[[], None] | None = None,
+        tasks: frozenset[Task] = _SWARM,
     ) -> dict[int, str | None]:
-        """Send vetted waypoints; what safety has held is not sent. Returns as ``command_each`` does."""
+        """Send vetted waypoints; what safety has held is not sent. Returns as ``command_each`` does.
+
+        Nor is anything sent to a vehicle that has left ``tasks`` since it was vetted, or was taken over.
+        """
         targets: dict[int, NDArray[np.float64]] = {}
         for record, member in zip(records, self._roster.select(record.vehicle_id for record in records), strict=True):
             member.refusal = None if record.verdict is Verdict.SENT else record.reason
-            if record.sent_enu_m is not None:
+            if record.sent_enu_m is not None and _is_ours(member, tasks):
                 targets[member.vehicle_id] = member.waypoint_enu_m = np.array(record.sent_enu_m)
 
         def goto(member: Member) -> Goto:
@@ -140,7 +157,7 @@ class FlightControl:
     ) -> list[Member]:
         """Fly to far waypoints, sent again while safety shortens or holds them; return those not there in time.
 
-        Vehicles whose task leaves ``tasks`` on the way are no longer waited for.
+        Vehicles whose task leaves ``tasks`` on the way, or that are taken over, are no longer waited for.
         """
         deadline_s = self._clock.now_s() + self._deadlines.transfer_s
 
@@ -148,11 +165,12 @@ class FlightControl:
             return [
                 member
                 for member in self._roster.select(requests)
-                if member.task in tasks and not self._is_at(member, requests[member.vehicle_id])
+                if _is_ours(member, tasks) and not self._is_at(member, requests[member.vehicle_id])
             ]
 
         while (members := pending()) and (left_s := deadline_s - self._clock.now_s()) > 0.0:
-            await self.send(self.vet({m.vehicle_id: requests[m.vehicle_id] for m in members}, homing=homing))
+            planned = {member.vehicle_id: requests[member.vehicle_id] for member in members}
+            await self.send(self.vet(planned, tasks, homing=homing), tasks=tasks)
             await self.wait_until(pending, self.has_arrived, min(left_s, self._deadlines.move_s))
             await self._clock.sleep(_POLL_S)
         return pending()
@@ -160,6 +178,17 @@ class FlightControl:
     def _is_at(self, member: Member, target_enu_m: NDArray[np.float64]) -> bool:
         waypoint_enu_m = member.waypoint_enu_m
         return waypoint_enu_m is not None and np.array_equal(waypoint_enu_m, target_enu_m) and self.has_arrived(member)
+
+
+def _is_ours(member: Member, tasks: frozenset[Task]) -> bool:
+    """Whether a waypoint may be sent: a goto would end a pilot's flight, a hold, a return or a landing."""
+    return member.task in tasks and member.follows_us
+
+
+def _left(member: Member, requested_enu_m: NDArray[np.float64]) -> WaypointRecord:
+    reason = f"held: it left the swarm ({member.task}, mode {member.state.mode_name or member.state.mode})"
+    east_m, north_m, up_m = (float(value) for value in requested_enu_m)
+    return WaypointRecord(member.vehicle_id, (east_m, north_m, up_m), None, Verdict.HELD, reason)
 
 
 def _name(command: Command) -> str:
