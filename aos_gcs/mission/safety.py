@@ -101,14 +101,24 @@ class Obstacle:
     """It returns, lands or climbs: everything between the ground and ``top_m`` is taken."""
     top_m: float | None = None
     """Height to which a climbing one will get, above the origin; by default where it is."""
+    home_enu_m: FloatArray | None = None
+    """Launch point, shape (3,), that it flies to by itself: its way there and the column above it are taken too."""
 
-    def extent(self) -> tuple[FloatArray, FloatArray]:
-        """Return the ends of the segment on which the vehicle may be, shape (3,) each."""
-        low, high = np.array(self.position_enu_m, dtype=np.float64), np.array(self.position_enu_m, dtype=np.float64)
-        if self.column:
-            low[2] = min(0.0, low[2])
-            high[2] = max(high[2], high[2] if self.top_m is None else self.top_m)
-        return low, high
+    def segments(self) -> FloatArray:
+        """Return the segments on which the vehicle may be, shape (k, 2, 3)."""
+        here = np.array(self.position_enu_m, dtype=np.float64)
+        segments = [_column(here, self.top_m) if self.column else np.array([here, here])]
+        if self.home_enu_m is not None:
+            above_home = np.array([*self.home_enu_m[:2], here[2]])
+            segments += [np.array([here, above_home]), _column(above_home, self.top_m)]
+        return np.array(segments)
+
+
+def _column(position_enu_m: FloatArray, top_m: float | None) -> FloatArray:
+    low, high = position_enu_m.copy(), position_enu_m.copy()
+    low[2] = min(0.0, low[2])
+    high[2] = max(high[2], high[2] if top_m is None else top_m)
+    return np.array([low, high])
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,15 +164,16 @@ def vet_waypoints(
 
 
 class _Traffic:
-    """Where everyone in the air may be: points for those that stay, ways for those that were granted one."""
+    """Where everyone in the air may be: points for who stays, ways for who flies home or was granted one."""
 
     def __init__(self, movers: Sequence[Mover], obstacles: Sequence[Obstacle], separation_m: float) -> None:
-        extents = {mover.vehicle_id: (mover.position_enu_m, mover.position_enu_m) for mover in movers}
-        extents |= {obstacle.vehicle_id: obstacle.extent() for obstacle in obstacles}
-        if len(extents) < len(movers) + len(obstacles):
+        segments = {mover.vehicle_id: np.array([[mover.position_enu_m] * 2]) for mover in movers}
+        segments |= {obstacle.vehicle_id: obstacle.segments() for obstacle in obstacles}
+        if len(segments) < len(movers) + len(obstacles):
             raise ValueError("each vehicle may occur once, as mover or as obstacle")
-        self._ids = sorted(extents)
-        ends = np.array([extents[vehicle_id] for vehicle_id in self._ids], dtype=np.float64).reshape(-1, 2, 3)
+        self._ids = [vehicle_id for vehicle_id in sorted(segments) for _ in segments[vehicle_id]]
+        ordered = [segments[vehicle_id] for vehicle_id in sorted(segments)]
+        ends = np.concatenate(ordered, dtype=np.float64) if ordered else np.empty((0, 2, 3))
         if not np.isfinite(ends).all():
             raise ValueError("present positions must be finite; leave out a vehicle whose position is unknown")
         self._starts, self._ends = ends[:, 0].copy(), ends[:, 1].copy()

@@ -153,6 +153,18 @@ def test_a_landing_or_climbing_vehicle_takes_its_column(height_m: float, top_m: 
         assert record.sent_enu_m == pytest.approx((3.0, 0.0, 35.0), abs=1e-5)
 
 
+@pytest.mark.parametrize(
+    ("end", "free"),
+    [((0.0, 20.0, 35.0), True), ((20.0, 0.0, 35.0), False), ((20.0, 20.0, 35.0), True), ((20.0, 20.0, 39.0), False)],
+)
+def test_who_flies_home_by_itself_takes_its_way_and_the_column_at_its_end(
+    end: tuple[float, float, float], free: bool
+) -> None:
+    obstacle = Obstacle(7, np.array([10.0, 30.0, 39.0]), column=True, home_enu_m=np.array([10.0, 0.0, 0.0]))
+    record = vet_one(mover(1, (0.0, 0.0, 35.0), end), obstacle)
+    assert (record.verdict is Verdict.SENT) == free
+
+
 def test_of_two_crossing_ways_the_later_id_yields() -> None:
     first, second = vet_waypoints(
         [mover(1, (0.0, -10.0, 35.0), (0.0, 10.0, 35.0)), mover(2, (-10.0, 0.0, 35.0), (10.0, 0.0, 35.0))], [], LIMITS
@@ -243,13 +255,19 @@ def way_of(vehicle: Mover, record: WaypointRecord, samples: int = 60) -> FloatAr
 
 
 @settings(max_examples=60, deadline=None)
-@given(st.lists(ways, min_size=1, max_size=6), st.lists(st.tuples(points, st.booleans()), max_size=2))
+@given(
+    st.lists(ways, min_size=1, max_size=6),
+    st.lists(st.tuples(points, st.booleans(), st.none() | points), max_size=2),
+)
 def test_no_granted_way_violates_a_limit(
     drawn: list[tuple[tuple[float, float, float], tuple[float, float, float], float]],
-    drawn_obstacles: list[tuple[tuple[float, float, float], bool]],
+    drawn_obstacles: list[tuple[tuple[float, float, float], bool, tuple[float, float, float] | None]],
 ) -> None:
     vehicles = airborne(drawn)
-    obstacles = [Obstacle(row, np.array(at), column=column) for row, (at, column) in enumerate(drawn_obstacles)]
+    obstacles = [
+        Obstacle(row, np.array(at), column=column, home_enu_m=None if home is None else np.array(home))
+        for row, (at, column, home) in enumerate(drawn_obstacles)
+    ]
     sampled = [
         way_of(vehicle, record)
         for vehicle, record in zip(vehicles, vet_waypoints(vehicles, obstacles, FREE), strict=True)
@@ -263,9 +281,8 @@ def test_no_granted_way_violates_a_limit(
         assert way[:, 2].min() >= min(FREE.floor_m, way[0, 2]) - 1e-6
         assert way[:, 2].max() <= max(FREE.ceiling_m, way[0, 2]) + 1e-6
     for obstacle in obstacles:
-        low, high = obstacle.extent()
-        column = low + np.linspace(0.0, 1.0, 60)[:, None] * (high - low)
-        sampled.append(column)
+        for low, high in obstacle.segments():
+            sampled.append(low + np.linspace(0.0, 1.0, 60)[:, None] * (high - low))
     for one, other in combinations(range(len(sampled)), 2):
         if other >= len(vehicles) and one >= len(vehicles):
             continue
