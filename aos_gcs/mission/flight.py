@@ -14,7 +14,7 @@ from aos_gcs.mission.model import Task, Verdict, WaypointRecord
 from aos_gcs.mission.roster import Member, Roster
 from aos_gcs.mission.safety import Mover, Obstacle, SafetyLimits, vet_waypoints
 from aos_gcs.mission.settings import Deadlines, FlightSettings
-from aos_gcs.ports import Clock, Command, Goto, Severity
+from aos_gcs.ports import Clock, Command, FlightMode, Goto, Land, ReturnToLaunch, Severity
 
 _POLL_S = 0.1
 _SWARM = frozenset({Task.SWARM})
@@ -37,6 +37,7 @@ class FlightControl:
     async def command(self, member: Member, command: Command, timeout_s: float | None = None) -> str | None:
         """Have one vehicle do something; return None when it is confirmed, else the reason, which is also reported."""
         deadline_s = self._clock.now_s() + (timeout_s if timeout_s is not None else self._deadlines.command_s)
+        member.last_command = command
         try:
             await member.vehicle.execute(command, deadline_s)
         except CommandError as error:
@@ -100,14 +101,24 @@ class FlightControl:
         return (*vet_waypoints(movers, self._obstacles(moving_ids), self.limits), *left)
 
     def _obstacles(self, moving_ids: set[int]) -> list[Obstacle]:
-        """Return the others in the air: where they hover, or the column in which they may be sinking."""
+        """Return the others in the air: where they hover, or the column in which they may be sinking.
+
+        Who returns by its autopilot, or is lost and probably does, also has the way to its launch point.
+        """
         obstacles = []
         for member in self._roster.members():
             position_enu_m = self._roster.position_enu_m(member)
             if member.vehicle_id in moving_ids or not member.airborne or position_enu_m is None:
                 continue
-            hovers = member.task in {Task.SWARM, Task.HELD}
-            obstacles.append(Obstacle(member.vehicle_id, position_enu_m, column=not hovers))
+            is_lost, command = member.task is Task.LOST, member.last_command
+            goes_home = is_lost or member.state.mode is FlightMode.RETURN or isinstance(command, ReturnToLaunch)
+            obstacle = Obstacle(
+                member.vehicle_id,
+                position_enu_m,
+                column=goes_home or not member.follows_us or isinstance(command, Land),
+                home_enu_m=member.home_enu_m if goes_home else None,
+            )
+            obstacles.append(obstacle)
         return obstacles
 
     async def send(
@@ -165,7 +176,7 @@ class FlightControl:
             return [
                 member
                 for member in self._roster.select(requests)
-                if _is_ours(member, tasks) and not self._is_at(member, requests[member.vehicle_id])
+                if _is_ours(member, tasks) and not self.is_at(member, requests[member.vehicle_id])
             ]
 
         while (members := pending()) and (left_s := deadline_s - self._clock.now_s()) > 0.0:
@@ -175,7 +186,8 @@ class FlightControl:
             await self._clock.sleep(_POLL_S)
         return pending()
 
-    def _is_at(self, member: Member, target_enu_m: NDArray[np.float64]) -> bool:
+    def is_at(self, member: Member, target_enu_m: NDArray[np.float64]) -> bool:
+        """Return whether the vehicle was sent to this very place, shape (3,), and hovers there."""
         waypoint_enu_m = member.waypoint_enu_m
         return waypoint_enu_m is not None and np.array_equal(waypoint_enu_m, target_enu_m) and self.has_arrived(member)
 

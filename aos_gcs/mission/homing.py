@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -25,20 +27,20 @@ class Homing:
         """Fly all to their launch points, each in its own altitude layer, before anyone descends.
 
         In the layers nobody's way crosses another's; the autopilots' own return would let early ones descend through
-        the layers of those still on the way. Who cannot be led home like that is handed to its autopilot.
+        the layers of those still on the way. Who is below its layer climbs straight up first. Who cannot be led home
+        like that is handed to its autopilot; who is coming down already or is flown by a pilot is left alone.
         """
         context = self._context
         context.message = "Returning: flying to the launch points in the altitude layers."
-        requests: dict[int, NDArray[np.float64]] = {}
-        for member in self._still_flying():
-            if not member.airborne or member.home_enu_m is None or member.layer_height_m is None:
-                continue
+        led = [member for member in self._still_flying() if self._can_be_led(member)]
+        for member in led:
             member.task = Task.RETURNING
-            requests[member.vehicle_id] = np.array([*member.home_enu_m[:2], member.layer_height_m])
-        late = await context.flight.transfer(requests, frozenset({Task.RETURNING}), homing=True)
-        for member in late:
+        await self._fly(led, self._climb)
+        await self._fly(led, self._above_home)
+        astray = [member for member in self._still_flying() if member.airborne and self._is_astray(member)]
+        for member in astray:
             context.journal.notice(Severity.WARNING, "handed to its autopilot's own return", member.vehicle_id)
-        await context.flight.command_each(late, lambda _: ReturnToLaunch())
+        await context.flight.command_each(astray, lambda _: ReturnToLaunch())
         return Phase.LAND
 
     async def land(self) -> Phase:
@@ -47,9 +49,11 @@ class Homing:
         context.message = "Landing."
         await self._clear_columns()
         for member in self._still_flying():
-            member.task = Task.LANDING
+            if member.follows_us:
+                member.task = Task.LANDING
+        self._name_pilots()
         for _ in range(_LAND_ATTEMPTS):
-            hovering = [member for member in self._still_flying() if not self._is_coming_down(member)]
+            hovering = [member for member in self._still_flying() if self._waits_for_us(member)]
             await context.flight.command_each(hovering, self._down)
             timeout_s = context.settings.deadlines.land_s / _LAND_ATTEMPTS
             if not await context.flight.wait_until(self._not_landed, lambda _: False, timeout_s):
@@ -76,8 +80,43 @@ class Homing:
         return list({member.vehicle_id: member for member in (*self._still_flying(), *coming_down)}.values())
 
     @staticmethod
-    def _is_coming_down(member: Member) -> bool:
-        return member.airborne and member.state.mode in _COMING_DOWN
+    def _waits_for_us(member: Member) -> bool:
+        """Whether a vehicle that has come down, or would not come down by itself, is ours to command."""
+        return member.follows_us or (member.state.mode in _COMING_DOWN and not member.airborne)
+
+    @staticmethod
+    def _can_be_led(member: Member) -> bool:
+        has_place = member.home_enu_m is not None and member.layer_height_m is not None
+        return member.airborne and member.follows_us and has_place
+
+    def _is_astray(self, member: Member) -> bool:
+        """Whether a vehicle follows us and hovers anywhere but above its launch point, such as one heard again."""
+        place_enu_m = self._above_home(member)
+        return member.follows_us and (place_enu_m is None or not self._context.flight.is_at(member, place_enu_m))
+
+    async def _fly(self, members: list[Member], place_of: Callable[[Member], NDArray[np.float64] | None]) -> None:
+        requests = {m.vehicle_id: place_enu_m for m in members if (place_enu_m := place_of(m)) is not None}
+        await self._context.flight.transfer(requests, frozenset({Task.RETURNING}), homing=True)
+
+    def _climb(self, member: Member) -> NDArray[np.float64] | None:
+        roster = self._context.roster
+        return None if roster.is_in_layer(member) else roster.own_column_enu_m(member)
+
+    @staticmethod
+    def _above_home(member: Member) -> NDArray[np.float64] | None:
+        if member.home_enu_m is None or member.layer_height_m is None:
+            return None
+        return np.array([*member.home_enu_m[:2], member.layer_height_m])
+
+    def _name_pilots(self) -> None:
+        for member in self._still_flying():
+            if not member.follows_us and member.state.mode not in _COMING_DOWN:
+                mode = member.state.mode_name or member.state.mode
+                self._context.journal.notice(
+                    Severity.WARNING,
+                    f"is flown by its pilot (mode {mode}) and has to be landed by them",
+                    member.vehicle_id,
+                )
 
     @staticmethod
     def _down(member: Member) -> Command:
@@ -93,7 +132,7 @@ class Homing:
         """Move vehicles that hover above one another apart, in their layers, before they descend."""
         context = self._context
         limits = context.flight.limits
-        members = [member for member in context.roster.airborne() if not self._is_coming_down(member)]
+        members = [member for member in context.roster.airborne() if member.follows_us]
         located = [(m, p) for m in members if (p := context.roster.position_enu_m(m)) is not None]
         if limits is None or len(located) < 2:
             return

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from aos_gcs.errors import MissionFailedError
 from aos_gcs.geometry.geodesy import LocalFrame
@@ -19,7 +18,6 @@ from aos_gcs.ports import Arm, Disarm, Severity, Takeoff
 
 MIN_SWARM = 2
 _POLL_S = 0.5
-_LAYER_TOLERANCE_M = 1.0
 _FENCE_MARGIN_M = 30.0
 _LAYER_MARGIN_M = 5.0
 """Between the lowest and highest layers and the floor and ceiling that are proposed around them."""
@@ -95,11 +93,13 @@ class Launch:
         interrupted = {
             member.vehicle_id: column_enu_m
             for member in swarm
-            if not self._in_layer(member) and (column_enu_m := self._own_column(member)) is not None
+            if member.airborne
+            and not context.roster.is_in_layer(member)
+            and (column_enu_m := context.roster.own_column_enu_m(member)) is not None
         }
         await context.flight.transfer(interrupted, frozenset({Task.SWARM}))
         for member in swarm:
-            if member.task is not Task.SWARM or self._in_layer(member):
+            if member.task is not Task.SWARM or context.roster.is_in_layer(member):
                 continue
             member.task = Task.HELD
             context.journal.notice(
@@ -145,15 +145,3 @@ class Launch:
         if member.home_enu_m is None or member.layer_height_m is None:
             raise RuntimeError(f"vehicle {member.vehicle_id} has no altitude layer")
         return Takeoff(member.layer_height_m - float(member.home_enu_m[2]))
-
-    def _own_column(self, member: Member) -> NDArray[np.float64] | None:
-        position_enu_m = self._context.roster.position_enu_m(member)
-        if not member.airborne or position_enu_m is None or member.layer_height_m is None:
-            return None
-        return np.array([position_enu_m[0], position_enu_m[1], member.layer_height_m])
-
-    def _in_layer(self, member: Member) -> bool:
-        position_enu_m = self._context.roster.position_enu_m(member)
-        if position_enu_m is None or member.layer_height_m is None:
-            return False
-        return abs(float(position_enu_m[2]) - member.layer_height_m) <= _LAYER_TOLERANCE_M

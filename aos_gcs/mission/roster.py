@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 from aos_gcs.errors import MissionError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.mission.model import EnuPoint, Task, VehicleSnapshot
-from aos_gcs.ports import Clock, Fleet, FlightMode, LandedState, Vehicle, VehicleState
+from aos_gcs.ports import Clock, Command, Fleet, FlightMode, LandedState, Vehicle, VehicleState
 
 _FOLLOWS_US = frozenset({FlightMode.GUIDED, FlightMode.HOLD, FlightMode.TAKEOFF})
+
+_LAYER_TOLERANCE_M = 1.0
 
 FLYING = frozenset({Task.SWARM, Task.HELD, Task.RETURNING, Task.LANDING})
 """Tasks of vehicles whose motors we have started and which are still heard."""
@@ -32,6 +34,8 @@ class Member:
     home_enu_m: NDArray[np.float64] | None = None
     waypoint_enu_m: NDArray[np.float64] | None = None
     refusal: str | None = None
+    last_command: Command | None = None
+    """Handed to the link last; telemetry shows its effect up to seconds later."""
 
     @property
     def state(self) -> VehicleState:
@@ -113,6 +117,20 @@ class Roster:
         if self.frame is None or position is None:
             return None
         return self.frame.to_enu(position)
+
+    def is_in_layer(self, member: Member) -> bool:
+        """Return whether a vehicle is at the height of its altitude layer."""
+        position_enu_m = self.position_enu_m(member)
+        if position_enu_m is None or member.layer_height_m is None:
+            return False
+        return abs(float(position_enu_m[2]) - member.layer_height_m) <= _LAYER_TOLERANCE_M
+
+    def own_column_enu_m(self, member: Member) -> NDArray[np.float64] | None:
+        """Return the place in its layer straight above or below a vehicle, shape (3,)."""
+        position_enu_m = self.position_enu_m(member)
+        if position_enu_m is None or member.layer_height_m is None:
+            return None
+        return np.array([*position_enu_m[:2], member.layer_height_m])
 
     def geodetic(self, position_enu_m: NDArray[np.float64]) -> GeodeticPosition:
         """Return the geodetic position of a point of the mission's frame."""
