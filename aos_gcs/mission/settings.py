@@ -64,8 +64,8 @@ class DetectionSettings(_Positive):
     """When a target counts as in view, and when as found."""
 
     threshold_m2: float = 0.05
-    """T: visibility from which the target is in view. A standing person shows 0.1 to 0.2 m² to one camera without trees;
-    a forest without a person marks next to nothing."""
+    """T: visibility from which the target is in view. A standing person shows 0.1 to 0.2 m² to one camera without
+    trees; a forest without a person marks next to nothing."""
     found_steps: int = 5
     """Consecutive steps in view that agree on the position before the target counts as found."""
     found_radius_m: float = 1.0
