@@ -1,0 +1,112 @@
+"""The program as its users start it: a process of its own, with its output in files."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import signal
+import sys
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+POLL_S = 0.1
+
+
+@dataclass
+class Program:
+    """A running ``aos-gcs``."""
+
+    process: asyncio.subprocess.Process
+    output_file: Path
+    log_file: Path
+    missions: Path
+    """What it was told by ``--folder``."""
+
+    @property
+    def output(self) -> str:
+        return self.output_file.read_text(encoding="utf-8")
+
+    @property
+    def log(self) -> str:
+        return self.log_file.read_text(encoding="utf-8")
+
+    @property
+    def mission_folder(self) -> Path:
+        (folder,) = self.missions.iterdir()
+        return folder
+
+    def result(self) -> dict[str, Any]:
+        """Return the one JSON object on standard output."""
+        result: dict[str, Any] = json.loads(self.output)
+        return result
+
+    async def until(self, condition: Callable[[], bool], timeout_s: float) -> None:
+        """Wait until a condition holds; fail with the program's log when it ends or time runs out before."""
+        with suppress(TimeoutError):
+            async with asyncio.timeout(timeout_s):
+                while not condition() and self.process.returncode is None:  # noqa: ASYNC110 - nothing announces it
+                    await asyncio.sleep(POLL_S)
+        assert condition(), f"exit code {self.process.returncode}, log:\n{self.log[-3000:]}"
+
+    async def until_logged(self, text: str, timeout_s: float) -> None:
+        """Wait for a text in the log."""
+        await self.until(lambda: text in self.log, timeout_s)
+
+    async def ended(self, timeout_s: float) -> int:
+        """Wait for the end and return the exit code."""
+        await self.until(lambda: self.process.returncode is not None, timeout_s)
+        assert self.process.returncode is not None
+        return self.process.returncode
+
+    def stop(self, signal_number: signal.Signals) -> None:
+        """Send a signal to the program alone."""
+        self.process.send_signal(signal_number)
+
+    async def children(self) -> list[int]:
+        """Return the ids of the processes that it has started."""
+        listing = await asyncio.create_subprocess_exec("ps", "-A", "-o", "pid=,ppid=", stdout=asyncio.subprocess.PIPE)
+        output, _ = await listing.communicate()
+        rows = (line.split() for line in output.decode().splitlines())
+        return [int(pid) for pid, parent in rows if int(parent) == self.process.pid]
+
+
+@asynccontextmanager
+async def running(folder: Path, *arguments: str) -> AsyncIterator[Program]:
+    """Start ``aos-gcs`` with its missions in ``folder``; it and what it started end with the context."""
+    await asyncio.to_thread(folder.mkdir, exist_ok=True)
+    output_file, log_file = folder / "output.txt", folder / "log.txt"
+    with output_file.open("wb") as output, log_file.open("wb") as log:
+        process = await asyncio.create_subprocess_exec(
+            *(sys.executable, "-m", "aos_gcs", *arguments, "--folder", str(folder / "missions")),
+            stdin=asyncio.subprocess.DEVNULL,
+            stdout=output,
+            stderr=log,
+            env={**os.environ, "NO_COLOR": "1"},
+        )
+    program = Program(process, output_file, log_file, folder / "missions")
+    try:
+        yield program
+    finally:
+        if process.returncode is None:
+            children = await program.children()
+            process.kill()
+            for child in children:
+                kill(child)
+        await process.wait()
+
+
+def kill(pid: int) -> None:
+    """Kill a process that may have ended already."""
+    with suppress(ProcessLookupError):
+        os.kill(pid, signal.SIGKILL)
+
+
+async def is_running(pid: int) -> bool:
+    """Return whether a process exists that has not ended."""
+    listing = await asyncio.create_subprocess_exec("ps", "-o", "stat=", "-p", str(pid), stdout=asyncio.subprocess.PIPE)
+    state, _ = await listing.communicate()
+    return bool(state.strip()) and not state.startswith(b"Z")

@@ -1,0 +1,90 @@
+"""What becomes of ``aos-gcs demo`` when its processes are killed or told to end in mid-mission."""
+
+from __future__ import annotations
+
+import signal
+from pathlib import Path
+
+from pymavlink import mavutil
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from aos_gcs.mission.model import EventKind, Outcome
+from aos_gcs.store.reader import MissionReader
+from tests.fakes.program import Program, is_running, kill, running
+
+SMALL = ("--vehicles", "2", "--image-size", "64", "--trees-per-ha", "0", "--seed", "2", "--speed", "10")
+UNDER_WAY = "live: step 3"
+START_TIMEOUT_S = 60
+
+
+async def start_and_find_simulator(program: Program) -> int:
+    await program.until_logged(UNDER_WAY, START_TIMEOUT_S)
+    (simulator,) = await program.children()
+    return simulator
+
+
+def check_readable(folder: Path, outcome: Outcome | None) -> None:
+    with MissionReader(folder) as reader:
+        recorded = reader.outcome()
+        assert (None if recorded is None else recorded.outcome) == outcome
+        assert len(reader.steps()) >= 2
+        assert all(frame.load().image.any() for frame in reader.frames(2))
+        assert any(event.kind is EventKind.SNAPSHOT for event in reader.events())
+        assert reader.last_snapshot() is not None
+
+
+def modes_commanded(folder: Path) -> dict[int, list[int]]:
+    """Return the custom modes that each vehicle was told to take, from the log of the raw traffic."""
+    (log,) = folder.rglob("*.tlog")
+    connection = mavutil.mavlink_connection(str(log))
+    modes: dict[int, list[int]] = {}
+    while (message := connection.recv_match(type="COMMAND_LONG")) is not None:
+        if message.command == mavlink.MAV_CMD_DO_SET_MODE:
+            modes.setdefault(message.target_system, []).append(int(message.param2))
+    connection.close()
+    return modes
+
+
+async def test_a_killed_simulator_ends_the_mission_with_one_clear_message(tmp_path: Path) -> None:
+    async with running(tmp_path, "demo", *SMALL, "--headless", "--json") as program:
+        kill(await start_and_find_simulator(program))
+        code = await program.ended(60)
+    assert code == 1
+    assert program.log.count("All vehicles are lost") == 1
+    assert "Traceback" not in program.log
+    result = program.result()
+    assert result["found"] is False
+    assert result["landed"] == 0
+    check_readable(program.mission_folder, Outcome.FAILED)
+
+
+async def test_a_killed_demo_leaves_a_readable_record_and_no_simulator(tmp_path: Path) -> None:
+    async with running(tmp_path, "demo", *SMALL, "--headless", "--json") as program:
+        simulator = await start_and_find_simulator(program)
+        try:
+            program.stop(signal.SIGKILL)
+            assert await program.ended(10) == -signal.SIGKILL
+            for _ in range(200):
+                if not await is_running(simulator):
+                    break
+            else:
+                raise AssertionError("the simulator is still running")
+        finally:
+            kill(simulator)
+    assert program.output == ""
+    check_readable(program.mission_folder, None)
+
+
+async def test_a_demo_told_to_end_in_flight_sends_all_home_first(tmp_path: Path) -> None:
+    async with running(tmp_path, "demo", *SMALL, "--headless", "--json") as program:
+        simulator = await start_and_find_simulator(program)
+        program.stop(signal.SIGTERM)
+        code = await program.ended(30)
+        assert not await is_running(simulator)
+    assert code == 128 + signal.SIGTERM
+    assert "Traceback" not in program.log
+    check_readable(program.mission_folder, Outcome.ABORTED)
+    modes = modes_commanded(program.mission_folder)
+    assert {vehicle_id: last[-1] for vehicle_id, last in modes.items()} == dict.fromkeys(
+        (1, 2), mavlink.COPTER_MODE_RTL
+    )
