@@ -1,0 +1,171 @@
+"""Bad input to ``aos-gcs demo`` and ``aos-gcs run``: one sentence, exit code 2, and nothing left behind."""
+
+from __future__ import annotations
+
+import logging
+import socket
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from aos_gcs.cli import main
+from tests.fakes.program import running
+
+HOST = "127.0.0.1"
+CONFIGURATION = """
+[link]
+urls = ["udpin://127.0.0.1:{port}"]
+[mission]
+vehicles = 2
+area_enu_m = [[-10, 0], [10, 0], [10, 50], [-10, 50]]
+[api]
+enabled = false
+[record]
+folder = "{folder}"
+"""
+
+
+@pytest.fixture(autouse=True)
+def _restore_logging(monkeypatch: pytest.MonkeyPatch) -> None:
+    root = logging.getLogger()
+    monkeypatch.setattr(root, "handlers", list(root.handlers))
+    monkeypatch.setattr(root, "level", root.level)
+
+
+@contextmanager
+def taken_port(kind: socket.SocketKind) -> Iterator[int]:
+    with socket.socket(socket.AF_INET, kind) as taken:
+        taken.bind((HOST, 0))
+        if kind is socket.SOCK_STREAM:
+            taken.listen()
+        yield taken.getsockname()[1]
+
+
+@pytest.fixture
+def free_port() -> int:
+    with taken_port(socket.SOCK_DGRAM) as port:
+        return port
+
+
+@pytest.fixture
+def refusal(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    """Run a command that must be refused, and return the one sentence that it says."""
+
+    def run(*arguments: str) -> str:
+        with pytest.raises(SystemExit) as stop:
+            main(["--log-level", "error", *arguments])
+        output = capsys.readouterr()
+        assert stop.value.code == 2
+        assert output.out == ""
+        assert not [path for path in (tmp_path / "missions").glob("*") if path.is_dir()]
+        (sentence,) = output.err.splitlines()
+        assert sentence.startswith("aos-gcs: ")
+        return sentence
+
+    return run
+
+
+@pytest.fixture
+def refusal_of_file(tmp_path: Path, free_port: int, refusal):
+    """Run ``aos-gcs run`` with the valid configuration changed: ``new`` for ``old``, ``end`` appended."""
+
+    def run(old: str = "", new: str = "", end: str = "") -> str:
+        valid = CONFIGURATION.format(port=free_port, folder=tmp_path / "missions")
+        assert old in valid
+        file = tmp_path / "mission.toml"
+        file.write_text((valid.replace(old, new) if old else valid) + end, encoding="utf-8")
+        return refusal("run", str(file))
+
+    return run
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (("--vehicles", "0"), "--vehicles must lie within 2 and 100, but is 0"),
+        (("--vehicles", "1"), "--vehicles must lie within 2 and 100, but is 1"),
+        (("--vehicles", "101"), "--vehicles must lie within 2 and 100, but is 101"),
+        (("--strategy", "hope"), "no strategy 'hope'; choose one of aos-apso"),
+        (("--speed", "0"), "--speed must be above 0"),
+        (("--speed", "nan"), "--speed must be above 0"),
+    ],
+)
+def test_options_of_the_demo(tmp_path: Path, refusal, arguments: tuple[str, ...], sentence: str) -> None:
+    assert sentence in refusal("demo", "--headless", "--json", "--folder", str(tmp_path / "missions"), *arguments)
+
+
+def test_a_port_in_use_is_named(tmp_path: Path, refusal) -> None:
+    with taken_port(socket.SOCK_STREAM) as port:
+        sentence = refusal("demo", "--port", str(port), "--folder", str(tmp_path / "missions"))
+    assert f"port {port} is in use" in sentence
+    assert "--port" in sentence
+
+
+async def test_what_the_simulator_refuses_is_said_in_its_words(tmp_path: Path) -> None:
+    async with running(tmp_path, "--log-level", "error", "demo", "--headless", "--image-size", "8") as program:
+        assert await program.ended(60) == 2
+    assert program.output == ""
+    assert program.log == "aos-gcs: --image-size must lie within 16 and 4096, got 8.\n"
+    assert list(program.missions.iterdir()) == []
+
+
+def test_a_mission_folder_that_cannot_be_made(tmp_path: Path, refusal) -> None:
+    (tmp_path / "file").touch()
+    sentence = refusal("demo", "--headless", "--folder", str(tmp_path / "file" / "missions"))
+    assert "the mission folder" in sentence
+    assert "cannot be made" in sentence
+
+
+def test_a_missing_file(tmp_path: Path, refusal) -> None:
+    assert "Cannot read the configuration" in refusal("run", str(tmp_path / "none.toml"))
+
+
+def test_invalid_toml(tmp_path: Path, refusal) -> None:
+    file = tmp_path / "broken.toml"
+    file.write_text("[link", encoding="utf-8")
+    assert "is not valid TOML" in refusal("run", str(file))
+
+
+@pytest.mark.parametrize(
+    ("end", "sentence"),
+    [
+        ("[weather]\nwind = 3", "weather"),
+        ("[flight]\nspeed = 3", "flight.speed is unknown; known are: lowest_layer_m"),
+        ("[flight]\nlowest_layer_m = -3", "flight: lowest_layer_m must be a finite number above 0"),
+        ("[imaging]\nplane_height_m = 40", "imaging.plane_height_m (40) must be below flight.lowest_layer_m (35)"),
+        ("[swarm]\nstrategy = 'hope'", "no strategy 'hope'"),
+        ("[swarm.parameters]\nc9 = 1", "no parameter c9"),
+        ("[safety]\ngap_m = 1", "safety.gap_m is unknown"),
+        ("[safety]\nseparation_m = 'wide'", "safety.separation_m"),
+        ("[safety]\nseparation_m = -1", "separation_m must be above 0"),
+        ("[safety]\nfloor_m = 36", "the altitude layers, 35 to 37 m, must lie between floor_m and ceiling_m"),
+        ("[safety]\nceiling_m = 36", "the altitude layers, 35 to 37 m, must lie between floor_m and ceiling_m"),
+        ("[safety]\nfence_deg = [[48, 14], [48, 15], [49, 15]]", "safety.fence_deg needs mission.origin_deg"),
+        ("[safety]\nfence_deg = [[48, 214]]", "safety.fence_deg.0.1"),
+        ("[link.options]\nbaud = 9600", "unknown option 'baud'"),
+    ],
+)
+def test_fields_of_the_file(refusal_of_file, end: str, sentence: str) -> None:
+    assert sentence in refusal_of_file(end=end)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ("vehicles = 2", "vehicles = 1", "mission.vehicles"),
+        ("udpin:", "carrier-pigeon:", "carrier-pigeon"),
+        ("[link]", "[link]\ndriver = 'telepathy'", "unknown driver 'telepathy'; known are: mavlink"),
+        ("area_enu_m = [[-10, 0], ", "area_deg = [[10.0, 0], ", "mission.area_deg needs mission.origin_deg"),
+        ("[10, 50], [-10, 50]", "[-10, 50], [10, 50]", "mission.area_enu_m must not cross"),
+        ("area_enu_m", "scan_heading_deg = 400\narea_enu_m", "mission.scan_heading_deg"),
+    ],
+)
+def test_links_and_areas(refusal_of_file, old: str, new: str, sentence: str) -> None:
+    assert sentence in refusal_of_file(old, new)
+
+
+def test_a_link_port_in_use(refusal_of_file, free_port: int) -> None:
+    with taken_port(socket.SOCK_DGRAM) as port:
+        assert f"port {port} is in use" in refusal_of_file(str(free_port), str(port))
