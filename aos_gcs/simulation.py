@@ -17,7 +17,7 @@ from aos_gcs.errors import ConfigurationError, LinkError
 from aos_gcs.evaluation import Score, score_mission
 from aos_gcs.mission.coordinator import Coordinator
 from aos_gcs.mission.model import Phase
-from aos_gcs.mission.settings import Deadlines, DetectionSettings
+from aos_gcs.mission.settings import Deadlines
 from aos_gcs.service import Service, open_service
 
 MAX_VEHICLES = 100
@@ -139,7 +139,6 @@ def _configuration(options: DemoOptions, link_port: int) -> ServiceConfig:
             "auto_return": True,
         },
         "swarm": {"strategy": options.strategy},
-        "detection": {"found_min_count": min(DetectionSettings().found_min_count, options.vehicles)},
         "deadlines": _real_deadlines(max(1.0, options.speed)),
         "safety": {
             "max_link_age_s": 3.0 * max(1.0, options.speed),
