@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from aos_gcs.errors import ImagingError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
-from aos_gcs.geometry.projection import intersect_plane, plane_to_image
+from aos_gcs.geometry.projection import Plane, as_plane, intersect_plane, plane_to_image
 from aos_gcs.imaging.model import FocalGrid, Frame
 
 MAX_DEPTH_RATIO = 5.0
@@ -41,19 +41,20 @@ def grid_to_image(grid: FocalGrid, camera: CameraModel, pose: Pose) -> NDArray[n
     return plane_to_image(camera, pose, grid.height_m) @ grid_to_plane(grid)
 
 
-def footprint(camera: CameraModel, pose: Pose, plane_height_m: float) -> NDArray[np.float64]:
+def footprint(camera: CameraModel, pose: Pose, plane: Plane | float) -> NDArray[np.float64]:
     """Return the convex outline of what the camera sees of the plane: points (x, y), shape (k, 2), metres.
 
     It is cut off where rays meet the plane beyond ``MAX_DEPTH_RATIO``, and empty when the plane is not in front of the
-    camera.
+    camera. A distorted lens sees a little less than its outline, which is that of its ideal camera.
     """
+    camera, plane = camera.ideal(), as_plane(plane)
     right, bottom = camera.width_px - 0.5, camera.height_px - 0.5
     corners = np.array([[-0.5, -0.5, 1.0], [right, -0.5, 1.0], [right, bottom, 1.0], [-0.5, bottom, 1.0]])
-    # A ray's depth at the plane is (h - z) / d_z, with d_z linear in the pixel: the limit cuts the image with a line.
-    rise_m = plane_height_m - pose.position_enu_m[2]
-    line = np.sign(rise_m) * (pose.R_cam2enu @ np.linalg.inv(camera.K))[2] - [0.0, 0.0, 1.0 / MAX_DEPTH_RATIO]
+    # A ray's depth at the plane is gap / (n · d), with n · d linear in the pixel: the limit cuts the image with a line.
+    side = np.sign(plane.gap_m(pose.position_enu_m))
+    line = side * (plane.normal @ pose.R_cam2enu @ np.linalg.inv(camera.K)) - [0.0, 0.0, 1.0 / MAX_DEPTH_RATIO]
     outline_px = _clip_convex(corners, line)
-    return intersect_plane(outline_px[:, :2], camera, pose, plane_height_m)[:, :2]
+    return intersect_plane(outline_px[:, :2], camera, pose, plane)[:, :2]
 
 
 def visible_half_planes(
@@ -136,9 +137,9 @@ def choose_grid(
     )
 
 
-def finest_sampling_m(camera: CameraModel, pose: Pose, plane_height_m: float, outline_m: NDArray[np.float64]) -> float:
+def finest_sampling_m(camera: CameraModel, pose: Pose, plane: Plane | float, outline_m: NDArray[np.float64]) -> float:
     """Return the smallest ground sampling distance within a footprint: the root of the area that one pixel covers."""
-    H = plane_to_image(camera, pose, plane_height_m)
+    H = plane_to_image(camera, pose, plane)
     nearest_m = float((outline_m @ H[2, :2] + H[2, 2]).min())
     # A homography H scales areas by det(H) / w³ where w is its third coordinate.
     return math.sqrt(nearest_m**3 / abs(float(np.linalg.det(H))))

@@ -18,6 +18,7 @@ from aos_gcs.geometry.poses import Pose
 from aos_gcs.geometry.projection import plane_to_image
 from aos_gcs.imaging.focal_plane import covered_spans, visible_half_planes
 from aos_gcs.imaging.model import FocalGrid, Frame, Pixels
+from aos_gcs.imaging.undistort import undistorted
 from aos_gcs.imaging.warp import Patch, locate, warp_image
 
 MIN_DISTANCE_M = 1e-6
@@ -64,9 +65,10 @@ def integrate_on_grid(frames: Iterable[Frame], grid: FocalGrid) -> tuple[NDArray
         if integral is None:
             integral, bands = GridIntegral(grid, frame.image.shape[2]), frame.bands
         check_frame(frame, bands)
-        patch = locate(frame, grid)
+        ideal = undistorted(frame)
+        patch = locate(ideal, grid)
         if patch is not None:
-            integral.add(patch, *warp_image(frame.image, patch))
+            integral.add(patch, *warp_image(ideal.image, patch))
     if integral is None:
         raise ImagingError("There is no frame to integrate: give at least one.")
     return integral.mean(), integral.coverage

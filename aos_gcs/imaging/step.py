@@ -18,6 +18,7 @@ from aos_gcs.imaging.focal_plane import DEFAULT_MAX_CELLS, choose_grid
 from aos_gcs.imaging.integral import GridIntegral, check_frame
 from aos_gcs.imaging.model import Blob, FocalGrid, Frame, LeaderCriterion, Pixels, StepAnalysis
 from aos_gcs.imaging.rx import anomaly_mask, default_min_score, rx_scores
+from aos_gcs.imaging.undistort import undistorted
 from aos_gcs.imaging.visibility import area_in_view_px, choose_leader, contribution_m2, distance_to_centre
 from aos_gcs.imaging.warp import Patch, locate, warp_image, warp_mask
 
@@ -97,6 +98,7 @@ def analyse_step(frames: Sequence[Frame], settings: ImagingSettings) -> StepAnal
         raise ImagingError("There is no frame to analyse: give at least one.")
     for frame in frames:
         check_frame(frame, frames[0].bands)
+    frames = [undistorted(frame) for frame in frames]
     grid = choose_grid(frames, settings.plane_height_m, settings.resolution_m, settings.max_cells)
     integral, anomaly_count, masks = _integrate(frames, grid, settings)
     cells = largest_blob(anomaly_count, settings.minimum_count, settings.gap_cells)
