@@ -3,7 +3,6 @@
 Run: python tests/benchmarks/bench_mavlink.py [--vehicles 100] [--rate 20] [--seconds 10]
 """
 
-# ruff: noqa: T201  a script that prints
 from __future__ import annotations
 
 import argparse

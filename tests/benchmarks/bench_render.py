@@ -1,7 +1,5 @@
 """Measure the renderer: ``python tests/benchmarks/bench_render.py``."""
 
-# ruff: noqa: T201  a script that prints
-
 from __future__ import annotations
 
 import math
