@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from aos_gcs.errors import CommandError
+from aos_gcs.errors import CommandError, CommandRefusedError
 from aos_gcs.mission.journal import Journal
 from aos_gcs.mission.model import Task, Verdict, WaypointRecord
 from aos_gcs.mission.roster import Member, Roster
@@ -41,6 +41,8 @@ class FlightControl:
         try:
             await member.vehicle.execute(command, deadline_s)
         except CommandError as error:
+            if isinstance(error, CommandRefusedError) and member.last_command is command:
+                member.last_command = None
             self._journal.notice(Severity.WARNING, f"{_name(command)}: {error}", member.vehicle_id)
             return str(error)
         return None

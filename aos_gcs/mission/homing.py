@@ -11,7 +11,7 @@ from aos_gcs.mission.context import MissionContext
 from aos_gcs.mission.model import Outcome, Phase, Task
 from aos_gcs.mission.roster import Member
 from aos_gcs.mission.separation import spread_apart
-from aos_gcs.ports import Command, Disarm, FlightMode, Land, LandedState, ReturnToLaunch, Severity
+from aos_gcs.ports import Command, Disarm, FlightMode, Land, ReturnToLaunch, Severity
 
 _COMING_DOWN = frozenset({FlightMode.RETURN, FlightMode.LAND})
 _LAND_ATTEMPTS = 3
@@ -65,7 +65,11 @@ class Homing:
         """Have one vehicle leave the swarm by its autopilot's own return; return why it does not, if so."""
         member.task = Task.RETURNING
         self._context.journal.notice(Severity.WARNING, f"returns alone: {reason}", member.vehicle_id)
-        return await self._context.flight.command(member, ReturnToLaunch())
+        command = ReturnToLaunch()
+        refusal = await self._context.flight.command(member, command)
+        if refusal is not None and member.last_command in (None, command):
+            member.task = Task.HELD
+        return refusal
 
     def _still_flying(self) -> list[Member]:
         return [
@@ -124,7 +128,7 @@ class Homing:
 
         Who was lost when the others were led to where they land is somewhere else, and is sent home.
         """
-        if member.state.landed is LandedState.ON_GROUND:
+        if not member.airborne:
             return Disarm()
         return Land() if member.task is Task.LANDING else ReturnToLaunch()
 

@@ -74,7 +74,9 @@ class Launch:
         """Start the motors of all vehicles; those that refuse stay behind."""
         context = self._context
         context.message = "Arming."
-        refusals = await context.flight.command_each(context.roster.members(Task.IDLE), lambda _: Arm())
+        # Entered again after a long hold, autopilots have stopped motors that were idle.
+        unarmed = [m for m in context.roster.members(Task.IDLE, Task.SWARM) if not m.state.armed]
+        refusals = await context.flight.command_each(unarmed, lambda _: Arm())
         for member in context.roster.select(vehicle_id for vehicle_id, reason in refusals.items() if reason is None):
             member.task = Task.SWARM
         swarm = context.roster.members(Task.SWARM)
@@ -89,6 +91,7 @@ class Launch:
         context.message = "Climbing to the altitude layers."
         swarm = context.roster.members(Task.SWARM)
         grounded = [member for member in swarm if not member.airborne]
+        await context.flight.command_each([m for m in grounded if not m.state.armed], lambda _: Arm())
         await context.flight.command_each(grounded, self._takeoff, context.settings.deadlines.takeoff_s)
         interrupted = {
             member.vehicle_id: column_enu_m

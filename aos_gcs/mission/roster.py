@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from aos_gcs.errors import MissionError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.mission.model import EnuPoint, Task, VehicleSnapshot
-from aos_gcs.ports import Clock, Command, Fleet, FlightMode, LandedState, Vehicle, VehicleState
+from aos_gcs.ports import Clock, Command, Fleet, FlightMode, LandedState, Takeoff, Vehicle, VehicleState
 
 _FOLLOWS_US = frozenset({FlightMode.GUIDED, FlightMode.HOLD, FlightMode.TAKEOFF})
 
@@ -35,7 +35,7 @@ class Member:
     waypoint_enu_m: NDArray[np.float64] | None = None
     refusal: str | None = None
     last_command: Command | None = None
-    """Handed to the link last; telemetry shows its effect up to seconds later."""
+    """Handed to the link last and not refused; telemetry shows its effect up to seconds later."""
 
     @property
     def state(self) -> VehicleState:
@@ -44,9 +44,9 @@ class Member:
 
     @property
     def airborne(self) -> bool:
-        """True unless the vehicle is known to stand on the ground; in doubt it flies."""
-        state = self.state
-        return state.armed and state.landed is not LandedState.ON_GROUND
+        """True unless the vehicle is known to stand on the ground and to stay there; in doubt it flies."""
+        state, is_told_to_climb = self.state, isinstance(self.last_command, Takeoff)
+        return state.armed and (is_told_to_climb or state.landed is not LandedState.ON_GROUND)
 
     @property
     def follows_us(self) -> bool:
