@@ -12,11 +12,13 @@ from aos_gcs.mission.homing import Homing
 from aos_gcs.mission.model import EventKind, MissionSnapshot, Task
 from aos_gcs.mission.roster import FLYING, Member
 from aos_gcs.mission.separation import minimum_separation
-from aos_gcs.ports import LandedState, Severity
+from aos_gcs.ports import Goto, LandedState, Severity
 
 _PERIOD_S = 0.1
 _SNAPSHOT_PERIOD_S = 0.2
 """Real seconds between snapshots on the event stream, however fast the clock."""
+_REPEAT_S = 5.0
+"""Between two attempts to send a vehicle home that does not go."""
 
 
 class Monitor:
@@ -35,6 +37,8 @@ class Monitor:
         self._on_all_lost = on_all_lost
         self._too_close: set[tuple[int, int]] = set()
         self._all_lost_since_s: float | None = None
+        self._send_home_at_s: dict[int, float] = {}
+        """When a vehicle that must leave may be told so again, by id."""
         self.min_separation_m: float | None = None
 
     async def run(self) -> None:
@@ -76,6 +80,11 @@ class Monitor:
         if member.task in {Task.RETURNING, Task.LANDING, Task.HELD} and down:
             member.task = Task.LANDED
             self._context.journal.notice(Severity.INFO, "landed", member.vehicle_id)
+        elif member.task is Task.SWARM and down and isinstance(member.last_command, Goto):
+            member.task = Task.LANDED
+            self._context.journal.notice(
+                Severity.CRITICAL, "left the swarm: it is on the ground and its motors have stopped", member.vehicle_id
+            )
 
     def _must_leave(self, member: Member) -> str | None:
         limits, battery = self._context.flight.limits, member.state.battery_fraction
@@ -83,6 +92,10 @@ class Monitor:
             return None
         if member.task not in {Task.SWARM, Task.HELD} or battery >= limits.min_battery_fraction:
             return None
+        now_s = self._context.clock.now_s()
+        if now_s < self._send_home_at_s.get(member.vehicle_id, now_s):
+            return None
+        self._send_home_at_s[member.vehicle_id] = now_s + _REPEAT_S
         return f"battery at {100 * battery:.0f} %"
 
     def _watch_take_over(self, member: Member) -> None:
