@@ -16,12 +16,19 @@ from aos_gcs.mission.phases import ENDING, ON_GROUND, check_action
 from aos_gcs.mission.roster import Member
 from aos_gcs.ports import Hold, Land, Severity
 
+_RECORD_S = 1.0
+"""Real seconds that an action may wait for its entry in the audit log."""
+
 
 class Flow(Protocol):
     """What an action may do to the flow of phases."""
 
-    phase: Phase
     suspension: Suspension
+
+    @property
+    def heading(self) -> Phase:
+        """The phase that the mission is in, or on its way to by an action just taken."""
+        ...
 
     def redirect(self, phase: Phase) -> None:
         """End the present activity and go on with ``phase``."""
@@ -65,18 +72,25 @@ class Operator:
         """See ``MissionControl.act``."""
         context = self._context
         try:
-            check_action(self._flow.phase, action)
+            check_action(self._flow.heading, action)
             if vehicle_ids is None:
                 results = tuple(await self._on_all[action]())
             else:
                 results = await self._act_on(action, context.roster.select(vehicle_ids))
         except MissionError as error:
-            await context.recorder.record_action(
-                ActionRecord(context.clock.utc_s(), action, vehicle_ids, (), str(error))
-            )
+            await self._record(ActionRecord(context.clock.utc_s(), action, vehicle_ids, (), str(error)))
             raise
-        await context.recorder.record_action(ActionRecord(context.clock.utc_s(), action, vehicle_ids, results))
+        await self._record(ActionRecord(context.clock.utc_s(), action, vehicle_ids, results))
         return results
+
+    async def _record(self, record: ActionRecord) -> None:
+        """Write to the audit log; a disk that hangs must not keep the operator waiting for an answer."""
+        try:
+            async with asyncio.timeout(_RECORD_S):
+                await self._context.recorder.record_action(record)
+        except TimeoutError:
+            text = f"the disk does not answer: the action {record.action} is missing in the audit log"
+            self._context.journal.notice(Severity.CRITICAL, text)
 
     # --- the whole mission --------------------------------------------------------------------------------------------
 
@@ -117,17 +131,19 @@ class Operator:
 
     async def _abort(self) -> Sequence[ActionResult]:
         self._tell("abort")
-        self._context.outcome = Outcome.ABORTED
-        if self._flow.phase in ON_GROUND:
+        if self._flow.heading in ON_GROUND:
             self._context.message = "Aborted before any motor was started."
             self._flow.redirect(Phase.DONE)
-            return self._all_members("stays on the ground")
-        return self._go_down(Phase.RETURN, "returns to its launch point")
+            results = self._all_members("stays on the ground")
+        else:
+            results = self._go_down(Phase.RETURN, "returns to its launch point")
+        self._context.outcome = Outcome.ABORTED
+        return results
 
     def _go_down(self, phase: Phase, text: str) -> Sequence[ActionResult]:
-        if self._flow.phase is phase:
+        if self._flow.heading is phase:
             self._flow.resume()
-        elif self._flow.phase is Phase.LAND:
+        elif self._flow.heading is Phase.LAND and self._flow.suspension is not Suspension.HELD:
             raise MissionError("Cannot return: everybody is landing; hold first.")
         else:
             self._flow.redirect(phase)
@@ -172,7 +188,7 @@ class Operator:
     async def _resume_one(self, member: Member) -> str | None:
         if member.task is not Task.HELD:
             return f"is neither paused nor held ({member.task})"
-        if self._flow.phase in ENDING:
+        if self._flow.heading in ENDING:
             return "the mission is on its way home"
         if not member.follows_us:
             return f"does not follow us: its mode is {member.state.mode_name}"

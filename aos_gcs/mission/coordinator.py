@@ -136,9 +136,14 @@ class Coordinator:
 
     # --- what the operator's actions do to the flow -------------------------------------------------------------------
 
+    @property
+    def heading(self) -> Phase:
+        """The phase that the mission is in, or on its way to by an action just taken."""
+        return self.phase if self._redirect is None else self._redirect
+
     def redirect(self, phase: Phase) -> None:
         """End the present activity and go on with ``phase``; a suspension ends."""
-        check_transition(self.phase, phase)
+        check_transition(self.heading, phase)
         self._redirect = phase
         self.suspension = Suspension.NONE
         self._resumed.set()
@@ -175,6 +180,12 @@ class Coordinator:
                     self._enter(await self._run_activity())
                 for helper in helpers:
                     helper.cancel()
+        except Exception as error:
+            self._context.message = f"Internal error, everybody returns: {error!r}"
+            self._context.journal.notice(Severity.CRITICAL, self._context.message)
+            if self._context.outcome is Outcome.OPEN:
+                self._context.outcome = Outcome.FAILED
+            raise
         finally:
             await self._leave()
         return self._context.outcome
@@ -225,13 +236,22 @@ class Coordinator:
         self._interrupt()
 
     async def _leave(self) -> None:
-        """Send home who still flies under our command, and close the record."""
+        """Send home who still flies under our command, and close the record whatever comes of it."""
+        try:
+            if self.phase is not Phase.DONE:
+                await self._send_all_home()
+        finally:
+            await self._close_record()
+
+    async def _send_all_home(self) -> None:
         context = self._context
-        if self.phase is not Phase.DONE:
-            left = context.roster.members(Task.SWARM, Task.HELD, Task.RETURNING)
-            with suppress(TimeoutError):
-                async with asyncio.timeout(_FAREWELL_S):
-                    await context.flight.command_each([m for m in left if m.airborne], lambda _: ReturnToLaunch())
+        left = [member for member in context.roster.airborne() if member.follows_us]
+        with suppress(TimeoutError):
+            async with asyncio.timeout(_FAREWELL_S):
+                await context.flight.command_each(left, lambda _: ReturnToLaunch())
+
+    async def _close_record(self) -> None:
+        context = self._context
         if context.outcome is Outcome.OPEN:
             context.outcome = Outcome.ABORTED
         context.journal.publish(EventKind.SNAPSHOT, self.snapshot())

@@ -30,7 +30,7 @@ from aos_gcs.ports import (
     ReturnToLaunch,
     Takeoff,
 )
-from tests.fakes.fleet import ORIGIN, FakeFleet, FakeVehicle
+from tests.fakes.fleet import FRAME, ORIGIN, FakeFleet, FakeVehicle
 from tests.fakes.mission_flight import Flight, MemoryRecorder, flying, prepare
 
 pytestmark = pytest.mark.looptime
@@ -197,3 +197,235 @@ async def test_a_lost_vehicle_whose_failsafe_brings_it_home_is_left_alone() -> N
         await run
     assert vehicle.commands[commands:] == []
     assert flight.task(2) is Task.LANDED
+
+
+# --- actions at the worst moment ------------------------------------------------------------------------------------
+
+
+async def told_to_climb(flight: Flight) -> None:
+    """Wait for the moment in which all have been told to take off and none has left the ground."""
+    async with flight.clock.timeout_at(flight.clock.now_s() + 60.0):
+        while not all(Takeoff in map(type, vehicle.commands) for vehicle in flight.fleet.members.values()):  # noqa: ASYNC110
+            await asyncio.sleep(0)
+    assert all(vehicle.state.landed is LandedState.ON_GROUND for vehicle in flight.fleet.members.values())
+
+
+@pytest.mark.parametrize("after_s", [0.0, 4.0])
+async def test_hold_in_a_climb_stops_everybody_and_resume_goes_on(after_s: float) -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await told_to_climb(flight)
+        await flight.clock.sleep(after_s)
+        results = await flight.mission.act(Action.HOLD, None)
+        assert [result.accepted for result in results] == [True] * 4
+        heights_m = [vehicle.position_enu_m()[2] for vehicle in flight.fleet.members.values()]
+        await flight.clock.sleep(20.0)
+        assert heights_m == [vehicle.position_enu_m()[2] for vehicle in flight.fleet.members.values()]
+        await flight.mission.act(Action.RESUME, None)
+        assert await run is Outcome.FOUND
+    assert len(flight.mission.steps()[-1].fitness) == 4
+
+
+@pytest.mark.parametrize("action", [Action.RETURN, Action.LAND, Action.ABORT])
+@pytest.mark.parametrize("after_s", [0.0, 4.0])
+async def test_every_way_down_works_in_a_climb(action: Action, after_s: float) -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await told_to_climb(flight)
+        await flight.clock.sleep(after_s)
+        started_s = flight.clock.now_s()
+        await flight.mission.act(action, None)
+        await run
+    assert flight.clock.now_s() - started_s < 90.0
+    assert [flight.task(number) for number in (1, 2, 3, 4)] == [Task.LANDED] * 4
+    assert not any(isinstance(command, Disarm) for v in flight.fleet.members.values() for command in v.commands)
+
+
+async def test_motors_that_stopped_while_held_on_the_ground_are_started_again() -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await told_to_climb(flight)
+        await flight.mission.act(Action.HOLD, None)
+        for vehicle in flight.fleet.members.values():
+            vehicle.armed = False
+        await flight.clock.sleep(5.0)
+        await flight.mission.act(Action.RESUME, None)
+        assert await run is Outcome.FOUND
+    assert all(vehicle.commands.count(Arm()) == 2 for vehicle in flight.fleet.members.values())
+
+
+async def test_a_silent_vehicle_delays_the_hold_of_no_other() -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.mission.steps()) == 2)
+        flight.fleet.members[1].silent_since_s = flight.clock.now_s()
+        held_at_s = flight.clock.now_s()
+        holding = asyncio.create_task(flight.mission.act(Action.HOLD, None))
+        for _ in range(5):
+            await asyncio.sleep(0)
+        assert all(isinstance(v.commands[-1], Hold) for v in flight.fleet.members.values())
+        assert flight.clock.now_s() - held_at_s < 0.01
+        await flight.mission.act(Action.ABORT, None)
+        await run
+        assert [result.accepted for result in await holding] == [False, True, True, True]
+
+
+async def test_a_held_landing_can_be_turned_into_a_return_that_climbs_first() -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.mission.steps()) == 2)
+        await flight.mission.act(Action.LAND, None)
+        await flight.until(lambda: all(isinstance(v.commands[-1], Land) for v in flight.fleet.members.values()))
+        with pytest.raises(MissionError, match="hold first"):
+            await flight.mission.act(Action.RETURN, None)
+        await flight.clock.sleep(2.0)
+        await flight.mission.act(Action.HOLD, None)
+        places_m = {number: v.position_enu_m() for number, v in flight.fleet.members.items()}
+        await flight.mission.act(Action.RETURN, None)
+        await run
+    for number, vehicle in flight.fleet.members.items():
+        hold = max(i for i, command in enumerate(vehicle.commands) if isinstance(command, Hold))
+        first = next(command for command in vehicle.commands[hold:] if isinstance(command, Goto))
+        climb_m = FRAME.to_enu(first.position) - places_m[number]
+        assert np.hypot(*climb_m[:2]) < 0.01
+        assert climb_m[2] > 5.0
+        assert np.hypot(*(vehicle.position_enu_m() - vehicle.home_enu_m)[:2]) < 0.6
+
+
+async def test_an_abort_is_not_undone_by_a_start_right_behind_it() -> None:
+    flight = prepare(auto_start=False)
+    async with flying(flight) as run:
+        await flight.until(lambda: flight.mission.phase is Phase.READY)
+        results = await asyncio.gather(
+            flight.mission.act(Action.ABORT, None), flight.mission.act(Action.START, None), return_exceptions=True
+        )
+        assert isinstance(results[1], MissionError)
+        assert await run is Outcome.ABORTED
+    assert not any(vehicle.commands for vehicle in flight.fleet.members.values())
+
+
+async def test_two_starts_at_once_start_one_mission() -> None:
+    flight = prepare(auto_start=False)
+    async with flying(flight) as run:
+        await flight.until(lambda: flight.mission.phase is Phase.READY)
+        await asyncio.gather(*[flight.mission.act(Action.START, None) for _ in range(2)], return_exceptions=True)
+        await flight.until(lambda: flight.mission.phase is Phase.TAKEOFF)
+        assert all(vehicle.commands.count(Arm()) == 1 for vehicle in flight.fleet.members.values())
+        await flight.mission.act(Action.ABORT, None)
+        await run
+
+
+@pytest.mark.parametrize(
+    "actions",
+    [
+        (Action.RETURN, Action.HOLD, Action.RESUME),
+        (Action.RETURN, Action.ABORT),
+        (Action.HOLD, Action.HOLD, Action.RESUME, Action.RETURN),
+        (Action.HOLD, Action.RETURN),
+        (Action.LAND, Action.HOLD, Action.RESUME),
+        (Action.PAUSE, Action.HOLD, Action.LAND),
+    ],
+)
+async def test_actions_right_after_one_another_bring_everybody_down(actions: tuple[Action, ...]) -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.mission.steps()) == 2)
+        await flight.clock.sleep(0.2)
+        await asyncio.gather(*[flight.mission.act(action, None) for action in actions])
+        await run
+    assert [flight.task(number) for number in (1, 2, 3, 4)] == [Task.LANDED] * 4
+
+
+# --- defects and disks ----------------------------------------------------------------------------------------------
+
+
+class StuckRecorder(MemoryRecorder):
+    """A disk that no longer answers."""
+
+    async def record_action(self, action: ActionRecord) -> None:  # noqa: ARG002 - the port's name
+        await asyncio.Event().wait()
+
+
+async def test_a_disk_that_hangs_delays_no_hold_and_hardly_its_answer() -> None:
+    flight = prepare()
+    flight.mission._context.recorder = StuckRecorder()
+    async with flying(flight) as run:
+        await flight.until(lambda: flight.mission.phase is Phase.TAKEOFF)
+        async with asyncio.timeout(2.0):
+            results = await flight.mission.act(Action.HOLD, None)
+        assert all(result.accepted for result in results)
+        await flight.mission.act(Action.ABORT, None)
+        await run
+    assert any("audit log" in text for text in flight.texts())
+
+
+@pytest.mark.parametrize("culprit", ["handler", "monitor"])
+async def test_a_defect_sends_everybody_home_and_is_reported(culprit: str) -> None:
+    flight = prepare()
+    pilot = flight.fleet.members[1]
+
+    def fail(*_args: object) -> None:
+        raise ZeroDivisionError("a defect")
+
+    with pytest.raises(ExceptionGroup) as caught:  # noqa: PT012 - the mission is the statement
+        async with flying(flight) as run:
+            await flight.until(lambda: len(flight.mission.steps()) == 2)
+            pilot.mode = FlightMode.MANUAL
+            owner, name = {
+                "handler": (flight.mission._search, "_choose"),
+                "monitor": (flight.mission._monitor, "_watch_separation"),
+            }[culprit]
+            setattr(owner, name, fail)
+            await run
+    assert caught.group_contains(ZeroDivisionError)
+    assert [isinstance(v.commands[-1], ReturnToLaunch) for v in flight.fleet.members.values()] == [False] + [True] * 3
+    assert flight.recorder.outcome is not None
+    assert flight.recorder.outcome.outcome is Outcome.FAILED
+    assert any("ZeroDivisionError" in text for text in flight.texts())
+
+
+async def test_a_farewell_that_fails_still_closes_the_record() -> None:
+    flight = prepare()
+
+    async def fail(*_args: object) -> None:
+        raise ZeroDivisionError("a broken driver")
+
+    with pytest.raises(ExceptionGroup):  # noqa: PT012 - the mission is the statement
+        async with flying(flight) as run:
+            await flight.until(lambda: len(flight.mission.steps()) == 2)
+            flight.fleet.members[2].execute = fail  # type: ignore[method-assign]
+            await run
+    assert flight.recorder.outcome is not None
+    assert all(isinstance(flight.fleet.members[i].commands[-1], ReturnToLaunch) for i in (1, 3, 4))
+
+
+# --- batteries and motors -------------------------------------------------------------------------------------------
+
+
+async def test_a_vehicle_with_a_low_battery_that_refuses_to_return_is_told_again() -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.mission.steps()) == 2)
+        vehicle: FakeVehicle = flight.fleet.members[3]
+        vehicle.refuses, vehicle.battery_fraction = frozenset({ReturnToLaunch}), 0.1
+        await flight.clock.sleep(12.0)
+        assert 2 <= vehicle.commands.count(ReturnToLaunch()) <= 4
+        vehicle.refuses = frozenset()
+        await flight.until(lambda: vehicle.mode is FlightMode.RETURN)
+        await flight.mission.act(Action.ABORT, None)
+        await run
+    assert flight.task(3) is Task.LANDED
+
+
+async def test_a_vehicle_whose_motors_stop_leaves_the_swarm() -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.mission.steps()) == 2)
+        vehicle = flight.fleet.members[3]
+        vehicle.armed = False
+        vehicle.start_enu_m = vehicle.goal_enu_m = vehicle.position_enu_m() * [1.0, 1.0, 0.0]
+        await flight.until(lambda: len(flight.mission.steps()) == 4)
+        assert set(flight.mission.steps()[-1].fitness) == {1, 2, 4}
+        await flight.mission.act(Action.ABORT, None)
+        await run
+    assert any("motors have stopped" in text for text in flight.texts())
