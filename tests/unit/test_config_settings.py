@@ -1,0 +1,121 @@
+"""From a configuration file to the settings of a mission."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from aos_gcs.config import ServiceConfig, mission_settings, parse_config, read_config
+from aos_gcs.errors import ConfigurationError
+from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.imaging.model import LeaderCriterion
+
+ORIGIN = GeodeticPosition(48.3, 14.3, 260.0)
+SQUARE = [[-10.0, 0.0], [10.0, 0.0], [10.0, 40.0], [-10.0, 40.0]]
+
+
+def tables(**sections: Any) -> dict[str, Any]:
+    mission = {"vehicles": 3, "area_enu_m": SQUARE} | sections.pop("mission", {})
+    mission = {name: value for name, value in mission.items() if value is not None}
+    return {"link": {"urls": ["udpin://0.0.0.0:14550"]}, "mission": mission, **sections}
+
+
+def configuration(**sections: Any) -> ServiceConfig:
+    return parse_config(tables(**sections))
+
+
+def test_a_short_file_takes_the_defaults_of_the_core(tmp_path: Path) -> None:
+    file = tmp_path / "mission.toml"
+    file.write_text(
+        '[link]\nurls = ["udpin://0.0.0.0:14550"]\n'
+        "[mission]\nvehicles = 3\narea_enu_m = [[-10, 0], [10, 0], [10, 40], [-10, 40]]\n",
+        encoding="utf-8",
+    )
+    assert read_config(file) == configuration()
+    settings = mission_settings(read_config(file))
+    assert settings.vehicles == 3
+    assert settings.origin is None
+    assert settings.safety == {}
+    assert settings.strategy == "aos-apso"
+    assert not settings.auto_start
+
+
+def test_corners_in_degrees_become_metres_about_the_origin() -> None:
+    frame = LocalFrame(ORIGIN)
+    corners_deg = [
+        (position.latitude_deg, position.longitude_deg)
+        for position in (frame.to_geodetic([east_m, north_m, 0.0]) for east_m, north_m in SQUARE)
+    ]
+    origin_deg = (ORIGIN.latitude_deg, ORIGIN.longitude_deg, ORIGIN.altitude_amsl_m)
+    mission = {"area_enu_m": None, "area_deg": corners_deg, "origin_deg": origin_deg}
+    settings = mission_settings(configuration(mission=mission, safety={"fence_deg": corners_deg}))
+    assert settings.origin == ORIGIN
+    for corner, expected in zip(settings.area_enu_m, SQUARE, strict=True):
+        assert corner == pytest.approx(expected, abs=1e-3)
+    assert settings.safety["fence_enu_m"] == settings.area_enu_m
+
+
+@pytest.mark.parametrize(("heading_deg", "direction_enu"), [(0.0, (0.0, 1.0)), (90.0, (1.0, 0.0)), (225.0, None)])
+def test_headings_turn_clockwise_from_north(heading_deg: float, direction_enu: tuple[float, float] | None) -> None:
+    settings = mission_settings(configuration(mission={"scan_heading_deg": heading_deg}))
+    expected = direction_enu or (-math.sqrt(0.5), -math.sqrt(0.5))
+    assert settings.scan_direction_enu == pytest.approx(expected, abs=1e-12)
+
+
+def test_sections_reach_the_settings_of_the_core() -> None:
+    settings = mission_settings(
+        configuration(
+            flight={"lowest_layer_m": 40, "layer_spacing_m": 3},
+            detection={"found_steps": 4},
+            imaging={"leader_criterion": "integral", "plane_height_m": 1.5},
+            deadlines={"capture_s": 7},
+            safety={"separation_m": 3, "ceiling_m": 60},
+        )
+    )
+    assert settings.flight.lowest_layer_m == 40.0
+    assert settings.detection.found_steps == 4
+    assert settings.imaging.leader_criterion is LeaderCriterion.INTEGRAL
+    assert settings.deadlines.capture_s == 7.0
+    assert settings.safety == {"separation_m": 3.0, "ceiling_m": 60.0}
+
+
+@pytest.mark.parametrize(
+    ("sections", "text"),
+    [
+        ({"link": {"urls": []}}, "link.urls"),
+        ({"clock_speed": 0}, "clock_speed"),
+        ({"mission": {"seed": -1}}, "mission.seed"),
+        ({"mission": {"origin_deg": [48.0, 14.0]}}, "mission.origin_deg"),
+        ({"api": {"port": 70000}}, "api.port"),
+        ({"mission": {"camera_fov_deg": float("nan")}}, "mission.camera_fov_deg"),
+    ],
+)
+def test_wrong_types_and_ranges_name_the_field(sections: dict[str, Any], text: str) -> None:
+    with pytest.raises(ConfigurationError, match=text):
+        configuration(**sections)
+
+
+@pytest.mark.parametrize(
+    ("sections", "text"),
+    [
+        ({"mission": {"area_enu_m": None}}, "either as area_deg or as area_enu_m"),
+        ({"mission": {"area_enu_m": [[0, 0], [1, 1], [2, 2]]}}, "mission.area_enu_m must have three or more points"),
+        ({"detection": {"found_steps": "many"}}, r"detection\.found_steps"),
+        ({"deadlines": {"move_s": 0}}, "deadlines: move_s must be a finite number above 0"),
+        ({"imaging": {"rx_quantile": 1.0}}, "imaging: rx_quantile"),
+        ({"safety": {"min_battery_fraction": 20}}, "safety: min_battery_fraction must be 0 or more and below 1"),
+        ({"safety": {"fence_enu_m": SQUARE, "fence_deg": [[1, 2]]}}, "either as fence_deg or as fence_enu_m"),
+        ({"safety": {"fence_enu_m": [[0, 0], [5, 5], [5, 0], [0, 5]]}}, "fence_enu_m must not cross"),
+    ],
+)
+def test_contradictions_are_found_before_anything_is_opened(sections: dict[str, Any], text: str) -> None:
+    with pytest.raises(ConfigurationError, match=text):
+        mission_settings(configuration(**sections))
+
+
+def test_several_problems_are_counted() -> None:
+    with pytest.raises(ConfigurationError, match=r"\(and 1 more\)"):
+        parse_config({"link": {"urls": ["udpin://0.0.0.0:1"]}, "mission": {"vehicles": 1, "seed": -1}})
