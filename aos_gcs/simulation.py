@@ -82,7 +82,7 @@ class Demo:
 
         Raises:
             ConfigurationError: the simulator has refused an option.
-            LinkError: the simulator could not start.
+            LinkError: the simulator could not start, or not in time.
         """
         folder = self.folder / FOLDER_NAME
         await asyncio.to_thread(folder.mkdir)
@@ -92,6 +92,8 @@ class Demo:
             guard = group.create_task(self._watch(simulator, folder / "simulator.log"))
             snapshot = await self._service.run()
             guard.cancel()
+        if not await asyncio.to_thread(world_file.exists):
+            raise LinkError(f"The simulator was not ready in time; see {folder / 'simulator.log'}.")
         return await asyncio.to_thread(score_mission, snapshot, self.folder, world_file, report_file)
 
     async def _watch(self, simulator: asyncio.subprocess.Process, log: Path) -> None:
