@@ -8,6 +8,7 @@ from typing import ClassVar
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.mavlink.autopilots.base import (
+    REPEAT_S,
     MulticopterAutopilot,
     Step,
     Target,
@@ -71,7 +72,7 @@ class ArduCopter(MulticopterAutopilot):
         number, name = _COMMANDED[mode]
         flag = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
         message = command_long(target, mavlink.MAV_CMD_DO_SET_MODE, flag, number)
-        return Step(f"enter {name}", message, lambda state, _now_s: state.mode is mode)
+        return Step(f"enter {name}", message, lambda state, _now_s: state.mode is mode, REPEAT_S)
 
     def takeoff(self, height_above_home_m: float, target: Target, home: GeodeticPosition) -> CommandMessage:
         """See the base class. ArduCopter takes the height relative to home."""

@@ -29,8 +29,8 @@ from aos_gcs.ports import (
 )
 
 HEIGHT_TOLERANCE_M = 1.0
-GOTO_REPEAT_S = 2.0
-"""A goto is sent again while telemetry does not show it: the answer may have been that to an older one."""
+REPEAT_S = 2.0
+"""An accepted goto or mode is sent again while telemetry does not show it: the answer may have been to an older one."""
 _FRESH_S = 3.0
 _MODE_OF: Mapping[type[Command], FlightMode] = {
     ReturnToLaunch: FlightMode.RETURN,
@@ -116,8 +116,9 @@ class MulticopterAutopilot(Autopilot):
     def set_mode(self, mode: FlightMode, target: Target) -> Step:
         """Return the step that enters one of GUIDED, HOLD, RETURN and LAND."""
 
-    def stop(self, target: Target) -> Step:
+    def stop(self, target: Target, now_s: float) -> Step:
         """Return the step that stops the vehicle and has it hold its position."""
+        del now_s
         return self.set_mode(FlightMode.HOLD, target)
 
     @abstractmethod
@@ -136,7 +137,7 @@ class MulticopterAutopilot(Autopilot):
             case Goto():
                 return [_goto(command, target, telemetry, now_s)]
             case Hold():
-                return [self.stop(target)]
+                return [self.stop(target, now_s)]
             case ReturnToLaunch() | Land():
                 return [self.set_mode(_MODE_OF[type(command)], target)]
 
@@ -206,4 +207,4 @@ def _goto(command: Goto, target: Target, telemetry: Telemetry, now_s: float) -> 
         round(position.longitude_deg * 1e7),
         position.altitude_amsl_m,
     )
-    return Step("goto", message, TargetTakenOver(position, telemetry, now_s), GOTO_REPEAT_S)
+    return Step("goto", message, TargetTakenOver(position, telemetry, now_s), REPEAT_S)

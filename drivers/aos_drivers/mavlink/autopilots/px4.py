@@ -8,6 +8,7 @@ from typing import ClassVar
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.mavlink.autopilots.base import (
+    REPEAT_S,
     MulticopterAutopilot,
     Step,
     Target,
@@ -40,6 +41,8 @@ _AUTO_MODES: dict[int, tuple[FlightMode, str]] = {
 _COMMANDED: dict[FlightMode, int] = {FlightMode.HOLD: 3, FlightMode.RETURN: 5, FlightMode.LAND: 6}
 
 STOPPED_MPS = 1.0
+_SETTLING_S = 1.0
+_STOP_REPEAT_S = 1.5
 
 
 class Px4(MulticopterAutopilot):
@@ -83,18 +86,25 @@ class Px4(MulticopterAutopilot):
         flag = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
         sub = _COMMANDED[mode]
         message = command_long(target, mavlink.MAV_CMD_DO_SET_MODE, flag, _AUTO, sub)
-        return Step(f"enter {_AUTO_MODES[sub][1]}", message, lambda state, _now_s: state.mode is mode)
+        return Step(f"enter {_AUTO_MODES[sub][1]}", message, lambda state, _now_s: state.mode is mode, REPEAT_S)
 
-    def stop(self, target: Target) -> Step:
+    def stop(self, target: Target, now_s: float) -> Step:
         """See the base class.
 
         On its way to one of our positions PX4 is in its Hold mode already, and entering it again would not stop it. A
-        reposition to "here", NaN in every coordinate, does, from every other mode too.
+        reposition to "here", NaN in every coordinate, does, from every other mode too. That it does not move proves
+        nothing before it has had the time to follow a goto, whose acknowledgement looks the same.
         """
         nan = math.nan
         flags = float(mavlink.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE)
         message = command_long(target, mavlink.MAV_CMD_DO_REPOSITION, -1.0, flags, 0.0, nan, nan, nan, nan)
-        return Step("hold", message, lambda state, _now_s: state.mode is FlightMode.HOLD and _is_slow(state))
+        settled_at_s = now_s + _SETTLING_S
+
+        def is_done(state: Telemetry, _now_s: float) -> bool:
+            is_recent = state.position_at_s is not None and state.position_at_s >= settled_at_s
+            return is_recent and state.mode is FlightMode.HOLD and _is_slow(state)
+
+        return Step("hold", message, is_done, _STOP_REPEAT_S)
 
     def takeoff(self, height_above_home_m: float, target: Target, home: GeodeticPosition) -> CommandMessage:
         """See the base class. PX4 takes every altitude above mean sea level; NaN stands for "here"."""
