@@ -324,7 +324,7 @@ def test_a_reboot_forgets_home_and_requests_everything_again() -> None:
     answer_streams(session, vehicle, 0.0)
     vehicle.boot_ms = 50
     events = session.feed(vehicle.position(), A, 1.0)
-    assert [notice.text for notice in notices(events)] == ["vehicle 1 has restarted"]
+    assert [notice.text for notice in notices(events)] == ["has restarted"]
     assert session.records[1].state(1.0).home is None
     session.poll(1.1)
     outgoing = session.take_outgoing()

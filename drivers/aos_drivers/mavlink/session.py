@@ -196,7 +196,7 @@ class Session:
         target = Target(system_id, message.get_srcComponent())
         record = self.records[system_id] = VehicleRecord(target, message, self._position_hz)
         self._events.append(VehicleFound(record))
-        text = f"vehicle {system_id} ({record.autopilot.name}) heard at {peer.host}:{peer.port}"
+        text = f"heard at {peer.host}:{peer.port}, autopilot {record.autopilot.name}"
         self._events.append(Notice(Severity.INFO, text, system_id))
         return record
 
@@ -236,8 +236,7 @@ class Session:
     def _watch_boot_time(self, record: VehicleRecord, message: mavlink.MAVLink_message, peer: PeerAddress) -> None:
         if message.get_msgId() in _BOOT_TIMED and record.identity.hear_boot_time(peer, message.time_boot_ms):
             record.restart()
-            text = f"vehicle {record.vehicle_id} has restarted"
-            self._events.append(Notice(Severity.WARNING, text, record.vehicle_id))
+            self._events.append(Notice(Severity.WARNING, "has restarted", record.vehicle_id))
 
     def _on_heartbeat(
         self, record: VehicleRecord, message: mavlink.MAVLink_message, _peer: PeerAddress, now_s: float
@@ -286,13 +285,12 @@ class Session:
         is_ambiguous = record.identity.is_ambiguous(now_s)
         if is_ambiguous and not record.was_ambiguous:
             text = (
-                f"two vehicles use system id {record.vehicle_id}: neither is commanded; "
+                "two vehicles use this system id: neither is commanded; "
                 "give one of them another id (MAV_SYSID, SYSID_THISMAV or MAV_SYS_ID)"
             )
             self._events.append(Notice(Severity.CRITICAL, text, record.vehicle_id))
         elif record.was_ambiguous and not is_ambiguous:
-            text = f"system id {record.vehicle_id} is used by one vehicle again"
-            self._events.append(Notice(Severity.INFO, text, record.vehicle_id))
+            self._events.append(Notice(Severity.INFO, "its system id is used by one vehicle again", record.vehicle_id))
         record.was_ambiguous = is_ambiguous
 
     def _ask(self, record: VehicleRecord, now_s: float) -> None:
