@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.errors import CaptureError
+from aos_gcs.radiometry import celsius_from_centikelvin
 
 Image = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32]
 
-_KELVIN_AT_0_C = 273.15
 _COLOURS = ("red", "green", "blue")
 _JPEG_START, _JPEG_END = b"\xff\xd8", b"\xff\xd9"
 _PNG_START, _PNG_END = b"\x89PNG", b"IEND\xaeB`\x82"
@@ -64,5 +64,5 @@ def _bands(pages: list[NDArray[Any]]) -> tuple[Image, tuple[str, ...]]:
 def _rgb_and_thermal(bgr: NDArray[Any], thermal_centikelvin: NDArray[Any]) -> NDArray[np.float32]:
     image = np.empty((*thermal_centikelvin.shape, 4), np.float32)
     image[..., :3] = bgr[..., ::-1]
-    image[..., 3] = thermal_centikelvin.astype(np.float32) / 100 - _KELVIN_AT_0_C
+    image[..., 3] = celsius_from_centikelvin(thermal_centikelvin)
     return image

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
-
-ZERO_CELSIUS_K = 273.15
+from aos_gcs.radiometry import centikelvin_from_celsius
 
 _TIFF_UNCOMPRESSED = (cv2.IMWRITE_TIFF_COMPRESSION, 1)
 
@@ -44,10 +43,9 @@ def encode_tiff(image: RenderedImage) -> bytes:
     Raises:
         ValueError: the image cannot be encoded.
     """
-    centikelvin = np.clip(np.rint((image.thermal_celsius + ZERO_CELSIUS_K) * 100.0), 0, 65535).astype(np.uint16)
     # OpenCV takes colour channels in the order blue, green, red and writes them as RGB.
-    pages = [np.ascontiguousarray(image.rgb[:, :, ::-1]), centikelvin]
-    encoded, data = cv2.imencodemulti(".tiff", pages, _TIFF_UNCOMPRESSED)
+    bgr, thermal_ck = np.ascontiguousarray(image.rgb[:, :, ::-1]), centikelvin_from_celsius(image.thermal_celsius)
+    encoded, data = cv2.imencodemulti(".tiff", [bgr, thermal_ck], _TIFF_UNCOMPRESSED)
     if not encoded:
         raise ValueError("OpenCV could not encode the image as TIFF.")
     return data.tobytes()
