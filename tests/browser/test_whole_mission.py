@@ -1,0 +1,105 @@
+"""The dashboard of ``aos-gcs demo`` in a real browser, from the first telemetry to the last landing."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import pytest
+from playwright.async_api import Page, expect
+
+from aos_gcs.mission.settings import DetectionSettings
+from tests.fakes.program import Program, running
+
+VEHICLES = 3
+SMALL = ("--vehicles", str(VEHICLES), "--image-size", "128", "--trees-per-ha", "30", "--seed", "2", "--speed", "4")
+"""Slow enough for the operator to act in flight, on a machine that is busy with the page as well."""
+TIMEOUT_MS = 60_000
+HOVERING_M = 1.0
+"""How far a vehicle that holds may drift."""
+STILL_MS = 2000
+"""Longer than vehicles hover at the waypoints of a mission that goes on."""
+
+
+@pytest.fixture
+async def demo(tmp_path: Path, dashboard_build: None) -> AsyncIterator[tuple[Program, str]]:  # noqa: ARG001 - its check
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    async with running(tmp_path, "demo", *SMALL, "--port", str(port), "--exit-when-done", "--json") as program:
+        await program.until_logged("Dashboard: ", 60)
+        yield program, f"http://127.0.0.1:{port}"
+
+
+async def wait_for(page: Page, condition: str, argument: object) -> None:
+    await page.wait_for_function(condition, arg=argument, timeout=TIMEOUT_MS)
+
+
+async def place_m(page: Page, vehicle_id: int) -> tuple[float, float]:
+    marker = page.get_by_test_id(f"marker-{vehicle_id}")
+    return (
+        float(await marker.get_attribute("data-east") or "nan"),
+        float(await marker.get_attribute("data-north") or "nan"),
+    )
+
+
+async def wait_until_moved(page: Page, vehicle_id: int, place: tuple[float, float], distance_m: float) -> None:
+    condition = """([id, east, north, distance]) => {
+        const place = document.querySelector(`[data-testid=marker-${id}]`)?.dataset;
+        return place && Math.hypot(place.east - east, place.north - north) > distance;
+    }"""
+    await wait_for(page, condition, [vehicle_id, *place, distance_m])
+
+
+async def wait_until_still(page: Page) -> None:
+    """Wait until no marker has left its place for a while."""
+    condition = """([count, distance, duration]) => {
+        const places = [...document.querySelectorAll("[data-testid^=marker-]")]
+            .filter(marker => marker.dataset.east !== undefined)
+            .map(marker => [Number(marker.dataset.east), Number(marker.dataset.north)]);
+        const seen = window.stillPlaces;
+        const isStill = seen?.places.length === places.length && places.every(([east, north], i) =>
+            Math.hypot(east - seen.places[i][0], north - seen.places[i][1]) <= distance);
+        if (!isStill) window.stillPlaces = { places, since: performance.now() };
+        return places.length === count && isStill && performance.now() - seen.since >= duration;
+    }"""
+    await wait_for(page, condition, [VEHICLES, HOVERING_M, STILL_MS])
+
+
+@pytest.mark.timeout(300)
+async def test_an_operator_watches_holds_resumes_and_returns_a_swarm(page: Page, demo, page_record) -> None:
+    program, url = demo
+    phase = page.get_by_test_id("phase")
+    await page.goto(url)
+    await expect(page.get_by_test_id("connection")).to_have_attribute("data-state", "open", timeout=TIMEOUT_MS)
+    for vehicle_id in range(1, VEHICLES + 1):
+        await expect(page.get_by_test_id(f"marker-{vehicle_id}")).to_be_visible(timeout=TIMEOUT_MS)
+    home = await place_m(page, 1)
+    await wait_until_moved(page, 1, home, 5.0)
+    visible = "lowest => Number(document.querySelector('[data-testid=visibility]')?.dataset.value) > lowest"
+    await wait_for(page, visible, DetectionSettings().threshold_m2)
+
+    await page.get_by_test_id("action-hold").click()
+    await expect(page.get_by_test_id("suspension")).to_have_text("held", timeout=TIMEOUT_MS)
+    for vehicle_id in range(1, VEHICLES + 1):
+        result = page.get_by_test_id(f"result-{vehicle_id}")
+        await expect(result).to_have_attribute("data-accepted", "true", timeout=TIMEOUT_MS)
+    await wait_until_still(page)
+    await expect(page.get_by_test_id("connection")).to_have_attribute("data-state", "open")
+    step = int(await page.get_by_test_id("step").inner_text())
+
+    await page.get_by_test_id("action-resume").click()
+    await expect(page.get_by_test_id("suspension")).to_have_count(0, timeout=TIMEOUT_MS)
+    next_step = "last => Number(document.querySelector('[data-testid=step]').textContent) > last"
+    await wait_for(page, next_step, step)
+
+    await page.get_by_test_id("action-return").click()
+    await page.get_by_test_id("confirm-ok").click()
+    await expect(phase).to_have_text("return", timeout=TIMEOUT_MS)
+    for vehicle_id in range(1, VEHICLES + 1):
+        await expect(page.get_by_test_id(f"task-{vehicle_id}")).to_have_text("landed", timeout=TIMEOUT_MS)
+    assert page_record.errors == []
+    assert page_record.foreign_requests == []
+    await program.ended(60)
+    assert program.result()["landed"] == VEHICLES
