@@ -1,0 +1,115 @@
+"""``aos-gcs demo`` from its start to its result, as a process of its own."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+from aos_gcs.mission.model import Outcome, Phase, Task
+from aos_gcs.store.reader import MissionReader
+from tests.fakes.program import Program, running
+
+KEYS = {
+    "found",
+    "target_error_m",
+    "time_to_detection_s",
+    "visibility_max",
+    "visibility_final",
+    "steps",
+    "vehicles",
+    "landed",
+    "min_separation_m",
+    "mission_dir",
+}
+SEPARATION_M = 2.0
+"""The default of ``safety.separation_m``."""
+SMALL = ("--vehicles", "4", "--image-size", "192", "--trees-per-ha", "30", "--seed", "2", "--speed", "10")
+"""Few trees, so that the person is seen whatever way the swarm takes."""
+
+
+def check_result(program: Program, vehicles: int) -> None:
+    result = program.result()
+    assert set(result) == KEYS
+    assert result["found"] is True
+    assert result["vehicles"] == result["landed"] == vehicles
+    assert result["target_error_m"] <= 1.0
+    assert result["time_to_detection_s"] > 0.0
+    assert 0.0 < result["visibility_final"] <= result["visibility_max"] <= 1.0
+    assert result["min_separation_m"] > 0.0
+    assert Path(result["mission_dir"]) == program.mission_folder
+
+
+async def inspect(folder: Path) -> dict[str, object]:
+    command = (sys.executable, "-m", "aos_gcs", "inspect", str(folder), "--json")
+    process = await asyncio.create_subprocess_exec(*command, stdout=asyncio.subprocess.PIPE)
+    output, _ = await process.communicate()
+    assert process.returncode == 0
+    report: dict[str, object] = json.loads(output)
+    return report
+
+
+async def test_a_small_demo_finds_the_person_lands_all_and_is_recorded(tmp_path: Path) -> None:
+    async with running(tmp_path, "demo", *SMALL, "--headless", "--json") as program:
+        code = await program.ended(100)
+    assert code == 0, program.log
+    check_result(program, vehicles=4)
+    result = program.result()
+    with MissionReader(program.mission_folder) as reader:
+        steps, outcome, final = reader.steps(), reader.outcome(), reader.last_snapshot()
+        frames = reader.frames(steps[-1].step)
+        assert frames[0].load().image.shape == (192, 192, 4)
+        assert reader.manifest()["configuration"]["mission"]["seed"] == 2
+    assert len(steps) == result["steps"]
+    assert outcome is not None
+    assert outcome.outcome is Outcome.FOUND
+    assert final is not None
+    assert final.phase is Phase.DONE
+    assert [vehicle.task for vehicle in final.vehicles] == [Task.LANDED] * 4
+    (traffic,) = program.mission_folder.rglob("*.tlog")
+    assert traffic.stat().st_size > 10_000
+    report = await inspect(program.mission_folder)
+    assert len(report["steps"]) == result["steps"]
+    assert [span["phase"] for span in report["phases"]][-1] == "done"
+
+
+@pytest.mark.slow
+async def test_px4_vehicles_fly_the_same_mission(tmp_path: Path) -> None:
+    async with running(tmp_path, "demo", *SMALL, "--autopilot", "px4", "--headless", "--json") as program:
+        code = await program.ended(100)
+    assert code == 0, program.log
+    check_result(program, vehicles=4)
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(1800)
+async def test_fifty_vehicles_are_led(tmp_path: Path) -> None:
+    small = ("--vehicles", "50", "--image-size", "64", "--trees-per-ha", "30", "--speed", "1", "--seed", "2")
+    async with running(tmp_path, "demo", *small, "--headless", "--json") as program:
+        await program.ended(1700)
+    result = program.result()
+    assert result["vehicles"] == result["landed"] == 50
+    assert result["min_separation_m"] >= SEPARATION_M
+
+
+async def fly_default_mission(folder: Path, seed: int) -> dict[str, object]:
+    async with running(folder, "demo", "--headless", "--exit-when-done", "--json", "--seed", str(seed)) as program:
+        await program.ended(900)
+    return program.result()
+
+
+def check_default_results(results: list[dict[str, object]]) -> None:
+    assert all(result["found"] for result in results)
+    assert all(result["landed"] == result["vehicles"] == 10 for result in results)
+    assert all(result["min_separation_m"] >= SEPARATION_M for result in results)
+    misses = [result["target_error_m"] for result in results if result["target_error_m"] > 1.0]
+    assert len(misses) <= len(results) // 10
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(10 * 900)
+async def test_the_person_is_found_on_ten_seeds(tmp_path: Path) -> None:
+    check_default_results([await fly_default_mission(tmp_path / str(seed), seed) for seed in range(1, 11)])
