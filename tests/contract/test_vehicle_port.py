@@ -27,6 +27,7 @@ from aos_gcs.ports import (
     Goto,
     Hold,
     Land,
+    LandedState,
     Notice,
     ReturnToLaunch,
     Severity,
@@ -188,3 +189,44 @@ async def test_what_must_not_be_done_is_refused_in_words(autopilot: str) -> None
         await flying.execute(Hold(), bench.after(10.0))
         with pytest.raises(CommandRefusedError, match="superseded by Hold"):
             await climbing
+
+
+@pytest.mark.parametrize("autopilot", ["arducopter", "px4"])
+async def test_a_climb_can_be_held_and_continued(autopilot: str) -> None:
+    async with open_bench(autopilot, vehicles=1) as bench:
+        await bench.all_ready()
+        vehicle = bench.vehicle(1)
+        await vehicle.execute(Arm(), bench.after(20.0))
+        climbing = asyncio.create_task(vehicle.execute(Takeoff(30.0), bench.after(60.0)))
+        await bench.until(lambda: bench.swarm.kinematics(1).position_enu_m[2] > 10.0)
+        await vehicle.execute(Hold(), bench.after(10.0))
+        with pytest.raises(CommandRefusedError, match="superseded by Hold"):
+            await climbing
+        await bench.until(lambda: math.hypot(*bench.swarm.kinematics(1).velocity_enu_mps) < 0.2)
+        held_enu_m = bench.swarm.kinematics(1).position_enu_m
+        assert 9.0 < held_enu_m[2] < 25.0
+        await bench.clock.sleep(5.0)
+        assert math.dist(bench.swarm.kinematics(1).position_enu_m, held_enu_m) < 1.0
+        await vehicle.execute(Goto(bench.swarm.frame.to_geodetic((*held_enu_m[:2], 30.0)), 5.0), bench.after(10.0))
+        await bench.until(lambda: math.dist(bench.swarm.kinematics(1).position_enu_m, (*held_enu_m[:2], 30.0)) < 1.0)
+
+
+@pytest.mark.parametrize("autopilot", ["arducopter", "px4"])
+async def test_a_hold_before_the_lift_off_is_safe_and_the_takeoff_can_be_repeated(autopilot: str) -> None:
+    async with open_bench(autopilot, vehicles=1) as bench:
+        await bench.all_ready()
+        vehicle = bench.vehicle(1)
+        await vehicle.execute(Arm(), bench.after(20.0))
+        climbing = asyncio.create_task(vehicle.execute(Takeoff(20.0), bench.after(60.0)))
+        await asyncio.sleep(0)
+        await vehicle.execute(Hold(), bench.after(10.0))
+        with pytest.raises(CommandRefusedError, match="superseded by Hold"):
+            await climbing
+        assert bench.swarm.kinematics(1).position_enu_m[2] < 8.0
+        assert abs(bench.swarm.kinematics(1).velocity_enu_mps[2]) < 1.0
+        await bench.clock.sleep(2.0)
+        if vehicle.state.landed is LandedState.ON_GROUND:
+            await vehicle.execute(Takeoff(20.0), bench.after(60.0))
+        else:
+            await vehicle.execute(Goto(bench.swarm.frame.to_geodetic((0.0, 0.0, 20.0)), 5.0), bench.after(10.0))
+        await bench.until(lambda: bench.swarm.kinematics(1).position_enu_m[2] > 19.0)
