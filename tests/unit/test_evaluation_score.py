@@ -1,0 +1,170 @@
+"""A recorded mission judged by the simulator's truth."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from aos_gcs.evaluation import Score, score_mission
+from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.geometry.poses import nadir_pose
+from aos_gcs.mission.model import (
+    EnuPoint,
+    MissionSnapshot,
+    Outcome,
+    OutcomeRecord,
+    Phase,
+    StepRecord,
+    Suspension,
+    TargetEstimate,
+    Task,
+    VehicleSnapshot,
+)
+from aos_gcs.ports import Capture, VehicleState
+from aos_gcs.store.recorder import MissionRecorder
+from aos_sim.report import Target, World, write_world_file
+from aos_sim.truth import unoccluded_areas_m2
+from aos_sim.world.scene import SceneParameters, build_scene
+
+ORIGIN = GeodeticPosition(48.3, 14.3, 260.0)
+SEED, TREES_PER_HA = 3, 20.0
+CAMERA = CameraModel.from_fov(64, 64, math.radians(50.0))
+
+
+@pytest.fixture(scope="module")
+def person_enu_m() -> np.ndarray:
+    (person,) = build_scene(SceneParameters(seed=SEED, trees_per_ha=TREES_PER_HA)).persons
+    return np.array(person.position_enu_m)
+
+
+def snapshot(target_enu_m: EnuPoint | None, tasks: tuple[Task, ...], outcome: Outcome) -> MissionSnapshot:
+    vehicles = [
+        VehicleSnapshot(VehicleState(number + 1), task, None, None, None, None, None)
+        for number, task in enumerate(tasks)
+    ]
+    return MissionSnapshot(
+        mission_id="m",
+        strategy="aos-apso",
+        phase=Phase.DONE,
+        suspension=Suspension.NONE,
+        outcome=outcome,
+        message="",
+        elapsed_s=100.0,
+        step=2,
+        origin=ORIGIN,
+        area_enu_m=(),
+        fence_enu_m=(),
+        vehicles=tuple(vehicles),
+        preflight=(),
+        target=None if target_enu_m is None else TargetEstimate(target_enu_m, 0.1, 3),
+        min_separation_m=9.0,
+    )
+
+
+def step(number: int, visibility_m2: float, target_enu_m: EnuPoint | None) -> StepRecord:
+    return StepRecord(
+        step=number,
+        elapsed_s=float(number),
+        phase=Phase.CONVERGE,
+        visibility_m2=visibility_m2,
+        threshold_m2=0.1,
+        branch="pso",
+        evolutionary_factor=None,
+        evolutionary_state=None,
+        c_s_m=None,
+        c_c_m=None,
+        leader_id=1,
+        target_enu_m=target_enu_m,
+        fitness={1: visibility_m2},
+        missing={},
+        waypoints=(),
+        imaging_ms=1.0,
+        work_ms=1.0,
+        loop_lag_p99_ms=1.0,
+    )
+
+
+@dataclass
+class Recorded:
+    """A mission of two steps, with one camera above the person."""
+
+    folder: Path
+    person_enu_m: np.ndarray
+    pictured_m2: float
+    """What that camera would see of the person without a forest."""
+
+    def score(self, of: MissionSnapshot, report: bool = True) -> Score:
+        world, truth = self.folder.parent / "world.json", self.folder.parent / "report.json"
+        targets = (Target("person", tuple(map(float, self.person_enu_m)), 1.8),)
+        write_world_file(world, World((), targets, TREES_PER_HA), ORIGIN, SEED, {})
+        if report:
+            truth.write_text(json.dumps({"min_separation_m": 2.5}), encoding="utf-8")
+        return score_mission(of, self.folder, world, truth)
+
+
+async def record(
+    folder: Path, person_enu_m: np.ndarray, shares: tuple[float, float], blobs: list[EnuPoint]
+) -> Recorded:
+    pose = nadir_pose(person_enu_m + np.array([2.0, 0.0, 40.0]))
+    (pictured_m2,) = unoccluded_areas_m2(SEED, TREES_PER_HA, [[(pose, CAMERA)]])
+    async with MissionRecorder.create(folder, "m", {}, notify=lambda _: None) as recorder:
+        for number, (share, blob_enu_m) in enumerate(zip(shares, blobs, strict=True), start=1):
+            capture = Capture(
+                vehicle_id=1,
+                image_index=number,
+                utc_s=float(number),
+                image=np.zeros((64, 64, 3), np.uint8),
+                bands=("red", "green", "blue"),
+                position=LocalFrame(ORIGIN).to_geodetic(pose.position_enu_m),
+                R_cam2enu=pose.R_cam2enu,
+                camera=CAMERA,
+            )
+            await recorder.record_frame(number, capture)
+            await recorder.record_step(step(number, share * pictured_m2, blob_enu_m), {"state": 1})
+        await recorder.record_outcome(OutcomeRecord(100.0, Outcome.FOUND, {"time_to_detection_s": 70.5}))
+    return Recorded(folder / "m", person_enu_m, pictured_m2)
+
+
+def beside(person_enu_m: np.ndarray, east_m: float) -> EnuPoint:
+    east, north, _ = (float(value) for value in person_enu_m)
+    return (east + east_m, north, 0.0)
+
+
+async def test_a_found_person_is_measured_against_the_truth(tmp_path: Path, person_enu_m: np.ndarray) -> None:
+    blobs = [beside(person_enu_m, 1.0), beside(person_enu_m, 0.0)]
+    recorded = await record(tmp_path, person_enu_m, (0.75, 0.25), blobs)
+    tasks = (Task.LANDED, Task.LANDED, Task.LOST)
+    score = recorded.score(snapshot(beside(person_enu_m, 0.6), tasks, Outcome.FOUND))
+    assert score.found
+    assert score.target_error_m == pytest.approx(0.6)
+    assert score.time_to_detection_s == 70.5
+    assert score.visibility_max == pytest.approx(0.75, abs=1e-3)
+    assert score.visibility_final == pytest.approx(0.25, abs=1e-3)
+    assert (score.steps, score.vehicles, score.landed) == (2, 3, 2)
+    assert score.min_separation_m == 2.5
+    assert score.mission_dir == str(recorded.folder)
+
+
+async def test_blobs_of_something_else_show_nothing_of_the_person(tmp_path: Path, person_enu_m: np.ndarray) -> None:
+    recorded = await record(tmp_path, person_enu_m, (5.0, 0.5), [beside(person_enu_m, 2.9), beside(person_enu_m, 3.1)])
+    score = recorded.score(snapshot(None, (Task.LANDED,), Outcome.NOT_FOUND), report=False)
+    assert not score.found
+    assert score.target_error_m is None
+    assert score.visibility_max == 1.0
+    assert score.visibility_final == 0.0
+    assert score.min_separation_m is None
+
+
+async def test_a_mission_without_steps_has_nothing_to_measure(tmp_path: Path, person_enu_m: np.ndarray) -> None:
+    async with MissionRecorder.create(tmp_path, "m", {}, notify=lambda _: None):
+        pass
+    recorded = Recorded(tmp_path / "m", person_enu_m, 0.0)
+    score = recorded.score(replace(snapshot(None, (Task.LOST,), Outcome.FAILED), step=0))
+    assert (score.visibility_max, score.visibility_final, score.time_to_detection_s) == (None, None, None)
+    assert (score.steps, score.landed) == (0, 0)
