@@ -10,6 +10,7 @@ from typing import Annotated, TypeVar
 import numpy as np
 import typer
 
+from aos_gcs.cli.autofocus_options import focal_height_m, focal_height_or_range
 from aos_gcs.cli.files import check_writable, written_whole
 from aos_gcs.cli.output import progress
 from aos_gcs.cli.recordings import BANDS_OF_CHANNELS, read_frames, read_poses
@@ -32,8 +33,12 @@ def integrate(
     ],
     fov: Annotated[float, typer.Option(metavar="DEG", help="Full horizontal field of view of the images, degrees.")],
     plane_z: Annotated[
-        float, typer.Option(metavar="Z", help="The focal plane z = Z, in the world of the poses, metres.")
-    ],
+        float | None, typer.Option(metavar="Z", help="The focal plane z = Z, in the world of the poses, metres.")
+    ] = None,
+    autofocus: Annotated[
+        str | None,
+        typer.Option(metavar="LOW,HIGH", help="Find the plane from z = LOW to HIGH that the view is in focus on."),
+    ] = None,
     view: Annotated[
         int, typer.Option(metavar="INDEX", help="The virtual camera takes the pose of this entry of the poses, from 0.")
     ],
@@ -56,15 +61,17 @@ def integrate(
     stays sharp, and what lies before it blurs away. The virtual camera has the field of view of the images.
     """
     outputs = [path for path in (out, count, png) if path is not None]
-    _check(fov, plane_z, size, outputs)
+    _check(fov, size, outputs)
+    focus = focal_height_or_range(plane_z, autofocus)
     views = read_poses(poses, image_folder)
     if not 0 <= view < len(views):
         raise ConfigurationError(f"--view {view} is out of range: {poses} has the views 0 to {len(views) - 1}.")
     fov_rad = math.radians(fov)
     camera = CameraModel.from_fov(size, size, fov_rad)
+    plane_height_m = focal_height_m(focus, views, camera, views[view].pose)
     with progress("Integrating images", len(views)) as advance:
         frames = _counted(read_frames(views, fov_rad), advance)
-        integral, coverage = integrate_view(frames, camera, views[view].pose, plane_z)
+        integral, coverage = integrate_view(frames, camera, views[view].pose, plane_height_m)
     bands = BANDS_OF_CHANNELS[integral.shape[2]]
     with written_whole(out) as file:
         np.save(file, integral[:, :, 0] if len(bands) == 1 else integral)
@@ -76,11 +83,9 @@ def integrate(
             file.write(encode_png(shade_integral(integral, bands)))
 
 
-def _check(fov: float, plane_z: float, size: int, outputs: list[Path]) -> None:
+def _check(fov: float, size: int, outputs: list[Path]) -> None:
     if not 0.0 < fov < 180.0:
         raise ConfigurationError(f"--fov must lie between 0 and 180 degrees, got {fov:g}.")
-    if not math.isfinite(plane_z):
-        raise ConfigurationError(f"--plane-z must be a finite number of metres, got {plane_z}.")
     if not 1 <= size <= MAX_SIZE_PX:
         raise ConfigurationError(f"--size must lie between 1 and {MAX_SIZE_PX} pixels, got {size}.")
     if len({path.absolute() for path in outputs}) < len(outputs):
