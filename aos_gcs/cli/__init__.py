@@ -24,6 +24,7 @@ BUILT_IN: dict[str, str] = {
     "demo": "aos_gcs.cli.demo:demo",
     "run": "aos_gcs.cli.run:run",
     "integrate": "aos_gcs.cli.integrate:integrate",
+    "plan-aperture": "aos_gcs.cli.plan_aperture:plan_aperture",
     "inspect": "aos_gcs.cli.inspect:inspect",
 }
 """Command name to ``module:function``, in the order in which the help lists them."""
