@@ -14,7 +14,7 @@ from aos_gcs.mission.homing import Homing
 from aos_gcs.mission.model import Action, ActionRecord, ActionResult, Outcome, Phase, Suspension, Task
 from aos_gcs.mission.phases import ENDING, ON_GROUND, check_action
 from aos_gcs.mission.roster import Member
-from aos_gcs.ports import Hold, Land, Severity
+from aos_gcs.ports import FlightMode, Hold, Land, Severity
 
 _RECORD_S = 1.0
 """Real seconds that an action may wait for its entry in the audit log."""
@@ -107,18 +107,30 @@ class Operator:
         return self._all_members("hovers at its waypoint when this step is done")
 
     async def _resume(self) -> Sequence[ActionResult]:
-        held = self._context.roster.members(Task.HELD)
+        roster = self._context.roster
+        held = roster.members(Task.HELD)
         if self._flow.suspension is Suspension.NONE and not held:
             raise MissionError("Cannot resume: nothing is paused or held.")
         self._tell("resume")
         self._flow.resume()
-        return [await self._result(self._resume_one, member, "is back in the swarm") for member in held]
+        results = [self._result(self._resume_one, member, "is back in the swarm") for member in held]
+        if self._flow.heading not in ENDING:
+            for task, act, done in (
+                (Task.RETURNING, self._return_one, "returns to its launch point"),
+                (Task.LANDING, self._land_one, "lands where it is"),
+            ):
+                stopped = [member for member in roster.members(task) if isinstance(member.last_command, Hold)]
+                results += [self._result(act, member, done) for member in stopped]
+        return await asyncio.gather(*results)
 
     async def _hold(self) -> Sequence[ActionResult]:
         self._tell("hold all")
         self._flow.suspend(Suspension.HELD)
         self._context.message = "Held: all vehicles stop where they are."
-        reasons = await self._context.flight.command_each(self._context.roster.airborne(), lambda _: Hold())
+        airborne = self._context.roster.airborne()
+        ours = [member for member in airborne if not _has_pilot(member)]
+        reasons = await self._context.flight.command_each(ours, lambda _: Hold())
+        reasons |= {member.vehicle_id: "is flown by its pilot" for member in airborne if _has_pilot(member)}
         return [_result(vehicle_id, reason, "holds its position") for vehicle_id, reason in reasons.items()]
 
     async def _return(self) -> Sequence[ActionResult]:
@@ -147,14 +159,16 @@ class Operator:
             raise MissionError("Cannot return: everybody is landing; hold first.")
         else:
             self._flow.redirect(phase)
-        return self._all_members(text)
+        return [
+            _result(member.vehicle_id, "is flown by its pilot" if _has_pilot(member) else None, text)
+            for member in self._reachable()
+        ]
 
     def _all_members(self, text: str) -> Sequence[ActionResult]:
-        return [
-            ActionResult(member.vehicle_id, accepted=True, text=text)
-            for member in self._context.roster.members()
-            if member.task not in {Task.LOST, Task.LANDED}
-        ]
+        return [_result(member.vehicle_id, None, text) for member in self._reachable()]
+
+    def _reachable(self) -> list[Member]:
+        return [m for m in self._context.roster.members() if m.task not in {Task.LOST, Task.LANDED}]
 
     # --- single vehicles ----------------------------------------------------------------------------------------------
 
@@ -223,6 +237,11 @@ class Operator:
 
     def _tell(self, text: str) -> None:
         self._context.journal.notice(Severity.INFO, f"operator: {text}")
+
+
+def _has_pilot(member: Member) -> bool:
+    """Whether a pilot flies the vehicle: actions on all leave it alone, one on it by name does not."""
+    return member.airborne and member.state.mode is FlightMode.MANUAL
 
 
 def _result(vehicle_id: int, reason: str | None, done: str) -> ActionResult:

@@ -292,6 +292,41 @@ async def test_a_held_landing_can_be_turned_into_a_return_that_climbs_first() ->
         assert np.hypot(*(vehicle.position_enu_m() - vehicle.home_enu_m)[:2]) < 0.6
 
 
+async def test_who_was_on_its_way_down_alone_goes_on_after_a_hold_of_all() -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.mission.steps()) == 2)
+        returning, landing = flight.fleet.members[4], flight.fleet.members[1]
+        await flight.mission.act(Action.RETURN, (4,))
+        await flight.mission.act(Action.LAND, (1,))
+        await flight.mission.act(Action.HOLD, None)
+        assert all(isinstance(vehicle.commands[-1], Hold) for vehicle in flight.fleet.members.values())
+        results = await flight.mission.act(Action.RESUME, None)
+        assert {result.vehicle_id: result.accepted for result in results} == {1: True, 4: True}
+        assert returning.commands[-1] == ReturnToLaunch()
+        assert landing.commands[-1] == Land()
+        await flight.until(lambda: flight.task(4) is Task.LANDED and flight.task(1) is Task.LANDED)
+        await flight.mission.act(Action.ABORT, None)
+        await run
+
+
+async def test_actions_on_all_leave_a_pilot_alone_and_say_so() -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.mission.steps()) == 2)
+        vehicle = flight.fleet.members[2]
+        vehicle.fly_to(vehicle.position_enu_m())
+        vehicle.mode, commands = FlightMode.MANUAL, len(vehicle.commands)
+        for action in (Action.HOLD, Action.RETURN):
+            results = {result.vehicle_id: result for result in await flight.mission.act(action, None)}
+            assert [results[number].accepted for number in (1, 2, 3, 4)] == [True, False, True, True]
+            assert "pilot" in results[2].text
+        assert vehicle.commands[commands:] == []
+        (result,) = await flight.mission.act(Action.HOLD, (2,))
+        assert result.accepted
+        await run
+
+
 async def test_an_abort_is_not_undone_by_a_start_right_behind_it() -> None:
     flight = prepare(auto_start=False)
     async with flying(flight) as run:
