@@ -84,17 +84,6 @@ async def test_px4_vehicles_fly_the_same_mission(tmp_path: Path) -> None:
     check_result(program, vehicles=4)
 
 
-@pytest.mark.slow
-@pytest.mark.timeout(1800)
-async def test_fifty_vehicles_are_led(tmp_path: Path) -> None:
-    small = ("--vehicles", "50", "--image-size", "64", "--trees-per-ha", "30", "--speed", "1", "--seed", "2")
-    async with running(tmp_path, "demo", *small, "--headless", "--json") as program:
-        await program.ended(1700)
-    result = program.result()
-    assert result["vehicles"] == result["landed"] == 50
-    assert result["min_separation_m"] >= SEPARATION_M
-
-
 async def fly_default_mission(folder: Path, seed: int) -> dict[str, object]:
     async with running(folder, "demo", "--headless", "--exit-when-done", "--json", "--seed", str(seed)) as program:
         await program.ended(900)
