@@ -24,7 +24,7 @@ class Program:
     output_file: Path
     log_file: Path
     missions: Path
-    """What it was told by ``--folder``."""
+    """Where it records."""
 
     @property
     def output(self) -> str:
@@ -76,12 +76,17 @@ class Program:
 
 @asynccontextmanager
 async def running(folder: Path, *arguments: str) -> AsyncIterator[Program]:
-    """Start ``aos-gcs`` with its missions in ``folder``; it and what it started end with the context."""
+    """Start ``aos-gcs`` with its files in ``folder``; it and what it started end with the context.
+
+    Missions belong into ``folder / "missions"``; a demo is told so.
+    """
+    if "demo" in arguments:
+        arguments = (*arguments, "--folder", str(folder / "missions"))
     await asyncio.to_thread(folder.mkdir, exist_ok=True)
     output_file, log_file = folder / "output.txt", folder / "log.txt"
     with output_file.open("wb") as output, log_file.open("wb") as log:
         process = await asyncio.create_subprocess_exec(
-            *(sys.executable, "-m", "aos_gcs", *arguments, "--folder", str(folder / "missions")),
+            *(sys.executable, "-m", "aos_gcs", *arguments),
             stdin=asyncio.subprocess.DEVNULL,
             stdout=output,
             stderr=log,
