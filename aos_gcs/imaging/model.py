@@ -44,6 +44,28 @@ class FocalGrid:
     """ENU height of the plane."""
 
 
+@dataclass(frozen=True, slots=True)
+class GroundRaster:
+    """Map of the ground in any Cartesian world: columns follow +x, rows +y or -y."""
+
+    x_m: float
+    """Of the outer edge of column 0."""
+    y_m: float
+    """Of the outer edge of row 0."""
+    resolution_m: float
+    rows: int
+    columns: int
+    rows_along_y: bool
+    """Rows follow +y; False: -y, north-up where y points north."""
+
+    @property
+    def to_plane(self) -> NDArray[np.float64]:
+        """Affine map, shape (3, 3), from cells (column, row, 1), centres at integers, to (x, y, 1) in metres."""
+        r = self.resolution_m
+        down = r if self.rows_along_y else -r
+        return np.array([[r, 0.0, self.x_m + r / 2], [0.0, down, self.y_m + down / 2], [0.0, 0.0, 1.0]])
+
+
 class LeaderCriterion(StrEnum):
     """How a vehicle's share in the visibility is measured (spec, section 2)."""
 

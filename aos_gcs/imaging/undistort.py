@@ -21,6 +21,10 @@ MAX_CAMERAS = 32
 """Whose maps are kept: 9 bytes per pixel each."""
 
 
+RIM_PX = 1
+"""Of the copied rim around images that are remapped."""
+
+
 def undistorted(frame: Frame) -> Frame:
     """Return the frame as its ideal camera would have taken it: float32, NaN where the lens saw nothing.
 
@@ -29,11 +33,21 @@ def undistorted(frame: Frame) -> Frame:
     if frame.camera.distortion is None:
         return frame
     lens_map, outside = _maps(frame.camera)
-    image = cv2.remap(
-        frame.image.astype(np.float32, copy=False), lens_map, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
-    ).reshape(*outside.shape, frame.image.shape[2])
+    image = remap(frame.image.astype(np.float32, copy=False), lens_map)
     image[outside] = np.nan
     return replace(frame, image=image, camera=frame.camera.ideal())
+
+
+def remap(image: NDArray[np.float32], pixels: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return an image, shape (H, W, C), at pixels (u, v) + :data:`RIM_PX`, shape (rows, columns, 2).
+
+    Bilinear; clamped within half a pixel of the border, of no meaning further out.
+    """
+    # A rim in place of OpenCV's replicated border: that one is computed for every cell outside the image, too.
+    padded = cv2.copyMakeBorder(image, RIM_PX, RIM_PX, RIM_PX, RIM_PX, cv2.BORDER_REPLICATE)
+    # OpenCV's stubs do not know that the second map may be None; an empty array in its place gives wrong values.
+    values = cv2.remap(padded, pixels, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT)  # type: ignore[call-overload]
+    return np.asarray(values, dtype=np.float32).reshape(*pixels.shape[:2], image.shape[2])
 
 
 def seen_pixels(pixels: NDArray[np.float64], camera: CameraModel) -> NDArray[np.bool]:
@@ -46,9 +60,12 @@ def seen_pixels(pixels: NDArray[np.float64], camera: CameraModel) -> NDArray[np.
 
 @lru_cache(maxsize=MAX_CAMERAS)
 def _maps(camera: CameraModel) -> tuple[NDArray[np.float32], NDArray[np.bool]]:
-    """Return the real pixel (u, v) of each ideal one, shape (H, W, 2), and where the lens sees none, shape (H, W)."""
+    """Return the real pixel (u, v) + ``RIM_PX`` of each ideal one, and where the lens sees none.
+
+    Shapes (H, W, 2) and (H, W).
+    """
     ideal = camera.ideal()
     u, v = np.meshgrid(np.arange(ideal.width_px), np.arange(ideal.height_px))
     real = camera.to_pixels(ideal.from_pixels(np.stack((u, v), axis=-1)))
     seen = seen_pixels(real, camera)
-    return np.where(seen[..., np.newaxis], real, 0.0).astype(np.float32), ~seen
+    return np.where(seen[..., np.newaxis], real + RIM_PX, 0.0).astype(np.float32), ~seen

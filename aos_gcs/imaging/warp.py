@@ -40,16 +40,24 @@ def locate(frame: Frame, grid: FocalGrid) -> Patch | None:
     H_grid2image = grid_to_image(grid, frame.camera, frame.pose)
     max_depth_m = MAX_DEPTH_RATIO * abs(grid.height_m - float(frame.pose.position_enu_m[2]))
     half_planes = visible_half_planes(H_grid2image, frame.camera, max_depth_m)
-    spans = covered_spans(half_planes, grid.rows, grid.columns)
-    rows = np.flatnonzero(spans[:, 1] > spans[:, 0])
-    if not rows.size:
+    return patch_within(half_planes, H_grid2image, grid.rows, grid.columns)
+
+
+def patch_within(
+    half_planes: NDArray[np.float64], H_raster2image: NDArray[np.float64], rows: int, columns: int
+) -> Patch | None:
+    """Return the part of a raster inside all half-planes, see :func:`covered_spans`; None if there is none."""
+    spans = covered_spans(half_planes, rows, columns)
+    covered_rows = np.flatnonzero(spans[:, 1] > spans[:, 0])
+    if not covered_rows.size:
         return None
-    spans = spans[rows[0] : rows[-1] + 1]
+    row = int(covered_rows[0])
+    spans = spans[row : covered_rows[-1] + 1]
     column, end = int(spans[:, 0].min()), int(spans[:, 1].max())
-    columns = np.arange(column, end)
-    covered = ((columns >= spans[:, :1]) & (columns < spans[:, 1:])).astype(np.uint8)
-    shift = np.array([[1.0, 0.0, column], [0.0, 1.0, rows[0]], [0.0, 0.0, 1.0]])
-    return Patch(int(rows[0]), column, covered, H_grid2image @ shift)
+    indices = np.arange(column, end)
+    covered = ((indices >= spans[:, :1]) & (indices < spans[:, 1:])).astype(np.uint8)
+    shift = np.array([[1.0, 0.0, column], [0.0, 1.0, row], [0.0, 0.0, 1.0]])
+    return Patch(row, column, covered, H_raster2image @ shift)
 
 
 def warp_image(image: Pixels, patch: Patch) -> tuple[Pixels, NDArray[np.uint8]]:
@@ -60,11 +68,15 @@ def warp_image(image: Pixels, patch: Patch) -> tuple[Pixels, NDArray[np.uint8]]:
     # A copied rim in place of OpenCV's replicated border: that one is computed for every cell outside the image, too.
     padded = cv2.copyMakeBorder(image, 1, 1, 1, 1, cv2.BORDER_REPLICATE)
     warped = _warp(padded, _SHIFT_BY_RIM @ patch.H_patch2image, patch.covered.shape, cv2.INTER_LINEAR)
-    warped = warped.reshape(*patch.covered.shape, image.shape[2])
+    return finite_cells(image, warped.reshape(*patch.covered.shape, image.shape[2]), patch.covered)
+
+
+def finite_cells(image: Pixels, warped: Pixels, covered: NDArray[np.uint8]) -> tuple[Pixels, NDArray[np.uint8]]:
+    """Return a warped image and its coverage without the cells that a NaN or infinite pixel has a share in."""
     if image.dtype.kind != "f" or math.isfinite(cv2.sumElems(image.reshape(image.shape[0], -1))[0]):
-        return warped, patch.covered
+        return warped, covered
     finite = np.asarray(np.isfinite(warped).all(axis=2))
-    return np.where(finite[:, :, np.newaxis], warped, 0), patch.covered * finite
+    return np.where(finite[:, :, np.newaxis], warped, 0), covered * finite
 
 
 def warp_mask(mask: NDArray[np.uint8], patch: Patch) -> NDArray[np.uint8]:
