@@ -155,7 +155,7 @@ def _configuration(options: DemoOptions, link_port: int) -> ServiceConfig:
 def _real_deadlines(speed: float) -> dict[str, float]:
     """Return the deadlines for what takes real time, however fast the simulation: start-up, rendering, scheduling."""
     default = Deadlines()
-    real = ("connect_s", "capture_s", "command_s", "lost_s", "all_lost_s")
+    real = ("connect_s", "capture_s", "search_s", "command_s", "lost_s", "all_lost_s")
     return {name: speed * getattr(default, name) for name in real}
 
 

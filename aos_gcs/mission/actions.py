@@ -16,9 +16,6 @@ from aos_gcs.mission.phases import ENDING, ON_GROUND, check_action
 from aos_gcs.mission.roster import Member
 from aos_gcs.ports import FlightMode, Hold, Land, Severity
 
-_RECORD_S = 1.0
-"""Real seconds that an action may wait for its entry in the audit log."""
-
 
 class Flow(Protocol):
     """What an action may do to the flow of phases."""
@@ -85,12 +82,8 @@ class Operator:
 
     async def _record(self, record: ActionRecord) -> None:
         """Write to the audit log; a disk that hangs must not keep the operator waiting for an answer."""
-        try:
-            async with asyncio.timeout(_RECORD_S):
-                await self._context.recorder.record_action(record)
-        except TimeoutError:
-            text = f"the disk does not answer: the action {record.action} is missing in the audit log"
-            self._context.journal.notice(Severity.CRITICAL, text)
+        async with self._context.journal.patience(f"the action {record.action}"):
+            await self._context.recorder.record_action(record)
 
     # --- the whole mission --------------------------------------------------------------------------------------------
 

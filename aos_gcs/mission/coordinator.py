@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from aos_gcs.errors import AosError, RecordingError
+from aos_gcs.errors import AosError
 from aos_gcs.mission.actions import Operator
 from aos_gcs.mission.context import MissionContext
 from aos_gcs.mission.flight import FlightControl
@@ -255,7 +255,7 @@ class Coordinator:
         if context.outcome is Outcome.OPEN:
             context.outcome = Outcome.ABORTED
         context.journal.publish(EventKind.SNAPSHOT, self.snapshot())
-        with suppress(RecordingError):
+        async with context.journal.patience("the outcome"):
             await context.recorder.record_outcome(
                 OutcomeRecord(context.clock.utc_s(), context.outcome, self._summary())
             )

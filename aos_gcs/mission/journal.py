@@ -8,6 +8,7 @@ from collections.abc import AsyncIterator, Mapping
 from contextlib import AbstractContextManager, asynccontextmanager
 from typing import Protocol
 
+from aos_gcs.errors import RecordingError
 from aos_gcs.mission.events import EventStream, Subscription
 from aos_gcs.mission.model import (
     ActionRecord,
@@ -24,6 +25,9 @@ from aos_gcs.ports import Capture, Clock, Notice, Severity
 _log = logging.getLogger(__name__)
 
 _LOG_LEVELS = {Severity.INFO: logging.INFO, Severity.WARNING: logging.WARNING, Severity.CRITICAL: logging.ERROR}
+
+DISK_PATIENCE_S = 1.0
+"""Real seconds."""
 
 EVENT_BACKLOG = 4096
 """Events that may wait for the disk; far more than a mission makes in a minute."""
@@ -100,6 +104,21 @@ class Journal:
     def subscribe(self) -> AbstractContextManager[AsyncIterator[Event]]:
         """Follow the stream."""
         return self._stream.subscribe()
+
+    @asynccontextmanager
+    async def patience(self, what: str) -> AsyncIterator[None]:
+        """Wait for the disk inside, but not for long: neither aircraft nor operators are kept waiting by it.
+
+        A full disk has been reported by the recorder already; one that hangs is reported here, as ``what`` that may be
+        missing.
+        """
+        try:
+            async with asyncio.timeout(DISK_PATIENCE_S):
+                yield
+        except TimeoutError:
+            self.notice(Severity.CRITICAL, f"the disk does not answer: {what} may be missing in the record")
+        except RecordingError as error:
+            _log.debug("not recorded: %s", error)
 
     @asynccontextmanager
     async def recorded(self, recorder: Recorder) -> AsyncIterator[None]:

@@ -40,8 +40,8 @@ class SafetyLimits:
     ceiling_m: float
     margin_m: float = 0.0
     """Distance to keep from the fence on the inside; the breaking distance v^2 / 2a is a good choice."""
-    separation_m: float = 2.0
-    """Smallest 3-D distance between two ways."""
+    separation_m: float = 1.5
+    """Smallest 3-D distance between two ways; below the spacing of the altitude layers by what heights err."""
     max_link_age_s: float = 3.0
     max_position_age_s: float = 3.0
     min_battery_fraction: float = 0.2

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import asyncio
 import time
-from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from aos_gcs.errors import MissionFailedError, RecordingError
+from aos_gcs.errors import MissionFailedError
 from aos_gcs.imaging.model import StepAnalysis
 from aos_gcs.imaging.step import analyse_step
 from aos_gcs.mission.context import MissionContext
@@ -144,8 +143,9 @@ class Search:
         """Analyse the frames; they are written to the disk meanwhile."""
         context = self._context
         frames = [to_frame(capture, context.roster.local_frame()) for capture in taken.captures]
-        for capture in taken.captures:
-            await context.recorder.record_frame(self.step, capture)
+        async with context.journal.patience(f"frames of step {self.step}"):
+            for capture in taken.captures:
+                await context.recorder.record_frame(self.step, capture)
         return await asyncio.to_thread(analyse_step, frames, context.settings.imaging)
 
     def _decide(
@@ -207,6 +207,9 @@ class Search:
                 context.journal.notice(Severity.WARNING, "the target is out of view")
                 return Phase.CONVERGE
             return Phase.RETURN if settings.auto_return and self._steps_found > settings.detection.hold_steps else phase
+        if context.journal.elapsed_s() > settings.deadlines.search_s:
+            context.journal.notice(Severity.WARNING, "the time for the search is over")
+            return Phase.RETURN
         if in_view:
             return self._found() if tracker.is_found() and phase is Phase.CONVERGE else Phase.CONVERGE
         if phase is Phase.CONVERGE:
@@ -249,16 +252,16 @@ class Search:
         Recorded before it is acted on: what the vehicles were told is on disk even if we die while telling them.
         """
         context = self._context
-        await context.recorder.record_step(record, self._strategy_state())
-        # A full disk has been reported by the recorder and must not keep aircraft waiting.
-        with suppress(RecordingError):
+        async with context.journal.patience(f"step {self.step}"):
+            await context.recorder.record_step(record, self._strategy_state())
             await context.recorder.flush()
         handed_over_ms = [_ms_since(received_at_s)]
         await context.flight.send(record.waypoints, lambda: handed_over_ms.append(_ms_since(received_at_s)))
         return handed_over_ms[-1]
 
     async def _publish(self, record: StepRecord) -> None:
-        await self._context.recorder.record_step(record, self._strategy_state())
+        async with self._context.journal.patience(f"step {self.step}"):
+            await self._context.recorder.record_step(record, self._strategy_state())
         self._context.journal.step(record)
 
     async def _await_arrival(self, waypoints: tuple[WaypointRecord, ...]) -> None:

@@ -52,6 +52,8 @@ class Deadlines(_Positive):
     transfer_s: float = 180.0
     """For flights to the line and home."""
     capture_s: float = 20.0
+    search_s: float = 1200.0
+    """From the start; without a find until then, everybody returns. Batteries last about as long."""
     land_s: float = 240.0
     lost_s: float = 5.0
     """A vehicle silent for longer is left out."""

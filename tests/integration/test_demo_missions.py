@@ -25,7 +25,7 @@ KEYS = {
     "min_separation_m",
     "mission_dir",
 }
-SEPARATION_M = 2.0
+SEPARATION_M = 1.5
 """The default of ``safety.separation_m``."""
 SMALL = ("--vehicles", "4", "--image-size", "192", "--trees-per-ha", "30", "--seed", "2", "--speed", "10")
 """Few trees, so that the person is seen whatever way the swarm takes."""

@@ -9,6 +9,7 @@ import pytest
 
 from aos_gcs.errors import MissionError
 from aos_gcs.mission.model import Action, Outcome, Phase, Suspension, Task
+from aos_gcs.mission.settings import Deadlines
 from aos_gcs.ports import Arm, Goto, Hold, Land, ReturnToLaunch
 from tests.fakes.mission_flight import TARGET, flying, prepare
 
@@ -245,3 +246,11 @@ async def test_the_same_seed_gives_the_same_mission() -> None:
             await run
         tracks.append([record.requested_enu_m for step in flight.mission.steps() for record in step.waypoints])
     assert np.allclose(tracks[0], tracks[1], atol=1e-6)
+
+
+async def test_a_search_that_finds_nothing_in_time_returns() -> None:
+    flight = prepare(target=None, deadlines=Deadlines(connect_s=5.0, preflight_s=5.0, capture_s=5.0, search_s=15.0))
+    async with flying(flight) as run:
+        assert await run is Outcome.NOT_FOUND
+    assert flight.mission.steps()[-1].elapsed_s < 25.0
+    assert any("time for the search is over" in text for text in flight.texts())

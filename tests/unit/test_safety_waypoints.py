@@ -18,7 +18,7 @@ from aos_gcs.mission.separation import segment_distance
 FloatArray = NDArray[np.float64]
 SQUARE = ((-50.0, -50.0), (50.0, -50.0), (50.0, 50.0), (-50.0, 50.0))
 NOTCHED = ((-50.0, -50.0), (50.0, -50.0), (50.0, 50.0), (0.0, -10.0), (-50.0, 50.0))
-LIMITS = SafetyLimits(fence_enu_m=SQUARE, floor_m=20.0, ceiling_m=60.0, margin_m=5.0)
+LIMITS = SafetyLimits(fence_enu_m=SQUARE, floor_m=20.0, ceiling_m=60.0, margin_m=5.0, separation_m=2.0)
 
 
 def mover(
