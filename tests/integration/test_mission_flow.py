@@ -249,8 +249,8 @@ async def test_the_same_seed_gives_the_same_mission() -> None:
 
 
 async def test_a_search_that_finds_nothing_in_time_returns() -> None:
-    flight = prepare(target=None, deadlines=Deadlines(connect_s=5.0, preflight_s=5.0, capture_s=5.0, search_s=15.0))
+    flight = prepare(target=None, deadlines=Deadlines(connect_s=5.0, preflight_s=5.0, capture_s=5.0, search_s=8.0))
     async with flying(flight) as run:
         assert await run is Outcome.NOT_FOUND
-    assert flight.mission.steps()[-1].elapsed_s < 25.0
+    assert flight.mission.steps()[-1].elapsed_s < 10.0
     assert any("time for the search is over" in text for text in flight.texts())
