@@ -33,6 +33,8 @@ class FocusTrack:
     """The operator's height. It is used as long as it is set; the estimate goes on below it."""
     doubted: int = 0
     """Results in a row that lay too far off to be taken."""
+    missed: int = 0
+    """Steps in a row that found nothing."""
 
     @property
     def focal_height_m(self) -> float:
@@ -50,7 +52,8 @@ def update_focus(track: FocusTrack, result: FocusResult, drift_m: float = 0.2) -
     """
     variance_m2 = track.sigma_m**2 + drift_m**2
     if not result.found:
-        return replace(track, sigma_m=math.sqrt(variance_m2))
+        return replace(track, sigma_m=math.sqrt(variance_m2), missed=track.missed + 1)
+    track = replace(track, missed=0)
     noise_m2 = max(result.sigma_m, MIN_SIGMA_M) ** 2
     innovation_m = result.height_m - track.height_m
     is_far = innovation_m**2 > GATE_SIGMAS**2 * (variance_m2 + noise_m2)
@@ -79,5 +82,6 @@ def search_range_m(track: FocusTrack, low_m: float, high_m: float) -> tuple[floa
     """Return the range of heights that the next step should look at: near a sure height, all of low to high else."""
     reach_m = max(WINDOW_SIGMAS * track.sigma_m, MIN_WINDOW_M)
     window_m = max(low_m, track.height_m - reach_m), min(high_m, track.height_m + reach_m)
-    # A doubted result says that the truth may lie outside of the window.
-    return (low_m, high_m) if track.doubted or window_m[0] >= window_m[1] else window_m
+    # A doubted or missing result says that the truth may lie outside of the window.
+    is_lost = track.doubted > 0 or track.missed > 0 or window_m[0] >= window_m[1]
+    return (low_m, high_m) if is_lost else window_m
