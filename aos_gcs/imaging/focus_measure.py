@@ -104,8 +104,10 @@ class Agreement:
 def _band_pass(channel: Pixels, size: tuple[int, int]) -> NDArray[np.float32]:
     plane = channel.astype(np.float32)
     unknown = ~np.isfinite(plane)
-    if unknown.any():
-        plane[unknown] = 0.0 if unknown.all() else float(plane[~unknown].mean())
+    known = plane[~unknown]
+    # Without the mean, what does not vary is exactly 0, and 16-bit values keep their digits.
+    plane -= known.mean(dtype=np.float64) if known.size else 0.0
+    plane[unknown] = 0.0
     reduced = cv2.resize(plane, size, interpolation=cv2.INTER_AREA)
     fine, coarse = (cv2.GaussianBlur(reduced, (0, 0), sigma) for sigma in (FINE_SIGMA_PX, COARSE_SIGMA_PX))
     filtered = np.asarray(fine - coarse, dtype=np.float32)
