@@ -59,6 +59,16 @@ def read_poses(poses_file: Path, image_folder: Path) -> list[RecordedView]:
     return [_view(entry, f"{poses_file}, images[{index}]", image_folder) for index, entry in enumerate(entries)]
 
 
+def recorded_camera(view: RecordedView, horizontal_fov_rad: float) -> CameraModel:
+    """Return the camera of an image, whose size is found by reading it.
+
+    Raises:
+        InputDataError: see :func:`read_image`.
+    """
+    height_px, width_px, _ = read_image(view.path).shape
+    return CameraModel.from_fov(width_px, height_px, horizontal_fov_rad)
+
+
 def read_frames(views: Sequence[RecordedView], horizontal_fov_rad: float) -> Iterator[Frame]:
     """Read images one after the other; all must have the size and the channels of the first.
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 import gzip
 import importlib
 import itertools
+import logging
 import math
+import warnings
 import zlib
 from collections.abc import Iterable
 from pathlib import Path
@@ -93,8 +95,14 @@ def _fan(polygon: list[int]) -> Iterable[tuple[int, int, int]]:
 
 def _read_geotiff(path: Path, origin: GeodeticPosition | None) -> Terrain:
     rasterio = _library("rasterio")
+    # It logs what GDAL says before it raises the same words.
+    logging.getLogger("rasterio").setLevel(logging.WARNING)
     try:
-        with rasterio.open(path) as dataset:
+        with (
+            # Refused below, in our own words.
+            warnings.catch_warnings(action="ignore", category=rasterio.errors.NotGeoreferencedWarning),
+            rasterio.open(path) as dataset,
+        ):
             if dataset.width * dataset.height > MAX_SAMPLES:
                 raise InputDataError(
                     f"The terrain {path} has {dataset.width} x {dataset.height} heights; cut out the area of the "
@@ -104,6 +112,11 @@ def _read_geotiff(path: Path, origin: GeodeticPosition | None) -> Terrain:
             crs, to_world = dataset.crs, np.array(dataset.transform).reshape(3, 3)
     except rasterio.errors.RasterioError as error:
         raise InputDataError(f"The terrain {path} cannot be read: {error}.") from error
+    if not crs and np.array_equal(to_world, np.eye(3)):
+        raise InputDataError(
+            f"The terrain {path} has no georeference: it is a picture whose place is not known. Use one with a "
+            "coordinate system, or at least with a geotransform in the coordinates of the poses."
+        )
     if origin is not None and not crs:
         raise InputDataError(
             f"The terrain {path} has no coordinate system, so that it cannot be placed about an origin: assign one "

@@ -83,17 +83,19 @@ class ViewIntegral:
         self._view, self._bands, self._exact = view, bands, exact
         self._sum = np.zeros((*view.shape, len(bands)), dtype=np.float64 if exact else np.float32)
 
-    def add(self, frame: Frame) -> None:
-        """Add one frame.
+    def add(self, frame: Frame) -> bool:
+        """Add one frame, and tell whether it covers anything.
 
         Raises:
             ImagingError: if it does not fit its camera or the bands.
         """
         check_frame(frame, self._bands)
         layer = self._view.warp(frame, exact=self._exact)
-        if layer is not None:
-            self.coverage[layer.window] += layer.covered
-            cv2.accumulate(layer.values, self._sum[layer.window], layer.covered)
+        if layer is None:
+            return False
+        self.coverage[layer.window] += layer.covered
+        cv2.accumulate(layer.values, self._sum[layer.window], layer.covered)
+        return bool(layer.covered.any())
 
     def remove(self, frame: Frame) -> None:
         """Take away a frame that has been added; without its image and pose unchanged, the sums go wrong.

@@ -2,6 +2,7 @@
 
 import json
 import logging
+import math
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -78,7 +79,9 @@ class Flight:
             "--out": self.out,
         }
         values |= {"--" + name.replace("_", "-"): value for name, value in options.items()}
-        return ["integrate", str(self.images), *(str(item) for pair in values.items() for item in pair)]
+        # None leaves an option out, True gives it as a flag.
+        given = [(name,) if value is True else (name, value) for name, value in values.items() if value is not None]
+        return ["integrate", str(self.images), *(str(item) for option in given for item in option)]
 
 
 @pytest.fixture
@@ -131,6 +134,78 @@ def test_deep_images_keep_their_values(flight: Flight) -> None:
         cv2.imwrite(str(path), grey.astype(np.uint16) * 100)
     assert run(flight.arguments()) == 0
     assert np.nanmean(np.abs(np.load(flight.out) / 100 - flight.render(flight.pose(1), 48))) < 0.5
+
+
+def write_slope(path: Path, slope_x: float, slope_y: float, height: float = PLANE_Z) -> Path:
+    """Write the mesh of a large tilted square that has the height at x = y = 0."""
+    corners = [(-40, -40), (40, -40), (40, 40), (-40, 40)]
+    vertices = "".join(f"v {x} {y} {height + slope_x * x + slope_y * y}\n" for x, y in corners)
+    path.write_text(vertices + "f 1 2 3 4\n")
+    return path
+
+
+def test_a_level_mesh_gives_what_the_plane_gives(flight: Flight, tmp_path: Path) -> None:
+    assert run(flight.arguments()) == 0
+    on_plane = np.load(flight.out)
+    dem = write_slope(tmp_path / "dem.obj", 0.0, 0.0, PLANE_Z + 3.0)
+    for fast in (None, True):
+        assert run(flight.arguments(plane_z=None, dem=dem, dem_offset=-3, fast=fast)) == 0
+        on_mesh = np.load(flight.out)
+        both = ~np.isnan(on_mesh) & ~np.isnan(on_plane)
+        assert both.sum() >= np.count_nonzero(~np.isnan(on_plane)) - 3
+        np.testing.assert_allclose(on_mesh[both], on_plane[both], atol=0.05)
+
+
+def test_north_and_east_of_the_tilt(flight: Flight, tmp_path: Path) -> None:
+    # The cameras' mean position is x = 0.025, y = 0.005.
+    north, east = math.tan(math.radians(12.0)), math.tan(math.radians(-7.0))
+    assert run(flight.arguments(tilt="12,-7")) == 0
+    tilted = np.load(flight.out)
+    dem = write_slope(tmp_path / "dem.obj", east, north, PLANE_Z - 0.025 * east - 0.005 * north)
+    assert run(flight.arguments(plane_z=None, dem=dem)) == 0
+    on_mesh = np.load(flight.out)
+    both = ~np.isnan(on_mesh) & ~np.isnan(tilted)
+    assert both.sum() > 1500
+    np.testing.assert_allclose(on_mesh[both], tilted[both], atol=0.02)
+
+
+def test_a_map_has_the_ground_where_its_world_file_says(
+    flight: Flight, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    png, count_file = tmp_path / "map.png", tmp_path / "count.npy"
+    assert run(flight.arguments(view=None, size=None, ortho=0.2, png=png, count=count_file)) == 0
+    integral, count = np.load(flight.out), np.load(count_file)
+    assert count.shape == integral.shape == cv2.imread(str(png)).shape[:2]
+    assert count[[0, -1]].any(axis=1).all()
+    assert count[:, [0, -1]].any(axis=0).all()
+    dx, _, _, dy, x, y = map(float, (tmp_path / "map.pgw").read_text().split())
+    # The cameras look along +z: rows along +y show the ground as they see it.
+    assert (dx, dy) == (0.2, 0.2)
+    assert f"map: {count.shape[1]} x {count.shape[0]} cells of 0.2 m" in capfd.readouterr().err
+    columns, rows = np.meshgrid(np.arange(count.shape[1]), np.arange(count.shape[0]))
+    points = np.stack((x + dx * columns.ravel(), y + dy * rows.ravel()), axis=1)
+    error = np.abs(integral - texture(points).reshape(count.shape))[count == 4]
+    assert error.size > 1000
+    assert error.mean() < 1.0
+
+
+def test_a_map_of_terrain_ends_with_the_terrain(flight: Flight, tmp_path: Path) -> None:
+    dem = tmp_path / "dem.obj"
+    dem.write_text("v -2 -3 12\nv 2 -3 12\nv 2 3 12\nv -2 3 12\nf 1 2 3 4\n")
+    options: dict[str, object] = {"plane_z": None, "dem": dem, "view": None, "size": None}
+    assert run(flight.arguments(**options, ortho=0.1)) == 0
+    integral = np.load(flight.out)
+    assert integral.shape == (60, 40)
+    assert np.isfinite(integral).all()
+
+
+def test_images_that_see_nothing_are_counted(flight: Flight, capfd: pytest.CaptureFixture[str]) -> None:
+    # One camera is turned round, to look up.
+    rows = np.array(flight.document["images"][2]["M3x4"], dtype=float)
+    flight.document["images"][2]["M3x4"] = (np.diag([1.0, -1.0, -1.0]) @ rows).tolist()
+    flight.save()
+    assert run(flight.arguments()) == 0
+    assert "1 of 4 images see nothing of it, the first is 2.png" in capfd.readouterr().err
 
 
 Change = Callable[[Flight], dict[str, object]]
@@ -224,7 +299,89 @@ def same_outputs(flight: Flight) -> dict[str, object]:
     return {"count": flight.out}
 
 
+def dem_file(name: str, content: str = "") -> Change:
+    def change(flight: Flight) -> dict[str, object]:
+        path = flight.out.parent / name
+        path.write_text(content)
+        return {"plane_z": None, "dem": path}
+
+    return change
+
+
+def dem_far_away(flight: Flight) -> dict[str, object]:
+    return dem_file("far.obj", "v 500 500 12\nv 510 500 12\nv 500 510 12\nf 1 2 3\n")(flight)
+
+
+def map_of_dem_far_away(flight: Flight) -> dict[str, object]:
+    return dem_far_away(flight) | {"view": None, "size": None, "ortho": 0.1}
+
+
+def geotiff(flight: Flight, crs: str | None) -> Path:
+    rasterio = pytest.importorskip("rasterio", reason="rasterio (the extra 'geo') is not installed")
+    path = flight.out.parent / "dem.tif"
+    transform = rasterio.Affine(1e-4, 0.0, 14.0, 0.0, -1e-4, 48.0)
+    with rasterio.open(
+        path, "w", driver="GTiff", width=4, height=4, count=1, dtype="float32", transform=transform, crs=crs
+    ) as dataset:
+        dataset.write(np.zeros((4, 4), dtype=np.float32), 1)
+    return path
+
+
+def no_geotiff(flight: Flight) -> dict[str, object]:
+    path = geotiff(flight, None)
+    path.write_text("text")
+    return {"plane_z": None, "dem": path}
+
+
+def geotiff_in_degrees(flight: Flight) -> dict[str, object]:
+    return {"plane_z": None, "dem": geotiff(flight, "EPSG:4326")}
+
+
+def geotiff_without_system(flight: Flight) -> dict[str, object]:
+    return {"plane_z": None, "dem": geotiff(flight, None), "dem_origin": "48,14,0"}
+
+
+def look_up(flight: Flight) -> dict[str, object]:
+    for entry in flight.document["images"]:
+        entry["M3x4"] = (np.diag([1.0, -1.0, -1.0]) @ np.array(entry["M3x4"], dtype=float)).tolist()
+    flight.save()
+    return {"view": None, "size": None, "ortho": 0.1}
+
+
 BAD_INPUT = {
+    "no surface": (options(plane_z=None), "Give the focal plane as --plane-z"),
+    "dem and plane": (options(dem="dem.obj"), "--dem and --plane-z exclude each other"),
+    "dem and tilt": (options(plane_z=None, dem="dem.obj", tilt="1,1"), "--dem and --tilt exclude each other"),
+    "dem and autofocus": (options(plane_z=None, dem="a.obj", autofocus="1,2"), "--dem and --autofocus exclude"),
+    "offset without dem": (options(dem_offset=1), "--dem-offset is about a terrain"),
+    "origin without dem": (options(dem_origin="1,2,3"), "--dem-origin is about a terrain"),
+    "offset not finite": (options(plane_z=None, dem="a.obj", dem_offset="nan"), "--dem-offset must be a finite"),
+    "origin incomplete": (options(plane_z=None, dem="a.tif", dem_origin="48,14"), "--dem-origin needs LATITUDE"),
+    "origin off the globe": (options(plane_z=None, dem="a.tif", dem_origin="148,14,0"), "--dem-origin needs LATITUDE"),
+    "dem absent": (options(plane_z=None, dem="/absent/dem.obj"), r"terrain /absent/dem\.obj cannot be read"),
+    "dem of no kind": (dem_file("dem.xyz"), r"dem\.xyz is of no known kind"),
+    "dem broken": (dem_file("dem.obj", "v 1 2\nf 1 1 1\n"), r"dem\.obj is no mesh"),
+    "dem no geotiff": (no_geotiff, r"dem\.tif cannot be read"),
+    "dem far away": (dem_far_away, "sees nothing of the terrain"),
+    "map of dem far away": (map_of_dem_far_away, "No image sees the terrain"),
+    "dem in degrees": (geotiff_in_degrees, r"dem\.tif is in degrees \(EPSG:4326\)"),
+    "dem without system": (geotiff_without_system, r"dem\.tif has no coordinate system"),
+    "mesh with origin": (
+        lambda flight: dem_file("dem.obj")(flight) | {"dem_origin": "48,14,0"},
+        "mesh without a coordinate system",
+    ),
+    "tilt of one angle": (options(tilt="3"), "--tilt needs two angles NORTH_DEG,EAST_DEG"),
+    "tilt too steep": (options(tilt="3,61"), "--tilt needs two angles"),
+    "neither view nor map": (options(view=None), "Give the virtual camera as --view INDEX"),
+    "view and map": (options(ortho=0.1, size=None), "--ortho and --view exclude each other"),
+    "size and map": (options(ortho=0.1, view=None), "--ortho and --size exclude each other"),
+    "map not positive": (options(ortho=0, view=None, size=None), "--ortho must be a positive number"),
+    "map and autofocus": (
+        options(ortho=0.1, view=None, size=None, plane_z=None, autofocus="1,20"),
+        "--ortho and --autofocus exclude each other",
+    ),
+    "map too fine": (options(ortho=1e-4, view=None, size=None), "choose a coarser resolution"),
+    "map of the sky": (look_up, "No image has the focal surface in front of its camera"),
     "missing folder": (remove_images, r"image folder .*images does not exist"),
     "missing poses": (options(poses="/absent/poses.json"), r"poses file /absent/poses\.json cannot be read"),
     "truncated png": (truncate_image, r"2\.png is incomplete"),

@@ -1,6 +1,7 @@
 import gzip
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pymap3d
 import pytest
@@ -173,7 +174,6 @@ def write_geotiff(
         dataset.write(heights, 1)
 
 
-@pytest.mark.filterwarnings("ignore::UserWarning")
 def test_geotiff_in_coordinates_of_its_own(tmp_path: Path) -> None:
     heights = np.add.outer(np.arange(20.0) * -2.0, np.arange(30.0)).astype(np.float32)
     heights[0, 0] = -9999.0
@@ -205,13 +205,14 @@ def test_geotiff_about_an_origin(tmp_path: Path, crs: str) -> None:
         assert terrain.z_m(x, y) == pytest.approx(20.0 + 0.1 * x - 0.05 * y, abs=0.01)
 
 
-@pytest.mark.filterwarnings("ignore::UserWarning")
 def test_geotiffs_that_cannot_be_placed_are_refused(tmp_path: Path) -> None:
     heights = np.zeros((4, 4), dtype=np.float32)
-    bare, degrees, empty, broken = (tmp_path / f"{name}.tif" for name in ("bare", "degrees", "empty", "broken"))
-    write_geotiff(bare, heights, (1.0, 0.0, 0.0, 0.0, -1.0, 0.0))
+    names = "bare", "degrees", "empty", "broken", "picture"
+    bare, degrees, empty, broken, picture = (tmp_path / f"{name}.tif" for name in names)
+    write_geotiff(bare, heights, (1.0, 0.0, 5.0, 0.0, -1.0, 9.0))
     write_geotiff(degrees, heights, (1e-4, 0.0, 14.0, 0.0, -1e-4, 48.0), "EPSG:4326")
-    write_geotiff(empty, heights - 9999.0, (1.0, 0.0, 0.0, 0.0, -1.0, 0.0))
+    write_geotiff(empty, heights - 9999.0, (1.0, 0.0, 5.0, 0.0, -1.0, 9.0))
+    cv2.imwrite(str(picture), heights)
     broken.write_bytes(b"II*\0 and no more")
     with pytest.raises(InputDataError, match=r"bare\.tif has no coordinate system"):
         read_dem(bare, ORIGIN)
@@ -219,5 +220,7 @@ def test_geotiffs_that_cannot_be_placed_are_refused(tmp_path: Path) -> None:
         read_dem(degrees)
     with pytest.raises(InputDataError, match=r"empty\.tif cannot be used: a terrain needs at least one known"):
         read_dem(empty)
+    with pytest.raises(InputDataError, match=r"picture\.tif has no georeference"):
+        read_dem(picture)
     with pytest.raises(InputDataError, match=r"broken\.tif cannot be read"):
         read_dem(broken)
