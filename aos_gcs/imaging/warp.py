@@ -54,8 +54,9 @@ def patch_within(
     row = int(covered_rows[0])
     spans = spans[row : covered_rows[-1] + 1]
     column, end = int(spans[:, 0].min()), int(spans[:, 1].max())
-    indices = np.arange(column, end)
-    covered = ((indices >= spans[:, :1]) & (indices < spans[:, 1:])).astype(np.uint8)
+    # Comparing short integers takes a third of the time of long ones.
+    indices, spans = np.arange(column, end, dtype=np.int32), spans.astype(np.int32)
+    covered = ((indices >= spans[:, :1]) & (indices < spans[:, 1:])).view(np.uint8)
     shift = np.array([[1.0, 0.0, column], [0.0, 1.0, row], [0.0, 0.0, 1.0]])
     return Patch(row, column, covered, H_raster2image @ shift)
 
