@@ -16,6 +16,9 @@ COLOUR_BANDS = ("red", "green", "blue")
 CONTRAST_PERCENTILES = (1.0, 99.0)
 """Of the covered cells, stretched to black and white; the rest saturates: one hot cell must not dim a picture."""
 
+THERMAL_CONTRAST_PERCENTILES = (1.0, 99.98)
+"""A person is a few cells among many, and what the eye must find: it must not saturate with the warmer leaves."""
+
 CONTRAST_SAMPLES = 20_000
 """Cells that the percentiles are estimated from; more cost time and change no visible shade."""
 
@@ -49,14 +52,15 @@ def render_pictures(analysis: StepAnalysis, bands: tuple[str, ...]) -> tuple[Ras
     rows, columns = analysis.coverage.shape
     scale = min(1.0, (MAX_CELLS / (rows * columns)) ** 0.5)
     size = max(1, round(columns * scale)), max(1, round(rows * scale))
-    # Nearest keeps NaN from spreading, and counts whole.
-    reduced = cv2.resize(analysis.integral, size, interpolation=cv2.INTER_NEAREST)
-    integral = np.asarray(reduced, dtype=np.float32).reshape(*size[::-1], len(bands))
-    covered = cv2.resize(analysis.coverage, size, interpolation=cv2.INTER_NEAREST) > 0
-    images = {"integral": shade_integral(integral, bands)}
+    integral = _reduce_integral(analysis.integral, size)
+    # Nearest keeps counts whole.
+    coverage = cv2.resize(analysis.coverage, size, interpolation=cv2.INTER_NEAREST)
+    # Where few frames overlap, leaves and noise are not averaged away; they must not set the contrast.
+    well_covered = coverage >= max(1, int(analysis.coverage.max()) // 2)
+    images = {"integral": shade_integral(integral, bands, well_covered)}
     if "thermal" in bands:
-        images["thermal"] = _shade_thermal(integral[:, :, bands.index("thermal")])
-    images["anomaly"] = _shade_counts(_reduce_counts(analysis.anomaly_count, size), covered)
+        images["thermal"] = _shade_thermal(integral[:, :, bands.index("thermal")], well_covered)
+    images["anomaly"] = _shade_counts(_reduce_counts(analysis.anomaly_count, size), coverage > 0)
     with ThreadPoolExecutor(len(images)) as pool:
         encoded = list(pool.map(encode_png, images.values()))
     grid = analysis.grid
@@ -73,16 +77,23 @@ def render_pictures(analysis: StepAnalysis, bands: tuple[str, ...]) -> tuple[Ras
     )
 
 
-def shade_integral(integral: NDArray[np.float32], bands: tuple[str, ...]) -> NDArray[np.uint8]:
+def shade_integral(
+    integral: NDArray[np.float32], bands: tuple[str, ...], contrast_from: NDArray[np.bool] | None = None
+) -> NDArray[np.uint8]:
     """Return an integral, shape (H, W, C), as RGBA, shape (H, W, 4), with robust contrast.
 
     In colour where there are red, green and blue, else the first band in grey; transparent where it is NaN.
+
+    Args:
+        integral: NaN where nothing covers.
+        bands: one per channel.
+        contrast_from: cells that set the contrast, shape (H, W); None: all of them.
     """
     colour = all(band in bands for band in COLOUR_BANDS)
     chosen = [bands.index(band) for band in COLOUR_BANDS] if colour else [0, 0, 0]
     # One stretch for all three bands: hues stay as they are.
     distinct = integral[:, :, chosen] if colour else integral[:, :, :1]
-    shades = _stretch(distinct)
+    shades = _stretch(distinct, contrast_from, CONTRAST_PERCENTILES)
     return np.dstack((shades if colour else np.repeat(shades, 3, axis=2), _alpha(~np.isnan(distinct[:, :, 0]))))
 
 
@@ -92,8 +103,9 @@ def encode_png(rgba: NDArray[np.uint8]) -> bytes:
     return cv2.imencode(".png", bgra, _PNG_OPTIONS)[1].tobytes()
 
 
-def _shade_thermal(band: NDArray[np.float32]) -> NDArray[np.uint8]:
-    bgr = cv2.applyColorMap(_stretch(band), cv2.COLORMAP_INFERNO)
+def _shade_thermal(band: NDArray[np.float32], contrast_from: NDArray[np.bool]) -> NDArray[np.uint8]:
+    shades = _stretch(band, contrast_from, THERMAL_CONTRAST_PERCENTILES)
+    bgr = cv2.applyColorMap(shades, cv2.COLORMAP_INFERNO)
     return np.dstack((cv2.cvtColor(bgr, cv2.COLOR_BGR2RGB), _alpha(~np.isnan(band))))
 
 
@@ -105,6 +117,17 @@ def _shade_counts(counts: NDArray[np.uint16], covered: NDArray[np.bool]) -> NDAr
     return np.dstack((cv2.cvtColor(bgr, cv2.COLOR_BGR2RGB), _alpha(covered)))
 
 
+def _reduce_integral(integral: NDArray[np.float32], size: tuple[int, int]) -> NDArray[np.float32]:
+    """Average the cells that each pixel stands for, which also averages their noise; NaN takes no part."""
+    known = ~np.isnan(integral[:, :, 0])
+    if known.shape == size[::-1]:
+        return integral
+    total = cv2.resize(np.where(known[:, :, np.newaxis], integral, 0.0), size, interpolation=cv2.INTER_AREA)
+    weight = cv2.resize(known.astype(np.float32), size, interpolation=cv2.INTER_AREA)
+    total = total.reshape(*size[::-1], integral.shape[2])
+    return np.asarray(total / np.where(weight > 0.0, weight, np.nan)[:, :, np.newaxis], dtype=np.float32)
+
+
 def _reduce_counts(counts: NDArray[np.uint16], size: tuple[int, int]) -> NDArray[np.uint16]:
     """Resize counts so that a single marked cell survives a reduction."""
     factor = int(np.ceil(counts.shape[1] / size[0] - 1e-6))
@@ -113,13 +136,15 @@ def _reduce_counts(counts: NDArray[np.uint16], size: tuple[int, int]) -> NDArray
     return np.asarray(cv2.resize(counts, size, interpolation=cv2.INTER_NEAREST), dtype=np.uint16)
 
 
-def _stretch(values: NDArray[np.float32]) -> NDArray[np.uint8]:
-    flat = values.reshape(-1)
-    samples = flat[:: max(1, flat.size // CONTRAST_SAMPLES)]
+def _stretch(
+    values: NDArray[np.float32], contrast_from: NDArray[np.bool] | None, percentiles: tuple[float, float]
+) -> NDArray[np.uint8]:
+    chosen = values.reshape(-1) if contrast_from is None else values[contrast_from].reshape(-1)
+    samples = chosen[:: max(1, chosen.size // CONTRAST_SAMPLES)]
     samples = samples[~np.isnan(samples)]
     if not samples.size:
         samples = np.zeros(1, dtype=np.float32)
-    low, high = np.percentile(samples, CONTRAST_PERCENTILES)
+    low, high = np.percentile(samples, percentiles)
     gain = 255.0 / max(float(high - low), 1e-6)
     known = np.nan_to_num(values, nan=float(low))
     return np.asarray(np.clip((known - np.float32(low)) * np.float32(gain), 0.0, 255.0), dtype=np.uint8)

@@ -196,3 +196,38 @@ def test_a_large_raster_gives_a_smaller_picture_that_keeps_single_marks() -> Non
     rgba = decode(anomaly.png)
     assert rgba.shape[0] * rgba.shape[1] <= 260_000
     assert rgba[:, :, :3].max() > 100
+
+
+def test_noisy_edges_do_not_hide_a_warm_spot() -> None:
+    rng = np.random.default_rng(5)
+    analysis = analyse_step([look(1, nadir_pose([0, 0, 30]), target=False)], SETTINGS)
+    shape = analysis.coverage.shape
+    coverage = np.full(shape, 10, dtype=np.uint16)
+    coverage[:, :30] = 1
+    thermal = rng.normal(12.0, np.where(coverage > 1, 0.2, 10.0)).astype(np.float32)
+    spot = np.zeros(shape, dtype=bool)
+    spot[60:64, 80:84] = True
+    thermal[spot] = 16.0
+    picture = render_pictures(
+        dataclasses.replace(analysis, integral=thermal[:, :, np.newaxis], coverage=coverage), ("thermal",)
+    )[1]
+    brightness = decode(picture.png)[:, :, :3].astype(int).sum(axis=2)
+    assert brightness[spot].min() > 2 * brightness[(coverage > 1) & ~spot].max()
+
+
+def test_a_reduced_picture_averages_and_keeps_uncovered_cells_out() -> None:
+    analysis = analyse_step([look(1, nadir_pose([0, 0, 30]), target=False)], SETTINGS)
+    rows, columns = 1200, 1000
+    checked = np.indices((rows, columns)).sum(axis=0) % 2 * 100.0
+    checked[:100], checked[-100:] = 0.0, 100.0  # even areas that set the contrast
+    integral = np.where(np.arange(columns) < 400, np.nan, checked).astype(np.float32)[:, :, np.newaxis]
+    coverage = np.where(np.isnan(integral[:, :, 0]), 0, 1).astype(np.uint16)
+    empty = np.zeros((rows, columns), dtype=np.uint16)
+    replaced = dataclasses.replace(analysis, integral=integral, coverage=coverage, anomaly_count=empty)
+    rgba = decode(render_pictures(replaced, ("grey",))[0].png)
+    height, width = rgba.shape[:2]
+    assert height * width < rows * columns
+    assert (rgba[:, : int(0.39 * width), 3] == 0).all()
+    assert (rgba[:, int(0.41 * width) :, 3] == 255).all()
+    inner = rgba[height // 4 : -height // 4, int(0.45 * width) : -5, 0].astype(float)
+    assert inner.std() < 90.0  # 127 for the pattern itself
