@@ -1,0 +1,90 @@
+"""Integral images by trimmed mean or median: bright occluders and sun glints do not shine through."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.errors import ImagingError
+from aos_gcs.imaging.integral import check_frame
+from aos_gcs.imaging.model import Frame
+from aos_gcs.imaging.views import FocalView
+
+MEDIAN = 0.5
+"""The trim that leaves the median."""
+
+DEFAULT_MAX_BYTES = 256_000_000
+
+
+def integrate_trimmed(
+    frames: Collection[Frame],
+    view: FocalView,
+    trim: float = MEDIAN,
+    *,
+    exact: bool = True,
+    max_bytes: int = DEFAULT_MAX_BYTES,
+) -> tuple[NDArray[np.float32], NDArray[np.uint16]]:
+    """Average the middle values of each cell and band.
+
+    Args:
+        frames: at least one, all with the same bands. Gone through once per band of rows that fits into the memory, so
+            that they may be read anew each time.
+        view: see :func:`~aos_gcs.imaging.views.perspective_view` and :func:`~aos_gcs.imaging.views.ortho_view`.
+        trim: share of a cell's values left out at either end, from 0 (the mean) to 0.5 (the median).
+        exact: see :class:`~aos_gcs.imaging.views.FocalView`.
+        max_bytes: of the values held at a time; at least one row is.
+
+    Returns:
+        The integral, shape (H, W, C), NaN where nothing covers, and the number of frames that cover each cell, those
+        left out included, shape (H, W).
+
+    Raises:
+        ImagingError: if there is no frame, or frames differ in their bands.
+        ValueError: if ``trim`` does not lie within [0, 0.5].
+    """
+    if not 0.0 <= trim <= MEDIAN:
+        raise ValueError(f"trim must lie within [0, 0.5], got {trim}")
+    if not frames:
+        raise ImagingError("There is no frame to integrate: give at least one.")
+    bands = next(iter(frames)).bands
+    rows, columns = view.shape
+    integral = np.full((rows, columns, len(bands)), np.nan, dtype=np.float32)
+    coverage = np.zeros((rows, columns), dtype=np.uint16)
+    step = max(1, max_bytes // (len(frames) * columns * len(bands) * integral.itemsize))
+    for first in range(0, rows, step):
+        end = min(first + step, rows)
+        values, count = _values(frames, view.rows(first, end), bands, exact=exact)
+        coverage[first:end] = count
+        integral[first:end] = _middle_mean(values, count, trim)
+    return integral, coverage
+
+
+def _values(
+    frames: Collection[Frame], view: FocalView, bands: tuple[str, ...], *, exact: bool
+) -> tuple[NDArray[np.float32], NDArray[np.uint16]]:
+    """Return the values of all frames, shape (n, rows, columns, C), NaN where they do not cover, and the coverage."""
+    values = np.full((len(frames), *view.shape, len(bands)), np.nan, dtype=np.float32)
+    coverage = np.zeros(view.shape, dtype=np.uint16)
+    for frame, own in zip(frames, values, strict=True):
+        check_frame(frame, bands)
+        layer = view.warp(frame, exact=exact)
+        if layer is not None:
+            own[layer.window] = np.where(layer.covered[:, :, np.newaxis] > 0, layer.values, np.nan)
+            coverage[layer.window] += layer.covered
+    return values, coverage
+
+
+def _middle_mean(values: NDArray[np.float32], count: NDArray[np.uint16], trim: float) -> NDArray[np.float32]:
+    """Return the mean of the sorted values without ``trim`` of the count at either end; sorts in place."""
+    # NaN sorts last, so that a cell's values come first.
+    values.sort(axis=0)
+    known = count.astype(np.int32)
+    left_out = np.minimum(np.floor(trim * known).astype(np.int32), np.maximum(known - 1, 0) // 2)
+    total = np.zeros(values.shape[1:])
+    for index, layer in enumerate(values):
+        kept = (index >= left_out) & (index < known - left_out)
+        total += np.where(kept[:, :, np.newaxis], layer, 0.0)
+    divisor = np.where(known > 0, known - 2.0 * left_out, np.nan)
+    return (total / divisor[:, :, np.newaxis]).astype(np.float32)
