@@ -1,11 +1,14 @@
 """Known textures on planes at known heights, under occluders that are at other places in every frame."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from aos_gcs.errors import ImagingError
 from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.geometry.distortion import LensDistortion, LensModel
 from aos_gcs.geometry.poses import Pose, nadir_pose
 from aos_gcs.geometry.projection import Plane, intersect_plane
 from aos_gcs.imaging.autofocus import find_focus, focus_curve
@@ -29,9 +32,9 @@ def texture(x_m: NDArray[np.float64], y_m: NDArray[np.float64], seed: int) -> ND
     return np.asarray(100.0 + 8.0 * np.sin(2 * np.pi * along / lengths_m + phases).sum(axis=1))
 
 
-def render(pose: Pose, plane: Plane, seed: int = 0) -> NDArray[np.float32]:
-    u, v = np.meshgrid(np.arange(CAMERA.width_px), np.arange(CAMERA.height_px))
-    points = intersect_plane(np.stack((u.ravel(), v.ravel()), axis=1), CAMERA, pose, plane)
+def render(pose: Pose, plane: Plane, seed: int = 0, camera: CameraModel = CAMERA) -> NDArray[np.float32]:
+    u, v = np.meshgrid(np.arange(camera.width_px), np.arange(camera.height_px))
+    points = intersect_plane(np.stack((u.ravel(), v.ravel()), axis=1), camera, pose, plane)
     return texture(points[:, 0], points[:, 1], seed).reshape(u.shape).astype(np.float32)
 
 
@@ -80,6 +83,19 @@ def test_a_world_with_z_down_is_no_different() -> None:
     assert find_focus(frames, REGION, -12.0, 10.0).height_m == pytest.approx(-3.0, abs=0.3)
 
 
+def test_lenses_may_distort() -> None:
+    lens = replace(CAMERA, distortion=LensDistortion(LensModel.BROWN_CONRADY, (-0.25, 0.05, 0.0, 0.0, 0.0)))
+    frames = [
+        Frame(i, render(pose, Plane(2.0), camera=lens)[:, :, np.newaxis], ("grey",), pose, lens)
+        for i, pose in enumerate(POSES)
+    ]
+    result = find_focus(frames, REGION, -10.0, 12.0)
+    assert result.height_m == pytest.approx(2.0, abs=0.1)
+    assert result.agreement > 0.98
+    taken_as_ideal = [replace(frame, camera=CAMERA) for frame in frames]
+    assert abs(find_focus(taken_as_ideal, REGION, -10.0, 12.0).height_m - 2.0) > 0.4
+
+
 def test_the_tilt_of_a_plane_is_found() -> None:
     plane = Plane.through([0.0, 0.0, 1.0], 0.25, -0.15)
     result = find_focus(flight(plane, share=0.3), REGION, -8.0, 8.0, tilt=True)
@@ -98,7 +114,7 @@ def test_a_level_plane_stays_level() -> None:
     assert result.height_m == pytest.approx(1.0, abs=0.3)
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(3))
 def test_frames_that_share_nothing_are_not_in_focus_anywhere(seed: int) -> None:
     result = find_focus(flight(Plane(0.0), share=1.0, seed=seed), REGION, -10.0, 10.0)
     assert not result.found
