@@ -191,6 +191,4 @@ def check_frame(frame: Frame, bands: tuple[str, ...]) -> None:
 def _mean(total: NDArray[np.floating[Any]], coverage: NDArray[np.uint16]) -> NDArray[np.float32]:
     # Dividing by NaN marks uncovered cells at the cost of the division alone.
     divisor = np.where(coverage == 0, np.float32(np.nan), coverage.astype(np.float32))
-    # One divisor per channel: broadcasting along so short an axis takes three times as long.
-    divisors = np.asarray(cv2.merge([divisor] * total.shape[2])).reshape(total.shape)
-    return np.asarray(total / divisors, dtype=np.float32)
+    return np.asarray(total / divisor[:, :, np.newaxis], dtype=np.float32)
