@@ -52,14 +52,29 @@ class Homing:
             if member.follows_us:
                 member.task = Task.LANDING
         self._name_pilots()
+        await self._bring_down()
+        if await self._lost_ones_come_back():
+            await self._bring_down()
+        self._account()
+        return Phase.DONE
+
+    async def _bring_down(self) -> None:
+        """Command everybody down, again where that was not done, until all have landed or the deadline has passed."""
+        context = self._context
         for _ in range(_LAND_ATTEMPTS):
             hovering = [member for member in self._still_flying() if self._waits_for_us(member)]
             await context.flight.command_each(hovering, self._down)
             timeout_s = context.settings.deadlines.land_s / _LAND_ATTEMPTS
             if not await context.flight.wait_until(self._not_landed, lambda _: False, timeout_s):
                 break
-        self._account()
-        return Phase.DONE
+
+    async def _lost_ones_come_back(self) -> bool:
+        """Return whether a lost vehicle is heard again soon. When all are lost, the monitor ends the mission first."""
+        roster = self._context.roster
+        lost = roster.members(Task.LOST)
+        patience_s = 2 * self._context.settings.deadlines.all_lost_s
+        left = await self._context.flight.wait_until(lambda: roster.members(Task.LOST), lambda _: False, patience_s)
+        return len(left) < len(lost)
 
     async def send_home(self, member: Member, reason: str) -> str | None:
         """Have one vehicle leave the swarm by its autopilot's own return; return why it does not, if so."""

@@ -111,7 +111,7 @@ class Monitor:
         context = self._context
         now_s = context.clock.now_s()
         lost = context.roster.members(Task.LOST)
-        if not lost or context.roster.members(*FLYING):
+        if not lost or context.roster.members(*FLYING, Task.LANDED):
             self._all_lost_since_s = None
         elif self._all_lost_since_s is None:
             self._all_lost_since_s = now_s

@@ -115,22 +115,33 @@ class Search:
     async def _sample(self, swarm: list[Member]) -> Sample:
         """Take the frames of those that hover; others would blur, and are named."""
         context = self._context
-        moving = {member.vehicle_id: text for member in swarm if (text := self._still_moving(member))}
-        hovering = [member for member in swarm if member.vehicle_id not in moving]
-        taken = await sample(hovering, context.clock.now_s() + context.settings.deadlines.capture_s)
-        missing = moving | taken.missing
+        deadline_s = context.clock.now_s() + context.settings.deadlines.capture_s
+        unsteady = self._unsteady(swarm)
+        while len(unsteady) == len(swarm) and context.clock.now_s() < deadline_s:
+            await context.clock.sleep(_POLL_S)
+            unsteady = self._unsteady(swarm)
+        hovering = [member for member in swarm if member.vehicle_id not in unsteady]
+        taken = await sample(hovering, max(deadline_s, context.clock.now_s() + _POLL_S))
+        missing = unsteady | taken.missing
         for vehicle_id, reason in missing.items():
             context.journal.notice(
                 Severity.WARNING, f"step {self.step} goes on without its frame: {reason}", vehicle_id
             )
         return Sample(taken.captures, missing)
 
-    def _still_moving(self, member: Member) -> str | None:
+    def _unsteady(self, swarm: list[Member]) -> dict[int, str]:
+        """Return who does not hover, or does not say so, with the reason by id."""
+        return {member.vehicle_id: text for member in swarm if (text := self._why_unsteady(member))}
+
+    def _why_unsteady(self, member: Member) -> str | None:
+        limits, age_s = self._context.flight.limits, self._context.roster.position_age_s(member)
+        if age_s is None or (limits is not None and age_s > limits.max_position_age_s):
+            return "no position yet" if age_s is None else f"its last position is {age_s:.1f} s old"
         velocity_enu_mps = member.state.velocity_enu_mps
         speed_mps = 0.0 if velocity_enu_mps is None else float(np.linalg.norm(velocity_enu_mps))
-        if speed_mps <= 2 * self._context.settings.flight.arrival_speed_mps:
-            return None
-        return f"still moving at {speed_mps:.1f} m/s"
+        if speed_mps > 2 * self._context.settings.flight.arrival_speed_mps:
+            return f"still moving at {speed_mps:.1f} m/s"
+        return None
 
     def _count_blind_step(self, phase: Phase, taken: Sample) -> Phase:
         self._blind_steps += 1

@@ -477,3 +477,31 @@ async def test_a_vehicle_whose_motors_stop_leaves_the_swarm() -> None:
         await flight.mission.act(Action.ABORT, None)
         await run
     assert any("motors have stopped" in text for text in flight.texts())
+
+
+async def test_vehicles_that_fall_silent_on_their_way_end_the_mission_as_lost() -> None:
+    """Their last word is a speed: nobody hovers, which must not count as cameras that deliver nothing."""
+    flight = prepare()
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.mission.steps()) == 2)
+        await flight.until(lambda: all(vehicle.is_moving() for vehicle in flight.fleet.members.values()))
+        for vehicle in flight.fleet.members.values():
+            vehicle.silent_since_s = flight.clock.now_s()
+        assert await run is Outcome.FAILED
+    assert sum("All vehicles are lost" in text for text in flight.texts()) == 1
+    assert not any("No camera" in text for text in flight.texts())
+
+
+async def test_a_vehicle_lost_during_the_landing_is_brought_down_when_heard_again() -> None:
+    flight = prepare()
+    lost = flight.fleet.members[2]
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.mission.steps()) == 2)
+        lost.silent_since_s = flight.clock.now_s()
+        await flight.until(lambda: flight.task(2) is Task.LOST)
+        await flight.mission.act(Action.RETURN, None)
+        await flight.until(lambda: flight.task(1) is Task.LANDED)
+        lost.silent_since_s = None
+        await run
+    assert flight.task(2) is Task.LANDED
+    assert isinstance(lost.commands[-1], ReturnToLaunch)
