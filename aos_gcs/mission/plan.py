@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -54,23 +54,6 @@ def altitude_layers(n: int, lowest_m: float, spacing_m: float) -> tuple[float, .
     _require_positive("lowest_m", lowest_m)
     _require_positive("spacing_m", spacing_m)
     return tuple(lowest_m + spacing_m * layer for layer in range(n))
-
-
-def assign_layers(
-    vehicle_ids: Iterable[int], layers_m: Sequence[float], assigned_m: Mapping[int, float] | None = None
-) -> dict[int, float]:
-    """Return a layer of its own for each vehicle: the one it has, else the lowest free one, by ascending id.
-
-    Raises:
-        ConfigurationError: there are more vehicles than layers.
-    """
-    ids = sorted(set(vehicle_ids))
-    if len(ids) > len(layers_m):
-        raise ConfigurationError(f"layers_m has {len(layers_m)} layers for {len(ids)} vehicles; add layers.")
-    result = {vehicle_id: assigned_m[vehicle_id] for vehicle_id in ids if assigned_m and vehicle_id in assigned_m}
-    taken = set(result.values())
-    free_m = iter(sorted(height_m for height_m in layers_m if height_m not in taken))
-    return {vehicle_id: result[vehicle_id] if vehicle_id in result else next(free_m) for vehicle_id in ids}
 
 
 def scan_legs(

@@ -12,7 +12,6 @@ from aos_gcs.errors import ConfigurationError
 from aos_gcs.mission.plan import (
     ScanLeg,
     altitude_layers,
-    assign_layers,
     leg_formation,
     propose_fence,
     scan_legs,
@@ -34,12 +33,6 @@ def legs_of(
 
 def test_layers() -> None:
     assert altitude_layers(3, 35.0, 2.0) == (35.0, 37.0, 39.0)
-    assert assign_layers([7, 3, 5], (35.0, 37.0, 39.0)) == {3: 35.0, 5: 37.0, 7: 39.0}
-
-
-def test_a_vehicle_that_joins_takes_a_free_layer() -> None:
-    layers = altitude_layers(4, 35.0, 1.0)
-    assert assign_layers([9, 2, 4], layers, {2: 36.0, 9: 35.0, 8: 37.0}) == {2: 36.0, 4: 37.0, 9: 35.0}
 
 
 def test_two_legs_to_and_fro_from_the_corner_next_to_the_start() -> None:
@@ -174,5 +167,3 @@ def test_other_refusals_name_their_field() -> None:
         altitude_layers(0, 35.0, 1.0)
     with pytest.raises(ConfigurationError, match="lowest_m"):
         altitude_layers(3, 0.0, 1.0)
-    with pytest.raises(ConfigurationError, match="layers_m"):
-        assign_layers([1, 2], (35.0,))
