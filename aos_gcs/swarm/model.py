@@ -14,6 +14,20 @@ from numpy.typing import NDArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class TargetMasks:
+    """What each vehicle's own frame shows of the target, on one north-up raster of the focal plane."""
+
+    marked: NDArray[np.bool_]
+    """Shape (n, rows, columns): row 0 is the northern edge, column 0 the western one."""
+    west_m: float
+    """East coordinate of the outer edge of column 0."""
+    north_m: float
+    """North coordinate of the outer edge of row 0."""
+    resolution_m: float
+    """Edge of a cell."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Observation:
     """What the frames of one step have shown. ``n`` may differ from step to step."""
 
@@ -29,6 +43,10 @@ class Observation:
     """Estimated target position, shape (2,), when in view."""
     leader_id: int | None = None
     """The imaging's own choice, which has settled ties; else the argmax of ``fitness`` leads."""
+    heights_m: NDArray[np.float64] | None = None
+    """Of the vehicles above the focal plane, shape (n,); a strategy that reasons about lines of sight needs them."""
+    masks: TargetMasks | None = None
+    """Which part of the target each vehicle sees, when in view; a row of a vehicle without a frame is all False."""
 
 
 @dataclass(frozen=True, slots=True)
