@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import socket
 from collections.abc import AsyncIterator
 from pathlib import Path
@@ -27,7 +28,7 @@ async def demo(tmp_path: Path, dashboard_build: None) -> AsyncIterator[tuple[Pro
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         port = probe.getsockname()[1]
-    async with running(tmp_path, "demo", *SMALL, "--port", str(port), "--exit-when-done", "--json") as program:
+    async with running(tmp_path, "demo", *SMALL, "--port", str(port), "--json") as program:
         await program.until_logged("Dashboard: ", 60)
         yield program, f"http://127.0.0.1:{port}"
 
@@ -99,7 +100,10 @@ async def test_an_operator_watches_holds_resumes_and_returns_a_swarm(page: Page,
     await expect(phase).to_have_text("return", timeout=TIMEOUT_MS)
     for vehicle_id in range(1, VEHICLES + 1):
         await expect(page.get_by_test_id(f"task-{vehicle_id}")).to_have_text("landed", timeout=TIMEOUT_MS)
+    await program.until(lambda: bool(program.output), 60)
+    assert program.result()["landed"] == VEHICLES
+    # The dashboard is still served: a page that had lost it would have said so here.
     assert page_record.errors == []
     assert page_record.foreign_requests == []
+    program.stop(signal.SIGTERM)
     await program.ended(60)
-    assert program.result()["landed"] == VEHICLES

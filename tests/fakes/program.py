@@ -97,10 +97,9 @@ async def running(folder: Path, *arguments: str) -> AsyncIterator[Program]:
         yield program
     finally:
         if process.returncode is None:
-            children = await program.children()
-            process.kill()
-            for child in children:
-                kill(child)
+            # Both may end by themselves meanwhile.
+            for pid in [process.pid, *await program.children()]:
+                kill(pid)
         await process.wait()
 
 
