@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import time
 from dataclasses import replace
 from typing import Any
@@ -12,15 +11,15 @@ from numpy.typing import NDArray
 
 from aos_gcs.errors import MissionFailedError
 from aos_gcs.imaging.model import StepAnalysis
-from aos_gcs.imaging.step import analyse_step
 from aos_gcs.mission.context import MissionContext
 from aos_gcs.mission.gallery import Gallery
 from aos_gcs.mission.launch import MIN_SWARM
 from aos_gcs.mission.model import Outcome, Phase, StepRecord, Task, WaypointRecord
 from aos_gcs.mission.plan import ScanLeg, leg_formation, scan_legs
 from aos_gcs.mission.roster import Member
-from aos_gcs.mission.sampling import Sample, sample, to_frame
+from aos_gcs.mission.sampling import Sample, sample
 from aos_gcs.mission.targeting import TargetTracker
+from aos_gcs.mission.vision import Vision
 from aos_gcs.ports import Severity
 from aos_gcs.swarm.model import Diagnostics, Observation, Strategy
 from aos_gcs.swarm.registry import make_strategy
@@ -39,6 +38,7 @@ class Search:
         settings = context.settings
         self._context = context
         self._gallery = gallery
+        self._vision = Vision(context)
         self._rng = np.random.default_rng(settings.seed)
         self._strategy: Strategy[Any] = make_strategy(settings.strategy, settings.strategy_parameters)
         self._state = self._strategy.init(np.array(settings.scan_direction_enu))
@@ -95,7 +95,7 @@ class Search:
             return self._count_blind_step(phase, taken)
         self._blind_steps = 0
         received_at_s = time.perf_counter()
-        analysis = await self._see(taken)
+        analysis = await self._vision.see(self.step, taken)
         imaging_ms = _ms_since(received_at_s)
         context.message = f"Step {self.step}: moving."
         following, record = self._decide(phase, swarm, taken, analysis)
@@ -149,15 +149,6 @@ class Search:
             reasons = "; ".join(f"vehicle {vehicle_id}: {reason}" for vehicle_id, reason in taken.missing.items())
             raise MissionFailedError(f"No camera delivered a frame in {self._blind_steps} steps ({reasons}).")
         return phase
-
-    async def _see(self, taken: Sample) -> StepAnalysis:
-        """Analyse the frames; they are written to the disk meanwhile."""
-        context = self._context
-        frames = [to_frame(capture, context.roster.local_frame()) for capture in taken.captures]
-        async with context.journal.patience(f"frames of step {self.step}"):
-            for capture in taken.captures:
-                await context.recorder.record_frame(self.step, capture)
-        return await asyncio.to_thread(analyse_step, frames, context.settings.imaging)
 
     def _decide(
         self, phase: Phase, swarm: list[Member], taken: Sample, analysis: StepAnalysis
