@@ -89,6 +89,20 @@ class Blob:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class VehicleMasks:
+    """What the frame of each vehicle marks around the largest blob, on one window of the focal grid."""
+
+    marked: NDArray[np.bool_]
+    """Shape (n, rows, columns), in the order of ``StepAnalysis.vehicle_ids``; row 0 is the northern edge."""
+    west_m: float
+    """East coordinate of the outer edge of column 0."""
+    north_m: float
+    """North coordinate of the outer edge of row 0."""
+    resolution_m: float
+    """Edge of a cell."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class StepAnalysis:
     """Everything one step's frames tell."""
 
@@ -106,6 +120,8 @@ class StepAnalysis:
     """f(x_i, I(t)) per vehicle of ``vehicle_ids``, in the unit of the leader criterion."""
     leader_id: int | None
     """argmax of ``fitness``; ties go to the view whose blob is nearest to its image centre."""
+    masks: VehicleMasks | None = None
+    """Around the largest blob; None when there is none."""
 
     @property
     def visibility_m2(self) -> float:

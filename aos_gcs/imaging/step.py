@@ -19,7 +19,7 @@ from aos_gcs.imaging.integral import GridIntegral, check_frame
 from aos_gcs.imaging.model import Blob, FocalGrid, Frame, LeaderCriterion, Pixels, StepAnalysis
 from aos_gcs.imaging.rx import anomaly_mask, default_min_score, rx_scores
 from aos_gcs.imaging.undistort import undistorted
-from aos_gcs.imaging.visibility import area_in_view_px, choose_leader, contribution_m2, distance_to_centre
+from aos_gcs.imaging.visibility import area_in_view_px, choose_leader, contribution_m2, distance_to_centre, masks_around
 from aos_gcs.imaging.warp import Patch, locate, warp_image, warp_mask
 
 MAX_WORKERS = 4
@@ -104,7 +104,7 @@ def analyse_step(frames: Sequence[Frame], settings: ImagingSettings) -> StepAnal
     cells = largest_blob(anomaly_count, settings.minimum_count, settings.gap_cells)
     vehicle_ids = tuple(dict.fromkeys(frame.vehicle_id for frame in frames))
     fitness = np.zeros(len(vehicle_ids))
-    blob, leader_id = None, None
+    blob, leader_id, present_masks = None, None, None
     if cells is not None:
         shares_m2 = [0.0 if mask is None else contribution_m2(cells, grid, *mask) for mask in masks]
         blob = _describe(cells, grid, [f.vehicle_id for f, share in zip(frames, shares_m2, strict=True) if share > 0.0])
@@ -113,6 +113,8 @@ def analyse_step(frames: Sequence[Frame], settings: ImagingSettings) -> StepAnal
         centre = blob.centroid_enu_m
         distances = [distance_to_centre(centre, present[i][0].camera, present[i][0].pose) for i in vehicle_ids]
         leader_id = vehicle_ids[choose_leader(fitness, distances)]
+        mask_of = {frame.vehicle_id: mask for frame, mask in zip(frames, masks, strict=True)}
+        present_masks = masks_around(centre, grid, [mask_of[i] for i in vehicle_ids])
     return StepAnalysis(
         grid=grid,
         integral=integral.mean(),
@@ -122,6 +124,7 @@ def analyse_step(frames: Sequence[Frame], settings: ImagingSettings) -> StepAnal
         vehicle_ids=vehicle_ids,
         fitness=fitness,
         leader_id=leader_id,
+        masks=present_masks,
     )
 
 

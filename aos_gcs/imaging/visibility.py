@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -12,11 +13,14 @@ from aos_gcs.geometry.poses import Pose
 from aos_gcs.geometry.projection import project_points
 from aos_gcs.imaging.blobs import BlobCells
 from aos_gcs.imaging.focal_plane import grid_to_image
-from aos_gcs.imaging.model import FocalGrid
+from aos_gcs.imaging.model import FocalGrid, VehicleMasks
 from aos_gcs.imaging.warp import Patch
 
 TIE_TOLERANCE = 1e-9
 """Relative difference of two fitness values below which they are equal but for rounding."""
+
+MASK_HALF_WIDTH_M = 4.0
+"""Of the window around the largest blob in which the masks of the vehicles are passed on."""
 
 
 def contribution_m2(blob: BlobCells, grid: FocalGrid, patch: Patch, marked: NDArray[np.uint8]) -> float:
@@ -52,3 +56,40 @@ def choose_leader(fitness: NDArray[np.float64], distances_to_centre: Sequence[fl
     """Return the index of the greatest fitness; ties go to the smallest distance, then to the first."""
     tied = np.flatnonzero(fitness >= fitness.max() * (1.0 - TIE_TOLERANCE))
     return min((int(index) for index in tied), key=distances_to_centre.__getitem__)
+
+
+def masks_around(
+    centre_enu_m: Sequence[float],
+    grid: FocalGrid,
+    masks: Sequence[tuple[Patch, NDArray[np.uint8]] | None],
+    half_width_m: float = MASK_HALF_WIDTH_M,
+) -> VehicleMasks:
+    """Return the part of the vehicles' masks that lies in a square window around a point of the grid.
+
+    Args:
+        centre_enu_m: on the grid.
+        grid: that the masks were warped to.
+        masks: of each vehicle, given on its patch; None marks nothing.
+        half_width_m: the window ends where the grid does.
+    """
+    column = (centre_enu_m[0] - grid.west_m) / grid.resolution_m
+    row = (grid.north_m - centre_enu_m[1]) / grid.resolution_m
+    half = half_width_m / grid.resolution_m
+    first_row, end_row = max(0, math.floor(row - half)), min(grid.rows, math.ceil(row + half))
+    first_column, end_column = max(0, math.floor(column - half)), min(grid.columns, math.ceil(column + half))
+    marked = np.zeros((len(masks), end_row - first_row, end_column - first_column), dtype=np.bool_)
+    for own, mask in zip(marked, masks, strict=True):
+        if mask is None:
+            continue
+        patch, cells = mask
+        # The patch's place in the window; either may begin first.
+        down, right = patch.row - first_row, patch.column - first_column
+        part = cells[max(0, -down) : max(0, own.shape[0] - down), max(0, -right) : max(0, own.shape[1] - right)]
+        top, left = max(0, down), max(0, right)
+        own[top : top + part.shape[0], left : left + part.shape[1]] = part
+    return VehicleMasks(
+        marked=marked,
+        west_m=grid.west_m + first_column * grid.resolution_m,
+        north_m=grid.north_m - first_row * grid.resolution_m,
+        resolution_m=grid.resolution_m,
+    )

@@ -73,6 +73,44 @@ def test_contribution_favours_the_vehicle_that_sees_most_of_the_target() -> None
     assert analysis.fitness.max() <= analysis.visibility_m2
 
 
+def test_the_masks_around_the_blob_are_those_of_each_vehicle() -> None:
+    frames = [*swarm(occluded=0.4), look(99, nadir_pose([200.0, 0.0, 30.0]), target=False)]
+    analysis = analyse_step(frames, SETTINGS)
+    assert analysis.blob is not None
+    assert analysis.masks is not None
+    masks, grid = analysis.masks, analysis.grid
+    assert masks.marked.shape[0] == len(analysis.vehicle_ids) == 7
+    assert not masks.marked[6].any()
+    # All of the blob lies in the window, so that its counts and each vehicle's share can be had from the masks.
+    row = round((grid.north_m - masks.north_m) / grid.resolution_m)
+    column = round((masks.west_m - grid.west_m) / grid.resolution_m)
+    rows, columns = masks.marked.shape[1:]
+    assert rows * grid.resolution_m == pytest.approx(8.0, abs=2 * grid.resolution_m)
+    window = analysis.anomaly_count[row : row + rows, column : column + columns]
+    np.testing.assert_array_equal(masks.marked.sum(axis=0), window)
+    np.testing.assert_allclose(masks.marked.sum(axis=(1, 2)) * grid.resolution_m**2, analysis.fitness)
+
+
+@pytest.mark.parametrize("target", [(-11.5, 0.0), (11.5, 11.5), (0.0, -11.5)])
+def test_the_window_of_the_masks_ends_with_the_grid(target: tuple[float, float]) -> None:
+    poses = [nadir_pose([0.0, 0.0, 30.0]), nadir_pose([0.5, 0.0, 30.0])]
+    frames = [look(i, pose, target=False) for i, pose in enumerate(poses, 1)]
+    for frame in frames:
+        u, v = np.round(project_points([(*target, 0.5)], CAMERA, frame.pose)[0]).astype(int)
+        frame.image[v - 2 : v + 3, u - 2 : u + 3, 3] += 80.0
+    analysis = analyse_step(frames, SETTINGS)
+    assert analysis.masks is not None
+    masks, grid = analysis.masks, analysis.grid
+    assert masks.west_m >= grid.west_m
+    assert masks.north_m <= grid.north_m
+    np.testing.assert_allclose(masks.marked.sum(axis=(1, 2)) * grid.resolution_m**2, analysis.fitness)
+    assert (masks.marked.sum(axis=(1, 2)) >= 20).all()
+
+
+def test_without_a_blob_there_are_no_masks() -> None:
+    assert analyse_step(swarm(target=False), SETTINGS).masks is None
+
+
 def test_integral_favours_the_lowest_vehicle_whatever_it_saw_itself() -> None:
     frames = [look(1, nadir_pose([3, -2, 40]), 0.0), look(2, nadir_pose([3, -2, 25]), 1.0)]
     settings = dataclasses.replace(SETTINGS, leader_criterion=LeaderCriterion.INTEGRAL)
