@@ -1,0 +1,1 @@
+"""The laboratory: swarm strategies compared in simulated forests, repeatably."""

@@ -1,0 +1,130 @@
+"""Statistics of campaigns: means with confidence intervals, and paired comparisons with correction for their number.
+
+Runs of different strategies from the same initialisation share forest, target and start: they are compared pairwise,
+which removes the large differences between forests from the result.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+FloatArray = NDArray[np.float64]
+
+CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True, slots=True)
+class Interval:
+    """A mean with its confidence interval."""
+
+    mean: float
+    low: float
+    high: float
+    count: int
+
+    @property
+    def half_width(self) -> float:
+        """Half of the interval's width."""
+        return (self.high - self.low) / 2
+
+
+@dataclass(frozen=True, slots=True)
+class PairedDifference:
+    """How one variant differs from the reference, over initialisations that both have run."""
+
+    variant: str
+    difference: Interval
+    """Of variant minus reference."""
+    share_better: float
+    """Of the initialisations in which the variant is ahead; ties count half."""
+    p_value: float
+    """Two-sided Wilcoxon signed-rank test."""
+    p_corrected: float
+    """After Holm's correction for all variants compared with the reference."""
+
+
+def mean_interval(values: FloatArray, confidence: float = CONFIDENCE) -> Interval:
+    """Return the mean over runs with Student's interval; a single run has an interval without bounds.
+
+    Args:
+        values: one number per run, shape (runs,); NaN ones are left out.
+        confidence: of the interval.
+    """
+    finite = values[np.isfinite(values)]
+    if not len(finite):
+        return Interval(math.nan, math.nan, math.nan, 0)
+    mean = float(finite.mean())
+    half = float(finite.std(ddof=1)) * _width_per_deviation(len(finite), confidence) if len(finite) > 1 else math.inf
+    return Interval(mean, mean - half, mean + half, len(finite))
+
+
+def mean_band(curves: FloatArray, confidence: float = CONFIDENCE) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the mean over runs, and the lower and upper end of its interval, per time, each shape (times,).
+
+    Args:
+        curves: shape (runs, times), without NaN.
+        confidence: of the interval at each time, not of the whole band.
+    """
+    runs = len(curves)
+    mean: FloatArray = curves.mean(axis=0)
+    half = curves.std(axis=0, ddof=1) * _width_per_deviation(runs, confidence) if runs > 1 else np.zeros_like(mean)
+    return mean, mean - half, mean + half
+
+
+def paired_differences(
+    values: Mapping[str, FloatArray], reference: str, confidence: float = CONFIDENCE
+) -> tuple[PairedDifference, ...]:
+    """Compare every variant with the reference.
+
+    Args:
+        values: one number per initialisation for each variant, in the same order for all, NaN where it has not run.
+        reference: a key of ``values``.
+        confidence: of the intervals.
+
+    Raises:
+        KeyError: there is no such reference.
+    """
+    base = values[reference]
+    variants = [name for name in values if name != reference]
+    differences = [(values[name] - base)[np.isfinite(values[name] - base)] for name in variants]
+    p_values = [_signed_rank(difference) for difference in differences]
+    return tuple(
+        PairedDifference(name, mean_interval(difference, confidence), _share_better(difference), p_value, corrected)
+        for name, difference, p_value, corrected in zip(
+            variants, differences, p_values, holm_correction(p_values), strict=True
+        )
+    )
+
+
+def holm_correction(p_values: Sequence[float]) -> list[float]:
+    """Return p-values corrected for their number.
+
+    Source: Holm, *A simple sequentially rejective multiple test procedure*, Scandinavian Journal of Statistics 6, 1979.
+    """
+    corrected = np.empty(len(p_values))
+    largest = 0.0
+    for rank, index in enumerate(np.argsort(p_values)):
+        largest = max(largest, min(1.0, (len(p_values) - rank) * p_values[index]))
+        corrected[index] = largest
+    return [float(value) for value in corrected]
+
+
+def _width_per_deviation(runs: int, confidence: float) -> float:
+    """Half the interval's width over the standard deviation."""
+    return float(stats.t.ppf((1.0 + confidence) / 2.0, runs - 1)) / math.sqrt(runs)
+
+
+def _share_better(difference: FloatArray) -> float:
+    return float(np.mean(np.heaviside(difference, 0.5))) if len(difference) else math.nan
+
+
+def _signed_rank(difference: FloatArray) -> float:
+    if not difference.any():
+        return 1.0
+    return float(stats.wilcoxon(difference).pvalue)

@@ -1,0 +1,129 @@
+"""What the laboratory expects of a simulated world: a port, found through the entry points ``aos_gcs.worlds``.
+
+A world is a forest that never changes. The target stands apart from it, so that one forest serves every strategy and
+every moment of a walk. Frame: ENU metres, the ground is the plane z = 0 and also the focal plane.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from importlib.metadata import entry_points
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.errors import ConfigurationError
+from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.geometry.poses import Pose
+
+GROUP = "aos_gcs.worlds"
+
+
+class Posture(StrEnum):
+    """How the target is found."""
+
+    STANDING = "standing"
+    SITTING = "sitting"
+    LYING = "lying"
+
+
+@dataclass(frozen=True, slots=True)
+class WorldParameters:
+    """Which forest to grow; a world refuses what it cannot build."""
+
+    seed: int
+    trees_per_ha: float = 300.0
+    forest: str = "broadleaf"
+    """Type of the trees."""
+    terrain: str = "flat"
+    side_m: float = 100.0
+    """Side of the forest square."""
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """The person to find, at one moment."""
+
+    position_enu_m: tuple[float, float]
+    """East and north of the point on the ground below the body's middle."""
+    heading_rad: float = 0.0
+    """Where the chest points (lying: where the feet point), clockwise from north."""
+    posture: Posture = Posture.STANDING
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TargetViews:
+    """What each camera sees of the target, projected onto the ground: a north-up raster around the target.
+
+    A cell belongs to the target when the ray from the camera to the centre of the cell meets the target's surface.
+    Edges lie at multiples of the resolution, so that the rasters of a target that stays are the same.
+    """
+
+    seen: NDArray[np.bool_]
+    """Shape (n, rows, columns)."""
+    unoccluded: NDArray[np.bool_]
+    """What the same cameras would see without the forest, shape (n, rows, columns)."""
+    west_m: float
+    """East coordinate of the outer edge of column 0."""
+    north_m: float
+    """North coordinate of the outer edge of row 0."""
+    resolution_m: float
+    """Edge of a cell."""
+
+
+class World(Protocol):
+    """A simulated forest. Equal arguments give equal results; nothing it does changes it."""
+
+    @property
+    def area_enu_m(self) -> NDArray[np.float64]:
+        """The forest's square, corners counter-clockwise from the south-west, shape (4, 2)."""
+        ...
+
+    @property
+    def trunks_enu_m(self) -> NDArray[np.float64]:
+        """Where the trees stand, shape (trees, 2)."""
+        ...
+
+    def view_target(self, poses: Sequence[Pose], camera: CameraModel, target: Target) -> TargetViews:
+        """Return what cameras at these poses see of the target; one at least, all above it. Distortion is left out."""
+        ...
+
+    def render(
+        self, poses: Sequence[Pose], camera: CameraModel, target: Target | None, rng: np.random.Generator
+    ) -> list[NDArray[np.float32]]:
+        """Return one image per pose: red, green, blue (0 to 255) and thermal (degrees Celsius), shape (H, W, 4).
+
+        Args:
+            poses: of the cameras.
+            camera: their common model.
+            target: None for a forest without a person.
+            rng: draws the sensors' noise.
+        """
+        ...
+
+
+class WorldBuilder(Protocol):
+    """An entry point of the group: it builds a world."""
+
+    def __call__(self, parameters: WorldParameters) -> World:
+        """Return the world of these parameters.
+
+        Raises:
+            ConfigurationError: a value is out of its range, or asks for what this simulator does not have.
+        """
+        ...
+
+
+def build_world(parameters: WorldParameters) -> World:
+    """Return the world that the installed simulator builds; takes a second or two.
+
+    Raises:
+        ConfigurationError: no simulator is installed, or it refuses the parameters.
+    """
+    for point in sorted(entry_points(group=GROUP), key=lambda point: point.name):
+        build: WorldBuilder = point.load()
+        return build(parameters)
+    raise ConfigurationError("No simulator is installed that could grow a forest; install aos-gcs[lab].")

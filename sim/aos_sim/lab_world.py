@@ -1,0 +1,143 @@
+"""The laboratory's world: the simulator's forest with one movable person (``aos_gcs.lab.worlds``)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import cached_property, lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.errors import ConfigurationError
+from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.geometry.poses import Pose
+from aos_gcs.lab.worlds import Target, TargetViews, WorldParameters
+from aos_sim.render.raycaster import NO_HIT, RayCaster
+from aos_sim.render.renderer import LitForest, Renderer
+from aos_sim.world.mesh import FloatArray
+from aos_sim.world.person import Person, Posture, person_mesh
+from aos_sim.world.scene import Scene, SceneParameters, build_scene
+
+CELL_M = 0.05
+"""Of the raster round the target; a camera of 512 pixels and 50 degrees at 35 m has pixels of 0.064 m."""
+HALF_WIDTH_CELLS = 60
+"""Half the raster's edge: 3 m hold what a standing person hides from a camera that sees it 55 degrees off the nadir."""
+
+
+class LabWorld:
+    """A forest and its ray caster; light and textures are made when the first image is asked for."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+        self._forest = RayCaster(scene.forest.mesh.triangles_enu_m)
+
+    @property
+    def area_enu_m(self) -> NDArray[np.float64]:
+        """See :attr:`aos_gcs.lab.worlds.World.area_enu_m`."""
+        return self._scene.area_enu_m
+
+    @property
+    def trunks_enu_m(self) -> NDArray[np.float64]:
+        """See :attr:`aos_gcs.lab.worlds.World.trunks_enu_m`."""
+        return self._scene.forest.trunk_enu_m
+
+    def view_target(self, poses: Sequence[Pose], camera: CameraModel, target: Target) -> TargetViews:
+        """See :meth:`aos_gcs.lab.worlds.World.view_target`."""
+        triangles, body = _body(target)
+        west, north = _raster_corner(target)
+        index = np.arange(2 * HALF_WIDTH_CELLS)
+        east_m, north_m = CELL_M * (west + index + 0.5), CELL_M * (north - index - 0.5)
+        positions_m = np.array([pose.position_enu_m for pose in poses])
+        view, row, column = _candidates(positions_m, triangles, east_m, north_m)
+        ground_m = np.column_stack([east_m[column], north_m[row], np.zeros(len(row))])
+        offset_m = ground_m - positions_m[view]
+        inside = _in_image(offset_m, np.array([pose.R_cam2enu for pose in poses])[view], camera)
+        view, row, column, offset_m = view[inside], row[inside], column[inside], offset_m[inside]
+        origins, directions = positions_m[view].astype(np.float32), offset_m.astype(np.float32)
+        triangle, distance = body.first_hit_with_distance(origins, directions)
+        hit = triangle != NO_HIT
+        view, row, column, distance = view[hit], row[hit], column[hit], distance[hit]
+        _, forest_distance = self._forest.first_hit_with_distance(origins[hit], directions[hit])
+        free = distance < forest_distance
+        unoccluded = np.zeros((len(poses), len(index), len(index)), dtype=np.bool_)
+        seen = np.zeros_like(unoccluded)
+        unoccluded[view, row, column] = True
+        seen[view[free], row[free], column[free]] = True
+        return TargetViews(seen, unoccluded, west * CELL_M, north * CELL_M, CELL_M)
+
+    def render(
+        self, poses: Sequence[Pose], camera: CameraModel, target: Target | None, rng: np.random.Generator
+    ) -> list[NDArray[np.float32]]:
+        """See :meth:`aos_gcs.lab.worlds.World.render`."""
+        renderer = self._renderer.with_persons([] if target is None else [_person(target)])
+        frames = [renderer.render(pose, camera, rng) for pose in poses]
+        return [np.dstack([frame.rgb.astype(np.float32), frame.thermal_celsius]) for frame in frames]
+
+    @cached_property
+    def _renderer(self) -> Renderer:
+        return Renderer(self._scene, LitForest(self._scene))
+
+
+def build_lab_world(parameters: WorldParameters) -> LabWorld:
+    """Grow the forest of these parameters; see :class:`aos_gcs.lab.worlds.WorldBuilder`."""
+    if parameters.terrain != "flat":
+        raise ConfigurationError(f"terrain must be flat, the only one that is simulated, got {parameters.terrain!r}.")
+    if parameters.forest != "broadleaf":
+        raise ConfigurationError(f"forest must be broadleaf, the only one simulated, got {parameters.forest!r}.")
+    scene = SceneParameters(seed=parameters.seed, trees_per_ha=parameters.trees_per_ha, side_m=parameters.side_m)
+    return LabWorld(build_scene(scene))
+
+
+def _person(target: Target) -> Person:
+    """An average adult in a red jacket: what differs between scenes is the forest, the place and the posture."""
+    return Person(
+        name="target",
+        position_enu_m=np.array([*target.position_enu_m, 0.0]),
+        heading_rad=target.heading_rad,
+        height_m=1.75,
+        posture=Posture(target.posture),
+        clothing_rgb=(196, 44, 40),
+        skin_temperature_celsius=32.0,
+        clothing_temperature_celsius=26.0,
+    )
+
+
+@lru_cache(maxsize=8)
+def _body(target: Target) -> tuple[FloatArray, RayCaster]:
+    triangles = person_mesh(_person(target)).triangles_enu_m
+    return triangles, RayCaster(triangles)
+
+
+def _raster_corner(target: Target) -> tuple[int, int]:
+    """Return the raster's western and northern edge, in cells."""
+    east_m, north_m = target.position_enu_m
+    return math.floor(east_m / CELL_M) - HALF_WIDTH_CELLS, math.floor(north_m / CELL_M) + HALF_WIDTH_CELLS
+
+
+def _candidates(
+    positions_m: NDArray[np.float64],
+    triangles_m: FloatArray,
+    east_m: NDArray[np.floating],
+    north_m: NDArray[np.floating],
+) -> tuple[NDArray[np.intp], ...]:
+    """Return view, row and column of all cells that the body may cover: those in the bounds of its projected box."""
+    low, high = triangles_m.min(axis=(0, 1)).astype(np.float64), triangles_m.max(axis=(0, 1)).astype(np.float64)
+    corners = np.stack(np.meshgrid(*np.stack([low, high], axis=1)), axis=-1).reshape(8, 3)
+    offset = corners - positions_m[:, None]
+    reach = -positions_m[:, None, 2:] / offset[..., 2:]
+    on_ground = positions_m[:, None, :2] + reach * offset[..., :2]
+    (west, south), (east, north) = on_ground.min(axis=1).T[:, :, None], on_ground.max(axis=1).T[:, :, None]
+    columns = (east_m >= west) & (east_m <= east)
+    rows = (north_m >= south) & (north_m <= north)
+    return np.nonzero(rows[:, :, None] & columns[:, None, :])
+
+
+def _in_image(offset_m: NDArray[np.float64], R_cam2enu: NDArray[np.float64], camera: CameraModel) -> NDArray[np.bool_]:
+    """Whether points at ``offset_m`` (k, 3) from cameras turned by ``R_cam2enu`` (k, 3, 3) are imaged, shape (k,)."""
+    x, y, depth = np.einsum("ki,kij->jk", offset_m, R_cam2enu)
+    # Pixels multiplied by the depth: nothing to divide by beside the camera.
+    u, v = camera.fx_px * x + camera.cx_px * depth, camera.fy_px * y + camera.cy_px * depth
+    across = (u >= -0.5 * depth) & (u <= (camera.width_px - 0.5) * depth)
+    along = (v >= -0.5 * depth) & (v <= (camera.height_px - 0.5) * depth)
+    return np.asarray((depth > 0.0) & across & along)
