@@ -71,7 +71,7 @@ class _Search:
     def greedy(self, first: int) -> IntArray:
         """Choose layer by layer, beginning with ``first``."""
         chosen = np.full(len(self._layers), -1)
-        for layer in np.roll(self._layers, -first):
+        for layer in np.roll(self._layers, -first).tolist():
             chosen[layer] = int(self._scores(layer, chosen).argmax())
         return chosen
 

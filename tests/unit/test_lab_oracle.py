@@ -1,0 +1,126 @@
+"""The oracle against exact solutions of small cases, and its promises on random ones."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.optimize import Bounds, LinearConstraint, milp
+
+from aos_gcs.lab.oracle import OracleObjective, best_places
+
+BoolArray = NDArray[np.bool_]
+SPACING_M = 2.0
+
+
+def random_case(seed: int, layers: int = 3, side: int = 4, cells: int = 20) -> tuple[BoolArray, BoolArray, np.ndarray]:
+    """Places on a grid of 1 m; neighbouring places see similar cells, of which the forest hides about half."""
+    rng = np.random.default_rng(seed)
+    places = np.stack(np.meshgrid(np.arange(side), np.arange(side)), axis=-1).reshape(-1, 2).astype(float)
+    centres = rng.uniform(0.0, side, (cells, 2))
+    reach = rng.uniform(1.5, 2.5, (layers, 1, 1))
+    footprint = np.linalg.norm(places[:, None] - centres, axis=-1) < reach
+    return footprint & (rng.random(footprint.shape) < 0.5), footprint, places
+
+
+def score(seen: BoolArray, footprint: BoolArray, chosen: np.ndarray, objective: OracleObjective) -> float:
+    layers = np.arange(len(chosen))
+    area = np.count_nonzero(seen[layers, chosen].any(axis=0))
+    if objective is OracleObjective.AREA:
+        return float(area)
+    return float(area / max(1, np.count_nonzero(footprint[layers, chosen].any(axis=0))))
+
+
+def exact(seen: BoolArray, footprint: BoolArray, places: np.ndarray, objective: OracleObjective) -> float:
+    """The optimum, by a mixed-integer program; the ratio by Dinkelbach's iteration over its linear form."""
+    weight = 0.0
+    while True:
+        chosen = exact_for_weight(seen, footprint, places, weight)
+        value = score(seen, footprint, chosen, objective)
+        if objective is OracleObjective.AREA or value <= weight + 1e-9:
+            return value
+        weight = value
+
+
+def exact_for_weight(seen: BoolArray, footprint: BoolArray, places: np.ndarray, weight: float) -> np.ndarray:
+    """Maximise (cells seen) - weight (cells of the footprint). Variables: choices (n, c), cells seen, footprint."""
+    n, c, cells = seen.shape
+    choices = n * c
+    rows, lower, upper = [], [], []
+
+    def require(row: np.ndarray, low: float, high: float) -> None:
+        rows.append(row)
+        lower.append(low)
+        upper.append(high)
+
+    def variables() -> np.ndarray:
+        return np.zeros(choices + 2 * cells)
+
+    for layer in range(n):
+        row = variables()
+        row[layer * c : (layer + 1) * c] = 1.0
+        require(row, 1.0, 1.0)
+    for cell in range(cells):
+        row = variables()
+        row[:choices] = seen[:, :, cell].ravel()
+        row[choices + cell] = -1.0
+        require(row, 0.0, np.inf)  # a cell is seen only if a chosen place sees it
+        for index in np.flatnonzero(footprint[:, :, cell].ravel()):
+            row = variables()
+            row[index], row[choices + cells + cell] = -1.0, 1.0
+            require(row, 0.0, np.inf)  # a cell of a chosen place's footprint belongs to the union
+    near = np.argwhere(np.linalg.norm(places[:, None] - places, axis=-1) < SPACING_M)
+    for first, second in near[near[:, 0] <= near[:, 1]]:
+        row = variables()
+        for layer in range(n):
+            row[layer * c + first] = row[layer * c + second] = 1.0
+        require(row, 0.0, 1.0)
+    cost = np.concatenate([np.zeros(choices), -np.ones(cells), np.full(cells, weight)])
+    solution = milp(
+        cost,
+        constraints=LinearConstraint(np.array(rows), lower, upper),
+        integrality=np.ones_like(cost),
+        bounds=Bounds(0.0, 1.0),
+    )
+    assert solution.success
+    return solution.x[:choices].reshape(n, c).argmax(axis=1)
+
+
+@pytest.mark.parametrize("objective", list(OracleObjective))
+def test_comes_close_to_the_exact_solution_of_small_cases(objective: OracleObjective) -> None:
+    reached, optimal = [], []
+    for seed in range(3):
+        seen, footprint, places = random_case(seed)
+        chosen = best_places(seen, footprint, places, SPACING_M, objective)
+        reached.append(score(seen, footprint, chosen, objective))
+        optimal.append(exact(seen, footprint, places, objective))
+    assert np.less_equal(reached, np.array(optimal) + 1e-9).all()
+    assert np.sum(reached) >= 0.95 * np.sum(optimal)
+
+
+@given(seed=st.integers(0, 10_000))
+def test_keeps_the_spacing_and_cannot_be_improved_by_one_exchange(seed: int) -> None:
+    seen, footprint, places = random_case(seed)
+    chosen = best_places(seen, footprint, places, SPACING_M)
+    distances = np.linalg.norm(places[chosen][:, None] - places[chosen], axis=-1)
+    assert distances[~np.eye(len(chosen), dtype=bool)].min() >= SPACING_M
+    value = score(seen, footprint, chosen, OracleObjective.RATIO)
+    for layer in range(len(chosen)):
+        others = np.delete(chosen, layer)
+        free = np.linalg.norm(places[:, None] - places[others], axis=-1).min(axis=1) >= SPACING_M
+        for place in np.flatnonzero(free):
+            changed = chosen.copy()
+            changed[layer] = place
+            assert score(seen, footprint, changed, OracleObjective.RATIO) <= value + 1e-12
+
+
+def test_says_when_there_is_no_room() -> None:
+    seen, footprint, places = random_case(0)
+    with pytest.raises(ValueError, match="no room for 3 vehicles"):
+        best_places(seen, footprint, places, 100.0)
+
+
+def test_refuses_shapes_that_do_not_fit() -> None:
+    seen, footprint, places = random_case(0)
+    with pytest.raises(ValueError, match="one shape"):
+        best_places(seen, footprint[:, :5], places, SPACING_M)
