@@ -12,6 +12,7 @@ from aos_sim.render import Renderer
 from aos_sim.render.lighting import TO_SUN, light_ground
 from aos_sim.render.raycaster import RayCaster
 from aos_sim.render.renderer import RGB_NOISE, SKY_RGB, SKY_TEMPERATURE_CELSIUS, THERMAL_NOISE_K
+from aos_sim.world.distractors import DistractorKind, make_distractor
 from aos_sim.world.person import Person, Posture
 from aos_sim.world.scene import Scene, SceneParameters, build_scene
 
@@ -164,6 +165,16 @@ def test_masks_by_name_add_up_and_unknown_names_are_refused(bare: Renderer) -> N
     np.testing.assert_array_equal(anna | ben, both)
     with pytest.raises(KeyError, match="carl"):
         pair.person_masks(pose, CAMERA, "carl")
+
+
+def test_distractors_are_seen_but_are_no_persons(bare_scene: Scene) -> None:
+    stone = make_distractor(rng(1), DistractorKind.STONE, "stone", np.array([3.0, 20.0, 0.0]))
+    renderer = Renderer(replace(bare_scene, persons=(person_at(-3, 20),), distractors=(stone,)))
+    pose = nadir_pose([0, 20, 15])
+    masks = renderer.person_masks(pose, CAMERA)
+    warm = renderer.render(pose, CAMERA, rng()).thermal_celsius > stone.temperature_celsius - 1.0
+    assert np.nonzero(masks.unoccluded)[1].max() < 48
+    assert np.nonzero(warm)[1].max() > 48
 
 
 def test_unoccluded_area_of_a_lying_person_from_far_above_is_that_of_the_body(bare: Renderer) -> None:

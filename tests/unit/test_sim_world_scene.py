@@ -92,11 +92,42 @@ def test_launch_area_touches_the_forest_from_the_south(scene: Scene) -> None:
 
 @pytest.mark.parametrize(
     ("field", "value"),
-    [("seed", -1), ("trees_per_ha", -1.0), ("trees_per_ha", float("nan")), ("side_m", 5.0), ("persons", 0)],
+    [
+        ("seed", -1),
+        ("trees_per_ha", -1.0),
+        ("trees_per_ha", float("nan")),
+        ("side_m", 5.0),
+        ("persons", -1),
+        ("stones", 101),
+    ],
 )
 def test_parameters_out_of_range_are_named(field: str, value: float) -> None:
     with pytest.raises(ConfigurationError, match=field):
         SceneParameters(**{field: value})
+
+
+def test_distractors_change_neither_persons_nor_forest_nor_ground(scene: Scene) -> None:
+    busy = build_scene(SceneParameters(seed=4, side_m=40.0, persons=20, animals=2, stones=1, cloths=1))
+    np.testing.assert_array_equal(busy.forest.mesh.triangles_enu_m, scene.forest.mesh.triangles_enu_m)
+    np.testing.assert_array_equal(busy.ground.forest_tile, scene.ground.forest_tile)
+    np.testing.assert_array_equal(busy.persons[-1].position_enu_m, scene.persons[-1].position_enu_m)
+    assert [d.kind in {"deer", "boar"} for d in busy.distractors] == [True, True, False, False]
+    assert [d.kind for d in busy.distractors[2:]] == ["stone", "cloth"]
+    assert scene.distractors == ()
+
+
+def test_distractors_keep_apart_from_persons_and_trunks_and_one_another() -> None:
+    scene = build_scene(SceneParameters(seed=7, side_m=60.0, animals=1, stones=1, cloths=1))
+    bodies = np.array([body.position_enu_m[:2] for body in (*scene.persons, *scene.distractors)])
+    gaps = np.linalg.norm(bodies[:, None] - bodies[None], axis=2) + 1e3 * np.eye(len(bodies))
+    assert gaps.min() >= 8.0
+    assert np.linalg.norm(bodies[:, None] - scene.forest.trunk_enu_m[None], axis=2).min() >= 2.0
+
+
+def test_world_without_persons_can_be_built() -> None:
+    scene = build_scene(SceneParameters(side_m=20.0, persons=0, animals=1))
+    assert scene.persons == ()
+    assert len(scene.distractors) == 1
 
 
 def test_unknown_posture_is_named_with_the_known_ones() -> None:

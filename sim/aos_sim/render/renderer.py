@@ -14,6 +14,7 @@ from aos_gcs.geometry.poses import Pose
 from aos_sim.render.lighting import light_ground, shade_mesh
 from aos_sim.render.raycaster import NO_HIT, RayCaster
 from aos_sim.render.rays import ground_area_m2, pixels_around, ray_directions
+from aos_sim.world.distractors import distractor_mesh
 from aos_sim.world.mesh import FloatArray, concatenate
 from aos_sim.world.person import Person, person_mesh
 from aos_sim.world.scene import Scene
@@ -48,8 +49,8 @@ class PersonMasks:
 
 
 @dataclass(frozen=True, slots=True)
-class _PersonHits:
-    """The rays that meet a person, whether or not a tree stands before it."""
+class _BodyHits:
+    """The rays that meet a body, whether or not a tree stands before it."""
 
     pixel: NDArray[np.intp]
     triangle: NDArray[np.int32]
@@ -68,20 +69,21 @@ class LitForest:
         self.appearance = np.concatenate([shade_mesh(mesh, self.caster), sky])
 
 
-class _People:
-    """The persons, apart from the forest so that they can be seen without it."""
+class _Bodies:
+    """Persons and distractors, apart from the forest so that they can be seen without it."""
 
-    def __init__(self, persons: Sequence[Person], forest: RayCaster) -> None:
-        meshes = [person_mesh(person) for person in persons]
+    def __init__(self, scene: Scene, forest: RayCaster) -> None:
+        meshes = [person_mesh(person) for person in scene.persons]
+        meshes += [distractor_mesh(distractor) for distractor in scene.distractors]
         mesh = concatenate(meshes)
         self.caster = RayCaster(mesh.triangles_enu_m)
         self.appearance = shade_mesh(mesh, forest)
         sizes = np.array([len(part) for part in meshes], dtype=np.intp)
-        self.person_of_triangle = np.repeat(np.arange(len(persons)), sizes)
+        self.body_of_triangle = np.repeat(np.arange(len(meshes)), sizes)
         self.corners_enu_m = [_bounding_box(part.triangles_enu_m) for part in meshes]
 
     def pixels(self, pose: Pose, camera: CameraModel) -> NDArray[np.intp]:
-        """Return the pixels that can show a person."""
+        """Return the pixels that can show a body."""
         boxes = [pixels_around(corners, pose, camera) for corners in self.corners_enu_m]
         return np.unique(np.concatenate([np.empty(0, np.intp), *boxes]))
 
@@ -100,10 +102,10 @@ class Renderer:
         """Prepare a scene; ``forest`` saves seconds where another renderer has prepared the same trees."""
         self.scene = scene
         self._forest = LitForest(scene) if forest is None else forest
-        self._people = _People(scene.persons, self._forest.caster)
+        self._bodies = _Bodies(scene, self._forest.caster)
 
     def with_persons(self, persons: Sequence[Person]) -> Renderer:
-        """Return a renderer of the same forest with other persons, or none; takes milliseconds."""
+        """Return a renderer of the same forest and distractors with other persons, or none; takes milliseconds."""
         return Renderer(replace(self.scene, persons=tuple(persons)), self._forest)
 
     def render(self, pose: Pose, camera: CameraModel, rng: np.random.Generator) -> RenderedFrame:
@@ -131,11 +133,12 @@ class Renderer:
         Raises:
             KeyError: if nobody has that name.
         """
-        hits = self._person_hits(pose, camera, ray_directions(pose, camera))
-        wanted = np.array([name in (None, person.name) for person in self.scene.persons], dtype=np.bool_)
+        hits = self._body_hits(pose, camera, ray_directions(pose, camera))
+        wanted = np.zeros(len(self.scene.persons) + len(self.scene.distractors), dtype=np.bool_)
+        wanted[: len(self.scene.persons)] = [name in (None, person.name) for person in self.scene.persons]
         if name is not None and not wanted.any():
             raise KeyError(f"no person is called {name!r}; there are {[person.name for person in self.scene.persons]}")
-        is_wanted = wanted[self._people.person_of_triangle[hits.triangle]]
+        is_wanted = wanted[self._bodies.body_of_triangle[hits.triangle]]
         masks = np.zeros((2, camera.height_px * camera.width_px), dtype=np.bool_)
         masks[0, hits.pixel[is_wanted & hits.is_visible]] = True
         masks[1, hits.pixel[is_wanted]] = True
@@ -164,17 +167,17 @@ class Renderer:
         east, north, height = pose.position_enu_m
         distance = np.float32(-height) / down[:, 2]
         image[ground] = self._forest.ground.sample(east + distance * down[:, 0], north + distance * down[:, 1])
-        hits = self._person_hits(pose, camera, directions)
-        image[hits.pixel[hits.is_visible]] = self._people.appearance[hits.triangle[hits.is_visible]]
+        hits = self._body_hits(pose, camera, directions)
+        image[hits.pixel[hits.is_visible]] = self._bodies.appearance[hits.triangle[hits.is_visible]]
         return image
 
-    def _person_hits(self, pose: Pose, camera: CameraModel, directions: FloatArray) -> _PersonHits:
-        pixel = self._people.pixels(pose, camera)
-        triangle, distance = self._people.caster.first_hit_with_distance(pose.position_enu_m, directions[pixel])
+    def _body_hits(self, pose: Pose, camera: CameraModel, directions: FloatArray) -> _BodyHits:
+        pixel = self._bodies.pixels(pose, camera)
+        triangle, distance = self._bodies.caster.first_hit_with_distance(pose.position_enu_m, directions[pixel])
         is_hit = triangle != NO_HIT
         pixel, triangle, distance = pixel[is_hit], triangle[is_hit], distance[is_hit]
         _, forest_distance = self._forest.caster.first_hit_with_distance(pose.position_enu_m, directions[pixel])
-        return _PersonHits(pixel, triangle, distance < forest_distance)
+        return _BodyHits(pixel, triangle, distance < forest_distance)
 
 
 def _bounding_box(triangles_m: FloatArray) -> NDArray[np.float64]:

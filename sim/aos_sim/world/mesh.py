@@ -19,6 +19,9 @@ class Material(IntEnum):
     BARK = 1
     CLOTHING = 2
     SKIN = 3
+    FUR = 4
+    STONE = 5
+    FABRIC = 6
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,4 +1,4 @@
-"""The whole scene of a simulated search: launch clearing, forest and the persons to find.
+"""The whole scene of a simulated search: launch clearing, forest, the persons to find, and what distracts from them.
 
 Frame: ENU metres, origin on the ground in the middle of the launch site. The ground is the plane z = 0. The launch
 clearing lies south of the forest, which is a square and the search area.
@@ -7,12 +7,14 @@ clearing lies south of the forest, which is a square and the search area.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.errors import ConfigurationError
+from aos_sim.world.distractors import Distractor, DistractorKind, make_distractor
 from aos_sim.world.forest import Forest, grow_forest
 from aos_sim.world.ground import Ground, make_ground
 from aos_sim.world.person import Person, Posture
@@ -21,7 +23,10 @@ FOREST_SOUTH_M = 8.0
 CLEARING_SOUTH_M = -20.0
 
 _MAX_TREES_PER_HA = 2000.0
+_MAX_BODIES = 100
 _TRUNK_CLEARANCE_M = 2.0
+_DISTRACTOR_CLEARANCE_M = 8.0
+"""Distance that distractors keep from persons and from one another where there is room for it."""
 _PLACE_CANDIDATES = 256
 _CLOTHING_COLOURS = ((196, 44, 40), (226, 108, 28), (40, 84, 190), (214, 190, 40), (170, 50, 130))
 
@@ -40,7 +45,12 @@ class SceneParameters:
     side_m: float = 100.0
     """Side of the forest square."""
     persons: int = 1
+    """From 0 to 100."""
     posture: Posture = Posture.STANDING
+    animals: int = 0
+    """Deer and boars, from 0 to 100, as are stones and cloths."""
+    stones: int = 0
+    cloths: int = 0
 
     def __post_init__(self) -> None:
         if self.seed < 0:
@@ -49,8 +59,9 @@ class SceneParameters:
             raise ConfigurationError(f"trees_per_ha must lie within 0 and 2000, got {self.trees_per_ha}.")
         if not 10.0 <= self.side_m <= 300.0:
             raise ConfigurationError(f"side_m must lie within 10 and 300 metres, got {self.side_m}.")
-        if not 1 <= self.persons <= 100:
-            raise ConfigurationError(f"persons must lie within 1 and 100, got {self.persons}.")
+        for name in ("persons", "animals", "stones", "cloths"):
+            if not 0 <= getattr(self, name) <= _MAX_BODIES:
+                raise ConfigurationError(f"{name} must lie within 0 and {_MAX_BODIES}, got {getattr(self, name)}.")
         if self.posture not in tuple(Posture):
             raise ConfigurationError(f"posture must be one of {', '.join(Posture)}, got {self.posture!r}.")
 
@@ -61,7 +72,7 @@ class Scene:
 
     parameters: SceneParameters
     persons: tuple[Person, ...]
-    """The targets; at least one."""
+    """The targets."""
     forest: Forest
     """Trees; its mesh has a material, colour and temperature per triangle."""
     ground: Ground
@@ -69,14 +80,16 @@ class Scene:
     """Search area: corners of the forest square, counter-clockwise from the south-west, shape (4, 2)."""
     launch_area_enu_m: NDArray[np.float64]
     """Clearing without trees, in the same order, shape (4, 2)."""
+    distractors: tuple[Distractor, ...] = ()
+    """What is not to be taken for a target."""
 
 
 def build_scene(parameters: SceneParameters) -> Scene:
     """Build the world of these parameters: equal ones give equal worlds.
 
-    The persons' places do not depend on their posture, nor the ground on the forest's density.
+    The persons' places do not depend on their posture or on distractors, nor the ground on the forest's density.
     """
-    forest_rng, person_rng, ground_rng = np.random.default_rng(parameters.seed).spawn(3)
+    forest_rng, person_rng, ground_rng, distractor_rng = np.random.default_rng(parameters.seed).spawn(4)
     side = parameters.side_m
     west = -side / 2
     forest = grow_forest(forest_rng, west, FOREST_SOUTH_M, side, parameters.trees_per_ha)
@@ -88,11 +101,12 @@ def build_scene(parameters: SceneParameters) -> Scene:
         ground=make_ground(ground_rng, west, FOREST_SOUTH_M, side),
         area_enu_m=_rectangle(west, FOREST_SOUTH_M, -west, FOREST_SOUTH_M + side),
         launch_area_enu_m=_rectangle(west, CLEARING_SOUTH_M, -west, FOREST_SOUTH_M),
+        distractors=_make_distractors(distractor_rng, parameters, forest, persons),
     )
 
 
 def _make_person(rng: np.random.Generator, index: int, parameters: SceneParameters, forest: Forest) -> Person:
-    east, north = _place_clear_of_trunks(rng, parameters.side_m, forest)
+    east, north = _place(rng, _window(parameters.side_m), [(forest.trunk_enu_m, _TRUNK_CLEARANCE_M)])
     return Person(
         name=f"person-{index}",
         position_enu_m=np.array([east, north, 0.0]),
@@ -105,15 +119,45 @@ def _make_person(rng: np.random.Generator, index: int, parameters: SceneParamete
     )
 
 
-def _place_clear_of_trunks(rng: np.random.Generator, side_m: float, forest: Forest) -> NDArray[np.float64]:
-    """Place in the middle of the forest, shape (2,): the first of many candidates that touches no trunk."""
-    low = np.array([-0.2 * side_m, FOREST_SOUTH_M + 0.27 * side_m])
-    high = np.array([0.2 * side_m, FOREST_SOUTH_M + 0.57 * side_m])
-    candidates = rng.uniform(low, high, (_PLACE_CANDIDATES, 2))
-    if len(forest.trunk_enu_m) == 0:
-        return np.asarray(candidates[0])
-    distance = np.linalg.norm(candidates[:, None] - forest.trunk_enu_m[None], axis=2).min(axis=1)
-    return np.asarray(candidates[int(np.argmax(np.minimum(distance, _TRUNK_CLEARANCE_M)))])
+def _make_distractors(
+    rng: np.random.Generator, parameters: SceneParameters, forest: Forest, persons: tuple[Person, ...]
+) -> tuple[Distractor, ...]:
+    animals = (DistractorKind.DEER, DistractorKind.BOAR)
+    kinds = [animals[int(rng.integers(2))] for _ in range(parameters.animals)]
+    kinds += [DistractorKind.STONE] * parameters.stones + [DistractorKind.CLOTH] * parameters.cloths
+    taken_enu_m = [person.position_enu_m[:2] for person in persons]
+    distractors = []
+    for index, kind in enumerate(kinds, start=1):
+        others = np.array(taken_enu_m).reshape(-1, 2)
+        obstacles = [(forest.trunk_enu_m, _TRUNK_CLEARANCE_M), (others, _DISTRACTOR_CLEARANCE_M)]
+        place = _place(rng, _window(parameters.side_m), obstacles)
+        taken_enu_m.append(place)
+        distractors.append(make_distractor(rng, kind, f"{kind}-{index}", np.array([*place, 0.0])))
+    return tuple(distractors)
+
+
+def _window(side_m: float) -> NDArray[np.float64]:
+    """South-western and north-eastern corner of the part of the forest where bodies are placed, shape (2, 2)."""
+    return np.array([[-0.2 * side_m, FOREST_SOUTH_M + 0.27 * side_m], [0.2 * side_m, FOREST_SOUTH_M + 0.57 * side_m]])
+
+
+def _place(
+    rng: np.random.Generator,
+    window_enu_m: NDArray[np.float64],
+    obstacles: Sequence[tuple[NDArray[np.float64], float]],
+) -> NDArray[np.float64]:
+    """Return a place in a window, shape (2,): the first of many candidates that keeps clear of all obstacles.
+
+    ``obstacles`` are points, shape (n, 2), with the distance to keep from them; where there is no such place, the one
+    that comes nearest to it.
+    """
+    candidates = rng.uniform(window_enu_m[0], window_enu_m[1], (_PLACE_CANDIDATES, 2))
+    room = np.ones(_PLACE_CANDIDATES)
+    for points_enu_m, clearance_m in obstacles:
+        if len(points_enu_m):
+            distance_m = np.linalg.norm(candidates[:, None] - points_enu_m[None], axis=2).min(axis=1)
+            room = np.minimum(room, distance_m / clearance_m)
+    return np.asarray(candidates[int(np.argmax(room))])
 
 
 def _rectangle(west: float, south: float, east: float, north: float) -> NDArray[np.float64]:
