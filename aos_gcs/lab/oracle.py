@@ -9,16 +9,28 @@ compare small cases with the exact solution of a mixed-integer program.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
+
+from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.geometry.poses import nadir_pose
+from aos_gcs.lab.worlds import Target, World
 
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
 
 MAX_SWEEPS = 50
 """Of exchanges over all layers; each one only ever improves, so that a few suffice."""
+
+
+RADIUS_M = 12.0
+"""Of the disc about the target on which the vehicles may stand; from farther out it is seen through more leaves."""
+PITCH_M = 1.0
+"""Between places, well below the distance over which views stop being alike."""
 
 
 class OracleObjective(StrEnum):
@@ -28,6 +40,61 @@ class OracleObjective(StrEnum):
     """Normalised visibility: union seen over union without forest."""
     AREA = "area"
     """Union seen."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Oracle:
+    """What the best positions reach."""
+
+    positions_enu_m: NDArray[np.float64]
+    """Of the vehicles, shape (n, 2)."""
+    visibility: float
+    """Normalised: area seen over the area that the same views would cover without forest."""
+    area_m2: float
+    """Seen by all together, on the focal plane."""
+
+
+def find_oracle(
+    world: World,
+    camera: CameraModel,
+    target: Target,
+    heights_m: Sequence[float],
+    spacing_m: float,
+    *,
+    objective: OracleObjective = OracleObjective.RATIO,
+) -> Oracle:
+    """Return the best positions about a target for nadir cameras, one per height above the ground.
+
+    Raises:
+        ValueError: there is no room for so many vehicles at that spacing.
+    """
+    places_enu_m = _disc(RADIUS_M, PITCH_M) + target.position_enu_m
+    views = [
+        world.view_target([nadir_pose([*place, height_m]) for place in places_enu_m], camera, target)
+        for height_m in heights_m
+    ]
+    seen, footprint = (
+        np.array([masks.reshape(len(places_enu_m), -1) for masks in kind])
+        for kind in ([view.seen for view in views], [view.unoccluded for view in views])
+    )
+    used = footprint.any(axis=(0, 1))
+    seen, footprint = seen[..., used], footprint[..., used]
+    chosen = best_places(seen, footprint, places_enu_m, spacing_m, objective)
+    layers = np.arange(len(chosen))
+    seen_cells = int(np.count_nonzero(seen[layers, chosen].any(axis=0)))
+    footprint_cells = int(np.count_nonzero(footprint[layers, chosen].any(axis=0)))
+    return Oracle(
+        positions_enu_m=places_enu_m[chosen],
+        visibility=seen_cells / max(footprint_cells, 1),
+        area_m2=seen_cells * views[0].resolution_m ** 2,
+    )
+
+
+def _disc(radius_m: float, pitch_m: float) -> NDArray[np.float64]:
+    """Return a square lattice within a circle, shape (c, 2)."""
+    steps = np.arange(-(radius_m // pitch_m), radius_m // pitch_m + 1) * pitch_m
+    lattice: NDArray[np.float64] = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
+    return lattice[np.linalg.norm(lattice, axis=1) <= radius_m]
 
 
 def best_places(

@@ -1,5 +1,7 @@
 """The oracle against exact solutions of small cases, and its promises on random ones."""
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -7,7 +9,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.optimize import Bounds, LinearConstraint, milp
 
-from aos_gcs.lab.oracle import OracleObjective, best_places
+from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.geometry.poses import nadir_pose
+from aos_gcs.lab.oracle import OracleObjective, best_places, find_oracle
+from aos_gcs.lab.worlds import Target, WorldParameters, build_world
 
 BoolArray = NDArray[np.bool_]
 SPACING_M = 2.0
@@ -124,3 +129,21 @@ def test_refuses_shapes_that_do_not_fit() -> None:
     seen, footprint, places = random_case(0)
     with pytest.raises(ValueError, match="one shape"):
         best_places(seen, footprint[:, :5], places, SPACING_M)
+
+
+def test_beats_random_choices_in_the_simulated_forest() -> None:
+    pytest.importorskip("aos_sim.lab_world", reason="needs the simulator")
+    world = build_world(WorldParameters(seed=3, side_m=40.0))
+    target = Target(tuple(world.area_enu_m.mean(axis=0)))
+    camera = CameraModel.from_fov(256, 256, math.radians(50.0))
+    heights_m = [35.0, 36.0, 37.0, 38.0]
+    oracle = find_oracle(world, camera, target, heights_m, 4.2)
+    rng = np.random.default_rng(0)
+    for _ in range(20):
+        positions = target.position_enu_m + rng.uniform(-8.0, 8.0, (4, 2))
+        poses = [nadir_pose([*place, height]) for place, height in zip(positions, heights_m, strict=True)]
+        views = world.view_target(poses, camera, target)
+        visibility = views.seen.any(axis=0).sum() / views.unoccluded.any(axis=0).sum()
+        assert visibility < oracle.visibility
+    assert 0.0 < oracle.visibility <= 1.0
+    assert oracle.positions_enu_m.shape == (4, 2)
