@@ -15,6 +15,9 @@ from aos_gcs.geometry.poses import Pose
 Pixels: TypeAlias = NDArray[np.integer[Any] | np.floating[Any]]
 """Pixel values of any real type."""
 
+MAX_SIGHTINGS = 16
+"""Blobs of one step that are passed on; a swarm follows fewer."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Frame:
@@ -89,6 +92,29 @@ class Blob:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class BlobView:
+    """What one frame has marked of a blob."""
+
+    vehicle_id: int
+    point_enu_m: NDArray[np.float64]
+    """Centre of the cells that it marks, shape (2,), on the focal plane."""
+    area_m2: float
+    """Of these cells."""
+    camera: CameraModel
+    """Without distortion."""
+    pose: Pose
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sighting:
+    """A blob, and the views that it is made of."""
+
+    blob: Blob
+    views: tuple[BlobView, ...]
+    """At least one."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class VehicleMasks:
     """What the frame of each vehicle marks around the largest blob, on one window of the focal grid."""
 
@@ -122,6 +148,8 @@ class StepAnalysis:
     """argmax of ``fitness``; ties go to the view whose blob is nearest to its image centre."""
     masks: VehicleMasks | None = None
     """Around the largest blob; None when there is none."""
+    sightings: tuple[Sighting, ...] = ()
+    """All blobs, the largest first; at most ``MAX_SIGHTINGS``."""
 
     @property
     def visibility_m2(self) -> float:

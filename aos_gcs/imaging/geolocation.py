@@ -1,0 +1,184 @@
+"""Where the target behind a blob stands, and how well that is known.
+
+Every frame that marks a blob gives one line of sight. The target is where the lines meet, near the focal plane: a
+generalised least-squares intersection with a prior on the height of what is seen. A blob's plain centroid lacks the
+height: a standing person's body hides ground *behind* its feet as seen from the camera, by height / flying height of
+the horizontal distance, so that a swarm on one side of the target would see it displaced.
+
+The noise of each line follows from the uncertainty of its camera's pose through the Jacobian of the intersection
+with the focal plane, to first order (Hartley and Zisserman, *Multiple View Geometry*, section 5.2). With the ray
+r = x - C from the camera to the point and its oblique projection P = I - r e_z^T / r_z onto the plane,
+
+    dx = P dC - P [r]_x dphi + |r_z| P (R K^-1 dp) / d_z' + (r / r_z) dh
+
+for errors of position, orientation (a small rotation about ENU axes), pixel and height of the plane.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.errors import ConfigurationError, ImagingError
+from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.geometry.poses import Pose
+from aos_gcs.imaging.model import BlobView
+
+
+@dataclass(frozen=True, slots=True)
+class Uncertainty:
+    """Standard deviations of what a position is computed from.
+
+    Raises:
+        ConfigurationError: a value is negative or not finite, or the target has no extent; the text names it.
+    """
+
+    position_horizontal_m: float = 0.5
+    """Of a camera's position at exposure, along each axis; about 0.02 with RTK."""
+    position_vertical_m: float = 1.0
+    attitude_rad: float = math.radians(1.0)
+    """Of the tilt of a camera about any horizontal axis."""
+    yaw_rad: float = math.radians(3.0)
+    clock_s: float = 0.03
+    """Of the time of exposure; matters for cameras that move."""
+    persistent_share: float = 0.8
+    """Of the variance of position and orientation: stays with a vehicle from frame to frame, as biases of receivers,
+    compasses and camera mounts do, so that averaging over steps does not reduce it."""
+    pixel_px: float = 1.0
+    """Of a blob's place in an image: quantisation and calibration."""
+    focal_height_m: float = 1.0
+    """Of the ground's height at the target; common to all vehicles."""
+    target_height_m: float = 0.9
+    """Mean height above the ground of the part of a target that is seen; about half of a person's stature."""
+    target_height_sigma_m: float = 0.3
+    """How far it may differ: persons sit and lie."""
+    target_extent_m: float = 0.2
+    """Of the visible part about the middle of the body, horizontally, and different in every frame, as leaves hide
+    another part of it."""
+
+    def __post_init__(self) -> None:
+        for entry in fields(self):
+            value = getattr(self, entry.name)
+            if not (math.isfinite(value) and value >= 0.0):
+                raise ConfigurationError(f"{entry.name} must be a finite number not below 0, but is {value}.")
+        if self.persistent_share > 1.0:
+            raise ConfigurationError(f"persistent_share must lie within 0 and 1, but is {self.persistent_share}.")
+        if self.target_extent_m == 0.0:
+            raise ConfigurationError("target_extent_m must be above 0: no target is a point.")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Geolocation:
+    """A position in the mission's ENU frame with its error, in two parts.
+
+    The covariance of one estimate is the sum of both. Over several estimates of one swarm only the first averages out.
+    """
+
+    position_enu_m: NDArray[np.float64]
+    """Of the ground below the target, shape (3,)."""
+    random_m2: NDArray[np.float64]
+    """Covariance of what changes from frame to frame, shape (3, 3), ENU."""
+    systematic_m2: NDArray[np.float64]
+    """Covariance of what stays: biases of poses, the height of the ground, that of the target."""
+
+    @property
+    def covariance_m2(self) -> NDArray[np.float64]:
+        """Covariance of the position, shape (3, 3), ENU."""
+        return np.asarray(self.random_m2 + self.systematic_m2)
+
+
+def geolocate(
+    views: Sequence[BlobView], plane_height_m: float, uncertainty: Uncertainty, speed_mps: float = 0.0
+) -> Geolocation:
+    """Return where the target stands that these views show.
+
+    Args:
+        views: one per frame that marks the blob, at least one. Frames of one vehicle share its biases.
+        plane_height_m: ENU height of the focal plane that the views' points lie on; the ground, but for an error.
+        uncertainty: see :class:`Uncertainty`.
+        speed_mps: how fast cameras may have moved at exposure, in any horizontal direction.
+
+    Raises:
+        ImagingError: if there is no view.
+    """
+    if not views:
+        raise ImagingError("There is no view of the target to locate it from.")
+    points_m = np.array([view.point_enu_m for view in views])
+    rays_m = np.column_stack((points_m, np.full(len(views), plane_height_m))) - [v.pose.position_enu_m for v in views]
+    slopes = rays_m[:, :2] / rays_m[:, 2:]
+    white_m2, persistent_m2 = _noise_m2(views, rays_m, uncertainty, speed_mps)
+    # A view of the point (x, y) at z above the plane meets the plane at (x, y) - slope z.
+    design = np.column_stack((np.tile(np.eye(2), (len(views), 1)), -slopes.ravel()))
+    weighted = np.linalg.solve(white_m2 + persistent_m2, design).T
+    information = weighted @ design
+    # The height of what is seen above the plane: that of the body above the ground, and the plane's own error.
+    height_m2 = uncertainty.target_height_sigma_m**2 + uncertainty.focal_height_m**2
+    height_information = 1.0 / max(height_m2, 1e-12)
+    information[2, 2] += height_information
+    covariance_m2 = np.linalg.inv(information)
+    gain = covariance_m2 @ weighted
+    prior = covariance_m2[:, 2] * height_information * uncertainty.target_height_m
+    east_m, north_m, seen_at_m = gain @ points_m.ravel() + prior
+    random_m2 = gain @ white_m2 @ gain.T
+    # From the height of what is seen to that of the ground below it.
+    ground_share = uncertainty.focal_height_m**2 * height_information
+    to_ground = np.array([1.0, 1.0, ground_share])
+    random_m2, total_m2 = (np.outer(to_ground, to_ground) * part for part in (random_m2, covariance_m2))
+    total_m2[2, 2] += uncertainty.focal_height_m**2 * (1.0 - ground_share)
+    up_m = plane_height_m + ground_share * (seen_at_m - uncertainty.target_height_m)
+    return Geolocation(np.array([east_m, north_m, up_m]), random_m2, total_m2 - random_m2)
+
+
+def pose_jacobian(ray_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return how a point on a horizontal plane moves with errors of its camera's pose, shape (2, 6).
+
+    Args:
+        ray_m: from the camera to the point, ENU, shape (3,).
+
+    Returns:
+        Derivatives of (x, y) with respect to the camera's position (3, metres) and to a small rotation of the camera
+        about the ENU axes (3, radians).
+    """
+    P = _onto_plane(ray_m)
+    x, y, z = ray_m
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.hstack((P, -P @ cross))
+
+
+def pixel_jacobian(ray_m: NDArray[np.float64], camera: CameraModel, pose: Pose) -> NDArray[np.float64]:
+    """Return how a point on a horizontal plane moves with its ideal pixel (u, v), shape (2, 2), metres per pixel."""
+    depth_m = float(ray_m @ pose.R_cam2enu[:, 2])
+    per_pixel = pose.R_cam2enu[:, :2] / [camera.fx_px, camera.fy_px]
+    return np.asarray(depth_m * _onto_plane(ray_m) @ per_pixel)
+
+
+def _onto_plane(ray_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the projection along a ray onto the horizontal plane, shape (2, 3)."""
+    return np.column_stack((np.eye(2), -ray_m[:2] / ray_m[2]))
+
+
+def _noise_m2(
+    views: Sequence[BlobView], rays_m: NDArray[np.float64], uncertainty: Uncertainty, speed_mps: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the covariances of all points, shape (2 n, 2 n): of what changes per frame, of what stays per vehicle."""
+    pose_sigmas = np.array(
+        [uncertainty.position_horizontal_m] * 2
+        + [uncertainty.position_vertical_m]
+        + [uncertainty.attitude_rad] * 2
+        + [uncertainty.yaw_rad]
+    )
+    white_m2 = np.zeros((2 * len(views), 2 * len(views)))
+    scaled = np.vstack([pose_jacobian(ray_m) * pose_sigmas for ray_m in rays_m])
+    same_frame_m2 = uncertainty.target_extent_m**2 + (speed_mps * uncertainty.clock_s) ** 2
+    for i, (view, ray_m) in enumerate(zip(views, rays_m, strict=True)):
+        own = slice(2 * i, 2 * i + 2)
+        per_pixel_m = pixel_jacobian(ray_m, view.camera, view.pose) * uncertainty.pixel_px
+        changing_m2 = (1.0 - uncertainty.persistent_share) * scaled[own] @ scaled[own].T
+        white_m2[own, own] = changing_m2 + per_pixel_m @ per_pixel_m.T + same_frame_m2 * np.eye(2)
+    vehicle_ids = np.repeat([view.vehicle_id for view in views], 2)
+    same_vehicle = vehicle_ids[:, np.newaxis] == vehicle_ids
+    return white_m2, np.where(same_vehicle, uncertainty.persistent_share * scaled @ scaled.T, 0.0)
