@@ -93,8 +93,8 @@ def find_oracle(
 def _disc(radius_m: float, pitch_m: float) -> NDArray[np.float64]:
     """Return a square lattice within a circle, shape (c, 2)."""
     steps = np.arange(-(radius_m // pitch_m), radius_m // pitch_m + 1) * pitch_m
-    lattice: NDArray[np.float64] = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
-    return lattice[np.linalg.norm(lattice, axis=1) <= radius_m]
+    lattice = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
+    return np.asarray(lattice[np.linalg.norm(lattice, axis=1) <= radius_m])
 
 
 def best_places(
