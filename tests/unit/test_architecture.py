@@ -22,9 +22,10 @@ MAY_IMPORT = {
     "aos_gcs.mission": CONTRACT | {"aos_gcs.imaging", "aos_gcs.swarm"},
     "aos_gcs.store": CONTRACT | {"aos_gcs.mission"},
     "aos_gcs.api": CONTRACT | {"aos_gcs.mission", "aos_gcs.store"},
+    "aos_gcs.lab.scenes": CONTRACT,
     "aos_gcs.lab.worlds": CONTRACT,
     "aos_drivers": CONTRACT | {"aos_gcs.clock"},
-    "aos_sim": CONTRACT | {"aos_gcs.clock", "aos_gcs.lab.worlds"},
+    "aos_sim": CONTRACT | {"aos_gcs.clock", "aos_gcs.lab.scenes", "aos_gcs.lab.worlds"},
 }
 """Package (or module) to what it may import of the project besides itself. Who is not listed stands further out."""
 

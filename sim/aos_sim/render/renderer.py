@@ -154,6 +154,12 @@ class Renderer:
         unoccluded = np.count_nonzero(masks.unoccluded)
         return np.count_nonzero(masks.visible) / unoccluded if unoccluded else None
 
+    def visible_body_pixels(self, pose: Pose, camera: CameraModel) -> NDArray[np.intp]:
+        """Return how many pixels show each body: the persons, then the distractors, shape (bodies,)."""
+        hits = self._body_hits(pose, camera, ray_directions(pose, camera))
+        bodies = self._bodies.body_of_triangle[hits.triangle[hits.is_visible]]
+        return np.bincount(bodies, minlength=len(self.scene.persons) + len(self.scene.distractors))
+
     def unoccluded_area_m2(self, pose: Pose, camera: CameraModel, name: str | None = None) -> float:
         """Return the area a person would cover on the plane z = 0 in this view if there were no forest."""
         return ground_area_m2(self.person_masks(pose, camera, name).unoccluded, pose, camera)
