@@ -1,4 +1,4 @@
-"""The largest connected anomaly of an integral."""
+"""The connected anomalies of an integral."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from aos_gcs.imaging.model import FocalGrid
+from aos_gcs.imaging.model import MAX_SIGHTINGS, FocalGrid
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,8 +33,10 @@ class BlobCells:
         return east_m, north_m, grid.height_m
 
 
-def largest_blob(anomaly_count: NDArray[np.uint16], minimum_count: int = 1, gap_cells: int = 1) -> BlobCells | None:
-    """Return the largest connected set of cells that at least ``minimum_count`` frames mark; None if there is none.
+def find_blobs(
+    anomaly_count: NDArray[np.uint16], minimum_count: int = 1, gap_cells: int = 1, at_most: int = MAX_SIGHTINGS
+) -> list[BlobCells]:
+    """Return the largest connected sets of cells that at least ``minimum_count`` frames mark, in falling order of size.
 
     Args:
         anomaly_count: number of frames that mark each cell, shape (rows, columns).
@@ -42,11 +44,12 @@ def largest_blob(anomaly_count: NDArray[np.uint16], minimum_count: int = 1, gap_
         gap_cells: cells belong together when at most so many unmarked ones lie between them in a row, a column or a
             diagonal; 0 is plain 8-connectivity. Two pixels that touch at a corner of their image can come to lie one
             cell apart on a raster turned against it, hence the default. Gaps do not count as area.
+        at_most: smaller ones are left out.
     """
     marked = (anomaly_count >= minimum_count).view(np.uint8)
     column, row, width, height = cv2.boundingRect(marked)
     if width == 0:
-        return None
+        return []
     window = marked[row : row + height, column : column + width]
     # Boxes of edge k grown from two cells touch when the cells are at most k apart, so k = gap + 1.
     edge = gap_cells + 1
@@ -54,6 +57,9 @@ def largest_blob(anomaly_count: NDArray[np.uint16], minimum_count: int = 1, gap_
     labels = cv2.connectedComponents(grown, connectivity=8)[1]
     rows, columns = np.nonzero(window)
     label_of_cell = labels[rows, columns]
-    chosen = label_of_cell == np.bincount(label_of_cell).argmax()
-    rows, columns = rows[chosen] + row, columns[chosen] + column
-    return BlobCells(rows, columns, anomaly_count[rows, columns])
+    sizes = np.bincount(label_of_cell)
+    largest = np.argsort(-sizes, kind="stable")[: min(at_most, np.count_nonzero(sizes))]
+    rows, columns = rows + row, columns + column
+    counts = anomaly_count[rows, columns]
+    members = [label_of_cell == label for label in largest]
+    return [BlobCells(rows[chosen], columns[chosen], counts[chosen]) for chosen in members]

@@ -52,13 +52,12 @@ class Uncertainty:
     """Of a blob's place in an image: quantisation and calibration."""
     focal_height_m: float = 1.0
     """Of the ground's height at the target; common to all vehicles."""
-    target_height_m: float = 0.9
-    """Mean height above the ground of the part of a target that is seen; about half of a person's stature."""
-    target_height_sigma_m: float = 0.3
-    """How far it may differ: persons sit and lie."""
+    target_height_m: float = 0.6
+    """Mean height above the ground of the part of a target that is seen: persons stand, sit and lie."""
+    target_height_sigma_m: float = 0.4
     target_extent_m: float = 0.2
-    """Of the visible part about the middle of the body, horizontally, and different in every frame, as leaves hide
-    another part of it."""
+    """Along each horizontal axis, of the visible part about the middle of the body, different in every frame as leaves
+    hide another part of it; and of that middle about the person's position, for a sitting one has its legs ahead."""
 
     def __post_init__(self) -> None:
         for entry in fields(self):
@@ -128,6 +127,7 @@ def geolocate(
     ground_share = uncertainty.focal_height_m**2 * height_information
     to_ground = np.array([1.0, 1.0, ground_share])
     random_m2, total_m2 = (np.outer(to_ground, to_ground) * part for part in (random_m2, covariance_m2))
+    total_m2[[0, 1], [0, 1]] += uncertainty.target_extent_m**2
     total_m2[2, 2] += uncertainty.focal_height_m**2 * (1.0 - ground_share)
     up_m = plane_height_m + ground_share * (seen_at_m - uncertainty.target_height_m)
     return Geolocation(np.array([east_m, north_m, up_m]), random_m2, total_m2 - random_m2)

@@ -13,11 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.errors import ConfigurationError, ImagingError
-from aos_gcs.imaging.blobs import BlobCells, largest_blob
+from aos_gcs.imaging.blobs import BlobCells, find_blobs
 from aos_gcs.imaging.focal_plane import DEFAULT_MAX_CELLS, choose_grid
 from aos_gcs.imaging.integral import GridIntegral, check_frame
-from aos_gcs.imaging.model import Blob, FocalGrid, Frame, LeaderCriterion, Pixels, StepAnalysis
+from aos_gcs.imaging.model import FocalGrid, Frame, LeaderCriterion, Pixels, StepAnalysis
 from aos_gcs.imaging.rx import anomaly_mask, default_min_score, rx_scores
+from aos_gcs.imaging.sightings import sight
 from aos_gcs.imaging.undistort import undistorted
 from aos_gcs.imaging.visibility import area_in_view_px, choose_leader, contribution_m2, distance_to_centre, masks_around
 from aos_gcs.imaging.warp import Patch, locate, warp_image, warp_mask
@@ -101,13 +102,14 @@ def analyse_step(frames: Sequence[Frame], settings: ImagingSettings) -> StepAnal
     frames = [undistorted(frame) for frame in frames]
     grid = choose_grid(frames, settings.plane_height_m, settings.resolution_m, settings.max_cells)
     integral, anomaly_count, masks = _integrate(frames, grid, settings)
-    cells = largest_blob(anomaly_count, settings.minimum_count, settings.gap_cells)
+    blobs = find_blobs(anomaly_count, settings.minimum_count, settings.gap_cells)
+    sightings = tuple(sight(cells, grid, frames, masks) for cells in blobs)
     vehicle_ids = tuple(dict.fromkeys(frame.vehicle_id for frame in frames))
     fitness = np.zeros(len(vehicle_ids))
     blob, leader_id, present_masks = None, None, None
-    if cells is not None:
+    if sightings:
+        blob, cells = sightings[0].blob, blobs[0]
         shares_m2 = [0.0 if mask is None else contribution_m2(cells, grid, *mask) for mask in masks]
-        blob = _describe(cells, grid, [f.vehicle_id for f, share in zip(frames, shares_m2, strict=True) if share > 0.0])
         present = {frame.vehicle_id: (frame, share) for frame, share in zip(frames, shares_m2, strict=True)}
         fitness = np.array([_fitness(*present[i], cells, grid, settings.leader_criterion) for i in vehicle_ids])
         centre = blob.centroid_enu_m
@@ -125,6 +127,7 @@ def analyse_step(frames: Sequence[Frame], settings: ImagingSettings) -> StepAnal
         fitness=fitness,
         leader_id=leader_id,
         masks=present_masks,
+        sightings=sightings,
     )
 
 
@@ -163,12 +166,3 @@ def _fitness(frame: Frame, share_m2: float, cells: BlobCells, grid: FocalGrid, c
     if criterion is LeaderCriterion.CONTRIBUTION:
         return share_m2
     return area_in_view_px(cells, grid, frame.camera, frame.pose)
-
-
-def _describe(cells: BlobCells, grid: FocalGrid, vehicle_ids: Sequence[int]) -> Blob:
-    return Blob(
-        area_m2=cells.area_m2(grid),
-        centroid_enu_m=cells.centroid_enu_m(grid),
-        max_count=int(cells.counts.max()),
-        vehicle_ids=tuple(dict.fromkeys(vehicle_ids)),
-    )

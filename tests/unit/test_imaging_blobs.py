@@ -7,7 +7,7 @@ from scipy import ndimage
 
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose, nadir_pose
-from aos_gcs.imaging.blobs import BlobCells, largest_blob
+from aos_gcs.imaging.blobs import BlobCells, find_blobs
 from aos_gcs.imaging.focal_plane import choose_grid
 from aos_gcs.imaging.model import FocalGrid, Frame
 from aos_gcs.imaging.visibility import area_in_view_px, choose_leader, contribution_m2, distance_to_centre
@@ -29,6 +29,10 @@ def square(row: int, column: int, edge: int) -> BlobCells:
     return BlobCells(rows, columns, np.ones(rows.size, dtype=np.uint16))
 
 
+def largest_blob(anomaly_count: np.ndarray, minimum_count: int = 1, gap_cells: int = 1) -> BlobCells | None:
+    return next(iter(find_blobs(anomaly_count, minimum_count, gap_cells)), None)
+
+
 def test_nothing_marked_is_no_blob() -> None:
     assert largest_blob(counts()) is None
     assert largest_blob(counts((3, 4)), minimum_count=2) is None
@@ -39,6 +43,14 @@ def test_the_largest_blob_wins_and_corners_connect() -> None:
     assert cells is not None
     assert sorted(zip(cells.rows, cells.columns, strict=True)) == [(10, 10), (11, 11), (12, 10)]
     assert cells.area_m2(GRID) == pytest.approx(0.75)
+
+
+def test_all_blobs_come_in_falling_order_of_size() -> None:
+    anomaly_count = counts((0, 0), (0, 1), (10, 10), (11, 11), (12, 10), (19, 29), value=2)
+    blobs = find_blobs(anomaly_count)
+    assert [blob.rows.size for blob in blobs] == [3, 2, 1]
+    assert (blobs[2].rows[0], blobs[2].columns[0], blobs[2].counts[0]) == (19, 29, 2)
+    assert [blob.rows.size for blob in find_blobs(anomaly_count, at_most=2)] == [3, 2]
 
 
 @pytest.mark.parametrize(("gap_cells", "expected"), [(0, 2), (1, 3), (2, 4)])

@@ -1,0 +1,143 @@
+"""Positions of targets and their covariances, against finite differences and Monte Carlo."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+from scipy.stats import chi2
+
+from aos_gcs.errors import ConfigurationError, ImagingError
+from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.geometry.poses import Pose, nadir_pose
+from aos_gcs.geometry.projection import intersect_plane, project_points
+from aos_gcs.imaging.geolocation import Uncertainty, geolocate, pixel_jacobian, pose_jacobian
+from aos_gcs.imaging.model import BlobView
+
+CAMERA = CameraModel.from_fov(512, 512, math.radians(50.0))
+PERFECT = Uncertainty(0.0, 0.0, 0.0, 0.0, 0.0, pixel_px=0.0, focal_height_m=0.0, target_height_sigma_m=0.0)
+
+
+def tilted(pose: Pose, rotation_rad: tuple[float, float, float]) -> Pose:
+    return Pose(pose.position_enu_m, Rotation.from_rotvec(rotation_rad).as_matrix() @ pose.R_cam2enu)
+
+
+def view(vehicle_id: int, reported: Pose, pixel: np.ndarray, plane_height_m: float = 0.0) -> BlobView:
+    point = intersect_plane(pixel, CAMERA, reported, plane_height_m)[0]
+    return BlobView(vehicle_id, point[:2], 0.1, CAMERA, reported)
+
+
+def exact_view(vehicle_id: int, pose: Pose, seen_enu_m: tuple[float, float, float]) -> BlobView:
+    return view(vehicle_id, pose, project_points([seen_enu_m], CAMERA, pose))
+
+
+@given(
+    offset_m=st.tuples(st.floats(-12, 12), st.floats(-12, 12)),
+    tilt_rad=st.tuples(st.floats(-0.2, 0.2), st.floats(-0.2, 0.2), st.floats(-3, 3)),
+    pixel=st.tuples(st.floats(0, 511), st.floats(0, 511)),
+)
+def test_jacobians_agree_with_finite_differences(
+    offset_m: tuple[float, float], tilt_rad: tuple[float, float, float], pixel: tuple[float, float]
+) -> None:
+    pose = tilted(nadir_pose([*offset_m, 35.0]), tilt_rad)
+
+    def meets(errors: np.ndarray) -> np.ndarray:
+        moved = tilted(Pose(pose.position_enu_m + errors[:3], pose.R_cam2enu), tuple(errors[3:6]))
+        return intersect_plane([np.add(pixel, errors[6:])], CAMERA, moved, 1.5)[0]
+
+    steps = 1e-5 * np.eye(8)
+    numeric = np.column_stack([(meets(step) - meets(-step))[:2] / 2e-5 for step in steps])
+    ray_m = meets(np.zeros(8)) - pose.position_enu_m
+    analytic = np.hstack((pose_jacobian(ray_m), pixel_jacobian(ray_m, CAMERA, pose)))
+    np.testing.assert_allclose(analytic, numeric, rtol=1e-5, atol=1e-6)
+
+
+@given(st.integers(2, 8), st.floats(0.0, 1.8), st.integers(0, 1000))
+def test_exact_views_meet_at_the_ground_below_what_is_seen(n: int, seen_at_m: float, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    poses = [nadir_pose([*rng.uniform(-10, 10, 2), rng.uniform(30, 40)]) for _ in range(n)]
+    settings = dataclasses.replace(PERFECT, target_height_m=seen_at_m, target_extent_m=0.01)
+    located = geolocate([exact_view(i, pose, (1.0, 2.0, seen_at_m)) for i, pose in enumerate(poses)], 0.0, settings)
+    np.testing.assert_allclose(located.position_enu_m, [1.0, 2.0, 0.0], atol=1e-9)
+
+
+def test_lines_of_sight_tell_the_height_of_what_is_seen() -> None:
+    poses = [nadir_pose([east, -10.0, 35.0]) for east in (-10.0, -5.0, 0.0, 5.0, 10.0)]
+    views = [exact_view(i, pose, (0.0, 0.0, 1.6)) for i, pose in enumerate(poses)]
+    settings = dataclasses.replace(PERFECT, target_height_sigma_m=0.8, target_height_m=0.8, target_extent_m=0.02)
+    centroid_m = np.mean([view.point_enu_m for view in views], axis=0)
+    assert np.linalg.norm(centroid_m) > 0.4
+    assert np.linalg.norm(geolocate(views, 0.0, settings).position_enu_m[:2]) < 0.02
+
+
+def test_independent_vehicles_average_out_and_the_height_of_the_plane_does_not() -> None:
+    def located(n: int, settings: Uncertainty) -> np.ndarray:
+        pose = nadir_pose([-8.0, 0.0, 35.0])
+        return geolocate([exact_view(i, pose, (0.0, 0.0, 0.0)) for i in range(n)], 0.0, settings).covariance_m2
+
+    positions = dataclasses.replace(PERFECT, position_horizontal_m=0.5, target_extent_m=1e-4)
+    np.testing.assert_allclose(located(9, positions)[:2, :2], located(1, positions)[:2, :2] / 9, atol=1e-7)
+    heights = dataclasses.replace(PERFECT, focal_height_m=1.0, target_extent_m=1e-4)
+    np.testing.assert_allclose(located(9, heights), located(1, heights), atol=1e-7)
+    assert located(9, heights)[0, 0] == pytest.approx((8 / 35) ** 2, rel=1e-3)
+    assert located(9, heights)[2, 2] == pytest.approx(1.0)
+
+
+def test_frames_of_one_vehicle_share_its_biases() -> None:
+    pose = nadir_pose([3.0, 0.0, 35.0])
+    settings = dataclasses.replace(PERFECT, position_horizontal_m=0.5, target_extent_m=1e-3)
+    same = geolocate([exact_view(7, pose, (0.0, 0.0, 0.0)) for _ in range(4)], 0.0, settings)
+    others = geolocate([exact_view(i, pose, (0.0, 0.0, 0.0)) for i in range(4)], 0.0, settings)
+    assert same.systematic_m2[0, 0] == pytest.approx(0.8 * 0.25, rel=1e-3)
+    assert others.systematic_m2[0, 0] == pytest.approx(0.8 * 0.25 / 4, rel=1e-3)
+    np.testing.assert_allclose(same.random_m2, others.random_m2, rtol=1e-3)
+
+
+def test_a_moving_camera_adds_its_clock() -> None:
+    views = [exact_view(1, nadir_pose([0.0, 0.0, 35.0]), (0.0, 0.0, 0.0))]
+    settings = dataclasses.replace(PERFECT, clock_s=0.03, target_extent_m=1e-4)
+    assert geolocate(views, 0.0, settings, speed_mps=5.0).random_m2[1, 1] == pytest.approx(0.15**2, rel=1e-3)
+
+
+def test_the_covariance_is_that_of_the_errors() -> None:
+    """Errors of simulated swarms, normalised by the covariance, follow chi-square with three degrees of freedom."""
+    rng = np.random.default_rng(1)
+    settings = Uncertainty(focal_height_m=0.8)
+    pose_sigmas = [settings.position_horizontal_m] * 2 + [settings.position_vertical_m]
+    turn_sigmas = [settings.attitude_rad] * 2 + [settings.yaw_rad]
+    runs, normalised = 400, []
+    for _ in range(runs):
+        ground_m = rng.normal(0.0, settings.focal_height_m)
+        target = np.array([*rng.uniform(-2, 2, 2), ground_m])
+        middle = target + [*rng.normal(0.0, settings.target_extent_m, 2), settings.target_height_m]
+        middle[2] += rng.normal(0.0, settings.target_height_sigma_m)
+        views = []
+        for vehicle_id in range(6):
+            true = nadir_pose([*rng.uniform(-10, 10, 2), 35.0], heading_rad=rng.uniform(0, 6))
+            seen = middle + [*rng.normal(0.0, settings.target_extent_m, 2), 0.0]
+            pixel = project_points([seen], CAMERA, true) + rng.normal(0.0, settings.pixel_px, 2)
+            moved = Pose(true.position_enu_m + rng.normal(0.0, pose_sigmas), true.R_cam2enu)
+            views.append(view(vehicle_id, tilted(moved, tuple(rng.normal(0.0, turn_sigmas))), pixel))
+        located = geolocate(views, 0.0, settings)
+        error_m = located.position_enu_m - target
+        normalised.append(error_m @ np.linalg.solve(located.covariance_m2, error_m))
+    low, high = chi2.ppf([0.001, 0.999], 3 * runs) / runs
+    assert low < np.mean(normalised) < high
+
+
+def test_a_target_without_views_is_refused() -> None:
+    with pytest.raises(ImagingError, match="no view"):
+        geolocate([], 0.0, Uncertainty())
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"yaw_rad": -0.1}, {"clock_s": math.inf}, {"persistent_share": 1.1}, {"target_extent_m": 0.0}]
+)
+def test_values_out_of_range_are_refused_by_name(wrong: dict[str, float]) -> None:
+    with pytest.raises(ConfigurationError, match=next(iter(wrong))):
+        Uncertainty(**wrong)

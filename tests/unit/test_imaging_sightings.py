@@ -1,0 +1,50 @@
+"""All blobs of a step, each with the views it is made of."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.geometry.poses import nadir_pose
+from aos_gcs.geometry.projection import project_points
+from aos_gcs.imaging.model import Frame
+from aos_gcs.imaging.step import ImagingSettings, analyse_step
+
+CAMERA = CameraModel.from_fov(128, 128, math.radians(50.0))
+LARGE, SMALL = (3.0, -2.0, 0.0), (-5.0, 4.0, 0.0)
+
+
+def look(vehicle_id: int, east_m: float, targets: dict[tuple[float, float, float], int]) -> Frame:
+    """A frame with a warm square of a given half width, pixels, at each target."""
+    pose = nadir_pose([east_m, 0.0, 30.0])
+    image = np.random.default_rng(vehicle_id).normal(20.0, 1.0, (128, 128, 1)).astype(np.float32)
+    for target, half in targets.items():
+        u, v = np.round(project_points([target], CAMERA, pose)[0]).astype(int)
+        image[v - half : v + half + 1, u - half : u + half + 1] += 60.0
+    return Frame(vehicle_id, image, ("thermal",), pose, CAMERA)
+
+
+def test_each_target_is_sighted_with_the_views_that_mark_it() -> None:
+    frames = [look(1, -2.0, {LARGE: 2}), look(2, 0.0, {LARGE: 2, SMALL: 1}), look(3, 2.0, {})]
+    analysis = analyse_step(frames, ImagingSettings(rx_quantile=0.99))
+    large, small = analysis.sightings[:2]
+    assert analysis.blob is large.blob
+    assert [view.vehicle_id for view in large.views] == [1, 2]
+    assert [view.vehicle_id for view in small.views] == [2]
+    np.testing.assert_allclose(small.views[0].point_enu_m, SMALL[:2], atol=0.25)
+    for view in large.views:
+        np.testing.assert_allclose(view.point_enu_m, LARGE[:2], atol=0.25)
+    fitness = dict(zip(analysis.vehicle_ids, analysis.fitness, strict=True))
+    assert [view.area_m2 for view in large.views] == pytest.approx([fitness[1], fitness[2]])
+    assert fitness[3] == 0.0
+
+
+def test_the_views_together_are_the_centroid() -> None:
+    analysis = analyse_step([look(i, 1.5 * i, {LARGE: 2}) for i in range(4)], ImagingSettings(rx_quantile=0.99))
+    sighting = analysis.sightings[0]
+    areas_m2 = [view.area_m2 for view in sighting.views]
+    points_m = [view.point_enu_m for view in sighting.views]
+    np.testing.assert_allclose(np.average(points_m, axis=0, weights=areas_m2), sighting.blob.centroid_enu_m[:2])
