@@ -1,0 +1,1 @@
+"""Reference particle swarm optimisers of functions, behind one ask/tell interface."""
