@@ -30,15 +30,26 @@ class Posture(StrEnum):
     LYING = "lying"
 
 
+class ForestType(StrEnum):
+    """Which trees grow."""
+
+    BROADLEAF = "broadleaf"
+
+
+class Terrain(StrEnum):
+    """The shape of the ground."""
+
+    FLAT = "flat"
+
+
 @dataclass(frozen=True, slots=True)
 class WorldParameters:
     """Which forest to grow; a world refuses what it cannot build."""
 
     seed: int
     trees_per_ha: float = 300.0
-    forest: str = "broadleaf"
-    """Type of the trees."""
-    terrain: str = "flat"
+    forest: ForestType = ForestType.BROADLEAF
+    terrain: Terrain = Terrain.FLAT
     side_m: float = 100.0
     """Side of the forest square."""
 

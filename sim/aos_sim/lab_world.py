@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
-from aos_gcs.lab.worlds import Target, TargetViews, WorldParameters
+from aos_gcs.lab.worlds import ForestType, Target, TargetViews, Terrain, WorldParameters
 from aos_sim.render.raycaster import NO_HIT, RayCaster
 from aos_sim.render.renderer import LitForest, Renderer
 from aos_sim.world.mesh import FloatArray
@@ -81,9 +81,9 @@ class LabWorld:
 
 def build_lab_world(parameters: WorldParameters) -> LabWorld:
     """Grow the forest of these parameters; see :class:`aos_gcs.lab.worlds.WorldBuilder`."""
-    if parameters.terrain != "flat":
+    if parameters.terrain != Terrain.FLAT:
         raise ConfigurationError(f"terrain must be flat, the only one that is simulated, got {parameters.terrain!r}.")
-    if parameters.forest != "broadleaf":
+    if parameters.forest != ForestType.BROADLEAF:
         raise ConfigurationError(f"forest must be broadleaf, the only one simulated, got {parameters.forest!r}.")
     scene = SceneParameters(seed=parameters.seed, trees_per_ha=parameters.trees_per_ha, side_m=parameters.side_m)
     return LabWorld(build_scene(scene))

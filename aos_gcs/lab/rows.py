@@ -1,0 +1,98 @@
+"""What the laboratory writes down of every step: one row, in Parquet."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, fields
+
+import pyarrow as pa
+
+
+@dataclass(frozen=True, slots=True)
+class StepRow:
+    """One step of one run. None where there is nothing to tell."""
+
+    initialisation: str
+    strategy: str
+    """Name and parameters, as in ``aos-apso(gamma=0.8)``."""
+    step: int
+    """From 1."""
+    time_s: float
+    """Of the exposures, since the start."""
+    visibility: float
+    """V: normalised visibility of this step's frames, from 0 to 1."""
+    area_m2: float
+    """A: area of the target that this step's frames show on the focal plane."""
+    unoccluded_m2: float
+    """Area that they would show without the forest."""
+    history_visibility: float
+    """V of all frames so far, laid on the target."""
+    history_area_m2: float
+    """A of all frames so far."""
+    in_view: bool
+    """The visibility has reached the threshold."""
+    branch: str
+    """``line`` or ``pso``, or what else a strategy calls what it is doing."""
+    leader_id: int | None
+    """Whom the strategy follows; ids count from 1."""
+    evolutionary_factor: float | None
+    evolutionary_state: str | None
+    c_s_m: float | None
+    c_c_m: float | None
+    east_m: list[float]
+    """Of the drones, in the order of their ids."""
+    north_m: list[float]
+    height_m: list[float]
+    fitness: list[float]
+    """Of the drones, in the unit of the leader criterion."""
+    target_east_m: float
+    """Where the target is."""
+    target_north_m: float
+    target_error_m: float | None
+    """Horizontal distance of this step's estimate from the target; None when it is not in view."""
+    min_distance_m: float
+    """Smallest horizontal distance between two drones at the exposures."""
+    min_flight_distance_m: float
+    """The same on the way there, had all flown straight and arrived together."""
+    path_m: float
+    """Mean way flown by a drone since the start."""
+
+
+SCHEMA = pa.schema(
+    [
+        pa.field("initialisation", pa.string(), nullable=False),
+        pa.field("strategy", pa.string(), nullable=False),
+        pa.field("step", pa.int32(), nullable=False),
+        pa.field("time_s", pa.float64(), nullable=False),
+        pa.field("visibility", pa.float64(), nullable=False),
+        pa.field("area_m2", pa.float64(), nullable=False),
+        pa.field("unoccluded_m2", pa.float64(), nullable=False),
+        pa.field("history_visibility", pa.float64(), nullable=False),
+        pa.field("history_area_m2", pa.float64(), nullable=False),
+        pa.field("in_view", pa.bool_(), nullable=False),
+        pa.field("branch", pa.string(), nullable=False),
+        pa.field("leader_id", pa.int32()),
+        pa.field("evolutionary_factor", pa.float64()),
+        pa.field("evolutionary_state", pa.string()),
+        pa.field("c_s_m", pa.float64()),
+        pa.field("c_c_m", pa.float64()),
+        pa.field("east_m", pa.list_(pa.float64()), nullable=False),
+        pa.field("north_m", pa.list_(pa.float64()), nullable=False),
+        pa.field("height_m", pa.list_(pa.float64()), nullable=False),
+        pa.field("fitness", pa.list_(pa.float64()), nullable=False),
+        pa.field("target_east_m", pa.float64(), nullable=False),
+        pa.field("target_north_m", pa.float64(), nullable=False),
+        pa.field("target_error_m", pa.float64()),
+        pa.field("min_distance_m", pa.float64(), nullable=False),
+        pa.field("min_flight_distance_m", pa.float64(), nullable=False),
+        pa.field("path_m", pa.float64(), nullable=False),
+    ]
+)
+"""The columns of the result files; those of :class:`StepRow`, in its order."""
+
+
+def to_table(rows: Iterable[StepRow]) -> pa.Table:
+    """Return the rows as a table of :data:`SCHEMA`."""
+    listed = list(rows)
+    columns = {item.name: [getattr(row, item.name) for row in listed] for item in fields(StepRow)}
+    return pa.table(columns, schema=SCHEMA)

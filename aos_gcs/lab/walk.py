@@ -1,0 +1,79 @@
+"""Where the target is at a moment."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+_TRUNK_CLEARANCE_M = 0.6
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Walk:
+    """A way along straight lines at constant speed; who has arrived stays."""
+
+    corners_enu_m: NDArray[np.float64]
+    """Shape (k, 2), one at least."""
+    speed_mps: float
+    heading_rad: float
+    """Of a target that does not move, clockwise from north; a walking one faces where it goes."""
+
+    def at(self, time_s: float) -> tuple[tuple[float, float], float]:
+        """Return position (east, north) and heading."""
+        legs_m = np.diff(self.corners_enu_m, axis=0)
+        ends_m = np.cumsum(np.linalg.norm(legs_m, axis=1))
+        walked_m = self.speed_mps * time_s
+        leg = int(np.searchsorted(ends_m, walked_m, side="right"))
+        if leg == len(legs_m):
+            heading_rad = _heading_rad(legs_m[-1]) if leg else self.heading_rad
+            return _point(self.corners_enu_m[-1]), heading_rad
+        length_m = float(np.linalg.norm(legs_m[leg]))
+        share = 1.0 - (ends_m[leg] - walked_m) / length_m
+        return _point(self.corners_enu_m[leg] + share * legs_m[leg]), _heading_rad(legs_m[leg])
+
+
+def stand(position_enu_m: NDArray[np.float64], heading_rad: float) -> Walk:
+    """Return the walk of a target that stays."""
+    return Walk(position_enu_m[None, :], 0.0, heading_rad)
+
+
+def draw_walk(
+    rng: np.random.Generator,
+    start_enu_m: NDArray[np.float64],
+    *,
+    speed_mps: float,
+    duration_s: float,
+    low_enu_m: NDArray[np.float64],
+    high_enu_m: NDArray[np.float64],
+) -> Walk:
+    """Return a walk from corner to corner in a rectangle, as long as the time; it passes trees as if they gave way."""
+    corners_m = [start_enu_m]
+    remaining_m = speed_mps * duration_s
+    while remaining_m > 0.0:
+        corners_m.append(rng.uniform(low_enu_m, high_enu_m))
+        remaining_m -= float(np.linalg.norm(corners_m[-1] - corners_m[-2]))
+    return Walk(np.array(corners_m), speed_mps, heading_rad=0.0)
+
+
+def clear_of_trunks(position_enu_m: NDArray[np.float64], trunks_enu_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the position, shape (2,), moved off the nearest trunk where it would touch it."""
+    if len(trunks_enu_m) == 0:
+        return position_enu_m
+    offsets_m = position_enu_m - trunks_enu_m
+    distances_m = np.linalg.norm(offsets_m, axis=1)
+    nearest = int(np.argmin(distances_m))
+    if distances_m[nearest] >= _TRUNK_CLEARANCE_M:
+        return position_enu_m
+    away = offsets_m[nearest] / distances_m[nearest] if distances_m[nearest] > 0.0 else np.array([1.0, 0.0])
+    return np.asarray(trunks_enu_m[nearest] + _TRUNK_CLEARANCE_M * away)
+
+
+def _heading_rad(direction_enu: NDArray[np.float64]) -> float:
+    return math.atan2(direction_enu[0], direction_enu[1])
+
+
+def _point(row: NDArray[np.float64]) -> tuple[float, float]:
+    return (float(row[0]), float(row[1]))
