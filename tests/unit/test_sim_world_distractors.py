@@ -46,6 +46,14 @@ def test_nothing_is_as_warm_as_skin_and_cloth_is_as_cold_as_the_ground() -> None
                 assert 9.0 < celsius.min() <= celsius.max() < 13.0
 
 
+def test_stones_are_warmest_on_top() -> None:
+    stone = draw(DistractorKind.STONE)
+    mesh = distractor_mesh(stone)
+    height_m = mesh.triangles_enu_m[..., 2].mean(axis=1)
+    assert mesh.temperature_celsius[height_m.argmax()] == pytest.approx(stone.temperature_celsius, abs=0.3)
+    assert mesh.temperature_celsius[height_m < 0.0].max() == pytest.approx(stone.temperature_celsius - 3.0, abs=0.3)
+
+
 def test_animals_are_warmest_at_head_and_legs() -> None:
     deer = draw(DistractorKind.DEER)
     celsius = distractor_mesh(deer).temperature_celsius

@@ -1,9 +1,7 @@
 """What attracts a search without being a person: warm animals, sun-warmed stones, bright cloth.
 
 Sizes and temperatures are assumptions for a cool morning (ground 10.8 °C, clothed persons 24-28 °C with bare skin at
-31-33 °C): fur insulates, so that an animal looks cooler than a person but for its head and legs; a stone has one
-temperature throughout; cloth has that of the air and only its colour stands out.
-"""
+31-XX"""
 
 from __future__ import annotations
 
@@ -17,6 +15,8 @@ from numpy.typing import NDArray
 from aos_sim.world.mesh import FloatArray, Material, Mesh, concatenate, ellipsoid, tubes, uniform_mesh
 
 _SKY_SHARE = 0.5
+_STONE_TOP_K = 3.0
+"""By how much the top of a stone is warmer than its sides."""
 _FUR_COLOURS = {"deer": (132, 92, 60), "boar": (70, 62, 56)}
 _CLOTH_COLOURS = ((226, 108, 28), (196, 44, 40), (60, 120, 220), (236, 224, 60), (240, 240, 240))
 
@@ -45,7 +45,7 @@ class Distractor:
     height_m: float
     colour_rgb: tuple[int, int, int]
     temperature_celsius: float
-    """Of the fur, stone or cloth."""
+    """Of the fur or cloth, or the top of the stone."""
     bare_temperature_celsius: float
     """Of an animal's head and legs; the others have one temperature."""
 
@@ -84,17 +84,23 @@ def _draw_size(rng: np.random.Generator, kind: DistractorKind) -> tuple[float, f
 def distractor_mesh(distractor: Distractor) -> Mesh:
     """Build the body."""
     size_m = np.array([distractor.width_m, distractor.length_m, distractor.height_m])
-    if distractor.kind in (DistractorKind.DEER, DistractorKind.BOAR):
-        mesh = _animal(distractor)
-    else:
-        material = Material.STONE if distractor.kind is DistractorKind.STONE else Material.FABRIC
-        # Half sunk into the ground: an ellipsoid of twice the height.
-        triangles = ellipsoid((0.0, 0.0, 0.0), (0.5, 0.5, 1.0))
-        mesh = uniform_mesh(triangles, material, distractor.colour_rgb, distractor.temperature_celsius, _SKY_SHARE)
+    is_animal = distractor.kind in (DistractorKind.DEER, DistractorKind.BOAR)
+    mesh = _animal(distractor) if is_animal else _mound(distractor)
     sin, cos = math.sin(distractor.heading_rad), math.cos(distractor.heading_rad)
     R_body2enu = np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
     placed_m = mesh.triangles_enu_m * size_m @ R_body2enu.T + distractor.position_enu_m
     return replace(mesh, triangles_enu_m=placed_m.astype(np.float32))
+
+
+def _mound(distractor: Distractor) -> Mesh:
+    """Half sunk into the ground: an ellipsoid of twice the height; units as in :func:`_animal`."""
+    triangles = ellipsoid((0.0, 0.0, 0.0), (0.5, 0.5, 1.0))
+    if distractor.kind is DistractorKind.CLOTH:
+        celsius = np.full(len(triangles), distractor.temperature_celsius)
+        return uniform_mesh(triangles, Material.FABRIC, distractor.colour_rgb, celsius, _SKY_SHARE)
+    below_top = 1.0 - np.clip(triangles[..., 2].mean(axis=1), 0.0, 1.0)
+    celsius = distractor.temperature_celsius - _STONE_TOP_K * below_top
+    return uniform_mesh(triangles, Material.STONE, distractor.colour_rgb, celsius, _SKY_SHARE)
 
 
 def _animal(animal: Distractor) -> Mesh:
