@@ -1,7 +1,9 @@
 """What attracts a search without being a person: warm animals, sun-warmed stones, bright cloth.
 
 Sizes and temperatures are assumptions for a cool morning (ground 10.8 °C, clothed persons 24-28 °C with bare skin at
-31-XX"""
+31-33 °C): fur insulates, so that an animal looks cooler than a person but for its head and legs; a stone is warmest on
+its top; cloth has the temperature of the air and only its colour stands out.
+"""
 
 from __future__ import annotations
 
