@@ -1,0 +1,226 @@
+"""The least squares of registration: from ties between frames to the errors of the vehicles' poses.
+
+Model: a bundle adjustment whose points are patches of the world. Of every vehicle the horizontal offset and the heading
+are off by constants; every frame's roll and pitch are off by chance; every patch has a height of its own, so that it
+does not matter whether it shows leaves or ground, nor how high the trees are. All of it is solved together.
+
+Sources: Triggs, McLauchlan, Hartley and Fitzgibbon, *Bundle Adjustment: A Modern Synthesis*, Vision Algorithms, 2000
+(elimination of the points, robust weights); the weights are Cauchy's.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+
+from aos_gcs.geometry.poses import Pose
+from aos_gcs.imaging.registration_ties import Ties
+
+ITERATIONS = 8
+CAUCHY_SIGMAS = 2.0
+"""Residuals of this size count half."""
+INLIER_SIGMAS = 3.0
+
+
+@dataclass(frozen=True, slots=True)
+class ErrorBudget:
+    """How large errors are expected to be, standard deviations."""
+
+    offset_m: float = 0.5
+    """Of a vehicle's position along each horizontal axis, constant."""
+    yaw_rad: float = math.radians(3.0)
+    """Of a vehicle's heading, constant."""
+    tilt_rad: float = math.radians(1.0)
+    """Of the roll and pitch of one frame."""
+    patch_height_m: float = 8.0
+    """Of what patches show, about where they are looked for: as high as trees are."""
+    tie_m: float = 0.06
+    """Of a displacement between two frames along each axis."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Gaussian:
+    """A normal distribution by its mean and the inverse of its covariance."""
+
+    mean: NDArray[np.float64]
+    """Shape (k,)."""
+    information: NDArray[np.float64]
+    """Shape (k, k)."""
+
+    def marginal(self, rows: NDArray[np.intp]) -> Gaussian:
+        """Return the distribution of some of the variables, the others being unknown."""
+        covariance = np.linalg.inv(self.information)
+        return Gaussian(self.mean[rows], np.linalg.inv(covariance[np.ix_(rows, rows)]))
+
+    def updated(self, rows: NDArray[np.intp], prior: Gaussian, posterior: Gaussian) -> Gaussian:
+        """Return the distribution after what has turned the marginal of some variables from prior to posterior."""
+        information = self.information.copy()
+        information[np.ix_(rows, rows)] += posterior.information - prior.information
+        right = self.information @ self.mean
+        right[rows] += posterior.information @ posterior.mean - prior.information @ prior.mean
+        return Gaussian(np.linalg.solve(information, right), information)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solution:
+    """What the ties of one step tell."""
+
+    errors: Gaussian
+    """Of the vehicles: east (m), north (m), yaw (rad, clockwise) of one after the other; the prior included."""
+    height_m: float
+    """Median of the patches' heights above where they were looked for."""
+    inlier_share: float
+    """Of the ties, how many fit."""
+
+
+def adjust(
+    ties: Ties,
+    poses: Sequence[Pose],
+    patches_m: NDArray[np.float64],
+    *,
+    patch_spacing: float,
+    applied: NDArray[np.float64],
+    prior: Gaussian,
+    budget: ErrorBudget,
+) -> Solution:
+    """Solve for the errors of the vehicles, the tilts of the frames and the heights of the patches.
+
+    Args:
+        ties: measured with ``poses``; at least one.
+        poses: one per vehicle, with the errors ``applied`` corrected.
+        patches_m: centres of the patches, shape (m, 3).
+        patch_spacing: of their centres, in edges of a patch; what neighbours share counts once.
+        applied: shape (3 n,).
+        prior: of the vehicles' errors.
+        budget: sizes of all other errors.
+    """
+    n = len(poses)
+    seen_patches, patch = np.unique(ties.patch, return_inverse=True)
+    geometry = _Geometry.of(ties, poses, patches_m)
+    mean = np.concatenate((prior.mean, np.zeros(2 * n)))
+    information = np.diag(np.full(5 * n, budget.tilt_rad**-2.0))
+    information[: 3 * n, : 3 * n] = prior.information
+    unknowns = np.concatenate((applied, np.zeros(2 * n)))
+    at = unknowns.copy()
+    heights_m = np.zeros(len(seen_patches))
+    share = patch_spacing**2 / _repetitions(ties, patch)
+    for _ in range(ITERATIONS):
+        predicted_m, J, J_height = geometry.predict(unknowns - at, heights_m[patch])
+        residual_m = ties.displacement_m - predicted_m
+        sigmas = np.linalg.norm(residual_m, axis=1) / budget.tie_m
+        weights = share / (1.0 + (sigmas / CAUCHY_SIGMAS) ** 2) / budget.tie_m**2
+        W = np.repeat(weights, 2)
+        N = (J.T.multiply(W) @ J).toarray() + information
+        right = J.T @ (W * residual_m.ravel()) - information @ (unknowns - mean)
+        # Each patch has one height, in ties of its own only: heights are eliminated by division.
+        to_patch = csr_array((np.ones(len(patch)), (np.arange(len(patch)), patch)), shape=(len(patch), len(heights_m)))
+        own = np.asarray(to_patch.T @ (weights * np.sum(J_height**2, axis=1))) + budget.patch_height_m**-2.0
+        cross = J.T @ _spread(to_patch, weights[:, np.newaxis] * J_height)
+        right_own = np.asarray(to_patch.T @ (weights * np.sum(J_height * residual_m, axis=1)))
+        right_own -= heights_m / budget.patch_height_m**2
+        reduced = N - (cross.multiply(1.0 / own) @ cross.T).toarray()
+        step = np.linalg.solve(reduced, right - cross @ (right_own / own))
+        unknowns = unknowns + step
+        heights_m = heights_m + (right_own - cross.T @ step) / own
+    k = 3 * n
+    marginal = reduced[:k, :k] - reduced[:k, k:] @ np.linalg.solve(reduced[k:, k:], reduced[k:, :k])
+    return Solution(
+        errors=Gaussian(unknowns[:k], (marginal + marginal.T) / 2.0),
+        height_m=float(np.median(heights_m)),
+        inlier_share=float(np.mean(sigmas < INLIER_SIGMAS)),
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Side:
+    """Where the first, or the second, frames of the ties show the content of their patches; arrays of k rows."""
+
+    frame: NDArray[np.intp]
+    centre_m: NDArray[np.float64]
+    """Of projection, shape (k, 2)."""
+    offset_m: NDArray[np.float64]
+    """Of the patch from there, shape (k, 2)."""
+    depth_m: NDArray[np.float64]
+    """Of the patch below the camera, shape (k, 1); negative in worlds whose z points down."""
+    by_error: NDArray[np.float64]
+    """Derivative by errors of east, north and yaw, and by turns about x and y, shape (k, 2, 5)."""
+
+    def shown_m(
+        self, errors: NDArray[np.float64], height_m: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """Return the place on the patch's plane, and its derivatives by the errors and by the patch's height."""
+        below_m = self.depth_m - height_m[:, np.newaxis]
+        offset_m = self.offset_m + np.einsum("kij,kj->ki", self.by_error, errors[self.frame])
+        # What is higher than the patch's plane is seen on it further out.
+        enlargement = self.depth_m / below_m
+        by_height = offset_m * self.depth_m / below_m**2
+        return self.centre_m + offset_m * enlargement, self.by_error * enlargement[:, :, np.newaxis], by_height
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Geometry:
+    first: _Side
+    second: _Side
+    n: int
+
+    @classmethod
+    def of(cls, ties: Ties, poses: Sequence[Pose], patches_m: NDArray[np.float64]) -> _Geometry:
+        positions_m = np.array([pose.position_enu_m for pose in poses])
+        sides = [_side(frame, positions_m[frame], patches_m[ties.patch]) for frame in (ties.first, ties.second)]
+        return cls(sides[0], sides[1], len(poses))
+
+    def predict(
+        self, unknowns: NDArray[np.float64], height_m: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], csr_array, NDArray[np.float64]]:
+        """Return the displacements, shape (k, 2), and their derivatives.
+
+        By the unknowns, shape (2 k, 5 n), and by the height of the own patch, shape (k, 2).
+        """
+        n, k = self.n, len(height_m)
+        errors = np.column_stack((unknowns[: 3 * n].reshape(n, 3), unknowns[3 * n :].reshape(n, 2)))
+        first_m, first_by_error, first_by_height = self.first.shown_m(errors, height_m)
+        second_m, second_by_error, second_by_height = self.second.shown_m(errors, height_m)
+        values = np.concatenate((-first_by_error, second_by_error), axis=2)
+        columns = np.concatenate((_columns(self.first.frame, n), _columns(self.second.frame, n)), axis=1)
+        column = np.repeat(columns, 2, axis=0)
+        row = np.repeat(np.arange(2 * k), 10)
+        J = csr_array((values.reshape(2 * k, 10).ravel(), (row, column.ravel())), shape=(2 * k, 5 * n))
+        return second_m - first_m, J, second_by_height - first_by_height
+
+
+def _side(frame: NDArray[np.intp], position_m: NDArray[np.float64], patch_m: NDArray[np.float64]) -> _Side:
+    x, y, z = (patch_m - position_m).T
+    depth_m = -z
+    zero, one = np.zeros(len(x)), np.ones(len(x))
+    by_x = np.stack((-one, zero, -y, -x * y / depth_m, depth_m + x**2 / depth_m), axis=1)
+    by_y = np.stack((zero, -one, x, -depth_m - y**2 / depth_m, x * y / depth_m), axis=1)
+    return _Side(
+        frame, position_m[:, :2], np.column_stack((x, y)), depth_m[:, np.newaxis], np.stack((by_x, by_y), axis=1)
+    )
+
+
+def _columns(frame: NDArray[np.intp], n: int) -> NDArray[np.intp]:
+    """Return where a frame's three constants and two tilts stand among the unknowns, shape (k, 5)."""
+    frame = frame[:, np.newaxis]
+    return np.concatenate((3 * frame + np.arange(3), 3 * n + 2 * frame + np.arange(2)), axis=1)
+
+
+def _spread(to_patch: csr_array, rows: NDArray[np.float64]) -> csr_array:
+    """Return a sparse matrix, shape (2 k, m), with both entries of tie k, a row of (k, 2), in its patch's column."""
+    tie, patch = to_patch.nonzero()
+    row = np.column_stack((2 * tie, 2 * tie + 1)).ravel()
+    return csr_array((rows[tie].ravel(), (row, np.repeat(patch, 2))), shape=(2 * len(rows), to_patch.shape[1]))
+
+
+def _repetitions(ties: Ties, patch: NDArray[np.intp]) -> NDArray[np.float64]:
+    """Return of each tie by how many its patch has more than it has news: n frames have n - 1 displacements."""
+    frames = np.unique(
+        np.concatenate([np.stack((patch, frame)) for frame in (ties.first, ties.second)], axis=1), axis=1
+    )
+    news = np.bincount(frames[0]) - 1
+    return np.asarray((np.bincount(patch) / news)[patch], dtype=np.float64)
