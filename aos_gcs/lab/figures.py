@@ -20,6 +20,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
+from aos_gcs.lab.runs import Trace
 from aos_gcs.lab.statistics import Interval, mean_band
 
 FloatArray = NDArray[np.float64]
@@ -40,29 +41,6 @@ class Mark:
     label: str
     time_s: float
     value: float
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Trace:
-    """What one run did, step by step; T steps, n drones."""
-
-    time_s: FloatArray
-    """Shape (T,)."""
-    visibility: FloatArray
-    """Normalised, shape (T,)."""
-    evolutionary_factor: FloatArray
-    """Shape (T,); NaN in steps without one."""
-    evolutionary_state: Sequence[str | None]
-    c_s: FloatArray
-    """Social factor, as a share of c4 or as the strategy has it, shape (T,); NaN without one."""
-    c_c: FloatArray
-    """Cognitive factor, shape (T,)."""
-    positions_enu_m: FloatArray
-    """Shape (T, n, 2)."""
-    leader: Sequence[int | None]
-    """Row of the leader."""
-    target_enu_m: FloatArray
-    """True position, shape (T, 2)."""
 
 
 def colours(names: Sequence[str]) -> dict[str, str]:
