@@ -1,0 +1,125 @@
+"""``aos-gcs lab``: compare swarm strategies in simulated forests."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from aos_gcs.lab.initialisation import Initialisation
+    from aos_gcs.lab.scenario import Scenario
+
+lab = typer.Typer(no_args_is_help=True)
+
+
+@lab.callback()
+def _about() -> None:
+    """Compare swarm strategies in simulated forests."""
+
+
+@lab.command("run")
+def run(
+    *,
+    strategies: Annotated[
+        str, typer.Option(help="Names with commas between, parameters in parentheses: aos-pso,aos-apso(gamma=0.8).")
+    ],
+    out: Annotated[
+        Path, typer.Option(metavar="DIR", help="Where the results are written; an interrupted run goes on.")
+    ],
+    initialisations: Annotated[
+        str, typer.Option(help="How many to draw, 'paper' for the three fixed ones, or a TOML file of them.")
+    ] = "100",
+    seed: Annotated[int, typer.Option(help="Of the drawn initialisations.")] = 0,
+    scenario: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="TOML or JSON with fields of the scenario.")
+    ] = None,
+    duration: Annotated[float | None, typer.Option(metavar="S", help="Simulated seconds per run.")] = None,
+    density: Annotated[float | None, typer.Option(metavar="TREES", help="Of the forest, per hectare.")] = None,
+    drones: Annotated[int | None, typer.Option(help="Number of drones.")] = None,
+    posture: Annotated[str | None, typer.Option(help="Of the target: standing, sitting or lying.")] = None,
+    target_speed: Annotated[float | None, typer.Option(metavar="M/S", help="Of the target; 0 stays.")] = None,
+    fidelity: Annotated[str | None, typer.Option(help="geometric (rays, fast) or imaging (rendered images).")] = None,
+    time_model: Annotated[str | None, typer.Option(help="paper (10 m/s, nothing else takes time) or dynamics.")] = None,
+    jobs: Annotated[int, typer.Option(help="Processes on this machine.")] = 1,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Of a Dask scheduler, such as tcp://10.0.0.1:8786.")
+    ] = None,
+) -> None:
+    """Run strategies through initialisations of a scenario; write a row per step.
+
+    Options overrule the scenario's file; what neither says is as in the paper: ten drones, 300 trees per hectare, a
+    standing person who stays, 20 seconds.
+    """
+    from aos_gcs.cli.output import progress  # noqa: PLC0415 - keeps the other commands' help fast
+    from aos_gcs.lab.campaign import Campaign  # noqa: PLC0415
+    from aos_gcs.lab.results import create_results  # noqa: PLC0415
+    from aos_gcs.lab.strategies import parse_strategies  # noqa: PLC0415
+    from aos_gcs.lab.workers import compute  # noqa: PLC0415
+
+    options = {
+        "duration_s": duration,
+        "trees_per_ha": density,
+        "drones": drones,
+        "posture": posture,
+        "target_speed_mps": target_speed,
+        "fidelity": fidelity,
+        "time_model": time_model,
+    }
+    chosen = _scenario(scenario, {name: value for name, value in options.items() if value is not None})
+    campaign = Campaign(chosen, parse_strategies(strategies), _initialisations(initialisations, seed, chosen))
+    results = create_results(out, campaign)
+    missing = len(results.missing())
+    if done := len(campaign.initialisations) - missing:
+        typer.echo(f"{done} of {len(campaign.initialisations)} initialisations are there already.", err=True)
+    with progress("Initialisations", missing) as advance:
+        compute(results, advance, jobs=jobs, scheduler=scheduler)
+    typer.echo(
+        f"{len(campaign.strategies)} strategies in {len(campaign.initialisations)} initialisations: "
+        f"{results.read().num_rows} rows in {out}"
+    )
+
+
+@lab.command("calibrate")
+def calibrate(
+    *,
+    densities: Annotated[str, typer.Option(help="Trees per hectare, with commas between.")] = "300,400,500",
+    worlds: Annotated[int, typer.Option(help="Forests per density.", min=2)] = 20,
+    views: Annotated[int, typer.Option(help="Views per forest.", min=1)] = 40,
+    posture: Annotated[str, typer.Option(help="Of the target: standing, sitting or lying.")] = "standing",
+    seed: Annotated[int, typer.Option(help="Of the forests and views.", min=0)] = 0,
+) -> None:
+    """Measure how much of the target single views see through the laboratory's forests."""
+    from aos_gcs.cli.output import progress  # noqa: PLC0415 - keeps the other commands' help fast
+    from aos_gcs.errors import ConfigurationError  # noqa: PLC0415
+    from aos_gcs.lab.calibration import single_view_visibility  # noqa: PLC0415
+    from aos_gcs.lab.scenario import parse_scenario  # noqa: PLC0415
+
+    try:
+        trees_per_ha = [float(text) for text in densities.split(",")]
+    except ValueError:
+        raise ConfigurationError(f"--densities must be numbers with commas between, but is {densities!r}.") from None
+    typer.echo("trees/ha  mean visibility of a view  half of the forests lie within")
+    for density in trees_per_ha:
+        scenario = parse_scenario({"trees_per_ha": density, "posture": posture})
+        with progress(f"{density:g} trees/ha", worlds) as advance:
+            result = single_view_visibility(scenario, worlds=worlds, views=views, seed=seed, advance=advance)
+        mean = f"{result.mean:.3f} +- {result.standard_error:.3f}"
+        typer.echo(f"{density:8g}  {mean:25s}  {result.lower_quartile:.3f} to {result.upper_quartile:.3f}")
+
+
+def _scenario(file: Path | None, options: dict[str, object]) -> Scenario:
+    from aos_gcs.lab.scenario import load_scenario, parse_scenario  # noqa: PLC0415
+
+    return parse_scenario({**({} if file is None else load_scenario(file)), **options})
+
+
+def _initialisations(text: str, seed: int, scenario: Scenario) -> tuple[Initialisation, ...]:
+    from aos_gcs.lab import initialisation  # noqa: PLC0415
+
+    if text == "paper":
+        return initialisation.paper_initialisations()
+    if text.lstrip("-").isdigit():
+        return initialisation.draw_initialisations(int(text), seed, scenario)
+    return initialisation.load_initialisations(Path(text))
