@@ -9,23 +9,28 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 SOURCE_FOLDERS = {"aos_gcs": ROOT, "aos_drivers": ROOT / "drivers", "aos_sim": ROOT / "sim"}
 
-FOUNDATION = {"aos_gcs.errors", "aos_gcs.geometry", "aos_gcs.radiometry"}
+FOUNDATION = {"aos_gcs.errors", "aos_gcs.extras", "aos_gcs.geometry", "aos_gcs.radiometry"}
 CONTRACT = FOUNDATION | {"aos_gcs.ports"}
 MAY_IMPORT = {
     "aos_gcs.errors": set(),
+    "aos_gcs.extras": {"aos_gcs.errors"},
     "aos_gcs.clock": set(),
     "aos_gcs.radiometry": set(),
     "aos_gcs.geometry": {"aos_gcs.errors"},
+    "aos_gcs.geotags": FOUNDATION,
     "aos_gcs.ports": FOUNDATION,
     "aos_gcs.imaging": CONTRACT,
     "aos_gcs.optimisers": {"aos_gcs.errors"},
     "aos_gcs.swarm": CONTRACT | {"aos_gcs.optimisers"},
-    "aos_gcs.mission": CONTRACT | {"aos_gcs.imaging", "aos_gcs.swarm"},
+    "aos_gcs.tracking": {"aos_gcs.errors"},
+    "aos_gcs.mission": CONTRACT | {"aos_gcs.imaging", "aos_gcs.swarm", "aos_gcs.tracking"},
     "aos_gcs.store": CONTRACT | {"aos_gcs.mission"},
     "aos_gcs.api": CONTRACT | {"aos_gcs.mission", "aos_gcs.store"},
     "aos_gcs.lab.scenes": CONTRACT,
     "aos_gcs.lab.worlds": CONTRACT,
-    "aos_drivers": CONTRACT | {"aos_gcs.clock"},
+    "aos_gcs.surveys": CONTRACT | {"aos_gcs.geotags", "aos_gcs.imaging"},
+    "aos_gcs.exports": CONTRACT | {"aos_gcs.imaging", "aos_gcs.surveys"},
+    "aos_drivers": CONTRACT | {"aos_gcs.clock", "aos_gcs.geotags"},
     "aos_sim": CONTRACT | {"aos_gcs.clock", "aos_gcs.lab.scenes", "aos_gcs.lab.worlds"},
 }
 """Package (or module) to what it may import of the project besides itself. Who is not listed stands further out."""

@@ -1,0 +1,1 @@
+"""Targets over time: from positions with covariances to tracks."""
