@@ -8,7 +8,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-_TRUNK_CLEARANCE_M = 0.6
+TRUNK_CLEARANCE_M = 2.0
+"""Between the target's place and a trunk, as in the simulated missions."""
+
+
+def _nearby_offsets_m(reach_m: float = 3.0, pitch_m: float = 0.25) -> NDArray[np.float64]:
+    """Return the points of a lattice within a disc, nearest to its middle first, shape (k, 2)."""
+    steps = np.arange(-round(reach_m / pitch_m), round(reach_m / pitch_m) + 1) * pitch_m
+    offsets_m = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
+    distance_m = np.linalg.norm(offsets_m, axis=1)
+    return np.asarray(offsets_m[np.argsort(distance_m, kind="stable")][: np.count_nonzero(distance_m <= reach_m)])
+
+
+_OFFSETS_M = _nearby_offsets_m()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,16 +71,13 @@ def draw_walk(
 
 
 def clear_of_trunks(position_enu_m: NDArray[np.float64], trunks_enu_m: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the position, shape (2,), moved off the nearest trunk where it would touch it."""
+    """Return the nearest place that is clear of trunks, shape (2,); where there is none near, the clearest."""
     if len(trunks_enu_m) == 0:
         return position_enu_m
-    offsets_m = position_enu_m - trunks_enu_m
-    distances_m = np.linalg.norm(offsets_m, axis=1)
-    nearest = int(np.argmin(distances_m))
-    if distances_m[nearest] >= _TRUNK_CLEARANCE_M:
-        return position_enu_m
-    away = offsets_m[nearest] / distances_m[nearest] if distances_m[nearest] > 0.0 else np.array([1.0, 0.0])
-    return np.asarray(trunks_enu_m[nearest] + _TRUNK_CLEARANCE_M * away)
+    places_m = position_enu_m + _OFFSETS_M
+    clearance_m = np.linalg.norm(places_m[:, None] - trunks_enu_m[None], axis=2).min(axis=1)
+    # The first of equal ones is the nearest.
+    return np.asarray(places_m[int(np.argmax(np.minimum(clearance_m, TRUNK_CLEARANCE_M)))])
 
 
 def _heading_rad(direction_enu: NDArray[np.float64]) -> float:
