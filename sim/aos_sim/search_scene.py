@@ -30,6 +30,9 @@ MAX_OF_A_KIND = 2
 HOVER_SPEED_MPS = 0.2
 """Standard deviation per axis of what is left of a vehicle's motion when it hovers."""
 
+BACKDROP_STRIDE = 2
+"""Forest is rendered in every second pixel where no body is; its statistics are those of full frames."""
+
 _ERRORS = {PositionGrade.GNSS: GNSS, PositionGrade.RTK: RTK}
 _SENSOR = SensorErrors()
 
@@ -92,7 +95,7 @@ class SimulatedSearchScene:
         return [nadir_pose(position_m) for position_m in positions_enu_m - errors_m]
 
     def _image(self, vehicle: int, pose: Pose, camera: CameraModel, rng: np.random.Generator) -> NDArray[np.float32]:
-        frame = self._renderer.render(pose, camera, rng)
+        frame = self._renderer.render(pose, camera, rng, BACKDROP_STRIDE)
         pattern = draw_thermal_pattern(
             np.random.default_rng([self._pattern_seed, vehicle]), _SENSOR, frame.thermal_celsius.shape
         )

@@ -224,6 +224,17 @@ def test_frame_has_the_shape_and_types_of_the_camera(bare: Renderer) -> None:
     assert (frame.thermal_celsius.shape, frame.thermal_celsius.dtype) == ((30, 40), np.float32)
 
 
+def test_thinned_backdrop_repeats_pixels_but_shows_bodies_in_full(forest: Renderer) -> None:
+    camera = CameraModel.from_fov(101, 96, math.radians(25))
+    pose = above(forest, 6.0)
+    full, thinned = (forest.render(pose, camera, rng(), stride).thermal_celsius for stride in (1, 2))
+    np.testing.assert_array_equal(full[::2, ::2], thinned[::2, ::2])
+    is_warm = full > 20.0
+    np.testing.assert_array_equal(thinned > 20.0, is_warm)
+    np.testing.assert_array_equal(full[is_warm], thinned[is_warm])
+    assert not np.array_equal(full, thinned)
+
+
 def test_number_of_threads_does_not_change_the_frames(forest: Renderer) -> None:
     poses = [above(forest, east) for east in range(4)]
     alone, shared = (forest.render_many(poses, CAMERA, rng(3), threads=threads) for threads in (1, 4))
