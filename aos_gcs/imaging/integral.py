@@ -5,8 +5,11 @@ Source: Kurmi, Schedl and Bimber, *Airborne Optical Sectioning*, Journal of Imag
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import Any
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import islice
 
 import cv2
 import numpy as np
@@ -15,57 +18,44 @@ from numpy.typing import NDArray
 from aos_gcs.errors import ImagingError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
+from aos_gcs.imaging.layers import Layer, Projection
 from aos_gcs.imaging.model import FocalGrid, Frame, Pixels
-from aos_gcs.imaging.undistort import undistorted
-from aos_gcs.imaging.views import FocalSurface, FocalView, perspective_view
-from aos_gcs.imaging.warp import Patch, locate, warp_image
+from aos_gcs.imaging.views import FocalSurface, FocalView, grid_view, perspective_view
+from aos_gcs.imaging.workers import parallel_map
+
+BAND_ROWS = 128
+"""Of the raster, summed up by one thread: lower bands fit into smaller caches, but cost more calls."""
+
+BATCH_FRAMES = 8
+"""Added to a band, one after the other, while its sums are in the cache; so many images are held at a time."""
 
 
-class GridIntegral:
-    """Running sums of frames on a focal grid."""
+@dataclass(frozen=True, slots=True, eq=False)
+class Source:
+    """The image of a frame, ready to be sampled."""
 
-    def __init__(self, grid: FocalGrid, channels: int) -> None:
-        self.coverage = np.zeros((grid.rows, grid.columns), dtype=np.uint16)
-        self._sum = np.zeros((grid.rows, grid.columns, channels), dtype=np.float32)
+    image: Pixels
+    """Shape (H, W, C), float32 unless exact."""
+    exact: bool
+    complete: bool
+    """Every pixel is finite."""
 
-    def add(self, patch: Patch, warped: Pixels, covered: NDArray[np.uint8]) -> None:
-        """Add one frame, as :func:`~aos_gcs.imaging.warp.warp_image` has given it."""
-        self.coverage[patch.window] += covered
-        cv2.accumulate(warped, self._sum[patch.window], covered)
+    @classmethod
+    def of(cls, frame: Frame, *, exact: bool) -> Source:
+        """Prepare the image of a frame."""
+        if exact:
+            return cls(frame.image, exact=True, complete=True)
+        # Bytes would be rounded to whole grey levels by every single warp, and OpenCV is hardly faster with them.
+        image = np.ascontiguousarray(frame.image, dtype=np.float32)
+        finite = frame.image.dtype.kind != "f" or math.isfinite(cv2.sumElems(image.reshape(image.shape[0], -1))[0])
+        return cls(image, exact=False, complete=finite)
 
-    def mean(self) -> NDArray[np.float32]:
-        """Return the integral, shape (rows, columns, C), NaN where nothing covers."""
-        return _mean(self._sum, self.coverage)
-
-
-def integrate_on_grid(frames: Iterable[Frame], grid: FocalGrid) -> tuple[NDArray[np.float32], NDArray[np.uint16]]:
-    """Average frames on a focal grid, with one warp per frame.
-
-    Args:
-        frames: at least one, all with the same channels; taken one after the other, so that memory does not grow with
-            their number.
-        grid: on the focal plane.
-
-    Returns:
-        The integral, shape (rows, columns, C), NaN where nothing covers, and the number of frames that cover each cell,
-        shape (rows, columns).
-
-    Raises:
-        ImagingError: if there is no frame, or frames differ in their bands.
-    """
-    integral: GridIntegral | None = None
-    bands: tuple[str, ...] = ()
-    for frame in frames:
-        if integral is None:
-            integral, bands = GridIntegral(grid, frame.image.shape[2]), frame.bands
-        check_frame(frame, bands)
-        ideal = undistorted(frame)
-        patch = locate(ideal, grid)
-        if patch is not None:
-            integral.add(patch, *warp_image(ideal.image, patch))
-    if integral is None:
-        raise ImagingError("There is no frame to integrate: give at least one.")
-    return integral.mean(), integral.coverage
+    def sample(self, projection: Projection, first_row: int, end_row: int) -> Layer | None:
+        """Return the image on a band of the projection's raster; None where it covers nothing."""
+        if self.exact:
+            return projection.sample_exactly(self.image, first_row, end_row)
+        layer = projection.sample(self.image, first_row, end_row)
+        return layer if layer is None or self.complete else layer.without_gaps()
 
 
 class ViewIntegral:
@@ -75,9 +65,10 @@ class ViewIntegral:
         """Begin with no frame.
 
         Args:
-            view: see :func:`~aos_gcs.imaging.views.perspective_view` and :func:`~aos_gcs.imaging.views.ortho_view`.
+            view: see :mod:`~aos_gcs.imaging.views`.
             bands: of all frames to come.
-            exact: see :class:`~aos_gcs.imaging.views.FocalView`; sums are then of double precision, too.
+            exact: bilinear at double precision, sums included. Otherwise OpenCV's single precision (before OpenCV 5:
+                coordinates in steps of 1/32 pixel), and the way through a lens is interpolated between whole pixels.
         """
         self.coverage = np.zeros(view.shape, dtype=np.uint16)
         self._view, self._bands, self._exact = view, bands, exact
@@ -89,13 +80,23 @@ class ViewIntegral:
         Raises:
             ImagingError: if it does not fit its camera or the bands.
         """
-        check_frame(frame, self._bands)
-        layer = self._view.warp(frame, exact=self._exact)
-        if layer is None:
-            return False
-        self.coverage[layer.window] += layer.covered
-        cv2.accumulate(layer.values, self._sum[layer.window], layer.covered)
-        return bool(layer.covered.any())
+        return self.add_all([frame])[0]
+
+    def add_all(self, frames: Sequence[Frame]) -> list[bool]:
+        """Add frames, and tell of each whether it covers anything; they are the faster, the more there are.
+
+        Raises:
+            ImagingError: if one does not fit its camera or the bands; none is added then.
+        """
+        for frame in frames:
+            check_frame(frame, self._bands)
+        projected = [(index, self._view.project(frame)) for index, frame in enumerate(frames)]
+        present = [(index, projection) for index, projection in projected if projection is not None]
+        sources = parallel_map(lambda item: Source.of(frames[item[0]], exact=self._exact), present)
+        pairs = [(source, projection) for source, (_, projection) in zip(sources, present, strict=True)]
+        per_band = parallel_map(partial(self._add_to_band, pairs), self._bands_of_rows())
+        covering = {index for seen in per_band for (index, _), own in zip(present, seen, strict=True) if own}
+        return [index in covering for index in range(len(frames))]
 
     def remove(self, frame: Frame) -> None:
         """Take away a frame that has been added; without its image and pose unchanged, the sums go wrong.
@@ -104,17 +105,45 @@ class ViewIntegral:
             ImagingError: if it cannot have been added, because cells it covers are not covered.
         """
         check_frame(frame, self._bands)
-        layer = self._view.warp(frame, exact=self._exact)
-        if layer is None:
+        projection = self._view.project(frame)
+        if projection is None:
             return
-        if (self.coverage[layer.window] < layer.covered).any():
+        source = Source.of(frame, exact=self._exact)
+        # In the bands that it was added in: what is taken away is then the same to the last digit.
+        layers = [layer for band in self._bands_of_rows() if (layer := source.sample(projection, *band)) is not None]
+        if any((self.coverage[layer.window] < layer.coverage()).any() for layer in layers):
             raise ImagingError(f"The frame of vehicle {frame.vehicle_id} is not part of the integral.")
-        self.coverage[layer.window] -= layer.covered
-        self._sum[layer.window] -= np.where(layer.covered[:, :, np.newaxis] > 0, layer.values, 0)
+        for layer in layers:
+            self.coverage[layer.window] -= layer.coverage()
+            cv2.accumulate(-layer.values, self._sum[layer.window], layer.covered)
 
     def mean(self) -> NDArray[np.float32]:
         """Return the integral, shape (H, W, C), NaN where nothing covers."""
-        return _mean(self._sum, self.coverage)
+        integral = np.empty(self._sum.shape, dtype=np.float32)
+        parallel_map(partial(self._divide_band, integral), self._bands_of_rows())
+        return integral
+
+    def _bands_of_rows(self) -> Iterator[tuple[int, int]]:
+        rows = self._view.shape[0]
+        return ((first, min(first + BAND_ROWS, rows)) for first in range(0, rows, BAND_ROWS))
+
+    def _add_to_band(self, pairs: Sequence[tuple[Source, Projection]], band: tuple[int, int]) -> list[bool]:
+        covering = []
+        for source, projection in pairs:
+            layer = source.sample(projection, *band)
+            covering.append(layer is not None and (layer.covered is None or bool(layer.covered.any())))
+            if layer is not None:
+                self.coverage[layer.window] += 1 if layer.covered is None else layer.covered
+                cv2.accumulate(layer.values, self._sum[layer.window], layer.covered)
+        return covering
+
+    def _divide_band(self, integral: NDArray[np.float32], band: tuple[int, int]) -> None:
+        rows = slice(*band)
+        # Dividing by NaN marks uncovered cells at the cost of the division alone.
+        divisor = np.where(self.coverage[rows] == 0, np.float32(np.nan), self.coverage[rows].astype(np.float32))
+        # Written out per channel, as broadcasting along a very short axis takes three times as long.
+        written_out = np.repeat(divisor, self._sum.shape[2], axis=1).reshape(self._sum[rows].shape)
+        np.divide(self._sum[rows], written_out, out=integral[rows], casting="same_kind")
 
 
 def integrate(
@@ -123,10 +152,10 @@ def integrate(
     """Average frames on a virtual raster.
 
     Args:
-        frames: at least one, all with the same channels; taken one after the other, so that memory does not grow with
+        frames: at least one, all with the same channels; taken a few at a time, so that memory does not grow with
             their number.
-        view: see :func:`~aos_gcs.imaging.views.perspective_view` and :func:`~aos_gcs.imaging.views.ortho_view`.
-        exact: see :class:`~aos_gcs.imaging.views.FocalView`.
+        view: see :mod:`~aos_gcs.imaging.views`.
+        exact: see :class:`ViewIntegral`.
 
     Returns:
         The integral, shape (H, W, C), NaN where nothing covers, and the number of frames that cover each pixel, shape
@@ -135,14 +164,26 @@ def integrate(
     Raises:
         ImagingError: if there is no frame, or frames differ in their bands.
     """
-    integral: ViewIntegral | None = None
-    for frame in frames:
-        if integral is None:
-            integral = ViewIntegral(view, frame.bands, exact=exact)
-        integral.add(frame)
-    if integral is None:
+    remaining = iter(frames)
+    batch = list(islice(remaining, BATCH_FRAMES))
+    if not batch:
         raise ImagingError("There is no frame to integrate: give at least one.")
+    integral = ViewIntegral(view, batch[0].bands, exact=exact)
+    while batch:
+        integral.add_all(batch)
+        # Emptied before it is filled again, so that no more than one batch is held.
+        batch.clear()
+        batch.extend(islice(remaining, BATCH_FRAMES))
     return integral.mean(), integral.coverage
+
+
+def integrate_on_grid(frames: Iterable[Frame], grid: FocalGrid) -> tuple[NDArray[np.float32], NDArray[np.uint16]]:
+    """Average frames on a focal grid, see :func:`integrate`; not exact.
+
+    Raises:
+        ImagingError: if there is no frame, or frames differ in their bands.
+    """
+    return integrate(frames, grid_view(grid), exact=False)
 
 
 def integrate_view(
@@ -186,9 +227,3 @@ def check_frame(frame: Frame, bands: tuple[str, ...]) -> None:
             f"The frame of vehicle {frame.vehicle_id} has the bands {', '.join(frame.bands)}, others have "
             f"{', '.join(bands)}: only frames with the same bands can be integrated."
         )
-
-
-def _mean(total: NDArray[np.floating[Any]], coverage: NDArray[np.uint16]) -> NDArray[np.float32]:
-    # Dividing by NaN marks uncovered cells at the cost of the division alone.
-    divisor = np.where(coverage == 0, np.float32(np.nan), coverage.astype(np.float32))
-    return np.asarray(total / divisor[:, :, np.newaxis], dtype=np.float32)

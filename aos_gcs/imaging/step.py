@@ -3,28 +3,23 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from aos_gcs.errors import ConfigurationError, ImagingError
 from aos_gcs.imaging.blobs import BlobCells, find_blobs
 from aos_gcs.imaging.focal_plane import DEFAULT_MAX_CELLS, choose_grid
-from aos_gcs.imaging.integral import GridIntegral, check_frame
-from aos_gcs.imaging.model import FocalGrid, Frame, LeaderCriterion, Pixels, StepAnalysis
+from aos_gcs.imaging.integral import BATCH_FRAMES, ViewIntegral, check_frame
+from aos_gcs.imaging.marks import Marks, project_marks
+from aos_gcs.imaging.model import FocalGrid, Frame, LeaderCriterion, StepAnalysis
 from aos_gcs.imaging.rx import anomaly_mask, default_min_score, rx_scores
 from aos_gcs.imaging.sightings import sight
-from aos_gcs.imaging.undistort import undistorted
+from aos_gcs.imaging.views import PlaneView, grid_view
 from aos_gcs.imaging.visibility import area_in_view_px, choose_leader, contribution_m2, distance_to_centre, masks_around
-from aos_gcs.imaging.warp import Patch, locate, warp_image, warp_mask
-
-MAX_WORKERS = 4
-"""Threads over the frames of a step; OpenCV and BLAS release the interpreter, and use threads of their own."""
+from aos_gcs.imaging.workers import parallel_map
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,19 +63,6 @@ class ImagingSettings:
             raise ConfigurationError(f"max_cells must be at least 100, got {self.max_cells}.")
 
 
-_Mask = tuple[Patch, NDArray[np.uint8]]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Layer:
-    """What one frame brings to the grid."""
-
-    patch: Patch
-    image: Pixels
-    covered: NDArray[np.uint8]
-    marked: NDArray[np.uint8]
-
-
 def analyse_step(frames: Sequence[Frame], settings: ImagingSettings) -> StepAnalysis:
     """Integrate frames and their anomaly masks, and find the largest blob and the leader.
 
@@ -99,24 +81,33 @@ def analyse_step(frames: Sequence[Frame], settings: ImagingSettings) -> StepAnal
         raise ImagingError("There is no frame to analyse: give at least one.")
     for frame in frames:
         check_frame(frame, frames[0].bands)
-    frames = [undistorted(frame) for frame in frames]
     grid = choose_grid(frames, settings.plane_height_m, settings.resolution_m, settings.max_cells)
-    integral, anomaly_count, masks = _integrate(frames, grid, settings)
+    view = grid_view(grid)
+    integral = ViewIntegral(view, frames[0].bands, exact=False)
+    marks: list[Marks | None] = []
+    for first in range(0, len(frames), BATCH_FRAMES):
+        batch = frames[first : first + BATCH_FRAMES]
+        integral.add_all(batch)
+        marks += parallel_map(partial(_marks, view=view, settings=settings), batch)
+    anomaly_count = np.zeros_like(integral.coverage)
+    for own in marks:
+        if own is not None:
+            anomaly_count[own.rows, own.columns] += 1
     blobs = find_blobs(anomaly_count, settings.minimum_count, settings.gap_cells)
-    sightings = tuple(sight(cells, grid, frames, masks) for cells in blobs)
+    sightings = tuple(sight(cells, grid, frames, marks) for cells in blobs)
     vehicle_ids = tuple(dict.fromkeys(frame.vehicle_id for frame in frames))
     fitness = np.zeros(len(vehicle_ids))
     blob, leader_id, present_masks = None, None, None
     if sightings:
         blob, cells = sightings[0].blob, blobs[0]
-        shares_m2 = [0.0 if mask is None else contribution_m2(cells, grid, *mask) for mask in masks]
+        shares_m2 = [0.0 if own is None else contribution_m2(cells, grid, own) for own in marks]
         present = {frame.vehicle_id: (frame, share) for frame, share in zip(frames, shares_m2, strict=True)}
         fitness = np.array([_fitness(*present[i], cells, grid, settings.leader_criterion) for i in vehicle_ids])
         centre = blob.centroid_enu_m
-        distances = [distance_to_centre(centre, present[i][0].camera, present[i][0].pose) for i in vehicle_ids]
+        distances = [distance_to_centre(centre, present[i][0].camera.ideal(), present[i][0].pose) for i in vehicle_ids]
         leader_id = vehicle_ids[choose_leader(fitness, distances)]
-        mask_of = {frame.vehicle_id: mask for frame, mask in zip(frames, masks, strict=True)}
-        present_masks = masks_around(centre, grid, [mask_of[i] for i in vehicle_ids])
+        marks_of = {frame.vehicle_id: own for frame, own in zip(frames, marks, strict=True)}
+        present_masks = masks_around(centre, grid, [marks_of[i] for i in vehicle_ids])
     return StepAnalysis(
         grid=grid,
         integral=integral.mean(),
@@ -131,38 +122,20 @@ def analyse_step(frames: Sequence[Frame], settings: ImagingSettings) -> StepAnal
     )
 
 
-def _integrate(
-    frames: Sequence[Frame], grid: FocalGrid, settings: ImagingSettings
-) -> tuple[GridIntegral, NDArray[np.uint16], list[_Mask | None]]:
-    """Return the integral, how many frames mark each cell, and each frame's own mask (None: off the grid)."""
-    integral = GridIntegral(grid, len(frames[0].bands))
-    anomaly_count = np.zeros_like(integral.coverage)
-    masks: list[_Mask | None] = []
-    with ThreadPoolExecutor(min(len(frames), os.cpu_count() or 1, MAX_WORKERS)) as pool:
-        # In the order of the frames: the sums then do not depend on which thread is faster.
-        for layer in pool.map(partial(_layer, grid=grid, settings=settings), frames):
-            if layer is None:
-                masks.append(None)
-                continue
-            integral.add(layer.patch, layer.image, layer.covered)
-            anomaly_count[layer.patch.window] += layer.marked
-            masks.append((layer.patch, layer.marked))
-    return integral, anomaly_count, masks
-
-
-def _layer(frame: Frame, grid: FocalGrid, settings: ImagingSettings) -> _Layer | None:
-    patch = locate(frame, grid)
-    if patch is None:
+def _marks(frame: Frame, view: PlaneView, settings: ImagingSettings) -> Marks | None:
+    """Return the cells that a frame marks; None if it does not see the focal plane."""
+    projection = view.project(frame)
+    if projection is None:
         return None
     min_score = settings.rx_min_score
     if min_score is None:
         min_score = default_min_score(len(frame.bands))
+    # Before any warp: what is interpolated is correlated, and smoother than the background.
     mask = anomaly_mask(rx_scores(frame.image), settings.rx_quantile, min_score)
-    image, covered = warp_image(frame.image, patch)
-    return _Layer(patch, image, covered, warp_mask(mask, patch))
+    return project_marks(mask, projection)
 
 
 def _fitness(frame: Frame, share_m2: float, cells: BlobCells, grid: FocalGrid, criterion: LeaderCriterion) -> float:
     if criterion is LeaderCriterion.CONTRIBUTION:
         return share_m2
-    return area_in_view_px(cells, grid, frame.camera, frame.pose)
+    return area_in_view_px(cells, grid, frame.camera.ideal(), frame.pose)

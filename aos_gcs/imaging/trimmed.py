@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Iterator
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.errors import ImagingError
-from aos_gcs.imaging.integral import check_frame
+from aos_gcs.imaging.integral import Source, check_frame
 from aos_gcs.imaging.model import Frame
 from aos_gcs.imaging.views import FocalView
 
@@ -18,8 +19,16 @@ MEDIAN = 0.5
 DEFAULT_MAX_BYTES = 256_000_000
 
 
+class Frames(Protocol):
+    """Frames that can be counted and gone through several times."""
+
+    def __len__(self) -> int: ...
+
+    def __iter__(self) -> Iterator[Frame]: ...
+
+
 def integrate_trimmed(
-    frames: Collection[Frame],
+    frames: Frames,
     view: FocalView,
     trim: float = MEDIAN,
     *,
@@ -33,7 +42,7 @@ def integrate_trimmed(
             that they may be read anew each time.
         view: see :func:`~aos_gcs.imaging.views.perspective_view` and :func:`~aos_gcs.imaging.views.ortho_view`.
         trim: share of a cell's values left out at either end, from 0 (the mean) to 0.5 (the median).
-        exact: see :class:`~aos_gcs.imaging.views.FocalView`.
+        exact: see :class:`~aos_gcs.imaging.integral.ViewIntegral`.
         max_bytes: of the values held at a time; at least one row is.
 
     Returns:
@@ -55,24 +64,29 @@ def integrate_trimmed(
     step = max(1, max_bytes // (len(frames) * columns * len(bands) * integral.itemsize))
     for first in range(0, rows, step):
         end = min(first + step, rows)
-        values, count = _values(frames, view.rows(first, end), bands, exact=exact)
+        values, count = _values(frames, view, (first, end), bands, exact=exact)
         coverage[first:end] = count
         integral[first:end] = _middle_mean(values, count, trim)
     return integral, coverage
 
 
 def _values(
-    frames: Collection[Frame], view: FocalView, bands: tuple[str, ...], *, exact: bool
+    frames: Frames, view: FocalView, rows: tuple[int, int], bands: tuple[str, ...], *, exact: bool
 ) -> tuple[NDArray[np.float32], NDArray[np.uint16]]:
     """Return the values of all frames, shape (n, rows, columns, C), NaN where they do not cover, and the coverage."""
-    values = np.full((len(frames), *view.shape, len(bands)), np.nan, dtype=np.float32)
-    coverage = np.zeros(view.shape, dtype=np.uint16)
+    first, end = rows
+    shape = end - first, view.shape[1]
+    values = np.full((len(frames), *shape, len(bands)), np.nan, dtype=np.float32)
+    coverage = np.zeros(shape, dtype=np.uint16)
     for frame, own in zip(frames, values, strict=True):
         check_frame(frame, bands)
-        layer = view.warp(frame, exact=exact)
+        projection = view.project(frame)
+        layer = None if projection is None else Source.of(frame, exact=exact).sample(projection, first, end)
         if layer is not None:
-            own[layer.window] = np.where(layer.covered[:, :, np.newaxis] > 0, layer.values, np.nan)
-            coverage[layer.window] += layer.covered
+            window = slice(layer.window[0].start - first, layer.window[0].stop - first), layer.window[1]
+            covered = layer.coverage()
+            own[window] = np.where(covered[:, :, np.newaxis] > 0, layer.values, np.nan)
+            coverage[window] += covered
     return values, coverage
 
 

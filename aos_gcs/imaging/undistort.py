@@ -1,8 +1,7 @@
-"""Frames of distorted lenses as frames of ideal cameras, with one remap per frame.
+"""The way through a distorted lens: from the pixels of its ideal camera to its own.
 
-Homographies, footprints and masks then hold for every lens, at the price of one more interpolation; the maps depend on
-the camera alone and are kept. Exact integrals (:func:`~aos_gcs.imaging.integral.integrate_view`) map through the lens
-instead and interpolate once.
+What projects a frame composes this map with the projection and interpolates the image once. :func:`undistorted` makes
+an ideal frame of it, for methods that compare images.
 """
 
 from __future__ import annotations
@@ -18,11 +17,10 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.imaging.model import Frame
 
 MAX_CAMERAS = 32
-"""Whose maps are kept: 9 bytes per pixel each."""
-
+"""Whose maps are kept: 8 bytes per pixel each."""
 
 RIM_PX = 1
-"""Of the copied rim around images that are remapped."""
+"""Of the map around its ideal image: coordinates half a pixel outside of it can be interpolated, too."""
 
 
 def undistorted(frame: Frame) -> Frame:
@@ -32,22 +30,41 @@ def undistorted(frame: Frame) -> Frame:
     """
     if frame.camera.distortion is None:
         return frame
-    lens_map, outside = _maps(frame.camera)
-    image = remap(frame.image.astype(np.float32, copy=False), lens_map)
-    image[outside] = np.nan
-    return replace(frame, image=image, camera=frame.camera.ideal())
+    image = np.ascontiguousarray(frame.image, dtype=np.float32)
+    pixels = np.ascontiguousarray(lens_map(frame.camera)[RIM_PX:-RIM_PX, RIM_PX:-RIM_PX])
+    values, seen = sample_pixels(image, pixels)
+    values[seen == 0] = np.nan
+    return replace(frame, image=values, camera=frame.camera.ideal())
 
 
-def remap(image: NDArray[np.float32], pixels: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return an image, shape (H, W, C), at pixels (u, v) + :data:`RIM_PX`, shape (rows, columns, 2).
+@lru_cache(maxsize=MAX_CAMERAS)
+def lens_map(camera: CameraModel) -> NDArray[np.float32]:
+    """Return the real pixel (u, v) of each pixel of the ideal camera, NaN where the lens images none.
 
-    Bilinear; clamped within half a pixel of the border, of no meaning further out.
+    Shape (H + 2, W + 2, 2) for an ideal image of H x W, as the map has a rim of :data:`RIM_PX`. Real pixels may lie
+    outside of the real image. Shared and read-only.
     """
-    # A rim in place of OpenCV's replicated border: that one is computed for every cell outside the image, too.
-    padded = cv2.copyMakeBorder(image, RIM_PX, RIM_PX, RIM_PX, RIM_PX, cv2.BORDER_REPLICATE)
+    ideal = camera.ideal()
+    u, v = np.meshgrid(
+        np.arange(-RIM_PX, ideal.width_px + RIM_PX), np.arange(-RIM_PX, ideal.height_px + RIM_PX), indexing="xy"
+    )
+    pixels = camera.to_pixels(ideal.from_pixels(np.stack((u, v), axis=-1))).astype(np.float32)
+    pixels.setflags(write=False)
+    return pixels
+
+
+def sample_pixels(
+    image: NDArray[np.float32], pixels: NDArray[np.float32]
+) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
+    """Return an image, shape (H, W, C), at pixels (u, v), shape (rows, columns, 2), and 1 where they lie in it.
+
+    Bilinear; clamped within half a pixel of the border, of no meaning further out or where a pixel is NaN.
+    """
+    first, (right, bottom) = -0.5, (image.shape[1] - 0.5, image.shape[0] - 0.5)
+    seen = np.asarray(cv2.inRange(pixels, (first, first), (right, bottom)), dtype=np.uint8)
     # OpenCV's stubs do not know that the second map may be None; an empty array in its place gives wrong values.
-    values = cv2.remap(padded, pixels, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT)  # type: ignore[call-overload]
-    return np.asarray(values, dtype=np.float32).reshape(*pixels.shape[:2], image.shape[2])
+    values = cv2.remap(image, pixels, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)  # type: ignore[call-overload]
+    return np.asarray(values, dtype=np.float32).reshape(*pixels.shape[:2], image.shape[2]), seen & 1
 
 
 def seen_pixels(pixels: NDArray[np.float64], camera: CameraModel) -> NDArray[np.bool]:
@@ -56,16 +73,3 @@ def seen_pixels(pixels: NDArray[np.float64], camera: CameraModel) -> NDArray[np.
     return np.asarray(
         (u >= -0.5) & (u <= camera.width_px - 0.5) & (v >= -0.5) & (v <= camera.height_px - 0.5), dtype=np.bool
     )
-
-
-@lru_cache(maxsize=MAX_CAMERAS)
-def _maps(camera: CameraModel) -> tuple[NDArray[np.float32], NDArray[np.bool]]:
-    """Return the real pixel (u, v) + ``RIM_PX`` of each ideal one, and where the lens sees none.
-
-    Shapes (H, W, 2) and (H, W).
-    """
-    ideal = camera.ideal()
-    u, v = np.meshgrid(np.arange(ideal.width_px), np.arange(ideal.height_px))
-    real = camera.to_pixels(ideal.from_pixels(np.stack((u, v), axis=-1)))
-    seen = seen_pixels(real, camera)
-    return np.where(seen[..., np.newaxis], real + RIM_PX, 0.0).astype(np.float32), ~seen

@@ -13,17 +13,17 @@ from typing import Protocol, TypeAlias
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import map_coordinates
 
 from aos_gcs.errors import ImagingError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.geometry.projection import Plane, pixel_rays, plane_to_image
-from aos_gcs.imaging.focal_plane import MAX_DEPTH_RATIO, visible_half_planes
-from aos_gcs.imaging.model import Frame, GroundRaster, Pixels
+from aos_gcs.imaging.focal_plane import MAX_DEPTH_RATIO, grid_to_plane, visible_half_planes
+from aos_gcs.imaging.layers import Layer, Projection, exact_layer
+from aos_gcs.imaging.model import FocalGrid, Frame, GroundRaster, Pixels
 from aos_gcs.imaging.terrain import Terrain
-from aos_gcs.imaging.undistort import RIM_PX, remap, seen_pixels, undistorted
-from aos_gcs.imaging.warp import finite_cells, patch_within, warp_image
+from aos_gcs.imaging.undistort import RIM_PX, lens_map, sample_pixels, seen_pixels
+from aos_gcs.imaging.warp import PlaneProjection
 
 MIN_DISTANCE_M = 1e-6
 """Of a virtual camera to the focal plane; nearer, the plane has no image."""
@@ -31,21 +31,7 @@ MIN_DISTANCE_M = 1e-6
 BLOCK_CELLS = 32
 """Edge of the blocks of cells that are tested as one for whether a frame sees them."""
 
-_SHIFT_BY_RIM = np.array([[1.0, 0.0, RIM_PX], [0.0, 1.0, RIM_PX], [0.0, 0.0, 1.0]])
-
 FocalSurface: TypeAlias = Plane | Terrain
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Layer:
-    """One frame on a part of a raster."""
-
-    window: tuple[slice, slice]
-    """Rows and columns of the raster that the part takes up."""
-    values: Pixels
-    """float64 if exact, else float32; shape (rows, columns, C); of no meaning where nothing covers."""
-    covered: NDArray[np.uint8]
-    """1 where the frame covers the cell, shape (rows, columns)."""
 
 
 class FocalView(Protocol):
@@ -55,15 +41,8 @@ class FocalView(Protocol):
     def shape(self) -> tuple[int, int]:
         """Rows and columns."""
 
-    def warp(self, frame: Frame, *, exact: bool) -> Layer | None:
-        """Return the frame on its part of the raster; None where it sees nothing of it.
-
-        Exact: bilinear at double precision, through the lens in one step. Otherwise OpenCV's single precision (before
-        OpenCV 5: coordinates in steps of 1/32 pixel), distorted frames by way of their ideal camera.
-        """
-
-    def rows(self, first: int, end: int) -> FocalView:
-        """Return a band of the raster."""
+    def project(self, frame: Frame) -> Projection | None:
+        """Return where the frame lies on the raster; None if nowhere. Its image is not looked at."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,28 +56,14 @@ class PlaneView:
     depth_limited: bool
     """Leave out what frames see at more than ``MAX_DEPTH_RATIO``; needs a homography that is affine."""
 
-    def warp(self, frame: Frame, *, exact: bool) -> Layer | None:
+    def project(self, frame: Frame) -> PlaneProjection | None:
         """See :class:`FocalView`."""
         ideal = frame.camera.ideal()
         H_raster2image = plane_to_image(ideal, frame.pose, self.plane) @ self.H_raster2plane
         distance_m = abs(self.plane.gap_m(frame.pose.position_enu_m))
         max_depth_m = MAX_DEPTH_RATIO * distance_m if self.depth_limited else math.inf
         half_planes = np.vstack((visible_half_planes(H_raster2image, ideal, max_depth_m), self.H_raster2plane[2]))
-        patch = patch_within(half_planes, H_raster2image, *self.shape)
-        if patch is None:
-            return None
-        if not exact:
-            values, covered = warp_image(_as_float32(undistorted(frame).image), patch)
-            return Layer(patch.window, values, covered)
-        rows, columns = np.nonzero(patch.covered)
-        u, v, w = patch.H_patch2image @ np.stack((columns, rows, np.ones_like(rows)))
-        pixels = np.stack((u / w, v / w), axis=1)
-        return _exact_layer(frame, patch.window, (rows, columns), pixels, patch.covered.shape)
-
-    def rows(self, first: int, end: int) -> PlaneView:
-        """See :class:`FocalView`."""
-        shift = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, first], [0.0, 0.0, 1.0]])
-        return PlaneView((end - first, self.shape[1]), self.H_raster2plane @ shift, self.plane, self.depth_limited)
+        return PlaneProjection.within(half_planes, frame.camera, H_raster2image, *self.shape)
 
 
 class PointView:
@@ -115,7 +80,7 @@ class PointView:
         self._points32_m = self._points_m.astype(np.float32)
         self._lower_m, self._upper_m = _block_bounds(self._points_m, known)
 
-    def warp(self, frame: Frame, *, exact: bool) -> Layer | None:
+    def project(self, frame: Frame) -> PointProjection | None:
         """See :class:`FocalView`."""
         ideal = frame.camera.ideal()
         R_enu2cam = frame.pose.R_cam2enu.T
@@ -124,23 +89,7 @@ class PointView:
         window, all_in_front = self._window(visible_half_planes(P, ideal), P[2])
         if window is None:
             return None
-        if exact:
-            return self._warp_exactly(frame, window, R_enu2cam, shift_m)
-        points = np.ascontiguousarray(self._points32_m[window])
-        pixels = np.asarray(cv2.perspectiveTransform(points, _SHIFT_BY_RIM @ P), dtype=np.float32)
-        first, (right, bottom) = RIM_PX - 0.5, np.array([ideal.width_px, ideal.height_px]) + RIM_PX - 0.5
-        in_image = cv2.inRange(pixels, (first, first), (right, bottom))
-        covered = np.asarray(in_image, dtype=np.uint8) & self._known[window]
-        if not all_in_front:
-            covered &= (points @ P[2, :3].astype(np.float32) > -P[2, 3]).astype(np.uint8)
-        image = _as_float32(undistorted(frame).image)
-        warped = remap(image, pixels)
-        return Layer(window, *finite_cells(image, warped, covered))
-
-    def rows(self, first: int, end: int) -> PointView:
-        """See :class:`FocalView`."""
-        known = self._known[first:end, :, np.newaxis] > 0
-        return PointView(np.where(known, self._points_m[first:end] + self._origin_m, np.nan))
+        return PointProjection(frame.camera, P, window, all_in_front, self._points_m, self._points32_m, self._known)
 
     def _window(
         self, half_spaces: NDArray[np.float64], depth: NDArray[np.float64]
@@ -164,22 +113,57 @@ class PointView:
         )
         return window, bool((nearest[np.isfinite(nearest)] > 0.0).all())
 
-    def _warp_exactly(
-        self,
-        frame: Frame,
-        window: tuple[slice, slice],
-        R_enu2cam: NDArray[np.float64],
-        shift_m: NDArray[np.float64],
-    ) -> Layer:
-        rows, columns = np.nonzero(self._known[window])
-        points_cam = self._points_m[window][rows, columns] @ R_enu2cam.T + shift_m
-        in_front = points_cam[:, 2] > 0.0
-        rows, columns, points_cam = rows[in_front], columns[in_front], points_cam[in_front]
-        ideal = frame.camera.ideal()
-        pixels = ideal.to_pixels(points_cam[:, :2] / points_cam[:, 2:])
-        shape = self._known[window].shape
-        seen = seen_pixels(pixels, ideal)
-        return _exact_layer(frame, window, (rows[seen], columns[seen]), pixels[seen], shape)
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PointProjection:
+    """See :class:`~aos_gcs.imaging.layers.Projection`."""
+
+    camera: CameraModel
+    P: NDArray[np.float64]
+    """From points (x, y, z, 1) to homogeneous pixels of the ideal camera, shape (3, 4)."""
+    window: tuple[slice, slice]
+    """Rows and columns of the raster outside of which the frame sees nothing."""
+    all_in_front: bool
+    """Every point in the window lies in front of the camera."""
+    points_m: NDArray[np.float64]
+    """Of the raster's cells, shape (rows, columns, 3); any numbers where there is none."""
+    points32_m: NDArray[np.float32]
+    """The same at single precision."""
+    known: NDArray[np.uint8]
+    """1 where a cell has a point, shape (rows, columns)."""
+
+    def sample(self, image: NDArray[np.float32], first_row: int, end_row: int) -> Layer | None:
+        """See :class:`~aos_gcs.imaging.layers.Projection`."""
+        window = self._band(first_row, end_row)
+        if window is None:
+            return None
+        points = np.ascontiguousarray(self.points32_m[window])
+        pixels = np.asarray(cv2.perspectiveTransform(points, self.P), dtype=np.float32)
+        if self.camera.distortion is not None:
+            pixels = sample_pixels(lens_map(self.camera), pixels + np.float32(RIM_PX))[0]
+        values, covered = sample_pixels(image, pixels)
+        covered &= self.known[window]
+        if not self.all_in_front:
+            covered &= (points @ self.P[2, :3].astype(np.float32) > -self.P[2, 3]).astype(np.uint8)
+        return Layer(window, values, covered)
+
+    def sample_exactly(self, image: Pixels, first_row: int, end_row: int) -> Layer | None:
+        """See :class:`~aos_gcs.imaging.layers.Projection`."""
+        window = self._band(first_row, end_row)
+        if window is None:
+            return None
+        rows, columns = np.nonzero(self.known[window])
+        u, v, depth = self.P[:, :3] @ self.points_m[window][rows, columns].T + self.P[:, 3:]
+        in_front = depth > 0.0
+        pixels = np.stack((u[in_front], v[in_front]), axis=1) / depth[in_front, np.newaxis]
+        seen = seen_pixels(pixels, self.camera.ideal())
+        cells = rows[in_front][seen], columns[in_front][seen]
+        return exact_layer(image, self.camera, window, cells, pixels[seen])
+
+    def _band(self, first_row: int, end_row: int) -> tuple[slice, slice] | None:
+        rows, columns = self.window
+        first, end = max(first_row, rows.start), min(end_row, rows.stop)
+        return (slice(first, end), columns) if first < end else None
 
 
 def perspective_view(camera: CameraModel, pose: Pose, surface: FocalSurface | float) -> FocalView:
@@ -216,6 +200,11 @@ def ortho_view(raster: GroundRaster, surface: FocalSurface | float) -> FocalView
     return PointView(np.dstack((x_m, y_m, surface.z_m(x_m, y_m))))
 
 
+def grid_view(grid: FocalGrid) -> PlaneView:
+    """Return the raster of a focal grid."""
+    return PlaneView((grid.rows, grid.columns), grid_to_plane(grid), Plane(grid.height_m), depth_limited=True)
+
+
 def _view_to_plane(camera: CameraModel, pose: Pose, plane: Plane) -> NDArray[np.float64]:
     """Return the homography from pixels to the plane, its third coordinate positive where the plane is in front."""
     name = f"The focal plane z = {plane.height_m:g} m"
@@ -231,42 +220,6 @@ def _view_to_plane(camera: CameraModel, pose: Pose, plane: Plane) -> NDArray[np.
             "the side that the camera looks to."
         )
     return np.asarray(H_view2plane)
-
-
-def _exact_layer(
-    frame: Frame,
-    window: tuple[slice, slice],
-    cells: tuple[NDArray[np.intp], NDArray[np.intp]],
-    ideal_pixels: NDArray[np.float64],
-    shape: tuple[int, ...],
-) -> Layer:
-    """Sample a frame at pixels of its ideal camera, shape (n, 2), for cells of a window: clamped at the border."""
-    rows, columns = cells
-    pixels = ideal_pixels
-    if frame.camera.distortion is not None:
-        pixels = frame.camera.to_pixels(frame.camera.ideal().from_pixels(ideal_pixels))
-        seen = seen_pixels(pixels, frame.camera)
-        rows, columns, pixels = rows[seen], columns[seen], pixels[seen]
-    # OpenCV's warps quantise the coordinate to 1/32 pixel before version 5; this one does not.
-    samples = np.stack(
-        [
-            map_coordinates(frame.image[:, :, channel], pixels[:, ::-1].T, output=np.float64, order=1, mode="nearest")
-            for channel in range(frame.image.shape[2])
-        ],
-        axis=1,
-    )
-    finite = np.isfinite(samples).all(axis=1)
-    rows, columns = rows[finite], columns[finite]
-    values = np.zeros((*shape, samples.shape[1]))
-    covered = np.zeros(shape, dtype=np.uint8)
-    values[rows, columns] = samples[finite]
-    covered[rows, columns] = 1
-    return Layer(window, values, covered)
-
-
-def _as_float32(image: Pixels) -> NDArray[np.float32]:
-    # Bytes would be rounded to whole grey levels by every single warp, and OpenCV is no faster with them.
-    return image.astype(np.float32, copy=False)
 
 
 def _block_bounds(

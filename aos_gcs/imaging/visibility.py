@@ -13,8 +13,8 @@ from aos_gcs.geometry.poses import Pose
 from aos_gcs.geometry.projection import project_points
 from aos_gcs.imaging.blobs import BlobCells
 from aos_gcs.imaging.focal_plane import grid_to_image
+from aos_gcs.imaging.marks import Marks
 from aos_gcs.imaging.model import FocalGrid, VehicleMasks
-from aos_gcs.imaging.warp import Patch
 
 TIE_TOLERANCE = 1e-9
 """Relative difference of two fitness values below which they are equal but for rounding."""
@@ -23,11 +23,9 @@ MASK_HALF_WIDTH_M = 4.0
 """Of the window around the largest blob in which the masks of the vehicles are passed on."""
 
 
-def contribution_m2(blob: BlobCells, grid: FocalGrid, patch: Patch, marked: NDArray[np.uint8]) -> float:
-    """Return the area of a frame's own mask, given on its patch, inside the blob."""
-    rows, columns = blob.rows - patch.row, blob.columns - patch.column
-    inside = (rows >= 0) & (rows < marked.shape[0]) & (columns >= 0) & (columns < marked.shape[1])
-    return float(np.count_nonzero(marked[rows[inside], columns[inside]])) * grid.resolution_m**2
+def contribution_m2(blob: BlobCells, grid: FocalGrid, marks: Marks) -> float:
+    """Return the area of a frame's own mask inside the blob."""
+    return float(np.count_nonzero(marks.among(blob.rows, blob.columns))) * grid.resolution_m**2
 
 
 def area_in_view_px(blob: BlobCells, grid: FocalGrid, camera: CameraModel, pose: Pose) -> float:
@@ -61,15 +59,15 @@ def choose_leader(fitness: NDArray[np.float64], distances_to_centre: Sequence[fl
 def masks_around(
     centre_enu_m: Sequence[float],
     grid: FocalGrid,
-    masks: Sequence[tuple[Patch, NDArray[np.uint8]] | None],
+    marks: Sequence[Marks | None],
     half_width_m: float = MASK_HALF_WIDTH_M,
 ) -> VehicleMasks:
     """Return the part of the vehicles' masks that lies in a square window around a point of the grid.
 
     Args:
         centre_enu_m: on the grid.
-        grid: that the masks were warped to.
-        masks: of each vehicle, given on its patch; None marks nothing.
+        grid: of the marks.
+        marks: of each vehicle; None marks nothing.
         half_width_m: the window ends where the grid does.
     """
     column = (centre_enu_m[0] - grid.west_m) / grid.resolution_m
@@ -77,16 +75,12 @@ def masks_around(
     half = half_width_m / grid.resolution_m
     first_row, end_row = max(0, math.floor(row - half)), min(grid.rows, math.ceil(row + half))
     first_column, end_column = max(0, math.floor(column - half)), min(grid.columns, math.ceil(column + half))
-    marked = np.zeros((len(masks), end_row - first_row, end_column - first_column), dtype=np.bool_)
-    for own, mask in zip(marked, masks, strict=True):
-        if mask is None:
-            continue
-        patch, cells = mask
-        # The patch's place in the window; either may begin first.
-        down, right = patch.row - first_row, patch.column - first_column
-        part = cells[max(0, -down) : max(0, own.shape[0] - down), max(0, -right) : max(0, own.shape[1] - right)]
-        top, left = max(0, down), max(0, right)
-        own[top : top + part.shape[0], left : left + part.shape[1]] = part
+    marked = np.zeros((len(marks), end_row - first_row, end_column - first_column), dtype=np.bool_)
+    for own, cells in zip(marked, marks, strict=True):
+        if cells is not None:
+            rows, columns = cells.rows - first_row, cells.columns - first_column
+            inside = (rows >= 0) & (rows < own.shape[0]) & (columns >= 0) & (columns < own.shape[1])
+            own[rows[inside], columns[inside]] = True
     return VehicleMasks(
         marked=marked,
         west_m=grid.west_m + first_column * grid.resolution_m,

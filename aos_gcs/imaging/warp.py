@@ -1,106 +1,122 @@
-"""One frame brought to the focal grid, in its own part of the raster only."""
+"""One frame on a raster of a plane: one homography, in the frame's own part of the raster only."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from aos_gcs.imaging.focal_plane import MAX_DEPTH_RATIO, covered_spans, grid_to_image, visible_half_planes
-from aos_gcs.imaging.model import FocalGrid, Frame, Pixels
+from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.imaging.focal_plane import covered_spans
+from aos_gcs.imaging.layers import Layer, exact_layer
+from aos_gcs.imaging.model import Pixels
+from aos_gcs.imaging.undistort import RIM_PX, lens_map, sample_pixels
 
-_SHIFT_BY_RIM = np.array([[1.0, 0.0, 1.0], [0.0, 1.0, 1.0], [0.0, 0.0, 1.0]])
-"""Pixels of an image to pixels of the same image with a rim of one pixel."""
+_SHIFT_BY_RIM = np.array([[1.0, 0.0, RIM_PX], [0.0, 1.0, RIM_PX], [0.0, 0.0, 1.0]])
+"""Ideal pixels to cells of :func:`~aos_gcs.imaging.undistort.lens_map`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Patch:
-    """The part of a focal grid that one frame covers."""
+class PlaneProjection:
+    """See :class:`~aos_gcs.imaging.layers.Projection`."""
 
-    row: int
-    """Of the grid, where the patch begins."""
-    column: int
-    covered: NDArray[np.uint8]
-    """Shape (rows, columns) of the patch; 1 where the frame covers the centre of the cell."""
-    H_patch2image: NDArray[np.float64]
-    """Homography from the patch's cells (column, row, 1) to pixels, shape (3, 3)."""
+    camera: CameraModel
+    H_raster2image: NDArray[np.float64]
+    """Homography from the raster's cells (column, row, 1) to pixels of the ideal camera, shape (3, 3)."""
+    spans: NDArray[np.int32]
+    """First column that the frame covers and the one behind the last, per row of the raster, shape (rows, 2)."""
+    rows: slice
+    """Of the raster, that the frame covers."""
 
-    @property
-    def window(self) -> tuple[slice, slice]:
-        """Where the patch lies in arrays of the grid's shape."""
-        rows, columns = self.covered.shape
-        return slice(self.row, self.row + rows), slice(self.column, self.column + columns)
+    @classmethod
+    def within(
+        cls, half_planes: NDArray[np.float64], camera: CameraModel, H_raster2image: NDArray[np.float64], *shape: int
+    ) -> PlaneProjection | None:
+        """Return the projection on the part of a raster inside all half-planes; None if there is none.
 
+        Args:
+            half_planes: see :func:`~aos_gcs.imaging.focal_plane.covered_spans`.
+            camera: of the frame.
+            H_raster2image: see the field.
+            shape: rows and columns of the raster.
+        """
+        spans = covered_spans(half_planes, *shape).astype(np.int32)
+        covered_rows = np.flatnonzero(spans[:, 1] > spans[:, 0])
+        if not covered_rows.size:
+            return None
+        return cls(camera, H_raster2image, spans, slice(int(covered_rows[0]), int(covered_rows[-1]) + 1))
 
-def locate(frame: Frame, grid: FocalGrid) -> Patch | None:
-    """Return the part of the grid that the frame covers; None if there is none."""
-    H_grid2image = grid_to_image(grid, frame.camera, frame.pose)
-    max_depth_m = MAX_DEPTH_RATIO * abs(grid.height_m - float(frame.pose.position_enu_m[2]))
-    half_planes = visible_half_planes(H_grid2image, frame.camera, max_depth_m)
-    return patch_within(half_planes, H_grid2image, grid.rows, grid.columns)
+    def sample(self, image: NDArray[np.float32], first_row: int, end_row: int) -> Layer | None:
+        """See :class:`~aos_gcs.imaging.layers.Projection`."""
+        window = self.window(first_row, end_row)
+        if window is None:
+            return None
+        covered = self.covered(window)
+        if self.camera.distortion is None:
+            values = self._warp(image, self.H_from(window), window, cv2.INTER_LINEAR)
+            return Layer(window, values.reshape(*values.shape[:2], image.shape[2]), covered)
+        values, seen = sample_pixels(image, self._real_pixels(window))
+        return Layer(window, values, seen if covered is None else seen & covered)
 
+    def sample_exactly(self, image: Pixels, first_row: int, end_row: int) -> Layer | None:
+        """See :class:`~aos_gcs.imaging.layers.Projection`."""
+        window = self.window(first_row, end_row)
+        if window is None:
+            return None
+        covered = self.covered(window)
+        shape = (window[0].stop - window[0].start, window[1].stop - window[1].start)
+        rows, columns = np.nonzero(np.ones(shape) if covered is None else covered)
+        u, v, w = self.H_from(window) @ np.stack((columns, rows, np.ones_like(rows)))
+        return exact_layer(image, self.camera, window, (rows, columns), np.stack((u / w, v / w), axis=1))
 
-def patch_within(
-    half_planes: NDArray[np.float64], H_raster2image: NDArray[np.float64], rows: int, columns: int
-) -> Patch | None:
-    """Return the part of a raster inside all half-planes, see :func:`covered_spans`; None if there is none."""
-    spans = covered_spans(half_planes, rows, columns)
-    covered_rows = np.flatnonzero(spans[:, 1] > spans[:, 0])
-    if not covered_rows.size:
-        return None
-    row = int(covered_rows[0])
-    spans = spans[row : covered_rows[-1] + 1]
-    column, end = int(spans[:, 0].min()), int(spans[:, 1].max())
-    # Comparing short integers takes a third of the time of long ones.
-    indices, spans = np.arange(column, end, dtype=np.int32), spans.astype(np.int32)
-    covered = ((indices >= spans[:, :1]) & (indices < spans[:, 1:])).view(np.uint8)
-    shift = np.array([[1.0, 0.0, column], [0.0, 1.0, row], [0.0, 0.0, 1.0]])
-    return Patch(row, column, covered, H_raster2image @ shift)
+    def sample_mask(self, mask: NDArray[np.uint8], window: tuple[slice, slice]) -> NDArray[np.uint8]:
+        """Return what a mask of the image shows under the centres of a window's cells; 0 outside of the image."""
+        if self.camera.distortion is None:
+            return np.asarray(self._warp(mask, self.H_from(window), window, cv2.INTER_NEAREST), dtype=np.uint8)
+        pixels = self._real_pixels(window)
+        return np.asarray(cv2.remap(mask, pixels, None, cv2.INTER_NEAREST), dtype=np.uint8)  # type: ignore[call-overload]
 
+    def window(self, first_row: int, end_row: int) -> tuple[slice, slice] | None:
+        """Return the smallest part of a band of the raster that holds what the frame covers of it; None if nothing."""
+        first, end = max(first_row, self.rows.start), min(end_row, self.rows.stop)
+        if first >= end:
+            return None
+        left, right = int(self.spans[first:end, 0].min()), int(self.spans[first:end, 1].max())
+        return (slice(first, end), slice(left, right)) if left < right else None
 
-def warp_image(image: Pixels, patch: Patch) -> tuple[Pixels, NDArray[np.uint8]]:
-    """Return the image on the patch, shape (rows, columns, C), and its coverage, shape (rows, columns).
+    def covered(self, window: tuple[slice, slice]) -> NDArray[np.uint8] | None:
+        """Return 1 where the frame covers the cells of a window; None if it covers them all."""
+        rows, columns = window
+        first, end = self.spans[rows, :1], self.spans[rows, 1:]
+        if first.max() <= columns.start and end.min() >= columns.stop:
+            return None
+        indices = np.arange(columns.start, columns.stop, dtype=np.int32)
+        return ((indices >= first) & (indices < end)).view(np.uint8)
 
-    Bilinear, in the image's own type. Cells that a NaN or infinite pixel has a share in are not covered.
-    """
-    # A copied rim in place of OpenCV's replicated border: that one is computed for every cell outside the image, too.
-    padded = cv2.copyMakeBorder(image, 1, 1, 1, 1, cv2.BORDER_REPLICATE)
-    warped = _warp(padded, _SHIFT_BY_RIM @ patch.H_patch2image, patch.covered.shape, cv2.INTER_LINEAR)
-    return finite_cells(image, warped.reshape(*patch.covered.shape, image.shape[2]), patch.covered)
+    def H_from(self, window: tuple[slice, slice]) -> NDArray[np.float64]:
+        """Return the homography from a window's own cells to pixels of the ideal camera."""
+        shift = np.array([[1.0, 0.0, window[1].start], [0.0, 1.0, window[0].start], [0.0, 0.0, 1.0]])
+        return self.H_raster2image @ shift
 
+    def cells_of(self, pixels: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the cells (column, row) that pixels (u, v) see, shapes (n, 2); NaN where they see none."""
+        if self.camera.distortion is not None:
+            pixels = self.camera.ideal().to_pixels(self.camera.from_pixels(pixels))
+        column, row, inverse_depth = (
+            np.linalg.inv(self.H_raster2image) @ np.column_stack((pixels, np.ones(len(pixels)))).T
+        )
+        inverse_depth = np.where(inverse_depth > 0.0, inverse_depth, np.nan)
+        return np.stack((column / inverse_depth, row / inverse_depth), axis=1)
 
-def finite_cells(image: Pixels, warped: Pixels, covered: NDArray[np.uint8]) -> tuple[Pixels, NDArray[np.uint8]]:
-    """Return a warped image and its coverage without the cells that a NaN or infinite pixel has a share in."""
-    if image.dtype.kind != "f" or math.isfinite(cv2.sumElems(image.reshape(image.shape[0], -1))[0]):
-        return warped, covered
-    finite = np.asarray(np.isfinite(warped).all(axis=2))
-    return np.where(finite[:, :, np.newaxis], warped, 0), covered * finite
+    def _real_pixels(self, window: tuple[slice, slice]) -> NDArray[np.float32]:
+        pixels = self._warp(lens_map(self.camera), _SHIFT_BY_RIM @ self.H_from(window), window, cv2.INTER_LINEAR)
+        return np.asarray(pixels, dtype=np.float32)
 
-
-def warp_mask(mask: NDArray[np.uint8], patch: Patch) -> NDArray[np.uint8]:
-    """Return a mask of an image, shape (H, W), values 0 and 1, on the patch, shape (rows, columns).
-
-    A cell takes the pixel under its centre; in addition, a marked pixel marks the cell under its own centre. The first
-    fills the area of pixels larger than cells. The second keeps pixels that no cell's centre falls into, which happens
-    at any angle but 0 even where cells are a little smaller than pixels: without it, thin blobs would be torn apart.
-    """
-    warped = np.asarray(_warp(mask, patch.H_patch2image, patch.covered.shape, cv2.INTER_NEAREST), dtype=np.uint8)
-    marked_px = cv2.findNonZero(mask)
-    if marked_px is None:
-        return warped
-    u, v = marked_px.reshape(-1, 2).T
-    column, row, inverse_depth = np.linalg.inv(patch.H_patch2image) @ np.stack((u, v, np.ones_like(u)))
-    in_front = inverse_depth > 0.0
-    columns = np.rint(column[in_front] / inverse_depth[in_front])
-    rows = np.rint(row[in_front] / inverse_depth[in_front])
-    inside = (rows >= 0) & (rows < warped.shape[0]) & (columns >= 0) & (columns < warped.shape[1])
-    warped[rows[inside].astype(np.intp), columns[inside].astype(np.intp)] = 1
-    return np.asarray(warped * patch.covered, dtype=np.uint8)
-
-
-def _warp(image: Pixels, H_raster2image: NDArray[np.float64], shape: tuple[int, ...], interpolation: int) -> Pixels:
-    flags = interpolation | cv2.WARP_INVERSE_MAP
-    return cv2.warpPerspective(image, H_raster2image, shape[::-1], flags=flags, borderMode=cv2.BORDER_CONSTANT)
+    @staticmethod
+    def _warp(image: Pixels, H: NDArray[np.float64], window: tuple[slice, slice], interpolation: int) -> Pixels:
+        rows, columns = window
+        size = (columns.stop - columns.start, rows.stop - rows.start)
+        border = cv2.BORDER_REPLICATE if interpolation == cv2.INTER_LINEAR else cv2.BORDER_CONSTANT
+        return cv2.warpPerspective(image, H, size, flags=interpolation | cv2.WARP_INVERSE_MAP, borderMode=border)

@@ -9,9 +9,10 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose, nadir_pose
 from aos_gcs.imaging.blobs import BlobCells, find_blobs
 from aos_gcs.imaging.focal_plane import choose_grid
+from aos_gcs.imaging.marks import Marks, project_marks
 from aos_gcs.imaging.model import FocalGrid, Frame
+from aos_gcs.imaging.views import grid_view
 from aos_gcs.imaging.visibility import area_in_view_px, choose_leader, contribution_m2, distance_to_centre
-from aos_gcs.imaging.warp import locate, warp_mask
 
 GRID = FocalGrid(west_m=10.0, north_m=50.0, resolution_m=0.5, rows=20, columns=30, height_m=2.0)
 CAMERA = CameraModel.from_fov(64, 64, np.radians(50.0))
@@ -114,15 +115,9 @@ def test_what_lies_out_of_view_or_behind_has_no_area() -> None:
 
 
 def test_contribution_counts_only_the_own_cells_inside_the_blob() -> None:
-    frame = Frame(1, np.zeros((64, 64, 1), dtype=np.uint8), ("thermal",), nadir_pose([17.5, 45.0, 12.0]), CAMERA)
-    patch = locate(frame, GRID)
-    assert patch is not None
-    marked = np.zeros_like(patch.covered)
-    marked[8 - patch.row, 12 - patch.column] = 1
-    marked[8 - patch.row, 14 - patch.column] = 1
-    marked[0, 0] = 1
-    assert contribution_m2(square(8, 12, 4), GRID, patch, marked) == pytest.approx(0.5)
-    assert contribution_m2(square(0, 27, 3), GRID, patch, marked) == 0.0
+    marks = Marks(np.array([0, 8, 8, 11]), np.array([0, 12, 14, 29]))
+    assert contribution_m2(square(8, 12, 4), GRID, marks) == pytest.approx(0.5)
+    assert contribution_m2(square(0, 20, 3), GRID, marks) == 0.0
 
 
 def test_ties_go_to_the_view_whose_blob_is_nearest_to_the_centre() -> None:
@@ -143,10 +138,12 @@ def test_a_line_of_pixels_stays_one_blob_on_any_grid(
     frame = Frame(1, image, ("thermal",), nadir_pose([3.0, 4.0, height_m], heading), CAMERA)
     lower = Frame(2, image, ("thermal",), nadir_pose([0.0, 0.0, 19.0]), CAMERA)
     grid = choose_grid([frame, lower], 0.0, resolution_m)
-    patch = locate(frame, grid)
-    assert patch is not None
+    projection = grid_view(grid).project(frame)
+    assert projection is not None
+    marks = project_marks(mask, projection)
     marked = np.zeros((grid.rows, grid.columns), dtype=np.uint16)
-    marked[patch.window] = warp_mask(mask, patch)
+    marked[marks.rows, marks.columns] += 1
+    assert marked.sum() == marks.rows.size
     cells = largest_blob(marked)
     assert cells is not None
     assert cells.rows.size == np.count_nonzero(marked)

@@ -17,7 +17,7 @@ from aos_gcs.imaging.focal_plane import (
     grid_to_plane,
 )
 from aos_gcs.imaging.model import FocalGrid, Frame
-from aos_gcs.imaging.warp import locate
+from aos_gcs.imaging.views import grid_view
 
 CAMERA = CameraModel.from_fov(32, 24, np.radians(50.0))
 
@@ -57,9 +57,10 @@ def test_coverage_equals_a_brute_force_projection_of_every_cell(pose: Pose) -> N
     expected = ((normalised >= 0) & (normalised <= 1)).all(axis=1)
     expected &= depth_m <= MAX_DEPTH_RATIO * abs(pose.position_enu_m[2] - 1.0)
     covered = np.zeros((grid.rows, grid.columns), dtype=np.uint8)
-    patch = locate(frame(pose), grid)
-    if patch is not None:
-        covered[patch.window] = patch.covered
+    projection = grid_view(grid).project(frame(pose))
+    if projection is not None and (window := projection.window(0, grid.rows)) is not None:
+        part = projection.covered(window)
+        covered[window] = 1 if part is None else part
     decided = np.isnan(distance_to_limit) | (distance_to_limit > 1e-9)
     np.testing.assert_array_equal(covered.ravel()[decided], expected[decided])
 
@@ -126,7 +127,7 @@ def test_a_frame_that_sees_no_ground_does_not_widen_the_grid() -> None:
     down = frame(nadir_pose([0, 0, 35.0]))
     up = frame(tilted([500.0, 0.0, 35.0], np.pi))
     assert choose_grid([down, up], 0.0) == choose_grid([down], 0.0)
-    assert locate(up, choose_grid([down], 0.0)) is None
+    assert grid_view(choose_grid([down], 0.0)).project(up) is None
 
 
 def test_a_span_of_one_cell_and_an_empty_one() -> None:

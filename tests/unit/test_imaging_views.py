@@ -103,7 +103,7 @@ def test_a_plane_as_terrain_gives_what_the_plane_gives(camera: CameraModel, exac
     on_terrain, terrain_count = integrate_view(frames, PINHOLE, virtual, terrain, exact=exact)
     same = count == terrain_count
     assert (~same).sum() <= 10
-    np.testing.assert_allclose(on_terrain[same], on_plane[same], atol=1e-4 if exact else 0.05)
+    np.testing.assert_allclose(on_terrain[same], on_plane[same], atol=1e-4 if exact else 0.1)
 
 
 @settings(max_examples=20, deadline=None)
@@ -210,10 +210,12 @@ def test_virtual_cameras_that_see_nothing_are_refused() -> None:
 
 
 @SURFACES
-def test_bands_of_rows_make_up_the_whole(surface: FocalSurface) -> None:
+def test_bands_of_rows_make_up_the_whole(surface: FocalSurface, monkeypatch: pytest.MonkeyPatch) -> None:
     frames = flight(PINHOLE, surface)
     view = perspective_view(PINHOLE, frames[0].pose, surface)
     whole, count = integrate(frames, view)
-    bands = [integrate(frames, view.rows(first, end)) for first, end in ((0, 33), (33, 80))]
-    np.testing.assert_array_equal(np.concatenate([part for _, part in bands]), count)
-    np.testing.assert_allclose(np.concatenate([part for part, _ in bands]), whole, atol=1e-4)
+    integral = ViewIntegral(view, frames[0].bands)
+    monkeypatch.setattr("aos_gcs.imaging.integral.BAND_ROWS", 33)
+    assert all(integral.add_all(frames))
+    np.testing.assert_array_equal(integral.coverage, count)
+    np.testing.assert_allclose(integral.mean(), whole, atol=1e-4)

@@ -1,0 +1,63 @@
+"""The cells of a raster that one frame marks as anomalous: few, so that they are listed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.imaging.warp import PlaneProjection
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Marks:
+    """Distinct cells of a raster; arrays of shape (n,)."""
+
+    rows: NDArray[np.intp]
+    columns: NDArray[np.intp]
+
+    def among(self, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> NDArray[np.bool_]:
+        """Tell which of some cells are marked, shape (k,)."""
+        width = max(int(columns.max(initial=0)), int(self.columns.max(initial=0))) + 1
+        return np.asarray(np.isin(rows * width + columns, self.rows * width + self.columns))
+
+
+def project_marks(mask: NDArray[np.uint8], projection: PlaneProjection) -> Marks:
+    """Return the cells that a mask of an image, shape (H, W), values 0 and 1, marks.
+
+    A cell takes the pixel under its centre; in addition, a marked pixel marks the cell under its own centre. The first
+    fills the area of pixels larger than cells. The second keeps pixels that no cell's centre falls into, which happens
+    at any angle but 0 even where cells are a little smaller than pixels: without it, thin blobs would be torn apart.
+    """
+    marked_px = cv2.findNonZero(mask)
+    if marked_px is None:
+        return Marks(np.empty(0, dtype=np.intp), np.empty(0, dtype=np.intp))
+    centres_px = np.asarray(marked_px, dtype=np.float64).reshape(-1, 2)
+    window = _window_of(centres_px, projection)
+    if window is None:
+        return Marks(np.empty(0, dtype=np.intp), np.empty(0, dtype=np.intp))
+    cells = projection.sample_mask(mask, window)
+    own = np.rint(projection.cells_of(centres_px)) - (window[1].start, window[0].start)
+    # A comparison with NaN, for pixels that see no cell, is false.
+    own = own[((own >= 0) & (own < (cells.shape[1], cells.shape[0]))).all(axis=1)].astype(np.intp)
+    cells[own[:, 1], own[:, 0]] = 1
+    covered = projection.covered(window)
+    rows, columns = np.nonzero(cells if covered is None else cells & covered)
+    return Marks(rows + window[0].start, columns + window[1].start)
+
+
+def _window_of(centres_px: NDArray[np.float64], projection: PlaneProjection) -> tuple[slice, slice] | None:
+    """Return the part of the raster where pixels lie, up to all that the frame covers; None if nowhere."""
+    whole = projection.window(projection.rows.start, projection.rows.stop)
+    corners = np.concatenate([centres_px + np.array([du, dv]) for du in (-0.5, 0.5) for dv in (-0.5, 0.5)])
+    outline = projection.cells_of(corners)
+    if whole is None or not np.isfinite(outline).all():
+        return whole
+    rows, columns = whole
+    left, top = np.floor(outline.min(axis=0)).astype(int)
+    right, bottom = np.ceil(outline.max(axis=0)).astype(int) + 1
+    rows = slice(max(rows.start, int(top)), min(rows.stop, int(bottom)))
+    columns = slice(max(columns.start, int(left)), min(columns.stop, int(right)))
+    return (rows, columns) if rows.start < rows.stop and columns.start < columns.stop else None

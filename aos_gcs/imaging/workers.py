@@ -1,0 +1,33 @@
+"""The threads that imaging shares; OpenCV, BLAS and SciPy release the interpreter while they work."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+from typing import TypeVar
+
+MAX_WORKERS = 4
+"""More would wait for memory, and for each other in Python."""
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+
+def parallel_map(function: Callable[[Item], Result], items: Iterable[Item]) -> list[Result]:
+    """Return the function's results in the order of the items, so that they do not depend on which thread is faster.
+
+    All items are in flight at once: pass them in batches where results are large. The function must not call
+    ``parallel_map`` itself, as its inner call could wait for the threads that the outer ones hold.
+    """
+    items = list(items)
+    if len(items) < 2:
+        return [function(item) for item in items]
+    return list(_pool().map(function, items))
+
+
+@cache
+def _pool() -> ThreadPoolExecutor:
+    # One for the process: starting threads for every integral would cost a tenth of it.
+    return ThreadPoolExecutor(min(os.cpu_count() or 1, MAX_WORKERS), thread_name_prefix="imaging")
