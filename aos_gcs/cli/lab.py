@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from aos_gcs.cli.lab_effectiveness import effectiveness, fit_person
+
 if TYPE_CHECKING:
     from aos_gcs.lab.initialisation import Initialisation
     from aos_gcs.lab.scenario import Scenario
@@ -42,6 +44,9 @@ def run(
     target_speed: Annotated[float | None, typer.Option(metavar="M/S", help="Of the target; 0 stays.")] = None,
     fidelity: Annotated[str | None, typer.Option(help="geometric (rays, fast) or imaging (rendered images).")] = None,
     time_model: Annotated[str | None, typer.Option(help="paper (10 m/s, nothing else takes time) or dynamics.")] = None,
+    oracle: Annotated[
+        bool, typer.Option("--oracle", help="Also find the best positions that full knowledge of the forest allows.")
+    ] = False,
     jobs: Annotated[int, typer.Option(help="Processes on this machine.")] = 1,
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Of a Dask scheduler, such as tcp://10.0.0.1:8786.")
@@ -68,7 +73,8 @@ def run(
         "time_model": time_model,
     }
     chosen = _scenario(scenario, {name: value for name, value in options.items() if value is not None})
-    campaign = Campaign(chosen, parse_strategies(strategies), _initialisations(initialisations, seed, chosen))
+    starts = _initialisations(initialisations, seed, chosen)
+    campaign = Campaign(chosen, parse_strategies(strategies), starts, oracle=oracle)
     results = create_results(out, campaign)
     missing = len(results.missing())
     if done := len(campaign.initialisations) - missing:
@@ -79,6 +85,26 @@ def run(
         f"{len(campaign.strategies)} strategies in {len(campaign.initialisations)} initialisations: "
         f"{results.read().num_rows} rows in {out}"
     )
+
+
+@lab.command("report")
+def report(
+    *,
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Of a campaign, as given to lab run --out.")],
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Where to; otherwise DIR/report.")] = None,
+    reference: Annotated[
+        str | None, typer.Option(help="Strategy that the others are compared with; otherwise the first.")
+    ] = None,
+    runs: Annotated[int, typer.Option(help="Draw the single runs of so many initialisations.", min=0)] = 1,
+) -> None:
+    """Report on a campaign: Markdown, figures as PNG and SVG, and the numbers as CSV."""
+    from aos_gcs.lab.report import compare, write_report  # noqa: PLC0415 - keeps the other commands' help fast
+    from aos_gcs.lab.results import open_results  # noqa: PLC0415
+
+    results = open_results(folder)
+    labels = [choice.label for choice in results.campaign.strategies]
+    comparison = compare(results.campaign.scenario, labels, results.read())
+    typer.echo(write_report(comparison, out or folder / "report", reference=reference or labels[0], shown_runs=runs))
 
 
 @lab.command("calibrate")
@@ -107,6 +133,10 @@ def calibrate(
             result = single_view_visibility(scenario, worlds=worlds, views=views, seed=seed, advance=advance)
         mean = f"{result.mean:.3f} +- {result.standard_error:.3f}"
         typer.echo(f"{density:8g}  {mean:25s}  {result.lower_quartile:.3f} to {result.upper_quartile:.3f}")
+
+
+lab.command("effectiveness")(effectiveness)
+lab.command("fit-person")(fit_person)
 
 
 def _scenario(file: Path | None, options: dict[str, object]) -> Scenario:

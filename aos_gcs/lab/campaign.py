@@ -13,6 +13,7 @@ from typing import Any
 import pyarrow as pa
 
 from aos_gcs.errors import ConfigurationError, InputDataError
+from aos_gcs.lab.bound import oracle_rows
 from aos_gcs.lab.experiment import run_strategy
 from aos_gcs.lab.initialisation import Initialisation, check_initialisation, open_world
 from aos_gcs.lab.rows import SCHEMA, to_table
@@ -34,6 +35,8 @@ class Campaign:
     scenario: Scenario
     strategies: tuple[StrategyChoice, ...]
     initialisations: tuple[Initialisation, ...]
+    oracle: bool = False
+    """Whether the rows hold what the best positions would show, too (:mod:`aos_gcs.lab.bound`)."""
 
     def __post_init__(self) -> None:
         if not self.strategies or not self.initialisations:
@@ -46,6 +49,7 @@ class Campaign:
         settings = {
             "format": FORMAT,
             "version": version("aos-gcs"),
+            "oracle": self.oracle,
             "scenario": dataclasses.asdict(self.scenario),
             "strategies": [dataclasses.asdict(choice) for choice in self.strategies],
             "initialisations": [dataclasses.asdict(initialisation) for initialisation in self.initialisations],
@@ -78,17 +82,20 @@ def parse_manifest(manifest: Mapping[str, Any], source: str) -> Campaign:
                 Initialisation(**{**fields, "target_offset_m": tuple(fields["target_offset_m"])})
                 for fields in manifest["initialisations"]
             ),
+            oracle=manifest["oracle"],
         )
     except (KeyError, TypeError, AttributeError, ConfigurationError) as error:
         raise InputDataError(f"{source} is not the manifest of a campaign ({error}).") from error
 
 
-def run_initialisation(
-    scenario: Scenario, strategies: tuple[StrategyChoice, ...], initialisation: Initialisation
-) -> pa.Table:
+def run_initialisation(campaign: Campaign, initialisation: Initialisation) -> pa.Table:
     """Return the rows of all strategies in one initialisation, whose forest is built once."""
+    scenario = campaign.scenario
     world = open_world(initialisation, scenario)
     tables = [
-        to_table(run_strategy(world, scenario, initialisation, choice.make(), choice.label)) for choice in strategies
+        to_table(run_strategy(world, scenario, initialisation, choice.make(), choice.label))
+        for choice in campaign.strategies
     ]
+    if campaign.oracle:
+        tables.append(to_table(oracle_rows(world, scenario, initialisation)))
     return pa.concat_tables([SCHEMA.empty_table(), *tables]).combine_chunks()

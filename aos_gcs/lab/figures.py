@@ -9,6 +9,7 @@ import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from textwrap import wrap
 
 import numpy as np
 from matplotlib import colormaps
@@ -26,11 +27,12 @@ from aos_gcs.lab.statistics import Interval, mean_band
 FloatArray = NDArray[np.float64]
 
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#8C6D1F")
-STATE_MARKERS = {"exploration": "^", "exploitation": "s", "convergence": "o", "jumping out": "D"}
+STATE_MARKERS = {"exploration": "^", "exploitation": "s", "convergence": "o", "jumping_out": "D"}
 FORMATS = ("png", "svg")
 DPI = 150
 TARGET_COLOUR = "#CC00CC"
 GRID_COLOUR = "0.9"
+LABEL_WIDTH = 26
 HISTOGRAM_BINS = np.linspace(0.0, 1.0, 21)
 
 
@@ -67,10 +69,10 @@ def curves(
         bound: the oracle's value, if the report has one.
         marks: published results.
     """
-    figure, axes = _figure(7.0, 4.2)
+    figure, axes = _figure(8.0, 4.2)
     for name, values in runs.items():
         mean, low, high = mean_band(values)
-        axes.plot(time_s, mean, color=palette[name], label=name, linewidth=1.8)
+        axes.plot(time_s, mean, color=palette[name], label=_wrapped(name), linewidth=1.8)
         axes.fill_between(time_s, low, high, color=palette[name], alpha=0.18, linewidth=0)
     if bound is not None:
         axes.axhline(bound.mean, color="0.35", linestyle="--", linewidth=1.2, label="oracle")
@@ -85,7 +87,7 @@ def curves(
 
 def differences(intervals: Mapping[str, Interval], *, xlabel: str, palette: Mapping[str, str]) -> Figure:
     """Paired differences to the reference, one line per variant, with their confidence intervals."""
-    figure, axes = _figure(7.0, 1.2 + 0.42 * len(intervals))
+    figure, axes = _figure(7.0, 1.2 + 0.5 * len(intervals))
     for row, (name, interval) in enumerate(list(intervals.items())[::-1]):
         axes.errorbar(
             interval.mean,
@@ -96,7 +98,7 @@ def differences(intervals: Mapping[str, Interval], *, xlabel: str, palette: Mapp
             capsize=4,
         )
     axes.axvline(0.0, color="0.35", linewidth=1.0)
-    axes.set_yticks(range(len(intervals)), list(intervals)[::-1])
+    axes.set_yticks(range(len(intervals)), [_wrapped(name) for name in list(intervals)[::-1]])
     axes.set_ylim(-0.6, len(intervals) - 0.4)
     axes.set_xlabel(xlabel)
     return figure
@@ -112,7 +114,7 @@ def histograms(factors: Mapping[str, FloatArray], *, palette: Mapping[str, str])
         finite = values[np.isfinite(values)]
         weights = np.full(len(finite), 1.0 / max(len(finite), 1))
         axes.hist(finite, bins=HISTOGRAM_BINS, weights=weights, color=palette[name])
-        axes.set_title(f"{name}\nmean {finite.mean():.2f}" if len(finite) else name, fontsize=8)
+        axes.set_title(f"{_wrapped(name)}\nmean {finite.mean():.2f}" if len(finite) else _wrapped(name), fontsize=8)
         axes.grid(axis="y", color=GRID_COLOUR)
         axes.set_axisbelow(True)
     for axes in grid.flat[len(factors) :]:
@@ -204,7 +206,7 @@ def distributions(values: Mapping[str, FloatArray], *, xlabel: str, palette: Map
             continue
         axes.boxplot(finite, positions=[row], orientation="horizontal", widths=0.6, showfliers=False)
         axes.plot(finite, row + rng.uniform(-0.2, 0.2, len(finite)), ".", color=palette[name], alpha=0.5, markersize=5)
-    axes.set_yticks(range(len(names)), names)
+    axes.set_yticks(range(len(names)), [_wrapped(name) for name in names])
     axes.set_ylim(-0.6, len(names) - 0.4)
     axes.set_xlabel(xlabel)
     return figure
@@ -223,6 +225,11 @@ def _figure(width_in: float, height_in: float) -> tuple[Figure, Axes]:
     axes.grid(color=GRID_COLOUR)
     axes.set_axisbelow(True)
     return figure, axes
+
+
+def _wrapped(name: str) -> str:
+    """Return a variant's name in lines short enough for an axis or a title."""
+    return "\n".join(wrap(name, LABEL_WIDTH))
 
 
 def _legend_beside(axes: Axes) -> None:

@@ -46,7 +46,7 @@ def compute(
     if not 1 <= jobs <= MAX_JOBS:
         raise ConfigurationError(f"jobs must lie within 1 and {MAX_JOBS}, but is {jobs}.")
     missing = results.missing()
-    work = partial(run_initialisation, results.campaign.scenario, results.campaign.strategies)
+    work = partial(run_initialisation, results.campaign)
     for initialisation, table in _computed(work, missing, min(jobs, len(missing)), scheduler):
         results.write(initialisation, table)
         advance(1)
