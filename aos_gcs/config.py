@@ -1,7 +1,7 @@
 """The service's configuration: a TOML file, checked once, turned into the core's own settings.
 
-The sections ``flight``, ``deadlines``, ``detection``, ``imaging`` and ``safety`` have the fields and defaults of the
-core's settings dataclasses; docs/configuration.md lists them all.
+The sections ``flight``, ``deadlines``, ``detection``, ``imaging``, ``autofocus``, ``registration`` and ``safety`` have
+the fields and defaults of the core's settings dataclasses; docs/configuration.md lists them all.
 """
 
 from __future__ import annotations
@@ -22,7 +22,14 @@ from aos_gcs.imaging.step import ImagingSettings
 from aos_gcs.mission.plan import altitude_layers
 from aos_gcs.mission.polygon import Polygon, as_polygon
 from aos_gcs.mission.safety import SafetyLimits
-from aos_gcs.mission.settings import Deadlines, DetectionSettings, FlightSettings, MissionSettings
+from aos_gcs.mission.settings import (
+    AutofocusSettings,
+    Deadlines,
+    DetectionSettings,
+    FlightSettings,
+    MissionSettings,
+    RegistrationSettings,
+)
 from aos_gcs.swarm.registry import make_strategy
 
 _STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
@@ -110,6 +117,8 @@ class ServiceConfig(BaseModel):
     deadlines: dict[str, Any] = {}
     detection: dict[str, Any] = {}
     imaging: dict[str, Any] = {}
+    autofocus: dict[str, Any] = {}
+    registration: dict[str, Any] = {}
     safety: dict[str, Any] = {}
     api: ApiConfig = ApiConfig()
     record: RecordConfig = RecordConfig()
@@ -171,6 +180,8 @@ def mission_settings(config: ServiceConfig) -> MissionSettings:
         flight=flight,
         deadlines=_build(Deadlines, "deadlines", config.deadlines),
         detection=_build(DetectionSettings, "detection", config.detection),
+        autofocus=_build(AutofocusSettings, "autofocus", config.autofocus),
+        registration=_build(RegistrationSettings, "registration", config.registration),
         auto_start=mission.auto_start,
         auto_return=mission.auto_return,
     )
@@ -178,6 +189,11 @@ def mission_settings(config: ServiceConfig) -> MissionSettings:
         raise ConfigurationError(
             f"imaging.plane_height_m ({settings.imaging.plane_height_m:g}) must be below flight.lowest_layer_m "
             f"({settings.flight.lowest_layer_m:g}): a focal plane above the cameras is never seen."
+        )
+    if settings.autofocus.enabled and settings.focus_range_m[1] >= settings.flight.lowest_layer_m:
+        raise ConfigurationError(
+            f"autofocus.reach_m ({settings.autofocus.reach_m:g}) above imaging.plane_height_m must be below "
+            f"flight.lowest_layer_m ({settings.flight.lowest_layer_m:g}): nothing above the cameras is ever seen."
         )
     return settings
 

@@ -82,6 +82,11 @@ def vehicle_position(vehicle: model.VehicleSnapshot) -> wire.PositionModel | Non
     )
 
 
+def focus(state: model.FocusSnapshot) -> wire.FocusModel:
+    """Convert the focal plane."""
+    return wire.FocusModel(height_m=state.height_m, source=state.source, sigma_m=finite(state.sigma_m))
+
+
 def vehicle(vehicle: model.VehicleSnapshot, origin: GeodeticPosition | None) -> wire.VehicleModel:
     """Convert one vehicle."""
     state = vehicle.telemetry
@@ -160,6 +165,7 @@ def mission(snapshot: model.MissionSnapshot) -> wire.MissionModel:
         if target
         else None,
         min_separation_m=finite(snapshot.min_separation_m),
+        focus=focus(snapshot.focus) if snapshot.focus else None,
         allowed_actions=allowed_actions(snapshot),
     )
 

@@ -10,7 +10,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from aos_gcs.mission.model import Action, Outcome, Phase, PictureKind, Suspension, Task, Verdict
+from aos_gcs.mission.model import Action, FocusSource, Outcome, Phase, PictureKind, Suspension, Task, Verdict
 from aos_gcs.ports import FlightMode, LandedState, Severity
 
 SCHEMA_VERSION = 1
@@ -98,6 +98,14 @@ class TargetModel(WireModel):
     sightings: int
 
 
+class FocusModel(WireModel):
+    """The focal plane in use."""
+
+    height_m: float = Field(description="Above the origin.")
+    source: FocusSource
+    sigma_m: float | None = Field(description="Standard deviation of what autofocus has found.")
+
+
 class MissionModel(WireModel):
     """The whole mission at one moment."""
 
@@ -116,6 +124,7 @@ class MissionModel(WireModel):
     preflight: list[PreflightCheckModel]
     target: TargetModel | None
     min_separation_m: float | None
+    focus: FocusModel | None
     allowed_actions: list[Action] = Field(description="What makes sense to offer now; a request can still be refused.")
 
 
@@ -191,6 +200,9 @@ class ActionRequest(WireModel):
 
     action: Action
     vehicle_ids: Annotated[list[Annotated[int, Field(ge=1, le=255)]], Field(min_length=1, max_length=255)] | None = None
+    focal_height_m: Annotated[float, Field(allow_inf_nan=False)] | None = Field(
+        None, description="Of the action focus alone: metres above the origin, or null to leave it to autofocus."
+    )
 
 
 class ActionResultModel(WireModel):

@@ -55,7 +55,7 @@ class Gaussian:
     def marginal(self, rows: NDArray[np.intp]) -> Gaussian:
         """Return the distribution of some of the variables, the others being unknown."""
         covariance = np.linalg.inv(self.information)
-        return Gaussian(self.mean[rows], np.linalg.inv(covariance[np.ix_(rows, rows)]))
+        return Gaussian(self.mean[rows], np.asarray(np.linalg.inv(covariance[np.ix_(rows, rows)]), dtype=np.float64))
 
     def updated(self, rows: NDArray[np.intp], prior: Gaussian, posterior: Gaussian) -> Gaussian:
         """Return the distribution after what has turned the marginal of some variables from prior to posterior."""
@@ -63,7 +63,7 @@ class Gaussian:
         information[np.ix_(rows, rows)] += posterior.information - prior.information
         right = self.information @ self.mean
         right[rows] += posterior.information @ posterior.mean - prior.information @ prior.mean
-        return Gaussian(np.linalg.solve(information, right), information)
+        return Gaussian(np.asarray(np.linalg.solve(information, right), dtype=np.float64), information)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

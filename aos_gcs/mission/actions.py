@@ -14,6 +14,7 @@ from aos_gcs.mission.homing import Homing
 from aos_gcs.mission.model import Action, ActionRecord, ActionResult, Outcome, Phase, Suspension, Task
 from aos_gcs.mission.phases import ENDING, ON_GROUND, check_action
 from aos_gcs.mission.roster import Member
+from aos_gcs.mission.vision import Vision
 from aos_gcs.ports import FlightMode, Hold, Land, Severity
 
 
@@ -43,9 +44,10 @@ class Flow(Protocol):
 class Operator:
     """Carries out actions. Every one is written to the audit log, refused ones too."""
 
-    def __init__(self, context: MissionContext, homing: Homing, flow: Flow) -> None:
+    def __init__(self, context: MissionContext, homing: Homing, vision: Vision, flow: Flow) -> None:
         self._context = context
         self._homing = homing
+        self._vision = vision
         self._flow = flow
         self._on_all: Mapping[Action, Callable[[], Awaitable[Sequence[ActionResult]]]] = {
             Action.START: self._start,
@@ -65,19 +67,27 @@ class Operator:
             Action.ABORT: self._return_one,
         }
 
-    async def act(self, action: Action, vehicle_ids: tuple[int, ...] | None) -> tuple[ActionResult, ...]:
+    async def act(
+        self, action: Action, vehicle_ids: tuple[int, ...] | None, focal_height_m: float | None = None
+    ) -> tuple[ActionResult, ...]:
         """See ``MissionControl.act``."""
         context = self._context
         try:
             check_action(self._flow.heading, action)
-            if vehicle_ids is None:
+            if action is Action.FOCUS:
+                results = self._set_focus(vehicle_ids, focal_height_m)
+            elif focal_height_m is not None:
+                raise MissionError(f"A focal height goes with {Action.FOCUS} only, not with {action}.")
+            elif vehicle_ids is None:
                 results = tuple(await self._on_all[action]())
             else:
                 results = await self._act_on(action, context.roster.select(vehicle_ids))
         except MissionError as error:
-            await self._record(ActionRecord(context.clock.utc_s(), action, vehicle_ids, (), str(error)))
+            await self._record(ActionRecord(context.clock.utc_s(), action, vehicle_ids, (), str(error), focal_height_m))
             raise
-        await self._record(ActionRecord(context.clock.utc_s(), action, vehicle_ids, results))
+        await self._record(
+            ActionRecord(context.clock.utc_s(), action, vehicle_ids, results, focal_height_m=focal_height_m)
+        )
         return results
 
     async def _record(self, record: ActionRecord) -> None:
@@ -144,6 +154,13 @@ class Operator:
             results = self._go_down(Phase.RETURN, "returns to its launch point")
         self._context.outcome = Outcome.ABORTED
         return results
+
+    def _set_focus(self, vehicle_ids: tuple[int, ...] | None, focal_height_m: float | None) -> tuple[ActionResult, ...]:
+        if vehicle_ids is not None:
+            raise MissionError("The focal plane is one for the whole mission; leave the vehicles out.")
+        self._vision.override_focus(focal_height_m)
+        self._tell("focus left to the program" if focal_height_m is None else f"focus at {focal_height_m:g} m")
+        return ()
 
     def _go_down(self, phase: Phase, text: str) -> Sequence[ActionResult]:
         if self._flow.heading is phase:

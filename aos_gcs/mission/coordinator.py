@@ -38,6 +38,7 @@ from aos_gcs.mission.phases import ENDING, ON_GROUND, check_transition
 from aos_gcs.mission.roster import Roster
 from aos_gcs.mission.search import Search
 from aos_gcs.mission.settings import MissionSettings
+from aos_gcs.mission.vision import Vision
 from aos_gcs.ports import Clock, Fleet, ReturnToLaunch, Severity
 
 _FAREWELL_S = 5.0
@@ -68,10 +69,11 @@ class Coordinator:
         self._context = MissionContext(settings, clock, roster, journal, flight, recorder, loop_monitor)
         self._gallery = Gallery(journal)
         self._launch = Launch(self._context)
-        self._search = Search(self._context, self._gallery)
+        self._vision = Vision(self._context)
+        self._search = Search(self._context, self._gallery, self._vision)
         self._homing = Homing(self._context)
         self._monitor = Monitor(self._context, self._homing, self.snapshot, self._end_without_vehicles)
-        self._operator = Operator(self._context, self._homing, self)
+        self._operator = Operator(self._context, self._homing, self._vision, self)
         self._handlers: Mapping[Phase, Callable[[], Coroutine[Any, Any, Phase]]] = {
             Phase.CONNECT: self._launch.connect,
             Phase.PREFLIGHT: self._launch.preflight,
@@ -117,6 +119,7 @@ class Coordinator:
             target=self._search.tracker.estimate(),
             min_separation_m=self._monitor.min_separation_m,
         )
+            focus=self._vision.focus,
 
     def steps(self) -> Sequence[StepRecord]:
         """Return all steps so far, oldest first."""
@@ -126,9 +129,11 @@ class Coordinator:
         """Return the latest raster of a kind, if there is one."""
         return self._gallery.latest(kind)
 
-    async def act(self, action: Action, vehicle_ids: tuple[int, ...] | None) -> tuple[ActionResult, ...]:
+    async def act(
+        self, action: Action, vehicle_ids: tuple[int, ...] | None, focal_height_m: float | None = None
+    ) -> tuple[ActionResult, ...]:
         """Carry out an operator's action; see ``MissionControl.act``."""
-        return await self._operator.act(action, vehicle_ids)
+        return await self._operator.act(action, vehicle_ids, focal_height_m)
 
     def subscribe(self) -> AbstractContextManager[AsyncIterator[Event]]:
         """Follow the event stream from now on."""

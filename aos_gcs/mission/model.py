@@ -79,6 +79,8 @@ class Action(StrEnum):
     RETURN = "return"
     LAND = "land"
     ABORT = "abort"
+    FOCUS = "focus"
+    """Focus on a height that the operator gives, or leave it to autofocus again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,6 +104,8 @@ class ActionRecord:
     results: tuple[ActionResult, ...]
     refusal: str | None = None
     """Why the mission did not take the action; None if it did."""
+    focal_height_m: float | None = None
+    """What an action of focusing asked for; None leaves the height to autofocus."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,6 +165,34 @@ class MissionSnapshot:
     phase: Phase
     suspension: Suspension
     outcome: Outcome
+    track_id: int = 0
+    """Counts from 1 in a mission; 0: not known."""
+    confirmed: bool = True
+    """Seen often enough to be no false alarm."""
+    ellipse: ErrorEllipse | None = None
+    velocity_enu_mps: tuple[float, float] | None = None
+    """Horizontal."""
+    seen_at_s: float | None = None
+    """Mission time of the latest sighting."""
+
+
+class FocusSource(StrEnum):
+    """Who has chosen the focal height."""
+
+    CONFIGURED = "configured"
+    AUTOFOCUS = "autofocus"
+    OPERATOR = "operator"
+
+
+@dataclass(frozen=True, slots=True)
+class FocusSnapshot:
+    """The focal plane in use."""
+
+    height_m: float
+    """Above the origin."""
+    source: FocusSource
+    sigma_m: float | None
+    """Standard deviation of what autofocus has found; None for other sources."""
     message: str
     """What the mission is waiting for or doing, in one sentence."""
     elapsed_s: float
@@ -189,6 +221,10 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class WaypointRecord:
+    targets: tuple[TargetEstimate, ...] = ()
+    """All that are confirmed, and ``target``."""
+    focus: FocusSnapshot | None = None
+    """None in records of missions before there was autofocus."""
     """One vehicle's planned waypoint of a step."""
 
     vehicle_id: int
@@ -238,6 +274,8 @@ class PictureKind(StrEnum):
     """Number of frames that mark each cell."""
 
 
+    focal_height_m: float | None = None
+    """Of the plane that this step's frames were integrated on."""
 @dataclass(frozen=True, slots=True)
 class Picture:
     """A north-up raster on the focal plane, ready to show."""
@@ -316,7 +354,9 @@ class MissionControl(Protocol):
         """Return the latest raster of a kind, if there is one."""
         ...
 
-    async def act(self, action: Action, vehicle_ids: tuple[int, ...] | None) -> tuple[ActionResult, ...]:
+    async def act(
+        self, action: Action, vehicle_ids: tuple[int, ...] | None, focal_height_m: float | None = None
+    ) -> tuple[ActionResult, ...]:
         """Carry out an operator's action for the vehicles named, or for the whole mission when ``None``.
 
         Raises:
@@ -327,3 +367,5 @@ class MissionControl(Protocol):
     def subscribe(self) -> AbstractContextManager[AsyncIterator[Event]]:
         """Follow the events from now on. Bounded: a slow reader loses its oldest ones, seen as gaps in ``seq``."""
         ...
+        The focal height is of the action of focusing alone, and ``None`` leaves it to autofocus.
+

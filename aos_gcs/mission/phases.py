@@ -46,6 +46,7 @@ ACTIONS: Mapping[Action, frozenset[Phase]] = MappingProxyType(
         Action.RETURN: _STARTED,
         Action.LAND: _STARTED,
         Action.ABORT: frozenset(Phase) - {Phase.DONE},
+        Action.FOCUS: frozenset(Phase) - ENDING - {Phase.DONE},
     }
 )
 

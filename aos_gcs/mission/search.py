@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import time
 from dataclasses import replace
 from typing import Any
@@ -34,11 +35,11 @@ _MAX_BLIND_STEPS = 3
 class Search:
     """The phases LINE, SCAN, CONVERGE and FOUND."""
 
-    def __init__(self, context: MissionContext, gallery: Gallery) -> None:
+    def __init__(self, context: MissionContext, gallery: Gallery, vision: Vision) -> None:
         settings = context.settings
         self._context = context
         self._gallery = gallery
-        self._vision = Vision(context)
+        self._vision = vision
         self._rng = np.random.default_rng(settings.seed)
         self._strategy: Strategy[Any] = make_strategy(settings.strategy, settings.strategy_parameters)
         self._state = self._strategy.init(np.array(settings.scan_direction_enu))
@@ -107,9 +108,12 @@ class Search:
                 work_ms=work_ms,
                 loop_lag_p99_ms=context.loop_monitor.take_step_lag_p99_ms(),
             ),
+                focal_height_m=analysis.grid.height_m,
         )
         await self._gallery.hang(record.step, analysis, taken.captures[0].bands)
-        await self._await_arrival(record.waypoints)
+        async with asyncio.TaskGroup() as group:
+            group.create_task(self._vision.learn(self.step, analysis))
+            await self._await_arrival(record.waypoints)
         return following
 
     async def _sample(self, swarm: list[Member]) -> Sample:

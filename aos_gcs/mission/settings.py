@@ -9,7 +9,9 @@ from typing import Any
 
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.imaging.geolocation import Uncertainty
 from aos_gcs.imaging.step import ImagingSettings
+from aos_gcs.tracking.tracker import TrackingSettings
 
 
 class _Positive:
@@ -20,7 +22,7 @@ class _Positive:
     def __post_init__(self) -> None:
         for entry in fields(self):  # type: ignore[arg-type]
             value = getattr(self, entry.name)
-            if not (math.isfinite(value) and value > 0):
+            if not isinstance(value, bool) and not (math.isfinite(value) and value > 0):
                 raise ConfigurationError(f"{entry.name} must be a finite number above 0, but is {value}.")
 
 
@@ -83,6 +85,39 @@ class DetectionSettings(_Positive):
 
 
 @dataclass(frozen=True, slots=True)
+class AutofocusSettings(_Positive):
+    """How the height of the focal plane is looked for during the search."""
+
+    enabled: bool = False
+    reach_m: float = 4.0
+    """How far below and above ``imaging.plane_height_m`` it is looked for. Leave crowns out: they have most texture."""
+    interval_steps: int = 3
+
+    def is_due(self, step: int) -> bool:
+        """Whether it is looked for after this step."""
+        return self.enabled and step % self.interval_steps == 0
+
+
+@dataclass(frozen=True, slots=True)
+class RegistrationSettings(_Positive):
+    """How the errors of poses are learnt from the frames."""
+
+    enabled: bool = False
+    min_confidence: float = 0.6
+    """From which poses are corrected; 0 to 1."""
+    interval_steps: int = 1
+
+    def __post_init__(self) -> None:
+        _Positive.__post_init__(self)
+        if self.min_confidence > 1.0:
+            raise ConfigurationError(f"min_confidence must be at most 1, but is {self.min_confidence}.")
+
+    def is_due(self, step: int) -> bool:
+        """Whether something is learnt from this step."""
+        return self.enabled and step % self.interval_steps == 0
+
+
+@dataclass(frozen=True, slots=True)
 class MissionSettings:
     """A whole mission."""
 
@@ -104,7 +139,17 @@ class MissionSettings:
     flight: FlightSettings = field(default_factory=FlightSettings)
     deadlines: Deadlines = field(default_factory=Deadlines)
     detection: DetectionSettings = field(default_factory=DetectionSettings)
+    uncertainty: Uncertainty = field(default_factory=Uncertainty)
+    tracking: TrackingSettings = field(default_factory=TrackingSettings)
+    autofocus: AutofocusSettings = field(default_factory=AutofocusSettings)
+    registration: RegistrationSettings = field(default_factory=RegistrationSettings)
     auto_start: bool = False
     """Start as soon as preflight has passed, without an operator."""
     auto_return: bool = False
     """Return after ``hold_steps`` in FOUND, without an operator."""
+
+    @property
+    def focus_range_m(self) -> tuple[float, float]:
+        """Lowest and greatest height that autofocus may choose."""
+        reach_m = self.autofocus.reach_m
+        return self.imaging.plane_height_m - reach_m, self.imaging.plane_height_m + reach_m

@@ -20,6 +20,8 @@ from aos_gcs.mission.model import (
     EnuPoint,
     Event,
     EventKind,
+    FocusSnapshot,
+    FocusSource,
     MissionSnapshot,
     NoticeRecord,
     Outcome,
@@ -93,6 +95,7 @@ class ScriptedMission:
         self.actions: list[tuple[Action, tuple[int, ...] | None]] = []
         self.phase = Phase.READY
         self.suspension = Suspension.NONE
+        self.focus = FocusSnapshot(0.0, FocusSource.CONFIGURED, None)
         self.elapsed_s = 0.0
         self._phase_s = 0.0
         self._since_step_s = 0.0
@@ -129,6 +132,7 @@ class ScriptedMission:
             preflight=self._preflight(),
             target=self._target(),
             min_separation_m=5.21 if self._steps else None,
+            focus=self.focus,
         )
 
     def steps(self) -> Sequence[StepRecord]:
@@ -139,7 +143,9 @@ class ScriptedMission:
         """Return the latest raster."""
         return self._pictures.get(kind)
 
-    async def act(self, action: Action, vehicle_ids: tuple[int, ...] | None) -> tuple[ActionResult, ...]:
+    async def act(
+        self, action: Action, vehicle_ids: tuple[int, ...] | None, focal_height_m: float | None = None
+    ) -> tuple[ActionResult, ...]:
         """Carry out an action at once."""
         check_action(self.phase, action)
         known = {body.vehicle_id for body in self._bodies}
@@ -147,6 +153,10 @@ class ScriptedMission:
         if unknown:
             raise MissionError(f"There is no vehicle {unknown[0]} in this mission.")
         self.actions.append((action, vehicle_ids))
+        if action is Action.FOCUS:
+            source = FocusSource.CONFIGURED if focal_height_m is None else FocusSource.OPERATOR
+            self.focus = FocusSnapshot(focal_height_m or 0.0, source, None)
+            return ()
         if vehicle_ids is None:
             self._act_on_mission(action)
         results = tuple(

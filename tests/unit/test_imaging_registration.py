@@ -26,7 +26,7 @@ RECORDED = Path(__file__).resolve().parents[3] / "shared" / "data" / "F0"
 CANOPY_M = 12.0
 TEXTURE_M_PER_PX = 0.1
 TEXTURE_SIZE = 700
-N = 5
+N = 6
 
 
 def texture(rng: np.random.Generator) -> NDArray[np.float32]:
@@ -110,7 +110,7 @@ def test_tilts_of_single_frames_average_out() -> None:
     rng = np.random.default_rng(2)
     world, errors = World(2), draw_errors(rng)
     registration = Registration()
-    for _ in range(5):
+    for _ in range(6):
         registration = register(step(world, errors, rng, tilt_rad=math.radians(1.0)), registration, 0.0)
     rest, sigmas = left_over(registration, errors), registration.sigmas()
     assert np.sqrt(np.mean(rest[:, :2] ** 2)) < 0.25

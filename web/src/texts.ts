@@ -21,6 +21,7 @@ const VERB: Readonly<Record<Action, string>> = {
   return: "Return",
   land: "Land",
   abort: "Abort",
+  focus: "Focus",
 };
 
 const QUESTION: Readonly<Partial<Record<Action, string>>> = {
@@ -54,6 +55,7 @@ export const texts = {
     strategy: "Strategy",
     outcome: "Outcome",
     separation: "Closest pair",
+    focus: "Focal plane",
     theme: { dark: "Light theme", light: "Dark theme" },
   },
   waiting: "Waiting for the first data of the mission …",

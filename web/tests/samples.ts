@@ -54,6 +54,7 @@ export function mission(changes: Partial<Mission> = {}): Mission {
     preflight: [],
     target: null,
     min_separation_m: null,
+    focus: { height_m: 0, source: "configured", sigma_m: null },
     allowed_actions: ["pause", "hold", "return", "land", "abort"],
     ...changes,
   };

@@ -57,4 +57,5 @@ async def read_picture(
 async def act(request: ActionRequest, mission: Mission) -> ActionResponse:
     """Carry out an operator's action; answers when every vehicle has done it or refused."""
     vehicle_ids = tuple(dict.fromkeys(request.vehicle_ids)) if request.vehicle_ids is not None else None
-    return convert.action_results(request.action, await mission.act(request.action, vehicle_ids))
+    results = await mission.act(request.action, vehicle_ids, request.focal_height_m)
+    return convert.action_results(request.action, results)

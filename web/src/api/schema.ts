@@ -89,13 +89,18 @@ export interface components {
      * @description What an operator can ask for.
      * @enum {string}
      */
-    Action: "start" | "pause" | "resume" | "hold" | "return" | "land" | "abort";
+    Action: "start" | "pause" | "resume" | "hold" | "return" | "land" | "abort" | "focus";
     /**
      * ActionRequest
      * @description An operator's action for the vehicles named, or for the whole mission when ``vehicle_ids`` is null.
      */
     ActionRequest: {
       action: components["schemas"]["Action"];
+      /**
+       * Focal Height M
+       * @description Of the action focus alone: metres above the origin, or null to leave it to autofocus.
+       */
+      focal_height_m?: number | null;
       /** Vehicle Ids */
       vehicle_ids?: number[] | null;
     };
@@ -152,6 +157,29 @@ export interface components {
      * @enum {string}
      */
     FlightMode: "unknown" | "manual" | "guided" | "hold" | "takeoff" | "mission" | "return" | "land";
+    /**
+     * FocusModel
+     * @description The focal plane in use.
+     */
+    FocusModel: {
+      /**
+       * Height M
+       * @description Above the origin.
+       */
+      height_m: number;
+      /**
+       * Sigma M
+       * @description Standard deviation of what autofocus has found.
+       */
+      sigma_m: number | null;
+      source: components["schemas"]["FocusSource"];
+    };
+    /**
+     * FocusSource
+     * @description Who has chosen the focal height.
+     * @enum {string}
+     */
+    FocusSource: "configured" | "autofocus" | "operator";
     /**
      * GeodeticModel
      * @description A WGS84 position with its altitude above mean sea level.
@@ -231,6 +259,7 @@ export interface components {
       elapsed_s: number;
       /** Fence */
       fence: components["schemas"]["VertexModel"][];
+      focus: components["schemas"]["FocusModel"] | null;
       /** Message */
       message: string;
       /** Min Separation M */

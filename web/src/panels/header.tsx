@@ -45,6 +45,13 @@ function Facts({ mission }: { mission: Mission }) {
       <Fact name={header.outcome} value={words(mission.outcome)} testId="outcome" />
       <Fact name={header.strategy} value={mission.strategy} testId="strategy" />
       <Fact name={header.separation} value={quantity(mission.min_separation_m, 1, "m")} testId="separation" />
+      {mission.focus && (
+        <Fact
+          name={header.focus}
+          value={`${quantity(mission.focus.height_m, 1, "m")} (${mission.focus.source})`}
+          testId="focus"
+        />
+      )}
     </dl>
   );
 }
