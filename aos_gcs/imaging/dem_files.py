@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import gzip
-import importlib
 import itertools
 import logging
 import math
 import warnings
 import zlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -20,6 +19,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
 from aos_gcs.errors import ConfigurationError, InputDataError
+from aos_gcs.extras import load_extra
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.imaging.mesh import terrain_from_mesh
 from aos_gcs.imaging.terrain import Terrain
@@ -38,10 +38,9 @@ def read_dem(path: Path, origin: GeodeticPosition | None = None) -> Terrain:
         ConfigurationError: if the kind of file is not known, does not go with ``origin``, or its library is missing.
         InputDataError: if the file is unreadable, or has no coordinate system where ``origin`` asks for one.
     """
-    name = path.name.lower()
-    if name.endswith((".tif", ".tiff")):
+    if is_geotiff(path):
         return _read_geotiff(path, origin)
-    if not name.endswith((".obj", ".obj.gz")):
+    if not path.name.lower().endswith((".obj", ".obj.gz")):
         raise ConfigurationError(f"The terrain {path} is of no known kind: use .obj, .obj.gz or .tif.")
     if origin is not None:
         raise ConfigurationError(
@@ -53,6 +52,39 @@ def read_dem(path: Path, origin: GeodeticPosition | None = None) -> Terrain:
         return terrain_from_mesh(vertices, triangles)
     except ValueError as error:
         raise InputDataError(f"The terrain {path} cannot be used: {error}.") from error
+
+
+def is_geotiff(path: Path) -> bool:
+    """Tell whether a file's name is that of a GeoTIFF."""
+    return path.suffix.lower() in (".tif", ".tiff")
+
+
+def read_dem_crs(path: Path) -> str | None:
+    """Return the coordinate system of a GeoTIFF as WKT; None if it has none.
+
+    Raises:
+        ConfigurationError: if rasterio is not installed.
+        InputDataError: if the file is unreadable.
+    """
+    with _opened(path) as dataset:
+        return str(dataset.crs.to_wkt()) if dataset.crs else None
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Any]:
+    """Yield a raster file as rasterio's dataset; what is wrong with it is said in our own words."""
+    rasterio: Any = load_extra("rasterio", "geo", "Reading a GeoTIFF")
+    # It logs what GDAL says before it raises the same words.
+    logging.getLogger("rasterio").setLevel(logging.CRITICAL)
+    try:
+        with (
+            # Callers refuse files without a place themselves.
+            warnings.catch_warnings(action="ignore", category=rasterio.errors.NotGeoreferencedWarning),
+            rasterio.open(path) as dataset,
+        ):
+            yield dataset
+    except rasterio.errors.RasterioError as error:
+        raise InputDataError(f"The terrain {path} cannot be read: {error}.") from error
 
 
 def _read_obj(path: Path) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
@@ -94,24 +126,14 @@ def _fan(polygon: list[int]) -> Iterable[tuple[int, int, int]]:
 
 
 def _read_geotiff(path: Path, origin: GeodeticPosition | None) -> Terrain:
-    rasterio = _library("rasterio")
-    # It logs what GDAL says before it raises the same words.
-    logging.getLogger("rasterio").setLevel(logging.WARNING)
-    try:
-        with (
-            # Refused below, in our own words.
-            warnings.catch_warnings(action="ignore", category=rasterio.errors.NotGeoreferencedWarning),
-            rasterio.open(path) as dataset,
-        ):
-            if dataset.width * dataset.height > MAX_SAMPLES:
-                raise InputDataError(
-                    f"The terrain {path} has {dataset.width} x {dataset.height} heights; cut out the area of the "
-                    f"flight first (at most {MAX_SAMPLES} heights)."
-                )
-            heights = dataset.read(1, masked=True).astype(np.float64).filled(np.nan)
-            crs, to_world = dataset.crs, np.array(dataset.transform).reshape(3, 3)
-    except rasterio.errors.RasterioError as error:
-        raise InputDataError(f"The terrain {path} cannot be read: {error}.") from error
+    with _opened(path) as dataset:
+        if dataset.width * dataset.height > MAX_SAMPLES:
+            raise InputDataError(
+                f"The terrain {path} has {dataset.width} x {dataset.height} heights; cut out the area of the flight "
+                f"first (at most {MAX_SAMPLES} heights)."
+            )
+        heights = dataset.read(1, masked=True).astype(np.float64).filled(np.nan)
+        crs, to_world = dataset.crs, np.array(dataset.transform).reshape(3, 3)
     if not crs and np.array_equal(to_world, np.eye(3)):
         raise InputDataError(
             f"The terrain {path} has no georeference: it is a picture whose place is not known. Use one with a "
@@ -150,7 +172,7 @@ class _Local:
     """The world is east-north-up about an origin."""
 
     def __init__(self, crs: Any, origin: GeodeticPosition) -> None:
-        pyproj = _library("pyproj")
+        pyproj: Any = load_extra("pyproj", "geo", "Reading a GeoTIFF")
         self._to_geodetic = pyproj.Transformer.from_crs(crs.to_wkt(), "EPSG:4326", always_xy=True)
         self._origin = (origin.latitude_deg, origin.longitude_deg, origin.altitude_amsl_m)
 
@@ -201,12 +223,3 @@ def _resample(heights: NDArray[np.float64], to_crs: NDArray[np.float64], place: 
 def _snap(index: NDArray[np.float64], size: int) -> NDArray[np.float64]:
     clipped = np.clip(index, 0.0, size - 1.0)
     return np.where(np.abs(clipped - index) < 1e-3, clipped, index)
-
-
-def _library(name: str) -> ModuleType:
-    try:
-        return importlib.import_module(name)
-    except ImportError as error:
-        raise ConfigurationError(
-            f"Reading a GeoTIFF needs {name}, which is not installed: pip install 'aos-gcs[geo]'."
-        ) from error

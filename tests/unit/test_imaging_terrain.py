@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from aos_gcs import extras
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.geometry.geodesy import GeodeticPosition
-from aos_gcs.imaging import dem_files
 from aos_gcs.imaging.dem_files import read_dem
 from aos_gcs.imaging.mesh import terrain_from_mesh
 from aos_gcs.imaging.terrain import Terrain
@@ -141,7 +141,7 @@ def test_bad_requests_are_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     def absent(name: str) -> None:
         raise ImportError(name)
 
-    monkeypatch.setattr(dem_files.importlib, "import_module", absent)
+    monkeypatch.setattr(extras.importlib, "import_module", absent)
     with pytest.raises(ConfigurationError, match=r"needs rasterio.*pip install 'aos-gcs\[geo\]'"):
         read_dem(tmp_path / "dem.tif")
 
