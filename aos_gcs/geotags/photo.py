@@ -1,0 +1,166 @@
+"""The geotag of a photograph: position, attitude and focal length, whatever names its manufacturer uses.
+
+| tags | written by | attitude |
+|---|---|---|
+| ``GimbalYawDegree``, ``GimbalPitchDegree``, ``GimbalRollDegree`` | DJI, Autel | of the optical axis, -90 is down |
+| ``CameraYawDegree``, ``CameraPitchDegree``, ``CameraRollDegree`` | Parrot | of the optical axis |
+| ``CameraOrientationNED`` with ``Yaw``, ``Pitch``, ``Roll`` | Skydio | of the optical axis |
+| ``Camera:Yaw``, ``Camera:Pitch``, ``Camera:Roll`` | Pix4D's scheme: senseFly, early Autel | pitch 0 is down |
+
+Angles are degrees about north, east and down, turned in the order yaw, pitch, roll.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from aos_gcs.errors import InputDataError
+from aos_gcs.extras import load_extra
+from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.geometry.poses import R_CAM2SENSOR_FRD, R_NED2ENU
+from aos_gcs.geotags.exif import ExifTags, exif_tags
+from aos_gcs.geotags.xmp import parse_xmp
+
+R_CAM2NADIR_FRD: NDArray[np.float64] = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+"""OpenCV camera axes to those of a body that carries a camera looking down, its upper edge forward."""
+
+_LATITUDE = ("GpsLatitude", "GPSLatitude", "Latitude")
+_LONGITUDE = ("GpsLongitude", "GPSLongitude", "GpsLongtitude", "GPSLongtitude", "Longitude")
+"""``Longtitude`` is what the firmware of some aircraft says."""
+
+_ATTITUDES = (
+    (("GimbalYawDegree", "GimbalPitchDegree", "GimbalRollDegree"), R_CAM2SENSOR_FRD),
+    (("FlightYawDegree", "GimbalPitchDegree", "GimbalRollDegree"), R_CAM2SENSOR_FRD),
+    (("CameraYawDegree", "CameraPitchDegree", "CameraRollDegree"), R_CAM2SENSOR_FRD),
+    (("CameraOrientationNED/Yaw", "CameraOrientationNED/Pitch", "CameraOrientationNED/Roll"), R_CAM2SENSOR_FRD),
+    (("Yaw", "Pitch", "Roll"), R_CAM2NADIR_FRD),
+)
+"""Names of yaw, pitch and roll, in the order in which they are looked for, and the axes they turn."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Geotag:
+    """Where and how a photograph was taken."""
+
+    latitude_deg: float
+    longitude_deg: float
+    altitude_amsl_m: float | None
+    """As the aircraft tells it: tens of metres off are usual, and some mean the height above the ellipsoid."""
+    relative_altitude_m: float | None
+    """Above the place of takeoff."""
+    R_cam2enu: NDArray[np.float64]
+    """Shape (3, 3)."""
+    width_px: int
+    height_px: int
+    focal_px: float | None
+
+    def camera(self, horizontal_fov_rad: float | None = None) -> CameraModel:
+        """Return the camera; a field of view takes the place of the focal length that the photograph tells.
+
+        Raises:
+            InputDataError: if neither is known.
+        """
+        if horizontal_fov_rad is None:
+            if self.focal_px is None:
+                raise InputDataError(
+                    "it has none of CalibratedFocalLength, FocalLengthIn35mmFilm, and FocalLength with "
+                    "FocalPlaneXResolution"
+                )
+            horizontal_fov_rad = 2.0 * math.atan(self.width_px / 2.0 / self.focal_px)
+        return CameraModel.from_fov(self.width_px, self.height_px, horizontal_fov_rad)
+
+
+def read_geotag(path: Path) -> Geotag:
+    """Read the geotag of a photograph without decoding its pixels.
+
+    Raises:
+        InputDataError: with the reason alone, so that it can stand behind the file's name.
+        ConfigurationError: if pillow or defusedxml is not installed.
+    """
+    pil: Any = load_extra("PIL.Image", "geo", "Reading the position of a photograph")
+    try:
+        with warnings.catch_warnings(action="ignore"), pil.open(path) as image:
+            width_px, height_px = image.size
+            exif = exif_tags(image.getexif(), width_px)
+            packet = image.info.get("xmp", b"")
+    # Pillow reports broken files by errors of many kinds, SyntaxError and struct.error among them.
+    except (
+        OSError,
+        ValueError,
+        SyntaxError,
+        KeyError,
+        TypeError,
+        ArithmeticError,
+        pil.DecompressionBombError,
+    ) as error:
+        raise InputDataError("it is no image that can be read") from error
+    return geotag(exif, parse_xmp(packet) if packet else {}, width_px, height_px)
+
+
+def geotag(exif: ExifTags, xmp: Mapping[str, str], width_px: int, height_px: int) -> Geotag:
+    """Put EXIF and XMP together; what XMP tells has more digits and comes first.
+
+    Raises:
+        InputDataError: naming the tag that is missing, or of no use.
+    """
+    latitude_deg, longitude_deg = _first(xmp, _LATITUDE), _first(xmp, _LONGITUDE)
+    if latitude_deg is None or longitude_deg is None:
+        latitude_deg, longitude_deg = exif.latitude_deg, exif.longitude_deg
+    if latitude_deg is None or longitude_deg is None:
+        raise InputDataError("it has no GPSLatitude and GPSLongitude")
+    if not (abs(latitude_deg) <= 90.0 and abs(longitude_deg) <= 180.0) or (latitude_deg == longitude_deg == 0.0):
+        raise InputDataError(f"its position, {latitude_deg:g}, {longitude_deg:g}, is no place: it had no fix")
+    if exif.orientation != 1:
+        raise InputDataError("its Orientation tag says that it was turned after it was taken")
+    altitude_m = _first(xmp, ("AbsoluteAltitude",))
+    return Geotag(
+        latitude_deg=latitude_deg,
+        longitude_deg=longitude_deg,
+        altitude_amsl_m=exif.altitude_amsl_m if altitude_m is None else altitude_m,
+        relative_altitude_m=_first(xmp, ("RelativeAltitude",)),
+        R_cam2enu=_attitude(xmp),
+        width_px=width_px,
+        height_px=height_px,
+        focal_px=_focal_px(exif, xmp, width_px, height_px),
+    )
+
+
+def _attitude(xmp: Mapping[str, str]) -> NDArray[np.float64]:
+    for (yaw_name, pitch_name, roll_name), R_cam2body in _ATTITUDES:
+        yaw_deg, pitch_deg = _first(xmp, (yaw_name,)), _first(xmp, (pitch_name,))
+        if yaw_deg is not None and pitch_deg is not None:
+            roll_deg = _first(xmp, (roll_name,)) or 0.0
+            R_body2ned = Rotation.from_euler("ZYX", [yaw_deg, pitch_deg, roll_deg], degrees=True).as_matrix()
+            return np.asarray(R_NED2ENU @ R_body2ned @ R_cam2body)
+    raise InputDataError("it has no GimbalYawDegree and GimbalPitchDegree, nor another known attitude of the camera")
+
+
+def _focal_px(exif: ExifTags, xmp: Mapping[str, str], width_px: int, height_px: int) -> float | None:
+    calibrated_px = _first(xmp, ("CalibratedFocalLength", "CalibratedFocalLength/X"))
+    if calibrated_px is not None and calibrated_px > 0.0:
+        return calibrated_px * exif.digital_zoom * width_px / exif.original_width_px
+    if exif.focal_per_width is not None:
+        return exif.focal_per_width * width_px
+    # Last, because cameras round it to whole millimetres.
+    return None if exif.focal_per_diagonal is None else exif.focal_per_diagonal * math.hypot(width_px, height_px)
+
+
+def _first(xmp: Mapping[str, str], names: tuple[str, ...]) -> float | None:
+    """Return the first of some tags that is a finite number."""
+    for name in names:
+        try:
+            number = float(xmp[name])
+        except (KeyError, ValueError):
+            continue
+        if math.isfinite(number):
+            return number
+    return None
