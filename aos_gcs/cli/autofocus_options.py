@@ -3,86 +3,143 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Annotated
 
+import numpy as np
 import typer
 
+from aos_gcs.cli.numbers import parse_numbers
 from aos_gcs.cli.output import progress
-from aos_gcs.cli.recordings import RecordedView, read_frames
 from aos_gcs.errors import ConfigurationError
-from aos_gcs.geometry.camera import CameraModel
-from aos_gcs.geometry.poses import Pose
+from aos_gcs.geometry.projection import Plane, project_points
 from aos_gcs.imaging.autofocus import find_focus
-from aos_gcs.imaging.focus_region import ViewRegion
+from aos_gcs.imaging.focus_region import FocusRegion, GroundRegion
 from aos_gcs.imaging.model import Frame
+from aos_gcs.imaging.undistort import seen_pixels
+from aos_gcs.surveys.images import LazyFrames
+from aos_gcs.surveys.model import Survey, SurveyImage
+
+PANEL = "Focal surface"
+
+PlaneZ = Annotated[
+    float | None,
+    typer.Option(
+        metavar="Z",
+        help="The focal plane z = Z, in the world of the poses, metres. For photographs it is the ground, 0, unless "
+        "another surface is given.",
+        rich_help_panel=PANEL,
+    ),
+]
+AutofocusRange = Annotated[
+    str | None,
+    typer.Option(
+        metavar="LOW,HIGH",
+        help="Find the plane from z = LOW to HIGH that the view is in focus on.",
+        rich_help_panel=PANEL,
+    ),
+]
+FocusOn = Annotated[
+    str | None,
+    typer.Option(
+        metavar="X0,Y0,X1,Y1",
+        help="Autofocus looks at this rectangle of the ground instead of the view, metres in the world of the poses.",
+        rich_help_panel=PANEL,
+    ),
+]
+FocusTilt = Annotated[
+    bool,
+    typer.Option("--focus-tilt", help="Autofocus looks for the tilt of the plane, too.", rich_help_panel=PANEL),
+]
 
 
 @dataclass(frozen=True, slots=True)
-class RecordedFrames:
-    """The frames of a recording, read anew each time they are gone through, so that memory holds one of them."""
+class Autofocus:
+    """What ``--autofocus`` and its companions ask for."""
 
-    views: Sequence[RecordedView]
-    horizontal_fov_rad: float
+    low_m: float
+    high_m: float
+    region: GroundRegion | None
+    """None: the whole view."""
+    tilt: bool
 
-    def __iter__(self) -> Iterator[Frame]:
-        """Read one frame after the other, and show how far it is."""
-        with progress("Focusing", len(self.views)) as advance:
-            for frame in read_frames(self.views, self.horizontal_fov_rad):
-                yield frame
-                advance(1)
+    def plane(self, survey: Survey, region: FocusRegion, *, skip_broken: bool) -> Plane:
+        """Return the plane that a region is in focus on; what has been found is told on standard error.
+
+        Raises:
+            ConfigurationError: if nothing is found.
+        """
+        middle = Plane((self.low_m + self.high_m) / 2)
+        seeing = [image for image in survey.images if _sees(image, region, middle)]
+        frames = _ShownFrames(LazyFrames(seeing, survey.bands, skip_broken))
+        result = find_focus(frames, region, self.low_m, self.high_m, tilt=self.tilt)
+        if not result.found:
+            raise ConfigurationError(
+                f"--autofocus found no focal plane from {self.low_m:g} to {self.high_m:g} m: {result.reason}. Try "
+                "another range, view or region, or give --plane-z."
+            )
+        tilt = "".join(
+            f", {math.degrees(math.atan(slope)):+.1f}° along {axis}"
+            for axis, slope in (("y", result.plane.slope_y), ("x", result.plane.slope_x))
+            if self.tilt
+        )
+        typer.echo(
+            f"autofocus: z = {result.height_m:.2f} ± {result.sigma_m:.2f} m{tilt}, confidence {result.confidence:.2f}",
+            err=True,
+        )
+        return result.plane
 
 
-def focal_height_or_range(plane_z: float | None, autofocus: str | None) -> float | tuple[float, float]:
-    """Return the height of the focal plane, or the range in which autofocus has to find it.
+def plane_or_autofocus(
+    plane_z: float | None, autofocus: str | None, region: str | None, *, tilt: bool
+) -> float | Autofocus:
+    """Return the height of the focal plane, or how autofocus has to find it.
 
     Raises:
-        ConfigurationError: unless exactly one of both options is given, and well.
+        ConfigurationError: unless exactly one of both is asked for, and well.
+        ImagingError: if the region has no area.
     """
     if plane_z is not None and autofocus is None:
+        for name, given in (("--focus-region", region is not None), ("--focus-tilt", tilt)):
+            if given:
+                raise ConfigurationError(f"{name} is about --autofocus: give it together with that.")
         if not math.isfinite(plane_z):
             raise ConfigurationError(f"--plane-z must be a finite number of metres, got {plane_z}.")
         return plane_z
     if autofocus is not None and plane_z is None:
-        return _height_range(autofocus)
+        return Autofocus(*_height_range(autofocus), None if region is None else _region(region), tilt)
     problem = "neither is given" if plane_z is None else "both are given"
     raise ConfigurationError(f"Give the focal plane as --plane-z Z, or let --autofocus LOW,HIGH find it: {problem}.")
 
 
-def focal_height_m(
-    focus: float | tuple[float, float], views: Sequence[RecordedView], camera: CameraModel, pose: Pose
-) -> float:
-    """Return the height of the focal plane; what autofocus has found is told on standard error.
+@dataclass(frozen=True, slots=True)
+class _ShownFrames:
+    """Frames that show how far each pass through them is."""
 
-    Args:
-        focus: as :func:`focal_height_or_range` has given it.
-        views: of the recording, with the horizontal field of view of the virtual camera.
-        camera: the virtual camera, whose whole view has to be in focus.
-        pose: of the virtual camera.
+    frames: LazyFrames
 
-    Raises:
-        ConfigurationError: if autofocus finds no height.
-    """
-    if not isinstance(focus, tuple):
-        return focus
-    frames = RecordedFrames(views, camera.horizontal_fov_rad)
-    result = find_focus(frames, ViewRegion.whole(camera, pose), *focus)
-    if not result.found:
-        raise ConfigurationError(
-            f"--autofocus found no focal plane from {focus[0]:g} to {focus[1]:g} m: {result.reason}. Try another range "
-            "or view, or give --plane-z."
-        )
-    typer.echo(
-        f"autofocus: z = {result.height_m:.2f} ± {result.sigma_m:.2f} m, confidence {result.confidence:.2f}", err=True
-    )
-    return result.height_m
+    def __iter__(self) -> Iterator[Frame]:
+        with progress("Focusing", len(self.frames)) as advance:
+            for frame in self.frames:
+                yield frame
+                advance(1)
+
+
+def _sees(image: SurveyImage, region: FocusRegion, plane: Plane) -> bool:
+    pixels = project_points(region.points_m(plane), image.camera, image.pose)
+    return bool(np.any(seen_pixels(pixels, image.camera)))
 
 
 def _height_range(text: str) -> tuple[float, float]:
-    try:
-        low_m, high_m = (float(part) for part in text.split(","))
-    except ValueError:
-        low_m = high_m = math.nan
-    if not (math.isfinite(low_m) and math.isfinite(high_m) and low_m < high_m):
+    heights_m = parse_numbers(text)
+    if len(heights_m) != 2 or heights_m[0] >= heights_m[1]:
         raise ConfigurationError(f"--autofocus needs two heights LOW,HIGH in metres, the lower first, got {text!r}.")
-    return low_m, high_m
+    return heights_m[0], heights_m[1]
+
+
+def _region(text: str) -> GroundRegion:
+    edges_m = parse_numbers(text)
+    if len(edges_m) != 4 or edges_m[0] >= edges_m[2] or edges_m[1] >= edges_m[3]:
+        raise ConfigurationError(f"--focus-region needs X0,Y0,X1,Y1 in metres, the smaller corner first, got {text!r}.")
+    return GroundRegion(*edges_m)

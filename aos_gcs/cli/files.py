@@ -34,19 +34,33 @@ def written_whole(path: Path) -> Iterator[BinaryIO]:
     Raises:
         ConfigurationError: if the file cannot be written; the text names it.
     """
+    with replaced_whole(path) as temporary, temporary.open("wb") as file:
+        yield file
+        file.flush()
+        os.fsync(file.fileno())
+
+
+@contextmanager
+def replaced_whole(path: Path) -> Iterator[Path]:
+    """Yield the path of an empty file beside ``path``, for libraries that open files themselves.
+
+    It takes the place of ``path`` when the block ends, and leaves no trace when it fails.
+
+    Raises:
+        ConfigurationError: if the file cannot be written; the text names it.
+    """
     try:
-        with tempfile.NamedTemporaryFile(dir=path.absolute().parent, prefix=f".{path.name}.", delete=False) as file:
-            temporary = Path(file.name)
-            try:
-                yield file  # type: ignore[misc]
-                file.flush()
-                os.fsync(file.fileno())
-                # Temporary files are private; results get the permissions that any new file would have.
-                temporary.chmod(0o666 & ~_umask())
-                temporary.replace(path)
-            except BaseException:
-                temporary.unlink(missing_ok=True)
-                raise
+        handle, name = tempfile.mkstemp(dir=path.absolute().parent, prefix=f".{path.name}.")
+        os.close(handle)
+        temporary = Path(name)
+        try:
+            yield temporary
+            # Temporary files are private; results get the permissions that any new file would have.
+            temporary.chmod(0o666 & ~_umask())
+            temporary.replace(path)
+        except BaseException:
+            temporary.unlink(missing_ok=True)
+            raise
     except OSError as error:
         raise ConfigurationError(f"Cannot write {path}: {error.strerror or error}.") from error
 

@@ -1,64 +1,134 @@
-"""The focal surface and the raster of ``aos-gcs integrate``: options for tilt, terrain and maps."""
+"""The focal surface and the raster of ``aos-gcs integrate``: options for planes, terrain, views and maps."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
+import typer
 
-from aos_gcs.cli.autofocus_options import focal_height_m, focal_height_or_range
-from aos_gcs.cli.recordings import RecordedView
+from aos_gcs.cli.autofocus_options import PANEL, Autofocus, plane_or_autofocus
+from aos_gcs.cli.numbers import parse_numbers
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.camera import CameraModel
-from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.geometry.projection import Plane
-from aos_gcs.imaging.dem_files import read_dem
+from aos_gcs.imaging.dem_files import is_geotiff, read_dem
+from aos_gcs.imaging.focus_region import FocusRegion, ViewRegion
 from aos_gcs.imaging.model import GroundRaster
 from aos_gcs.imaging.views import FocalSurface
+from aos_gcs.surveys.model import Survey
 
 MAX_TILT_DEG = 60.0
+MAX_SIZE_PX = 16_384
+DEFAULT_SIZE_PX = 512
+
+RASTER_PANEL = "View or map"
+
+Tilt = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NORTH_DEG,EAST_DEG",
+        help="Tilt the plane: z grows by the tangents of these angles along y and along x, and is Z (or what "
+        "autofocus finds) below the mean of all cameras.",
+        rich_help_panel=PANEL,
+    ),
+]
+Dem = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE",
+        help="Focus on a terrain instead of a plane: .obj, .obj.gz or GeoTIFF (.tif).",
+        rich_help_panel=PANEL,
+    ),
+]
+DemOffset = Annotated[
+    float | None,
+    typer.Option(
+        metavar="DZ", help="Shift the terrain by DZ along z, metres.", show_default="0", rich_help_panel=PANEL
+    ),
+]
+View = Annotated[
+    int | None,
+    typer.Option(
+        metavar="INDEX",
+        help="The virtual camera takes the pose of this image, counted from 0.",
+        rich_help_panel=RASTER_PANEL,
+    ),
+]
+Ortho = Annotated[
+    float | None,
+    typer.Option(
+        metavar="RES",
+        help="A map instead of a view: all that is seen, seen along z, RES metres a cell.",
+        rich_help_panel=RASTER_PANEL,
+    ),
+]
+Size = Annotated[
+    int | None,
+    typer.Option(
+        help="Width and height of a view, pixels.", show_default=str(DEFAULT_SIZE_PX), rich_help_panel=RASTER_PANEL
+    ),
+]
 
 
 @dataclass(frozen=True, slots=True)
 class FocusOptions:
     """The focal surface as the options name it; files are not read yet."""
 
-    plane: float | tuple[float, float] = 0.0
-    """Height of a plane, or the range in which autofocus has to find it; of no meaning with a terrain."""
-    slope_x: float = 0.0
-    """Of the plane: change of z per metre along x."""
-    slope_y: float = 0.0
+    plane: float | Autofocus = 0.0
+    """Of no meaning with a terrain."""
+    slopes: tuple[float, float] = (0.0, 0.0)
+    """Of the plane: change of z per metre along x and along y."""
     dem: Path | None = None
     dem_offset_m: float = 0.0
-    dem_origin: GeodeticPosition | None = None
 
-    def surface(self, views: Sequence[RecordedView], camera: CameraModel, pose: Pose) -> FocalSurface:
-        """Return the surface; autofocus looks at what ``camera`` sees from ``pose``.
+    def surface(self, survey: Survey, virtual: tuple[CameraModel, Pose] | None, *, skip_broken: bool) -> FocalSurface:
+        """Return the surface.
 
-        A tilted plane has its height below the mean of all camera positions.
+        A plane tilted by hand has its height below the mean of all camera positions.
+
+        Args:
+            survey: autofocus goes through its frames.
+            virtual: camera, whose view autofocus looks at unless it has a region of its own; None for maps.
+            skip_broken: pass over images that cannot be read.
 
         Raises:
             ConfigurationError, InputDataError: if a terrain cannot be read or placed, or autofocus finds no height.
         """
         if self.dem is not None:
-            return read_dem(self.dem, self.dem_origin).moved(self.dem_offset_m)
-        height_m = focal_height_m(self.plane, views, camera, pose)
-        x_m, y_m, _ = np.mean([view.pose.position_enu_m for view in views], axis=0)
-        return Plane.through([x_m, y_m, height_m], self.slope_x, self.slope_y)
+            # A mesh has the coordinates of the poses already.
+            origin = survey.origin if is_geotiff(self.dem) else None
+            return read_dem(self.dem, origin).moved(self.dem_offset_m)
+        if not isinstance(self.plane, Autofocus):
+            return self._tilted(survey, self.plane)
+        region: FocusRegion
+        if self.plane.region is not None:
+            region = self.plane.region
+        elif virtual is not None:
+            region = ViewRegion.whole(*virtual)
+        else:
+            raise ConfigurationError("--autofocus of a map needs the place to focus on: --focus-region X0,Y0,X1,Y1.")
+        plane = self.plane.plane(survey, region, skip_broken=skip_broken)
+        return plane if self.plane.tilt else self._tilted(survey, plane.height_m)
+
+    def _tilted(self, survey: Survey, height_m: float) -> Plane:
+        x_m, y_m, _ = np.mean([image.pose.position_enu_m for image in survey.images], axis=0)
+        return Plane.through([x_m, y_m, height_m], *self.slopes)
 
 
 def focus_options(
     *,
     plane_z: float | None,
     autofocus: str | None,
+    focus_region: str | None,
+    focus_tilt: bool,
     tilt: str | None,
     dem: Path | None,
     offset_m: float | None,
-    at: str | None,
 ) -> FocusOptions:
     """Return the focal surface that ``--plane-z``, ``--autofocus``, ``--tilt`` and ``--dem`` with companions name.
 
@@ -66,24 +136,34 @@ def focus_options(
         ConfigurationError: if a value is not valid, or options exclude each other.
     """
     if dem is None:
-        for name, value in (("--dem-offset", offset_m), ("--dem-origin", at)):
-            if value is not None:
-                raise ConfigurationError(f"{name} is about a terrain: give it together with --dem.")
-        return FocusOptions(focal_height_or_range(plane_z, autofocus), *_slopes(tilt))
-    for name, value in (("--plane-z", plane_z), ("--autofocus", autofocus), ("--tilt", tilt)):
-        if value is not None:
+        if offset_m is not None:
+            raise ConfigurationError("--dem-offset is about a terrain: give it together with --dem.")
+        if focus_tilt and tilt is not None:
+            raise ConfigurationError("--tilt and --focus-tilt exclude each other: give the tilt, or let it be found.")
+        return FocusOptions(plane_or_autofocus(plane_z, autofocus, focus_region, tilt=focus_tilt), _slopes(tilt))
+    others = {
+        "--plane-z": plane_z is not None,
+        "--autofocus": autofocus is not None,
+        "--focus-region": focus_region is not None,
+        "--focus-tilt": focus_tilt,
+        "--tilt": tilt is not None,
+    }
+    for name, given in others.items():
+        if given:
             raise ConfigurationError(f"--dem and {name} exclude each other: focus on a terrain or on a plane.")
     if offset_m is not None and not math.isfinite(offset_m):
         raise ConfigurationError(f"--dem-offset must be a finite number of metres, got {offset_m}.")
-    return FocusOptions(dem=dem, dem_offset_m=offset_m or 0.0, dem_origin=None if at is None else _origin(at))
+    return FocusOptions(dem=dem, dem_offset_m=offset_m or 0.0)
 
 
-def check_map_options(ortho: float | None, view: int | None, size: int | None, *, autofocus: bool) -> None:
+def check_raster_options(ortho: float | None, view: int | None, size: int | None) -> None:
     """Refuse options that do not go with a map or a view.
 
     Raises:
         ConfigurationError: unless exactly one of both is asked for, and well.
     """
+    if size is not None and not 1 <= size <= MAX_SIZE_PX:
+        raise ConfigurationError(f"--size must lie between 1 and {MAX_SIZE_PX} pixels, got {size}.")
     if ortho is None:
         if view is None:
             raise ConfigurationError("Give the virtual camera as --view INDEX, or ask for a map with --ortho RES.")
@@ -93,16 +173,21 @@ def check_map_options(ortho: float | None, view: int | None, size: int | None, *
     for name, given in (("--view", view is not None), ("--size", size is not None)):
         if given:
             raise ConfigurationError(f"--ortho and {name} exclude each other: a map has an extent of its own.")
-    if autofocus:
+
+
+def virtual_camera(survey: Survey, view: int | None, size: int | None) -> tuple[CameraModel, Pose]:
+    """Return the ideal camera of a view, with the field of view of the image whose pose it takes.
+
+    Raises:
+        ConfigurationError: if there is no such image.
+    """
+    if view is None or not 0 <= view < len(survey.images):
         raise ConfigurationError(
-            "--ortho and --autofocus exclude each other: focus a --view first, then give the height as --plane-z."
+            f"--view {view} is out of range: the recording has the views 0 to {len(survey.images) - 1}."
         )
-
-
-def world_file(raster: GroundRaster) -> str:
-    """Return the six lines that tell a GIS where a picture of the map lies."""
-    (dx_m, _, x_m), (_, dy_m, y_m), _ = raster.to_plane
-    return "".join(f"{value!r}\n" for value in map(float, (dx_m, 0.0, 0.0, dy_m, x_m, y_m)))
+    image = survey.images[view]
+    edge_px = DEFAULT_SIZE_PX if size is None else size
+    return CameraModel.from_fov(edge_px, edge_px, image.camera.horizontal_fov_rad), image.pose
 
 
 def describe_map(raster: GroundRaster) -> str:
@@ -118,25 +203,10 @@ def _slopes(tilt: str | None) -> tuple[float, float]:
     """Return the slopes along x and y."""
     if tilt is None:
         return 0.0, 0.0
-    angles_deg = _numbers(tilt)
+    angles_deg = parse_numbers(tilt)
     if len(angles_deg) != 2 or not all(abs(angle) <= MAX_TILT_DEG for angle in angles_deg):
         raise ConfigurationError(
             f"--tilt needs two angles NORTH_DEG,EAST_DEG of at most {MAX_TILT_DEG:g} degrees, got {tilt!r}."
         )
     along_y, along_x = (math.tan(math.radians(angle)) for angle in angles_deg)
     return along_x, along_y
-
-
-def _origin(text: str) -> GeodeticPosition:
-    numbers = _numbers(text)
-    if len(numbers) != 3 or not (abs(numbers[0]) <= 90.0 and abs(numbers[1]) <= 180.0):
-        raise ConfigurationError(f"--dem-origin needs LATITUDE,LONGITUDE,ALTITUDE in degrees and metres, got {text!r}.")
-    return GeodeticPosition(*numbers)
-
-
-def _numbers(text: str) -> list[float]:
-    try:
-        numbers = [float(part) for part in text.split(",")]
-    except ValueError:
-        return []
-    return numbers if all(math.isfinite(number) for number in numbers) else []

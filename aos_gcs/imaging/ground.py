@@ -18,8 +18,8 @@ from aos_gcs.imaging.model import GroundRaster
 from aos_gcs.imaging.terrain import Terrain
 from aos_gcs.imaging.views import FocalSurface
 
-MAX_CELLS = 100_000_000
-"""Of a map: 400 MB per band."""
+MAX_CELLS = 1_000_000_000
+"""Of a map: 4 GB per band on the disk."""
 
 
 def choose_raster(
@@ -73,12 +73,17 @@ def covered_part(raster: GroundRaster, coverage: NDArray[np.uint16]) -> tuple[Gr
     if not rows.size:
         raise ImagingError("No image covers any cell of the map: check the focal surface and the poses.")
     window = slice(int(rows[0]), int(rows[-1]) + 1), slice(int(columns[0]), int(columns[-1]) + 1)
+    return raster_part(raster, window), window
+
+
+def raster_part(raster: GroundRaster, window: tuple[slice, slice]) -> GroundRaster:
+    """Return the map of a window's rows and columns."""
+    rows, columns = window
     step_m = raster.resolution_m if raster.rows_along_y else -raster.resolution_m
-    part = replace(
+    return replace(
         raster,
-        x_m=raster.x_m + window[1].start * raster.resolution_m,
-        y_m=raster.y_m + window[0].start * step_m,
-        rows=window[0].stop - window[0].start,
-        columns=window[1].stop - window[1].start,
+        x_m=raster.x_m + columns.start * raster.resolution_m,
+        y_m=raster.y_m + rows.start * step_m,
+        rows=rows.stop - rows.start,
+        columns=columns.stop - columns.start,
     )
-    return part, window

@@ -60,7 +60,7 @@ def render_pictures(analysis: StepAnalysis, bands: tuple[str, ...]) -> tuple[Ras
     images = {"integral": shade_integral(integral, bands, well_covered)}
     if "thermal" in bands:
         images["thermal"] = _shade_thermal(integral[:, :, bands.index("thermal")], well_covered)
-    images["anomaly"] = _shade_counts(_reduce_counts(analysis.anomaly_count, size), coverage > 0)
+    images["anomaly"] = shade_counts(_reduce_counts(analysis.anomaly_count, size), coverage > 0)
     with ThreadPoolExecutor(len(images)) as pool:
         encoded = list(pool.map(encode_png, images.values()))
     grid = analysis.grid
@@ -109,8 +109,13 @@ def _shade_thermal(band: NDArray[np.float32], contrast_from: NDArray[np.bool]) -
     return np.dstack((cv2.cvtColor(bgr, cv2.COLOR_BGR2RGB), _alpha(~np.isnan(band))))
 
 
-def _shade_counts(counts: NDArray[np.uint16], covered: NDArray[np.bool]) -> NDArray[np.uint8]:
-    """Shade marked cells from orange to yellow-white by their count on black."""
+def shade_counts(counts: NDArray[np.uint16], covered: NDArray[np.bool]) -> NDArray[np.uint8]:
+    """Return counts as RGBA, shape (H, W, 4): marked cells from orange to yellow-white on black.
+
+    Args:
+        counts: shape (H, W).
+        covered: where the picture is not transparent, shape (H, W).
+    """
     # The upper half of the map: one marking frame must already stand out.
     shades = np.where(counts > 0, 128 + counts * np.float32(127.0 / max(int(counts.max()), 1)), 0.0).astype(np.uint8)
     bgr = cv2.applyColorMap(shades, cv2.COLORMAP_INFERNO)

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
-from aos_gcs.cli.recordings import read_frames, read_poses
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose, nadir_pose
 from aos_gcs.imaging.aperture import integral_visibility, seen_at_least_once, smallest_spacing_m
@@ -26,6 +25,8 @@ from aos_gcs.imaging.focus_measure import FocusSignal
 from aos_gcs.imaging.focus_region import FocusRegion, GroundRegion, ViewRegion
 from aos_gcs.imaging.integral import integrate_view
 from aos_gcs.imaging.model import Frame
+from aos_gcs.surveys.images import LazyFrames
+from aos_gcs.surveys.poses_file import read_poses
 from aos_sim.render.raycaster import RayCaster
 from aos_sim.render.renderer import Renderer
 from aos_sim.world.scene import SceneParameters, build_scene
@@ -65,7 +66,8 @@ def recorded_flight() -> None:
     M = np.array(render["virtual_pose_world_to_camera_cv"])
     pose = Pose(-M[:, :3].T @ M[:, 3], M[:, :3].T)
     fov_rad = np.radians(render["view_fov_deg"])
-    frames = list(read_frames(read_poses(RECORDED / "poses.json", RECORDED / "images"), fov_rad))
+    survey = read_poses(RECORDED / "poses.json", RECORDED / "images", fov_rad)
+    frames = list(LazyFrames(survey.images, survey.bands))
     table = Table("region", "agreement", "confidence", "s", "variance", "tenengrad", "laplacian")
     others = sharpest(frames, pose, np.arange(5.0, 25.5, 1.0))
     for name, window in WINDOWS.items():

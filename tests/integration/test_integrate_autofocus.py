@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from aos_gcs.cli import main
-from aos_gcs.cli.recordings import read_frames, read_poses
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.geometry.projection import intersect_plane
@@ -19,6 +18,8 @@ from aos_gcs.imaging.autofocus import find_focus
 from aos_gcs.imaging.focus_region import GroundRegion, ViewRegion
 from aos_gcs.imaging.focus_track import FocusTrack, search_range_m, update_focus
 from aos_gcs.imaging.model import Frame
+from aos_gcs.surveys.images import LazyFrames
+from aos_gcs.surveys.poses_file import read_poses
 
 RECORDED = Path(__file__).resolve().parents[3] / "shared" / "data" / "F0"
 PEOPLE_PX = (130.0, 100.0, 270.0, 230.0)
@@ -41,8 +42,8 @@ def recording() -> tuple[list[Frame], ViewRegion]:
     render = json.loads((RECORDED / "reference" / "renders.json").read_text())["renders"][0]
     M = np.array(render["virtual_pose_world_to_camera_cv"])
     pose = Pose(-M[:, :3].T @ M[:, 3], M[:, :3].T)
-    views = read_poses(RECORDED / "poses.json", RECORDED / "images")
-    frames = list(read_frames(views, np.radians(render["view_fov_deg"])))
+    survey = read_poses(RECORDED / "poses.json", RECORDED / "images", np.radians(render["view_fov_deg"]))
+    frames = list(LazyFrames(survey.images, survey.bands))
     return frames, ViewRegion(frames[0].camera, pose, PEOPLE_PX)
 
 

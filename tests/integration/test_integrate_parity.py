@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from aos_gcs.cli.recordings import read_frames, read_poses
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.imaging.dem_files import read_dem
@@ -15,6 +14,8 @@ from aos_gcs.imaging.integral import integrate
 from aos_gcs.imaging.model import Frame
 from aos_gcs.imaging.terrain import Terrain
 from aos_gcs.imaging.views import FocalView, perspective_view
+from aos_gcs.surveys.images import LazyFrames
+from aos_gcs.surveys.poses_file import read_poses
 
 RECORDED = Path(__file__).resolve().parents[3] / "shared" / "data" / "F0"
 TAGS = ["plane_z18", "plane_z8_defocus", "plane_z18_wide", "dem_dz-1", "dem_dz-1_nadir"]
@@ -29,8 +30,8 @@ def renders() -> dict[str, dict[str, Any]]:
 
 @pytest.fixture(scope="module")
 def frames(renders: dict[str, dict[str, Any]]) -> list[Frame]:
-    views = read_poses(RECORDED / "poses.json", RECORDED / "images")
-    return list(read_frames(views, np.radians(renders["plane_z18"]["view_fov_deg"])))
+    survey = read_poses(RECORDED / "poses.json", RECORDED / "images", np.radians(renders["plane_z18"]["view_fov_deg"]))
+    return list(LazyFrames(survey.images, survey.bands))
 
 
 @pytest.fixture(scope="module")

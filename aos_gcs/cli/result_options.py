@@ -1,0 +1,216 @@
+"""What ``aos-gcs integrate`` writes: rasters, pictures and tables, each as a whole or not at all."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from numpy.typing import NDArray
+
+from aos_gcs.cli.files import check_writable, replaced_whole, written_whole
+from aos_gcs.errors import ConfigurationError
+from aos_gcs.exports.findings import FORMATS, encode_findings
+from aos_gcs.exports.georeference import Georeference
+from aos_gcs.exports.geotiff import write_geotiff
+from aos_gcs.imaging.model import GroundRaster
+from aos_gcs.imaging.pictures import encode_png, shade_counts, shade_integral
+from aos_gcs.surveys.anomalies import MapBlob
+from aos_gcs.surveys.rasters import SurveyRasters
+
+PANEL = "Results"
+ANOMALY_PANEL = "Anomalies"
+
+MAX_PICTURE_CELLS = 100_000_000
+"""A picture is made in memory as a whole, and viewers cannot show more."""
+
+TIFF_SUFFIXES = (".tif", ".tiff")
+RASTER_SUFFIXES = (".npy", *TIFF_SUFFIXES)
+
+Out = Annotated[
+    Path,
+    typer.Option(
+        metavar="FILE.npy|FILE.tif",
+        help="Integral: float32, NaN where no image covers. NumPy's (H, W) or (H, W, 3), or a GeoTIFF of a map.",
+        rich_help_panel=PANEL,
+    ),
+]
+Count = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE.npy|FILE.tif",
+        help="Also write how many images cover each pixel: uint16.",
+        rich_help_panel=PANEL,
+    ),
+]
+Png = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE.png",
+        help="Also write the integral as a picture with stretched contrast; with --ortho, and a world file .pgw.",
+        rich_help_panel=PANEL,
+    ),
+]
+Anomaly = Annotated[
+    list[Path] | None,
+    typer.Option(
+        metavar="FILE.npy|FILE.tif|FILE.png",
+        help="Also find anomalies in every image, and write how many images mark each pixel: uint16, or a heat "
+        "overlay. May be given several times.",
+        rich_help_panel=ANOMALY_PANEL,
+    ),
+]
+Blobs = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE.geojson|FILE.json|FILE.csv",
+        help="Also write a table of connected anomalies of a map: place, area, and how many images agree.",
+        rich_help_panel=ANOMALY_PANEL,
+    ),
+]
+MinCount = Annotated[
+    int,
+    typer.Option(
+        metavar="N", help="Images that must mark a pixel for it to count in the table.", rich_help_panel=ANOMALY_PANEL
+    ),
+]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MapPlace:
+    """Where a map lies."""
+
+    raster: GroundRaster
+    crs: str | None
+    """None: not georeferenced."""
+
+
+@dataclass(frozen=True, slots=True)
+class ResultOptions:
+    """The files to write.
+
+    Raises:
+        ConfigurationError: if one cannot be written, two are the same, or a suffix is not known.
+    """
+
+    out: Path
+    count: Path | None
+    png: Path | None
+    anomaly: tuple[Path, ...]
+    blobs: Path | None
+    ortho: bool
+
+    def __post_init__(self) -> None:
+        paths = [path for path in (self.out, self.count, self.png, *self.anomaly, self.blobs) if path is not None]
+        paths += self._world_files()
+        if len({path.absolute() for path in paths}) < len(paths):
+            raise ConfigurationError("--out, --count, --png, --anomaly and --blobs must name different files.")
+        for path in paths:
+            check_writable(path)
+        _check_suffix("--out", (self.out,), RASTER_SUFFIXES)
+        _check_suffix("--count", (self.count,), RASTER_SUFFIXES)
+        _check_suffix("--anomaly", self.anomaly, (*RASTER_SUFFIXES, ".png"))
+        _check_suffix("--blobs", (self.blobs,), tuple(FORMATS))
+        if not self.ortho:
+            if self.blobs is not None:
+                raise ConfigurationError("--blobs lists the anomalies of a map: ask for one with --ortho RES.")
+            for path in self._geotiffs():
+                raise ConfigurationError(
+                    f"Cannot write {path}: a view has no place on a map. Ask for a map with --ortho RES, or write .npy."
+                )
+
+    @property
+    def detect(self) -> bool:
+        """Whether anomalies are asked for."""
+        return bool(self.anomaly) or self.blobs is not None
+
+    def check_georeference(self, georeference: Georeference | None) -> None:
+        """Refuse files that need a place on the earth where there is none.
+
+        Raises:
+            ConfigurationError: naming the file and what is missing.
+        """
+        geojson = [self.blobs] if self.blobs is not None and self.blobs.suffix.lower() == ".geojson" else []
+        for path in (*self._geotiffs(), *geojson):
+            if georeference is None:
+                raise ConfigurationError(
+                    f"Cannot write {path}: where the map lies on the earth is not known. Give the place of the poses' "
+                    "world as --origin LAT,LON,ALT, or focus on a --dem GeoTIFF whose coordinates are those of the "
+                    "poses."
+                )
+
+    def write(self, rasters: SurveyRasters, bands: tuple[str, ...], place: MapPlace | None) -> None:
+        """Write all files but the table."""
+        integral = rasters.integral
+        _write_raster(self.out, integral[:, :, 0] if len(bands) == 1 else integral, place, bands, np.nan)
+        if self.count is not None:
+            _write_raster(self.count, rasters.coverage, place, ("images",), 0)
+        if self.png is not None:
+            _write_picture(self.png, integral.shape, lambda: shade_integral(integral, bands))
+        if rasters.anomaly_count is not None:
+            self._write_anomalies(rasters.anomaly_count, rasters.coverage, place)
+        if place is not None:
+            for world in self._world_files():
+                with written_whole(world) as file:
+                    file.write(_world_file(place.raster).encode("ascii"))
+
+    def write_blobs(self, blobs: list[MapBlob], georeference: Georeference | None) -> None:
+        """Write the table, if there is one to write."""
+        if self.blobs is not None:
+            text = encode_findings(blobs, georeference, self.blobs.suffix.lower())
+            with written_whole(self.blobs) as file:
+                file.write(text.encode("utf-8"))
+
+    def _geotiffs(self) -> list[Path]:
+        paths = (self.out, self.count, *self.anomaly)
+        return [path for path in paths if path is not None and path.suffix.lower() in TIFF_SUFFIXES]
+
+    def _world_files(self) -> list[Path]:
+        pictures = [self.png, *(path for path in self.anomaly if path.suffix.lower() == ".png")]
+        return [path.with_suffix(".pgw") for path in pictures if path is not None and self.ortho]
+
+    def _write_anomalies(
+        self, counts: NDArray[np.uint16], coverage: NDArray[np.uint16], place: MapPlace | None
+    ) -> None:
+        for path in self.anomaly:
+            if path.suffix.lower() == ".png":
+                _write_picture(path, counts.shape, lambda: shade_counts(counts, coverage > 0))
+            else:
+                _write_raster(path, counts, place, ("anomalies",), None)
+
+
+def _check_suffix(option: str, paths: Sequence[Path | None], suffixes: tuple[str, ...]) -> None:
+    for path in paths:
+        if path is not None and path.suffix.lower() not in suffixes:
+            raise ConfigurationError(f"{option} {path}: the name must end in one of {', '.join(suffixes)}.")
+
+
+def _write_raster(
+    path: Path, values: NDArray[Any], place: MapPlace | None, bands: tuple[str, ...], nodata: float | None
+) -> None:
+    if place is not None and place.crs is not None and path.suffix.lower() in TIFF_SUFFIXES:
+        layers = values if values.ndim == 3 else values[:, :, np.newaxis]
+        with replaced_whole(path) as temporary:
+            write_geotiff(temporary, layers, place.raster, place.crs, descriptions=bands, nodata=nodata)
+    else:
+        with written_whole(path) as file:
+            np.save(file, values)
+
+
+def _write_picture(path: Path, shape: tuple[int, ...], shade: Callable[[], NDArray[np.uint8]]) -> None:
+    if shape[0] * shape[1] > MAX_PICTURE_CELLS:
+        raise ConfigurationError(
+            f"Cannot write {path}: a picture of {shape[1]} x {shape[0]} pixels is too large. Write a GeoTIFF, or "
+            "choose a coarser --ortho."
+        )
+    with written_whole(path) as file:
+        file.write(encode_png(shade()))
+
+
+def _world_file(raster: GroundRaster) -> str:
+    """Return the six lines that tell a GIS where a picture of the map lies."""
+    (dx_m, _, x_m), (_, dy_m, y_m), _ = raster.to_plane
+    return "".join(f"{value!r}\n" for value in map(float, (dx_m, 0.0, 0.0, dy_m, x_m, y_m)))

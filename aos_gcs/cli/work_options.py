@@ -1,0 +1,141 @@
+"""How ``aos-gcs integrate`` computes: averaging, memory, processes and machines."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from aos_gcs.cli.output import progress
+from aos_gcs.errors import ConfigurationError
+from aos_gcs.imaging.trimmed import MEDIAN
+from aos_gcs.surveys.cluster import integrate_on_cluster, local_cluster, remote_cluster
+from aos_gcs.surveys.integration import TileResult, Work, integrate_tiles
+from aos_gcs.surveys.rasters import SurveyRasters, assemble
+from aos_gcs.surveys.tiles import Tile, grouped
+
+AVERAGE_PANEL = "Averaging"
+PANEL = "Computation"
+
+DEFAULT_MAX_MEMORY_MB = 1000
+MIN_MEMORY_MB = 50
+
+Fast = Annotated[
+    bool, typer.Option("--fast", help="Single precision: several times faster.", rich_help_panel=AVERAGE_PANEL)
+]
+Median = Annotated[
+    bool,
+    typer.Option(
+        "--median", help="The median of each pixel's values instead of their mean.", rich_help_panel=AVERAGE_PANEL
+    ),
+]
+Trim = Annotated[
+    float | None,
+    typer.Option(
+        metavar="SHARE",
+        help="The mean without this share of the largest and of the smallest values, 0 to 0.5.",
+        rich_help_panel=AVERAGE_PANEL,
+    ),
+]
+MaxMemory = Annotated[
+    int,
+    typer.Option(
+        metavar="MB",
+        help="Memory of each process for values and sums, besides one image; what is larger is done in parts.",
+        rich_help_panel=PANEL,
+    ),
+]
+Jobs = Annotated[
+    int | None,
+    typer.Option(
+        metavar="N",
+        help="Compute the tiles of a map in N processes (pip install 'aos-gcs[lab]').",
+        rich_help_panel=PANEL,
+    ),
+]
+Scheduler = Annotated[
+    str | None,
+    typer.Option(
+        metavar="ADDRESS",
+        help="Compute the tiles of a map on the workers of this Dask scheduler, for example tcp://host:8786. They read "
+        "the images from the same paths.",
+        rich_help_panel=PANEL,
+    ),
+]
+
+
+@dataclass(frozen=True, slots=True)
+class WorkOptions:
+    """How to compute.
+
+    Raises:
+        ConfigurationError: if a value lies outside its range, or options exclude each other.
+    """
+
+    fast: bool
+    median: bool
+    trim: float | None
+    max_memory_mb: int
+    jobs: int | None
+    scheduler: str | None
+
+    def __post_init__(self) -> None:
+        if self.median and self.trim is not None:
+            raise ConfigurationError("--median and --trim exclude each other: the median is the trim 0.5.")
+        if self.trim is not None and not 0.0 <= self.trim <= MEDIAN:
+            raise ConfigurationError(f"--trim must lie between 0 and 0.5, got {self.trim:g}.")
+        if self.max_memory_mb < MIN_MEMORY_MB:
+            raise ConfigurationError(f"--max-memory must be at least {MIN_MEMORY_MB} MB, got {self.max_memory_mb}.")
+        if self.jobs is not None and self.scheduler is not None:
+            raise ConfigurationError("--jobs and --scheduler exclude each other: a scheduler has workers of its own.")
+        if self.jobs is not None and self.jobs < 1:
+            raise ConfigurationError(f"--jobs must be at least 1, got {self.jobs}.")
+
+    def check_map(self, ortho: float | None) -> None:
+        """Refuse to share out a view.
+
+        Raises:
+            ConfigurationError: if several processes are asked for what is not a map.
+        """
+        if ortho is None and (self.jobs is not None or self.scheduler is not None):
+            name = "--jobs" if self.jobs is not None else "--scheduler"
+            raise ConfigurationError(f"{name} shares out the tiles of a map: ask for one with --ortho RES.")
+
+    @property
+    def share_left_out(self) -> float | None:
+        """Of a pixel's values at either end; None: plain mean."""
+        return MEDIAN if self.median else self.trim
+
+    def integrate(self, work: Work, tiles: Sequence[Tile], shape: tuple[int, int], folder: Path) -> SurveyRasters:
+        """Integrate tiles and put them together, showing how far it is.
+
+        Args:
+            work: what the tiles have in common.
+            tiles: parts of the raster.
+            shape: of the whole raster.
+            folder: for rasters too large for the memory.
+
+        Raises:
+            AosError: see :func:`~aos_gcs.surveys.integration.integrate_tiles`.
+        """
+        with self._results(work, tiles) as results:
+            return assemble(work, shape, results, folder)
+
+    @contextmanager
+    def _results(self, work: Work, tiles: Sequence[Tile]) -> Iterator[Iterator[list[TileResult]]]:
+        if self.jobs is None and self.scheduler is None:
+            groups = grouped(tiles, work.cell_bytes, work.max_bytes)
+            with progress("Integrating images", sum(len(_images(group)) for group in groups)) as advance:
+                yield (integrate_tiles(work, group, advance) for group in groups)
+            return
+        cluster = local_cluster(self.jobs) if self.jobs is not None else remote_cluster(self.scheduler or "")
+        with cluster as client, progress("Integrating tiles", len(tiles)) as advance:
+            yield integrate_on_cluster(client, work, tiles, advance)
+
+
+def _images(tiles: Sequence[Tile]) -> set[int]:
+    return {index for tile in tiles for index in tile.images}

@@ -1,0 +1,1 @@
+"""Recorded flights of any length: read lazily, integrated in tiles, on one machine or many."""

@@ -1,0 +1,188 @@
+"""Integrates the tiles of a survey: frames are read one after the other, memory is bounded by the tiles held."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.errors import InputDataError
+from aos_gcs.imaging.integral import ViewIntegral
+from aos_gcs.imaging.marks import project_marks
+from aos_gcs.imaging.model import Frame
+from aos_gcs.imaging.rx import anomaly_mask, default_min_score, rx_scores
+from aos_gcs.imaging.terrain import Terrain
+from aos_gcs.imaging.trimmed import integrate_trimmed
+from aos_gcs.imaging.views import FocalSurface, FocalView
+from aos_gcs.imaging.warp import PlaneProjection
+from aos_gcs.surveys.images import LazyFrames, read_frame
+from aos_gcs.surveys.model import SurveyImage
+from aos_gcs.surveys.tiles import Tile, Window
+
+MARKED_SHARE = 0.25
+"""Of a bilinear sample of a mask, from which a cell is marked: what the centre of a cell within the pixel has."""
+
+TERRAIN_BYTES = 64
+"""Per cell: its point in double and single precision, and what finding it takes."""
+
+Advance = Callable[[int], None]
+"""Tells that so many more images (or tiles) are done."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Work:
+    """What the computation of every tile needs to know; can be sent to another process."""
+
+    images: tuple[SurveyImage, ...]
+    bands: tuple[str, ...]
+    surface: FocalSurface
+    exact: bool = True
+    """See :class:`~aos_gcs.imaging.integral.ViewIntegral`."""
+    trim: float | None = None
+    """None: the mean; otherwise see :func:`~aos_gcs.imaging.trimmed.integrate_trimmed`."""
+    detect: bool = False
+    """Whether to count the frames whose anomaly masks mark a cell."""
+    skip_broken: bool = False
+    """Leave out images that cannot be read, instead of failing."""
+    max_bytes: int = 1_000_000_000
+    """Of the sums or values held at a time."""
+
+    @property
+    def cell_bytes(self) -> int:
+        """Memory that a cell takes until its tile is done."""
+        sums = 8 if self.exact else 4
+        return len(self.bands) * (sums + 4) + 4 + (TERRAIN_BYTES if isinstance(self.surface, Terrain) else 0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TileResult:
+    """A tile that is done."""
+
+    window: Window
+    integral: NDArray[np.float32]
+    """Shape (rows, columns, C), NaN where nothing covers."""
+    coverage: NDArray[np.uint16]
+    anomaly_count: NDArray[np.uint16] | None
+    used: frozenset[int]
+    """Indices of the images that cover a part of it."""
+    broken: dict[int, str]
+    """Why images could not be read, by their indices."""
+
+
+class _TileSums:
+    """A tile's sums while frames come in."""
+
+    def __init__(self, work: Work, tile: Tile) -> None:
+        self.images = frozenset(tile.images)
+        self._tile = tile
+        self._view = tile.view(work.surface)
+        self._integral = ViewIntegral(self._view, work.bands, exact=work.exact)
+        self._marks = np.zeros(self._view.shape, dtype=np.uint16) if work.detect else None
+        self._surface = work.surface
+        self._used: set[int] = set()
+
+    def add(self, index: int, frame: Frame, mask: Frame | None) -> None:
+        if self._integral.add(frame):
+            self._used.add(index)
+            if mask is not None and self._marks is not None:
+                add_marks(self._marks, mask, self._view, self._tile.cell_m, self._surface)
+
+    def result(self, broken: dict[int, str]) -> TileResult:
+        integral = self._integral
+        return TileResult(
+            self._tile.window, integral.mean(), integral.coverage, self._marks, frozenset(self._used), broken
+        )
+
+
+def integrate_tiles(work: Work, tiles: Sequence[Tile], advance: Advance = lambda _: None) -> list[TileResult]:
+    """Integrate some tiles at the same time, so that an image that several of them see is read once.
+
+    Raises:
+        InputDataError: if an image cannot be read, and broken ones are not skipped.
+        ImagingError: if a view does not have the surface in front of it.
+    """
+    if work.trim is not None:
+        return [_trimmed(work, tile, advance) for tile in tiles]
+    sums = [_TileSums(work, tile) for tile in tiles]
+    broken: dict[int, str] = {}
+    for index in sorted({index for tile in tiles for index in tile.images}):
+        frame = _read(work, index, broken)
+        if frame is not None:
+            mask = _mask(frame) if work.detect else None
+            for total in sums:
+                if index in total.images:
+                    total.add(index, frame, mask)
+        advance(1)
+    return [total.result(broken) for total in sums]
+
+
+def add_marks(
+    counts: NDArray[np.uint16], mask: Frame, view: FocalView, cell_m: float | None, surface: FocalSurface
+) -> None:
+    """Count a frame's anomaly mask, values 0 and 1, into the cells of a view.
+
+    On a plane see :func:`~aos_gcs.imaging.marks.project_marks`. On terrain a marked pixel marks the cells whose centres
+    it holds; where cells are larger than pixels it is grown to their size first, so that it cannot fall between them.
+    """
+    projection = view.project(mask)
+    if isinstance(projection, PlaneProjection):
+        marks = project_marks(mask.image[:, :, 0].astype(np.uint8), projection)
+        counts[marks.rows, marks.columns] += 1
+    elif projection is not None:
+        edge_px = 1 if cell_m is None else math.ceil(cell_m / _sampling_m(mask, surface))
+        grown = cv2.dilate(mask.image.astype(np.float32), np.ones((edge_px, edge_px), dtype=np.uint8))
+        layer = projection.sample(np.asarray(grown, dtype=np.float32).reshape(mask.image.shape), 0, view.shape[0])
+        if layer is not None:
+            counts[layer.window] += (layer.values[:, :, 0] >= MARKED_SHARE) & (layer.coverage() > 0)
+
+
+def _sampling_m(frame: Frame, surface: FocalSurface) -> float:
+    """Return the size of a pixel on the surface, at the foot of its camera."""
+    x_m, y_m, z_m = frame.pose.position_enu_m
+    surface_m = float(surface.z_m(x_m, y_m))
+    if not math.isfinite(surface_m) and isinstance(surface, Terrain):
+        surface_m = float(np.nanmedian(surface.heights_m))
+    return max(abs(float(z_m) - surface_m), 1e-6) / frame.camera.fx_px
+
+
+def _mask(frame: Frame) -> Frame | None:
+    """Return the anomaly mask of a frame in its place; None if nothing is marked."""
+    marked = anomaly_mask(rx_scores(frame.image), min_score=default_min_score(len(frame.bands)))
+    if not marked.any():
+        return None
+    return replace(frame, image=marked[:, :, np.newaxis], bands=("anomaly",))
+
+
+def _trimmed(work: Work, tile: Tile, advance: Advance) -> TileResult:
+    broken: dict[int, str] = {}
+    # Frames are gone through several times: which of them can be read has to be known before.
+    readable = [index for index in tile.images if not work.skip_broken or _read(work, index, broken) is not None]
+    view = tile.view(work.surface)
+    marks = np.zeros(view.shape, dtype=np.uint16) if work.detect else None
+    if not readable or work.trim is None:
+        integral = np.full((*view.shape, len(work.bands)), np.nan, dtype=np.float32)
+        return TileResult(tile.window, integral, np.zeros(view.shape, dtype=np.uint16), marks, frozenset(), broken)
+    frames = LazyFrames([work.images[index] for index in readable], work.bands)
+    integral, coverage = integrate_trimmed(frames, view, work.trim, exact=work.exact, max_bytes=work.max_bytes)
+    if marks is not None:
+        for frame in frames:
+            mask = _mask(frame)
+            if mask is not None:
+                add_marks(marks, mask, view, tile.cell_m, work.surface)
+    advance(len(tile.images))
+    used = frozenset(readable) if coverage.any() else frozenset()
+    return TileResult(tile.window, integral, coverage, marks, used, broken)
+
+
+def _read(work: Work, index: int, broken: dict[int, str]) -> Frame | None:
+    try:
+        return read_frame(work.images[index], work.bands, index)
+    except InputDataError as error:
+        if not work.skip_broken:
+            raise
+        broken[index] = str(error)
+        return None

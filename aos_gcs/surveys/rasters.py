@@ -1,0 +1,61 @@
+"""The rasters of a whole survey, put together from tiles; large ones live in files."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+from aos_gcs.surveys.integration import TileResult, Work
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SurveyRasters:
+    """What all tiles together show."""
+
+    integral: NDArray[np.float32]
+    """Shape (rows, columns, C), NaN where nothing covers."""
+    coverage: NDArray[np.uint16]
+    anomaly_count: NDArray[np.uint16] | None
+    used: frozenset[int]
+    """Indices of the images that cover any part."""
+    broken: dict[int, str] = field(default_factory=dict)
+
+
+def assemble(
+    work: Work, shape: tuple[int, int], results: Iterable[Sequence[TileResult]], folder: Path
+) -> SurveyRasters:
+    """Put tiles together as they come.
+
+    Rasters that would take more than the memory allowed live in nameless files in ``folder``, and vanish with the
+    arrays.
+    """
+    in_memory = shape[0] * shape[1] * (4 * len(work.bands) + 4) <= work.max_bytes
+    integral = _array((*shape, len(work.bands)), np.float32, None if in_memory else folder)
+    integral.fill(np.nan)
+    coverage = _array(shape, np.uint16, None if in_memory else folder)
+    anomaly_count = _array(shape, np.uint16, None if in_memory else folder) if work.detect else None
+    used: set[int] = set()
+    broken: dict[int, str] = {}
+    for group in results:
+        for result in group:
+            integral[result.window] = result.integral
+            coverage[result.window] = result.coverage
+            if anomaly_count is not None and result.anomaly_count is not None:
+                anomaly_count[result.window] = result.anomaly_count
+            used |= result.used
+            broken |= result.broken
+    return SurveyRasters(integral, coverage, anomaly_count, frozenset(used), broken)
+
+
+def _array(shape: tuple[int, ...], dtype: DTypeLike, folder: Path | None) -> NDArray[Any]:
+    if folder is None:
+        return np.zeros(shape, dtype=dtype)
+    with tempfile.TemporaryFile(dir=folder) as file:
+        # The map keeps the file's content alive; a new file is full of zeros.
+        return np.memmap(file, dtype=dtype, mode="w+", shape=shape)
