@@ -118,8 +118,8 @@ class Coordinator:
             preflight=context.preflight,
             target=self._search.tracker.estimate(),
             min_separation_m=self._monitor.min_separation_m,
-        )
             focus=self._vision.focus,
+        )
 
     def steps(self) -> Sequence[StepRecord]:
         """Return all steps so far, oldest first."""

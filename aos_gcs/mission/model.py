@@ -147,24 +147,24 @@ class VehicleSnapshot:
 
 
 @dataclass(frozen=True, slots=True)
-class TargetEstimate:
-    """Where the target is believed to be."""
+class ErrorEllipse:
+    """One standard deviation of a horizontal position; holds the truth with a probability of 39 %."""
 
-    position_enu_m: EnuPoint
-    sigma_m: float | None
-    """Standard deviation of the mean of the sightings; None until there are three."""
-    sightings: int
+    semi_major_m: float
+    semi_minor_m: float
+    heading_rad: float
+    """Of the major axis, clockwise from north, [0, pi]."""
 
 
 @dataclass(frozen=True, slots=True)
-class MissionSnapshot:
-    """The whole mission at one moment."""
+class TargetEstimate:
+    """Where a target is believed to be. Records of older missions lack what has a default."""
 
-    mission_id: str
-    strategy: str
-    phase: Phase
-    suspension: Suspension
-    outcome: Outcome
+    position_enu_m: EnuPoint
+    """Of the ground below it, at the latest step."""
+    sigma_m: float | None
+    """Standard deviation along a horizontal axis, the mean over all directions; None when it is not known."""
+    sightings: int
     track_id: int = 0
     """Counts from 1 in a mission; 0: not known."""
     confirmed: bool = True
@@ -193,6 +193,17 @@ class FocusSnapshot:
     source: FocusSource
     sigma_m: float | None
     """Standard deviation of what autofocus has found; None for other sources."""
+
+
+@dataclass(frozen=True, slots=True)
+class MissionSnapshot:
+    """The whole mission at one moment."""
+
+    mission_id: str
+    strategy: str
+    phase: Phase
+    suspension: Suspension
+    outcome: Outcome
     message: str
     """What the mission is waiting for or doing, in one sentence."""
     elapsed_s: float
@@ -207,8 +218,13 @@ class FocusSnapshot:
     vehicles: tuple[VehicleSnapshot, ...]
     preflight: tuple[PreflightCheck, ...]
     target: TargetEstimate | None
+    """The target in view, or else the one that was seen last."""
     min_separation_m: float | None
     """The smallest 3-D distance measured between two vehicles so far."""
+    targets: tuple[TargetEstimate, ...] = ()
+    """All that are confirmed, and ``target``."""
+    focus: FocusSnapshot | None = None
+    """None in records of missions before there was autofocus."""
 
 
 class Verdict(StrEnum):
@@ -221,10 +237,6 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class WaypointRecord:
-    targets: tuple[TargetEstimate, ...] = ()
-    """All that are confirmed, and ``target``."""
-    focus: FocusSnapshot | None = None
-    """None in records of missions before there was autofocus."""
     """One vehicle's planned waypoint of a step."""
 
     vehicle_id: int
@@ -262,6 +274,8 @@ class StepRecord:
     """From the last frame received to the last goto handed to the link, real milliseconds."""
     loop_lag_p99_ms: float
     """99th percentile of the event loop's lag since the previous step, real milliseconds."""
+    focal_height_m: float | None = None
+    """Of the plane that this step's frames were integrated on."""
 
 
 class PictureKind(StrEnum):
@@ -274,8 +288,6 @@ class PictureKind(StrEnum):
     """Number of frames that mark each cell."""
 
 
-    focal_height_m: float | None = None
-    """Of the plane that this step's frames were integrated on."""
 @dataclass(frozen=True, slots=True)
 class Picture:
     """A north-up raster on the focal plane, ready to show."""
@@ -359,6 +371,8 @@ class MissionControl(Protocol):
     ) -> tuple[ActionResult, ...]:
         """Carry out an operator's action for the vehicles named, or for the whole mission when ``None``.
 
+        The focal height is of the action of focusing alone, and ``None`` leaves it to autofocus.
+
         Raises:
             MissionError: the present phase does not allow it, or an id is unknown; nothing was sent.
         """
@@ -367,5 +381,3 @@ class MissionControl(Protocol):
     def subscribe(self) -> AbstractContextManager[AsyncIterator[Event]]:
         """Follow the events from now on. Bounded: a slow reader loses its oldest ones, seen as gaps in ``seq``."""
         ...
-        The focal height is of the action of focusing alone, and ``None`` leaves it to autofocus.
-

@@ -107,8 +107,8 @@ class Search:
                 imaging_ms=imaging_ms,
                 work_ms=work_ms,
                 loop_lag_p99_ms=context.loop_monitor.take_step_lag_p99_ms(),
-            ),
                 focal_height_m=analysis.grid.height_m,
+            ),
         )
         await self._gallery.hang(record.step, analysis, taken.captures[0].bands)
         async with asyncio.TaskGroup() as group:
