@@ -117,6 +117,7 @@ class Coordinator:
             vehicles=tuple(context.roster.snapshot(member) for member in context.roster.members()),
             preflight=context.preflight,
             target=self._search.tracker.estimate(),
+            targets=self._search.tracker.estimates(),
             min_separation_m=self._monitor.min_separation_m,
             focus=self._vision.focus,
         )

@@ -16,13 +16,14 @@ from aos_gcs.mission.context import MissionContext
 from aos_gcs.mission.gallery import Gallery
 from aos_gcs.mission.launch import MIN_SWARM
 from aos_gcs.mission.model import Outcome, Phase, StepRecord, Task, WaypointRecord
+from aos_gcs.mission.observing import make_observation
 from aos_gcs.mission.plan import ScanLeg, leg_formation, scan_legs
 from aos_gcs.mission.roster import Member
 from aos_gcs.mission.sampling import Sample, sample
 from aos_gcs.mission.targeting import TargetTracker
 from aos_gcs.mission.vision import Vision
 from aos_gcs.ports import Severity
-from aos_gcs.swarm.model import Diagnostics, Observation, Strategy
+from aos_gcs.swarm.model import Diagnostics, Strategy
 from aos_gcs.swarm.registry import make_strategy
 from aos_gcs.swarm.state import dump_rng
 
@@ -51,7 +52,7 @@ class Search:
         self.found_at_s: float | None = None
         """Mission time of the first decision that the target is found."""
         self.step = 0
-        self.tracker = TargetTracker(settings.detection)
+        self.tracker = TargetTracker(settings)
 
     # --- LINE ---------------------------------------------------------------------------------------------------------
 
@@ -159,7 +160,7 @@ class Search:
     ) -> tuple[Phase, StepRecord]:
         """Return the next phase and the step's record with its vetted waypoints."""
         context = self._context
-        in_view = self.tracker.observe(analysis)
+        in_view = self.tracker.observe(analysis, context.journal.elapsed_s())
         following = self._next_phase(phase, swarm, in_view)
         diagnostics, waypoints = self._choose(following, swarm, analysis, in_view)
         return following, StepRecord(
@@ -174,7 +175,7 @@ class Search:
             c_s_m=diagnostics.c_s_m,
             c_c_m=diagnostics.c_c_m,
             leader_id=analysis.leader_id,
-            target_enu_m=analysis.blob.centroid_enu_m if in_view and analysis.blob else None,
+            target_enu_m=self.tracker.measured_enu_m,
             fitness=dict(zip(analysis.vehicle_ids, map(float, analysis.fitness), strict=True)),
             missing=taken.missing,
             waypoints=waypoints,
@@ -187,18 +188,15 @@ class Search:
         self, following: Phase, swarm: list[Member], analysis: StepAnalysis, in_view: bool
     ) -> tuple[Diagnostics, tuple[WaypointRecord, ...]]:
         """Ask the strategy where to go next, and safety what may be sent; a found target is watched from here."""
-        positions_enu_m = self._horizontal_enu_m(swarm)
-        fitness = dict(zip(analysis.vehicle_ids, analysis.fitness, strict=True))
-        observation = Observation(
-            vehicle_ids=tuple(member.vehicle_id for member in swarm),
-            positions_enu_m=positions_enu_m,
-            fitness=np.array([fitness.get(member.vehicle_id, np.nan) for member in swarm]),
-            target_in_view=in_view,
-            target_enu_m=np.array(analysis.blob.centroid_enu_m[:2]) if in_view and analysis.blob else None,
-            leader_id=analysis.leader_id,
-        )
         if following not in {Phase.SCAN, Phase.CONVERGE}:
             return Diagnostics(branch="hold", leader_id=analysis.leader_id), ()
+        estimate = self.tracker.estimate() if in_view else None
+        observation = make_observation(
+            [member.vehicle_id for member in swarm],
+            self._positions_enu_m(swarm),
+            analysis,
+            None if estimate is None else np.array(estimate.position_enu_m[:2]),
+        )
         self._state = self._strategy.tell(self._state, observation)
         next_enu_m, self._state = self._strategy.ask(self._state, self._rng)
         requests = self._in_layers(swarm, next_enu_m)
@@ -227,7 +225,10 @@ class Search:
         context, estimate = self._context, self.tracker.estimate()
         if estimate is not None:
             east_m, north_m, _ = estimate.position_enu_m
-            context.journal.notice(Severity.INFO, f"target found at {east_m:.1f} m east, {north_m:.1f} m north")
+            context.journal.notice(
+                Severity.INFO,
+                f"target found at {east_m:.1f} m east, {north_m:.1f} m north, give or take {estimate.sigma_m:.1f} m",
+            )
         context.outcome = Outcome.FOUND
         self._steps_found = 0
         if self.found_at_s is None:
@@ -240,7 +241,7 @@ class Search:
         if self.tracker.estimate() is not None:
             if self.tracker.steps_out_of_view < detection.reacquire_steps:
                 return Phase.SCAN
-            self.tracker = TargetTracker(detection)
+            self.tracker.give_up()
             return Phase.LINE
         offset_m = self._horizontal_enu_m(swarm).mean(axis=0) - np.array(leg.start_enu_m)
         self._progress_m = max(self._progress_m, float(offset_m @ np.array(leg.direction_enu)))
@@ -303,8 +304,11 @@ class Search:
         return swarm
 
     def _horizontal_enu_m(self, members: list[Member]) -> NDArray[np.float64]:
+        return self._positions_enu_m(members)[:, :2]
+
+    def _positions_enu_m(self, members: list[Member]) -> NDArray[np.float64]:
         positions = [self._context.roster.position_enu_m(member) for member in members]
-        return np.array([position[:2] for position in positions if position is not None])
+        return np.array([position for position in positions if position is not None])
 
     @staticmethod
     def _in_layers(members: list[Member], horizontal_enu_m: NDArray[np.float64]) -> dict[int, NDArray[np.float64]]:

@@ -114,12 +114,12 @@ def test_the_covariance_is_that_of_the_errors() -> None:
     for _ in range(runs):
         ground_m = rng.normal(0.0, settings.focal_height_m)
         target = np.array([*rng.uniform(-2, 2, 2), ground_m])
-        middle = target + [*rng.normal(0.0, settings.target_extent_m, 2), settings.target_height_m]
+        middle = np.add(target, [*rng.normal(0.0, settings.target_extent_m, 2), settings.target_height_m])
         middle[2] += rng.normal(0.0, settings.target_height_sigma_m)
         views = []
         for vehicle_id in range(6):
             true = nadir_pose([*rng.uniform(-10, 10, 2), 35.0], heading_rad=rng.uniform(0, 6))
-            seen = middle + [*rng.normal(0.0, settings.target_extent_m, 2), 0.0]
+            seen = np.add(middle, [*rng.normal(0.0, settings.target_extent_m, 2), 0.0])
             pixel = project_points([seen], CAMERA, true) + rng.normal(0.0, settings.pixel_px, 2)
             moved = Pose(true.position_enu_m + rng.normal(0.0, pose_sigmas), true.R_cam2enu)
             views.append(view(vehicle_id, tilted(moved, tuple(rng.normal(0.0, turn_sigmas))), pixel))

@@ -1,120 +1,194 @@
-"""From sightings to the decision that a target is found."""
+"""From sightings to tracks, and to the decision that a target is found."""
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from aos_gcs.imaging.model import Blob, FocalGrid, StepAnalysis
-from aos_gcs.mission.settings import DetectionSettings
-from aos_gcs.mission.targeting import TargetTracker
+from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.geometry.poses import nadir_pose
+from aos_gcs.imaging.geolocation import Uncertainty
+from aos_gcs.imaging.model import Blob, BlobView, FocalGrid, Sighting, StepAnalysis
+from aos_gcs.imaging.step import ImagingSettings
+from aos_gcs.mission.settings import DetectionSettings, MissionSettings
+from aos_gcs.mission.targeting import TargetTracker, error_ellipse
 
-SETTINGS = DetectionSettings(threshold_m2=0.1, found_steps=3, found_radius_m=1.0, found_min_count=3)
+SETTINGS = MissionSettings(
+    vehicles=2,
+    area_enu_m=((0.0, 0.0), (9.0, 0.0), (9.0, 9.0)),
+    imaging=ImagingSettings(),
+    detection=DetectionSettings(threshold_m2=0.1, found_steps=3, found_radius_m=1.0, found_min_count=3),
+    uncertainty=Uncertainty(target_height_m=0.0, target_extent_m=0.1),
+)
+CAMERA = CameraModel.from_fov(64, 64, math.radians(50.0))
+STEP_S = 2.0
 
 
-def seen(east_m: float, north_m: float, area_m2: float = 0.2, count: int = 3) -> StepAnalysis:
-    return analysis(Blob(area_m2, (east_m, north_m, 0.0), count, (1, 2)))
+class Follower:
+    """A tracker that is shown one step after the other."""
+
+    def __init__(self) -> None:
+        self.tracker, self.now_s = TargetTracker(SETTINGS), 0.0
+
+    def observe(self, *sightings: Sighting) -> bool:
+        self.now_s += STEP_S
+        return self.tracker.observe(analysis(*sightings), self.now_s)
 
 
-def analysis(blob: Blob | None) -> StepAnalysis:
+def seen(east_m: float, north_m: float, area_m2: float = 0.2, count: int = 3) -> Sighting:
+    """A blob that one camera right above it marks."""
+    view = BlobView(1, np.array([east_m, north_m]), area_m2, CAMERA, nadir_pose([east_m, north_m, 35.0]))
+    return Sighting(Blob(area_m2, (east_m, north_m, 0.0), count, (1,)), (view,))
+
+
+def analysis(*sightings: Sighting) -> StepAnalysis:
     return StepAnalysis(
-        grid=FocalGrid(0.0, 1.0, 0.5, 2, 2, 0.0),
-        integral=np.zeros((2, 2, 3), np.float32),
-        coverage=np.ones((2, 2), np.uint16),
-        anomaly_count=np.zeros((2, 2), np.uint16),
-        blob=blob,
+        grid=FocalGrid(-50.0, 50.0, 1.0, 100, 100, 0.0),
+        integral=np.zeros((100, 100, 3), np.float32),
+        coverage=np.ones((100, 100), np.uint16),
+        anomaly_count=np.zeros((100, 100), np.uint16),
+        blob=sightings[0].blob if sightings else None,
         vehicle_ids=(1, 2),
         fitness=np.zeros(2),
         leader_id=1,
+        sightings=sightings,
     )
 
 
 def test_nothing_and_small_blobs_are_out_of_view() -> None:
-    tracker = TargetTracker(SETTINGS)
-    assert not tracker.observe(analysis(None))
-    assert not tracker.observe(seen(0, 0, area_m2=0.099))
-    assert tracker.steps_out_of_view == 2
-    assert tracker.estimate() is None
-    assert tracker.observe(seen(0, 0, area_m2=0.1))
-    assert (tracker.steps_in_view, tracker.steps_out_of_view) == (1, 0)
+    follower = Follower()
+    assert not follower.observe()
+    assert not follower.observe(seen(0, 0, area_m2=0.099))
+    assert follower.tracker.steps_out_of_view == 2
+    assert follower.tracker.estimate() is None
+    assert follower.observe(seen(0, 0, area_m2=0.1))
+    assert (follower.tracker.steps_in_view, follower.tracker.steps_out_of_view) == (1, 0)
 
 
 def test_found_after_agreeing_steps_in_a_row() -> None:
-    tracker = TargetTracker(SETTINGS)
+    follower = Follower()
     verdicts = []
     for offset_m in (0.0, 0.4, -0.4):
-        tracker.observe(seen(5.0 + offset_m, 20.0))
-        verdicts.append(tracker.is_found())
+        follower.observe(seen(5.0 + offset_m, 20.0))
+        verdicts.append(follower.tracker.is_found())
     assert verdicts == [False, False, True]
 
 
 def test_a_gap_starts_the_count_again_but_keeps_the_estimate() -> None:
-    tracker = TargetTracker(SETTINGS)
+    follower = Follower()
     for _ in range(2):
-        tracker.observe(seen(5.0, 20.0))
-    tracker.observe(analysis(None))
-    tracker.observe(seen(5.0, 20.0))
-    assert not tracker.is_found()
-    estimate = tracker.estimate()
+        follower.observe(seen(5.0, 20.0))
+    follower.observe()
+    follower.observe(seen(5.0, 20.0))
+    assert not follower.tracker.is_found()
+    estimate = follower.tracker.estimate()
     assert estimate is not None
     assert estimate.sightings == 3
 
 
 def test_a_blob_marked_by_too_few_frames_is_no_confirmation() -> None:
-    tracker = TargetTracker(SETTINGS)
+    follower = Follower()
     for count in (3, 2, 3):
-        tracker.observe(seen(5.0, 20.0, count=count))
-    assert not tracker.is_found()
+        follower.observe(seen(5.0, 20.0, count=count))
+    assert not follower.tracker.is_found()
     for _ in range(2):
-        tracker.observe(seen(5.0, 20.0))
-    assert tracker.is_found()
+        follower.observe(seen(5.0, 20.0))
+    assert follower.tracker.is_found()
 
 
 def test_sightings_that_wander_apart_are_not_found() -> None:
-    tracker = TargetTracker(SETTINGS)
+    follower = Follower()
     for east_m in (0.0, 1.9, 2.8):
-        tracker.observe(seen(east_m, 0.0))
-    assert tracker.steps_in_view == 3
-    assert not tracker.is_found()
+        follower.observe(seen(east_m, 0.0))
+    assert follower.tracker.steps_in_view == 3
+    assert not follower.tracker.is_found()
 
 
 def test_a_jump_is_another_object() -> None:
-    tracker = TargetTracker(SETTINGS)
+    follower = Follower()
     for _ in range(3):
-        tracker.observe(seen(0.0, 0.0))
-    tracker.observe(seen(10.0, 0.0))
-    estimate = tracker.estimate()
+        follower.observe(seen(0.0, 0.0))
+    follower.observe(seen(10.0, 0.0))
+    estimate = follower.tracker.estimate()
     assert estimate is not None
-    assert estimate.position_enu_m == (10.0, 0.0, 0.0)
+    assert estimate.position_enu_m == pytest.approx((10.0, 0.0, 0.0))
     assert estimate.sightings == 1
-    assert not tracker.is_found()
+    assert not follower.tracker.is_found()
 
 
-def test_the_estimate_weighs_by_area_and_gets_an_error_from_three_sightings_on() -> None:
-    tracker = TargetTracker(SETTINGS)
-    tracker.observe(seen(0.0, 0.0, area_m2=0.3))
-    tracker.observe(seen(1.0, 0.0, area_m2=0.1))
+def test_a_walker_is_found_where_its_track_predicts_it() -> None:
+    follower = Follower()
+    verdicts = []
+    for step in range(6):
+        follower.observe(seen(3.0 * step, 0.0))
+        verdicts.append(follower.tracker.is_found())
+    assert verdicts == [False, False, False, False, False, True]
+    estimate = follower.tracker.estimate()
+    assert estimate is not None
+    assert estimate.velocity_enu_mps == pytest.approx((1.5, 0.0), abs=0.2)
+
+
+def test_a_second_target_is_told_of_once_it_is_confirmed() -> None:
+    follower = Follower()
+    for step in range(4):
+        follower.observe(seen(0.0, 0.0), seen(20.0, 5.0, area_m2=0.15))
+        assert len(follower.tracker.estimates()) == (1 if step < 3 else 2)
+    target, other = follower.tracker.estimates()
+    assert target == follower.tracker.estimate()
+    assert (target.track_id, other.track_id) == (1, 2)
+    assert other.position_enu_m == pytest.approx((20.0, 5.0, 0.0))
+
+
+def test_two_persons_in_turns_do_not_keep_each_other_from_being_found() -> None:
+    follower = Follower()
+    for area_m2 in (0.2, 0.4, 0.2):
+        follower.observe(*sorted((seen(0.0, 0.0, 0.3), seen(20.0, 0.0, area_m2)), key=lambda s: -s.blob.area_m2))
+    assert follower.tracker.is_found()
+
+
+def test_the_estimate_stays_when_the_target_is_not_seen_again() -> None:
+    follower = Follower()
+    follower.observe(seen(5.0, 5.0))
+    for _ in range(30):
+        follower.observe()
+    assert follower.tracker.measured_enu_m is None
+    assert follower.tracker.estimate() is not None
+    assert [target.track_id for target in follower.tracker.estimates()] == [1]
+    follower.tracker.give_up()
+    assert follower.tracker.estimate() is None
+    assert follower.tracker.estimates() == ()
+
+
+def test_the_error_shrinks_with_sightings_but_not_below_the_biases() -> None:
+    follower, sigmas_m = Follower(), []
+    for _ in range(30):
+        follower.observe(seen(5.0, 5.0))
+        estimate = follower.tracker.estimate()
+        assert estimate is not None
+        assert estimate.sigma_m is not None
+        sigmas_m.append(estimate.sigma_m)
+    assert sigmas_m == sorted(sigmas_m, reverse=True)
+    biases_m = math.sqrt(0.8 * (0.5**2 + (35.0 * math.radians(1.0)) ** 2) + 0.1**2)
+    assert sigmas_m[-1] == pytest.approx(biases_m, rel=0.1)
+
+
+def test_one_vehicle_with_a_poor_compass_has_a_long_ellipse() -> None:
+    uncertainty = replace(Uncertainty(), yaw_rad=math.radians(10.0), attitude_rad=0.0, position_horizontal_m=0.1)
+    tracker = TargetTracker(replace(SETTINGS, uncertainty=uncertainty))
+    view = BlobView(1, np.array([10.0, 0.0]), 0.2, CAMERA, nadir_pose([0.0, 0.0, 35.0]))
+    tracker.observe(analysis(Sighting(Blob(0.2, (10.0, 0.0, 0.0), 1, (1,)), (view,))), 1.0)
     estimate = tracker.estimate()
     assert estimate is not None
-    assert estimate.position_enu_m == pytest.approx((0.25, 0.0, 0.0))
-    assert estimate.sigma_m is None
-    tracker.observe(seen(0.25, 0.0, area_m2=0.2))
-    estimate = tracker.estimate()
-    assert estimate is not None
-    assert estimate.sigma_m is not None
-    assert 0.0 < estimate.sigma_m < 0.5
+    assert estimate.ellipse is not None
+    assert estimate.ellipse.semi_major_m > 2 * estimate.ellipse.semi_minor_m
+    assert abs(math.sin(estimate.ellipse.heading_rad)) < 0.01  # north and south, across the line of sight
 
 
-@given(st.lists(st.floats(-0.4, 0.4), min_size=13, max_size=40))
-def test_the_estimate_follows_the_latest_sightings_only(offsets_m: list[float]) -> None:
-    tracker = TargetTracker(SETTINGS)
-    for offset_m in offsets_m:
-        tracker.observe(seen(offset_m, 0.0))
-    estimate = tracker.estimate()
-    assert estimate is not None
-    assert estimate.sightings == 12
-    assert estimate.position_enu_m[0] == pytest.approx(np.mean(offsets_m[-12:]), abs=1e-9)
-    assert estimate.sigma_m is not None
-    assert estimate.sigma_m <= 0.4
+def test_the_ellipse_of_a_covariance() -> None:
+    along = np.array([math.sin(0.5), math.cos(0.5)])
+    across = np.array([along[1], -along[0]])
+    ellipse = error_ellipse(4.0 * np.outer(along, along) + np.outer(across, across))
+    assert (ellipse.semi_major_m, ellipse.semi_minor_m, ellipse.heading_rad) == pytest.approx((2.0, 1.0, 0.5))

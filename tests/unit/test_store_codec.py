@@ -39,7 +39,16 @@ def test_every_record_of_the_model_survives_exactly(model: type, data: st.DataOb
 
 def test_a_step_reads_like_the_model() -> None:
     plain = encode(TargetEstimate(position_enu_m=(1.5, -2.0, 0.1), sigma_m=None, sightings=2))
-    assert plain == {"position_enu_m": [1.5, -2.0, 0.1], "sigma_m": None, "sightings": 2}
+    assert plain == {
+        "position_enu_m": [1.5, -2.0, 0.1],
+        "sigma_m": None,
+        "sightings": 2,
+        "track_id": 0,
+        "confirmed": True,
+        "ellipse": None,
+        "velocity_enu_mps": None,
+        "seen_at_s": None,
+    }
 
 
 @pytest.mark.parametrize(("number", "plain"), [(math.inf, "inf"), (-math.inf, "-inf"), (math.nan, "nan")])
