@@ -1,0 +1,150 @@
+"""What single frames show of warm bodies: the pixels that are clearly warmer than the rest of the frame.
+
+Anomaly detection marks what is rare, warm or not, and at most a fixed share of a frame. To tell a person from what else
+is rare, this looks at all warm pixels around a mark: how warm, how large, of which colour. Temperatures are differences
+from the frame's own median, in which the offset of an uncooled camera cancels.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from aos_gcs.errors import ImagingError
+from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.geometry.poses import Pose
+from aos_gcs.geometry.projection import intersect_plane
+from aos_gcs.imaging.model import BlobView, Frame
+
+MIN_CONTRAST_K = 4.0
+"""Above the frame's median: canopy and ground differ by less even in spots of sun, persons by 10 K and more on a cool
+day."""
+LINK_M = 1.5
+"""Warm spots at most so far apart belong to one body: views of one person lie 0.9 m apart where positions are known to
+0.5 m and attitudes to 1 degree."""
+
+_BACKGROUND_STRIDE = 4
+"""Of the pixels that the frame's median and colours are computed from."""
+_COLOURS = ("red", "green", "blue")
+_CELL_M = 0.25
+"""Points within such a cell are linked as one."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WarmView:
+    """Warm pixels of one frame; arrays have one row per pixel."""
+
+    vehicle_id: int
+    points_enu_m: NDArray[np.float64]
+    """Where they lie on the focal plane, shape (k, 2)."""
+    contrast_k: NDArray[np.float64]
+    """Above the frame's median, shape (k,)."""
+    colour_score: NDArray[np.float64]
+    """Squared Mahalanobis distance of red, green, blue to those of the frame, shape (k,); NaN without colour."""
+    pixel_area_m2: float
+    """Of one pixel on the focal plane, at nadir."""
+    camera: CameraModel
+    pose: Pose
+
+    @property
+    def area_m2(self) -> float:
+        """Area of the pixels together."""
+        return len(self.points_enu_m) * self.pixel_area_m2
+
+    def part(self, chosen: NDArray[np.bool]) -> WarmView:
+        """Return the view with some of its pixels only, ``chosen`` of shape (k,)."""
+        return WarmView(
+            self.vehicle_id,
+            self.points_enu_m[chosen],
+            self.contrast_k[chosen],
+            self.colour_score[chosen],
+            self.pixel_area_m2,
+            self.camera,
+            self.pose,
+        )
+
+    def as_blob_view(self) -> BlobView:
+        """Return what geolocation needs of it."""
+        centre_enu_m = self.points_enu_m.mean(axis=0)
+        return BlobView(self.vehicle_id, centre_enu_m, self.area_m2, self.camera.ideal(), self.pose)
+
+
+def warm_view(frame: Frame, plane_height_m: float = 0.0, min_contrast_k: float = MIN_CONTRAST_K) -> WarmView:
+    """Return the warm pixels of a frame, possibly none.
+
+    Args:
+        frame: with a band ``thermal`` in degrees Celsius; with ``red, green, blue`` colour is judged, too.
+        plane_height_m: ENU height of the focal plane. Pixels that do not look at it are left out.
+        min_contrast_k: above the frame's median.
+
+    Raises:
+        ImagingError: if the frame has no thermal band.
+    """
+    if "thermal" not in frame.bands:
+        raise ImagingError(f"Warm bodies need a band 'thermal', but the frame has {', '.join(frame.bands)}.")
+    thermal = frame.image[..., frame.bands.index("thermal")]
+    contrast_k = thermal - np.nanmedian(thermal[::_BACKGROUND_STRIDE, ::_BACKGROUND_STRIDE])
+    rows, columns = np.nonzero(contrast_k >= min_contrast_k)
+    points_enu_m = intersect_plane(np.column_stack((columns, rows)), frame.camera, frame.pose, plane_height_m)[:, :2]
+    depth_m = float(frame.pose.position_enu_m[2]) - plane_height_m
+    view = WarmView(
+        vehicle_id=frame.vehicle_id,
+        points_enu_m=points_enu_m,
+        contrast_k=contrast_k[rows, columns].astype(np.float64),
+        colour_score=_colour_scores(frame, rows, columns),
+        pixel_area_m2=depth_m**2 / (frame.camera.fx_px * frame.camera.fy_px),
+        camera=frame.camera,
+        pose=frame.pose,
+    )
+    return view.part(~np.isnan(points_enu_m[:, 0]))
+
+
+def _colour_scores(frame: Frame, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> NDArray[np.float64]:
+    if not set(_COLOURS) <= set(frame.bands):
+        return np.full(len(rows), np.nan)
+    bands = [frame.bands.index(name) for name in _COLOURS]
+    background = frame.image[::_BACKGROUND_STRIDE, ::_BACKGROUND_STRIDE, bands].reshape(-1, 3).astype(np.float64)
+    background = background[np.isfinite(background).all(axis=1)]
+    whitening = np.linalg.pinv(np.cov(background.T))
+    offset = frame.image[rows, columns][:, bands].astype(np.float64) - background.mean(axis=0)
+    return np.asarray(np.einsum("ki,ij,kj->k", offset, whitening, offset))
+
+
+def warm_bodies(views: Sequence[WarmView], link_m: float = LINK_M) -> tuple[tuple[WarmView, ...], ...]:
+    """Return the views of each warm body: pixels that lie near one another on the focal plane, whatever the frame.
+
+    Args:
+        views: of one step or several.
+        link_m: largest gap within a body.
+
+    Returns:
+        Per body the parts of the views that show it; the body with the most pixels first.
+    """
+    if not views:
+        return ()
+    points_enu_m = np.concatenate([view.points_enu_m for view in views])
+    view_of_point = np.repeat(np.arange(len(views)), [len(view.points_enu_m) for view in views])
+    body_of_point = _linked(points_enu_m, link_m)
+    bodies = []
+    for body in np.argsort(-np.bincount(body_of_point), kind="stable"):
+        own = np.asarray(body_of_point == body)
+        parts = [view.part(own[view_of_point == index]) for index, view in enumerate(views)]
+        bodies.append(tuple(part for part in parts if len(part.points_enu_m)))
+    return tuple(bodies)
+
+
+def _linked(points_m: NDArray[np.float64], link_m: float) -> NDArray[np.intp]:
+    """Return the number of the group that each point belongs to, shape (n,)."""
+    if not len(points_m):
+        return np.empty(0, np.intp)
+    cells, cell_of_point = np.unique(np.floor(points_m / _CELL_M).astype(np.int64), axis=0, return_inverse=True)
+    pairs = cKDTree(cells * _CELL_M).query_pairs(link_m, output_type="ndarray")
+    links = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(cells), len(cells)))
+    group_of_cell = connected_components(links, directed=False)[1]
+    return np.asarray(group_of_cell[cell_of_point.ravel()], dtype=np.intp)

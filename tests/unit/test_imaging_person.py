@@ -1,0 +1,112 @@
+"""Telling persons from other warm bodies."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from aos_gcs.errors import InputDataError
+from aos_gcs.imaging.person import (
+    DECISION,
+    PersonModel,
+    fit_person_model,
+    person_confidence,
+    read_model,
+    write_model,
+)
+from aos_gcs.imaging.person_evidence import Evidence
+
+PERSON = Evidence(
+    views=24,
+    vehicles=9,
+    area_m2=0.25,
+    extent_m=0.8,
+    contrast_low_k=14.0,
+    contrast_median_k=15.0,
+    contrast_high_k=18.0,
+    colour_score=60.0,
+)
+DEER = replace(PERSON, area_m2=0.45, extent_m=1.4, contrast_low_k=7.0, contrast_median_k=8.0, contrast_high_k=12.0)
+STONE = replace(PERSON, area_m2=0.5, extent_m=0.9, contrast_low_k=8.0, contrast_median_k=9.0, contrast_high_k=10.0)
+
+
+def sample(of: Evidence, count: int, seed: int) -> list[Evidence]:
+    """Scatter evidence round an example."""
+    factors = np.random.default_rng(seed).lognormal(0.0, 0.08, (count, 4))
+    return [
+        replace(
+            of,
+            area_m2=of.area_m2 * a,
+            extent_m=of.extent_m * b,
+            contrast_median_k=of.contrast_median_k * c,
+            contrast_high_k=of.contrast_high_k * d,
+        )
+        for a, b, c, d in factors
+    ]
+
+
+@pytest.fixture(scope="module")
+def model() -> PersonModel:
+    persons, others = sample(PERSON, 40, 1), sample(DEER, 20, 2) + sample(STONE, 20, 3)
+    return fit_person_model(persons + others, [True] * 40 + [False] * 40)
+
+
+def test_a_fitted_model_tells_new_bodies_apart(model: PersonModel) -> None:
+    assert all(person_confidence(one, model) > DECISION for one in sample(PERSON, 20, 4))
+    assert all(person_confidence(one, model) < DECISION for one in sample(DEER, 20, 5) + sample(STONE, 20, 6))
+
+
+def test_rare_classes_weigh_as_much_as_common_ones() -> None:
+    persons, others = sample(PERSON, 4, 1), sample(DEER, 200, 2)
+    model = fit_person_model(persons + others, [True] * 4 + [False] * 200)
+    assert all(person_confidence(one, model) > DECISION for one in persons)
+
+
+def test_a_model_needs_both_classes() -> None:
+    for is_person in (True, False):
+        with pytest.raises(InputDataError, match="both kinds"):
+            fit_person_model([PERSON], [is_person])
+    with pytest.raises(InputDataError, match="both kinds"):
+        fit_person_model([], [])
+
+
+def test_confidence_does_not_depend_on_clothes(model: PersonModel) -> None:
+    for colour in (0.0, 500.0, math.nan):
+        assert person_confidence(replace(PERSON, colour_score=colour), model) == person_confidence(PERSON, model)
+
+
+def test_the_programs_own_model_knows_persons_animals_and_stones() -> None:
+    assert person_confidence(PERSON) > 0.8
+    assert person_confidence(DEER) < 0.2
+    assert person_confidence(STONE) < 0.2
+
+
+def test_something_as_hot_as_an_engine_is_no_person() -> None:
+    assert person_confidence(replace(PERSON, contrast_low_k=50.0, contrast_median_k=60.0, contrast_high_k=70.0)) < 0.1
+
+
+def test_models_survive_a_file(model: PersonModel, tmp_path: Path) -> None:
+    write_model(tmp_path / "model.json", model)
+    assert read_model(tmp_path / "model.json") == model
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("{", "damaged"),
+        ("{}", "damaged"),
+        ('{"features": ["smell"], "centres": [], "scales": [], "weights": [], "bias": 0}', "other features"),
+    ],
+)
+def test_damaged_models_are_named(text: str, reason: str, tmp_path: Path) -> None:
+    file = tmp_path / "model.json"
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(InputDataError, match=rf"model\.json.*{reason}"):
+        read_model(file)
+
+
+def test_a_missing_model_is_named(tmp_path: Path) -> None:
+    with pytest.raises(InputDataError, match=r"nowhere\.json"):
+        read_model(tmp_path / "nowhere.json")

@@ -1,0 +1,107 @@
+"""Warm pixels of frames, and the bodies that they belong to."""
+
+import math
+
+import numpy as np
+import pytest
+
+from aos_gcs.errors import ImagingError
+from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.geometry.poses import Pose, nadir_pose
+from aos_gcs.imaging.model import Frame
+from aos_gcs.imaging.person_evidence import gather_evidence
+from aos_gcs.imaging.warmth import MIN_CONTRAST_K, warm_bodies, warm_view
+
+CAMERA = CameraModel.from_fov(128, 128, math.radians(50.0))
+HEIGHT_M = 40.0
+GSD_M = HEIGHT_M / CAMERA.fx_px
+BANDS = ("red", "green", "blue", "thermal")
+
+
+def frame_with_spot(
+    spot_enu_m: tuple[float, float] | None = (2.0, -1.0),
+    *,
+    kelvin: float = 15.0,
+    edge_px: int = 3,
+    offset_k: float = 0.0,
+    east_m: float = 0.0,
+    vehicle_id: int = 1,
+) -> Frame:
+    """Forest of 11 °C and grey with a warm, red square."""
+    rng = np.random.default_rng(vehicle_id)
+    image = np.dstack([rng.normal(100.0, 5.0, (128, 128, 3)), rng.normal(11.0 + offset_k, 0.1, (128, 128))])
+    pose = nadir_pose([east_m, 0.0, HEIGHT_M])
+    if spot_enu_m is not None:
+        column = round((spot_enu_m[0] - east_m) / GSD_M + CAMERA.cx_px)
+        row = round(-spot_enu_m[1] / GSD_M + CAMERA.cy_px)
+        half = edge_px // 2
+        square = image[row - half : row + half + 1, column - half : column + half + 1]
+        square[..., :3] = [200.0, 20.0, 20.0]
+        square[..., 3] = 11.0 + offset_k + kelvin
+    return Frame(vehicle_id, image.astype(np.float32), BANDS, pose, CAMERA)
+
+
+def test_warm_pixels_lie_where_the_body_is() -> None:
+    view = warm_view(frame_with_spot())
+    assert view.points_enu_m.shape == (9, 2)
+    np.testing.assert_allclose(view.points_enu_m.mean(axis=0), [2.0, -1.0], atol=GSD_M)
+    assert view.area_m2 == pytest.approx(9 * GSD_M**2)
+
+
+@pytest.mark.parametrize("offset_k", [-3.0, 0.0, 5.0])
+def test_contrast_does_not_depend_on_the_cameras_offset(offset_k: float) -> None:
+    np.testing.assert_allclose(warm_view(frame_with_spot(offset_k=offset_k)).contrast_k, 15.0, atol=0.1)
+
+
+def test_lukewarm_and_empty_frames_show_nothing() -> None:
+    assert len(warm_view(frame_with_spot(kelvin=MIN_CONTRAST_K - 1.0)).points_enu_m) == 0
+    assert len(warm_view(frame_with_spot(None)).points_enu_m) == 0
+
+
+def test_colour_is_judged_against_the_frame_and_only_where_there_is_one() -> None:
+    frame = frame_with_spot()
+    assert warm_view(frame).colour_score.min() > 100.0
+    thermal_only = Frame(1, frame.image[..., 3:], ("thermal",), frame.pose, CAMERA)
+    assert np.isnan(warm_view(thermal_only).colour_score).all()
+
+
+def test_frames_without_thermal_are_refused() -> None:
+    frame = frame_with_spot()
+    with pytest.raises(ImagingError, match="red, green, blue"):
+        warm_view(Frame(1, frame.image[..., :3], BANDS[:3], frame.pose, CAMERA))
+
+
+def test_pixels_that_look_past_the_ground_are_left_out() -> None:
+    frame = frame_with_spot()
+    upwards = Pose(frame.pose.position_enu_m, np.eye(3))
+    assert len(warm_view(Frame(1, frame.image, BANDS, upwards, CAMERA)).points_enu_m) == 0
+
+
+def test_views_of_one_body_meet_whatever_the_frame() -> None:
+    views = [warm_view(frame_with_spot(east_m=east_m, vehicle_id=i)) for i, east_m in enumerate([-5.0, 0.0, 5.0], 1)]
+    (body,) = warm_bodies(views)
+    assert [view.vehicle_id for view in body] == [1, 2, 3]
+
+
+def test_bodies_apart_are_told_apart_and_the_largest_comes_first() -> None:
+    small, large = frame_with_spot((-4.0, 0.0), edge_px=3), frame_with_spot((4.0, 0.0), edge_px=7, vehicle_id=2)
+    bodies = warm_bodies([warm_view(small), warm_view(large)])
+    assert [[view.vehicle_id for view in body] for body in bodies] == [[2], [1]]
+    assert sum(len(view.points_enu_m) for body in bodies for view in body) == 9 + 49
+
+
+def test_nothing_warm_is_no_body() -> None:
+    assert warm_bodies([]) == ()
+    assert warm_bodies([warm_view(frame_with_spot(None))]) == ()
+
+
+def test_evidence_sums_a_body_up() -> None:
+    frames = [frame_with_spot(kelvin=14.0, edge_px=3), frame_with_spot(kelvin=20.0, edge_px=5, vehicle_id=2)]
+    frames.append(frame_with_spot(kelvin=14.0, edge_px=3))
+    (body,) = warm_bodies([warm_view(frame) for frame in frames])
+    evidence = gather_evidence(body)
+    assert (evidence.views, evidence.vehicles) == (3, 2)
+    assert evidence.area_m2 == pytest.approx(25 * GSD_M**2)
+    assert evidence.extent_m == pytest.approx(4 * GSD_M)
+    assert evidence.contrast_low_k == pytest.approx(14.0, abs=0.2)
+    assert evidence.contrast_high_k == pytest.approx(20.0, abs=0.2)
