@@ -1,0 +1,85 @@
+"""``aos-gcs lab effectiveness`` and ``aos-gcs lab fit-person``: how often 'a person is here' is right."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from aos_gcs.errors import ConfigurationError
+
+
+def effectiveness(
+    *,
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the study; a study that is there goes on.")],
+    scenes: Annotated[int, typer.Option(help="Scenes with a person, and as many without, per density.")] = 100,
+    densities: Annotated[str, typer.Option(help="Trees per hectare, with commas between.")] = "300,400,500",
+    seed: Annotated[int, typer.Option(help="Of the first scene; the others count on from it.")] = 0,
+    strategy: Annotated[str, typer.Option(help="Name of the swarm's strategy.")] = "aos-apso",
+    vehicles: Annotated[int, typer.Option(help="Number of drones.")] = 10,
+    image_size: Annotated[int, typer.Option(metavar="PX", help="Edge of the square images.")] = 512,
+    jobs: Annotated[int, typer.Option(help="Processes that fly scenes at the same time.")] = 1,
+    model: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Model of persons; without it the one of the program.")
+    ] = None,
+) -> None:
+    """Fly simulated scenes with and without a person, and report precision, recall and position error.
+
+    Vehicles and cameras err as in the field. Results are written after each scene: the same command goes on where it
+    was stopped. See docs/effectiveness.md.
+    """
+    from aos_gcs.cli.output import progress  # noqa: PLC0415 - keeps the other commands' help fast
+    from aos_gcs.imaging.person import read_model  # noqa: PLC0415
+    from aos_gcs.lab.effectiveness import StudySettings, scene_keys, study_scenes  # noqa: PLC0415
+    from aos_gcs.lab.effectiveness_report import as_markdown, decide, summarise  # noqa: PLC0415
+    from aos_gcs.lab.effectiveness_store import StudyFolder, missing  # noqa: PLC0415
+    from aos_gcs.lab.scenes import PositionGrade  # noqa: PLC0415
+
+    if scenes < 1 or jobs < 1 or seed < 0:
+        raise ConfigurationError(
+            f"--scenes and --jobs must be at least 1 and --seed at least 0, but are {scenes}, {jobs} and {seed}."
+        )
+    keys = scene_keys(_parse_densities(densities), seed, scenes)
+    settings = StudySettings(strategy=strategy, vehicles=vehicles, image_size_px=image_size)
+    persons = None if model is None else read_model(model)
+    folder = StudyFolder(out, settings)
+    todo = missing(keys, folder.results())
+    with progress("Scenes", len(todo)) as advance:
+        for result in study_scenes(todo, settings, jobs):
+            folder.append(result)
+            advance(1)
+    chosen = set(keys)
+    results = [result for result in folder.results() if result.key in chosen]
+    decisions = [decide(result, grade, persons) for result in results for grade in PositionGrade]
+    summary = as_markdown(summarise(decisions))
+    folder.write_decisions(decisions)
+    folder.write_summary(summary)
+    typer.echo(summary, nl=False)
+
+
+def fit_person(
+    *,
+    study: Annotated[Path, typer.Option(metavar="DIR", help="Folder of a study (aos-gcs lab effectiveness).")],
+    out: Annotated[Path, typer.Option(metavar="FILE", help="Where to write the model, as JSON.")],
+) -> None:
+    """Fit the model that tells persons from other warm bodies to the scenes of a study.
+
+    Judge it on scenes of other seeds: aos-gcs lab effectiveness --model FILE --seed N.
+    """
+    from aos_gcs.cli.files import check_writable  # noqa: PLC0415 - keeps the other commands' help fast
+    from aos_gcs.imaging.person import fit_person_model, write_model  # noqa: PLC0415
+    from aos_gcs.lab.effectiveness_report import labelled_bodies  # noqa: PLC0415
+    from aos_gcs.lab.effectiveness_store import read_results  # noqa: PLC0415
+
+    check_writable(out)
+    evidence, is_person = labelled_bodies(read_results(study))
+    write_model(out, fit_person_model(evidence, is_person))
+    typer.echo(f"{out}: fitted to {sum(is_person)} persons and {len(is_person) - sum(is_person)} other bodies")
+
+
+def _parse_densities(text: str) -> list[float]:
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        raise ConfigurationError(f"--densities must be numbers with commas between, but is {text!r}.") from None

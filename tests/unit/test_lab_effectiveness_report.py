@@ -1,0 +1,89 @@
+"""Judging scenes: verdicts, proportions with intervals, and what a model is fitted to."""
+
+import math
+
+import pytest
+
+from aos_gcs.imaging.person import PersonModel
+from aos_gcs.imaging.person_evidence import Evidence
+from aos_gcs.lab.effectiveness import SceneKey, SceneResult, WarmBody
+from aos_gcs.lab.effectiveness_report import Share, Verdict, as_markdown, decide, labelled_bodies, summarise
+from aos_gcs.lab.scenes import Body, PositionGrade
+
+PERSON_ENU_M, DEER_ENU_M = (0.0, 30.0), (10.0, 30.0)
+MODEL = PersonModel((0.0,) * 6, (1.0,) * 6, (0.0, 1.0, 0.0, 0.0, 0.0, 0.0), -12.0)
+"""Whatever is warmer than 12 K is a person."""
+
+
+def warm(east_m: float, contrast_k: float, north_m: float = 30.0) -> WarmBody:
+    evidence = Evidence(5, 3, 0.2, 0.5, contrast_k, contrast_k, contrast_k, math.nan)
+    return WarmBody(evidence, (east_m, north_m), 0.3)
+
+
+def scene(*bodies: WarmBody, has_person: bool = True, seed: int = 1, density: float = 300.0) -> SceneResult:
+    persons = (Body("person lying", PERSON_ENU_M),) if has_person else ()
+    return SceneResult(
+        key=SceneKey(density, seed, has_person),
+        bodies=(*persons, Body("deer", DEER_ENU_M)),
+        approached="deer",
+        warm={PositionGrade.GNSS: bodies, PositionGrade.RTK: bodies},
+    )
+
+
+@pytest.mark.parametrize(
+    ("result", "verdict", "seen"),
+    [
+        (scene(warm(0.4, 15.0), warm(10.0, 8.0)), Verdict.HIT, True),
+        (scene(warm(0.4, 10.0), warm(10.0, 8.0)), Verdict.MISS, True),
+        (scene(warm(10.0, 8.0)), Verdict.MISS, False),
+        (scene(), Verdict.MISS, False),
+        (scene(warm(0.4, 10.0), warm(10.0, 16.0)), Verdict.WRONG_PLACE, True),
+        (scene(warm(10.0, 16.0), has_person=False), Verdict.FALSE_ALARM, False),
+        (scene(warm(10.0, 8.0), has_person=False), Verdict.CLEAR, False),
+        (scene(has_person=False), Verdict.CLEAR, False),
+    ],
+)
+def test_verdicts(result: SceneResult, verdict: Verdict, seen: bool) -> None:
+    decision = decide(result, PositionGrade.GNSS, MODEL)
+    assert decision.verdict is verdict
+    assert decision.person_seen is seen
+    assert math.isnan(decision.error_m) == (verdict is not Verdict.HIT)
+
+
+def test_the_likeliest_body_is_the_claim() -> None:
+    decision = decide(scene(warm(10.0, 12.5), warm(0.3, 16.0, 30.4)), PositionGrade.RTK, MODEL)
+    assert decision.verdict is Verdict.HIT
+    assert decision.error_m == pytest.approx(0.5)
+
+
+def test_figures_of_many_scenes() -> None:
+    results = [scene(warm(0.1 * i, 15.0), seed=i) for i in range(1, 10)]
+    results += [scene(warm(10.0, 16.0), seed=20), scene(seed=21)]
+    results += [scene(warm(10.0, 16.0), has_person=False, seed=30), scene(has_person=False, seed=31)]
+    results += [scene(warm(0.2, 15.0), seed=40, density=500.0)]
+    dense, sparse = sorted(
+        summarise(decide(result, PositionGrade.GNSS, MODEL) for result in results), key=lambda one: -one.trees_per_ha
+    )
+    assert (sparse.with_person, sparse.without_person, sparse.unseen) == (11, 2, 2)
+    assert (sparse.recall.hits, sparse.recall.trials) == (9, 11)
+    assert (sparse.precision.hits, sparse.precision.trials) == (9, 11)
+    assert sparse.median_error_m == pytest.approx(0.5)
+    assert sparse.error_interval_m[0] < 0.5 < sparse.error_interval_m[1]
+    assert (dense.with_person, dense.recall.value) == (1, 1.0)
+    assert "| 300 | gnss | 11, 2 | 81.8 % (52.3 to 94.9) | 81.8 %" in as_markdown([sparse])
+
+
+def test_wilsons_interval_and_ignorance() -> None:
+    assert Share.of(96, 100).low == pytest.approx(0.9016, abs=1e-3)
+    assert Share.of(96, 100).high == pytest.approx(0.9843, abs=1e-3)
+    nothing = Share.of(0, 0)
+    assert math.isnan(nothing.value)
+    assert (nothing.low, nothing.high) == (0.0, 1.0)
+
+
+def test_bodies_are_labelled_by_what_they_lie_nearest_to() -> None:
+    evidence, is_person = labelled_bodies(
+        [scene(warm(1.0, 15.0), warm(9.0, 8.0)), scene(warm(0.0, 9.0), has_person=False)]
+    )
+    assert is_person == [True, False, True, False, False, False]
+    assert len(evidence) == 6
