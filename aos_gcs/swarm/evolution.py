@@ -1,29 +1,31 @@
-"""The evolutionary factor, state and factors of AOS-APSO.
+"""The evolutionary states and the factors of AOS-APSO.
 
-Source: AOS-APSO paper, section Adjustments to APSO; algorithms.md section 3e. The directions in which the factors move
-per state are those of APSO (Zhan et al., IEEE TSMC-B 39(6), 2009).
+Source: AOS-APSO paper, section Adjustments to APSO; algorithms.md section 3e. The evolutionary factor, the order of the
+states and the directions in which the factors move are those of APSO (:mod:`aos_gcs.optimisers.evolution`).
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from enum import StrEnum
 
-import numpy as np
-from numpy.typing import NDArray
+from aos_gcs.optimisers.evolution import DIRECTIONS, EvolutionaryState, kept_in_sequence
 
 OPEN_MARGIN = 1e-12
 """Keeps the interval (0, 1) open against rounding."""
 
+_EXPLORATION, _EXPLOITATION, _CONVERGENCE, _JUMPING_OUT = EvolutionaryState
 
-class EvolutionaryState(StrEnum):
-    """APSO's four states of a search."""
-
-    EXPLORATION = "exploration"
-    EXPLOITATION = "exploitation"
-    CONVERGENCE = "convergence"
-    JUMPING_OUT = "jumping_out"
+STATE_TABLE = (
+    (0.025, (_CONVERGENCE,)),
+    (0.1, (_EXPLOITATION, _CONVERGENCE)),
+    (0.15, (_EXPLOITATION,)),
+    (0.25, (_EXPLORATION, _EXPLOITATION)),
+    (0.5, (_EXPLORATION,)),
+    (0.6, (_JUMPING_OUT, _EXPLORATION)),
+    (math.inf, (_JUMPING_OUT,)),
+)
+"""Upper end of e_f, excluded, and the states that apply below it (``tab:map-ef-to-state``)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,40 +46,13 @@ class FractionalFactors:
         return self.c_s_m(c4_m) * self.c_c_hat
 
 
-def evolutionary_factor(positions_enu_m: NDArray[np.float64], leader: int) -> float:
-    """Return e_f in [0, 1]: 0 for the most central leader, 1 for the most remote one (``eq:aspo-ef``).
+def next_state(e_f: float, previous: EvolutionaryState) -> EvolutionaryState:
+    """Return the state for an evolutionary factor; where two apply, the previous state decides.
 
-    Where all drones are equally central, as two always are, no leader can be off the centre: 0.
-
-    Args:
-        positions_enu_m: shape (n, 2), n >= 2, metres.
-        leader: row of the leader.
+    The table's conditions on the previous state are all one rule: the sequence of the states is kept.
     """
-    distances_m = np.linalg.norm(positions_enu_m[:, None] - positions_enu_m[None, :], axis=2)
-    d = distances_m.sum(axis=1) / (len(positions_enu_m) - 1)
-    spread_m = float(d.max() - d.min())
-    if spread_m <= 1e-9 * float(d.max()):
-        return 0.0
-    return float(d[leader] - d.min()) / spread_m
-
-
-def next_state(e_f: float, previous: EvolutionaryState) -> EvolutionaryState:  # noqa: PLR0911 - one line per table row
-    """Return the state for an evolutionary factor (``tab:map-ef-to-state``)."""
-    exploration, exploitation = EvolutionaryState.EXPLORATION, EvolutionaryState.EXPLOITATION
-    convergence, jumping_out = EvolutionaryState.CONVERGENCE, EvolutionaryState.JUMPING_OUT
-    if e_f < 0.025:
-        return convergence
-    if e_f < 0.1:
-        return exploitation if previous in {exploitation, exploration} else convergence
-    if e_f < 0.15:
-        return exploitation
-    if e_f < 0.25:
-        return exploration if previous in {exploration, jumping_out} else exploitation
-    if e_f < 0.5:
-        return exploration
-    if e_f < 0.6:
-        return jumping_out if previous in {jumping_out, convergence} else exploration
-    return jumping_out
+    applying = next(states for end, states in STATE_TABLE if e_f < end)
+    return applying[0] if len(applying) == 1 else kept_in_sequence(*applying, previous)
 
 
 def increase(factor: float, gamma: float) -> float:
@@ -106,16 +81,8 @@ def adapt(
         minimum: lower bound of both factors; yields where the normalisation needs less.
         maximum: upper bound of both factors.
     """
-    slightly = (1.0 + gamma) / 2.0
-    match state:
-        case EvolutionaryState.EXPLORATION:
-            c_s_hat, c_c_hat = decrease(factors.c_s_hat, gamma), increase(factors.c_c_hat, gamma)
-        case EvolutionaryState.EXPLOITATION:
-            c_s_hat, c_c_hat = decrease(factors.c_s_hat, slightly), increase(factors.c_c_hat, slightly)
-        case EvolutionaryState.CONVERGENCE:
-            c_s_hat, c_c_hat = increase(factors.c_s_hat, slightly), increase(factors.c_c_hat, slightly)
-        case EvolutionaryState.JUMPING_OUT:
-            c_s_hat, c_c_hat = increase(factors.c_s_hat, gamma), decrease(factors.c_c_hat, gamma)
+    cognitive, social = DIRECTIONS[state]
+    c_s_hat, c_c_hat = _moved(factors.c_s_hat, social, gamma), _moved(factors.c_c_hat, cognitive, gamma)
     low, high = max(minimum, OPEN_MARGIN), min(maximum, 1.0 - OPEN_MARGIN)
     return normalise(FractionalFactors(min(max(c_s_hat, low), high), min(max(c_c_hat, low), high)))
 
@@ -132,3 +99,9 @@ def normalise(factors: FractionalFactors) -> FractionalFactors:
     # The positive root of s c k^2 + s k - 1 = 0, in the form that does not cancel.
     k = 2.0 / (s + math.sqrt(s * s + 4.0 * s * c))
     return FractionalFactors(k * s, k * c)
+
+
+def _moved(factor: float, direction: float, gamma: float) -> float:
+    """Return the factor moved up or down, by |direction| of the full change."""
+    slowed = 1.0 - abs(direction) * (1.0 - gamma)
+    return increase(factor, slowed) if direction > 0.0 else decrease(factor, slowed)

@@ -1,4 +1,4 @@
-"""The steps that AOS-PSO and AOS-APSO share: taking in an observation, and the moves of the two branches.
+"""The steps that strategies share: taking in an observation, and the moves of the default and the PSO branch.
 
 Source: AOS-APSO paper, algorithm PSO update for AOS drone swarms (``alg:pso-for-aos``); algorithms.md section 3c.
 Rows are sorted by vehicle id before anything is drawn or summed, so that the order in which vehicles are reported
@@ -12,12 +12,17 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from aos_gcs.swarm.evolution import evolutionary_factor
+from aos_gcs.optimisers.evolution import evolutionary_factor
+from aos_gcs.optimisers.randomness import Draw, attraction
 from aos_gcs.swarm.line import line_by_index, line_by_projection, unit_vector
+from aos_gcs.swarm.memory import clear_of_sampled
 from aos_gcs.swarm.model import Observation
-from aos_gcs.swarm.parameters import SwarmParameters
+from aos_gcs.swarm.parameters import LineParameters, SwarmParameters
 from aos_gcs.swarm.scatter import scatter
 from aos_gcs.swarm.state import Point, Situation, SwarmState, TargetTrack
+
+SPHERICAL_EXPONENT = 3
+"""m of the random points around personal bests; 3 works well for most uses (``eq:pso-sphere``)."""
 
 
 def initial_state(scan_direction_enu: NDArray[np.float64]) -> SwarmState:
@@ -29,13 +34,13 @@ def initial_state(scan_direction_enu: NDArray[np.float64]) -> SwarmState:
     return SwarmState(scan_direction_enu=_point(unit_vector(np.asarray(scan_direction_enu, dtype=np.float64))))
 
 
-def take_in(state: SwarmState, observation: Observation) -> SwarmState:
+def take_in(state: SwarmState, observation: Observation, min_vehicles: int = 2) -> SwarmState:
     """Return the state after an observation: branch, leader, track and scanning direction.
 
     Raises:
-        ValueError: shapes do not fit, an id occurs twice, a position is not finite, or fewer than two vehicles.
+        ValueError: shapes do not fit, an id occurs twice, a position is not finite, or too few vehicles.
     """
-    _check(observation)
+    check_observation(observation, min_vehicles)
     target_enu_m = observation.target_enu_m if observation.target_in_view else None
     track, scan_direction_enu = state.track, state.scan_direction_enu
     if target_enu_m is not None:
@@ -63,12 +68,30 @@ def sorted_positions(situation: Situation) -> tuple[NDArray[np.float64], NDArray
     return positions_m, order, sorted(situation.vehicle_ids).index(situation.leader_id)
 
 
+def in_told_order(rows: NDArray[np.float64], order: NDArray[np.intp]) -> NDArray[np.float64]:
+    """Return rows that are sorted by vehicle id in the order of the observation: undoes :func:`sorted_positions`."""
+    told = np.empty_like(rows)
+    told[order] = rows
+    return told
+
+
 def observed_evolutionary_factor(state: SwarmState) -> float | None:
     """Return e_f of the latest observation; None in the default branch."""
     if state.situation is None:
         return None
     positions_m, _, leader = sorted_positions(state.situation)
     return None if leader is None else evolutionary_factor(positions_m, leader)
+
+
+def check_told(state: SwarmState) -> Situation:
+    """Return the situation to decide about.
+
+    Raises:
+        RuntimeError: nothing has been told since the last call of ``ask``.
+    """
+    if state.situation is None or not state.awaits_ask:
+        raise RuntimeError("ask() needs an observation first: call tell() before each ask()")
+    return state.situation
 
 
 def next_positions(
@@ -79,26 +102,37 @@ def next_positions(
     Raises:
         RuntimeError: nothing has been told since the last call.
     """
-    if state.situation is None or not state.awaits_ask:
-        raise RuntimeError("ask() needs an observation first: call tell() before each ask()")
-    positions_m, order, leader = sorted_positions(state.situation)
+    situation = check_told(state)
+    positions_m, order, leader = sorted_positions(situation)
     if leader is None:
         moved_m = default_move(positions_m, state, parameters)
     else:
-        moved_m = pso_move(positions_m, leader, parameters, c_s_m=c_s_m, c_c_m=c_c_m, rng=rng)
-    result_m = np.empty_like(moved_m)
-    result_m[order] = moved_m
-    return result_m
+        bests_m = _best_positions(state, situation, parameters)
+        moved_m = pso_move(positions_m, leader, parameters, c_s_m=c_s_m, c_c_m=c_c_m, rng=rng, bests_enu_m=bests_m)
+        if parameters.revisit_radius_m is not None and state.sampled_enu_m:
+            sampled_m, distance_m = np.array(state.sampled_enu_m), parameters.c4_m / 2.0
+            moved_m = clear_of_sampled(moved_m, sampled_m, parameters.revisit_radius_m, distance_m, rng)
+    return in_told_order(moved_m, order)
 
 
 def default_move(
     positions_enu_m: NDArray[np.float64], state: SwarmState, parameters: SwarmParameters
 ) -> NDArray[np.float64]:
     """Return the positions after one step of scanning in line, shape (n, 2) (``alg:pso-for-aos``, lines 4 to 6)."""
-    scan_direction = np.array(state.scan_direction_enu)
+    step_m = scan_step_m(state.track, parameters)
+    return line_move(positions_enu_m, np.array(state.scan_direction_enu), step_m, parameters)
+
+
+def line_move(
+    positions_enu_m: NDArray[np.float64],
+    scan_direction: NDArray[np.float64],
+    step_m: float,
+    parameters: LineParameters,
+) -> NDArray[np.float64]:
+    """Return the positions after one step of scanning in line and closing up, shape (n, 2)."""
     line = line_by_projection if parameters.projection_line else line_by_index
     places_m = line(positions_enu_m, scan_direction, parameters.c4_m)
-    velocity_m = scan_step_m(state.track, parameters) * scan_direction + parameters.c5 * (places_m - positions_enu_m)
+    velocity_m = step_m * scan_direction + parameters.c5 * (places_m - positions_enu_m)
     return positions_enu_m + velocity_m
 
 
@@ -110,18 +144,23 @@ def pso_move(
     c_s_m: float,
     c_c_m: float,
     rng: np.random.Generator,
+    bests_enu_m: NDArray[np.float64] | None = None,
 ) -> NDArray[np.float64]:
     """Return the positions after one step of following the leader, shape (n, 2).
 
     ``line:aos-pso-velocity-update`` and ``line:scattering``; the social term of the leader, and of a drone that
-    coincides with it, is zero.
+    coincides with it, is zero. With personal bests, shape (n, 2), the cognitive term points to a random point around
+    them (``eq:pso-sphere``), and in a random direction, as published, for a drone that is at its best now.
     """
     angles_rad = rng.uniform(0.0, 2.0 * np.pi, len(positions_enu_m))
-    random_units = np.column_stack([np.cos(angles_rad), np.sin(angles_rad)])
+    cognitive_units = np.column_stack([np.cos(angles_rad), np.sin(angles_rad)])
+    if bests_enu_m is not None:
+        drawn = Draw(rng.uniform(size=(len(positions_enu_m), 1)), cognitive_units)
+        to_bests_m = attraction(bests_enu_m - positions_enu_m, drawn, SPHERICAL_EXPONENT)
+        cognitive_units = _unit_rows(to_bests_m, otherwise=cognitive_units)
     to_leader_m = positions_enu_m[leader] - positions_enu_m
-    distances_m = np.linalg.norm(to_leader_m, axis=1, keepdims=True)
-    leader_units = np.divide(to_leader_m, distances_m, out=np.zeros_like(to_leader_m), where=distances_m > 0.0)
-    velocity_m = c_c_m * random_units + c_s_m * leader_units
+    leader_units = _unit_rows(to_leader_m, otherwise=np.zeros_like(to_leader_m))
+    velocity_m = c_c_m * cognitive_units + c_s_m * leader_units
     return scatter(
         positions_enu_m + velocity_m,
         parameters.c4_m,
@@ -142,10 +181,34 @@ def scan_step_m(track: TargetTrack | None, parameters: SwarmParameters) -> float
     return max(parameters.c3_m, min(track.step_m, parameters.c4_m))
 
 
-def _check(observation: Observation) -> None:
+def _best_positions(state: SwarmState, situation: Situation, parameters: SwarmParameters) -> NDArray[np.float64] | None:
+    """Return the personal bests in the order of vehicle ids, shape (n, 2); None where that memory is off.
+
+    A vehicle that has not seen anything yet counts as being at its best.
+    """
+    if not parameters.personal_best_memory:
+        return None
+    known_m = {best.vehicle_id: best.position_enu_m for best in state.personal_bests}
+    here_m = dict(zip(situation.vehicle_ids, situation.positions_enu_m, strict=True))
+    return np.array([known_m.get(vehicle_id, here_m[vehicle_id]) for vehicle_id in sorted(here_m)])
+
+
+def _unit_rows(vectors: NDArray[np.float64], otherwise: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the rows scaled to length 1, and those of ``otherwise`` where they have no length."""
+    lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
+    units: NDArray[np.float64] = np.divide(vectors, lengths, out=otherwise.copy(), where=lengths > 0.0)
+    return units
+
+
+def check_observation(observation: Observation, min_vehicles: int = 2) -> None:
+    """Check an observation.
+
+    Raises:
+        ValueError: shapes do not fit, an id occurs twice, a position is not finite, or too few vehicles.
+    """
     n = len(observation.vehicle_ids)
-    if n < 2:
-        raise ValueError(f"a swarm has two or more vehicles, but {n} were told")
+    if n < min_vehicles:
+        raise ValueError(f"the strategy needs {min_vehicles} or more vehicles, but {n} were told")
     if len(set(observation.vehicle_ids)) != n:
         raise ValueError(f"vehicle ids must differ, but were {observation.vehicle_ids}")
     if np.shape(observation.positions_enu_m) != (n, 2):

@@ -13,28 +13,63 @@ from typing import Any, TypeVar
 
 from aos_gcs.errors import ConfigurationError
 
+ABOVE_ZERO = {"c3_m", "c4_m", "c_c_m", "repulsion_cutoff_m", "revisit_radius_m"}
+"""Parameters that must be above 0, where a strategy has them."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SwarmParameters:
-    """What all strategies that line up and follow a leader have in common."""
+class StrategyParameters:
+    """What every strategy has."""
+
+    c4_m: float = 4.2
+    """Spacing of the samples: of the line, and the charge in scattering; metres [N]."""
+
+    def __post_init__(self) -> None:
+        check_common(self)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SequentialParameters(StrategyParameters):
+    """Parameters of sequential blind sampling."""
+
+    width_m: float = 30.0
+    """Length of the grid's rows, metres; 0 for a line of waypoints along the scanning direction."""
+
+    def __post_init__(self) -> None:
+        check_common(self)
+        _require(self.width_m >= 0.0, f"width_m must be at least 0, but is {self.width_m:g}.")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LineParameters(StrategyParameters):
+    """What strategies that scan in line have, and all of parallel blind sampling."""
 
     c3_m: float = 2.0
     """Scanning step per mission step in the default branch, metres [N]."""
-    c4_m: float = 4.2
-    """Spacing of the samples: of the line, and the charge in scattering; metres [N]."""
     c5: float = 0.3
     """Share of the way to its line place that a drone returns per step, in (0, 1] [N]."""
-    leader_stabilised: bool = False
-    """The leader feels no repulsion and exerts a doubled one (section 3d)."""
     projection_line: bool = False
     """Drones take line places in the order of their projections, not of their ids (section 3d)."""
+
+    def __post_init__(self) -> None:
+        check_common(self)
+        _require(0.0 < self.c5 <= 1.0, f"c5 must be above 0 and at most 1, but is {self.c5:g}.")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SwarmParameters(LineParameters):
+    """What all strategies that line up and follow a leader have in common."""
+
+    leader_stabilised: bool = False
+    """The leader feels no repulsion and exerts a doubled one (section 3d)."""
     repulsion_cutoff_m: float | None = None
     """Distance beyond which drones do not repel each other, metres; off by default (section 3f)."""
     follow_target_speed: bool = True
     """After a target was tracked for two or more steps, scan as fast as it moved [N], between c3 and c4 per step."""
-
-    def __post_init__(self) -> None:
-        check_common(self)
+    personal_best_memory: bool = False
+    """The cognitive term points to a random point around where the drone has seen most (section 3f)."""
+    revisit_radius_m: float | None = None
+    """Distance to any spot sampled in this sighting that a waypoint keeps, metres; off by default (section 3f)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,8 +82,7 @@ class AosPsoParameters(SwarmParameters):
     """Social factor (towards the leader), metres."""
 
     def __post_init__(self) -> None:
-        check_common(self)
-        _require(self.c_c_m > 0.0, f"c_c_m must be above 0, but is {self.c_c_m:g}.")
+        LineParameters.__post_init__(self)
         # The paper's eq:aos-pso-parameter-constraint-1 and, below, -2.
         _require(
             self.c_s_m > self.c_c_m,
@@ -59,6 +93,22 @@ class AosPsoParameters(SwarmParameters):
             f"c_s_m + c_c_m must be at most c4_m (c_s + c_c <= c4), "
             f"but {self.c_s_m:g} + {self.c_c_m:g} is above {self.c4_m:g}.",
         )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AosPsoStabilisedParameters(AosPsoParameters):
+    """Parameters of AOS-PSO with the paper's two modifications (section 3d)."""
+
+    leader_stabilised: bool = True
+    projection_line: bool = True
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AosApsoUntunedParameters(SwarmParameters):
+    """Parameters of untuned AOS-APSO; APSO's adaptation has none."""
+
+    leader_stabilised: bool = True
+    projection_line: bool = True
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,7 +129,7 @@ class AosApsoParameters(SwarmParameters):
     """Upper bound of both fractional factors; 1 is off."""
 
     def __post_init__(self) -> None:
-        check_common(self)
+        LineParameters.__post_init__(self)
         _require(0.0 < self.gamma < 1.0, f"gamma must lie between 0 and 1, but is {self.gamma:g}.")
         _require(
             0.0 <= self.min_factor < self.max_factor <= 1.0,
@@ -102,23 +152,21 @@ class AosApsoParameters(SwarmParameters):
         )
 
 
-def check_common(parameters: SwarmParameters) -> None:
-    """Check the parameters that all strategies share.
+def check_common(parameters: StrategyParameters) -> None:
+    """Check what needs no knowledge of the strategy: numbers are finite, and above 0 where they must be.
 
     Raises:
-        ConfigurationError: one of them violates its constraint; the text names it.
+        ConfigurationError: one of them is not; the text names it.
     """
     for item in fields(parameters):
         value = getattr(parameters, item.name)
-        _require(value is None or math.isfinite(value), f"{item.name} must be a finite number, but is {value}.")
-    _require(parameters.c3_m > 0.0, f"c3_m must be above 0, but is {parameters.c3_m:g}.")
-    _require(parameters.c4_m > 0.0, f"c4_m must be above 0, but is {parameters.c4_m:g}.")
-    _require(0.0 < parameters.c5 <= 1.0, f"c5 must be above 0 and at most 1, but is {parameters.c5:g}.")
-    cutoff_m = parameters.repulsion_cutoff_m
-    _require(cutoff_m is None or cutoff_m > 0.0, f"repulsion_cutoff_m must be above 0 or absent, but is {cutoff_m}.")
+        if value is None:
+            continue
+        _require(math.isfinite(value), f"{item.name} must be a finite number, but is {value}.")
+        _require(item.name not in ABOVE_ZERO or value > 0.0, f"{item.name} must be above 0, but is {value:g}.")
 
 
-ParametersT = TypeVar("ParametersT", bound=SwarmParameters)
+ParametersT = TypeVar("ParametersT", bound=StrategyParameters)
 
 
 def parse_parameters(kind: type[ParametersT], values: Mapping[str, object], strategy: str) -> ParametersT:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, cast
 
 import numpy as np
 
-from aos_gcs.swarm.evolution import EvolutionaryState, FractionalFactors
+from aos_gcs.optimisers.evolution import EvolutionaryState
 
 Point = tuple[float, float]
 """Horizontal ENU metres."""
@@ -47,12 +46,25 @@ class Situation:
 
 @dataclass(frozen=True, slots=True)
 class Adaptation:
-    """AOS-APSO's own state."""
+    """The factors and what they follow."""
 
-    factors: FractionalFactors
-    state: EvolutionaryState
-    e_f: float | None
+    social: float
+    """As the strategy's rule counts it: metres, or a fraction of c4."""
+    cognitive: float
+    """As the strategy's rule counts it: metres, or a fraction of the social one."""
+    state: EvolutionaryState | None = None
+    """None for a rule that knows no states."""
+    e_f: float | None = None
     """Evolutionary factor; None in the default branch."""
+
+
+@dataclass(frozen=True, slots=True)
+class PersonalBest:
+    """Where a vehicle has seen most of the target since it came into view."""
+
+    vehicle_id: int
+    position_enu_m: Point
+    fitness: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,30 +79,11 @@ class SwarmState:
     awaits_ask: bool = False
     """Something was told that no positions have been asked for."""
     adaptation: Adaptation | None = None
-    """None for strategies that do not adapt."""
-
-
-def dump_state(state: SwarmState) -> dict[str, Any]:
-    """Return the state as data that JSON holds bit for bit."""
-    return dataclasses.asdict(state)
-
-
-def load_state(data: Mapping[str, Any]) -> SwarmState:
-    """Return the state of which :func:`dump_state` made ``data``, also after a way through JSON.
-
-    Raises:
-        ValueError: fields are missing or unknown.
-    """
-    try:
-        return SwarmState(
-            scan_direction_enu=_point(data["scan_direction_enu"]),
-            track=_track(data["track"]) if data["track"] is not None else None,
-            situation=_situation(data["situation"]) if data["situation"] is not None else None,
-            awaits_ask=data["awaits_ask"],
-            adaptation=_adaptation(data["adaptation"]) if data["adaptation"] is not None else None,
-        )
-    except (KeyError, TypeError) as error:
-        raise ValueError(f"this is not the state of a swarm strategy: {error}") from error
+    """Factors of the latest step; None for strategies that follow no leader."""
+    personal_bests: tuple[PersonalBest, ...] = ()
+    """One per vehicle at most, sorted by vehicle; empty where that memory is off."""
+    sampled_enu_m: tuple[Point, ...] = ()
+    """Where frames of this sighting come from, the latest last; empty where that memory is off."""
 
 
 def dump_rng(rng: np.random.Generator) -> dict[str, Any]:
@@ -116,22 +109,3 @@ def load_rng(data: Mapping[str, Any]) -> np.random.Generator:
     except (KeyError, TypeError) as error:
         raise ValueError(f"this is not the state of a PCG64 generator: {error}") from error
     return np.random.Generator(bit_generator)
-
-
-def _point(data: Any) -> Point:
-    east_m, north_m = data
-    return (float(east_m), float(north_m))
-
-
-def _track(data: Mapping[str, Any]) -> TargetTrack:
-    return TargetTrack(
-        _point(data["first_enu_m"]), _point(data["last_enu_m"]), int(data["sightings"]), bool(data["in_view"])
-    )
-
-
-def _situation(data: Mapping[str, Any]) -> Situation:
-    return Situation(tuple(data["vehicle_ids"]), tuple(map(_point, data["positions_enu_m"])), data["leader_id"])
-
-
-def _adaptation(data: Mapping[str, Any]) -> Adaptation:
-    return Adaptation(FractionalFactors(**data["factors"]), EvolutionaryState(data["state"]), data["e_f"])

@@ -1,48 +1,17 @@
-"""Evolutionary factor, state table and adaptation of AOS-APSO, against hand-computed values."""
+"""State table and adaptation of AOS-APSO, against hand-computed values."""
 
 import math
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from hypothesis.extra.numpy import arrays
-from numpy.typing import NDArray
 
-from aos_gcs.swarm.evolution import (
-    EvolutionaryState,
-    FractionalFactors,
-    adapt,
-    decrease,
-    evolutionary_factor,
-    increase,
-    next_state,
-    normalise,
-)
+from aos_gcs.optimisers.evolution import EvolutionaryState
+from aos_gcs.swarm.evolution import FractionalFactors, adapt, decrease, increase, next_state, normalise
 
 EXPLORATION, EXPLOITATION, CONVERGENCE, JUMPING_OUT = EvolutionaryState
 fractions = st.floats(1e-6, 1.0 - 1e-6)
 gammas = st.floats(0.01, 0.99)
-
-
-def test_factor_of_three_drones_in_a_row() -> None:
-    # Mean distances to the others: (1 + 4) / 2 = 2.5, (1 + 3) / 2 = 2, (3 + 4) / 2 = 3.5.
-    row = np.array([[0.0, 0.0], [1.0, 0.0], [4.0, 0.0]])
-    assert evolutionary_factor(row, 0) == pytest.approx((2.5 - 2.0) / 1.5)
-    assert evolutionary_factor(row, 1) == 0.0
-    assert evolutionary_factor(row, 2) == 1.0
-
-
-def test_factor_is_zero_where_all_are_equally_central() -> None:
-    assert evolutionary_factor(np.array([[0.0, 0.0], [3.0, 4.0]]), 1) == 0.0
-    assert evolutionary_factor(np.zeros((5, 2)), 2) == 0.0
-
-
-@given(
-    st.integers(2, 8).flatmap(lambda n: arrays(np.float64, (n, 2), elements=st.floats(-1e3, 1e3))), st.integers(0, 1)
-)
-def test_factor_lies_between_0_and_1(positions: NDArray[np.float64], leader: int) -> None:
-    assert 0.0 <= evolutionary_factor(positions, leader) <= 1.0
 
 
 @pytest.mark.parametrize(

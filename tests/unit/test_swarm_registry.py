@@ -8,18 +8,21 @@ import pytest
 
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.swarm import registry
-from aos_gcs.swarm.aos_apso import AosApso
+from aos_gcs.swarm.follow import LeaderFollowing
+from aos_gcs.swarm.parameters import AosApsoParameters
 from aos_gcs.swarm.registry import available_strategies, make_strategy
-from aos_gcs.swarm.state import dump_rng, load_rng, load_state
+from aos_gcs.swarm.state import dump_rng, load_rng
 
 
-def test_both_strategies_are_registered() -> None:
-    assert {"aos-apso", "aos-pso"} <= set(available_strategies())
-    assert isinstance(make_strategy("aos-apso", {}), AosApso)
+def test_the_strategies_of_the_paper_are_registered() -> None:
+    papers = {"blind-sequential", "blind-parallel", "aos-pso", "aos-pso-stabilised", "aos-apso", "aos-apso-untuned"}
+    assert papers <= set(available_strategies())
+    for name in papers:
+        assert make_strategy(name, {}).name == name
 
 
 def test_an_unknown_name_lists_the_known_ones() -> None:
-    with pytest.raises(ConfigurationError, match=r"no strategy 'pso'.*aos-apso, aos-pso"):
+    with pytest.raises(ConfigurationError, match=r"no strategy 'pso'.*aos-apso, .*aos-pso"):
         make_strategy("pso", {})
 
 
@@ -32,7 +35,8 @@ def test_a_strategy_whose_package_is_missing_is_reported(monkeypatch: pytest.Mon
 
 def test_parameters_reach_the_strategy() -> None:
     strategy = make_strategy("aos-apso", {"c4_m": 5, "gamma": 0.8, "leader_stabilised": False})
-    assert isinstance(strategy, AosApso)
+    assert isinstance(strategy, LeaderFollowing)
+    assert isinstance(strategy.parameters, AosApsoParameters)
     assert (strategy.parameters.c4_m, strategy.parameters.gamma) == (5.0, 0.8)
     assert not strategy.parameters.leader_stabilised
     assert strategy.spacing_m == 5.0
@@ -54,6 +58,14 @@ def test_parameters_reach_the_strategy() -> None:
         ("aos-pso", {"c4_m": float("nan")}, "c4_m must be a finite"),
         ("aos-pso", {"c5": 1.5}, "c5 must be above 0 and at most 1"),
         ("aos-pso", {"repulsion_cutoff_m": 0.0}, "repulsion_cutoff_m must be above 0"),
+        ("aos-pso", {"revisit_radius_m": -1.0}, "revisit_radius_m must be above 0"),
+        ("aos-pso", {"personal_best_memory": "yes"}, "personal_best_memory .*true or false"),
+        ("aos-pso-stabilised", {"c_s_m": 1.0}, r"c_s > c_c"),
+        ("aos-apso-untuned", {"gamma": 0.9}, "has no parameter gamma"),
+        ("blind-parallel", {"leader_stabilised": True}, "has no parameter leader_stabilised"),
+        ("blind-parallel", {"c5": 0.0}, "c5 must be above 0"),
+        ("blind-sequential", {"width_m": -1.0}, "width_m must be at least 0"),
+        ("blind-sequential", {"c4_m": 0.0}, "c4_m must be above 0"),
         ("aos-apso", {"c_s_m": 2.0}, "has no parameter c_s_m"),
         ("aos-apso", {"gamma": 1.0}, "gamma must lie between"),
         ("aos-apso", {"min_factor": 0.6, "max_factor": 0.5}, "min_factor and max_factor"),
@@ -80,5 +92,3 @@ def test_what_is_no_saved_state_is_refused() -> None:
         dump_rng(np.random.Generator(np.random.MT19937(0)))
     with pytest.raises(ValueError, match="PCG64"):
         load_rng({"bit_generator": "PCG64"})
-    with pytest.raises(ValueError, match="not the state"):
-        load_state({"scan_direction_enu": [0.0, 1.0]})

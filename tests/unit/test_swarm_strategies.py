@@ -1,14 +1,16 @@
 """AOS-PSO and AOS-APSO: one step by hand, branches, scanning direction and speed, adaptation, behaviour in a field."""
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from aos_gcs.swarm.aos_apso import make_aos_apso
-from aos_gcs.swarm.aos_pso import make_aos_pso
-from aos_gcs.swarm.model import Observation
+from aos_gcs.swarm.aos_apso import make_aos_apso, make_aos_apso_untuned
+from aos_gcs.swarm.aos_pso import make_aos_pso, make_aos_pso_stabilised
+from aos_gcs.swarm.blind import make_parallel
+from aos_gcs.swarm.follow import LeaderFollowing
+from aos_gcs.swarm.model import Diagnostics, Observation
 from aos_gcs.swarm.scatter import scatter
 from aos_gcs.swarm.state import SwarmState
 
@@ -119,28 +121,67 @@ def test_over_the_target_the_old_direction_stays() -> None:
     assert state.scan_direction_enu == (0.0, 1.0)
 
 
+def decide(strategy: LeaderFollowing, state: SwarmState, seen: Observation) -> tuple[Diagnostics, SwarmState]:
+    _, state = strategy.ask(strategy.tell(state, seen), np.random.default_rng(0))
+    return strategy.diagnostics(state), state
+
+
+RING = np.array([[0.0, 0.0], [4.0, 0.0], [-4.0, 0.0], [0.0, 4.0], [0.0, -4.0]])
+CENTRAL = observation(RING, np.array([1.0, 1.0]), np.array([5.0, 1.0, 1.0, 1.0, 1.0]))
+REMOTE = replace(CENTRAL, fitness=np.array([1.0, 9.0, 1.0, 1.0, 1.0]))
+
+
 def test_adaptation_runs_in_the_pso_branch_and_is_reset_by_the_default_one() -> None:
     strategy = make_aos_apso({})
-    ring = np.array([[0.0, 0.0], [4.0, 0.0], [-4.0, 0.0], [0.0, 4.0], [0.0, -4.0]])
-    central = observation(ring, np.array([1.0, 1.0]), np.array([5.0, 1.0, 1.0, 1.0, 1.0]))
-    state = strategy.tell(strategy.init(NORTH), central)
-    diagnostics = strategy.diagnostics(state)
+    diagnostics, state = decide(strategy, strategy.init(NORTH), CENTRAL)
     assert (diagnostics.evolutionary_factor, diagnostics.evolutionary_state) == (0.0, "convergence")
     # Both slightly up: 1 - 0.95 * 0.5 = 0.525.
     assert diagnostics.c_s_m == pytest.approx(4.2 * 0.525)
     assert diagnostics.c_c_m == pytest.approx(4.2 * 0.525**2)
-    remote = replace(central, fitness=np.array([1.0, 9.0, 1.0, 1.0, 1.0]))
-    state = strategy.tell(state, remote)
-    assert strategy.diagnostics(state).evolutionary_state == "jumping_out"
-    state = strategy.tell(state, observation(ring, None))
-    diagnostics = strategy.diagnostics(state)
+    diagnostics, state = decide(strategy, state, REMOTE)
+    assert diagnostics.evolutionary_state == "jumping_out"
+    diagnostics, state = decide(strategy, state, observation(RING, None))
     assert (diagnostics.branch, diagnostics.evolutionary_factor, diagnostics.evolutionary_state) == ("line", None, None)
     assert (diagnostics.c_s_m, diagnostics.c_c_m) == pytest.approx((2.1, 1.05))
 
 
+def test_untuned_adaptation_is_that_of_apso() -> None:
+    strategy = make_aos_apso_untuned({})
+    state = strategy.init(NORTH)
+    assert (strategy.diagnostics(state).c_s_m, strategy.diagnostics(state).c_c_m) == (2.0, 2.0)
+    for _ in range(9):
+        diagnostics, state = decide(strategy, state, REMOTE)
+    assert diagnostics.evolutionary_state == "jumping_out"
+    assert (diagnostics.c_s_m, diagnostics.c_c_m) == pytest.approx((2.5, 1.5))
+    # Central now: both slightly up and, as their sum is 4 already, scaled back.
+    diagnostics, state = decide(strategy, state, CENTRAL)
+    assert diagnostics.evolutionary_state == "convergence"
+    assert diagnostics.c_s_m is not None
+    assert diagnostics.c_c_m is not None
+    assert diagnostics.c_s_m + diagnostics.c_c_m == pytest.approx(4.0)
+    assert diagnostics.c_c_m > 1.5
+    diagnostics, _ = decide(strategy, state, observation(RING, None))
+    assert (diagnostics.c_s_m, diagnostics.c_c_m) == (2.0, 2.0)
+
+
+def test_untuned_factors_fit_a_small_spacing() -> None:
+    strategy = make_aos_apso_untuned({"c4_m": 3.2})
+    diagnostics = strategy.diagnostics(strategy.init(NORTH))
+    assert (diagnostics.c_s_m, diagnostics.c_c_m) == (1.6, 1.6)
+
+
+def test_the_stabilised_form_differs_in_two_switches_only() -> None:
+    published, stabilised = make_aos_pso({}), make_aos_pso_stabilised({})
+    assert asdict(stabilised.parameters) == {
+        **asdict(published.parameters),
+        "leader_stabilised": True,
+        "projection_line": True,
+    }
+
+
 def test_a_state_of_another_strategy_is_refused() -> None:
-    with pytest.raises(ValueError, match="AOS-APSO"):
-        make_aos_apso({}).diagnostics(make_aos_pso({}).init(NORTH))
+    with pytest.raises(ValueError, match="aos-apso"):
+        make_aos_apso({}).diagnostics(make_parallel({}).init(NORTH))
 
 
 def visibility(positions: FloatArray, peak: FloatArray, occlusion_seed: int) -> FloatArray:
