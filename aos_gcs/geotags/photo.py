@@ -13,6 +13,7 @@ Angles are degrees about north, east and down, turned in the order yaw, pitch, r
 from __future__ import annotations
 
 import math
+import struct
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -32,6 +33,9 @@ from aos_gcs.geotags.xmp import parse_xmp
 
 R_CAM2NADIR_FRD: NDArray[np.float64] = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 """OpenCV camera axes to those of a body that carries a camera looking down, its upper edge forward."""
+
+_BROKEN = (OSError, ValueError, SyntaxError, KeyError, IndexError, TypeError, ArithmeticError, struct.error)
+"""What Pillow raises for files that are not what they should be."""
 
 _LATITUDE = ("GpsLatitude", "GPSLatitude", "Latitude")
 _LONGITUDE = ("GpsLongitude", "GPSLongitude", "GpsLongtitude", "GPSLongtitude", "Longitude")

@@ -1,0 +1,198 @@
+"""Positions, attitudes and focal lengths of photographs, in the tags of different manufacturers."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from PIL.TiffImagePlugin import IFDRational
+
+from aos_gcs import extras
+from aos_gcs.errors import ConfigurationError, InputDataError
+from aos_gcs.geometry.poses import nadir_pose
+from aos_gcs.geotags.exif import exif_tags
+from aos_gcs.geotags.photo import Geotag, geotag, read_geotag
+from aos_gcs.geotags.xmp import parse_xmp
+from tests.fakes.photographs import exif_block, write_photograph, xmp_packet
+
+WIDTH, HEIGHT = 80, 60
+DIAGONAL_PX = math.hypot(WIDTH, HEIGHT)
+
+DJI = {
+    "drone-dji:GpsLatitude": "48.3069",
+    "drone-dji:GpsLongitude": "14.2858",
+    "drone-dji:AbsoluteAltitude": "+312.40",
+    "drone-dji:RelativeAltitude": "+35.10",
+    "drone-dji:GimbalYawDegree": "+120.00",
+    "drone-dji:GimbalPitchDegree": "-90.00",
+    "drone-dji:GimbalRollDegree": "+0.00",
+    "drone-dji:FlightYawDegree": "+118.30",
+}
+
+
+def tag_of(xmp: bytes, **exif: Any) -> Geotag:
+    return geotag(exif_tags(exif_block(**exif), WIDTH), parse_xmp(xmp) if xmp else {}, WIDTH, HEIGHT)
+
+
+def test_what_dji_writes() -> None:
+    tag = tag_of(xmp_packet(DJI))
+    assert (tag.latitude_deg, tag.longitude_deg) == (48.3069, 14.2858)
+    assert (tag.altitude_amsl_m, tag.relative_altitude_m) == (312.4, 35.1)
+    np.testing.assert_allclose(tag.R_cam2enu, nadir_pose((0, 0, 0), math.radians(120.0)).R_cam2enu, atol=1e-12)
+
+
+def test_the_optical_axis_follows_pitch_and_yaw() -> None:
+    xmp = xmp_packet(DJI | {"drone-dji:GimbalYawDegree": "90", "drone-dji:GimbalPitchDegree": "-30"})
+    right, down, forward = tag_of(xmp).R_cam2enu.T
+    np.testing.assert_allclose(forward, [math.cos(math.radians(30)), 0.0, -0.5], atol=1e-12)
+    np.testing.assert_allclose(right, [0.0, -1.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(down, np.cross(forward, right), atol=1e-12)
+
+
+@given(yaw=st.floats(-180, 180), pitch=st.floats(-90, 30), roll=st.floats(-45, 45))
+def test_gimbal_angles_give_rotations(yaw: float, pitch: float, roll: float) -> None:
+    angles = {"GimbalYawDegree": yaw, "GimbalPitchDegree": pitch, "GimbalRollDegree": roll}
+    R = geotag(
+        exif_tags(exif_block(48.0, 14.0), WIDTH), {name: repr(value) for name, value in angles.items()}, WIDTH, HEIGHT
+    ).R_cam2enu
+    np.testing.assert_allclose(R @ R.T, np.eye(3), atol=1e-12)
+    assert np.linalg.det(R) == pytest.approx(1.0)
+    # Roll turns about the optical axis, which pitch alone raises.
+    assert R[2, 2] == pytest.approx(math.sin(math.radians(pitch)), abs=1e-12)
+
+
+OTHERS = {
+    "Autel": xmp_packet(
+        {
+            "drone:GpsLatitude": 48.0,
+            "drone:GpsLongtitude": 14.0,
+            "drone:GimbalYawDegree": 30.0,
+            "drone:GimbalPitchDegree": -90.0,
+            "drone:GimbalRollDegree": 0.0,
+        }
+    ),
+    "no gimbal yaw": xmp_packet(
+        {
+            "drone-dji:GpsLatitude": 48.0,
+            "drone-dji:GpsLongitude": 14.0,
+            "drone-dji:FlightYawDegree": 30.0,
+            "drone-dji:GimbalPitchDegree": -90.0,
+        }
+    ),
+    "Parrot": xmp_packet(
+        {},
+        "<drone-parrot:CameraYawDegree>30</drone-parrot:CameraYawDegree>"
+        "<drone-parrot:CameraPitchDegree>-90</drone-parrot:CameraPitchDegree>"
+        "<drone-parrot:CameraRollDegree>0</drone-parrot:CameraRollDegree>",
+    ),
+    "Skydio": xmp_packet(
+        {"drone-skydio:Latitude": 48.0, "drone-skydio:Longitude": 14.0},
+        '<drone-skydio:CameraOrientationNED drone-skydio:Roll="0" drone-skydio:Pitch="-90" drone-skydio:Yaw="30"/>',
+    ),
+    "Skydio, structure": xmp_packet(
+        {},
+        "<drone-skydio:Latitude>48</drone-skydio:Latitude><drone-skydio:Longitude>14</drone-skydio:Longitude>"
+        '<drone-skydio:CameraOrientationNED rdf:parseType="Resource"><drone-skydio:Yaw>30</drone-skydio:Yaw>'
+        "<drone-skydio:Pitch>-90</drone-skydio:Pitch><drone-skydio:Roll>0</drone-skydio:Roll>"
+        "</drone-skydio:CameraOrientationNED>",
+    ),
+    "Pix4D": xmp_packet({"Camera:Yaw": 30.0, "Camera:Pitch": 0.0, "Camera:Roll": 0.0}),
+}
+
+
+@pytest.mark.parametrize("xmp", OTHERS.values(), ids=OTHERS.keys())
+def test_other_names_for_the_same_pose(xmp: bytes) -> None:
+    tag = tag_of(xmp, latitude_deg=48.0, longitude_deg=14.0)
+    assert (tag.latitude_deg, tag.longitude_deg) == pytest.approx((48.0, 14.0))
+    np.testing.assert_allclose(tag.R_cam2enu, nadir_pose((0, 0, 0), math.radians(30.0)).R_cam2enu, atol=1e-12)
+
+
+def test_pitch_of_pix4d_counts_from_nadir() -> None:
+    R = tag_of(xmp_packet({"Camera:Yaw": 0, "Camera:Pitch": 30}), latitude_deg=1.0, longitude_deg=1.0).R_cam2enu
+    np.testing.assert_allclose(R[:, 2], [0.0, 0.5, -math.cos(math.radians(30))], atol=1e-12)
+
+
+@given(latitude=st.floats(-89.9, 89.9), longitude=st.floats(-179.9, 179.9), altitude=st.floats(-400, 8000))
+def test_exif_positions(latitude: float, longitude: float, altitude: float) -> None:
+    tags = exif_tags(exif_block(latitude, longitude, altitude), WIDTH)
+    assert tags.latitude_deg == pytest.approx(latitude, abs=1e-10)
+    assert tags.longitude_deg == pytest.approx(longitude, abs=1e-10)
+    assert tags.altitude_amsl_m == pytest.approx(altitude, abs=6e-4)
+
+
+FOCAL_LENGTHS: dict[str, tuple[dict[str, object], dict[int, Any], float | None]] = {
+    "35 mm film": ({}, {0xA405: 24}, 24.0 / math.hypot(36, 24) * DIAGONAL_PX),
+    "sensor": ({}, {0x920A: IFDRational(45, 10), 0xA20E: IFDRational(WIDTH, 6), 0xA210: 4}, 4.5 / 6.0 * WIDTH),
+    "calibrated": ({"drone-dji:CalibratedFocalLength": "77.5"}, {0xA405: 24}, 77.5),
+    "calibrated, zoomed": ({"drone-dji:CalibratedFocalLength": "77.5"}, {0xA404: 2.0}, 155.0),
+    "calibrated, reduced": ({"drone-dji:CalibratedFocalLength": "775"}, {0xA002: WIDTH * 10}, 77.5),
+    "unknown": ({}, {0x920A: IFDRational(45, 10)}, None),
+    "zero": ({}, {0xA405: 0, 0x920A: IFDRational(0, 0)}, None),
+}
+
+
+@pytest.mark.parametrize(("xmp", "camera", "expected_px"), FOCAL_LENGTHS.values(), ids=FOCAL_LENGTHS.keys())
+def test_focal_lengths(xmp: dict[str, object], camera: dict[int, Any], expected_px: float | None) -> None:
+    tag = tag_of(xmp_packet(DJI | xmp), camera=camera)
+    assert tag.focal_px == (None if expected_px is None else pytest.approx(expected_px))
+    if expected_px is None:
+        with pytest.raises(InputDataError, match="CalibratedFocalLength, FocalLengthIn35mmFilm"):
+            tag.camera()
+    else:
+        assert tag.camera().fx_px == pytest.approx(expected_px)
+    assert tag.camera(math.radians(60)).horizontal_fov_rad == pytest.approx(math.radians(60))
+
+
+NO_PLACE = DJI | {"drone-dji:GpsLatitude": "0.0", "drone-dji:GpsLongitude": "0.0"}
+NO_ANGLE = {name: value for name, value in DJI.items() if "GimbalPitch" not in name}
+
+USELESS: dict[str, tuple[bytes, dict[str, Any], str]] = {
+    "nothing": (b"", {}, "no GPSLatitude and GPSLongitude"),
+    "no attitude": (b"", {"latitude_deg": 48.0, "longitude_deg": 14.0}, "no GimbalYawDegree and GimbalPitchDegree"),
+    "no pitch": (xmp_packet(NO_ANGLE), {}, "no GimbalYawDegree and GimbalPitchDegree"),
+    "no number": (xmp_packet(DJI | {"drone-dji:GimbalPitchDegree": "nan"}), {}, "no GimbalYawDegree and"),
+    "no fix": (xmp_packet(NO_PLACE), {}, "is no place: it had no fix"),
+    "off the globe": (xmp_packet(DJI | {"drone-dji:GpsLatitude": "148"}), {}, "is no place"),
+    "turned": (xmp_packet(DJI), {"orientation": 6}, "its Orientation tag"),
+    "broken XMP": (xmp_packet(DJI)[:-40], {}, "its XMP is not valid XML"),
+    "entities": (
+        b'<!DOCTYPE x [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]><x:xmpmeta xmlns:x="adobe:ns:meta/">&b;</x:xmpmeta>',
+        {},
+        "its XMP is not valid XML",
+    ),
+}
+
+
+@pytest.mark.parametrize(("xmp", "exif", "reason"), USELESS.values(), ids=USELESS.keys())
+def test_what_is_missing_is_named(xmp: bytes, exif: dict[str, Any], reason: str) -> None:
+    with pytest.raises(InputDataError, match=reason):
+        tag_of(xmp, **exif)
+
+
+def test_photographs_are_read_from_files(tmp_path: Path) -> None:
+    path = tmp_path / "photo.jpg"
+    write_photograph(path, np.zeros((HEIGHT, WIDTH), np.uint8), exif_block(camera={0xA405: 24}), xmp_packet(DJI))
+    tag = read_geotag(path)
+    assert (tag.width_px, tag.height_px) == (WIDTH, HEIGHT)
+    assert tag.latitude_deg == 48.3069
+    assert tag.focal_px == pytest.approx(24.0 / math.hypot(36, 24) * DIAGONAL_PX)
+
+
+@pytest.mark.parametrize("content", [b"", b"text", b"\xff\xd8\xff\xe1\x00\x08Exif\x00\x00", b"\xff\xd8\xff\xd9"])
+def test_files_that_are_no_images_are_refused(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "photo.jpg"
+    path.write_bytes(content)
+    with pytest.raises(InputDataError, match="no image that can be read"):
+        read_geotag(path)
+
+
+def test_a_missing_library_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def absent(name: str) -> None:
+        raise ImportError(name)
+
+    monkeypatch.setattr(extras.importlib, "import_module", absent)
+    with pytest.raises(ConfigurationError, match=r"needs PIL.*pip install 'aos-gcs\[geo\]'"):
+        read_geotag(tmp_path / "photo.jpg")
