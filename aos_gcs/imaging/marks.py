@@ -24,6 +24,9 @@ class Marks:
         return np.asarray(np.isin(rows * width + columns, self.rows * width + self.columns))
 
 
+NO_MARKS = Marks(np.empty(0, dtype=np.intp), np.empty(0, dtype=np.intp))
+
+
 def project_marks(mask: NDArray[np.uint8], projection: PlaneProjection) -> Marks:
     """Return the cells that a mask of an image, shape (H, W), values 0 and 1, marks.
 
@@ -33,11 +36,11 @@ def project_marks(mask: NDArray[np.uint8], projection: PlaneProjection) -> Marks
     """
     marked_px = cv2.findNonZero(mask)
     if marked_px is None:
-        return Marks(np.empty(0, dtype=np.intp), np.empty(0, dtype=np.intp))
+        return NO_MARKS
     centres_px = np.asarray(marked_px, dtype=np.float64).reshape(-1, 2)
     window = _window_of(centres_px, projection)
     if window is None:
-        return Marks(np.empty(0, dtype=np.intp), np.empty(0, dtype=np.intp))
+        return NO_MARKS
     cells = projection.sample_mask(mask, window)
     own = np.rint(projection.cells_of(centres_px)) - (window[1].start, window[0].start)
     # A comparison with NaN, for pixels that see no cell, is false.
@@ -46,6 +49,13 @@ def project_marks(mask: NDArray[np.uint8], projection: PlaneProjection) -> Marks
     covered = projection.covered(window)
     rows, columns = np.nonzero(cells if covered is None else cells & covered)
     return Marks(rows + window[0].start, columns + window[1].start)
+
+
+def covered_marks(marks: Marks, projection: PlaneProjection) -> Marks:
+    """Return those of some cells that a frame covers."""
+    first, end = projection.spans[marks.rows].T
+    seen = (marks.columns >= first) & (marks.columns < end)
+    return Marks(marks.rows[seen], marks.columns[seen])
 
 
 def _window_of(centres_px: NDArray[np.float64], projection: PlaneProjection) -> tuple[slice, slice] | None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any, TypeAlias
 
@@ -67,6 +68,26 @@ class GroundRaster:
         r = self.resolution_m
         down = r if self.rows_along_y else -r
         return np.array([[r, 0.0, self.x_m + r / 2], [0.0, down, self.y_m + down / 2], [0.0, 0.0, 1.0]])
+
+
+class Detector(StrEnum):
+    """How anomalous pixels are found."""
+
+    RX = "rx"
+    """Distance of all bands to the frame's own mean and covariance."""
+    LOCAL_RX = "local_rx"
+    """The same against the surroundings of each pixel: for scenes whose background changes within a frame."""
+    THERMAL = "thermal"
+    """Warmer than the background in the thermal band alone."""
+
+
+class AnomalySource(StrEnum):
+    """What the detector is applied to."""
+
+    MASKS = "masks"
+    """Each frame; their masks are integrated, so that one clear view of the target is enough."""
+    INTEGRAL = "integral"
+    """The integral image; a frame marks every anomalous cell that it covers."""
 
 
 class LeaderCriterion(StrEnum):
@@ -142,6 +163,7 @@ class StepAnalysis:
     blob: Blob | None
     """None when no cell reaches the minimum count."""
     vehicle_ids: tuple[int, ...]
+    """Of the frames that took part."""
     fitness: NDArray[np.float64]
     """f(x_i, I(t)) per vehicle of ``vehicle_ids``, in the unit of the leader criterion."""
     leader_id: int | None
@@ -150,6 +172,8 @@ class StepAnalysis:
     """Around the largest blob; None when there is none."""
     sightings: tuple[Sighting, ...] = ()
     """All blobs, the largest first; at most ``MAX_SIGHTINGS``."""
+    skipped: Mapping[int, str] = field(default_factory=dict)
+    """Why a frame took no part, by vehicle."""
 
     @property
     def visibility_m2(self) -> float:

@@ -46,13 +46,22 @@ def rx_scores(image: Pixels) -> NDArray[np.float32]:
     height, width, channels = image.shape
     separate = cv2.split(np.ascontiguousarray(image))
     means = [cv2.mean(channel)[0] for channel in separate]
+    unknown = None
     if not np.isfinite(means).all():
-        return _scores_of_incomplete(image)
+        unknown = ~np.isfinite(image.reshape(-1, channels).astype(np.float32) @ np.ones(channels, dtype=np.float32))
+        known = (~unknown).view(np.uint8).reshape(height, width)
+        means = [cv2.mean(channel, known)[0] for channel in separate]
     planes = np.empty((channels, height * width), dtype=np.float32)
     for plane, channel, mean in zip(planes, separate, means, strict=True):
         # Centring comes first: float32 then keeps the small differences of 16-bit thermal frames.
         np.subtract(channel.reshape(-1), np.float32(mean), out=plane, casting="unsafe")
-    return _scores_of_planes(planes).reshape(height, width)
+        if unknown is not None:
+            # Nothing is added to the sums of products.
+            np.copyto(plane, 0.0, where=unknown)
+    scores = _scores_of_planes(planes, height * width if unknown is None else np.count_nonzero(~unknown))
+    if unknown is not None:
+        scores[unknown] = np.nan
+    return scores.reshape(height, width)
 
 
 def anomaly_mask(scores: NDArray[np.float32], quantile: float = 0.9998, min_score: float = 0.0) -> NDArray[np.uint8]:
@@ -90,9 +99,9 @@ def default_min_score(channels: int) -> float:
     return TAIL_MARGIN * float(chi2.isf(FALSE_ALARM_PROBABILITY, channels))
 
 
-def _scores_of_planes(planes: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Score centred pixels, shape (C, n), whose mean is 0 up to rounding; returns shape (n,)."""
-    whitening = _whitening(planes).astype(np.float32)
+def _scores_of_planes(planes: NDArray[np.float32], known: int) -> NDArray[np.float32]:
+    """Score centred pixels, shape (C, n), of which ``known`` are measured and the others 0; returns shape (n,)."""
+    whitening = _whitening(planes, known).astype(np.float32)
     scores = np.zeros(planes.shape[1], dtype=np.float32)
     for start in range(0, planes.shape[1], CHUNK_PIXELS):
         whitened = whitening @ planes[:, start : start + CHUNK_PIXELS]
@@ -100,9 +109,9 @@ def _scores_of_planes(planes: NDArray[np.float32]) -> NDArray[np.float32]:
     return scores
 
 
-def _whitening(planes: NDArray[np.float32]) -> NDArray[np.float64]:
+def _whitening(planes: NDArray[np.float32], known: int) -> NDArray[np.float64]:
     """Return W, shape (rank, C), with W^T W the (pseudo-)inverse of the covariance of centred pixels, shape (C, n)."""
-    covariance = _covariance(planes, np.float32)
+    covariance = _covariance(planes, known, np.float32)
     if (np.diag(covariance) > 0.0).all():
         scale = 1.0 / np.sqrt(np.diag(covariance))
         try:
@@ -113,17 +122,19 @@ def _whitening(planes: NDArray[np.float32]) -> NDArray[np.float64]:
         else:
             if np.diag(factor).min() > MIN_PIVOT:
                 return np.asarray(np.linalg.inv(factor) * scale)
-    return _pseudo_whitening(_covariance(planes, np.float64))
+    return _pseudo_whitening(_covariance(planes, known, np.float64))
 
 
-def _covariance(planes: NDArray[np.float32], dtype: type[np.float32] | type[np.float64]) -> NDArray[np.float64]:
+def _covariance(
+    planes: NDArray[np.float32], known: int, dtype: type[np.float32] | type[np.float64]
+) -> NDArray[np.float64]:
     """Return the covariance (n - 1) of centred pixels; products are summed in ``dtype`` within a chunk."""
     channels, pixels = planes.shape
     covariance = np.zeros((channels, channels))
     for start in range(0, pixels, CHUNK_PIXELS):
         chunk: Pixels = planes[:, start : start + CHUNK_PIXELS].astype(dtype, copy=False)
         covariance += chunk @ chunk.T
-    return np.asarray(covariance / max(pixels - 1, 1))
+    return np.asarray(covariance / max(known - 1, 1))
 
 
 def _pseudo_whitening(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -132,14 +143,3 @@ def _pseudo_whitening(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
     eigenvalues, eigenvectors = np.linalg.eigh(covariance * np.outer(scale, scale))
     kept = eigenvalues > MIN_EIGENVALUE
     return np.asarray((eigenvectors[:, kept] / np.sqrt(eigenvalues[kept])).T * scale)
-
-
-def _scores_of_incomplete(image: Pixels) -> NDArray[np.float32]:
-    pixels = image.reshape(-1, image.shape[2]).T.astype(np.float32)
-    finite = np.isfinite(pixels).all(axis=0)
-    scores = np.full(pixels.shape[1], np.nan, dtype=np.float32)
-    if finite.any():
-        usable = pixels[:, finite]
-        mean = usable.mean(axis=1, dtype=np.float64, keepdims=True).astype(np.float32)
-        scores[finite] = _scores_of_planes(usable - mean)
-    return scores.reshape(image.shape[:2])

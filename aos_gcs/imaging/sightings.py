@@ -11,19 +11,17 @@ from aos_gcs.imaging.marks import Marks
 from aos_gcs.imaging.model import Blob, BlobView, FocalGrid, Frame, Sighting
 
 
-def sight(cells: BlobCells, grid: FocalGrid, frames: Sequence[Frame], marks: Sequence[Marks | None]) -> Sighting:
+def sight(cells: BlobCells, grid: FocalGrid, frames: Sequence[Frame], marks: Sequence[Marks]) -> Sighting:
     """Return a blob with one view per frame that marks it.
 
     Args:
         cells: of the blob.
         grid: that cells and marks lie on.
         frames: of the step.
-        marks: of each frame; None marks nothing.
+        marks: of each frame.
     """
     views = tuple(
-        view
-        for frame, own in zip(frames, marks, strict=True)
-        if own is not None and (view := _view(cells, grid, frame, own)) is not None
+        view for frame, own in zip(frames, marks, strict=True) if (view := _view(cells, grid, frame, own)) is not None
     )
     blob = Blob(
         area_m2=cells.area_m2(grid),

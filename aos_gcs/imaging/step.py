@@ -8,14 +8,16 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
-from aos_gcs.errors import ConfigurationError, ImagingError
+from aos_gcs.errors import ConfigurationError
 from aos_gcs.imaging.blobs import BlobCells, find_blobs
+from aos_gcs.imaging.detectors import detect
 from aos_gcs.imaging.focal_plane import DEFAULT_MAX_CELLS, choose_grid
-from aos_gcs.imaging.integral import BATCH_FRAMES, ViewIntegral, check_frame
-from aos_gcs.imaging.marks import Marks, project_marks
-from aos_gcs.imaging.model import FocalGrid, Frame, LeaderCriterion, StepAnalysis
-from aos_gcs.imaging.rx import anomaly_mask, default_min_score, rx_scores
+from aos_gcs.imaging.frame_checks import usable_frames
+from aos_gcs.imaging.integral import BATCH_FRAMES, ViewIntegral
+from aos_gcs.imaging.marks import NO_MARKS, Marks, covered_marks, project_marks
+from aos_gcs.imaging.model import AnomalySource, Detector, FocalGrid, Frame, LeaderCriterion, StepAnalysis
 from aos_gcs.imaging.sightings import sight
 from aos_gcs.imaging.views import PlaneView, grid_view
 from aos_gcs.imaging.visibility import area_in_view_px, choose_leader, contribution_m2, distance_to_centre, masks_around
@@ -32,10 +34,12 @@ class ImagingSettings:
 
     plane_height_m: float = 0.0
     """ENU height of the horizontal focal plane."""
+    detector: Detector = Detector.RX
+    anomaly_source: AnomalySource = AnomalySource.MASKS
     rx_quantile: float = 0.9998
-    """Of a frame's scores, above which pixels are marked."""
+    """Of an image's scores, above which pixels are marked; for every detector."""
     rx_min_score: float | None = None
-    """Score that a marked pixel must also exceed; None: the default for the number of bands."""
+    """Score that a marked pixel must also exceed, for every detector; None: the detector's own for the bands."""
     minimum_count: int = 1
     """Frames that must mark a cell of the integral."""
     gap_cells: int = 1
@@ -69,73 +73,85 @@ def analyse_step(frames: Sequence[Frame], settings: ImagingSettings) -> StepAnal
     Blocks for tens of milliseconds: call it in a worker thread.
 
     Args:
-        frames: at least one, all with the same bands; sizes, altitudes and attitudes may differ. Of several frames of
-            one vehicle the last stands for its present position; the others only take part in the integral. A frame
-            that does not see the focal plane takes no part, and its vehicle's fitness is 0.
+        frames: at least one; sizes, altitudes and attitudes may differ. Of several frames of one vehicle the last
+            stands for its present position; the others only take part in the integral. Frames that cannot be used, or
+            do not see the focal plane, are skipped, and the result says why.
         settings: see :class:`ImagingSettings`.
 
     Raises:
-        ImagingError: if there is no frame, bands differ, or no frame sees the focal plane.
+        ImagingError: if no frame can be used, or they lack a band that the detector needs.
     """
-    if not frames:
-        raise ImagingError("There is no frame to analyse: give at least one.")
-    for frame in frames:
-        check_frame(frame, frames[0].bands)
+    frames, skipped = usable_frames(frames, settings.plane_height_m)
     grid = choose_grid(frames, settings.plane_height_m, settings.resolution_m, settings.max_cells)
-    view = grid_view(grid)
-    integral = ViewIntegral(view, frames[0].bands, exact=False)
-    marks: list[Marks | None] = []
+    view, bands = grid_view(grid), frames[0].bands
+    integral = ViewIntegral(view, bands, exact=False)
+    marks: list[Marks] = []
     for first in range(0, len(frames), BATCH_FRAMES):
         batch = frames[first : first + BATCH_FRAMES]
         integral.add_all(batch)
-        marks += parallel_map(partial(_marks, view=view, settings=settings), batch)
+        if settings.anomaly_source is AnomalySource.MASKS:
+            marks += parallel_map(partial(_marks, view=view, settings=settings), batch)
+    mean = integral.mean()
+    if settings.anomaly_source is AnomalySource.INTEGRAL:
+        marks = _marks_of_integral(mean, integral.coverage, frames, view, settings)
     anomaly_count = np.zeros_like(integral.coverage)
     for own in marks:
-        if own is not None:
-            anomaly_count[own.rows, own.columns] += 1
+        anomaly_count[own.rows, own.columns] += 1
     blobs = find_blobs(anomaly_count, settings.minimum_count, settings.gap_cells)
     sightings = tuple(sight(cells, grid, frames, marks) for cells in blobs)
     vehicle_ids = tuple(dict.fromkeys(frame.vehicle_id for frame in frames))
     fitness = np.zeros(len(vehicle_ids))
-    blob, leader_id, present_masks = None, None, None
+    blob, leader_id, masks = None, None, None
     if sightings:
         blob, cells = sightings[0].blob, blobs[0]
-        shares_m2 = [0.0 if own is None else contribution_m2(cells, grid, own) for own in marks]
-        present = {frame.vehicle_id: (frame, share) for frame, share in zip(frames, shares_m2, strict=True)}
+        present = {frame.vehicle_id: (frame, own) for frame, own in zip(frames, marks, strict=True)}
         fitness = np.array([_fitness(*present[i], cells, grid, settings.leader_criterion) for i in vehicle_ids])
         centre = blob.centroid_enu_m
         distances = [distance_to_centre(centre, present[i][0].camera.ideal(), present[i][0].pose) for i in vehicle_ids]
         leader_id = vehicle_ids[choose_leader(fitness, distances)]
-        marks_of = {frame.vehicle_id: own for frame, own in zip(frames, marks, strict=True)}
-        present_masks = masks_around(centre, grid, [marks_of[i] for i in vehicle_ids])
+        masks = masks_around(centre, grid, [present[i][1] for i in vehicle_ids])
     return StepAnalysis(
         grid=grid,
-        integral=integral.mean(),
+        integral=mean,
         coverage=integral.coverage,
         anomaly_count=anomaly_count,
         blob=blob,
         vehicle_ids=vehicle_ids,
         fitness=fitness,
         leader_id=leader_id,
-        masks=present_masks,
+        masks=masks,
         sightings=sightings,
+        skipped=skipped,
     )
 
 
-def _marks(frame: Frame, view: PlaneView, settings: ImagingSettings) -> Marks | None:
-    """Return the cells that a frame marks; None if it does not see the focal plane."""
-    projection = view.project(frame)
-    if projection is None:
-        return None
-    min_score = settings.rx_min_score
-    if min_score is None:
-        min_score = default_min_score(len(frame.bands))
+def _marks(frame: Frame, view: PlaneView, settings: ImagingSettings) -> Marks:
+    """Return the cells that a frame marks."""
     # Before any warp: what is interpolated is correlated, and smoother than the background.
-    mask = anomaly_mask(rx_scores(frame.image), settings.rx_quantile, min_score)
-    return project_marks(mask, projection)
+    mask = detect(frame.image, frame.bands, settings.detector, settings.rx_quantile, settings.rx_min_score)
+    projection = view.project(frame)
+    return NO_MARKS if projection is None else project_marks(mask, projection)
 
 
-def _fitness(frame: Frame, share_m2: float, cells: BlobCells, grid: FocalGrid, criterion: LeaderCriterion) -> float:
+def _marks_of_integral(
+    mean: NDArray[np.float32],
+    coverage: NDArray[np.uint16],
+    frames: Sequence[Frame],
+    view: PlaneView,
+    settings: ImagingSettings,
+) -> list[Marks]:
+    """Return which cells that stand out of the integral each frame covers."""
+    # The variance of a mean of n frames is 1 / n of theirs: without weights, the rims would stand out.
+    weights = coverage.astype(np.float32) / max(int(coverage.max()), 1)
+    mask = detect(
+        mean, frames[0].bands, settings.detector, settings.rx_quantile, settings.rx_min_score, weights=weights
+    )
+    marks = Marks(*np.nonzero(mask))
+    projections = [view.project(frame) for frame in frames]
+    return [NO_MARKS if projection is None else covered_marks(marks, projection) for projection in projections]
+
+
+def _fitness(frame: Frame, marks: Marks, cells: BlobCells, grid: FocalGrid, criterion: LeaderCriterion) -> float:
     if criterion is LeaderCriterion.CONTRIBUTION:
-        return share_m2
+        return contribution_m2(cells, grid, marks)
     return area_in_view_px(cells, grid, frame.camera.ideal(), frame.pose)

@@ -59,7 +59,7 @@ def choose_leader(fitness: NDArray[np.float64], distances_to_centre: Sequence[fl
 def masks_around(
     centre_enu_m: Sequence[float],
     grid: FocalGrid,
-    marks: Sequence[Marks | None],
+    marks: Sequence[Marks],
     half_width_m: float = MASK_HALF_WIDTH_M,
 ) -> VehicleMasks:
     """Return the part of the vehicles' masks that lies in a square window around a point of the grid.
@@ -67,7 +67,7 @@ def masks_around(
     Args:
         centre_enu_m: on the grid.
         grid: of the marks.
-        marks: of each vehicle; None marks nothing.
+        marks: of each vehicle.
         half_width_m: the window ends where the grid does.
     """
     column = (centre_enu_m[0] - grid.west_m) / grid.resolution_m
@@ -77,10 +77,9 @@ def masks_around(
     first_column, end_column = max(0, math.floor(column - half)), min(grid.columns, math.ceil(column + half))
     marked = np.zeros((len(marks), end_row - first_row, end_column - first_column), dtype=np.bool_)
     for own, cells in zip(marked, marks, strict=True):
-        if cells is not None:
-            rows, columns = cells.rows - first_row, cells.columns - first_column
-            inside = (rows >= 0) & (rows < own.shape[0]) & (columns >= 0) & (columns < own.shape[1])
-            own[rows[inside], columns[inside]] = True
+        rows, columns = cells.rows - first_row, cells.columns - first_column
+        inside = (rows >= 0) & (rows < own.shape[0]) & (columns >= 0) & (columns < own.shape[1])
+        own[rows[inside], columns[inside]] = True
     return VehicleMasks(
         marked=marked,
         west_m=grid.west_m + first_column * grid.resolution_m,

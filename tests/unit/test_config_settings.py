@@ -11,7 +11,7 @@ import pytest
 from aos_gcs.config import ServiceConfig, mission_settings, parse_config, read_config
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
-from aos_gcs.imaging.model import LeaderCriterion
+from aos_gcs.imaging.model import AnomalySource, Detector, LeaderCriterion
 
 ORIGIN = GeodeticPosition(48.3, 14.3, 260.0)
 SQUARE = [[-10.0, 0.0], [10.0, 0.0], [10.0, 40.0], [-10.0, 40.0]]
@@ -70,7 +70,12 @@ def test_sections_reach_the_settings_of_the_core() -> None:
         configuration(
             flight={"lowest_layer_m": 40, "layer_spacing_m": 3},
             detection={"found_steps": 4},
-            imaging={"leader_criterion": "integral", "plane_height_m": 1.5},
+            imaging={
+                "leader_criterion": "integral",
+                "plane_height_m": 1.5,
+                "detector": "local_rx",
+                "anomaly_source": "integral",
+            },
             deadlines={"capture_s": 7},
             safety={"separation_m": 3, "ceiling_m": 60},
         )
@@ -78,6 +83,8 @@ def test_sections_reach_the_settings_of_the_core() -> None:
     assert settings.flight.lowest_layer_m == 40.0
     assert settings.detection.found_steps == 4
     assert settings.imaging.leader_criterion is LeaderCriterion.INTEGRAL
+    assert settings.imaging.detector is Detector.LOCAL_RX
+    assert settings.imaging.anomaly_source is AnomalySource.INTEGRAL
     assert settings.deadlines.capture_s == 7.0
     assert settings.safety == {"separation_m": 3.0, "ceiling_m": 60.0}
 
@@ -106,6 +113,7 @@ def test_wrong_types_and_ranges_name_the_field(sections: dict[str, Any], text: s
         ({"detection": {"found_steps": "many"}}, r"detection\.found_steps"),
         ({"deadlines": {"move_s": 0}}, "deadlines: move_s must be a finite number above 0"),
         ({"imaging": {"rx_quantile": 1.0}}, "imaging: rx_quantile"),
+        ({"imaging": {"detector": "cnn"}}, r"imaging\.detector"),
         ({"safety": {"min_battery_fraction": 20}}, "safety: min_battery_fraction must be 0 or more and below 1"),
         ({"safety": {"fence_enu_m": SQUARE, "fence_deg": [[1, 2]]}}, "either as fence_deg or as fence_enu_m"),
         ({"safety": {"fence_enu_m": [[0, 0], [5, 5], [5, 0], [0, 5]]}}, "fence_enu_m must not cross"),

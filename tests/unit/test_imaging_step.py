@@ -1,4 +1,5 @@
 import dataclasses
+import re
 
 import cv2
 import numpy as np
@@ -8,7 +9,7 @@ from aos_gcs.errors import ConfigurationError, ImagingError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose, nadir_pose
 from aos_gcs.geometry.projection import project_points
-from aos_gcs.imaging.model import Frame, LeaderCriterion
+from aos_gcs.imaging.model import AnomalySource, Detector, Frame, LeaderCriterion
 from aos_gcs.imaging.pictures import render_pictures
 from aos_gcs.imaging.step import ImagingSettings, analyse_step
 
@@ -144,11 +145,96 @@ def test_the_last_frame_of_a_vehicle_stands_for_it() -> None:
     assert analysis.blob.vehicle_ids == (1, 2)
 
 
-def test_a_camera_that_looks_up_is_left_out() -> None:
-    up = Pose(np.array([3.0, -2.0, 30.0]), np.eye(3))
-    analysis = analyse_step([look(1, nadir_pose([3, -2, 30])), look(2, up, target=False)], SETTINGS)
-    assert analysis.coverage.max() == 1
-    np.testing.assert_array_equal(analysis.fitness > 0, [True, False])
+UP = Pose(np.array([3.0, -2.0, 30.0]), np.eye(3))
+NOISE = np.random.default_rng(8).normal(100.0, 3.0, (128, 128, 4)).astype(np.float32)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "reason"),
+    [
+        ({"pose": UP}, "does not see the focal plane"),
+        ({"pose": Pose(np.array([3.0, np.nan, 30.0]), np.eye(3))}, "position is not known"),
+        ({"pose": Pose(np.array([3.0, -2.0, 30.0]), np.full((3, 3), np.nan))}, "orientation is not known"),
+        ({"pose": Pose(np.array([3.0, -2.0, 30.0]), np.diag([1.0, -1.0, -0.9]))}, "not a rotation"),
+        ({"pose": Pose(np.array([3.0, -2.0, 30.0]), np.diag([1.0, 1.0, -1.0]))}, "not a rotation"),
+        ({"camera": dataclasses.replace(CAMERA, fx_px=np.nan)}, "intrinsics are not known"),
+        ({"camera": dataclasses.replace(CAMERA, fy_px=-1.0)}, "focal lengths are not positive"),
+        ({"image": np.full((128, 128, 4), np.nan, dtype=np.float32)}, "no finite pixel"),
+        ({"image": np.full((128, 128, 4), 255, dtype=np.uint8)}, r"the same everywhere \(255, 255, 255, 255\)"),
+        ({"image": NOISE[:100]}, r"has shape \(100, 128, 4\)"),
+        ({"image": NOISE[:, :, 0]}, r"has shape \(128, 128\)"),
+    ],
+)
+@pytest.mark.parametrize("place", [0, 6])
+def test_a_frame_that_cannot_be_used_is_skipped_with_its_reason(
+    wrong: dict[str, object], reason: str, place: int
+) -> None:
+    frames = swarm(occluded=0.4)
+    expected = analyse_step(frames, SETTINGS)
+    bad = dataclasses.replace(look(99, nadir_pose([3.0, -2.0, 30.0]), target=False), **wrong)  # type: ignore[arg-type]
+    analysis = analyse_step([*frames[:place], bad, *frames[place:]], SETTINGS)
+    assert list(analysis.skipped) == [99]
+    assert re.search(reason, analysis.skipped[99])
+    assert analysis.vehicle_ids == expected.vehicle_ids
+    np.testing.assert_array_equal(analysis.fitness, expected.fitness)
+    np.testing.assert_array_equal(analysis.integral, expected.integral)
+    with pytest.raises(ImagingError, match=f"No frame can be used .*vehicle 99.*{reason}"):
+        analyse_step([bad, dataclasses.replace(bad, vehicle_id=98)], SETTINGS)
+
+
+def test_the_bands_of_most_frames_are_those_of_the_step() -> None:
+    frames = swarm()
+    thermal = [dataclasses.replace(f, image=f.image[:, :, 3:], bands=("thermal",)) for f in frames[:2]]
+    analysis = analyse_step([*thermal, *frames[2:]], SETTINGS)
+    assert sorted(analysis.skipped) == [10, 11]
+    assert "has the bands thermal" in analysis.skipped[10]
+    assert analysis.vehicle_ids == (12, 13, 14, 15)
+
+
+def test_frames_of_other_sizes_and_depths_are_used_together() -> None:
+    frames = swarm()
+    coarse = CameraModel.from_fov(64, 64, np.radians(50.0))
+    image = frames[0].image.reshape(64, 2, 64, 2, 4).mean(axis=(1, 3), dtype=np.float32)
+    whole = dataclasses.replace(frames[1], image=frames[1].image.round().astype(np.uint16))
+    bytes_only = dataclasses.replace(frames[2], image=frames[2].image.round().clip(0, 255).astype(np.uint8))
+    mixed = [dataclasses.replace(frames[0], image=image, camera=coarse), whole, bytes_only, *frames[3:]]
+    analysis = analyse_step(mixed, SETTINGS)
+    assert not analysis.skipped
+    assert analysis.blob is not None
+    np.testing.assert_allclose(analysis.blob.centroid_enu_m, TARGET, atol=0.25)
+    np.testing.assert_allclose(analysis.blob.vehicle_ids, [f.vehicle_id for f in frames])
+
+
+@pytest.mark.parametrize("source", AnomalySource)
+@pytest.mark.parametrize("detector", Detector)
+def test_every_detector_finds_the_target_in_frames_and_in_their_integral(
+    detector: Detector, source: AnomalySource
+) -> None:
+    settings = dataclasses.replace(SETTINGS, detector=detector, anomaly_source=source)
+    analysis = analyse_step(swarm(occluded=0.5), settings)
+    assert analysis.blob is not None
+    np.testing.assert_allclose(analysis.blob.centroid_enu_m, TARGET, atol=0.25)
+    assert (analysis.fitness > 0.0).all()
+    assert analyse_step(swarm(target=False), settings).blob is None
+
+
+def test_in_the_integral_a_frame_marks_what_it_covers() -> None:
+    frames = [*swarm(occluded=0.5), look(99, nadir_pose([18.0, -2.0, 30.0]), target=False)]
+    settings = dataclasses.replace(SETTINGS, anomaly_source=AnomalySource.INTEGRAL)
+    analysis = analyse_step(frames, settings)
+    assert analysis.blob is not None
+    assert analysis.masks is not None
+    np.testing.assert_allclose(analysis.fitness, [*[analysis.visibility_m2] * 6, 0.0])
+    marked = analysis.anomaly_count > 0
+    np.testing.assert_array_equal(analysis.anomaly_count[marked], analysis.coverage[marked])
+    asked = dataclasses.replace(settings, minimum_count=7)
+    assert analyse_step(frames, asked).blob is None
+
+
+def test_the_thermal_detector_needs_a_thermal_band() -> None:
+    frames = [dataclasses.replace(f, image=f.image[:, :, :3], bands=BANDS[:3]) for f in swarm()]
+    with pytest.raises(ImagingError, match=r"red, green, blue: choose another imaging\.detector"):
+        analyse_step(frames, dataclasses.replace(SETTINGS, detector=Detector.THERMAL))
 
 
 def test_the_analysis_is_deterministic() -> None:
