@@ -138,10 +138,30 @@ def allowed_actions(snapshot: model.MissionSnapshot) -> list[model.Action]:
     ]
 
 
+def target(estimate: model.TargetEstimate, origin: GeodeticPosition | None) -> wire.TargetModel:
+    """Convert one target."""
+    ellipse, velocity_enu_mps = estimate.ellipse, estimate.velocity_enu_mps
+    return wire.TargetModel(
+        track_id=estimate.track_id,
+        confirmed=estimate.confirmed,
+        position=position(estimate.position_enu_m, origin),
+        sigma_m=finite(estimate.sigma_m),
+        ellipse=wire.EllipseModel(
+            semi_major_m=ellipse.semi_major_m,
+            semi_minor_m=ellipse.semi_minor_m,
+            heading_deg=math.degrees(ellipse.heading_rad),
+        )
+        if ellipse
+        else None,
+        speed_mps=math.hypot(*velocity_enu_mps) if velocity_enu_mps else None,
+        sightings=estimate.sightings,
+        seen_at_s=finite(estimate.seen_at_s),
+    )
+
+
 def mission(snapshot: model.MissionSnapshot) -> wire.MissionModel:
     """Convert a whole snapshot."""
     origin = snapshot.origin
-    target = snapshot.target
     return wire.MissionModel(
         mission_id=snapshot.mission_id,
         strategy=snapshot.strategy,
@@ -159,11 +179,8 @@ def mission(snapshot: model.MissionSnapshot) -> wire.MissionModel:
             wire.PreflightCheckModel(vehicle_id=c.vehicle_id, name=c.name, passed=c.passed, text=c.text)
             for c in snapshot.preflight
         ],
-        target=wire.TargetModel(
-            position=position(target.position_enu_m, origin), sigma_m=finite(target.sigma_m), sightings=target.sightings
-        )
-        if target
-        else None,
+        target=target(snapshot.target, origin) if snapshot.target else None,
+        targets=[target(one, origin) for one in snapshot.targets],
         min_separation_m=finite(snapshot.min_separation_m),
         focus=focus(snapshot.focus) if snapshot.focus else None,
         allowed_actions=allowed_actions(snapshot),

@@ -90,12 +90,25 @@ class PreflightCheckModel(WireModel):
     text: str
 
 
-class TargetModel(WireModel):
-    """Where the target is believed to be."""
+class EllipseModel(WireModel):
+    """One standard deviation of a horizontal position; holds the truth with a probability of 39 %."""
 
+    semi_major_m: float
+    semi_minor_m: float
+    heading_deg: float = Field(description="Of the major axis, clockwise from true north, [0, 180].")
+
+
+class TargetModel(WireModel):
+    """Where a target is believed to be."""
+
+    track_id: int = Field(description="Counts from 1 in a mission; 0 if not known.")
+    confirmed: bool = Field(description="Seen often enough to be no false alarm.")
     position: PositionModel
     sigma_m: float | None
+    ellipse: EllipseModel | None
+    speed_mps: float | None
     sightings: int
+    seen_at_s: float | None = Field(description="Mission time of the latest sighting.")
 
 
 class FocusModel(WireModel):
@@ -122,7 +135,8 @@ class MissionModel(WireModel):
     fence: list[VertexModel]
     vehicles: list[VehicleModel]
     preflight: list[PreflightCheckModel]
-    target: TargetModel | None
+    target: TargetModel | None = Field(description="The one in view, or else the one that was seen last.")
+    targets: list[TargetModel] = Field(description="All that are confirmed, and the target.")
     min_separation_m: float | None
     focus: FocusModel | None
     allowed_actions: list[Action] = Field(description="What makes sense to offer now; a request can still be refused.")

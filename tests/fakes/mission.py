@@ -18,6 +18,7 @@ from aos_gcs.mission.model import (
     Action,
     ActionResult,
     EnuPoint,
+    ErrorEllipse,
     Event,
     EventKind,
     FocusSnapshot,
@@ -131,6 +132,7 @@ class ScriptedMission:
             vehicles=tuple(self._vehicle(body) for body in self._bodies),
             preflight=self._preflight(),
             target=self._target(),
+            targets=tuple(filter(None, [self._target()])),
             min_separation_m=5.21 if self._steps else None,
             focus=self.focus,
         )
@@ -323,8 +325,11 @@ class ScriptedMission:
         if not seen:
             return None
         east_m, north_m, up_m = np.mean(np.array(seen), axis=0)
-        sigma_m = 2.4 / math.sqrt(len(seen)) if len(seen) >= 3 else None
-        return TargetEstimate((float(east_m), float(north_m), float(up_m)), sigma_m, len(seen))
+        sigma_m = 2.4 / math.sqrt(len(seen))
+        ellipse = ErrorEllipse(1.2 * sigma_m, 0.8 * sigma_m, heading_rad=0.6)
+        return TargetEstimate(
+            (float(east_m), float(north_m), float(up_m)), sigma_m, len(seen), track_id=1, ellipse=ellipse
+        )
 
     def _vehicle(self, body: _Body) -> VehicleSnapshot:
         if body.vehicle_id == SILENT_ID:

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import AsyncIterator
 from pathlib import Path
 
 import httpx
 import pytest
 
+from aos_gcs.api import convert
 from aos_gcs.api.app import create_app
 from aos_gcs.api.errors import status_and_id
 from aos_gcs.api.models import ErrorModel, MissionModel, StepModel
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import AosError, CommandTimeoutError, LinkError, MissionError
-from aos_gcs.mission.model import Action, PictureKind
+from aos_gcs.mission.model import Action, ErrorEllipse, PictureKind, TargetEstimate
 from tests.fakes.mission import ORIGIN, SILENT_ID, ScriptedMission
 
 BASE_URL = "http://127.0.0.1:8080"
@@ -173,3 +175,21 @@ async def test_page_is_revalidated_and_its_hashed_files_are_kept(mission: Script
         assert (await client.get("/icon.svg")).headers["cache-control"] == "no-cache"
         assert "immutable" in (await client.get("/assets/index-1a2b.js")).headers["cache-control"]
         assert (await client.get("/../secret")).status_code == 404
+
+
+def test_a_target_shows_the_ellipse_of_its_error_in_degrees() -> None:
+    estimate = TargetEstimate(
+        (3.0, 4.0, 0.5),
+        0.8,
+        7,
+        track_id=2,
+        ellipse=ErrorEllipse(1.0, 0.5, math.radians(30.0)),
+        velocity_enu_mps=(0.9, 1.2),
+        seen_at_s=41.0,
+    )
+    shown = convert.target(estimate, ORIGIN)
+    assert shown.ellipse is not None
+    assert (shown.ellipse.semi_major_m, shown.ellipse.heading_deg) == pytest.approx((1.0, 30.0))
+    assert shown.speed_mps == pytest.approx(1.5)
+    assert (shown.track_id, shown.sightings, shown.seen_at_s) == (2, 7, 41.0)
+    assert shown.position.latitude_deg == pytest.approx(ORIGIN.latitude_deg, abs=1e-3)

@@ -37,6 +37,21 @@ export function circle([east_m, north_m]: EnuPoint, radius_m: number, corners = 
   });
 }
 
+/** A closed ring of points on an ellipse whose major axis has this heading, clockwise from north. */
+export function ellipse(
+  [east_m, north_m]: EnuPoint,
+  axes: { semi_major_m: number; semi_minor_m: number; heading_deg: number },
+): EnuPoint[] {
+  const heading = (axes.heading_deg * Math.PI) / 180;
+  return circle([0, 0], 1).map(([across, along]): EnuPoint => {
+    const [right, ahead] = [across * axes.semi_minor_m, along * axes.semi_major_m];
+    return [
+      east_m + ahead * Math.sin(heading) + right * Math.cos(heading),
+      north_m + ahead * Math.cos(heading) - right * Math.sin(heading),
+    ];
+  });
+}
+
 export interface Bounds {
   west_m: number;
   south_m: number;

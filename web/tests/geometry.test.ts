@@ -1,8 +1,8 @@
 import { describe, expect, test } from "vitest";
-import { boundsOf, circle, gridLines, toEnu, toLngLat } from "../src/geometry";
+import { boundsOf, circle, ellipse, gridLines, toEnu, toLngLat } from "../src/geometry";
 import { fixedFeatures, movingFeatures } from "../src/map/features";
 import { INITIAL_STATE } from "../src/state/state";
-import { mission, position, step, vehicle } from "./samples";
+import { mission, position, step, target, vehicle } from "./samples";
 
 const ORIGIN = { latitude_deg: 48.3358, longitude_deg: 14.3263, altitude_amsl_m: 262 };
 
@@ -20,6 +20,13 @@ describe("places on the globe", () => {
   });
 });
 
+test("an ellipse reaches furthest along its heading", () => {
+  const ring = ellipse([5, -3], { semi_major_m: 4, semi_minor_m: 1, heading_deg: 90 });
+  const east = ring.map(([east_m]) => east_m);
+  const north = ring.map(([, north_m]) => north_m);
+  expect([Math.min(...east), Math.max(...east)].map(Math.round)).toEqual([1, 9]);
+  expect([Math.min(...north), Math.max(...north)].map(Math.round)).toEqual([-4, -2]);
+});
 test("a circle is closed and has its radius", () => {
   const ring = circle([5, -3], 2);
   expect(ring.at(0)).toEqual(ring.at(-1));
@@ -57,7 +64,10 @@ describe("features", () => {
   test("mark refused waypoints and the target's uncertainty", () => {
     const m = mission({
       vehicles: [vehicle(1, { waypoint: position(5, 5) })],
-      target: { position: position(0, 0, 0), sigma_m: 2, sightings: 3 },
+      targets: [
+        target({ ellipse: { semi_major_m: 2, semi_minor_m: 1, heading_deg: 30 } }),
+        target({ track_id: 2, ellipse: null }),
+      ],
     });
     const requested = position(1, 1);
     const refused = step(1, {

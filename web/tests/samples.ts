@@ -1,5 +1,5 @@
 /** Small valid messages for the tests. */
-import type { Mission, Position, Step, Vehicle } from "../src/api/types";
+import type { Mission, Position, Step, Target, Vehicle } from "../src/api/types";
 
 export function position(east_m: number, north_m: number, up_m = 30): Position {
   return { east_m, north_m, up_m, latitude_deg: null, longitude_deg: null };
@@ -53,9 +53,24 @@ export function mission(changes: Partial<Mission> = {}): Mission {
     vehicles: [vehicle(1), vehicle(2)],
     preflight: [],
     target: null,
+    targets: [],
     min_separation_m: null,
     focus: { height_m: 0, source: "configured", sigma_m: null },
     allowed_actions: ["pause", "hold", "return", "land", "abort"],
+    ...changes,
+  };
+}
+
+export function target(changes: Partial<Target> = {}): Target {
+  return {
+    track_id: 1,
+    confirmed: true,
+    position: position(0, 0, 0),
+    sigma_m: 2,
+    ellipse: null,
+    speed_mps: null,
+    sightings: 3,
+    seen_at_s: null,
     ...changes,
   };
 }

@@ -38,6 +38,7 @@ const vehicle = shape({
   home: orNull(position),
   link_age_s: orNull(isNumber),
 });
+const target = shape({ position, sightings: isNumber });
 const mission = shape({
   mission_id: isString,
   phase: isString,
@@ -49,7 +50,8 @@ const mission = shape({
   fence: listOf(vertex),
   vehicles: listOf(vehicle),
   preflight: listOf(shape({ vehicle_id: isNumber, name: isString })),
-  target: orNull(shape({ position, sightings: isNumber })),
+  target: orNull(target),
+  targets: listOf(target),
   allowed_actions: listOf(isString),
 });
 const step = shape({

@@ -126,6 +126,21 @@ export interface components {
       vehicle_id: number;
     };
     /**
+     * EllipseModel
+     * @description One standard deviation of a horizontal position; holds the truth with a probability of 39 %.
+     */
+    EllipseModel: {
+      /**
+       * Heading Deg
+       * @description Of the major axis, clockwise from true north, [0, 180].
+       */
+      heading_deg: number;
+      /** Semi Major M */
+      semi_major_m: number;
+      /** Semi Minor M */
+      semi_minor_m: number;
+    };
+    /**
      * ErrorModel
      * @description The body of every error.
      */
@@ -276,7 +291,13 @@ export interface components {
       /** Strategy */
       strategy: string;
       suspension: components["schemas"]["Suspension"];
+      /** @description The one in view, or else the one that was seen last. */
       target: components["schemas"]["TargetModel"] | null;
+      /**
+       * Targets
+       * @description All that are confirmed, and the target.
+       */
+      targets: components["schemas"]["TargetModel"][];
       /** Vehicles */
       vehicles: components["schemas"]["VehicleModel"][];
     };
@@ -495,14 +516,32 @@ export interface components {
     Suspension: "none" | "paused" | "held";
     /**
      * TargetModel
-     * @description Where the target is believed to be.
+     * @description Where a target is believed to be.
      */
     TargetModel: {
+      /**
+       * Confirmed
+       * @description Seen often enough to be no false alarm.
+       */
+      confirmed: boolean;
+      ellipse: components["schemas"]["EllipseModel"] | null;
       position: components["schemas"]["PositionModel"];
+      /**
+       * Seen At S
+       * @description Mission time of the latest sighting.
+       */
+      seen_at_s: number | null;
       /** Sightings */
       sightings: number;
       /** Sigma M */
       sigma_m: number | null;
+      /** Speed Mps */
+      speed_mps: number | null;
+      /**
+       * Track Id
+       * @description Counts from 1 in a mission; 0 if not known.
+       */
+      track_id: number;
     };
     /**
      * Task

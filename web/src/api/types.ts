@@ -9,6 +9,7 @@ export type Vehicle = Schemas["VehicleModel"];
 export type Position = Schemas["PositionModel"];
 export type Vertex = Schemas["VertexModel"];
 export type Geodetic = Schemas["GeodeticModel"];
+export type Target = Schemas["TargetModel"];
 export type Step = Schemas["StepModel"];
 export type Notice = Schemas["NoticeModel"];
 export type Picture = Schemas["PictureModel"];

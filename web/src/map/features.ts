@@ -1,7 +1,7 @@
 /** The mission as GeoJSON. Pure functions; `role` tells the layers apart. */
 import type { Feature, FeatureCollection, Geometry } from "geojson";
 import type { Geodetic, Mission, Position, Step } from "../api/types";
-import { boundsOf, circle, gridLines, toLngLat } from "../geometry";
+import { boundsOf, ellipse, gridLines, toLngLat } from "../geometry";
 import type { EnuPoint, State } from "../state/state";
 
 export type Role =
@@ -70,8 +70,8 @@ export function movingFeatures(origin: Geodetic, mission: Mission, state: State)
   for (const refused of refusedWaypoints(state.steps.at(-1))) {
     features.push(feature("refused", point(origin, enu(refused.requested)), refused.vehicle_id));
   }
-  if (mission.target?.sigma_m) {
-    features.push(feature("sigma", polygon(origin, circle(enu(mission.target.position), mission.target.sigma_m))));
+  for (const { position, ellipse: error } of mission.targets) {
+    if (error !== null) features.push(feature("sigma", polygon(origin, ellipse(enu(position), error))));
   }
   return collection(features);
 }
