@@ -32,7 +32,7 @@ def effectiveness(
     from aos_gcs.cli.output import progress  # noqa: PLC0415 - keeps the other commands' help fast
     from aos_gcs.imaging.person import read_model  # noqa: PLC0415
     from aos_gcs.lab.effectiveness import StudySettings, scene_keys, study_scenes  # noqa: PLC0415
-    from aos_gcs.lab.effectiveness_report import as_markdown, decide, summarise  # noqa: PLC0415
+    from aos_gcs.lab.effectiveness_report import Rule, as_markdown, decide, summarise  # noqa: PLC0415
     from aos_gcs.lab.effectiveness_store import StudyFolder, missing  # noqa: PLC0415
     from aos_gcs.lab.scenes import PositionGrade  # noqa: PLC0415
 
@@ -51,7 +51,7 @@ def effectiveness(
             advance(1)
     chosen = set(keys)
     results = [result for result in folder.results() if result.key in chosen]
-    decisions = [decide(result, grade, persons) for result in results for grade in PositionGrade]
+    decisions = [decide(result, grade, rule, persons) for rule in Rule for grade in PositionGrade for result in results]
     summary = as_markdown(summarise(decisions))
     folder.write_decisions(decisions)
     folder.write_summary(summary)

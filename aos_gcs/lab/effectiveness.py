@@ -35,7 +35,7 @@ UNCERTAINTIES = {
 }
 """What geolocation is told of the poses; the ground of the scenes is known to be flat."""
 
-_IN_VIEW_M2 = 0.05
+IN_VIEW_M2 = 0.05
 """The threshold T of missions."""
 _START_DISTANCE_M = 8.0
 """Of the line from what it is about to find, against the scan direction."""
@@ -99,6 +99,14 @@ class WarmBody:
 
 
 @dataclass(frozen=True, slots=True)
+class Anomaly:
+    """The largest blob of one step."""
+
+    area_m2: float
+    position_enu_m: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
 class SceneResult:
     """What the swarm knows at the end, and the truth."""
 
@@ -106,6 +114,8 @@ class SceneResult:
     bodies: tuple[Body, ...]
     approached: str | None
     """Kind of the body that the swarm gathered above; None: it saw none, and went on scanning."""
+    anomalies: dict[PositionGrade, tuple[Anomaly | None, ...]]
+    """The largest anomaly of each step with rendered frames, by the grade of positions; None where there was none."""
     warm: dict[PositionGrade, tuple[WarmBody, ...]]
     """Warm bodies, by the grade of positions that the frames are laid on the ground with; the largest first."""
 
@@ -127,12 +137,13 @@ def study_scene(key: SceneKey, settings: StudySettings) -> SceneResult:
     # A person is what the study is about; without one, the swarm may take whatever it sees for it.
     wanted = slice(0, 1) if key.has_person else slice(0, len(scene.bodies))
     approached = flight.approach(wanted)
-    warm = flight.look()
+    views, anomalies = flight.look()
     return SceneResult(
         key=key,
         bodies=tuple(scene.bodies),
         approached=None if approached is None else scene.bodies[approached].kind,
-        warm={grade: tuple(_describe(views, grade) for views in warm_bodies(warm[grade])) for grade in PositionGrade},
+        anomalies={grade: tuple(anomalies[grade]) for grade in PositionGrade},
+        warm={grade: tuple(_describe(body, grade) for body in warm_bodies(views[grade])) for grade in PositionGrade},
     )
 
 
@@ -170,23 +181,28 @@ class _Flight:
         for _ in range(self._settings.approach_steps):
             areas_m2 = self._scene.visible_areas_m2(self._at_heights(), self._settings.camera)[:, wanted]
             together_m2 = areas_m2.sum(axis=0)
-            leading = int(together_m2.argmax()) if together_m2.max(initial=0.0) >= _IN_VIEW_M2 else None
+            leading = int(together_m2.argmax()) if together_m2.max(initial=0.0) >= IN_VIEW_M2 else None
             self._move(
                 np.zeros(self._settings.vehicles) if leading is None else areas_m2[:, leading],
                 None if leading is None else bodies_enu_m[wanted][leading],
             )
         return leading
 
-    def look(self) -> dict[PositionGrade, list[WarmView]]:
-        """Make the steps with rendered frames and return what is warm in them."""
-        warm: dict[PositionGrade, list[WarmView]] = {grade: [] for grade in PositionGrade}
+    def look(self) -> tuple[dict[PositionGrade, list[WarmView]], dict[PositionGrade, list[Anomaly | None]]]:
+        """Make the steps with rendered frames; return what is warm in them, and the largest anomaly of each step."""
+        views: dict[PositionGrade, list[WarmView]] = {grade: [] for grade in PositionGrade}
+        anomalies: dict[PositionGrade, list[Anomaly | None]] = {grade: [] for grade in PositionGrade}
         for _ in range(self._settings.imaging_steps):
             exposures = self._scene.expose(self._at_heights(), self._settings.camera, self._camera_rng)
-            frames = {grade: self._frames(exposures, grade) for grade in PositionGrade}
+            analyses = {}
             for grade in PositionGrade:
-                warm[grade] += [warm_view(frame) for frame in frames[grade]]
-            self._follow(analyse_step(frames[PositionGrade.GNSS], ImagingSettings()))
-        return warm
+                frames = self._frames(exposures, grade)
+                analyses[grade] = analyse_step(frames, ImagingSettings())
+                views[grade] += [warm_view(frame) for frame in frames]
+                anomalies[grade].append(_anomaly(analyses[grade]))
+            # The swarm flies by one of the grades; the other one looks at the same flight.
+            self._follow(analyses[PositionGrade.GNSS])
+        return views, anomalies
 
     def _line_up(self, goals_enu_m: NDArray[np.float64]) -> None:
         """Place the line of the scan south of one of the goals, or of the forest's middle where there is none."""
@@ -199,7 +215,7 @@ class _Flight:
         self._positions_enu_m = np.column_stack((east_m, np.full(len(places), goal_enu_m[1] - _START_DISTANCE_M)))
 
     def _follow(self, analysis: StepAnalysis) -> None:
-        in_view = analysis.blob is not None and analysis.visibility_m2 >= _IN_VIEW_M2
+        in_view = analysis.blob is not None and analysis.visibility_m2 >= IN_VIEW_M2
         target_enu_m = np.array(analysis.blob.centroid_enu_m[:2]) if analysis.blob is not None and in_view else None
         self._move(analysis.fitness, target_enu_m)
 
@@ -223,6 +239,13 @@ class _Flight:
             Frame(vehicle_id, exposure.image, BANDS, exposure.reported[grade], self._settings.camera)
             for vehicle_id, exposure in zip(self._vehicle_ids, exposures, strict=True)
         ]
+
+
+def _anomaly(analysis: StepAnalysis) -> Anomaly | None:
+    if analysis.blob is None:
+        return None
+    east_m, north_m, _ = analysis.blob.centroid_enu_m
+    return Anomaly(analysis.blob.area_m2, (east_m, north_m))
 
 
 def _describe(views: tuple[WarmView, ...], grade: PositionGrade) -> WarmBody:

@@ -12,7 +12,7 @@ from scipy import stats
 
 from aos_gcs.imaging.person import DECISION, PersonModel, person_confidence
 from aos_gcs.imaging.person_evidence import Evidence
-from aos_gcs.lab.effectiveness import SceneResult, WarmBody
+from aos_gcs.lab.effectiveness import IN_VIEW_M2, Anomaly, SceneResult
 from aos_gcs.lab.scenes import PositionGrade
 
 HERE_M = 3.0
@@ -38,6 +38,15 @@ class Verdict(StrEnum):
     """There is no person, and none was claimed."""
 
 
+class Rule(StrEnum):
+    """How the system decides that a person is here."""
+
+    PERSON = "person"
+    """The warm body that looks most like a person has a sufficient confidence."""
+    ANOMALY = "anomaly"
+    """Every step has an anomaly of the size from which missions count a target as in view, whatever it is."""
+
+
 @dataclass(frozen=True, slots=True)
 class Decision:
     """What the system says about one scene, and whether that is right."""
@@ -45,6 +54,7 @@ class Decision:
     trees_per_ha: float
     seed: int
     grade: PositionGrade
+    rule: Rule
     verdict: Verdict
     approached: str | None
     confidence: float
@@ -54,7 +64,7 @@ class Decision:
     error_m: float
     """Distance of the claim from the person; NaN unless it is a hit."""
     sigma_m: float
-    """The estimate's own standard deviation per axis; NaN unless it is a hit."""
+    """The estimate's own standard deviation per axis; NaN where it has none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,10 +92,11 @@ class Share:
 
 @dataclass(frozen=True, slots=True)
 class Effectiveness:
-    """Figures of many scenes of one density and one grade of positions."""
+    """Figures of many scenes of one density, one grade of positions and one rule."""
 
     trees_per_ha: float
     grade: PositionGrade
+    rule: Rule
     with_person: int
     without_person: int
     precision: Share
@@ -97,37 +108,38 @@ class Effectiveness:
     """Scenes whose person no frame showed."""
 
 
-def decide(result: SceneResult, grade: PositionGrade, model: PersonModel | None = None) -> Decision:
-    """Judge one scene: the body that looks most like a person is claimed to be one if its confidence suffices."""
+def decide(result: SceneResult, grade: PositionGrade, rule: Rule, model: PersonModel | None = None) -> Decision:
+    """Judge one scene; ``model`` is that of persons, None for the program's own."""
     confidences = [person_confidence(body.evidence, model) for body in result.warm[grade]]
     best = int(np.argmax(confidences)) if confidences else None
     confidence = 0.0 if best is None else confidences[best]
-    error_m, sigma_m = math.nan, math.nan
-    claimed = best is not None and confidence >= DECISION
-    verdict = _VERDICTS[result.key.has_person, claimed]
-    if result.key.has_person and best is not None and claimed:
-        error_m, sigma_m = _distance_m(result, result.warm[grade][best]), result.warm[grade][best].sigma_m
-        if error_m > HERE_M:
-            verdict, error_m, sigma_m = Verdict.WRONG_PLACE, math.nan, math.nan
+    claim_enu_m: tuple[float, float] | None = None
+    sigma_m = math.nan
+    if rule is Rule.ANOMALY:
+        claim_enu_m = _lasting_anomaly(result.anomalies[grade])
+    elif best is not None and confidence >= DECISION:
+        claim_enu_m, sigma_m = result.warm[grade][best].position_enu_m, result.warm[grade][best].sigma_m
+    verdict, error_m = _verdict(result, claim_enu_m)
     return Decision(
         trees_per_ha=result.key.trees_per_ha,
         seed=result.key.seed,
         grade=grade,
+        rule=rule,
         verdict=verdict,
         approached=result.approached,
         confidence=confidence,
-        person_seen=result.key.has_person and any(_distance_m(result, body) <= HERE_M for body in result.warm[grade]),
+        person_seen=any(_is_person(result, body.position_enu_m) for body in result.warm[grade]),
         error_m=error_m,
         sigma_m=sigma_m,
     )
 
 
 def summarise(decisions: Iterable[Decision]) -> list[Effectiveness]:
-    """Return the figures per density and grade, in this order."""
-    groups: dict[tuple[float, PositionGrade], list[Decision]] = {}
+    """Return the figures per rule, density and grade, in this order."""
+    groups: dict[tuple[Rule, float, PositionGrade], list[Decision]] = {}
     for decision in decisions:
-        groups.setdefault((decision.trees_per_ha, decision.grade), []).append(decision)
-    return [_summary(density, grade, groups[density, grade]) for density, grade in sorted(groups)]
+        groups.setdefault((decision.rule, decision.trees_per_ha, decision.grade), []).append(decision)
+    return [_summary(groups[group]) for group in sorted(groups, key=lambda group: (group[0] != Rule.PERSON, *group))]
 
 
 def labelled_bodies(results: Iterable[SceneResult]) -> tuple[list[Evidence], list[bool]]:
@@ -148,30 +160,49 @@ def labelled_bodies(results: Iterable[SceneResult]) -> tuple[list[Evidence], lis
 def as_markdown(figures: Sequence[Effectiveness]) -> str:
     """Return the figures as a table."""
     lines = [
-        "| trees/ha | positions | scenes with, without | precision | recall | median error, m | never seen |",
-        "|---|---|---|---|---|---|---|",
+        "| rule | trees/ha | positions | scenes with, without | precision | recall | median error, m | never seen |",
+        "|---|---|---|---|---|---|---|---|",
     ]
     lines += [
-        f"| {one.trees_per_ha:g} | {one.grade} | {one.with_person}, {one.without_person} | {_percent(one.precision)} "
-        f"| {_percent(one.recall)} | {one.median_error_m:.2f} ({one.error_interval_m[0]:.2f} to "
-        f"{one.error_interval_m[1]:.2f}) | {one.unseen} |"
+        f"| {one.rule} | {one.trees_per_ha:g} | {one.grade} | {one.with_person}, {one.without_person} "
+        f"| {_percent(one.precision)} | {_percent(one.recall)} "
+        f"| {one.median_error_m:.2f} ({one.error_interval_m[0]:.2f} to {one.error_interval_m[1]:.2f}) "
+        f"| {one.unseen} |"
         for one in figures
     ]
     return "\n".join(lines) + "\n"
 
 
-def _distance_m(result: SceneResult, body: WarmBody) -> float:
-    return math.dist(result.bodies[0].position_enu_m, body.position_enu_m)
+def _lasting_anomaly(steps: Sequence[Anomaly | None]) -> tuple[float, float] | None:
+    """Return where the last step's anomaly is if every step has one."""
+    seen = [step for step in steps if step is not None and step.area_m2 >= IN_VIEW_M2]
+    return seen[-1].position_enu_m if len(seen) == len(steps) else None
 
 
-def _summary(trees_per_ha: float, grade: PositionGrade, decisions: Sequence[Decision]) -> Effectiveness:
+def _verdict(result: SceneResult, claim_enu_m: tuple[float, float] | None) -> tuple[Verdict, float]:
+    """Return the verdict on a claim, None for no claim, and its error, NaN unless it is a hit."""
+    if claim_enu_m is None:
+        return (Verdict.MISS if result.key.has_person else Verdict.CLEAR), math.nan
+    if not result.key.has_person:
+        return Verdict.FALSE_ALARM, math.nan
+    if not _is_person(result, claim_enu_m):
+        return Verdict.WRONG_PLACE, math.nan
+    return Verdict.HIT, math.dist(result.bodies[0].position_enu_m, claim_enu_m)
+
+
+def _is_person(result: SceneResult, position_enu_m: tuple[float, float]) -> bool:
+    return result.key.has_person and math.dist(result.bodies[0].position_enu_m, position_enu_m) <= HERE_M
+
+
+def _summary(decisions: Sequence[Decision]) -> Effectiveness:
     count = {verdict: sum(one.verdict is verdict for one in decisions) for verdict in Verdict}
     hits, wrong = count[Verdict.HIT], count[Verdict.WRONG_PLACE]
     with_person = hits + count[Verdict.MISS] + wrong
     errors_m = np.array([one.error_m for one in decisions if one.verdict is Verdict.HIT])
     return Effectiveness(
-        trees_per_ha=trees_per_ha,
-        grade=grade,
+        trees_per_ha=decisions[0].trees_per_ha,
+        grade=decisions[0].grade,
+        rule=decisions[0].rule,
         with_person=with_person,
         without_person=len(decisions) - with_person,
         precision=Share.of(hits, hits + wrong + count[Verdict.FALSE_ALARM]),
@@ -193,12 +224,3 @@ def _median_interval(values: np.ndarray) -> tuple[float, float]:
 
 def _percent(share: Share) -> str:
     return f"{100 * share.value:.1f} % ({100 * share.low:.1f} to {100 * share.high:.1f})"
-
-
-_VERDICTS = {
-    (True, True): Verdict.HIT,
-    (True, False): Verdict.MISS,
-    (False, True): Verdict.FALSE_ALARM,
-    (False, False): Verdict.CLEAR,
-}
-"""By whether there is a person, and whether one was claimed."""

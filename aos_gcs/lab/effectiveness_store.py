@@ -11,7 +11,7 @@ from typing import Any
 
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.imaging.person_evidence import Evidence
-from aos_gcs.lab.effectiveness import SceneKey, SceneResult, StudySettings, WarmBody
+from aos_gcs.lab.effectiveness import Anomaly, SceneKey, SceneResult, StudySettings, WarmBody
 from aos_gcs.lab.effectiveness_report import Decision
 from aos_gcs.lab.scenes import Body, PositionGrade
 
@@ -107,5 +107,11 @@ def _parse(table: dict[str, Any]) -> SceneResult:
         )
         for grade, bodies in table["warm"].items()
     }
+    anomalies = {
+        PositionGrade(grade): tuple(
+            None if one is None else Anomaly(one["area_m2"], tuple(one["position_enu_m"])) for one in steps
+        )
+        for grade, steps in table["anomalies"].items()
+    }
     bodies = tuple(Body(body["kind"], tuple(body["position_enu_m"])) for body in table["bodies"])
-    return SceneResult(SceneKey(**table["key"]), bodies, table["approached"], warm)
+    return SceneResult(SceneKey(**table["key"]), bodies, table["approached"], anomalies, warm)

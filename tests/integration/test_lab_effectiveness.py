@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 from aos_gcs.cli.lab import lab
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.lab.effectiveness import SceneKey, StudySettings, study_scene, study_scenes
-from aos_gcs.lab.effectiveness_report import Verdict, decide
+from aos_gcs.lab.effectiveness_report import Rule, Verdict, decide
 from aos_gcs.lab.effectiveness_store import DECISIONS_FILE, SCENES_FILE, SUMMARY_FILE, read_results
 from aos_gcs.lab.scenes import PositionGrade
 
@@ -21,13 +21,13 @@ def test_a_person_in_a_sparse_forest_is_found_where_it_is() -> None:
     result = study_scene(WITH, SMALL)
     assert result.approached is not None
     assert result.approached.startswith("person")
-    decision = decide(result, PositionGrade.RTK)
+    decision = decide(result, PositionGrade.RTK, Rule.PERSON)
     assert decision.verdict is Verdict.HIT
     assert decision.error_m < 2.0
 
 
 def test_without_a_person_none_is_claimed() -> None:
-    assert decide(study_scene(WITHOUT, SMALL), PositionGrade.GNSS).verdict is Verdict.CLEAR
+    assert decide(study_scene(WITHOUT, SMALL), PositionGrade.GNSS, Rule.PERSON).verdict is Verdict.CLEAR
 
 
 @pytest.mark.slow
@@ -49,7 +49,11 @@ def test_the_command_writes_its_results_and_goes_on(tmp_path: Path) -> None:
     assert (out / SUMMARY_FILE).read_text(encoding="utf-8") in again.stdout
     with (out / DECISIONS_FILE).open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
-    assert [(row["seed"], row["grade"]) for row in rows] == [("0", "gnss"), ("0", "rtk"), ("1", "gnss"), ("1", "rtk")]
+    assert len(rows) == 2 * len(Rule) * len(PositionGrade)
+    assert {(row["seed"], row["grade"], row["rule"]) for row in rows} >= {
+        ("0", "gnss", "person"),
+        ("1", "rtk", "anomaly"),
+    }
     assert len(read_results(out)) == 2
 
 

@@ -1,18 +1,22 @@
 """Judging scenes: verdicts, proportions with intervals, and what a model is fitted to."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
 from aos_gcs.imaging.person import PersonModel
 from aos_gcs.imaging.person_evidence import Evidence
-from aos_gcs.lab.effectiveness import SceneKey, SceneResult, WarmBody
-from aos_gcs.lab.effectiveness_report import Share, Verdict, as_markdown, decide, labelled_bodies, summarise
+from aos_gcs.lab.effectiveness import Anomaly, SceneKey, SceneResult, WarmBody
+from aos_gcs.lab.effectiveness_report import Rule, Share, Verdict, as_markdown, decide, labelled_bodies, summarise
 from aos_gcs.lab.scenes import Body, PositionGrade
 
 PERSON_ENU_M, DEER_ENU_M = (0.0, 30.0), (10.0, 30.0)
 MODEL = PersonModel((0.0,) * 6, (1.0,) * 6, (0.0, 1.0, 0.0, 0.0, 0.0, 0.0), -12.0)
 """Whatever is warmer than 12 K is a person."""
+
+
+ANOMALIES = (Anomaly(0.3, (10.0, 30.0)), Anomaly(0.2, (0.0, 30.0)))
 
 
 def warm(east_m: float, contrast_k: float, north_m: float = 30.0) -> WarmBody:
@@ -26,6 +30,7 @@ def scene(*bodies: WarmBody, has_person: bool = True, seed: int = 1, density: fl
         key=SceneKey(density, seed, has_person),
         bodies=(*persons, Body("deer", DEER_ENU_M)),
         approached="deer",
+        anomalies=dict.fromkeys(PositionGrade, ANOMALIES),
         warm={PositionGrade.GNSS: bodies, PositionGrade.RTK: bodies},
     )
 
@@ -44,16 +49,33 @@ def scene(*bodies: WarmBody, has_person: bool = True, seed: int = 1, density: fl
     ],
 )
 def test_verdicts(result: SceneResult, verdict: Verdict, seen: bool) -> None:
-    decision = decide(result, PositionGrade.GNSS, MODEL)
+    decision = decide(result, PositionGrade.GNSS, Rule.PERSON, MODEL)
     assert decision.verdict is verdict
     assert decision.person_seen is seen
     assert math.isnan(decision.error_m) == (verdict is not Verdict.HIT)
 
 
 def test_the_likeliest_body_is_the_claim() -> None:
-    decision = decide(scene(warm(10.0, 12.5), warm(0.3, 16.0, 30.4)), PositionGrade.RTK, MODEL)
+    decision = decide(scene(warm(10.0, 12.5), warm(0.3, 16.0, 30.4)), PositionGrade.RTK, Rule.PERSON, MODEL)
     assert decision.verdict is Verdict.HIT
     assert decision.error_m == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize(
+    ("steps", "has_person", "verdict"),
+    [
+        (ANOMALIES, True, Verdict.HIT),
+        (ANOMALIES[::-1], True, Verdict.WRONG_PLACE),
+        (ANOMALIES, False, Verdict.FALSE_ALARM),
+        ((*ANOMALIES, None), True, Verdict.MISS),
+        ((*ANOMALIES, Anomaly(0.01, (0.0, 30.0))), False, Verdict.CLEAR),
+    ],
+)
+def test_anomalies_alone_are_claimed_whatever_they_are(
+    steps: tuple[Anomaly | None, ...], has_person: bool, verdict: Verdict
+) -> None:
+    result = replace(scene(has_person=has_person), anomalies={PositionGrade.RTK: steps, PositionGrade.GNSS: ()})
+    assert decide(result, PositionGrade.RTK, Rule.ANOMALY, MODEL).verdict is verdict
 
 
 def test_figures_of_many_scenes() -> None:
@@ -62,7 +84,8 @@ def test_figures_of_many_scenes() -> None:
     results += [scene(warm(10.0, 16.0), has_person=False, seed=30), scene(has_person=False, seed=31)]
     results += [scene(warm(0.2, 15.0), seed=40, density=500.0)]
     dense, sparse = sorted(
-        summarise(decide(result, PositionGrade.GNSS, MODEL) for result in results), key=lambda one: -one.trees_per_ha
+        summarise(decide(result, PositionGrade.GNSS, Rule.PERSON, MODEL) for result in results),
+        key=lambda one: -one.trees_per_ha,
     )
     assert (sparse.with_person, sparse.without_person, sparse.unseen) == (11, 2, 2)
     assert (sparse.recall.hits, sparse.recall.trials) == (9, 11)
@@ -70,7 +93,7 @@ def test_figures_of_many_scenes() -> None:
     assert sparse.median_error_m == pytest.approx(0.5)
     assert sparse.error_interval_m[0] < 0.5 < sparse.error_interval_m[1]
     assert (dense.with_person, dense.recall.value) == (1, 1.0)
-    assert "| 300 | gnss | 11, 2 | 81.8 % (52.3 to 94.9) | 81.8 %" in as_markdown([sparse])
+    assert "| person | 300 | gnss | 11, 2 | 81.8 % (52.3 to 94.9) | 81.8 %" in as_markdown([sparse])
 
 
 def test_wilsons_interval_and_ignorance() -> None:

@@ -6,7 +6,7 @@ import pytest
 
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.imaging.person_evidence import Evidence
-from aos_gcs.lab.effectiveness import SceneKey, SceneResult, StudySettings, WarmBody, scene_keys
+from aos_gcs.lab.effectiveness import Anomaly, SceneKey, SceneResult, StudySettings, WarmBody, scene_keys
 from aos_gcs.lab.effectiveness_store import SCENES_FILE, StudyFolder, missing, read_results
 from aos_gcs.lab.scenes import Body, PositionGrade
 
@@ -19,6 +19,7 @@ def result(seed: int = 1) -> SceneResult:
         key=SceneKey(300.0, seed, has_person=True),
         bodies=(Body("person lying", (1.0, 2.0)),),
         approached=None,
+        anomalies={PositionGrade.GNSS: (Anomaly(0.2, (1.0, 2.5)), None), PositionGrade.RTK: (None, None)},
         warm={PositionGrade.GNSS: (body,), PositionGrade.RTK: ()},
     )
 
