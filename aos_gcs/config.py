@@ -1,7 +1,8 @@
 """The service's configuration: a TOML file, checked once, turned into the core's own settings.
 
-The sections ``flight``, ``deadlines``, ``detection``, ``imaging``, ``autofocus``, ``registration`` and ``safety`` have
-the fields and defaults of the core's settings dataclasses; docs/configuration.md lists them all.
+The sections ``flight``, ``deadlines``, ``detection``, ``uncertainty``, ``tracking``, ``imaging``, ``autofocus``,
+``registration`` and ``safety`` have the fields and defaults of the core's settings dataclasses; docs/configuration.md
+lists them all.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.imaging.geolocation import Uncertainty
 from aos_gcs.imaging.step import ImagingSettings
 from aos_gcs.mission.plan import altitude_layers
 from aos_gcs.mission.polygon import Polygon, as_polygon
@@ -31,6 +33,8 @@ from aos_gcs.mission.settings import (
     RegistrationSettings,
 )
 from aos_gcs.swarm.registry import make_strategy
+from aos_gcs.tracking.motion import MotionSettings
+from aos_gcs.tracking.tracker import TrackingSettings
 
 _STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
 
@@ -116,6 +120,8 @@ class ServiceConfig(BaseModel):
     flight: dict[str, Any] = {}
     deadlines: dict[str, Any] = {}
     detection: dict[str, Any] = {}
+    uncertainty: dict[str, Any] = {}
+    tracking: dict[str, Any] = {}
     imaging: dict[str, Any] = {}
     autofocus: dict[str, Any] = {}
     registration: dict[str, Any] = {}
@@ -180,6 +186,8 @@ def mission_settings(config: ServiceConfig) -> MissionSettings:
         flight=flight,
         deadlines=_build(Deadlines, "deadlines", config.deadlines),
         detection=_build(DetectionSettings, "detection", config.detection),
+        uncertainty=_uncertainty(config.uncertainty),
+        tracking=_tracking(config.tracking),
         autofocus=_build(AutofocusSettings, "autofocus", config.autofocus),
         registration=_build(RegistrationSettings, "registration", config.registration),
         auto_start=mission.auto_start,
@@ -228,6 +236,26 @@ def _safety(
             "ceiling_m; change these or flight.lowest_layer_m and flight.layer_spacing_m."
         )
     return {name: getattr(limits, name) for name in given}
+
+
+def _uncertainty(table: Mapping[str, Any]) -> Uncertainty:
+    """Return the uncertainties, whose angles are degrees in the file."""
+    given = dict(table)
+    for angle in ("attitude", "yaw"):
+        if f"{angle}_rad" in given:
+            raise ConfigurationError(f"uncertainty.{angle}_rad is unknown; give {angle}_deg, in degrees.")
+        if f"{angle}_deg" in given:
+            degrees = _validate(float, f"uncertainty.{angle}_deg", given.pop(f"{angle}_deg"))
+            given[f"{angle}_rad"] = math.radians(degrees)
+    return _build(Uncertainty, "uncertainty", given)
+
+
+def _tracking(table: Mapping[str, Any]) -> TrackingSettings:
+    given = dict(table)
+    motion = _build(
+        MotionSettings, "tracking.motion", _validate(dict[str, Any], "tracking.motion", given.pop("motion", {}))
+    )
+    return _build(TrackingSettings, "tracking", given | {"motion": motion})
 
 
 def _to_enu(

@@ -27,6 +27,17 @@ def configuration(**sections: Any) -> ServiceConfig:
     return parse_config(tables(**sections))
 
 
+def test_uncertainties_are_given_in_degrees_and_kept_in_radians() -> None:
+    config = configuration(
+        uncertainty={"yaw_deg": 5.0, "position_horizontal_m": 0.02}, tracking={"motion": {"walking_speed_mps": 1.0}}
+    )
+    settings = mission_settings(config)
+    assert settings.uncertainty.yaw_rad == pytest.approx(math.radians(5.0))
+    assert settings.uncertainty.attitude_rad == pytest.approx(math.radians(1.0))
+    assert settings.uncertainty.position_horizontal_m == 0.02
+    assert settings.tracking.motion.walking_speed_mps == 1.0
+
+
 def test_a_short_file_takes_the_defaults_of_the_core(tmp_path: Path) -> None:
     file = tmp_path / "mission.toml"
     file.write_text(
@@ -113,6 +124,14 @@ def test_wrong_types_and_ranges_name_the_field(sections: dict[str, Any], text: s
         ({"detection": {"found_steps": "many"}}, r"detection\.found_steps"),
         ({"deadlines": {"move_s": 0}}, "deadlines: move_s must be a finite number above 0"),
         ({"imaging": {"rx_quantile": 1.0}}, "imaging: rx_quantile"),
+        ({"uncertainty": {"yaw_rad": 0.1}}, "give yaw_deg"),
+        ({"uncertainty": {"attitude_deg": "level"}}, r"uncertainty\.attitude_deg"),
+        ({"uncertainty": {"clock_s": -1.0}}, "uncertainty: clock_s"),
+        ({"uncertainty": {"gnss_m": 1.0}}, r"uncertainty\.gnss_m is unknown"),
+        ({"tracking": {"confirm_hits": 9}}, "tracking: confirm_hits"),
+        ({"tracking": {"motion": {"still_s": 0.0}}}, r"tracking\.motion: still_s"),
+        ({"tracking": {"motion": {"speed": 0.0}}}, r"tracking\.motion\.speed is unknown"),
+        ({"tracking": {"motion": 3}}, r"tracking\.motion"),
         ({"imaging": {"detector": "cnn"}}, r"imaging\.detector"),
         ({"safety": {"min_battery_fraction": 20}}, "safety: min_battery_fraction must be 0 or more and below 1"),
         ({"safety": {"fence_enu_m": SQUARE, "fence_deg": [[1, 2]]}}, "either as fence_deg or as fence_enu_m"),
