@@ -38,7 +38,7 @@ class Initialisation:
     name: str
     world_seed: int
     target_offset_m: tuple[float, float]
-    """East and north of the forest's middle; a place that touches a trunk is moved off it."""
+    """East and north of the forest's middle; a place too near a trunk gives way to one around it."""
     target_heading_deg: float
     scan_heading_deg: float
     """SD, the scanning direction at the start, clockwise from north."""
@@ -133,11 +133,11 @@ def target_walk(initialisation: Initialisation, scenario: Scenario, world: World
     """Return where the target is during the run."""
     low_m, high_m = world.area_enu_m.min(axis=0), world.area_enu_m.max(axis=0)
     middle_m = (low_m + high_m) / 2
-    place_m = clear_of_trunks(middle_m + np.array(initialisation.target_offset_m), world.trunks_enu_m)
+    rng = np.random.default_rng([initialisation.seed, 1])
+    place_m = clear_of_trunks(rng, middle_m + np.array(initialisation.target_offset_m), world.trunks_enu_m)
     if scenario.target_speed_mps == 0.0:
         return stand(place_m, math.radians(initialisation.target_heading_deg))
     reach_m = WALK_SHARE * scenario.forest_side_m
-    rng = np.random.default_rng([initialisation.seed, 1])
     return draw_walk(
         rng,
         place_m,

@@ -10,17 +10,8 @@ from numpy.typing import NDArray
 
 TRUNK_CLEARANCE_M = 2.0
 """Between the target's place and a trunk, as in the simulated missions."""
-
-
-def _nearby_offsets_m(reach_m: float = 3.0, pitch_m: float = 0.25) -> NDArray[np.float64]:
-    """Return the points of a lattice within a disc, nearest to its middle first, shape (k, 2)."""
-    steps = np.arange(-round(reach_m / pitch_m), round(reach_m / pitch_m) + 1) * pitch_m
-    offsets_m = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
-    distance_m = np.linalg.norm(offsets_m, axis=1)
-    return np.asarray(offsets_m[np.argsort(distance_m, kind="stable")][: np.count_nonzero(distance_m <= reach_m)])
-
-
-_OFFSETS_M = _nearby_offsets_m()
+_PLACES = 64
+_REACH_M = 5.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,13 +61,18 @@ def draw_walk(
     return Walk(np.array(corners_m), speed_mps, heading_rad=0.0)
 
 
-def clear_of_trunks(position_enu_m: NDArray[np.float64], trunks_enu_m: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the nearest place that is clear of trunks, shape (2,); where there is none near, the clearest."""
+def clear_of_trunks(
+    rng: np.random.Generator, position_enu_m: NDArray[np.float64], trunks_enu_m: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the position, shape (2,), or a random one around it where it is too near a trunk.
+
+    Not the nearest clear one: at the edge of a trunk's surroundings it is darker than in the mean of the forest. Where
+    trees stand too densely, it is the clearest of many.
+    """
     if len(trunks_enu_m) == 0:
         return position_enu_m
-    places_m = position_enu_m + _OFFSETS_M
+    places_m = np.vstack([position_enu_m, position_enu_m + rng.uniform(-_REACH_M, _REACH_M, (_PLACES, 2))])
     clearance_m = np.linalg.norm(places_m[:, None] - trunks_enu_m[None], axis=2).min(axis=1)
-    # The first of equal ones is the nearest.
     return np.asarray(places_m[int(np.argmax(np.minimum(clearance_m, TRUNK_CLEARANCE_M)))])
 
 
