@@ -4,6 +4,8 @@ Every error that leaves the core derives from :class:`AosError`; its text is a w
 and what to do. The CLI prints it and exits with 2, the API answers with a 4xx: the mapping is done there, once.
 """
 
+from collections.abc import Mapping
+
 
 class AosError(Exception):
     """Root of all errors with a message for the user."""
@@ -19,6 +21,16 @@ class InputDataError(AosError):
 
 class ImagingError(AosError):
     """Frames that cannot be integrated, such as a focal plane that lies above the cameras."""
+
+
+class UnusableFramesError(ImagingError):
+    """None of a step's frames can be used."""
+
+    def __init__(self, reasons: Mapping[int, str]) -> None:
+        """Take the reason by vehicle."""
+        self.reasons = dict(reasons)
+        told = "; ".join(f"vehicle {vehicle_id}: {reason}" for vehicle_id, reason in self.reasons.items())
+        super().__init__(f"No frame can be used ({told}).")
 
 
 class LinkError(AosError):

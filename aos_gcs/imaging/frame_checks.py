@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from aos_gcs.errors import ImagingError
+from aos_gcs.errors import ImagingError, UnusableFramesError
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.imaging.focal_plane import footprint
 from aos_gcs.imaging.integral import check_frame
@@ -29,7 +29,8 @@ def usable_frames(frames: Sequence[Frame], plane_height_m: float) -> tuple[list[
         plane_height_m: ENU height of the focal plane.
 
     Raises:
-        ImagingError: if there is no frame, or none can be used; the text gives the reasons.
+        ImagingError: if there is no frame.
+        UnusableFramesError: if none can be used; it gives the reasons.
     """
     if not frames:
         raise ImagingError("There is no frame to analyse: give at least one.")
@@ -38,8 +39,7 @@ def usable_frames(frames: Sequence[Frame], plane_height_m: float) -> tuple[list[
     usable = [frame for frame, reason in zip(frames, reasons, strict=True) if reason is None]
     skipped = {frame.vehicle_id: reason for frame, reason in zip(frames, reasons, strict=True) if reason is not None}
     if not usable:
-        told = "; ".join(f"vehicle {vehicle_id}: {reason}" for vehicle_id, reason in skipped.items())
-        raise ImagingError(f"No frame can be used ({told}).")
+        raise UnusableFramesError(skipped)
     return usable, skipped
 
 

@@ -79,7 +79,8 @@ def analyse_step(frames: Sequence[Frame], settings: ImagingSettings) -> StepAnal
         settings: see :class:`ImagingSettings`.
 
     Raises:
-        ImagingError: if no frame can be used, or they lack a band that the detector needs.
+        UnusableFramesError: if no frame can be used; it gives the reasons.
+        ImagingError: if there is no frame, or they lack a band that the detector needs.
     """
     frames, skipped = usable_frames(frames, settings.plane_height_m)
     grid = choose_grid(frames, settings.plane_height_m, settings.resolution_m, settings.max_cells)
@@ -142,7 +143,7 @@ def _marks_of_integral(
 ) -> list[Marks]:
     """Return which cells that stand out of the integral each frame covers."""
     # The variance of a mean of n frames is 1 / n of theirs: without weights, the rims would stand out.
-    weights = coverage.astype(np.float32) / max(int(coverage.max()), 1)
+    weights = coverage.astype(np.float32) / np.float32(max(int(coverage.max()), 1))
     mask = detect(
         mean, frames[0].bands, settings.detector, settings.rx_quantile, settings.rx_min_score, weights=weights
     )

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import asyncio
 import time
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from aos_gcs.errors import MissionFailedError
+from aos_gcs.errors import MissionFailedError, UnusableFramesError
 from aos_gcs.imaging.model import StepAnalysis
 from aos_gcs.mission.context import MissionContext
 from aos_gcs.mission.gallery import Gallery
@@ -30,7 +31,7 @@ from aos_gcs.swarm.state import dump_rng
 _POLL_S = 0.5
 
 _MAX_BLIND_STEPS = 3
-"""Steps in a row without a single frame before the mission gives up."""
+"""Steps in a row without a single usable frame before the mission gives up."""
 
 
 class Search:
@@ -95,9 +96,11 @@ class Search:
         taken = await self._sample(swarm)
         if not taken.captures:
             return self._count_blind_step(phase, taken)
-        self._blind_steps = 0
         received_at_s = time.perf_counter()
-        analysis = await self._vision.see(self.step, taken)
+        taken, analysis = await self._see(taken)
+        if analysis is None:
+            return self._count_blind_step(phase, taken)
+        self._blind_steps = 0
         imaging_ms = _ms_since(received_at_s)
         context.message = f"Step {self.step}: moving."
         following, record = self._decide(phase, swarm, taken, analysis)
@@ -127,12 +130,24 @@ class Search:
             unsteady = self._unsteady(swarm)
         hovering = [member for member in swarm if member.vehicle_id not in unsteady]
         taken = await sample(hovering, max(deadline_s, context.clock.now_s() + _POLL_S))
-        missing = unsteady | taken.missing
-        for vehicle_id, reason in missing.items():
-            context.journal.notice(
+        return self._without(Sample(taken.captures, {}), unsteady | taken.missing)
+
+    async def _see(self, taken: Sample) -> tuple[Sample, StepAnalysis | None]:
+        """Analyse the frames, and count those that cannot be used as missing; None if that leaves none."""
+        try:
+            analysis = await self._vision.see(self.step, taken)
+        except UnusableFramesError as error:
+            return self._without(taken, error.reasons), None
+        return self._without(taken, analysis.skipped), analysis
+
+    def _without(self, taken: Sample, reasons: Mapping[int, str]) -> Sample:
+        """Leave out the frames of some vehicles, and say why."""
+        for vehicle_id, reason in reasons.items():
+            self._context.journal.notice(
                 Severity.WARNING, f"step {self.step} goes on without its frame: {reason}", vehicle_id
             )
-        return Sample(taken.captures, missing)
+        captures = tuple(capture for capture in taken.captures if capture.vehicle_id not in reasons)
+        return Sample(captures, taken.missing | dict(reasons))
 
     def _unsteady(self, swarm: list[Member]) -> dict[int, str]:
         """Return who does not hover, or does not say so, with the reason by id."""
@@ -152,7 +167,7 @@ class Search:
         self._blind_steps += 1
         if self._blind_steps >= _MAX_BLIND_STEPS:
             reasons = "; ".join(f"vehicle {vehicle_id}: {reason}" for vehicle_id, reason in taken.missing.items())
-            raise MissionFailedError(f"No camera delivered a frame in {self._blind_steps} steps ({reasons}).")
+            raise MissionFailedError(f"No camera delivered a usable frame in {self._blind_steps} steps ({reasons}).")
         return phase
 
     def _decide(

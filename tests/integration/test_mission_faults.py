@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import dataclasses
 from collections.abc import Callable
 
 import numpy as np
@@ -505,3 +506,42 @@ async def test_a_vehicle_lost_during_the_landing_is_brought_down_when_heard_agai
         await run
     assert flight.task(2) is Task.LANDED
     assert isinstance(lost.commands[-1], ReturnToLaunch)
+
+
+# --- frames that cannot be used -------------------------------------------------------------------------------------
+
+
+def blind_cameras(flight: Flight, vehicle_ids: set[int]) -> None:
+    """Let some cameras deliver images that show nothing."""
+    for vehicle_id in vehicle_ids:
+        vehicle = flight.fleet.members[vehicle_id]
+        take = vehicle.capture
+
+        async def capture(deadline_s: float, take: Callable = take) -> Capture:
+            taken = await take(deadline_s)
+            return dataclasses.replace(taken, image=np.full_like(taken.image, 7))
+
+        vehicle.capture = capture  # type: ignore[method-assign]
+
+
+async def test_an_image_that_shows_nothing_counts_as_missing_with_the_reason() -> None:
+    flight = prepare()
+    blind_cameras(flight, {1})
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.mission.steps()) == 2)
+        for record in flight.mission.steps():
+            assert list(record.missing) == [1]
+            assert "the same everywhere" in record.missing[1]
+            assert 1 not in record.fitness
+            assert 1 in {waypoint.vehicle_id for waypoint in record.waypoints}
+        assert any("goes on without its frame: its image is the same" in text for text in flight.texts())
+        await flight.mission.act(Action.ABORT, None)
+        await run
+
+
+async def test_a_swarm_whose_images_all_show_nothing_comes_home() -> None:
+    flight = prepare()
+    blind_cameras(flight, set(flight.fleet.members))
+    async with flying(flight) as run:
+        assert await run is Outcome.FAILED
+    assert any("No camera delivered a usable frame in 3 steps" in text for text in flight.texts())
