@@ -164,10 +164,11 @@ class FakeVehicle:
 
     def _look(self) -> NDArray[np.float32]:
         rng = np.random.default_rng([self.vehicle_id, self.images])
-        image = rng.normal([70.0, 90.0, 50.0, 12.0], [6.0, 6.0, 6.0, 0.5], (96, 96, 4)).astype(np.float32)
+        shape = CAMERA.height_px, CAMERA.width_px
+        image = rng.normal([70.0, 90.0, 50.0, 12.0], [6.0, 6.0, 6.0, 0.5], (*shape, 4)).astype(np.float32)
         if self.target_enu_m is not None:
             east_m, north_m, up_m = self.position_enu_m()
-            rows, columns = np.mgrid[0:96, 0:96]
+            rows, columns = np.indices(shape)
             ground_m = up_m / CAMERA.fx_px
             east_of_target_m = east_m + (columns - CAMERA.cx_px) * ground_m - self.target_enu_m[0]
             north_of_target_m = north_m - (rows - CAMERA.cy_px) * ground_m - self.target_enu_m[1]
