@@ -49,7 +49,7 @@ async def test_mission_shows_metres_and_degrees(client: httpx.AsyncClient) -> No
     assert first.battery_percent == pytest.approx(97.0)
     assert first.home is not None
     assert first.home.east_m == pytest.approx(-21.0, abs=0.01)
-    assert shown.allowed_actions == [Action.START, Action.ABORT]
+    assert shown.allowed_actions == [Action.START, Action.ABORT, Action.FOCUS]
 
 
 async def test_values_never_reported_are_null(client: httpx.AsyncClient) -> None:
@@ -193,3 +193,19 @@ def test_a_target_shows_the_ellipse_of_its_error_in_degrees() -> None:
     assert shown.speed_mps == pytest.approx(1.5)
     assert (shown.track_id, shown.sightings, shown.seen_at_s) == (2, 7, 41.0)
     assert shown.position.latitude_deg == pytest.approx(ORIGIN.latitude_deg, abs=1e-3)
+
+
+async def test_the_focal_height_is_set_and_given_back(client: httpx.AsyncClient) -> None:
+    for height_m, source in ((1.5, "operator"), (None, "configured")):
+        body = {"action": "focus", "focal_height_m": height_m}
+        response = await client.post("/api/mission/actions", json=body)
+        assert response.status_code == 200
+        focus = MissionModel.model_validate_json((await client.get("/api/mission")).content).focus
+        assert focus is not None
+        assert (focus.height_m, focus.source) == (height_m or 0.0, source)
+
+
+async def test_a_focal_height_that_is_no_number_is_refused(client: httpx.AsyncClient) -> None:
+    body = '{"action": "focus", "focal_height_m": NaN}'
+    response = await client.post("/api/mission/actions", content=body, headers={"Content-Type": "application/json"})
+    assert response.status_code == 422
