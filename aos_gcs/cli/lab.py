@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from aos_gcs.cli.lab_effectiveness import effectiveness, fit_person
+from aos_gcs.cli.lab_reproduce import reproduce
 
 if TYPE_CHECKING:
     from aos_gcs.lab.initialisation import Initialisation
@@ -137,6 +138,7 @@ def calibrate(
 
 lab.command("effectiveness")(effectiveness)
 lab.command("fit-person")(fit_person)
+lab.command("reproduce")(reproduce)
 
 
 def _scenario(file: Path | None, options: dict[str, object]) -> Scenario:

@@ -181,17 +181,17 @@ def summary_table(comparison: Comparison) -> str:
                 "-" if oracle is None else f"{values['visibility_look'].mean() / oracle.mean():.2f}",
                 f"{values['area_mean_m2'].mean():.3f}",
                 f"{values['history_look'].mean():.3f}",
-                f"{100 * detected.mean():.0f} %, {_median(values['detection_s']):.1f} s",
+                f"{100 * detected.mean():.0f} %, {_median(values['detection_s'], 1)} s",
                 f"{values['path_m'].mean():.0f}",
                 f"{values['min_distance_m'].min():.1f}",
-                f"{_median(values['position_error_m']):.2f}",
+                _median(values["position_error_m"], 2),
             ]
         )
     duration_s = comparison.scenario.duration_s
     compared, look = compared_metrics(duration_s), f"V at {min(LOOK_S, duration_s):g} s"
     header = ["strategy", compared["visibility_mean"], look, f"{look}, 10th percentile", "of the oracle's", "A / m²"]
     header += [compared["history_look"], "detected, median time", "way / m", "least distance / m", "position error / m"]
-    return _markdown(header, rows)
+    return markdown_table(header, rows)
 
 
 def difference_table(comparison: Comparison, reference: str) -> str:
@@ -211,13 +211,15 @@ def difference_table(comparison: Comparison, reference: str) -> str:
             for each in comparison.against(reference, metric)
         ]
     header = ["strategy", "quantity", f"difference to {reference}", "relative", "ahead in", "p, corrected"]
-    return _markdown(header, rows)
+    return markdown_table(header, rows)
 
 
 def _text(comparison: Comparison, reference: str) -> Iterable[str]:
     count = len(comparison.initialisations)
     yield f"# {len(comparison.strategies)} strategies, {count} initialisations"
-    yield _markdown(["field", "value"], [[name, str(value)] for name, value in asdict(comparison.scenario).items()])
+    yield markdown_table(
+        ["field", "value"], [[name, str(value)] for name, value in asdict(comparison.scenario).items()]
+    )
     yield (
         "V is the visible area of the target over what the same views would show without the forest, A the visible "
         "area. Intervals and bands hold the mean with 95 % confidence (Student). Differences are paired by "
@@ -318,7 +320,8 @@ def _write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[object
         writer.writerows([f"{cell:.6g}" if isinstance(cell, float) else cell for cell in row] for row in rows)
 
 
-def _markdown(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+def markdown_table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Return a table of cells as Markdown."""
     lines = [header, ["---"] * len(header), *rows]
     return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines)
 
@@ -331,6 +334,6 @@ def _signed_interval(interval: Interval) -> str:
     return f"{interval.mean:+.3f} ({interval.low:+.3f} to {interval.high:+.3f})"
 
 
-def _median(values: FloatArray) -> float:
+def _median(values: FloatArray, digits: int) -> str:
     finite = values[np.isfinite(values)]
-    return float(np.median(finite)) if len(finite) else np.nan
+    return f"{np.median(finite):.{digits}f}" if len(finite) else "-"

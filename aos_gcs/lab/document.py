@@ -1,0 +1,190 @@
+"""docs/results.md: what the studies have shown, written by the program from their rows."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from aos_gcs.lab.calibration import SingleViewVisibility
+from aos_gcs.lab.claims import Claim, paper_claims
+from aos_gcs.lab.report import Comparison, compare, difference_table, markdown_table, summary_table, write_report
+from aos_gcs.lab.results import ResultFolder
+from aos_gcs.lab.statistics import Interval, mean_interval
+from aos_gcs.lab.studies import BETTER, REFERENCE, STUDIES, Study
+
+FIGURES: Mapping[str, Sequence[str]] = {
+    "paper": (
+        "mean_visibility",
+        "evolutionary_factor",
+        "trajectories_paper-1_1",
+        "trajectories_paper-2_1",
+        "trajectories_paper-2_3",
+        "run_paper-1_1",
+        "run_paper-2_3",
+        "run_paper-2_4",
+    ),
+    "integral": ("mean_visibility", "difference_visibility_mean", "evolutionary_factor"),
+    "static-300": (
+        "mean_visibility",
+        "mean_area_m2",
+        "mean_history_visibility",
+        "difference_visibility_mean",
+        "runs_detection_s",
+        "runs_path_m",
+    ),
+    "static-400": ("mean_visibility",),
+    "static-500": ("mean_visibility",),
+    "walking-1.5": ("mean_visibility",),
+    "walking-4": ("mean_visibility",),
+    "dynamics": ("mean_visibility",),
+    "imaging": ("mean_visibility",),
+}
+"""Of each study's report, those that the document shows."""
+
+
+@dataclass(frozen=True, slots=True)
+class Goal:
+    """What the better strategy was asked for, and what it has reached."""
+
+    text: str
+    reached: str
+    met: bool
+
+
+def write_document(
+    results: Mapping[str, ResultFolder], calibration: Mapping[float, SingleViewVisibility], path: Path
+) -> None:
+    """Write the document, its figures beside it in a folder of its name, and each study's full report in its folder.
+
+    Args:
+        results: of all studies, by name.
+        calibration: single-view visibility by trees per hectare.
+        path: of the Markdown file.
+    """
+    pictures = path.with_suffix("")
+    pictures.mkdir(parents=True, exist_ok=True)
+    comparisons = {study.name: _report(study, results[study.name]) for study in STUDIES}
+    for study in STUDIES:
+        for name in FIGURES[study.name]:
+            shutil.copyfile(
+                results[study.name].folder / "report" / f"{name}.png", pictures / f"{study.name}-{name}.png"
+            )
+    sections = [
+        *_introduction(comparisons),
+        _calibration(calibration),
+        *_claims(comparisons["integral"]),
+        *_goals(comparisons),
+        *(part for study in STUDIES for part in _study(study, comparisons[study.name], pictures.name)),
+    ]
+    path.write_text("\n\n".join(sections) + "\n", encoding="utf-8")
+
+
+def _report(study: Study, results: ResultFolder) -> Comparison:
+    labels = [choice.label for choice in results.campaign.strategies]
+    comparison = compare(results.campaign.scenario, labels, results.read())
+    write_report(comparison, results.folder / "report", reference=labels[0], shown_runs=3 if study.paper else 1)
+    return comparison
+
+
+def _introduction(comparisons: Mapping[str, Comparison]) -> Iterator[str]:
+    count = max(len(comparison.initialisations) for comparison in comparisons.values())
+    yield "# Results of the swarm strategies"
+    yield (
+        f"Written by `aos-gcs lab reproduce --initialisations {count}` from its runs; do not edit. How the laboratory "
+        "works, and what V, A and the oracle are: [laboratory.md](laboratory.md). What the numbers mean, where they "
+        "differ from the paper's, and why: [results-discussion.md](results-discussion.md). Intervals hold the mean "
+        "with 95 % confidence. All initialisations here are held out: no strategy was developed on them."
+    )
+
+
+def _calibration(calibration: Mapping[float, SingleViewVisibility]) -> str:
+    rows = [
+        [
+            f"{density:g}",
+            f"{each.mean:.3f} ± {each.standard_error:.3f}",
+            f"{each.lower_quartile:.3f} to {each.upper_quartile:.3f}",
+        ]
+        for density, each in calibration.items()
+    ]
+    table = markdown_table(["trees/ha", "visible share in a single view", "half of the forests within"], rows)
+    return (
+        "## The forest\n\nA single nadir view from within 12 m sees this share of a standing person (mean and its "
+        f"standard error over forests); 15 to 20 % at 300 trees/ha is what the forest is made for.\n\n{table}"
+    )
+
+
+def _claims(comparison: Comparison) -> Iterator[str]:
+    count = len(comparison.initialisations)
+    yield (
+        f"## What the paper claims\n\nTested on {count} drawn initialisations with the paper's settings and the leader "
+        "criterion `integral`, which resembles its curves; the rules behind the verdicts are in "
+        "`aos_gcs/lab/claims.py`."
+    )
+    yield markdown_table(["claim", "measured here", "holds here"], map(_claim_row, paper_claims(comparison)))
+
+
+def _claim_row(claim: Claim) -> list[str]:
+    return [claim.text, claim.measured, "yes" if claim.holds else "no"]
+
+
+def _goals(comparisons: Mapping[str, Comparison]) -> Iterator[str]:
+    yield (
+        f"## What was asked of {BETTER}, and what it reaches\n\nAgainst {REFERENCE} with the leader criterion "
+        "`contribution`, on the studies below."
+    )
+    yield markdown_table(
+        ["asked", "reached", "met"],
+        [[goal.text, goal.reached, "yes" if goal.met else "no"] for goal in better_goals(comparisons)],
+    )
+
+
+def better_goals(comparisons: Mapping[str, Comparison]) -> Iterable[Goal]:
+    """Measure the better strategy by what was asked of it, before it was built."""
+    static = comparisons["static-300"]
+    values = static.metrics[BETTER]
+    gain = _gain(static, "visibility_mean")
+    yield Goal(
+        "V from 5 s on: +0.15, the interval's lower end above +0.10",
+        f"{gain.mean:+.3f} ({gain.low:+.3f} to {gain.high:+.3f})",
+        gain.mean >= 0.15 and gain.low > 0.10,
+    )
+    area = _gain(static, "area_mean_m2").mean / static.metrics[REFERENCE]["area_mean_m2"].mean()
+    yield Goal("at least 20 % more visible area", f"{100 * area:+.0f} %", area >= 0.20)
+    oracle = static.oracle("visibility")
+    if oracle is not None:
+        share = values["visibility_look"].mean() / oracle.mean()
+        yield Goal("0.85 of the oracle at 14 s", f"{share:.2f}", share >= 0.85)
+    lowest = float(np.percentile(values["visibility_look"], 10))
+    yield Goal("tenth percentile of V at 14 s at least 0.55", f"{lowest:.2f}", lowest >= 0.55)
+    for name in ("walking-1.5", "walking-4"):
+        walking = _gain(comparisons[name], "visibility_mean")
+        yield Goal(
+            f"{comparisons[name].scenario.target_speed_mps:g} m/s: V at least +0.10",
+            f"{walking.mean:+.3f} ({walking.low:+.3f} to {walking.high:+.3f})",
+            walking.mean >= 0.10,
+        )
+    history = _gain(static, "history_look")
+    yield Goal(
+        "with history at 14 s no worse",
+        f"{history.mean:+.3f} ({history.low:+.3f} to {history.high:+.3f})",
+        history.mean >= 0.0,
+    )
+
+
+def _gain(comparison: Comparison, metric: str) -> Interval:
+    return mean_interval(comparison.metrics[BETTER][metric] - comparison.metrics[REFERENCE][metric])
+
+
+def _study(study: Study, comparison: Comparison, pictures: str) -> Iterator[str]:
+    reference = comparison.strategies[0]
+    yield f"## {study.title}"
+    settings = ", ".join(f"{name} = {value}" for name, value in study.scenario.items())
+    yield f"{len(comparison.initialisations)} initialisations; {settings or 'default scenario'}."
+    yield summary_table(comparison)
+    yield difference_table(comparison, reference)
+    for name in FIGURES[study.name]:
+        yield f"![{study.title}: {name.replace('_', ' ')}]({pictures}/{study.name}-{name}.png)"

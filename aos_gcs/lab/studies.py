@@ -1,0 +1,97 @@
+"""The campaigns behind docs/results.md, as data, and how they are run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from aos_gcs.imaging.model import LeaderCriterion
+from aos_gcs.lab.campaign import Campaign
+from aos_gcs.lab.claims import PAPER_STRATEGIES
+from aos_gcs.lab.initialisation import draw_initialisations, paper_initialisations
+from aos_gcs.lab.results import ResultFolder, create_results
+from aos_gcs.lab.scenario import Fidelity, Scenario, TimeModel, parse_scenario
+from aos_gcs.lab.strategies import parse_strategies
+
+HELD_OUT_SEED = 0
+"""Of the initialisations that strategies are judged on; they are developed on those of other seeds."""
+FEW = 12
+"""Initialisations of the study with rendered images, whose runs take a minute each."""
+
+REFERENCE = "aos-pso"
+BETTER = "aos-archive"
+ALL = ("blind-sequential", "blind-parallel", REFERENCE, "aos-pso-stabilised", "aos-apso", "aos-apso-untuned", BETTER)
+RIVALS = (REFERENCE, "aos-apso", BETTER)
+
+
+@dataclass(frozen=True, slots=True)
+class Study:
+    """One campaign of the results."""
+
+    name: str
+    """Of its folder."""
+    title: str
+    strategies: tuple[str, ...]
+    """The first one is the reference."""
+    scenario: Mapping[str, object] = field(default_factory=dict)
+    paper: bool = False
+    """From the three fixed initialisations in place of drawn ones."""
+    at_most: int | None = None
+    """Bound on the number of initialisations."""
+    oracle: bool = False
+
+    def campaign(self, initialisations: int) -> Campaign:
+        """Return what to compute, with so many drawn initialisations."""
+        scenario: Scenario = parse_scenario(self.scenario)
+        count = min(initialisations, self.at_most or initialisations)
+        starts = paper_initialisations() if self.paper else draw_initialisations(count, HELD_OUT_SEED, scenario)
+        return Campaign(scenario, parse_strategies(",".join(self.strategies)), starts, oracle=self.oracle)
+
+
+_INTEGRAL = {"leader_criterion": str(LeaderCriterion.INTEGRAL)}
+
+STUDIES = (
+    Study("paper", "The paper's experiment, three fixed initialisations", PAPER_STRATEGIES, _INTEGRAL, paper=True),
+    Study("integral", "The paper's experiment, drawn initialisations", PAPER_STRATEGIES, _INTEGRAL),
+    Study("static-300", "A standing person who stays, 300 trees/ha", ALL, oracle=True),
+    Study("static-400", "400 trees/ha", RIVALS, {"trees_per_ha": 400.0}, oracle=True),
+    Study("static-500", "500 trees/ha", RIVALS, {"trees_per_ha": 500.0}, oracle=True),
+    Study("walking-1.5", "A person who walks at 1.5 m/s", RIVALS, {"target_speed_mps": 1.5}),
+    Study("walking-4", "A person who runs at 4 m/s", RIVALS, {"target_speed_mps": 4.0}),
+    Study(
+        "dynamics",
+        "Vehicles that accelerate, 0.6 s of processing per step",
+        RIVALS,
+        {"time_model": str(TimeModel.DYNAMICS)},
+    ),
+    Study(
+        "imaging",
+        "Rendered images through the imaging engine",
+        RIVALS,
+        {"fidelity": str(Fidelity.IMAGING), "image_size_px": 256, "duration_s": 14.0},
+        at_most=FEW,
+    ),
+)
+
+
+def run_studies(
+    folder: Path,
+    initialisations: int,
+    compute: Callable[[ResultFolder, str], None],
+) -> dict[str, ResultFolder]:
+    """Run what is missing of all studies, each in its own folder, and return their results by name.
+
+    Args:
+        folder: of all; an interrupted call goes on in it.
+        initialisations: of every study that draws them.
+        compute: computes what is missing in a result folder; its second argument is the study's title.
+
+    Raises:
+        ConfigurationError: a folder holds another campaign or cannot be written.
+    """
+    results = {}
+    for study in STUDIES:
+        results[study.name] = create_results(folder / study.name, study.campaign(initialisations))
+        compute(results[study.name], study.title)
+    return results
