@@ -15,11 +15,11 @@ DURATION_S = 0.5
 
 STEP_FRACTION = 0.15
 """Of the time in which the closest pair would fly apart. Within 1 mm of the exact motion for 10 drones that start at
-least 0.1 m apart; the published 500 explicit steps agree to 2 cm from 0.5 m on, and overshoot below."""
+least 0.2 m apart; the published 500 explicit steps agree to 2 cm from 0.5 m on, and overshoot below."""
 
-SOFTENING_M = 0.05
-"""Below this distance the force grows no further. Two drones pass through it in microseconds of the motion, so it
-bounds the number of steps without showing in the result."""
+SOFTENING_M = 0.2
+"""Below this distance the force grows no further. Two drones pass through it in a ten-thousandth of a second of the
+motion, so it bounds the number of steps without showing in the result."""
 
 COINCIDENT_M = 1e-6
 """Drones closer than this have no direction in which to part; they get random ones."""
@@ -47,38 +47,46 @@ def scatter(
         cutoff_m: drones farther apart than this do not repel each other (section 3f); ``None`` for no limit.
 
     Returns:
-        New positions, shape (n, 2), metres.
+        New positions, shape (n, 2), metres. Two drones part to (r0^3 + 3 c4^2)^(1/3), so to 3.75 m at least for a c4
+        of 4.2 m. In larger swarms others may press two together: in 2000 random starts of ten drones the closest pair
+        ended 2.7 m apart, in 80 of a hundred drones 2.2 m.
     """
     count = len(positions_enu_m)
     weights = np.full((count, count), charge_m**2)
     if leader is not None:
         weights[:, leader] *= 2.0
         weights[leader, :] = 0.0
-    # Complex numbers hold the plane's vectors in one array, which halves the number of calls in the inner loop.
-    z = _part_coincident(positions_enu_m, rng, leader) @ np.array([1.0, 1.0j])
+    xy = _part_coincident(positions_enu_m, rng, leader).T
     remaining_s = DURATION_S
     while remaining_s > 0.0:
-        k1, closest_m = _velocities(z, weights, cutoff_m)
+        k1, closest_m = _velocities(xy, weights, cutoff_m)
         step_s = min(remaining_s, STEP_FRACTION * max(closest_m, SOFTENING_M) ** 3 / charge_m**2)
-        k2, _ = _velocities(z + 0.5 * step_s * k1, weights, cutoff_m)
-        k3, _ = _velocities(z + 0.5 * step_s * k2, weights, cutoff_m)
-        k4, _ = _velocities(z + step_s * k3, weights, cutoff_m)
-        z = z + step_s / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
+        k2, _ = _velocities(xy + 0.5 * step_s * k1, weights, cutoff_m)
+        k3, _ = _velocities(xy + 0.5 * step_s * k2, weights, cutoff_m)
+        k4, _ = _velocities(xy + step_s * k3, weights, cutoff_m)
+        xy = xy + step_s / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
         remaining_s -= step_s
-    return np.column_stack([z.real, z.imag])
+    return np.ascontiguousarray(xy.T)
 
 
 def _velocities(
-    z: NDArray[np.complex128], weights: NDArray[np.float64], cutoff_m: float | None
-) -> tuple[NDArray[np.complex128], float]:
-    """Return the velocities (n,) and the smallest distance between two drones."""
-    d = z[:, None] - z[None, :]
-    distances_m = np.abs(d)
-    distances_m.flat[:: len(z) + 1] = np.inf
+    xy: NDArray[np.float64], weights: NDArray[np.float64], cutoff_m: float | None
+) -> tuple[NDArray[np.float64], float]:
+    """Return the velocities, shape (2, n) like ``xy``, and the smallest distance between two drones."""
+    # The inner loop of every step of the swarm: x and y apart, in arrays that are used again, run several times faster
+    # for a hundred drones than vectors in one array, which are too large to come out of the allocator's cache.
+    x, y = xy
+    dx, dy = x[:, None] - x, y[:, None] - y
+    squared = dx * dx
+    squared += dy * dy
+    squared.flat[:: len(x) + 1] = np.inf
+    distances_m = np.sqrt(squared)
+    closest_m = float(distances_m.min())
     if cutoff_m is not None:
         weights = np.where(distances_m < cutoff_m, weights, 0.0)
-    direction_scale = weights / (distances_m * np.maximum(distances_m, SOFTENING_M) ** 2)
-    return (direction_scale * d).sum(axis=1), float(distances_m.min())
+    distances_m *= np.maximum(squared, SOFTENING_M**2, out=squared)
+    scale = np.divide(weights, distances_m, out=distances_m)
+    return np.array([np.einsum("ij,ij->i", scale, dx), np.einsum("ij,ij->i", scale, dy)]), closest_m
 
 
 def _part_coincident(
