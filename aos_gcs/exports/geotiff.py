@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -63,7 +64,11 @@ def write_geotiff(
         "transform": rasterio.Affine(r, 0.0, raster.x_m, 0.0, float(to_plane[1, 1]), raster.y_m),
     }
     try:
-        with rasterio.open(raw, "w", crs=rasterio.CRS.from_string(crs), **profile, **_LAYOUT) as dataset:
+        # A map may well begin at the origin with cells of one metre, which rasterio takes for an accident.
+        with (
+            warnings.catch_warnings(action="ignore", category=rasterio.errors.NotGeoreferencedWarning),
+            rasterio.open(raw, "w", crs=rasterio.CRS.from_string(crs), **profile, **_LAYOUT) as dataset,
+        ):
             for _, window in dataset.block_windows(1):
                 rows, columns = window.toslices()
                 dataset.write(np.moveaxis(values[rows, columns], 2, 0), window=window)

@@ -1,0 +1,399 @@
+"""``aos-gcs integrate`` on geotagged photographs: from their tags to georeferenced maps and tables."""
+
+import csv
+import json
+import logging
+import math
+import re
+import socket
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pymap3d
+import pytest
+import rasterio
+from numpy.typing import NDArray
+from rasterio.warp import transform
+
+from aos_gcs.cli import main
+from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.geometry.distortion import LensDistortion, LensModel
+from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.geometry.poses import Pose, nadir_pose
+from aos_gcs.geometry.projection import intersect_plane
+from aos_gcs.surveys.photos import read_photos
+from tests.fakes.photographs import exif_block, write_photograph, xmp_packet
+
+TAKEOFF = GeodeticPosition(48.3069, 14.2858, 310.0)
+HEIGHT_M = 20.0
+SIZE = (96, 72)
+FOCAL_35MM = 28
+FOCAL_PX = FOCAL_35MM / math.hypot(36, 24) * math.hypot(*SIZE)
+CAMERA = CameraModel.from_fov(*SIZE, 2 * math.atan(SIZE[0] / 2 / FOCAL_PX))
+HOT_M = (3.0, 4.0)
+
+
+@pytest.fixture(autouse=True)
+def _restore_logging(monkeypatch: pytest.MonkeyPatch) -> None:
+    root = logging.getLogger()
+    monkeypatch.setattr(root, "handlers", list(root.handlers))
+    monkeypatch.setattr(root, "level", root.level)
+
+
+def texture(x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+    return 120 + 40 * np.sin(0.5 * x) * np.cos(0.4 * y)
+
+
+def render(pose: Pose, camera: CameraModel, hot: bool = False) -> NDArray[np.uint8]:
+    u, v = np.meshgrid(np.arange(camera.width_px), np.arange(camera.height_px))
+    x, y, _ = intersect_plane(np.stack((u.ravel(), v.ravel()), axis=1), camera, pose, 0.0).T
+    values = texture(x, y)
+    if hot:
+        # Weak texture: against a strong one nothing stands out.
+        values = 100.0 + (values - 120.0) / 8.0
+        values[np.hypot(x - HOT_M[0], y - HOT_M[1]) < 0.2] = 255.0
+    return np.round(values).astype(np.uint8).reshape(v.shape)
+
+
+class Photographs:
+    """A small flight over a textured ground, as DJI's photographs."""
+
+    def __init__(self, folder: Path, *, hot: bool = False, camera: CameraModel = CAMERA) -> None:
+        self.images = folder / "photographs"
+        self.images.mkdir()
+        self.out = folder / "map.tif"
+        self.tags: dict[str, dict[str, Any]] = {}
+        frame = LocalFrame(TAKEOFF)
+        for index in range(6):
+            # The first photograph's place is the origin of the map.
+            position = np.array([4.0 * index, 3.0 * (index % 2), HEIGHT_M])
+            yaw_deg = 25.0 * index
+            place = frame.to_geodetic(position)
+            tags = {
+                "drone-dji:GpsLatitude": f"{place.latitude_deg:.9f}",
+                "drone-dji:GpsLongitude": f"{place.longitude_deg:.9f}",
+                "drone-dji:AbsoluteAltitude": f"{place.altitude_amsl_m:.3f}",
+                "drone-dji:RelativeAltitude": f"+{HEIGHT_M:.3f}",
+                "drone-dji:GimbalYawDegree": yaw_deg,
+                "drone-dji:GimbalPitchDegree": -90.0,
+                "drone-dji:GimbalRollDegree": 0.0,
+            }
+            image = render(nadir_pose(position, math.radians(yaw_deg)), camera, hot)
+            self.write(f"{index}.jpg", image, tags)
+
+    def write(self, name: str, image: NDArray[np.uint8], tags: dict[str, Any]) -> None:
+        self.tags[name] = tags
+        write_photograph(self.images / name, image, exif_block(camera={0xA405: FOCAL_35MM}), xmp_packet(tags))
+
+    def strip(self, name: str, *names: str) -> None:
+        """Write a photograph again without some tags."""
+        image = cv2.imread(str(self.images / name), cv2.IMREAD_UNCHANGED)
+        left = {tag: value for tag, value in self.tags[name].items() if tag.partition(":")[2] not in names}
+        self.write(name, np.asarray(image, dtype=np.uint8), left)
+
+    def arguments(self, *options: object) -> list[str]:
+        return ["integrate", str(self.images), "--out", str(self.out), *map(str, options)]
+
+
+@pytest.fixture
+def photographs(tmp_path: Path) -> Photographs:
+    return Photographs(tmp_path)
+
+
+def run(arguments: list[str]) -> int:
+    with pytest.raises(SystemExit) as stop:
+        main(arguments)
+    assert isinstance(stop.value.code, int)
+    return stop.value.code
+
+
+def error_of_map(path: Path) -> NDArray[np.float64]:
+    """Return how far a map is from the texture, at the latitude and longitude that others read from it."""
+    with rasterio.open(path) as dataset:
+        values = dataset.read(1)
+        rows, columns = np.nonzero(np.isfinite(values))
+        x, y = rasterio.transform.xy(dataset.transform, rows, columns)
+        longitude, latitude = transform(dataset.crs, "EPSG:4326", x, y)
+    at = (TAKEOFF.latitude_deg, TAKEOFF.longitude_deg, TAKEOFF.altitude_amsl_m)
+    east_m, north_m, _ = pymap3d.geodetic2enu(np.array(latitude), np.array(longitude), at[2], *at)
+    return np.abs(values[rows, columns] - texture(east_m, north_m))
+
+
+@pytest.mark.parametrize("options", [(), ("--fast",), ("--median",), ("--trim", 0.2)])
+def test_a_map_of_photographs_shows_the_ground_in_its_place(photographs: Photographs, options: tuple[str, ...]) -> None:
+    assert run(photographs.arguments("--ortho", 0.2, *options)) == 0
+    error = error_of_map(photographs.out)
+    assert error.size > 5000
+    assert error.mean() < 1.0
+    assert np.percentile(error, 99) < 3.0
+
+
+def test_a_view_of_photographs(photographs: Photographs, tmp_path: Path) -> None:
+    out = tmp_path / "view.npy"
+    assert run(photographs.arguments("--view", 2, "--size", 50, "--plane-z", 0, "--out", out)) == 0
+    camera = CameraModel.from_fov(50, 50, CAMERA.horizontal_fov_rad)
+    position = LocalFrame(TAKEOFF).to_geodetic([8.0, 0.0, HEIGHT_M])
+    pose = nadir_pose(LocalFrame(TAKEOFF).to_enu(position), math.radians(50.0))
+    assert np.nanmean(np.abs(np.load(out) - render(pose, camera))) < 1.5
+
+
+def test_ground_below_the_place_of_takeoff(photographs: Photographs) -> None:
+    origin = read_photos(photographs.images, ground_amsl_m=300.0).origin
+    assert origin is not None
+    assert origin.altitude_amsl_m == 300.0
+    survey = read_photos(photographs.images, ground_amsl_m=300.0)
+    assert survey.images[0].pose.position_enu_m == pytest.approx([0.0, 0.0, 30.0], abs=1e-3)
+
+
+def test_photographs_that_cannot_be_used_are_counted(
+    photographs: Photographs, capfd: pytest.CaptureFixture[str]
+) -> None:
+    photographs.strip("1.jpg", "GimbalPitchDegree")
+    photographs.strip("3.jpg", "GpsLatitude")
+    (photographs.images / "5.jpg").write_bytes(b"")
+    assert run(photographs.arguments("--ortho", 0.2)) == 0
+    errors = capfd.readouterr().err
+    assert "3 of 6 images are left out; 1.jpg: it has no GimbalYawDegree and GimbalPitchDegree" in errors
+    assert error_of_map(photographs.out).mean() < 1.0
+
+
+def test_a_lens_is_taken_out(tmp_path: Path) -> None:
+    lens = LensDistortion(LensModel.BROWN_CONRADY, (-0.2, 0.03, 0.001, -0.001, 0.0))
+    distorted = CameraModel(*SIZE, FOCAL_PX, FOCAL_PX, CAMERA.cx_px, CAMERA.cy_px, lens)
+    photographs = Photographs(tmp_path, camera=distorted)
+    assert run(photographs.arguments("--ortho", 0.2)) == 0
+    ideal_error = error_of_map(photographs.out).mean()
+    assert run(photographs.arguments("--ortho", 0.2, "--lens", "-0.2,0.03,0.001,-0.001")) == 0
+    assert error_of_map(photographs.out).mean() < min(1.0, ideal_error / 2)
+
+
+def test_a_fisheye_in_the_poses_file(tmp_path: Path) -> None:
+    lens = LensDistortion(LensModel.FISHEYE, (-0.02, 0.01, 0.0, 0.0))
+    camera = CameraModel(*SIZE, FOCAL_PX, FOCAL_PX, CAMERA.cx_px, CAMERA.cy_px, lens)
+    images = tmp_path / "images"
+    images.mkdir()
+    entries = []
+    for index in range(3):
+        pose = nadir_pose([2.0 * index, 0.0, HEIGHT_M], 0.3 * index)
+        cv2.imwrite(str(images / f"{index}.png"), render(pose, camera))
+        R = pose.R_cam2enu.T
+        entries.append({"imagefile": f"{index}.png", "M3x4": np.column_stack((R, -R @ pose.position_enu_m)).tolist()})
+    poses, out = tmp_path / "poses.json", tmp_path / "map.tif"
+    poses.write_text(json.dumps({"images": entries, "fisheye": [-0.02, 0.01, 0.0, 0.0]}))
+    fov_deg = math.degrees(CAMERA.horizontal_fov_rad)
+    place = f"{TAKEOFF.latitude_deg},{TAKEOFF.longitude_deg},{TAKEOFF.altitude_amsl_m}"
+    options = ["--poses", poses, "--fov", fov_deg, "--plane-z", 0, "--ortho", 0.2, "--origin", place, "--out", out]
+    assert run(["integrate", str(images), *map(str, options)]) == 0
+    assert error_of_map(out).mean() < 1.0
+
+
+def test_anomalies_are_counted_drawn_and_listed(tmp_path: Path) -> None:
+    photographs = Photographs(tmp_path, hot=True)
+    files = [tmp_path / name for name in ("count.tif", "heat.png", "anomalies.geojson", "covered.tif")]
+    outputs = ("--anomaly", files[0], "--anomaly", files[1], "--blobs", files[2], "--count", files[3])
+    assert run(photographs.arguments("--ortho", 0.1, *outputs)) == 0
+    with rasterio.open(files[0]) as counts, rasterio.open(files[3]) as covered:
+        assert counts.descriptions == ("anomalies",)
+        assert counts.read(1).shape == covered.read(1).shape
+        assert (counts.read(1) <= covered.read(1)).all()
+        assert counts.read(1).max() >= 3
+    assert cv2.imread(str(files[1]), cv2.IMREAD_UNCHANGED).shape[2] == 4
+    assert (tmp_path / "heat.pgw").is_file()
+    first = json.loads(files[2].read_text())["features"][0]
+    longitude, latitude = first["geometry"]["coordinates"]
+    at = (TAKEOFF.latitude_deg, TAKEOFF.longitude_deg, TAKEOFF.altitude_amsl_m)
+    east_m, north_m, _ = pymap3d.geodetic2enu(latitude, longitude, at[2], *at)
+    assert (east_m, north_m) == pytest.approx(HOT_M, abs=0.2)
+    assert first["properties"]["max_count"] >= 3
+
+
+def test_a_table_needs_no_place_on_the_earth(tmp_path: Path) -> None:
+    photographs = Photographs(tmp_path, hot=True)
+    table = tmp_path / "anomalies.csv"
+    assert run(photographs.arguments("--ortho", 0.1, "--blobs", table, "--min-count", 3)) == 0
+    row = next(csv.DictReader(table.read_text().splitlines()))
+    assert (float(row["x_m"]), float(row["y_m"])) == pytest.approx(HOT_M, abs=0.2)
+
+
+def test_autofocus_on_a_region_of_a_map(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    folder = tmp_path / "images"
+    folder.mkdir()
+    camera = CameraModel.from_fov(160, 160, math.radians(50.0))
+    rng = np.random.default_rng(0)
+    ground = cv2.GaussianBlur(rng.uniform(0.0, 255.0, (600, 600)).astype(np.float32), (0, 0), 3.0)
+    ground = cv2.normalize(ground, None, 0.0, 255.0, cv2.NORM_MINMAX)
+    entries = []
+    for index in range(6):
+        pose = nadir_pose([1.6 * (index - 2.5), 0.8 * (index % 2), 25.0])
+        u, v = np.meshgrid(np.arange(160), np.arange(160))
+        x, y, _ = intersect_plane(np.stack((u.ravel(), v.ravel()), axis=1), camera, pose, 3.0).T
+        maps = [(12.0 * axis + 300.0).reshape(160, 160).astype(np.float32) for axis in (x, y)]
+        cv2.imwrite(str(folder / f"{index}.png"), cv2.remap(ground, *maps, cv2.INTER_LINEAR).astype(np.uint8))
+        R = pose.R_cam2enu.T
+        entries.append({"imagefile": f"{index}.png", "M3x4": np.column_stack((R, -R @ pose.position_enu_m)).tolist()})
+    poses = tmp_path / "poses.json"
+    poses.write_text(json.dumps({"images": entries}))
+    options = ("--poses", poses, "--fov", 50, "--ortho", 0.1, "--out", tmp_path / "map.npy")
+    focus = ("--autofocus", "-4,10", "--focus-region", "-4,-4,4,4", "--focus-tilt")
+    assert run(["integrate", str(folder), *map(str, (*options, *focus))]) == 0
+    errors = capfd.readouterr().err
+    assert "autofocus: z = 3." in errors or "autofocus: z = 2.9" in errors
+    assert "° along y" in errors
+
+
+def unreachable() -> str:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return f"tcp://127.0.0.1:{probe.getsockname()[1]}"
+
+
+BAD_OPTIONS: dict[str, tuple[tuple[object, ...], str]] = {
+    "view as GeoTIFF": (("--view", 0), r"Cannot write .*map\.tif: a view has no place on a map"),
+    "suffix": (("--ortho", 1, "--count", "c.jpg"), r"--count c\.jpg: the name must end in one of \.npy, \.tif"),
+    "table of a view": (("--view", 0, "--out", "v.npy", "--blobs", "b.csv"), "--blobs lists the anomalies of a map"),
+    "median and trim": (("--ortho", 1, "--median", "--trim", 0.1), "--median and --trim exclude each other"),
+    "trim": (("--ortho", 1, "--trim", 0.6), "--trim must lie between 0 and 0.5"),
+    "memory": (("--ortho", 1, "--max-memory", 1), "--max-memory must be at least 50 MB"),
+    "jobs": (("--ortho", 1, "--jobs", 0), "--jobs must be at least 1"),
+    "jobs of a view": (("--view", 0, "--out", "v.npy", "--jobs", 2), "--jobs shares out the tiles of a map"),
+    "jobs and scheduler": (("--ortho", 1, "--jobs", 1, "--scheduler", "tcp://h:1"), "--jobs and --scheduler exclude"),
+    "scheduler": (("--ortho", 1, "--scheduler", unreachable()), r"scheduler tcp://127\.0\.0\.1:\d+ cannot be reached"),
+    "no address": (("--ortho", 1, "--scheduler", "nonsense://x"), "scheduler nonsense://x cannot be reached"),
+    "lens": (("--ortho", 1, "--lens", "0.1,0.2"), "--lens needs 4 to 5 finite coefficients"),
+    "lens of text": (("--ortho", 1, "--lens", "a,b,c,d"), "--lens needs 4 to 5 finite coefficients"),
+    "fisheye": (("--ortho", 1, "--fisheye", "1,2,3,4,5"), "--fisheye needs 4 finite coefficients"),
+    "lens and fisheye": (("--ortho", 1, "--lens", "0,0,0,0", "--fisheye", "0,0,0,0"), "--lens and --fisheye exclude"),
+    "origin": (("--ortho", 1, "--origin", "48,14"), "photographs carry their positions themselves"),
+    "ground": (("--ortho", 1, "--ground", "nan"), "--ground must be a finite number"),
+    "ground above": (("--ortho", 1, "--ground", 900), "No image has the focal surface in front of its camera"),
+    "region": (("--ortho", 1, "--plane-z", 0, "--focus-region", "0,0,1,1"), "--focus-region is about --autofocus"),
+    "region of no area": (
+        ("--ortho", 1, "--autofocus", "-5,5", "--focus-region", "0,0,0,1"),
+        "--focus-region needs X0,Y0,X1,Y1",
+    ),
+    "tilts": (
+        ("--ortho", 1, "--autofocus", "-5,5", "--focus-tilt", "--tilt", "1,1"),
+        "--tilt and --focus-tilt exclude each other",
+    ),
+}
+
+
+@pytest.mark.parametrize(("options", "message"), BAD_OPTIONS.values(), ids=BAD_OPTIONS.keys())
+def test_bad_options_are_named_and_write_nothing(
+    photographs: Photographs,
+    options: tuple[object, ...],
+    message: str,
+    capfd: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("aos_gcs.surveys.cluster.CONNECT_TIMEOUT_S", 0.5)
+    before = sorted(photographs.out.parent.iterdir())
+    assert run(photographs.arguments(*options)) == 2
+    errors = capfd.readouterr().err
+    assert len(errors.splitlines()) == 1
+    assert errors.startswith("aos-gcs: ")
+    assert_found(message, errors)
+    assert sorted(photographs.out.parent.iterdir()) == before
+
+
+@pytest.mark.parametrize(
+    ("tag", "reason"),
+    [
+        ("GpsLongitude", "it has no GPSLatitude and GPSLongitude"),
+        ("GimbalPitchDegree", "it has no GimbalYawDegree and GimbalPitchDegree"),
+        ("RelativeAltitude", r"it has no RelativeAltitude; give the altitude of the ground \(--ground\)"),
+    ],
+)
+def test_a_tag_that_all_photographs_lack_is_named(
+    photographs: Photographs, tag: str, reason: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    for name in list(photographs.tags):
+        photographs.strip(name, tag)
+    assert run(photographs.arguments("--ortho", 1)) == 2
+    assert_found(rf"None of the 6 photographs in .* can be used; 0\.jpg: {reason}", capfd.readouterr().err)
+
+
+def test_a_folder_without_photographs(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    assert run(["integrate", str(tmp_path), "--ortho", "1", "--out", str(tmp_path / "map.npy")]) == 2
+    assert "has no JPEG photographs (.jpg, .jpeg); for other images give their --poses" in capfd.readouterr().err
+
+
+def test_a_map_whose_place_is_not_known_is_no_geotiff(
+    photographs: Photographs, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    poses = tmp_path / "poses.json"
+    rows = np.column_stack((np.diag([1.0, -1.0, -1.0]), [0.0, 0.0, HEIGHT_M])).tolist()
+    poses.write_text(json.dumps({"images": [{"imagefile": "0.jpg", "M3x4": rows}]}))
+    options = ("--poses", poses, "--fov", 60, "--plane-z", 0, "--ortho", 1)
+    assert run(photographs.arguments(*options)) == 2
+    assert "where the map lies on the earth is not known. Give the place" in capfd.readouterr().err
+    assert run(photographs.arguments(*options, "--origin", "48.3,14.3")) == 0
+    with rasterio.open(photographs.out) as dataset:
+        assert dataset.crs.to_dict()["lat_0"] == 48.3
+
+
+def test_a_world_that_looks_along_z_has_no_place(
+    photographs: Photographs, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    poses = tmp_path / "poses.json"
+    rows = np.column_stack((np.eye(3), [0.0, 0.0, HEIGHT_M])).tolist()
+    poses.write_text(json.dumps({"images": [{"imagefile": "0.jpg", "M3x4": rows}]}))
+    options = ("--poses", poses, "--fov", 60, "--plane-z", 0, "--ortho", 1, "--origin", "48.3,14.3")
+    assert run(photographs.arguments(*options)) == 2
+    assert "only a world of x east, y north, z up can be placed on the earth" in capfd.readouterr().err
+    assert not photographs.out.exists()
+
+
+def test_a_map_in_the_coordinates_of_its_terrain(photographs: Photographs, tmp_path: Path) -> None:
+    dem = tmp_path / "dem.tif"
+    east_m, north_m = 450_000.0, 5_350_000.0
+    with rasterio.open(
+        dem, "w", driver="GTiff", width=60, height=60, count=1, dtype="float32", crs="EPSG:32633",
+        transform=rasterio.Affine(1.0, 0.0, east_m - 30.0, 0.0, -1.0, north_m + 30.0),
+    ) as dataset:  # fmt: skip
+        dataset.write(np.full((60, 60), 5.0, dtype=np.float32), 1)
+    R = np.diag([1.0, -1.0, -1.0])
+    rows = np.column_stack((R, -R @ [east_m, north_m, 5.0 + HEIGHT_M])).tolist()
+    poses = tmp_path / "poses.json"
+    poses.write_text(json.dumps({"images": [{"imagefile": "0.jpg", "M3x4": rows}]}))
+    assert run(photographs.arguments("--poses", poses, "--fov", 50, "--dem", dem, "--ortho", 0.5)) == 0
+    with rasterio.open(photographs.out) as dataset:
+        assert dataset.crs.to_epsg() == 32633
+        centre = (np.array(dataset.bounds[:2]) + np.array(dataset.bounds[2:])) / 2
+    assert centre == pytest.approx([east_m, north_m], abs=0.5)
+
+
+def test_broken_images_are_left_out_when_asked(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    images = tmp_path / "images"
+    images.mkdir()
+    entries = []
+    for index in range(4):
+        pose = nadir_pose([2.0 * index, 0.0, HEIGHT_M])
+        cv2.imwrite(str(images / f"{index}.png"), render(pose, CAMERA))
+        R = pose.R_cam2enu.T
+        entries.append({"imagefile": f"{index}.png", "M3x4": np.column_stack((R, -R @ pose.position_enu_m)).tolist()})
+    (images / "0.png").write_bytes((images / "0.png").read_bytes()[:-300])
+    cv2.imwrite(str(images / "2.png"), np.zeros((50, 60), dtype=np.uint8))
+    poses = tmp_path / "poses.json"
+    poses.write_text(json.dumps({"images": entries}))
+    out = tmp_path / "map.npy"
+    fov_deg = math.degrees(CAMERA.horizontal_fov_rad)
+    arguments = ["integrate", str(images), "--poses", str(poses), "--fov", str(fov_deg), "--plane-z", "0"]
+    arguments += ["--ortho", "0.2", "--out", str(out)]
+    assert run(arguments) == 2
+    assert_found(r"0\.png is incomplete", capfd.readouterr().err)
+    assert not out.exists()
+    assert run([*arguments, "--skip-broken"]) == 0
+    errors = capfd.readouterr().err
+    assert_found(r"1 of 4 images are left out; 0\.png: The image .* is incomplete", errors)
+    assert_found(r"1 of 3 images are left out; 2\.png: The image .* has 60 x 50 pixels", errors)
+    for path in images.iterdir():
+        path.write_bytes(b"")
+    assert run([*arguments, "--skip-broken"]) == 2
+    assert_found(r"None of the 4 images can be used; 0\.png", capfd.readouterr().err)
+
+
+def assert_found(pattern: str, text: str) -> None:
+    assert re.search(pattern, text), text
