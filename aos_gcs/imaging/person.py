@@ -1,7 +1,8 @@
 """How much a warm body looks like a person.
 
-A logistic regression on what frames show of a body: how warm it is, how large its visible part, from how many vehicles
-it is seen. Colour takes no part: clothes may have any. What is hotter than any body is none.
+A logistic regression on what frames show of a body: how warm it is in the middle and at its warmest, how large its
+visible part, from how many vehicles it is seen. What a single vehicle sees is no evidence, and what is hotter than any
+skin is no person.
 
 The weights are fitted to simulated scenes by ``aos-gcs lab fit-person`` (docs/effectiveness.md); a model for another
 season, camera or quarry is another file.
@@ -28,11 +29,13 @@ from aos_gcs.imaging.person_evidence import Evidence
 DECISION = 0.5
 """Confidence from which a body counts as a person."""
 
-FEATURES = ("low contrast", "median contrast", "high contrast", "log area", "log extent", "log vehicles")
+FEATURES = ("median contrast", "peak contrast", "log area", "log extent", "log vehicles")
 MAX_CONTRAST_K = 40.0
 """Skin is at most 37 °C warm, and surroundings in which people are searched for seldom colder than -3 °C."""
+MIN_VEHICLES = 2
+"""Vehicles that must agree; one alone may see a defective pixel, or a piece of another body beside its place."""
 _MIN_EXTENT_M = 0.1
-_RIDGE = 1e-2
+_RIDGE = 1e-3
 """Penalty on the squares of the standardised weights, per observation: keeps them finite where classes separate."""
 
 
@@ -51,7 +54,7 @@ def person_confidence(evidence: Evidence, model: PersonModel | None = None) -> f
 
     It holds for a body that is as likely a person as not. Where persons are rarer, so is a true alarm.
     """
-    if evidence.contrast_high_k > MAX_CONTRAST_K:
+    if evidence.contrast_peak_k > MAX_CONTRAST_K or evidence.vehicles < MIN_VEHICLES:
         return 0.0
     model = default_model() if model is None else model
     standardised = (_features(evidence) - model.centres) / model.scales
@@ -126,9 +129,8 @@ def _parse(text: str, name: str) -> PersonModel:
 def _features(evidence: Evidence) -> NDArray[np.float64]:
     return np.array(
         [
-            evidence.contrast_low_k,
             evidence.contrast_median_k,
-            evidence.contrast_high_k,
+            evidence.contrast_peak_k,
             math.log(evidence.area_m2),
             math.log(max(evidence.extent_m, _MIN_EXTENT_M)),
             math.log(evidence.vehicles),

@@ -1,14 +1,14 @@
 """What single frames show of warm bodies: the pixels that are clearly warmer than the rest of the frame.
 
 Anomaly detection marks what is rare, warm or not, and at most a fixed share of a frame. To tell a person from what else
-is rare, this looks at all warm pixels around a mark: how warm, how large, of which colour. Temperatures are differences
-from the frame's own median, in which the offset of an uncooled camera cancels.
+is rare, this looks at all warm pixels. Temperatures are differences from the frame's own median, in which the offset of
+an uncooled camera cancels. Colour takes no part: clothes may have any.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,8 +30,7 @@ LINK_M = 1.5
 0.5 m and attitudes to 1 degree."""
 
 _BACKGROUND_STRIDE = 4
-"""Of the pixels that the frame's median and colours are computed from."""
-_COLOURS = ("red", "green", "blue")
+"""Of the pixels that the frame's median is computed from."""
 _CELL_M = 0.25
 """Points within such a cell are linked as one."""
 
@@ -45,8 +44,6 @@ class WarmView:
     """Where they lie on the focal plane, shape (k, 2)."""
     contrast_k: NDArray[np.float64]
     """Above the frame's median, shape (k,)."""
-    colour_score: NDArray[np.float64]
-    """Squared Mahalanobis distance of red, green, blue to those of the frame, shape (k,); NaN without colour."""
     pixel_area_m2: float
     """Of one pixel on the focal plane, at nadir."""
     camera: CameraModel
@@ -59,15 +56,7 @@ class WarmView:
 
     def part(self, chosen: NDArray[np.bool]) -> WarmView:
         """Return the view with some of its pixels only, ``chosen`` of shape (k,)."""
-        return WarmView(
-            self.vehicle_id,
-            self.points_enu_m[chosen],
-            self.contrast_k[chosen],
-            self.colour_score[chosen],
-            self.pixel_area_m2,
-            self.camera,
-            self.pose,
-        )
+        return replace(self, points_enu_m=self.points_enu_m[chosen], contrast_k=self.contrast_k[chosen])
 
     def as_blob_view(self) -> BlobView:
         """Return what geolocation needs of it."""
@@ -79,7 +68,7 @@ def warm_view(frame: Frame, plane_height_m: float = 0.0, min_contrast_k: float =
     """Return the warm pixels of a frame, possibly none.
 
     Args:
-        frame: with a band ``thermal`` in degrees Celsius; with ``red, green, blue`` colour is judged, too.
+        frame: with a band ``thermal`` in degrees Celsius.
         plane_height_m: ENU height of the focal plane. Pixels that do not look at it are left out.
         min_contrast_k: above the frame's median.
 
@@ -97,23 +86,11 @@ def warm_view(frame: Frame, plane_height_m: float = 0.0, min_contrast_k: float =
         vehicle_id=frame.vehicle_id,
         points_enu_m=points_enu_m,
         contrast_k=contrast_k[rows, columns].astype(np.float64),
-        colour_score=_colour_scores(frame, rows, columns),
         pixel_area_m2=depth_m**2 / (frame.camera.fx_px * frame.camera.fy_px),
         camera=frame.camera,
         pose=frame.pose,
     )
     return view.part(~np.isnan(points_enu_m[:, 0]))
-
-
-def _colour_scores(frame: Frame, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> NDArray[np.float64]:
-    if not set(_COLOURS) <= set(frame.bands):
-        return np.full(len(rows), np.nan)
-    bands = [frame.bands.index(name) for name in _COLOURS]
-    background = frame.image[::_BACKGROUND_STRIDE, ::_BACKGROUND_STRIDE, bands].reshape(-1, 3).astype(np.float64)
-    background = background[np.isfinite(background).all(axis=1)]
-    whitening = np.linalg.pinv(np.cov(background.T))
-    offset = frame.image[rows, columns][:, bands].astype(np.float64) - background.mean(axis=0)
-    return np.asarray(np.einsum("ki,ij,kj->k", offset, whitening, offset))
 
 
 def warm_bodies(views: Sequence[WarmView], link_m: float = LINK_M) -> tuple[tuple[WarmView, ...], ...]:

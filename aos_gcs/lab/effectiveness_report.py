@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -10,7 +11,7 @@ from enum import StrEnum
 import numpy as np
 from scipy import stats
 
-from aos_gcs.imaging.person import DECISION, PersonModel, person_confidence
+from aos_gcs.imaging.person import DECISION, MIN_VEHICLES, PersonModel, person_confidence
 from aos_gcs.imaging.person_evidence import Evidence
 from aos_gcs.lab.effectiveness import IN_VIEW_M2, Anomaly, SceneResult
 from aos_gcs.lab.scenes import PositionGrade
@@ -42,7 +43,7 @@ class Rule(StrEnum):
     """How the system decides that a person is here."""
 
     PERSON = "person"
-    """The warm body that looks most like a person has a sufficient confidence."""
+    """Of the warm bodies that look like a person with sufficient confidence, the one seen in most frames."""
     ANOMALY = "anomaly"
     """Every step has an anomaly of the size from which missions count a target as in view, whatever it is."""
 
@@ -111,14 +112,14 @@ class Effectiveness:
 def decide(result: SceneResult, grade: PositionGrade, rule: Rule, model: PersonModel | None = None) -> Decision:
     """Judge one scene; ``model`` is that of persons, None for the program's own."""
     confidences = [person_confidence(body.evidence, model) for body in result.warm[grade]]
-    best = int(np.argmax(confidences)) if confidences else None
-    confidence = 0.0 if best is None else confidences[best]
+    persons = [body for body, value in zip(result.warm[grade], confidences, strict=True) if value >= DECISION]
     claim_enu_m: tuple[float, float] | None = None
     sigma_m = math.nan
     if rule is Rule.ANOMALY:
         claim_enu_m = _lasting_anomaly(result.anomalies[grade])
-    elif best is not None and confidence >= DECISION:
-        claim_enu_m, sigma_m = result.warm[grade][best].position_enu_m, result.warm[grade][best].sigma_m
+    elif persons:
+        claim = max(persons, key=lambda body: body.evidence.views)
+        claim_enu_m, sigma_m = claim.position_enu_m, claim.sigma_m
     verdict, error_m = _verdict(result, claim_enu_m)
     return Decision(
         trees_per_ha=result.key.trees_per_ha,
@@ -127,7 +128,7 @@ def decide(result: SceneResult, grade: PositionGrade, rule: Rule, model: PersonM
         rule=rule,
         verdict=verdict,
         approached=result.approached,
-        confidence=confidence,
+        confidence=max(confidences, default=0.0),
         person_seen=any(_is_person(result, body.position_enu_m) for body in result.warm[grade]),
         error_m=error_m,
         sigma_m=sigma_m,
@@ -143,14 +144,14 @@ def summarise(decisions: Iterable[Decision]) -> list[Effectiveness]:
 
 
 def labelled_bodies(results: Iterable[SceneResult]) -> tuple[list[Evidence], list[bool]]:
-    """Return the evidence on all warm bodies, and whether each is the person: to fit a model with.
+    """Return the evidence on warm bodies, and whether each is the person: to fit a model with.
 
-    A warm body is what it lies nearest to.
+    A warm body is what it lies nearest to. What too few vehicles have seen is left out, as the model does not judge it.
     """
     evidence, is_person = [], []
     for result in results:
-        for bodies in result.warm.values():
-            for warm in bodies:
+        for warm in itertools.chain.from_iterable(result.warm.values()):
+            if warm.evidence.vehicles >= MIN_VEHICLES:
                 evidence.append(warm.evidence)
                 nearest = min(result.bodies, key=lambda body: math.dist(body.position_enu_m, warm.position_enu_m))
                 is_person.append(nearest is result.bodies[0] and result.key.has_person)
@@ -176,7 +177,7 @@ def as_markdown(figures: Sequence[Effectiveness]) -> str:
 def _lasting_anomaly(steps: Sequence[Anomaly | None]) -> tuple[float, float] | None:
     """Return where the last step's anomaly is if every step has one."""
     seen = [step for step in steps if step is not None and step.area_m2 >= IN_VIEW_M2]
-    return seen[-1].position_enu_m if len(seen) == len(steps) else None
+    return seen[-1].position_enu_m if seen and len(seen) == len(steps) else None
 
 
 def _verdict(result: SceneResult, claim_enu_m: tuple[float, float] | None) -> tuple[Verdict, float]:

@@ -1,6 +1,5 @@
 """Telling persons from other warm bodies."""
 
-import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -23,13 +22,11 @@ PERSON = Evidence(
     vehicles=9,
     area_m2=0.25,
     extent_m=0.8,
-    contrast_low_k=14.0,
-    contrast_median_k=15.0,
-    contrast_high_k=18.0,
-    colour_score=60.0,
+    contrast_median_k=14.5,
+    contrast_peak_k=20.5,
 )
-DEER = replace(PERSON, area_m2=0.45, extent_m=1.4, contrast_low_k=7.0, contrast_median_k=8.0, contrast_high_k=12.0)
-STONE = replace(PERSON, area_m2=0.5, extent_m=0.9, contrast_low_k=8.0, contrast_median_k=9.0, contrast_high_k=10.0)
+DEER = replace(PERSON, area_m2=0.45, extent_m=1.4, contrast_median_k=8.0, contrast_peak_k=13.0)
+STONE = replace(PERSON, area_m2=0.5, extent_m=0.9, contrast_median_k=12.0, contrast_peak_k=13.5)
 
 
 def sample(of: Evidence, count: int, seed: int) -> list[Evidence]:
@@ -41,7 +38,7 @@ def sample(of: Evidence, count: int, seed: int) -> list[Evidence]:
             area_m2=of.area_m2 * a,
             extent_m=of.extent_m * b,
             contrast_median_k=of.contrast_median_k * c,
-            contrast_high_k=of.contrast_high_k * d,
+            contrast_peak_k=of.contrast_peak_k * d,
         )
         for a, b, c, d in factors
     ]
@@ -72,9 +69,8 @@ def test_a_model_needs_both_classes() -> None:
         fit_person_model([], [])
 
 
-def test_confidence_does_not_depend_on_clothes(model: PersonModel) -> None:
-    for colour in (0.0, 500.0, math.nan):
-        assert person_confidence(replace(PERSON, colour_score=colour), model) == person_confidence(PERSON, model)
+def test_what_one_vehicle_sees_is_no_evidence(model: PersonModel) -> None:
+    assert person_confidence(replace(PERSON, vehicles=1, views=3), model) == 0.0
 
 
 def test_the_programs_own_model_knows_persons_animals_and_stones() -> None:
@@ -84,7 +80,7 @@ def test_the_programs_own_model_knows_persons_animals_and_stones() -> None:
 
 
 def test_something_as_hot_as_an_engine_is_no_person() -> None:
-    assert person_confidence(replace(PERSON, contrast_low_k=50.0, contrast_median_k=60.0, contrast_high_k=70.0)) < 0.1
+    assert person_confidence(replace(PERSON, contrast_median_k=60.0, contrast_peak_k=70.0)) == 0.0
 
 
 def test_models_survive_a_file(model: PersonModel, tmp_path: Path) -> None:

@@ -58,13 +58,6 @@ def test_lukewarm_and_empty_frames_show_nothing() -> None:
     assert len(warm_view(frame_with_spot(None)).points_enu_m) == 0
 
 
-def test_colour_is_judged_against_the_frame_and_only_where_there_is_one() -> None:
-    frame = frame_with_spot()
-    assert warm_view(frame).colour_score.min() > 100.0
-    thermal_only = Frame(1, frame.image[..., 3:], ("thermal",), frame.pose, CAMERA)
-    assert np.isnan(warm_view(thermal_only).colour_score).all()
-
-
 def test_frames_without_thermal_are_refused() -> None:
     frame = frame_with_spot()
     with pytest.raises(ImagingError, match="red, green, blue"):
@@ -103,5 +96,5 @@ def test_evidence_sums_a_body_up() -> None:
     assert (evidence.views, evidence.vehicles) == (3, 2)
     assert evidence.area_m2 == pytest.approx(25 * GSD_M**2)
     assert evidence.extent_m == pytest.approx(4 * GSD_M)
-    assert evidence.contrast_low_k == pytest.approx(14.0, abs=0.2)
-    assert evidence.contrast_high_k == pytest.approx(20.0, abs=0.2)
+    assert evidence.contrast_median_k == pytest.approx(20.0, abs=0.2)
+    assert evidence.contrast_peak_k == pytest.approx(20.0, abs=0.2)

@@ -12,15 +12,15 @@ from aos_gcs.lab.effectiveness_report import Rule, Share, Verdict, as_markdown, 
 from aos_gcs.lab.scenes import Body, PositionGrade
 
 PERSON_ENU_M, DEER_ENU_M = (0.0, 30.0), (10.0, 30.0)
-MODEL = PersonModel((0.0,) * 6, (1.0,) * 6, (0.0, 1.0, 0.0, 0.0, 0.0, 0.0), -12.0)
+MODEL = PersonModel((0.0,) * 5, (1.0,) * 5, (1.0, 0.0, 0.0, 0.0, 0.0), -12.0)
 """Whatever is warmer than 12 K is a person."""
 
 
 ANOMALIES = (Anomaly(0.3, (10.0, 30.0)), Anomaly(0.2, (0.0, 30.0)))
 
 
-def warm(east_m: float, contrast_k: float, north_m: float = 30.0) -> WarmBody:
-    evidence = Evidence(5, 3, 0.2, 0.5, contrast_k, contrast_k, contrast_k, math.nan)
+def warm(east_m: float, contrast_k: float, north_m: float = 30.0, *, views: int = 5, vehicles: int = 3) -> WarmBody:
+    evidence = Evidence(views, vehicles, 0.2, 0.5, contrast_k, contrast_k)
     return WarmBody(evidence, (east_m, north_m), 0.3)
 
 
@@ -55,8 +55,8 @@ def test_verdicts(result: SceneResult, verdict: Verdict, seen: bool) -> None:
     assert math.isnan(decision.error_m) == (verdict is not Verdict.HIT)
 
 
-def test_the_likeliest_body_is_the_claim() -> None:
-    decision = decide(scene(warm(10.0, 12.5), warm(0.3, 16.0, 30.4)), PositionGrade.RTK, Rule.PERSON, MODEL)
+def test_of_bodies_like_persons_the_one_seen_most_is_the_claim() -> None:
+    decision = decide(scene(warm(10.0, 17.0), warm(0.3, 16.0, 30.4, views=9)), PositionGrade.RTK, Rule.PERSON, MODEL)
     assert decision.verdict is Verdict.HIT
     assert decision.error_m == pytest.approx(0.5)
 
@@ -110,3 +110,4 @@ def test_bodies_are_labelled_by_what_they_lie_nearest_to() -> None:
     )
     assert is_person == [True, False, True, False, False, False]
     assert len(evidence) == 6
+    assert labelled_bodies([scene(warm(0.0, 15.0, vehicles=1))]) == ([], [])

@@ -14,7 +14,7 @@ SETTINGS = StudySettings()
 
 
 def result(seed: int = 1) -> SceneResult:
-    body = WarmBody(Evidence(5, 3, 0.2, 0.5, 12.0, 13.0, 17.0, 80.0), (1.5, 2.5), 0.3)
+    body = WarmBody(Evidence(5, 3, 0.2, 0.5, 13.0, 17.0), (1.5, 2.5), 0.3)
     return SceneResult(
         key=SceneKey(300.0, seed, has_person=True),
         bodies=(Body("person lying", (1.0, 2.0)),),
