@@ -31,7 +31,7 @@ def local_cluster(workers: int) -> Iterator[Any]:
     distributed = _distributed()
     with ExitStack() as stack:
         cluster = stack.enter_context(
-            distributed.LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None)
+            distributed.LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address="127.0.0.1:0")
         )
         yield stack.enter_context(distributed.Client(cluster))
 
@@ -77,7 +77,7 @@ def integrate_on_cluster(
     shared = client.scatter(work, broadcast=True, hash=False)
     # Not pure: equal work is to be done again when it is asked for again, images may have changed.
     futures = {client.submit(integrate_tiles, shared, group, pure=False): group for group in groups}
-    done = distributed.as_completed(list(futures))
+    done = distributed.as_completed(list(futures), loop=client.loop)
     for future in done:
         try:
             results: list[TileResult] = future.result()
