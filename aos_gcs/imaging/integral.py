@@ -119,7 +119,16 @@ class ViewIntegral:
 
     def mean(self) -> NDArray[np.float32]:
         """Return the integral, shape (H, W, C), NaN where nothing covers."""
-        integral = np.empty(self._sum.shape, dtype=np.float32)
+        return self._divide(np.empty(self._sum.shape, dtype=np.float32))
+
+    def take(self) -> tuple[NDArray[np.float32], NDArray[np.uint16]]:
+        """Return the integral and the coverage, and begin anew: as ``mean``, with less memory and time."""
+        total, coverage = self._sum, self.coverage
+        mean = self._divide(total if total.dtype == np.float32 else np.empty(total.shape, dtype=np.float32))
+        self._sum, self.coverage = np.zeros(total.shape, total.dtype), np.zeros(coverage.shape, coverage.dtype)
+        return mean, coverage
+
+    def _divide(self, integral: NDArray[np.float32]) -> NDArray[np.float32]:
         parallel_map(partial(self._divide_band, integral), self._bands_of_rows())
         return integral
 
@@ -174,7 +183,7 @@ def integrate(
         # Emptied before it is filled again, so that no more than one batch is held.
         batch.clear()
         batch.extend(islice(remaining, BATCH_FRAMES))
-    return integral.mean(), integral.coverage
+    return integral.take()
 
 
 def integrate_on_grid(frames: Iterable[Frame], grid: FocalGrid) -> tuple[NDArray[np.float32], NDArray[np.uint16]]:

