@@ -54,6 +54,9 @@ def sim(
         str, typer.Option(help="Launch site: LAT,LON,ALT in degrees and metres above sea level.")
     ] = "48.3,14.3,260",
     trees_per_ha: Annotated[float, typer.Option(help="Density of the forest.")] = 300.0,
+    animals: Annotated[int, typer.Option(help="Deer and boars in the forest, which distract the search.")] = 0,
+    stones: Annotated[int, typer.Option(help="Sun-warmed stones in the forest.")] = 0,
+    cloths: Annotated[int, typer.Option(help="Bright cloths in the forest, as warm as the air.")] = 0,
     image_size: Annotated[int, typer.Option(help="Width and height of the images in pixels.")] = 512,
     fov: Annotated[float, typer.Option(help="Field of view of the cameras in degrees.")] = 50.0,
     wind: Annotated[float, typer.Option(help="Mean wind in m/s, from the west, with gusts.")] = 0.0,
@@ -89,7 +92,9 @@ def sim(
         http_port=http_port,
         parameters=_parse_parameters(param or []),
     )
-    scene = build_scene(SceneParameters(seed=seed, trees_per_ha=trees_per_ha))
+    scene = build_scene(
+        SceneParameters(seed=seed, trees_per_ha=trees_per_ha, animals=animals, stones=stones, cloths=cloths)
+    )
     source = CheckerboardGround() if no_render else _make_renderer(scene)
     files = _Files(world_file, report_file)
     asyncio.run(_simulate(SimulatedSwarm(options, source), _world_of(scene), files, exit_with_parent))
