@@ -20,6 +20,9 @@ lab = typer.Typer(no_args_is_help=True)
 @lab.callback()
 def _about() -> None:
     """Compare swarm strategies in simulated forests."""
+    from aos_gcs.extras import load_extra  # noqa: PLC0415 - keeps the other commands' help fast
+
+    load_extra("pyarrow", "lab", "The laboratory")
 
 
 @lab.command("run")
@@ -82,10 +85,8 @@ def run(
         typer.echo(f"{done} of {len(campaign.initialisations)} initialisations are there already.", err=True)
     with progress("Initialisations", missing) as advance:
         compute(results, advance, jobs=jobs, scheduler=scheduler)
-    typer.echo(
-        f"{len(campaign.strategies)} strategies in {len(campaign.initialisations)} initialisations: "
-        f"{results.read().num_rows} rows in {out}"
-    )
+    counts = f"strategies: {len(campaign.strategies)}, initialisations: {len(campaign.initialisations)}"
+    typer.echo(f"{results.read().num_rows} rows in {out} ({counts})")
 
 
 @lab.command("report")
