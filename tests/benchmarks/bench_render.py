@@ -30,6 +30,7 @@ def main() -> None:
     print(f"build scene                 {median_durations(3, lambda: build_scene(parameters))}")
     print(f"build renderer              {median_durations(3, lambda: Renderer(scene))}")
     print(f"one frame 512 x 512         {median_durations(10, lambda: renderer.render(poses[0], CAMERA, rng))}")
+    print(f"the same, backdrop thinned  {median_durations(10, lambda: renderer.render(poses[0], CAMERA, rng, 2))}")
     print(f"ten frames, two threads     {median_durations(5, lambda: renderer.render_many(poses, CAMERA, rng))}")
     print(f"masks of a person           {median_durations(10, lambda: renderer.person_masks(poses[0], CAMERA))}")
     by_seed = single_view_visibilities().mean(axis=1)
