@@ -54,7 +54,7 @@ class Diagnostics:
     """What an operator and a researcher want to see of a strategy; ``None`` where it has no such quantity."""
 
     branch: str
-    """``line`` (the default branch) or ``pso``."""
+    """``line`` (the default branch), ``pso``, or a word of the strategy's own for what it is doing."""
     evolutionary_factor: float | None = None
     evolutionary_state: str | None = None
     c_s_m: float | None = None
@@ -90,7 +90,7 @@ class Strategy(Protocol[StateT]):
         """Return the state after an observation.
 
         Raises:
-            ValueError: shapes do not fit, or fewer than two vehicles.
+            ValueError: shapes do not fit, or there are fewer vehicles than the strategy needs, two as a rule.
         """
         ...
 
