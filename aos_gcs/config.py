@@ -21,6 +21,7 @@ from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.imaging.geolocation import Uncertainty
 from aos_gcs.imaging.step import ImagingSettings
+from aos_gcs.mission.aperture_check import advise
 from aos_gcs.mission.plan import altitude_layers
 from aos_gcs.mission.polygon import Polygon, as_polygon
 from aos_gcs.mission.safety import SafetyLimits
@@ -29,6 +30,7 @@ from aos_gcs.mission.settings import (
     Deadlines,
     DetectionSettings,
     FlightSettings,
+    ForestSettings,
     MissionSettings,
     RegistrationSettings,
 )
@@ -125,6 +127,7 @@ class ServiceConfig(BaseModel):
     imaging: dict[str, Any] = {}
     autofocus: dict[str, Any] = {}
     registration: dict[str, Any] = {}
+    forest: dict[str, Any] | None = None
     safety: dict[str, Any] = {}
     api: ApiConfig = ApiConfig()
     record: RecordConfig = RecordConfig()
@@ -190,6 +193,7 @@ def mission_settings(config: ServiceConfig) -> MissionSettings:
         tracking=_tracking(config.tracking),
         autofocus=_build(AutofocusSettings, "autofocus", config.autofocus),
         registration=_build(RegistrationSettings, "registration", config.registration),
+        forest=None if config.forest is None else _build(ForestSettings, "forest", config.forest),
         auto_start=mission.auto_start,
         auto_return=mission.auto_return,
     )
@@ -203,7 +207,16 @@ def mission_settings(config: ServiceConfig) -> MissionSettings:
             f"autofocus.reach_m ({settings.autofocus.reach_m:g}) above imaging.plane_height_m must be below "
             f"flight.lowest_layer_m ({settings.flight.lowest_layer_m:g}): nothing above the cameras is ever seen."
         )
+    if settings.forest is not None:
+        _check_forest(settings, settings.forest)
     return settings
+
+
+def _check_forest(settings: MissionSettings, forest: ForestSettings) -> None:
+    try:
+        advise(settings, forest)
+    except ConfigurationError as error:
+        raise ConfigurationError(f"forest: {error}") from error
 
 
 def _area_enu_m(mission: MissionConfig, origin: GeodeticPosition | None) -> tuple[tuple[float, float], ...]:

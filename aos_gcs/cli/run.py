@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
 
+from aos_gcs.errors import ConfigurationError
+
 if TYPE_CHECKING:
     from aos_gcs.config import ServiceConfig
 
@@ -26,6 +28,9 @@ def run(
     exit_when_done: Annotated[
         bool, typer.Option("--exit-when-done", help="End with the mission instead of keeping the dashboard up.")
     ] = False,
+    plan: Annotated[
+        bool, typer.Option("--plan", help="Say how the aperture suits the file's forest, and fly nothing.")
+    ] = False,
 ) -> None:
     """Fly a mission with the vehicles of a configuration file.
 
@@ -35,6 +40,9 @@ def run(
     from aos_gcs.config import read_config  # noqa: PLC0415 - heavy, only for this command
 
     service = read_config(config)
+    if plan:
+        _show_plan(service)
+        return
     if port is not None:
         service.api.port = port
     if headless:
@@ -42,6 +50,21 @@ def run(
     stay = service.api.enabled and not exit_when_done
     if not run_until_terminated(_fly(service, stay)):
         raise typer.Exit(EXIT_FAILED)
+
+
+def _show_plan(config: ServiceConfig) -> None:
+    from aos_gcs.config import mission_settings  # noqa: PLC0415 - heavy, only for this command
+    from aos_gcs.mission.aperture_check import advise  # noqa: PLC0415
+
+    settings = mission_settings(config)
+    if settings.forest is None:
+        raise ConfigurationError(
+            "--plan needs the section [forest] in the configuration; docs/configuration.md has it."
+        )
+    advice = advise(settings, settings.forest)
+    typer.echo(advice.text)
+    for reason in advice.plan.reasons:
+        typer.echo(f"- {reason}")
 
 
 async def _fly(config: ServiceConfig, stay: bool) -> bool:

@@ -8,6 +8,7 @@ import numpy as np
 
 from aos_gcs.errors import MissionFailedError
 from aos_gcs.geometry.geodesy import LocalFrame
+from aos_gcs.mission.aperture_check import check_aperture
 from aos_gcs.mission.context import MissionContext
 from aos_gcs.mission.model import Phase, Task
 from aos_gcs.mission.plan import altitude_layers, propose_fence
@@ -28,6 +29,7 @@ class Launch:
 
     def __init__(self, context: MissionContext) -> None:
         self._context = context
+        self._advice = check_aperture(context.settings)
 
     async def connect(self) -> Phase:
         """Wait until the expected number of vehicles is heard."""
@@ -113,9 +115,8 @@ class Launch:
     def _checks_pass(self) -> bool:
         context = self._context
         self._find_origin()
-        context.preflight = check_all(
-            context.roster, context.settings.vehicles, context.settings.safety.get("separation_m", MIN_HOME_DISTANCE_M)
-        )
+        separation_m = context.settings.safety.get("separation_m", MIN_HOME_DISTANCE_M)
+        context.preflight = self._advice + check_all(context.roster, context.settings.vehicles, separation_m)
         return context.roster.frame is not None and all(check.passed for check in context.preflight)
 
     def _find_origin(self) -> None:

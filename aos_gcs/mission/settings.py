@@ -118,6 +118,18 @@ class RegistrationSettings(_Positive):
 
 
 @dataclass(frozen=True, slots=True)
+class ForestSettings(_Positive):
+    """What hides the ground, for advice on the aperture; heights are above the focal plane."""
+
+    canopy_height_m: float
+    crown_base_m: float
+    occluder_size_m: float = 1.4
+    """Diameter of twigs with their leaves; docs/autofocus.md says why."""
+    occlusion: float = 0.85
+    """Share of the ground that one image does not see, below 1."""
+
+
+@dataclass(frozen=True, slots=True)
 class MissionSettings:
     """A whole mission."""
 
@@ -143,6 +155,8 @@ class MissionSettings:
     tracking: TrackingSettings = field(default_factory=TrackingSettings)
     autofocus: AutofocusSettings = field(default_factory=AutofocusSettings)
     registration: RegistrationSettings = field(default_factory=RegistrationSettings)
+    forest: ForestSettings | None = None
+    """None: no advice on the aperture."""
     auto_start: bool = False
     """Start as soon as preflight has passed, without an operator."""
     auto_return: bool = False

@@ -169,3 +169,24 @@ def test_links_and_areas(refusal_of_file, old: str, new: str, sentence: str) -> 
 def test_a_link_port_in_use(refusal_of_file, free_port: int) -> None:
     with taken_port(socket.SOCK_DGRAM) as port:
         assert f"port {port} is in use" in refusal_of_file(str(free_port), str(port))
+
+
+def test_a_plan_without_a_forest_names_the_section(tmp_path: Path, refusal, free_port: int) -> None:
+    file = tmp_path / "mission.toml"
+    file.write_text(CONFIGURATION.format(port=free_port, folder=tmp_path / "missions"), encoding="utf-8")
+    assert "[forest]" in refusal("run", str(file), "--plan")
+
+
+def test_a_plan_says_how_the_aperture_suits_the_forest(
+    tmp_path: Path, free_port: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "mission.toml"
+    forest = "[forest]\ncanopy_height_m = 18\ncrown_base_m = 6\n"
+    file.write_text(CONFIGURATION.format(port=free_port, folder=tmp_path / "missions") + forest, encoding="utf-8")
+    with pytest.raises(SystemExit) as stop:
+        main(["--log-level", "error", "run", str(file), "--plan"])
+    assert stop.value.code == 0
+    output = capsys.readouterr().out
+    assert output.startswith("c4 4.2 m (useful from 4.3 m), 2 vehicles")
+    assert "10 reach 95%" in output
+    assert not (tmp_path / "missions").exists()

@@ -133,6 +133,12 @@ def test_wrong_types_and_ranges_name_the_field(sections: dict[str, Any], text: s
         ({"tracking": {"motion": {"speed": 0.0}}}, r"tracking\.motion\.speed is unknown"),
         ({"tracking": {"motion": 3}}, r"tracking\.motion"),
         ({"imaging": {"detector": "cnn"}}, r"imaging\.detector"),
+        ({"autofocus": {"enabled": True, "reach_m": 40.0}}, r"autofocus\.reach_m \(40\) above .* must be below"),
+        ({"autofocus": {"interval_steps": 0}}, "autofocus: interval_steps must be a finite number above 0"),
+        ({"registration": {"min_confidence": 2.0}}, "registration: min_confidence must be at most 1"),
+        ({"registration": {"certain": True}}, r"registration\.certain is unknown"),
+        ({"forest": {"canopy_height_m": 40.0, "crown_base_m": 6.0}}, "forest: altitude_m must be above the tree tops"),
+        ({"forest": {}}, r"forest\.canopy_height_m"),
         ({"safety": {"min_battery_fraction": 20}}, "safety: min_battery_fraction must be 0 or more and below 1"),
         ({"safety": {"fence_enu_m": SQUARE, "fence_deg": [[1, 2]]}}, "either as fence_deg or as fence_enu_m"),
         ({"safety": {"fence_enu_m": [[0, 0], [5, 5], [5, 0], [0, 5]]}}, "fence_enu_m must not cross"),
@@ -146,3 +152,25 @@ def test_contradictions_are_found_before_anything_is_opened(sections: dict[str, 
 def test_several_problems_are_counted() -> None:
     with pytest.raises(ConfigurationError, match=r"\(and 1 more\)"):
         parse_config({"link": {"urls": ["udpin://0.0.0.0:1"]}, "mission": {"vehicles": 1, "seed": -1}})
+
+
+def test_learning_and_advice_are_off_unless_they_are_asked_for() -> None:
+    settings = mission_settings(configuration())
+    assert not settings.autofocus.is_due(3)
+    assert not settings.registration.is_due(1)
+    assert settings.forest is None
+
+
+def test_learning_and_advice_are_configured() -> None:
+    settings = mission_settings(
+        configuration(
+            imaging={"plane_height_m": 2.0},
+            autofocus={"enabled": True, "reach_m": 5.0, "interval_steps": 2},
+            registration={"enabled": True, "min_confidence": 0.8},
+            forest={"canopy_height_m": 18.0, "crown_base_m": 6.0},
+        )
+    )
+    assert settings.focus_range_m == (-3.0, 7.0)
+    assert [settings.autofocus.is_due(step) for step in (1, 2, 3, 4)] == [False, True, False, True]
+    assert settings.registration.min_confidence == 0.8
+    assert settings.forest is not None
