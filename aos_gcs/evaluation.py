@@ -90,7 +90,9 @@ def _visibilities(reader: MissionReader, world: Mapping[str, Any], persons_enu_m
         own = step.target_enu_m is not None and bool(
             np.linalg.norm(persons_enu_m - np.array(step.target_enu_m[:2]), axis=1).min() <= _OWN_RADIUS_M
         )
-        visibilities.append(min(1.0, step.visibility_m2 / area_m2) if own and area_m2 > 0.0 else 0.0)
+        # What earlier views add is left out, as the area is that of the step's own views.
+        seen_m2 = step.visibility_m2 if step.visibility_present_m2 is None else step.visibility_present_m2
+        visibilities.append(min(1.0, seen_m2 / area_m2) if own and area_m2 > 0.0 else 0.0)
     return visibilities
 
 

@@ -132,7 +132,7 @@ class Sighting:
 
     blob: Blob
     views: tuple[BlobView, ...]
-    """At least one."""
+    """Of the step's own frames; at least one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -150,6 +150,24 @@ class VehicleMasks:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class KeptView:
+    """What a frame of an earlier step has marked of the target."""
+
+    vehicle_id: int
+    pose: Pose
+    """Of its camera."""
+    marked: NDArray[np.bool_]
+    """Cells of a north-up raster of its own, shape (rows, columns)."""
+    west_m: float
+    """East coordinate of the outer edge of column 0."""
+    north_m: float
+    """North coordinate of the outer edge of row 0."""
+    resolution_m: float
+    height_m: float
+    """Of the focal plane that the raster lies on."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class StepAnalysis:
     """Everything one step's frames tell."""
 
@@ -159,9 +177,9 @@ class StepAnalysis:
     coverage: NDArray[np.uint16]
     """Number of frames that cover each cell, shape (rows, columns)."""
     anomaly_count: NDArray[np.uint16]
-    """Number of frames that mark each cell, shape (rows, columns)."""
+    """Number of frames that mark each cell, shape (rows, columns); those of the history count."""
     blob: Blob | None
-    """None when no cell reaches the minimum count."""
+    """None when no frame of the step marks a cell that reaches the minimum count."""
     vehicle_ids: tuple[int, ...]
     """Of the frames that took part."""
     fitness: NDArray[np.float64]
@@ -174,6 +192,10 @@ class StepAnalysis:
     """All blobs, the largest first; at most ``MAX_SIGHTINGS``."""
     skipped: Mapping[int, str] = field(default_factory=dict)
     """Why a frame took no part, by vehicle."""
+    present_m2: float = 0.0
+    """Area of the largest blob that the step's own frames mark, without the history."""
+    history: tuple[KeptView, ...] = ()
+    """Views that the next step should have."""
 
     @property
     def visibility_m2(self) -> float:

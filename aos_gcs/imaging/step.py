@@ -15,9 +15,10 @@ from aos_gcs.imaging.blobs import BlobCells, find_blobs
 from aos_gcs.imaging.detectors import detect
 from aos_gcs.imaging.focal_plane import DEFAULT_MAX_CELLS, choose_grid
 from aos_gcs.imaging.frame_checks import usable_frames
+from aos_gcs.imaging.history import marks_on, views_to_keep
 from aos_gcs.imaging.integral import BATCH_FRAMES, ViewIntegral
 from aos_gcs.imaging.marks import NO_MARKS, Marks, covered_marks, project_marks
-from aos_gcs.imaging.model import AnomalySource, Detector, FocalGrid, Frame, LeaderCriterion, StepAnalysis
+from aos_gcs.imaging.model import AnomalySource, Detector, FocalGrid, Frame, KeptView, LeaderCriterion, StepAnalysis
 from aos_gcs.imaging.sightings import sight
 from aos_gcs.imaging.views import PlaneView, grid_view
 from aos_gcs.imaging.visibility import area_in_view_px, choose_leader, contribution_m2, distance_to_centre, masks_around
@@ -49,6 +50,8 @@ class ImagingSettings:
     """Edge of a cell on the focal plane; None: the finest ground sampling distance of the frames."""
     max_cells: int = DEFAULT_MAX_CELLS
     """Upper bound of the raster's size; cells become coarser to keep it."""
+    history_frames: int = 10
+    """Views of earlier steps that at most stay in the integral of anomalies; 0: none."""
 
     def __post_init__(self) -> None:
         if not math.isfinite(self.plane_height_m):
@@ -65,9 +68,11 @@ class ImagingSettings:
             raise ConfigurationError(f"resolution_m must be positive, got {self.resolution_m}.")
         if self.max_cells < 100:
             raise ConfigurationError(f"max_cells must be at least 100, got {self.max_cells}.")
+        if self.history_frames < 0:
+            raise ConfigurationError(f"history_frames must not be negative, got {self.history_frames}.")
 
 
-def analyse_step(frames: Sequence[Frame], settings: ImagingSettings) -> StepAnalysis:
+def analyse_step(frames: Sequence[Frame], settings: ImagingSettings, history: Sequence[KeptView] = ()) -> StepAnalysis:
     """Integrate frames and their anomaly masks, and find the largest blob and the leader.
 
     Blocks for tens of milliseconds: call it in a worker thread.
@@ -77,6 +82,8 @@ def analyse_step(frames: Sequence[Frame], settings: ImagingSettings) -> StepAnal
             stands for its present position; the others only take part in the integral. Frames that cannot be used, or
             do not see the focal plane, are skipped, and the result says why.
         settings: see :class:`ImagingSettings`.
+        history: views of the previous step's ``StepAnalysis.history``. They enlarge blobs that the frames mark, too; a
+            blob of theirs alone is none. Leader, fitness and views of blobs are of the frames only.
 
     Raises:
         UnusableFramesError: if no frame can be used; it gives the reasons.
@@ -92,17 +99,25 @@ def analyse_step(frames: Sequence[Frame], settings: ImagingSettings) -> StepAnal
         integral.add_all(batch)
         if settings.anomaly_source is AnomalySource.MASKS:
             marks += parallel_map(partial(_marks, view=view, settings=settings), batch)
-    mean = integral.mean()
+    mean, coverage = integral.take()
     if settings.anomaly_source is AnomalySource.INTEGRAL:
-        marks = _marks_of_integral(mean, integral.coverage, frames, view, settings)
-    anomaly_count = np.zeros_like(integral.coverage)
+        marks = _marks_of_integral(mean, coverage, frames, view, settings)
+    past = [(kept, marks_on(kept, grid)) for kept in history]
+    anomaly_count = np.zeros_like(coverage)
     for own in marks:
         anomaly_count[own.rows, own.columns] += 1
-    blobs = find_blobs(anomaly_count, settings.minimum_count, settings.gap_cells)
+    present_count = anomaly_count.copy() if past else anomaly_count
+    for _, own in past:
+        anomaly_count[own.rows, own.columns] += 1
+    blobs = [
+        cells
+        for cells in find_blobs(anomaly_count, settings.minimum_count, settings.gap_cells)
+        if present_count[cells.rows, cells.columns].any()
+    ]
     sightings = tuple(sight(cells, grid, frames, marks) for cells in blobs)
     vehicle_ids = tuple(dict.fromkeys(frame.vehicle_id for frame in frames))
     fitness = np.zeros(len(vehicle_ids))
-    blob, leader_id, masks = None, None, None
+    blob, leader_id, masks, present_m2, following = None, None, None, 0.0, tuple(history)
     if sightings:
         blob, cells = sightings[0].blob, blobs[0]
         present = {frame.vehicle_id: (frame, own) for frame, own in zip(frames, marks, strict=True)}
@@ -111,10 +126,14 @@ def analyse_step(frames: Sequence[Frame], settings: ImagingSettings) -> StepAnal
         distances = [distance_to_centre(centre, present[i][0].camera.ideal(), present[i][0].pose) for i in vehicle_ids]
         leader_id = vehicle_ids[choose_leader(fitness, distances)]
         masks = masks_around(centre, grid, [present[i][1] for i in vehicle_ids])
+        shown = present_count[cells.rows, cells.columns] >= settings.minimum_count
+        present_m2 = float(np.count_nonzero(shown)) * grid.resolution_m**2
+        own_marks = list(zip(frames, marks, strict=True))
+        following = views_to_keep(cells, grid, own_marks, past, settings.history_frames)
     return StepAnalysis(
         grid=grid,
         integral=mean,
-        coverage=integral.coverage,
+        coverage=coverage,
         anomaly_count=anomaly_count,
         blob=blob,
         vehicle_ids=vehicle_ids,
@@ -123,6 +142,8 @@ def analyse_step(frames: Sequence[Frame], settings: ImagingSettings) -> StepAnal
         masks=masks,
         sightings=sightings,
         skipped=skipped,
+        present_m2=present_m2,
+        history=following,
     )
 
 

@@ -274,6 +274,8 @@ class StepRecord:
     """From the last frame received to the last goto handed to the link, real milliseconds."""
     loop_lag_p99_ms: float
     """99th percentile of the event loop's lag since the previous step, real milliseconds."""
+    visibility_present_m2: float | None = None
+    """The part of ``visibility_m2`` that this step's own frames show; None in older records."""
     focal_height_m: float | None = None
     """Of the plane that this step's frames were integrated on."""
 

@@ -176,6 +176,8 @@ class Search:
         """Return the next phase and the step's record with its vetted waypoints."""
         context = self._context
         in_view = self.tracker.observe(analysis, context.journal.elapsed_s())
+        if self.tracker.target_walks:
+            self._vision.forget()
         following = self._next_phase(phase, swarm, in_view)
         diagnostics, waypoints = self._choose(following, swarm, analysis, in_view)
         return following, StepRecord(
@@ -183,6 +185,7 @@ class Search:
             elapsed_s=context.journal.elapsed_s(),
             phase=phase,
             visibility_m2=analysis.visibility_m2,
+            visibility_present_m2=analysis.present_m2,
             threshold_m2=context.settings.detection.threshold_m2,
             branch=diagnostics.branch,
             evolutionary_factor=diagnostics.evolutionary_factor,
@@ -257,6 +260,7 @@ class Search:
             if self.tracker.steps_out_of_view < detection.reacquire_steps:
                 return Phase.SCAN
             self.tracker.give_up()
+            self._vision.forget()
             return Phase.LINE
         offset_m = self._horizontal_enu_m(swarm).mean(axis=0) - np.array(leg.start_enu_m)
         self._progress_m = max(self._progress_m, float(offset_m @ np.array(leg.direction_enu)))

@@ -54,6 +54,11 @@ class TargetTracker:
         """Consecutive steps up to the latest one, at most ``found_steps``, that show the target."""
         return 0 if self._target is None else len(self._seen.get(self._target.track_id, ()))
 
+    @property
+    def target_walks(self) -> bool:
+        """Whether the target more likely walks than stays."""
+        return self._target is not None and self._target.walking_share > 0.5
+
     def observe(self, analysis: StepAnalysis, now_s: float) -> bool:
         """Take a step's analysis in and return whether a target is in view."""
         sightings = [seen for seen in analysis.sightings if seen.blob.area_m2 >= self._detection.threshold_m2]

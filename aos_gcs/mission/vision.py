@@ -9,7 +9,7 @@ from dataclasses import replace
 from aos_gcs.errors import ImagingError, MissionError
 from aos_gcs.imaging.focus_step import follow_focus
 from aos_gcs.imaging.focus_track import FocusTrack, overridden
-from aos_gcs.imaging.model import Frame, StepAnalysis
+from aos_gcs.imaging.model import Frame, KeptView, StepAnalysis
 from aos_gcs.imaging.registration import Registration, apply_sure, register
 from aos_gcs.imaging.step import analyse_step
 from aos_gcs.mission.context import MissionContext
@@ -29,6 +29,8 @@ class Vision:
         self._focus = FocusTrack(context.settings.imaging.plane_height_m, math.inf)
         self._told_height_m = self._focus.height_m
         self._registration = Registration()
+        self._history: tuple[KeptView, ...] = ()
+        """Views of earlier steps that stay in the integral."""
         self._reported: list[Frame] = []
         """The frames of this step with the poses that the vehicles have reported."""
 
@@ -63,7 +65,13 @@ class Vision:
             for capture in taken.captures:
                 await context.recorder.record_frame(step, capture)
         imaging = replace(settings.imaging, plane_height_m=self._focus.focal_height_m)
-        return await asyncio.to_thread(analyse_step, self._placed(), imaging)
+        analysis = await asyncio.to_thread(analyse_step, self._placed(), imaging, self._history)
+        self._history = analysis.history
+        return analysis
+
+    def forget(self) -> None:
+        """Drop the views of earlier steps: the target has moved."""
+        self._history = ()
 
     async def learn(self, step: int, analysis: StepAnalysis) -> None:
         """Learn from the step's frames for the next ones; there is time for it while the vehicles move."""
