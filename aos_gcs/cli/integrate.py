@@ -19,7 +19,7 @@ from aos_gcs.errors import ConfigurationError
 from aos_gcs.exports.georeference import Georeference, LocalGeoreference, ProjectedGeoreference
 from aos_gcs.imaging.dem_files import is_geotiff, read_dem_crs
 from aos_gcs.imaging.ground import choose_raster, covered_part
-from aos_gcs.imaging.model import GroundRaster
+from aos_gcs.imaging.model import Detector, GroundRaster
 from aos_gcs.imaging.terrain import Terrain
 from aos_gcs.imaging.views import FocalSurface
 from aos_gcs.surveys.anomalies import map_blobs
@@ -57,6 +57,8 @@ def integrate(
     png: result_options.Png = None,
     anomaly: result_options.Anomaly = None,
     blobs: result_options.Blobs = None,
+    detector: result_options.DetectorName = Detector.RX,
+    min_score: result_options.MinScore = None,
     min_count: result_options.MinCount = 2,
     max_memory: work_options.MaxMemory = DEFAULT_MAX_MEMORY_MB,
     jobs: work_options.Jobs = None,
@@ -70,6 +72,8 @@ def integrate(
     Photographs without --poses carry their positions; their world is x east, y north, z up from the ground.
     """
     check_raster_options(ortho, view, size)
+    if min_count < 1 or (min_score is not None and not min_score >= 0.0):
+        raise ConfigurationError("--min-count must be at least 1, and --min-score must not be negative.")
     results = ResultOptions(out, count, png, tuple(anomaly or ()), blobs, ortho is not None)
     options = WorkOptions(fast, median, trim, max_memory, jobs, scheduler)
     options.check_map(ortho)
@@ -104,7 +108,8 @@ def integrate(
         surface=surface,
         exact=not fast,
         trim=options.share_left_out,
-        detect=results.detect,
+        detector=detector if results.detect else None,
+        min_score=min_score,
         skip_broken=skip_broken,
         max_bytes=max_memory * 1_000_000,
     )

@@ -16,7 +16,7 @@ from aos_gcs.errors import ConfigurationError
 from aos_gcs.exports.findings import FORMATS, encode_findings
 from aos_gcs.exports.georeference import Georeference
 from aos_gcs.exports.geotiff import write_geotiff
-from aos_gcs.imaging.model import GroundRaster
+from aos_gcs.imaging.model import Detector, GroundRaster
 from aos_gcs.imaging.pictures import encode_png, shade_counts, shade_integral
 from aos_gcs.surveys.anomalies import MapBlob
 from aos_gcs.surveys.rasters import SurveyRasters
@@ -68,6 +68,24 @@ Blobs = Annotated[
     typer.Option(
         metavar="FILE.geojson|FILE.json|FILE.csv",
         help="Also write a table of connected anomalies of a map: place, area, and how many images agree.",
+        rich_help_panel=ANOMALY_PANEL,
+    ),
+]
+DetectorName = Annotated[
+    Detector,
+    typer.Option(
+        "--detector",
+        case_sensitive=False,
+        help="How anomalies are found. A grey recording is thermal to the thermal detector.",
+        rich_help_panel=ANOMALY_PANEL,
+    ),
+]
+MinScore = Annotated[
+    float | None,
+    typer.Option(
+        metavar="SCORE",
+        help="Score that an anomalous pixel must exceed: a squared distance from the background in its standard "
+        "deviations. Without, the detector's own, which background hardly ever exceeds.",
         rich_help_panel=ANOMALY_PANEL,
     ),
 ]

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.errors import InputDataError
+from aos_gcs.imaging.detectors import detect
 from aos_gcs.imaging.integral import ViewIntegral
 from aos_gcs.imaging.marks import project_marks
-from aos_gcs.imaging.model import Frame
-from aos_gcs.imaging.rx import anomaly_mask, default_min_score, rx_scores
+from aos_gcs.imaging.model import Detector, Frame
 from aos_gcs.imaging.terrain import Terrain
 from aos_gcs.imaging.trimmed import integrate_trimmed
 from aos_gcs.imaging.views import FocalSurface, FocalView
@@ -44,8 +44,10 @@ class Work:
     """See :class:`~aos_gcs.imaging.integral.ViewIntegral`."""
     trim: float | None = None
     """None: the mean; otherwise see :func:`~aos_gcs.imaging.trimmed.integrate_trimmed`."""
-    detect: bool = False
-    """Whether to count the frames whose anomaly masks mark a cell."""
+    detector: Detector | None = None
+    """How the anomalies of single frames are found, whose number is counted per cell; None: not at all."""
+    min_score: float | None = None
+    """That a marked pixel must exceed; None: the detector's own."""
     skip_broken: bool = False
     """Leave out images that cannot be read, instead of failing."""
     max_bytes: int = 1_000_000_000
@@ -81,7 +83,7 @@ class _TileSums:
         self._tile = tile
         self._view = tile.view(work.surface)
         self._integral = ViewIntegral(self._view, work.bands, exact=work.exact)
-        self._marks = np.zeros(self._view.shape, dtype=np.uint16) if work.detect else None
+        self._marks = np.zeros(self._view.shape, dtype=np.uint16) if work.detector is not None else None
         self._surface = work.surface
         self._used: set[int] = set()
 
@@ -112,7 +114,7 @@ def integrate_tiles(work: Work, tiles: Sequence[Tile], advance: Advance = lambda
     for index in sorted({index for tile in tiles for index in tile.images}):
         frame = _read(work, index, broken)
         if frame is not None:
-            mask = _mask(frame) if work.detect else None
+            mask = _mask(work, frame)
             for total in sums:
                 if index in total.images:
                     total.add(index, frame, mask)
@@ -149,12 +151,14 @@ def _sampling_m(frame: Frame, surface: FocalSurface) -> float:
     return max(abs(float(z_m) - surface_m), 1e-6) / frame.camera.fx_px
 
 
-def _mask(frame: Frame) -> Frame | None:
+def _mask(work: Work, frame: Frame) -> Frame | None:
     """Return the anomaly mask of a frame in its place; None if nothing is marked."""
-    marked = anomaly_mask(rx_scores(frame.image), min_score=default_min_score(len(frame.bands)))
-    if not marked.any():
+    if work.detector is None:
         return None
-    return replace(frame, image=marked[:, :, np.newaxis], bands=("anomaly",))
+    # A thermal recording is a grey picture to its files.
+    bands = ("thermal",) if work.detector is Detector.THERMAL and frame.bands == ("grey",) else frame.bands
+    marked = detect(frame.image, bands, work.detector, min_score=work.min_score)
+    return replace(frame, image=marked[:, :, np.newaxis], bands=("anomaly",)) if marked.any() else None
 
 
 def _trimmed(work: Work, tile: Tile, advance: Advance) -> TileResult:
@@ -162,7 +166,7 @@ def _trimmed(work: Work, tile: Tile, advance: Advance) -> TileResult:
     # Frames are gone through several times: which of them can be read has to be known before.
     readable = [index for index in tile.images if not work.skip_broken or _read(work, index, broken) is not None]
     view = tile.view(work.surface)
-    marks = np.zeros(view.shape, dtype=np.uint16) if work.detect else None
+    marks = np.zeros(view.shape, dtype=np.uint16) if work.detector is not None else None
     if not readable or work.trim is None:
         integral = np.full((*view.shape, len(work.bands)), np.nan, dtype=np.float32)
         return TileResult(tile.window, integral, np.zeros(view.shape, dtype=np.uint16), marks, frozenset(), broken)
@@ -170,7 +174,7 @@ def _trimmed(work: Work, tile: Tile, advance: Advance) -> TileResult:
     integral, coverage = integrate_trimmed(frames, view, work.trim, exact=work.exact, max_bytes=work.max_bytes)
     if marks is not None:
         for frame in frames:
-            mask = _mask(frame)
+            mask = _mask(work, frame)
             if mask is not None:
                 add_marks(marks, mask, view, tile.cell_m, work.surface)
     advance(len(tile.images))

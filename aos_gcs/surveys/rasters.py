@@ -39,7 +39,7 @@ def assemble(
     integral = _array((*shape, len(work.bands)), np.float32, None if in_memory else folder)
     integral.fill(np.nan)
     coverage = _array(shape, np.uint16, None if in_memory else folder)
-    anomaly_count = _array(shape, np.uint16, None if in_memory else folder) if work.detect else None
+    anomaly_count = _array(shape, np.uint16, None if in_memory else folder) if work.detector is not None else None
     used: set[int] = set()
     broken: dict[int, str] = {}
     for group in results:

@@ -15,6 +15,7 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import nadir_pose
 from aos_gcs.geometry.projection import Plane
 from aos_gcs.imaging.ground import choose_raster
+from aos_gcs.imaging.model import Detector
 from aos_gcs.surveys.cluster import integrate_on_cluster, local_cluster, remote_cluster
 from aos_gcs.surveys.integration import Work, integrate_tiles
 from aos_gcs.surveys.model import SurveyImage
@@ -34,7 +35,7 @@ def work(tmp_path: Path) -> Work:
         path = tmp_path / f"{index}.png"
         cv2.imwrite(str(path), rng.integers(0, 255, (60, 60, 3), dtype=np.uint8))
         images.append(SurveyImage(path, nadir_pose([4.0 * index, 0.0, 15.0], 0.3 * index), CAMERA))
-    return Work(tuple(images), ("red", "green", "blue"), Plane(0.0), detect=True)
+    return Work(tuple(images), ("red", "green", "blue"), Plane(0.0), detector=Detector.RX)
 
 
 @pytest.fixture

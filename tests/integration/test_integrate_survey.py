@@ -209,10 +209,11 @@ def test_anomalies_are_counted_drawn_and_listed(tmp_path: Path) -> None:
     assert first["properties"]["max_count"] >= 3
 
 
-def test_a_table_needs_no_place_on_the_earth(tmp_path: Path) -> None:
+@pytest.mark.parametrize("detector", ["rx", "local_rx", "thermal"])
+def test_every_detector_finds_the_hot_spot(tmp_path: Path, detector: str) -> None:
     photographs = Photographs(tmp_path, hot=True)
     table = tmp_path / "anomalies.csv"
-    assert run(photographs.arguments("--ortho", 0.1, "--blobs", table, "--min-count", 3)) == 0
+    assert run(photographs.arguments("--ortho", 0.1, "--blobs", table, "--detector", detector)) == 0
     row = next(csv.DictReader(table.read_text().splitlines()))
     assert (float(row["x_m"]), float(row["y_m"])) == pytest.approx(HOT_M, abs=0.2)
 
@@ -254,6 +255,7 @@ BAD_OPTIONS: dict[str, tuple[tuple[object, ...], str]] = {
     "suffix": (("--ortho", 1, "--count", "c.jpg"), r"--count c\.jpg: the name must end in one of \.npy, \.tif"),
     "table of a view": (("--view", 0, "--out", "v.npy", "--blobs", "b.csv"), "--blobs lists the anomalies of a map"),
     "median and trim": (("--ortho", 1, "--median", "--trim", 0.1), "--median and --trim exclude each other"),
+    "minimum": (("--ortho", 1, "--min-count", 0), "--min-count must be at least 1"),
     "trim": (("--ortho", 1, "--trim", 0.6), "--trim must lie between 0 and 0.5"),
     "memory": (("--ortho", 1, "--max-memory", 1), "--max-memory must be at least 50 MB"),
     "jobs": (("--ortho", 1, "--jobs", 0), "--jobs must be at least 1"),

@@ -16,7 +16,7 @@ from aos_gcs.geometry.poses import nadir_pose
 from aos_gcs.geometry.projection import Plane
 from aos_gcs.imaging.ground import choose_raster
 from aos_gcs.imaging.integral import integrate
-from aos_gcs.imaging.model import GroundRaster
+from aos_gcs.imaging.model import Detector, GroundRaster
 from aos_gcs.imaging.terrain import Terrain
 from aos_gcs.imaging.views import FocalSurface, ortho_view
 from aos_gcs.surveys.anomalies import map_blobs
@@ -77,7 +77,7 @@ def test_the_whole_does_not_depend_on_the_tiles_held(
     raster = raster_of(images, surface)
     tiles = map_tiles(raster, images, surface, edge_cells=48)
     assert len(tiles) > 4
-    work = work_on(images, surface, trim=trim, detect=True)
+    work = work_on(images, surface, trim=trim, detector=Detector.RX)
     once, singly = (whole(work, tiles, raster, max_bytes, tmp_path) for max_bytes in (10**9, 1))
     np.testing.assert_array_equal(once.integral, singly.integral)
     np.testing.assert_array_equal(once.coverage, singly.coverage)
@@ -146,7 +146,9 @@ def test_broken_images_stop_or_are_left_out(images: list[SurveyImage], trim: flo
 @pytest.mark.parametrize("surface", [PLANE, TERRAIN], ids=["plane", "terrain"])
 def test_the_hot_spot_is_found_where_it_is(images: list[SurveyImage], surface: FocalSurface, tmp_path: Path) -> None:
     raster = raster_of(images, surface)
-    rasters = whole(work_on(images, surface, detect=True), map_tiles(raster, images, surface), raster, 10**9, tmp_path)
+    rasters = whole(
+        work_on(images, surface, detector=Detector.RX), map_tiles(raster, images, surface), raster, 10**9, tmp_path
+    )
     assert rasters.anomaly_count is not None
     seeing = sum(bool(hot_pixels(image.pose.position_enu_m, image.pose.R_cam2enu)) for image in images[:11])
     blobs = map_blobs(rasters.anomaly_count, rasters.coverage, raster, surface, minimum_count=2)
