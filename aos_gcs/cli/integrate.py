@@ -22,7 +22,7 @@ from aos_gcs.imaging.ground import choose_raster, covered_part
 from aos_gcs.imaging.model import Detector, GroundRaster
 from aos_gcs.imaging.terrain import Terrain
 from aos_gcs.imaging.views import FocalSurface
-from aos_gcs.surveys.anomalies import map_blobs
+from aos_gcs.surveys.anomalies import MapBlob, map_blobs
 from aos_gcs.surveys.integration import Work
 from aos_gcs.surveys.model import Survey
 from aos_gcs.surveys.rasters import SurveyRasters
@@ -115,19 +115,22 @@ def integrate(
     )
     if virtual is not None:
         everything = ViewTile(tuple(range(len(survey.images))), *virtual)
-        results.write(_integrate(options, work, [everything], everything.view(surface).shape, out), survey.bands, None)
+        shape = everything.view(surface).shape
+        results.write(_integrate(options, work, [everything], shape, out), survey.bands, None)
         return
-    cameras = [(image.camera, image.pose) for image in survey.images]
-    raster = choose_raster(cameras, surface, ortho or 0.0)
+    raster = choose_raster([(image.camera, image.pose) for image in survey.images], surface, ortho or 0.0)
+    results.check_map(raster)
+    crs = _crs(georeference, raster, surface)
     tiles = map_tiles(raster, survey.images, surface)
     rasters = _integrate(options, work, tiles, (raster.rows, raster.columns), out)
     raster, rasters = _covered(raster, rasters)
     typer.echo(describe_map(raster), err=True)
-    results.write(rasters, survey.bands, MapPlace(raster, _crs(georeference, raster, surface)))
+    blobs_found: list[MapBlob] = []
     if rasters.anomaly_count is not None:
-        found = map_blobs(rasters.anomaly_count, rasters.coverage, raster, surface, minimum_count=min_count)
-        typer.echo(f"anomalies: {len(found)} that at least {min_count} images agree on", err=True)
-        results.write_blobs(found, georeference)
+        blobs_found = map_blobs(rasters.anomaly_count, rasters.coverage, raster, surface, minimum_count=min_count)
+        typer.echo(f"anomalies: {len(blobs_found)} that at least {min_count} images agree on", err=True)
+    results.write(rasters, survey.bands, MapPlace(raster, crs))
+    results.write_blobs(blobs_found, georeference)
 
 
 def _integrate(

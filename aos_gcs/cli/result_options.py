@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -160,6 +160,19 @@ class ResultOptions:
                     "poses."
                 )
 
+    def check_map(self, raster: GroundRaster) -> None:
+        """Refuse pictures of a map that is too large for them.
+
+        Raises:
+            ConfigurationError: naming the picture.
+        """
+        for path in self._pictures():
+            if raster.rows * raster.columns > MAX_PICTURE_CELLS:
+                raise ConfigurationError(
+                    f"Cannot write {path}: a picture of {raster.columns} x {raster.rows} pixels is too large. Write a "
+                    "GeoTIFF, or choose a coarser --ortho."
+                )
+
     def write(self, rasters: SurveyRasters, bands: tuple[str, ...], place: MapPlace | None) -> None:
         """Write all files but the table."""
         integral = rasters.integral
@@ -167,7 +180,7 @@ class ResultOptions:
         if self.count is not None:
             _write_raster(self.count, rasters.coverage, place, ("images",), 0)
         if self.png is not None:
-            _write_picture(self.png, integral.shape, lambda: shade_integral(integral, bands))
+            _write_picture(self.png, shade_integral(integral, bands))
         if rasters.anomaly_count is not None:
             self._write_anomalies(rasters.anomaly_count, rasters.coverage, place)
         if place is not None:
@@ -186,16 +199,19 @@ class ResultOptions:
         paths = (self.out, self.count, *self.anomaly)
         return [path for path in paths if path is not None and path.suffix.lower() in TIFF_SUFFIXES]
 
+    def _pictures(self) -> list[Path]:
+        heat = [path for path in self.anomaly if path.suffix.lower() == ".png"]
+        return heat if self.png is None else [self.png, *heat]
+
     def _world_files(self) -> list[Path]:
-        pictures = [self.png, *(path for path in self.anomaly if path.suffix.lower() == ".png")]
-        return [path.with_suffix(".pgw") for path in pictures if path is not None and self.ortho]
+        return [path.with_suffix(".pgw") for path in self._pictures()] if self.ortho else []
 
     def _write_anomalies(
         self, counts: NDArray[np.uint16], coverage: NDArray[np.uint16], place: MapPlace | None
     ) -> None:
         for path in self.anomaly:
             if path.suffix.lower() == ".png":
-                _write_picture(path, counts.shape, lambda: shade_counts(counts, coverage > 0))
+                _write_picture(path, shade_counts(counts, coverage > 0))
             else:
                 _write_raster(path, counts, place, ("anomalies",), None)
 
@@ -218,14 +234,9 @@ def _write_raster(
             np.save(file, values)
 
 
-def _write_picture(path: Path, shape: tuple[int, ...], shade: Callable[[], NDArray[np.uint8]]) -> None:
-    if shape[0] * shape[1] > MAX_PICTURE_CELLS:
-        raise ConfigurationError(
-            f"Cannot write {path}: a picture of {shape[1]} x {shape[0]} pixels is too large. Write a GeoTIFF, or "
-            "choose a coarser --ortho."
-        )
+def _write_picture(path: Path, rgba: NDArray[np.uint8]) -> None:
     with written_whole(path) as file:
-        file.write(encode_png(shade()))
+        file.write(encode_png(rgba))
 
 
 def _world_file(raster: GroundRaster) -> str:

@@ -367,6 +367,18 @@ def test_a_map_in_the_coordinates_of_its_terrain(photographs: Photographs, tmp_p
     assert centre == pytest.approx([east_m, north_m], abs=0.5)
 
 
+def test_pictures_of_large_maps_are_refused_before_the_work(
+    photographs: Photographs,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr("aos_gcs.cli.result_options.MAX_PICTURE_CELLS", 1000)
+    assert run(photographs.arguments("--ortho", 0.2, "--png", tmp_path / "map.png")) == 2
+    assert_found(r"Cannot write .*map\.png: a picture of \d+ x \d+ pixels is too large", capfd.readouterr().err)
+    assert not photographs.out.exists()
+
+
 def test_broken_images_are_left_out_when_asked(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     images = tmp_path / "images"
     images.mkdir()
