@@ -72,9 +72,9 @@ def integrate(
     Photographs without --poses carry their positions; their world is x east, y north, z up from the ground.
     """
     check_raster_options(ortho, view, size)
-    if min_count < 1 or (min_score is not None and not min_score >= 0.0):
-        raise ConfigurationError("--min-count must be at least 1, and --min-score must not be negative.")
-    results = ResultOptions(out, count, png, tuple(anomaly or ()), blobs, ortho is not None)
+    results = ResultOptions(
+        out, count, png, tuple(anomaly or ()), blobs, detector, min_score, min_count, ortho is not None
+    )
     options = WorkOptions(fast, median, trim, max_memory, jobs, scheduler)
     options.check_map(ortho)
     if poses is None and plane_z is None and autofocus is None and dem is None:
@@ -108,29 +108,40 @@ def integrate(
         surface=surface,
         exact=not fast,
         trim=options.share_left_out,
-        detector=detector if results.detect else None,
+        detector=results.wanted_detector,
         min_score=min_score,
         skip_broken=skip_broken,
         max_bytes=max_memory * 1_000_000,
     )
     if virtual is not None:
-        everything = ViewTile(tuple(range(len(survey.images))), *virtual)
-        shape = everything.view(surface).shape
-        results.write(_integrate(options, work, [everything], shape, out), survey.bands, None)
-        return
-    raster = choose_raster([(image.camera, image.pose) for image in survey.images], surface, ortho or 0.0)
+        view_of_all = ViewTile(tuple(range(len(survey.images))), *virtual)
+        shape = virtual[0].height_px, virtual[0].width_px
+        results.write(_integrate(options, work, [view_of_all], shape, out), survey.bands, None)
+    else:
+        _integrate_map(options, work, ortho or math.nan, georeference, results)
+
+
+def _integrate_map(
+    options: WorkOptions,
+    work: Work,
+    resolution_m: float,
+    georeference: Georeference | None,
+    results: ResultOptions,
+) -> None:
+    raster = choose_raster([(image.camera, image.pose) for image in work.images], work.surface, resolution_m)
     results.check_map(raster)
-    crs = _crs(georeference, raster, surface)
-    tiles = map_tiles(raster, survey.images, surface)
-    rasters = _integrate(options, work, tiles, (raster.rows, raster.columns), out)
+    crs = _crs(georeference, raster, work.surface)
+    tiles = map_tiles(raster, work.images, work.surface)
+    rasters = _integrate(options, work, tiles, (raster.rows, raster.columns), results.out)
     raster, rasters = _covered(raster, rasters)
     typer.echo(describe_map(raster), err=True)
-    blobs_found: list[MapBlob] = []
+    blobs: list[MapBlob] = []
     if rasters.anomaly_count is not None:
-        blobs_found = map_blobs(rasters.anomaly_count, rasters.coverage, raster, surface, minimum_count=min_count)
-        typer.echo(f"anomalies: {len(blobs_found)} that at least {min_count} images agree on", err=True)
-    results.write(rasters, survey.bands, MapPlace(raster, crs))
-    results.write_blobs(blobs_found, georeference)
+        minimum = results.min_count
+        blobs = map_blobs(rasters.anomaly_count, rasters.coverage, raster, work.surface, minimum_count=minimum)
+        typer.echo(f"anomalies: {len(blobs)} that at least {minimum} images agree on", err=True)
+    results.write(rasters, work.bands, MapPlace(raster, crs))
+    results.write_blobs(blobs, georeference)
 
 
 def _integrate(

@@ -16,6 +16,7 @@ from aos_gcs.errors import ConfigurationError
 from aos_gcs.exports.findings import FORMATS, encode_findings
 from aos_gcs.exports.georeference import Georeference
 from aos_gcs.exports.geotiff import write_geotiff
+from aos_gcs.extras import load_extra
 from aos_gcs.imaging.model import Detector, GroundRaster
 from aos_gcs.imaging.pictures import encode_png, shade_counts, shade_integral
 from aos_gcs.surveys.anomalies import MapBlob
@@ -108,10 +109,11 @@ class MapPlace:
 
 @dataclass(frozen=True, slots=True)
 class ResultOptions:
-    """The files to write.
+    """The files to write, and what anomalies are.
 
     Raises:
-        ConfigurationError: if one cannot be written, two are the same, or a suffix is not known.
+        ConfigurationError: if a file cannot be written, two are the same, a suffix is not known, or a number lies
+            outside its range.
     """
 
     out: Path
@@ -119,9 +121,16 @@ class ResultOptions:
     png: Path | None
     anomaly: tuple[Path, ...]
     blobs: Path | None
+    detector: Detector
+    min_score: float | None
+    min_count: int
     ortho: bool
 
     def __post_init__(self) -> None:
+        if self.min_count < 1:
+            raise ConfigurationError(f"--min-count must be at least 1, got {self.min_count}.")
+        if self.min_score is not None and not self.min_score >= 0.0:
+            raise ConfigurationError(f"--min-score must not be negative, got {self.min_score:g}.")
         paths = [path for path in (self.out, self.count, self.png, *self.anomaly, self.blobs) if path is not None]
         paths += self._world_files()
         if len({path.absolute() for path in paths}) < len(paths):
@@ -141,16 +150,18 @@ class ResultOptions:
                 )
 
     @property
-    def detect(self) -> bool:
-        """Whether anomalies are asked for."""
-        return bool(self.anomaly) or self.blobs is not None
+    def wanted_detector(self) -> Detector | None:
+        """Of anomalies; None where nothing is asked about them."""
+        return self.detector if self.anomaly or self.blobs is not None else None
 
     def check_georeference(self, georeference: Georeference | None) -> None:
-        """Refuse files that need a place on the earth where there is none.
+        """Refuse files that need a place on the earth where there is none, or a library that is not installed.
 
         Raises:
             ConfigurationError: naming the file and what is missing.
         """
+        if self._geotiffs():
+            load_extra("rasterio", "geo", "Writing a GeoTIFF")
         geojson = [self.blobs] if self.blobs is not None and self.blobs.suffix.lower() == ".geojson" else []
         for path in (*self._geotiffs(), *geojson):
             if georeference is None:
