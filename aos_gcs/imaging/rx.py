@@ -15,6 +15,8 @@ from scipy.stats import chi2
 
 from aos_gcs.imaging.model import Pixels
 
+_FINITE = float(np.finfo(np.float32).max)
+
 CHUNK_PIXELS = 1 << 14
 """Pixels worked on at a time: four float32 planes of them stay in the L2 cache, and partial sums keep their digits."""
 
@@ -51,18 +53,21 @@ def rx_scores(image: Pixels) -> NDArray[np.float32]:
     # Into memory at hand: touching new memory takes longer than the work.
     cv2.split(pixels, list(planes))
     means = [cv2.mean(plane)[0] for plane in planes]
-    unknown = None
+    known, unknown = height * width, None
     if not np.isfinite(means).all():
-        unknown = ~np.isfinite(pixels.reshape(-1, channels) @ np.ones(channels, dtype=np.float32))
-        unknown = unknown.reshape(height, width)
-        means = [cv2.mean(plane, (~unknown).view(np.uint8))[0] for plane in planes]
+        finite = cv2.inRange(planes[0], -_FINITE, _FINITE)
+        for plane in planes[1:]:
+            finite &= cv2.inRange(plane, -_FINITE, _FINITE)
+        unknown = finite == 0
+        known = np.count_nonzero(finite)
+        # As zeros they add nothing to any sum.
+        np.copyto(planes, 0.0, where=unknown)
+        means = [cv2.mean(plane)[0] * height * width / max(known, 1) for plane in planes]
     for plane, mean in zip(planes, means, strict=True):
         # Centring comes first: float32 then keeps the small differences of 16-bit thermal frames.
         np.subtract(plane, np.float32(mean), out=plane)
-        if unknown is not None:
-            # Nothing is added to the sums of products.
-            np.copyto(plane, 0.0, where=unknown)
-    known = height * width if unknown is None else np.count_nonzero(~unknown)
+    if unknown is not None:
+        np.copyto(planes, 0.0, where=unknown)
     scores = _scores_of_planes(planes.reshape(channels, -1), known).reshape(height, width)
     if unknown is not None:
         scores[unknown] = np.nan

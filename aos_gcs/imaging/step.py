@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -95,7 +95,7 @@ def analyse_step(frames: Sequence[Frame], settings: ImagingSettings, history: Se
     integral = ViewIntegral(view, bands, exact=False)
     marks: list[Marks] = []
     for first in range(0, len(frames), BATCH_FRAMES):
-        batch = frames[first : first + BATCH_FRAMES]
+        batch = parallel_map(_in_single_precision, frames[first : first + BATCH_FRAMES])
         integral.add_all(batch)
         if settings.anomaly_source is AnomalySource.MASKS:
             marks += parallel_map(partial(_marks, view=view, settings=settings), batch)
@@ -145,6 +145,11 @@ def analyse_step(frames: Sequence[Frame], settings: ImagingSettings, history: Se
         present_m2=present_m2,
         history=following,
     )
+
+
+def _in_single_precision(frame: Frame) -> Frame:
+    """Return the frame as both the integral and the detector want it, so that neither converts it again."""
+    return replace(frame, image=np.ascontiguousarray(frame.image, dtype=np.float32))
 
 
 def _marks(frame: Frame, view: PlaneView, settings: ImagingSettings) -> Marks:

@@ -31,40 +31,41 @@ def undistorted(frame: Frame) -> Frame:
     if frame.camera.distortion is None:
         return frame
     image = np.ascontiguousarray(frame.image, dtype=np.float32)
-    pixels = np.ascontiguousarray(lens_map(frame.camera)[RIM_PX:-RIM_PX, RIM_PX:-RIM_PX])
-    values, seen = sample_pixels(image, pixels)
+    u, v = (np.ascontiguousarray(plane[RIM_PX:-RIM_PX, RIM_PX:-RIM_PX]) for plane in lens_map(frame.camera))
+    values, seen = sample_pixels(image, u, v)
     values[seen == 0] = np.nan
     return replace(frame, image=values, camera=frame.camera.ideal())
 
 
 @lru_cache(maxsize=MAX_CAMERAS)
-def lens_map(camera: CameraModel) -> NDArray[np.float32]:
-    """Return the real pixel (u, v) of each pixel of the ideal camera, NaN where the lens images none.
+def lens_map(camera: CameraModel) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Return the real pixel u and v of each pixel of the ideal camera, NaN where the lens images none.
 
-    Shape (H + 2, W + 2, 2) for an ideal image of H x W, as the map has a rim of :data:`RIM_PX`. Real pixels may lie
+    Shapes (H + 2, W + 2) for an ideal image of H x W, as the map has a rim of :data:`RIM_PX`. Real pixels may lie
     outside of the real image. Shared and read-only.
     """
     ideal = camera.ideal()
-    u, v = np.meshgrid(
-        np.arange(-RIM_PX, ideal.width_px + RIM_PX), np.arange(-RIM_PX, ideal.height_px + RIM_PX), indexing="xy"
-    )
-    pixels = camera.to_pixels(ideal.from_pixels(np.stack((u, v), axis=-1))).astype(np.float32)
-    pixels.setflags(write=False)
-    return pixels
+    u, v = np.meshgrid(np.arange(-RIM_PX, ideal.width_px + RIM_PX), np.arange(-RIM_PX, ideal.height_px + RIM_PX))
+    pixels = camera.to_pixels(ideal.from_pixels(np.stack((u, v), axis=-1)))
+    # Two planes: OpenCV warps an image of two channels four times as slowly as two images.
+    real_u, real_v = (np.ascontiguousarray(pixels[:, :, axis], dtype=np.float32) for axis in (0, 1))
+    real_u.setflags(write=False)
+    real_v.setflags(write=False)
+    return real_u, real_v
 
 
 def sample_pixels(
-    image: NDArray[np.float32], pixels: NDArray[np.float32]
+    image: NDArray[np.float32], u: NDArray[np.float32], v: NDArray[np.float32]
 ) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
-    """Return an image, shape (H, W, C), at pixels (u, v), shape (rows, columns, 2), and 1 where they lie in it.
+    """Return an image, shape (H, W, C), at pixels (u, v), shapes (rows, columns), and 1 where they lie in it.
 
     Bilinear; clamped within half a pixel of the border, of no meaning further out or where a pixel is NaN.
     """
-    first, (right, bottom) = -0.5, (image.shape[1] - 0.5, image.shape[0] - 0.5)
-    seen = np.asarray(cv2.inRange(pixels, (first, first), (right, bottom)), dtype=np.uint8)
-    # OpenCV's stubs do not know that the second map may be None; an empty array in its place gives wrong values.
-    values = cv2.remap(image, pixels, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)  # type: ignore[call-overload]
-    return np.asarray(values, dtype=np.float32).reshape(*pixels.shape[:2], image.shape[2]), seen & 1
+    height, width = image.shape[:2]
+    in_width = np.asarray(cv2.inRange(u, -0.5, width - 0.5), dtype=np.uint8)
+    in_height = np.asarray(cv2.inRange(v, -0.5, height - 0.5), dtype=np.uint8)
+    values = cv2.remap(image, u, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    return np.asarray(values, dtype=np.float32).reshape(*u.shape, image.shape[2]), in_width & in_height & np.uint8(1)
 
 
 def seen_pixels(pixels: NDArray[np.float64], camera: CameraModel) -> NDArray[np.bool]:

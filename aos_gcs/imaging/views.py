@@ -138,10 +138,11 @@ class PointProjection:
         if window is None:
             return None
         points = np.ascontiguousarray(self.points32_m[window])
-        pixels = np.asarray(cv2.perspectiveTransform(points, self.P), dtype=np.float32)
+        u, v = (np.asarray(plane, np.float32) for plane in cv2.split(cv2.perspectiveTransform(points, self.P)))
         if self.camera.distortion is not None:
-            pixels = sample_pixels(lens_map(self.camera), pixels + np.float32(RIM_PX))[0]
-        values, covered = sample_pixels(image, pixels)
+            on_map = u + np.float32(RIM_PX), v + np.float32(RIM_PX)
+            u, v = (sample_pixels(plane[:, :, np.newaxis], *on_map)[0][:, :, 0] for plane in lens_map(self.camera))
+        values, covered = sample_pixels(image, u, v)
         covered &= self.known[window]
         if not self.all_in_front:
             covered &= (points @ self.P[2, :3].astype(np.float32) > -self.P[2, 3]).astype(np.uint8)

@@ -57,7 +57,7 @@ class PlaneProjection:
         if self.camera.distortion is None:
             values = self._warp(image, self.H_from(window), window, cv2.INTER_LINEAR)
             return Layer(window, values.reshape(*values.shape[:2], image.shape[2]), covered)
-        values, seen = sample_pixels(image, self._real_pixels(window))
+        values, seen = sample_pixels(image, *self._real_pixels(window))
         return Layer(window, values, seen if covered is None else seen & covered)
 
     def sample_exactly(self, image: Pixels, first_row: int, end_row: int) -> Layer | None:
@@ -75,8 +75,7 @@ class PlaneProjection:
         """Return what a mask of the image shows under the centres of a window's cells; 0 outside of the image."""
         if self.camera.distortion is None:
             return np.asarray(self._warp(mask, self.H_from(window), window, cv2.INTER_NEAREST), dtype=np.uint8)
-        pixels = self._real_pixels(window)
-        return np.asarray(cv2.remap(mask, pixels, None, cv2.INTER_NEAREST), dtype=np.uint8)  # type: ignore[call-overload]
+        return np.asarray(cv2.remap(mask, *self._real_pixels(window), cv2.INTER_NEAREST), dtype=np.uint8)
 
     def window(self, first_row: int, end_row: int) -> tuple[slice, slice] | None:
         """Return the smallest part of a band of the raster that holds what the frame covers of it; None if nothing."""
@@ -98,7 +97,7 @@ class PlaneProjection:
     def H_from(self, window: tuple[slice, slice]) -> NDArray[np.float64]:
         """Return the homography from a window's own cells to pixels of the ideal camera."""
         shift = np.array([[1.0, 0.0, window[1].start], [0.0, 1.0, window[0].start], [0.0, 0.0, 1.0]])
-        return self.H_raster2image @ shift
+        return np.asarray(self.H_raster2image @ shift)
 
     def cells_of(self, pixels: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the cells (column, row) that pixels (u, v) see, shapes (n, 2); NaN where they see none."""
@@ -110,9 +109,10 @@ class PlaneProjection:
         inverse_depth = np.where(inverse_depth > 0.0, inverse_depth, np.nan)
         return np.stack((column / inverse_depth, row / inverse_depth), axis=1)
 
-    def _real_pixels(self, window: tuple[slice, slice]) -> NDArray[np.float32]:
-        pixels = self._warp(lens_map(self.camera), _SHIFT_BY_RIM @ self.H_from(window), window, cv2.INTER_LINEAR)
-        return np.asarray(pixels, dtype=np.float32)
+    def _real_pixels(self, window: tuple[slice, slice]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        H = _SHIFT_BY_RIM @ self.H_from(window)
+        u, v = (self._warp(plane, H, window, cv2.INTER_LINEAR) for plane in lens_map(self.camera))
+        return np.asarray(u, dtype=np.float32), np.asarray(v, dtype=np.float32)
 
     @staticmethod
     def _warp(image: Pixels, H: NDArray[np.float64], window: tuple[slice, slice], interpolation: int) -> Pixels:

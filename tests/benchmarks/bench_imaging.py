@@ -1,56 +1,60 @@
-"""Medians of the imaging step: ten RGB+thermal frames of 512 x 512, beside a plain reference where there is one.
+"""Medians of the imaging step on RGB+thermal frames of 512 x 512, beside plain references where there are some.
+
+What is compared is measured in turn, round by round, so that the ratios hold on a machine that has other work to do.
+All of it uses the threads it finds: OpenCV's own in the references, ours over bands and frames in the engine.
 
 Run with ``python tests/benchmarks/bench_imaging.py``.
 """
 
 from __future__ import annotations
 
+import os
 import statistics
+import subprocess
+import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
+from imaging_peer import bare_warps, peer_rx, peer_step
 from rich.console import Console
 from rich.table import Table
 
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.distortion import LensDistortion, LensModel
 from aos_gcs.geometry.poses import nadir_pose
-from aos_gcs.geometry.projection import plane_to_image
-from aos_gcs.imaging.focal_plane import choose_grid
-from aos_gcs.imaging.integral import integrate, integrate_on_grid
-from aos_gcs.imaging.model import Frame
+from aos_gcs.imaging.integral import integrate
+from aos_gcs.imaging.model import AnomalySource, Detector, Frame
 from aos_gcs.imaging.pictures import render_pictures
 from aos_gcs.imaging.rx import rx_scores
 from aos_gcs.imaging.step import ImagingSettings, analyse_step
 from aos_gcs.imaging.terrain import Terrain
 from aos_gcs.imaging.views import perspective_view
-from aos_gcs.imaging.warp import locate, warp_image
 
-FRAMES = 10
 ROUNDS = 15
 BANDS = ("red", "green", "blue", "thermal")
 CAMERA = CameraModel.from_fov(512, 512, np.radians(50.0))
+LENS = LensDistortion(LensModel.BROWN_CONRADY, (-0.2, 0.05, 0.0, 0.0, 0.0))
+SETTINGS = ImagingSettings()
 
 
-def make_frames(spacing_m: float, dtype: type[np.generic]) -> list[Frame]:
-    """Smooth correlated bands with some noise and a warm spot, from ten altitudes."""
+def make_frames(spacing_m: float, dtype: type[np.generic], count: int = 10) -> list[Frame]:
+    """Smooth correlated bands with some noise and a warm spot, from ten altitudes; every frame its own memory."""
     rng = np.random.default_rng(0)
     shades = cv2.GaussianBlur(rng.normal(size=(512, 512, 4)), (0, 0), 4.0) * 150
     image = (120 + shades @ (np.eye(4) + 0.5) + rng.normal(size=(512, 512, 4)) * 3).clip(0, 255)
     image[250:258, 250:254, 3] = 250
-    poses = [nadir_pose([(i - 4.5) * spacing_m, rng.normal(), 35.0 + i]) for i in range(FRAMES)]
+    poses = [nadir_pose([(i - (count - 1) / 2) * spacing_m, rng.normal(), 35.0 + i % 10]) for i in range(count)]
     return [Frame(i, image.astype(dtype), BANDS, pose, CAMERA) for i, pose in enumerate(poses)]
 
 
-def plain_rx(image: NDArray[np.float32]) -> NDArray[np.float64]:
-    pixels = image.reshape(-1, image.shape[2]).astype(np.float64)
-    pixels -= pixels.mean(axis=0)
-    inverse = np.linalg.pinv(np.cov(pixels, rowvar=False))
-    return np.einsum("ij,jk,ik->i", pixels, inverse, pixels).reshape(image.shape[:2])
+def hills() -> Terrain:
+    """Return a rolling hectare."""
+    x, y = np.meshgrid(np.linspace(-50, 50, 401), np.linspace(-50, 50, 401))
+    return Terrain(-50.0, -50.0, 0.25, np.sin(x / 7) + np.cos(y / 9))
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,90 +66,165 @@ class Cost:
     """Of all threads; the better measure on a machine that has other work to do."""
 
 
-def measure(work: Callable[[], object]) -> Cost:
-    work()
-    wall_s, cpu_s = [], []
-    for _ in range(ROUNDS):
-        start_s, start_cpu_s = time.perf_counter(), time.process_time()
+def measure(*works: Callable[[], object], rounds: int = ROUNDS) -> list[Cost]:
+    """Return the cost of each work; the works take turns."""
+    wall_s: list[list[float]] = [[] for _ in works]
+    cpu_s: list[list[float]] = [[] for _ in works]
+    for work in works:
         work()
-        wall_s.append(time.perf_counter() - start_s)
-        cpu_s.append(time.process_time() - start_cpu_s)
-    return Cost(1e3 * statistics.median(wall_s), 1e3 * statistics.median(cpu_s))
-
-
-def hills() -> Terrain:
-    """Return a rolling hectare."""
-    x, y = np.meshgrid(np.linspace(-50, 50, 401), np.linspace(-50, 50, 401))
-    return Terrain(-50.0, -50.0, 0.25, np.sin(x / 7) + np.cos(y / 9))
-
-
-def bare_warps(frames: list[Frame]) -> list[int]:
-    """Warp every frame to the view of the first one, as OpenCV does it, and nothing else."""
-    from_view = np.linalg.inv(plane_to_image(CAMERA, frames[0].pose, 0.0))
-    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-    maps = [plane_to_image(frame.camera, frame.pose, 0.0) @ from_view for frame in frames]
-    return [cv2.warpPerspective(f.image, H, (512, 512), flags=flags).size for f, H in zip(frames, maps, strict=True)]
-
-
-def view_rows(frames: list[Frame], frames_bytes: list[Frame]) -> list[tuple[str, Cost, str]]:
-    """Integrals in the view of one of the frames, on a plane and on terrain, beside the bare warps."""
-    lens = LensDistortion(LensModel.BROWN_CONRADY, (-0.2, 0.05, 0.0, 0.0, 0.0))
-    distorted = [replace(frame, camera=replace(CAMERA, distortion=lens)) for frame in frames]
-    plane, terrain = (perspective_view(CAMERA, frames[0].pose, surface) for surface in (0.0, hills()))
-    bare = measure(lambda: bare_warps(frames))
-    on_plane = measure(lambda: integrate(frames, plane, exact=False))
-    bare_bytes = measure(lambda: bare_warps(frames_bytes))
-    bytes_on_plane = measure(lambda: integrate(frames_bytes, plane, exact=False))
-    on_terrain = measure(lambda: integrate(frames, terrain, exact=False))
-    through_lens = measure(lambda: integrate(distorted, plane, exact=False))
-    exact = measure(lambda: integrate(frames, plane))
+    for _ in range(rounds):
+        for work, wall, cpu in zip(works, wall_s, cpu_s, strict=True):
+            start_s, start_cpu_s = time.perf_counter(), time.process_time()
+            work()
+            wall.append(time.perf_counter() - start_s)
+            cpu.append(time.process_time() - start_cpu_s)
     return [
-        ("bare cv2.warpPerspective, ten frames", bare, ""),
-        ("plane, fast", on_plane, f"{on_plane.wall_ms / bare.wall_ms:.2f} times the bare warps, goal 1.25"),
-        ("bare cv2.warpPerspective, uint8", bare_bytes, ""),
-        (
-            "plane, fast, uint8",
-            bytes_on_plane,
-            f"{bytes_on_plane.wall_ms / bare_bytes.wall_ms:.2f} times the bare warps, goal 1.25",
-        ),
-        ("terrain, fast", on_terrain, f"{on_terrain.wall_ms / on_plane.wall_ms:.2f} times the plane, goal 2"),
-        ("plane, fast, distorted lens", through_lens, f"{through_lens.wall_ms / on_plane.wall_ms:.2f} times the plane"),
-        ("plane, exact", exact, f"{exact.wall_ms / on_plane.wall_ms:.2f} times the plane"),
-        ("terrain's view, once", measure(lambda: perspective_view(CAMERA, frames[0].pose, hills())), ""),
+        Cost(1e3 * statistics.median(wall), 1e3 * statistics.median(cpu))
+        for wall, cpu in zip(wall_s, cpu_s, strict=True)
     ]
+
+
+def ratio(cost: Cost, reference: Cost) -> str:
+    """Return how much more a work costs than another."""
+    return f"{cost.wall_ms / reference.wall_ms:.2f} times (CPU {cost.cpu_ms / reference.cpu_ms:.2f})"
+
+
+def integral_rows() -> list[tuple[str, Cost, str]]:
+    """Integrals of ten frames in the view of one of them, beside the bare warps of the same arrays."""
+    frames, whole_bytes = make_frames(1.0, np.float32), make_frames(1.0, np.uint8)
+    distorted = [replace(frame, camera=replace(CAMERA, distortion=LENS)) for frame in frames]
+    plane, terrain = (perspective_view(CAMERA, frames[0].pose, surface) for surface in (0.0, hills()))
+    bare, bare_bytes, on_plane, bytes_on_plane, on_terrain, through_lens = measure(
+        lambda: bare_warps(frames),
+        lambda: bare_warps(whole_bytes),
+        lambda: integrate(frames, plane, exact=False),
+        lambda: integrate(whole_bytes, plane, exact=False),
+        lambda: integrate(frames, terrain, exact=False),
+        lambda: integrate(distorted, plane, exact=False),
+    )
+    exact, view = measure(lambda: integrate(frames, plane), lambda: perspective_view(CAMERA, frames[0].pose, hills()))
+    return [
+        ("bare cv2.warpPerspective, ten frames, float32", bare, ""),
+        ("plane, fast, float32", on_plane, f"{ratio(on_plane, bare)} the bare warps, goal 1.25"),
+        ("bare cv2.warpPerspective, ten frames, uint8", bare_bytes, ""),
+        (
+            "plane, fast, uint8 (warped as float32)",
+            bytes_on_plane,
+            f"{ratio(bytes_on_plane, bare_bytes)} the warps of bytes, {ratio(bytes_on_plane, bare)} those of floats",
+        ),
+        ("terrain, fast", on_terrain, f"{ratio(on_terrain, on_plane)} the plane, goal 2"),
+        ("plane, fast, distorted lens", through_lens, f"{ratio(through_lens, on_plane)} the plane"),
+        ("plane, exact", exact, f"{ratio(exact, on_plane)} the plane"),
+        ("terrain's view, once", view, ""),
+    ]
+
+
+def detector_rows() -> list[tuple[str, Cost, str]]:
+    """Detectors on one frame, RX beside that of a peer."""
+    image = make_frames(1.0, np.float32, 1)[0].image
+    gaps = image.copy()
+    gaps[:40, :60] = np.nan
+    name, rx = peer_rx()
+    ours, peer, incomplete = measure(lambda: rx_scores(image), lambda: rx(image), lambda: rx_scores(gaps))
+    difference = float(np.abs(rx_scores(image) - rx(image)).max())
+    rows = [
+        ("RX, one frame", ours, f"{peer.wall_ms / ours.wall_ms:.1f} times as fast as {name}, goal 5"),
+        (f"RX, one frame, {name}", peer, f"greatest difference of scores {difference:.1e}"),
+        ("RX, one frame with gaps", incomplete, f"{ratio(incomplete, ours)} the whole frame"),
+    ]
+    frames = make_frames(4.2, np.float32)
+    chosen = [replace(SETTINGS, detector=detector) for detector in Detector if detector is not Detector.RX]
+    chosen.append(replace(SETTINGS, anomaly_source=AnomalySource.INTEGRAL))
+    works = [lambda own=settings: analyse_step(frames, own) for settings in chosen]
+    costs = measure(*works, rounds=5)
+    return rows + [
+        (f"analyse_step, {settings.detector}, {settings.anomaly_source}", cost, "")
+        for settings, cost in zip(chosen, costs, strict=True)
+    ]
+
+
+def step_rows() -> list[tuple[str, Cost, str]]:
+    """Whole steps, and how they grow with the number of frames."""
+    line, line_bytes, close = make_frames(4.2, np.float32), make_frames(4.2, np.uint8), make_frames(1.0, np.float32)
+    distorted = [replace(frame, camera=replace(CAMERA, distortion=LENS)) for frame in line]
+    analysis = analyse_step(line, SETTINGS)
+    ours, in_bytes, converged, through_lens = measure(
+        lambda: analyse_step(line, SETTINGS),
+        lambda: analyse_step(line_bytes, SETTINGS),
+        lambda: analyse_step(close, SETTINGS),
+        lambda: analyse_step(distorted, SETTINGS),
+    )
+    pictures = measure(lambda: render_pictures(analysis, BANDS))[0]
+    rows = [
+        ("analyse_step, line of 10, float32", ours, "target 60 ms on 2 cores"),
+        ("analyse_step, line of 10, uint8", in_bytes, ""),
+        ("analyse_step, converged 10, float32", converged, ""),
+        ("analyse_step, line of 10, distorted lens", through_lens, f"{ratio(through_lens, ours)} the ideal one"),
+        ("render_pictures", pictures, "target 30 ms"),
+    ]
+    for count in (10, 30, 100):
+        frames = make_frames(0.3, np.uint8, count)
+        cost = measure(lambda own=frames: analyse_step(own, SETTINGS), rounds=7)[0]
+        rows.append((f"analyse_step, {count} frames close together", cost, f"{cost.wall_ms / count:.2f} ms per frame"))
+    return rows
+
+
+def peer_rows() -> list[tuple[str, Cost, str]]:
+    """Steps beside a straightforward pipeline with n x n renders."""
+    name, rx = peer_rx()
+    rows = []
+    for count, rounds in ((10, 5), (30, 2)):
+        frames = make_frames(1.0, np.float32, count)
+        ours, peer = measure(
+            lambda own=frames: analyse_step(own, SETTINGS), lambda own=frames: peer_step(own, rx), rounds=rounds
+        )
+        times = f"ours is {peer.wall_ms / ours.wall_ms:.1f} times as fast (CPU {peer.cpu_ms / ours.cpu_ms:.1f})"
+        rows.append((f"{count} frames, RX of {name}, {count} x {count} renders", peer, f"{times}, goal 15"))
+    return rows
+
+
+MEMORY_PROGRAM = r"""
+import re, sys
+from pathlib import Path
+sys.path.insert(0, {folder!r})
+from bench_imaging import SETTINGS, analyse_step, make_frames
+import numpy as np
+def memory_mb(field):
+    # Not ru_maxrss: a child inherits its parent's.
+    return int(re.search(field + r":\s+(\d+) kB", Path("/proc/self/status").read_text())[1]) / 1024
+analyse_step(make_frames(4.2, np.{dtype}, 1), SETTINGS)
+imported = memory_mb("VmRSS")
+frames = make_frames(4.2, np.{dtype}, 100)
+loaded = memory_mb("VmRSS")
+analyse_step(frames, SETTINGS)
+print(imported, loaded, memory_mb("VmHWM"))
+"""
+
+
+def memory_lines() -> list[str]:
+    """Return the peak of a process of its own that analyses 100 frames in a line."""
+    lines = []
+    for dtype in ("uint8", "float32"):
+        program = MEMORY_PROGRAM.format(folder=str(Path(__file__).resolve().parent), dtype=dtype)
+        command = [sys.executable, "-c", program]
+        told = subprocess.run(command, capture_output=True, text=True, check=True).stdout  # noqa: S603 - our own text
+        imported, loaded, peak = map(float, told.split())
+        lines.append(
+            f"100 frames of 512 x 512 x 4 {dtype}, at the peak: {loaded - imported:.0f} MB of frames, "
+            f"{peak - loaded:.0f} MB for the analysis, {imported:.0f} MB for imports and a step of one frame"
+        )
+    return lines
 
 
 def main() -> None:
-    line, line_bytes, close = make_frames(4.2, np.float32), make_frames(4.2, np.uint8), make_frames(1.0, np.float32)
-    grid = choose_grid(line, 0.0)
-    patches = [patch for patch in (locate(frame, grid) for frame in line) if patch is not None]
-    settings = ImagingSettings()
-    analysis = analyse_step(line, settings)
-    rx = measure(lambda: rx_scores(line[0].image))
-    plain = measure(lambda: plain_rx(line[0].image))
-    rows = [
-        ("RX, one frame", rx, ""),
-        ("RX, one frame, plain float64", plain, f"{plain.cpu_ms / rx.cpu_ms:.1f} times the time"),
-        (
-            "warp, ten frames",
-            measure(lambda: [warp_image(f.image, p)[0].size for f, p in zip(line, patches, strict=True)]),
-            "",
-        ),
-        (
-            "integrate_on_grid, ten frames",
-            measure(lambda: integrate_on_grid(line, grid)),
-            f"{grid.rows} x {grid.columns}",
-        ),
-        ("analyse_step, line, float32", measure(lambda: analyse_step(line, settings)), "target 60 ms, limit 150 ms"),
-        ("analyse_step, line, uint8", measure(lambda: analyse_step(line_bytes, settings)), ""),
-        ("analyse_step, converged, float32", measure(lambda: analyse_step(close, settings)), ""),
-        ("render_pictures", measure(lambda: render_pictures(analysis, BANDS)), "target 30 ms"),
-        *view_rows(close, make_frames(1.0, np.uint8)),
-    ]
+    console = Console(width=160)
     table = Table("work", "wall ms", "CPU ms", "note")
-    for name, cost, note in rows:
+    for name, cost, note in [*integral_rows(), *detector_rows(), *step_rows(), *peer_rows()]:
         table.add_row(name, f"{cost.wall_ms:.1f}", f"{cost.cpu_ms:.1f}", note)
-    Console().print(table)
+    console.print(table)
+    console.print(f"{os.cpu_count()} cores, OpenCV {cv2.__version__} with {cv2.getNumThreads()} threads")
+    for line in memory_lines():
+        console.print(line)
 
 
 if __name__ == "__main__":
