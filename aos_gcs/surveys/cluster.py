@@ -96,6 +96,7 @@ def integrate_on_cluster(
 
 
 def _distributed() -> Any:
-    # It reports every worker that leaves, also when the work is done.
+    distributed = load_extra("distributed", "lab", "Integrating on several processes or machines")
+    # It reports everything that workers do, and importing it sets its own level.
     logging.getLogger("distributed").setLevel(logging.ERROR)
-    return load_extra("distributed", "lab", "Integrating on several processes or machines")
+    return distributed
