@@ -283,6 +283,14 @@ def mirror(flight: Flight) -> dict[str, object]:
     return {}
 
 
+def lens_of(field: str, coefficients: object) -> Change:
+    def change(flight: Flight) -> dict[str, object]:
+        flight.poses.write_text(json.dumps({**flight.document, field: coefficients}))
+        return {}
+
+    return change
+
+
 def options(**values: object) -> Change:
     return lambda _: values
 
@@ -398,6 +406,10 @@ BAD_INPUT = {
     "mirrored": (mirror, "is no rotation"),
     "view too large": (options(view=4), r"--view 4 is out of range: .* has the views 0 to 3"),
     "view negative": (options(view=-1), "--view -1 is out of range"),
+    "no fov": (options(fov=None), "--poses needs the field of view of the images: give it as --fov DEG"),
+    "ground of poses": (options(ground=300), "--ground is about photographs that carry their positions"),
+    "lens in the file": (lens_of("lens", [0.1, 0.2]), r"'lens' of the poses file .* needs 4 to 5 finite coefficients"),
+    "fisheye in the file": (lens_of("fisheye", 0.1), r"'fisheye' of the poses file .* needs 4 finite coefficients"),
     "fov zero": (options(fov=0), "--fov must lie between 0 and 180 degrees, got 0"),
     "fov too wide": (options(fov=180), "--fov must lie between"),
     "size": (options(size=0), "--size must lie between 1 and"),
