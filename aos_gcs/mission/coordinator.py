@@ -276,6 +276,7 @@ class Coordinator:
             "steps": len(steps),
             "time_to_detection_s": self._search.found_at_s,
             "target_enu_m": None if target is None else target.position_enu_m,
+            "target_sigma_m": None if target is None else target.sigma_m,
             "vehicles": len(context.roster.members()),
             "landed": len(context.roster.members(Task.LANDED)),
             "min_separation_m": self._monitor.min_separation_m,
