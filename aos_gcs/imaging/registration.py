@@ -19,7 +19,7 @@ from aos_gcs.geometry.poses import Pose
 from aos_gcs.imaging.focal_plane import footprint
 from aos_gcs.imaging.integral import check_frame
 from aos_gcs.imaging.model import Frame
-from aos_gcs.imaging.registration_adjustment import ErrorBudget, Gaussian, adjust
+from aos_gcs.imaging.registration_adjustment import CONSTANTS, ErrorBudget, Gaussian, adjust
 from aos_gcs.imaging.registration_ties import PatchSize, measure_ties
 from aos_gcs.imaging.undistort import undistorted
 
@@ -46,6 +46,7 @@ class PoseCorrection:
 
     east_m: float
     north_m: float
+    up_m: float
     yaw_rad: float
     """Clockwise seen from above, as headings are."""
 
@@ -57,7 +58,7 @@ class Registration:
     budget: ErrorBudget = field(default_factory=ErrorBudget)
     vehicle_ids: tuple[int, ...] = ()
     errors: Gaussian = field(default_factory=lambda: Gaussian(np.zeros(0), np.zeros((0, 0))))
-    """East (m), north (m) and yaw (rad) of one vehicle after the other, shape (3 n,)."""
+    """East, north, up (m) and yaw (rad) of one vehicle after the other, shape (4 n,)."""
     inlier_share: float = 0.0
     """Of the ties of the latest step that was learnt from."""
     steps: int = 0
@@ -68,22 +69,22 @@ class Registration:
         """0 to 1: share of the expected variance that is explained, times the share of ties that fit."""
         if self.steps == 0:
             return 0.0
-        expected = np.array([self.budget.offset_m, self.budget.offset_m, self.budget.yaw_rad])
+        expected = _expected(self.budget)
         left = np.mean((self.sigmas() / expected) ** 2) / (1.0 - 1.0 / len(self.vehicle_ids))
         return self.inlier_share * max(0.0, 1.0 - float(left))
 
     def sigmas(self) -> NDArray[np.float64]:
-        """Return the standard deviations of the corrections: east (m), north (m), yaw (rad), shape (n, 3)."""
+        """Return the standard deviations of the corrections: east, north, up (m), yaw (rad), shape (n, 4)."""
         to_relative = _relative_to_mean(len(self.vehicle_ids))
         covariance = to_relative @ np.linalg.inv(self.errors.information) @ to_relative.T
-        return np.asarray(np.sqrt(np.diag(covariance)).reshape(-1, 3))
+        return np.asarray(np.sqrt(np.diag(covariance)).reshape(-1, CONSTANTS))
 
     def corrections(self) -> Mapping[int, PoseCorrection]:
         """Return the correction of each vehicle by its id, relative to the mean of the fleet, which frames cannot tell.
 
         A vehicle of which little is known has a small one.
         """
-        relative = (_relative_to_mean(len(self.vehicle_ids)) @ self.errors.mean).reshape(-1, 3)
+        relative = (_relative_to_mean(len(self.vehicle_ids)) @ self.errors.mean).reshape(-1, CONSTANTS)
         return {i: PoseCorrection(*map(float, values)) for i, values in zip(self.vehicle_ids, relative, strict=True)}
 
 
@@ -91,7 +92,7 @@ def corrected(pose: Pose, correction: PoseCorrection) -> Pose:
     """Return a pose with a vehicle's correction applied."""
     sin, cos = math.sin(correction.yaw_rad), math.cos(correction.yaw_rad)
     R_clockwise = np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
-    offset_m = np.array([correction.east_m, correction.north_m, 0.0])
+    offset_m = np.array([correction.east_m, correction.north_m, correction.up_m])
     return Pose(pose.position_enu_m + offset_m, R_clockwise @ pose.R_cam2enu)
 
 
@@ -155,7 +156,10 @@ def register(frames: Sequence[Frame], known: Registration, plane_height_m: float
 
 
 def _corrected_poses(frames: Sequence[Frame], errors: NDArray[np.float64]) -> list[Pose]:
-    return [corrected(f.pose, PoseCorrection(*values)) for f, values in zip(frames, errors.reshape(-1, 3), strict=True)]
+    return [
+        corrected(f.pose, PoseCorrection(*values))
+        for f, values in zip(frames, errors.reshape(-1, CONSTANTS), strict=True)
+    ]
 
 
 def _lattice(frames: Sequence[Frame], poses: Sequence[Pose], height_m: float, spacing_m: float) -> NDArray[np.float64]:
@@ -185,7 +189,7 @@ def _with_vehicles(known: Registration, vehicle_ids: Sequence[int]) -> Registrat
     if not new:
         return known
     budget, errors = known.budget, known.errors
-    expected = np.tile([budget.offset_m, budget.offset_m, budget.yaw_rad], len(new))
+    expected = np.tile(_expected(budget), len(new))
     mean = np.concatenate((errors.mean, np.zeros(len(expected))))
     # SciPy counts an empty array as one row.
     blocks = [block for block in (errors.information, np.diag(expected**-2.0)) if block.size]
@@ -193,9 +197,13 @@ def _with_vehicles(known: Registration, vehicle_ids: Sequence[int]) -> Registrat
 
 
 def _rows(known: Registration, vehicle_ids: Sequence[int]) -> NDArray[np.intp]:
-    first = 3 * np.array([known.vehicle_ids.index(vehicle_id) for vehicle_id in vehicle_ids], dtype=np.intp)
-    return np.asarray((first[:, np.newaxis] + np.arange(3)).ravel())
+    first = CONSTANTS * np.array([known.vehicle_ids.index(vehicle_id) for vehicle_id in vehicle_ids], dtype=np.intp)
+    return np.asarray((first[:, np.newaxis] + np.arange(CONSTANTS)).ravel())
+
+
+def _expected(budget: ErrorBudget) -> NDArray[np.float64]:
+    return np.array([budget.offset_m, budget.offset_m, budget.height_m, budget.yaw_rad])
 
 
 def _relative_to_mean(n: int) -> NDArray[np.float64]:
-    return np.asarray(np.kron(np.eye(n) - 1.0 / n, np.eye(3)), dtype=np.float64)
+    return np.asarray(np.kron(np.eye(n) - 1.0 / n, np.eye(CONSTANTS)), dtype=np.float64)

@@ -1,7 +1,7 @@
 """The least squares of registration: from ties between frames to the errors of the vehicles' poses.
 
-Model: a bundle adjustment whose points are patches of the world. Of every vehicle the horizontal offset and the heading
-are off by constants; every frame's roll and pitch are off by chance; every patch has a height of its own, so that it
+Model: a bundle adjustment whose points are patches of the world. Of every vehicle the position and the heading are off
+by constants; every frame's roll and pitch are off by chance; every patch has a height of its own, so that it
 does not matter whether it shows leaves or ground, nor how high the trees are. All of it is solved together.
 
 Sources: Triggs, McLauchlan, Hartley and Fitzgibbon, *Bundle Adjustment: A Modern Synthesis*, Vision Algorithms, 2000
@@ -21,6 +21,9 @@ from scipy.sparse import csr_array
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.imaging.registration_ties import Ties
 
+CONSTANTS = 4
+"""Of a vehicle: east, north, up (m) and yaw (rad, clockwise)."""
+
 ITERATIONS = 8
 CAUCHY_SIGMAS = 2.0
 """Residuals of this size count half."""
@@ -33,6 +36,8 @@ class ErrorBudget:
 
     offset_m: float = 0.5
     """Of a vehicle's position along each horizontal axis, constant."""
+    height_m: float = 0.75
+    """Of a vehicle's height, constant."""
     yaw_rad: float = math.radians(3.0)
     """Of a vehicle's heading, constant."""
     tilt_rad: float = math.radians(1.0)
@@ -71,7 +76,7 @@ class Solution:
     """What the ties of one step tell."""
 
     errors: Gaussian
-    """Of the vehicles: east (m), north (m), yaw (rad, clockwise) of one after the other; the prior included."""
+    """Of the vehicles: the constants of one after the other; the prior included."""
     height_m: float
     """Median of the patches' heights above where they were looked for."""
     inlier_share: float
@@ -95,16 +100,16 @@ def adjust(
         poses: one per vehicle, with the errors ``applied`` corrected.
         patches_m: centres of the patches, shape (m, 3).
         patch_spacing: of their centres, in edges of a patch; what neighbours share counts once.
-        applied: shape (3 n,).
+        applied: shape (``CONSTANTS`` n,).
         prior: of the vehicles' errors.
         budget: sizes of all other errors.
     """
-    n = len(poses)
+    n, k = len(poses), CONSTANTS * len(poses)
     seen_patches, patch = np.unique(ties.patch, return_inverse=True)
     geometry = _Geometry.of(ties, poses, patches_m)
     mean = np.concatenate((prior.mean, np.zeros(2 * n)))
-    information = np.diag(np.full(5 * n, budget.tilt_rad**-2.0))
-    information[: 3 * n, : 3 * n] = prior.information
+    information = np.diag(np.full(k + 2 * n, budget.tilt_rad**-2.0))
+    information[:k, :k] = prior.information
     unknowns = np.concatenate((applied, np.zeros(2 * n)))
     at = unknowns.copy()
     heights_m = np.zeros(len(seen_patches))
@@ -127,7 +132,6 @@ def adjust(
         step = np.linalg.solve(reduced, right - cross @ (right_own / own))
         unknowns = unknowns + step
         heights_m = heights_m + (right_own - cross.T @ step) / own
-    k = 3 * n
     marginal = reduced[:k, :k] - reduced[:k, k:] @ np.linalg.solve(reduced[k:, k:], reduced[k:, :k])
     return Solution(
         errors=Gaussian(unknowns[:k], (marginal + marginal.T) / 2.0),
@@ -148,7 +152,7 @@ class _Side:
     depth_m: NDArray[np.float64]
     """Of the patch below the camera, shape (k, 1); negative in worlds whose z points down."""
     by_error: NDArray[np.float64]
-    """Derivative by errors of east, north and yaw, and by turns about x and y, shape (k, 2, 5)."""
+    """Derivative by errors of east, north, up and yaw, and by turns about x and y, shape (k, 2, 6)."""
 
     def shown_m(
         self, errors: NDArray[np.float64], height_m: NDArray[np.float64]
@@ -179,17 +183,19 @@ class _Geometry:
     ) -> tuple[NDArray[np.float64], csr_array, NDArray[np.float64]]:
         """Return the displacements, shape (k, 2), and their derivatives.
 
-        By the unknowns, shape (2 k, 5 n), and by the height of the own patch, shape (k, 2).
+        By the unknowns, shape (2 k, 6 n), and by the height of the own patch, shape (k, 2).
         """
         n, k = self.n, len(height_m)
-        errors = np.column_stack((unknowns[: 3 * n].reshape(n, 3), unknowns[3 * n :].reshape(n, 2)))
+        errors = np.column_stack(
+            (unknowns[: CONSTANTS * n].reshape(n, CONSTANTS), unknowns[CONSTANTS * n :].reshape(n, 2))
+        )
         first_m, first_by_error, first_by_height = self.first.shown_m(errors, height_m)
         second_m, second_by_error, second_by_height = self.second.shown_m(errors, height_m)
         values = np.concatenate((-first_by_error, second_by_error), axis=2)
         columns = np.concatenate((_columns(self.first.frame, n), _columns(self.second.frame, n)), axis=1)
         column = np.repeat(columns, 2, axis=0)
-        row = np.repeat(np.arange(2 * k), 10)
-        J = csr_array((values.reshape(2 * k, 10).ravel(), (row, column.ravel())), shape=(2 * k, 5 * n))
+        row = np.repeat(np.arange(2 * k), values.shape[2])
+        J = csr_array((values.ravel(), (row, column.ravel())), shape=(2 * k, len(unknowns)))
         return second_m - first_m, J, second_by_height - first_by_height
 
 
@@ -197,17 +203,17 @@ def _side(frame: NDArray[np.intp], position_m: NDArray[np.float64], patch_m: NDA
     x, y, z = (patch_m - position_m).T
     depth_m = -z
     zero, one = np.zeros(len(x)), np.ones(len(x))
-    by_x = np.stack((-one, zero, -y, -x * y / depth_m, depth_m + x**2 / depth_m), axis=1)
-    by_y = np.stack((zero, -one, x, -depth_m - y**2 / depth_m, x * y / depth_m), axis=1)
+    by_x = np.stack((-one, zero, -x / depth_m, -y, -x * y / depth_m, depth_m + x**2 / depth_m), axis=1)
+    by_y = np.stack((zero, -one, -y / depth_m, x, -depth_m - y**2 / depth_m, x * y / depth_m), axis=1)
     return _Side(
         frame, position_m[:, :2], np.column_stack((x, y)), depth_m[:, np.newaxis], np.stack((by_x, by_y), axis=1)
     )
 
 
 def _columns(frame: NDArray[np.intp], n: int) -> NDArray[np.intp]:
-    """Return where a frame's three constants and two tilts stand among the unknowns, shape (k, 5)."""
+    """Return where a frame's constants and its two tilts stand among the unknowns, shape (k, 6)."""
     frame = frame[:, np.newaxis]
-    return np.concatenate((3 * frame + np.arange(3), 3 * n + 2 * frame + np.arange(2)), axis=1)
+    return np.concatenate((CONSTANTS * frame + np.arange(CONSTANTS), CONSTANTS * n + 2 * frame + np.arange(2)), axis=1)
 
 
 def _spread(to_patch: csr_array, rows: NDArray[np.float64]) -> csr_array:

@@ -84,13 +84,13 @@ def recorded_frames() -> list[Frame]:
 
 
 def draw_errors(rng: np.random.Generator, n: int = N) -> NDArray[np.float64]:
-    """East, north (m) and yaw (rad) of each vehicle: satellite positions and compasses."""
-    return rng.normal(0.0, [0.5, 0.5, math.radians(3.0)], (n, 3))
+    """East, north, up (m) and yaw (rad) of each vehicle: satellite positions and compasses."""
+    return rng.normal(0.0, [0.5, 0.5, 0.75, math.radians(3.0)], (n, 4))
 
 
 def left_over(registration: Registration, errors: NDArray[np.float64]) -> NDArray[np.float64]:
     """What the corrections leave of the errors, both relative to the mean of the fleet."""
-    found = np.array([[c.east_m, c.north_m, c.yaw_rad] for c in registration.corrections().values()])
+    found = np.array([[c.east_m, c.north_m, c.up_m, c.yaw_rad] for c in registration.corrections().values()])
     return found - (errors - errors.mean(axis=0))
 
 
@@ -98,11 +98,12 @@ def test_errors_of_offset_and_yaw_are_found_below_a_canopy() -> None:
     rng = np.random.default_rng(1)
     world, errors = World(1), draw_errors(rng)
     registration = Registration()
-    for _ in range(4):
+    for _ in range(6):
         registration = register(step(world, errors, rng), registration, 0.0)
     rest = left_over(registration, errors)
+    assert np.sqrt(np.mean(rest[:, 2] ** 2)) < 0.3
     assert np.sqrt(np.mean(rest[:, :2] ** 2)) < 0.1
-    assert np.degrees(np.abs(rest[:, 2])).max() < 0.2
+    assert np.degrees(np.abs(rest[:, 3])).max() < 0.2
     assert registration.confidence > 0.7
 
 
@@ -114,7 +115,7 @@ def test_tilts_of_single_frames_average_out() -> None:
         registration = register(step(world, errors, rng, tilt_rad=math.radians(1.0)), registration, 0.0)
     rest, sigmas = left_over(registration, errors), registration.sigmas()
     assert np.sqrt(np.mean(rest[:, :2] ** 2)) < 0.25
-    assert np.degrees(np.abs(rest[:, 2])).max() < 0.2
+    assert np.degrees(np.abs(rest[:, 3])).max() < 0.2
     assert np.sqrt(np.mean((rest / sigmas) ** 2)) < 2.5
 
 
@@ -130,9 +131,9 @@ def test_a_flight_with_good_poses_is_not_made_worse() -> None:
 
 def test_correction_and_error_are_the_same_thing() -> None:
     reported = nadir_pose([3.0, 4.0, 35.0], heading_rad=0.2)
-    pose = corrected(reported, PoseCorrection(0.5, -0.25, 0.1))
+    pose = corrected(reported, PoseCorrection(0.5, -0.25, 0.75, 0.1))
     assert pose.R_cam2enu == pytest.approx(nadir_pose([0.0, 0.0, 0.0], heading_rad=0.3).R_cam2enu)
-    assert pose.position_enu_m == pytest.approx([3.5, 3.75, 35.0])
+    assert pose.position_enu_m == pytest.approx([3.5, 3.75, 35.75])
 
 
 def test_frames_that_have_nothing_in_common_teach_nothing() -> None:
@@ -143,7 +144,7 @@ def test_frames_that_have_nothing_in_common_teach_nothing() -> None:
     ]
     registration = register(noise, Registration(), 0.0)
     assert (registration.steps, registration.confidence) == (0, 0.0)
-    assert registration.errors.mean == pytest.approx(np.zeros(12))
+    assert registration.errors.mean == pytest.approx(np.zeros(16))
 
 
 def test_frames_without_structure_or_alone_teach_nothing() -> None:
@@ -160,7 +161,7 @@ def test_knowledge_of_an_absent_vehicle_is_kept_and_a_new_one_starts_from_nothin
     frames = step(world, errors, rng)
     fewer = register(frames[:-1], known, 0.0)
     assert fewer.vehicle_ids == known.vehicle_ids
-    assert fewer.sigmas()[:, 2].max() <= known.sigmas()[:, 2].max()
+    assert fewer.sigmas()[:, 3].max() <= known.sigmas()[:, 3].max()
     begun = register(frames[:-1], Registration(), 0.0)
     joined = register(frames, begun, 0.0)
     assert joined.vehicle_ids == (*begun.vehicle_ids, N)
@@ -170,8 +171,8 @@ def test_knowledge_of_an_absent_vehicle_is_kept_and_a_new_one_starts_from_nothin
 def test_corrections_are_relative_to_the_mean_of_the_fleet() -> None:
     rng = np.random.default_rng(4)
     registration = register(step(World(4), draw_errors(rng), rng), Registration(), 0.0)
-    values = np.array([[c.east_m, c.north_m, c.yaw_rad] for c in registration.corrections().values()])
-    assert values.mean(axis=0) == pytest.approx(np.zeros(3), abs=1e-9)
+    values = np.array([[c.east_m, c.north_m, c.up_m, c.yaw_rad] for c in registration.corrections().values()])
+    assert values.mean(axis=0) == pytest.approx(np.zeros(4), abs=1e-9)
 
 
 def test_two_frames_of_one_vehicle_are_refused() -> None:
