@@ -1,0 +1,174 @@
+"""The archive strategy: remember every view of the target, and hold those that show most of it together.
+
+The swarm scans as AOS-PSO does until the target is in view. From then on every frame goes into an archive, with its
+line of sight and its own mask of the target. Some drones hold the views that are best *together*; the others explore
+lines of sight that nobody has looked along. The more of the aperture is known, the more drones hold.
+See docs/archive-strategy.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.swarm import motion
+from aos_gcs.swarm.archive_looks import Looks, no_looks, with_looks
+from aos_gcs.swarm.archive_moves import HOLDS_WITHIN_M, kept_apart, stepped
+from aos_gcs.swarm.archive_parameters import ArchiveParameters
+from aos_gcs.swarm.archive_plan import plan
+from aos_gcs.swarm.archive_raster import anchor_of, resampled
+from aos_gcs.swarm.archive_target import TargetEstimate, after_sighting, first_sighting, ground_point, out_of_view
+from aos_gcs.swarm.factors import FixedFactors
+from aos_gcs.swarm.follow import LeaderFollowing
+from aos_gcs.swarm.model import Diagnostics, Observation
+from aos_gcs.swarm.parameters import parse_parameters
+from aos_gcs.swarm.state import SwarmState
+
+NAME = "aos-archive"
+
+FORGET_STEPS = 8
+"""Steps out of view after which the target is no longer where the archive knows it."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ArchiveState:
+    """Everything that is carried from step to step."""
+
+    swarm: SwarmState
+    """Of the strategy that scans, and that steps in without masks."""
+    looks: Looks
+    target: TargetEstimate | None = None
+    """None before it is seen, and after it was lost."""
+    heights_m: NDArray[np.float64] | None = None
+    """Of the vehicles above the focal plane, in the order of their ids, shape (n,); None if unknown."""
+    held_enu_m: NDArray[np.float64] | None = None
+    """Where the lines of sight of the views chosen last pass the canopy, shape (k, 2)."""
+
+
+@dataclass(frozen=True, slots=True)
+class ArchiveStrategy:
+    """See the module."""
+
+    parameters: ArchiveParameters
+    follower: LeaderFollowing
+
+    @property
+    def name(self) -> str:
+        """The name in the registry."""
+        return NAME
+
+    @property
+    def spacing_m(self) -> float:
+        """See :attr:`aos_gcs.swarm.model.Strategy.spacing_m`."""
+        return self.parameters.c4_m
+
+    def init(self, scan_direction_enu: NDArray[np.float64]) -> ArchiveState:
+        """See :meth:`aos_gcs.swarm.model.Strategy.init`."""
+        return ArchiveState(self.follower.init(scan_direction_enu), no_looks())
+
+    def tell(self, state: ArchiveState, observation: Observation) -> ArchiveState:
+        """See :meth:`aos_gcs.swarm.model.Strategy.tell`."""
+        swarm = self.follower.tell(state.swarm, observation)
+        heights_m = _checked_heights(observation)
+        if heights_m is not None:
+            heights_m = heights_m[np.argsort(observation.vehicle_ids)]
+        state = replace(state, swarm=swarm, heights_m=heights_m)
+        masks = observation.masks
+        if not observation.target_in_view or masks is None or heights_m is None or not masks.marked.any():
+            return self._without_sight(state)
+        return self._with_sight(state, observation)
+
+    def ask(self, state: ArchiveState, rng: np.random.Generator) -> tuple[NDArray[np.float64], ArchiveState]:
+        """See :meth:`aos_gcs.swarm.model.Strategy.ask`."""
+        situation = motion.check_told(state.swarm)
+        if not _knows_target(state) or state.target is None or state.heights_m is None:
+            positions_m, swarm = self.follower.ask(state.swarm, rng)
+            return positions_m, replace(state, swarm=swarm)
+        positions_m, order, _ = motion.sorted_positions(situation)
+        target, heights_m = state.target, state.heights_m
+        goals = plan(
+            state.looks,
+            target,
+            positions_enu_m=positions_m,
+            heights_m=heights_m,
+            held_enu_m=state.held_enu_m,
+            parameters=self.parameters,
+            rng=rng,
+        )
+        # All drones go along with the target, those that hold too.
+        moved_m = positions_m + target.next_way_m
+        holds = np.linalg.norm(goals.positions_enu_m - moved_m, axis=1) < HOLDS_WITHIN_M
+        stepped_m = stepped(moved_m, goals.positions_enu_m, self.parameters.max_step_m)
+        apart_m = kept_apart(stepped_m, holds, self.parameters.min_distance_m, rng)
+        asked = replace(state.swarm, awaits_ask=False)
+        return motion.in_told_order(apart_m, order), replace(state, swarm=asked, held_enu_m=goals.held_enu_m)
+
+    def diagnostics(self, state: ArchiveState) -> Diagnostics:
+        """See :meth:`aos_gcs.swarm.model.Strategy.diagnostics`."""
+        if not _knows_target(state) or state.swarm.situation is None:
+            return self.follower.diagnostics(state.swarm)
+        return Diagnostics(branch="archive", leader_id=state.swarm.situation.leader_id)
+
+    def _without_sight(self, state: ArchiveState) -> ArchiveState:
+        if state.target is None:
+            return state
+        target = out_of_view(state.target)
+        if target.lost_steps > FORGET_STEPS:
+            return replace(state, target=None, looks=no_looks(), held_enu_m=None)
+        return replace(state, target=target)
+
+    def _with_sight(self, state: ArchiveState, observation: Observation) -> ArchiveState:
+        """Return the state with the looks of this step in the archive."""
+        masks, heights_m = observation.masks, observation.heights_m
+        if masks is None or heights_m is None:
+            raise ValueError("an observation without masks and heights shows nothing")
+        positions_m, body_height_m = observation.positions_enu_m, self.parameters.body_height_m
+        guess_m = positions_m.mean(axis=0) if observation.target_enu_m is None else observation.target_enu_m
+        ground_m = ground_point(masks, positions_m, heights_m, guess_m, body_height_m)
+        target = first_sighting(ground_m) if state.target is None else after_sighting(state.target, ground_m)
+        slopes = (positions_m - target.position_enu_m) / heights_m[:, None]
+        # Frames from far beside the aperture would only push better ones out of the archive.
+        reach = (self.parameters.aperture_radius_m + self.parameters.c4_m) / heights_m.mean()
+        useful = (np.linalg.norm(slopes, axis=1) <= reach) & ~np.isnan(observation.fitness)
+        anchor = anchor_of(target.position_enu_m)
+        canopy = self.parameters.canopy
+        looks = with_looks(
+            state.looks,
+            canopy,
+            canopy.lines_of_slopes(target.position_enu_m, slopes[useful]),
+            masks=resampled(masks, anchor)[useful],
+            anchor=anchor,
+            drift_enu_m=np.array(target.drift_enu_m),
+        )
+        return replace(state, target=target, looks=looks)
+
+
+def make_aos_archive(parameters: Mapping[str, object]) -> ArchiveStrategy:
+    """Return the archive strategy with the parameters given (:class:`ArchiveParameters`) and defaults for the rest.
+
+    Raises:
+        ConfigurationError: a parameter is unknown or violates its constraint.
+    """
+    parsed = parse_parameters(ArchiveParameters, parameters, NAME)
+    return ArchiveStrategy(parsed, LeaderFollowing(NAME, parsed, FixedFactors(parsed.c_s_m, parsed.c_c_m)))
+
+
+def _knows_target(state: ArchiveState) -> bool:
+    return state.target is not None and state.heights_m is not None and len(state.looks) > 0
+
+
+def _checked_heights(observation: Observation) -> NDArray[np.float64] | None:
+    """Return the heights of an observation.
+
+    Raises:
+        ValueError: they, or the masks, do not fit the vehicles.
+    """
+    n, heights_m, masks = len(observation.vehicle_ids), observation.heights_m, observation.masks
+    if heights_m is not None and (np.shape(heights_m) != (n,) or not np.all(np.greater(heights_m, 0.0))):
+        raise ValueError(f"heights need shape ({n},) and values above 0, but were {heights_m}")
+    if masks is not None and (masks.marked.ndim != 3 or len(masks.marked) != n):
+        raise ValueError(f"masks need shape ({n}, rows, columns), but have {masks.marked.shape}")
+    return heights_m

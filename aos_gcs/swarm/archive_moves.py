@@ -1,0 +1,70 @@
+"""From goals to waypoints: who goes where, how far in one step, and apart from whom."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+FloatArray = NDArray[np.float64]
+
+HOLDS_WITHIN_M = 0.3
+"""A drone as near to its goal as that holds its place; others give way to it."""
+MARGIN_M = 0.01
+"""By which drones are pushed farther apart than they must be, so that rounding does not matter."""
+MAX_PUSHES = 60
+"""Rounds of pushing; three are enough unless drones are crowded."""
+
+
+def assigned(places_m: FloatArray, goals_m: FloatArray) -> NDArray[np.int64]:
+    """Return for each drone the index of its goal, or -1, so that the squared ways sum up to the least.
+
+    Args:
+        places_m: where the drones are, shape (n, 2).
+        goals_m: where each drone would be at each goal, shape (n, k, 2): drones fly in different layers.
+    """
+    costs = ((goals_m - places_m[:, None]) ** 2).sum(axis=-1)
+    drones, goals = linear_sum_assignment(costs)
+    goal_of = np.full(len(places_m), -1, dtype=np.int64)
+    goal_of[drones] = goals
+    return goal_of
+
+
+def stepped(places_m: FloatArray, goals_m: FloatArray, step_m: float) -> FloatArray:
+    """Return the places after one step towards the goals, none longer than ``step_m``, shape (n, 2)."""
+    ways_m = goals_m - places_m
+    lengths_m = np.linalg.norm(ways_m, axis=1, keepdims=True)
+    return np.asarray(places_m + ways_m * np.minimum(1.0, step_m / np.maximum(lengths_m, 1e-9)))
+
+
+def kept_apart(
+    waypoints_m: FloatArray, holds: NDArray[np.bool_], distance_m: float, rng: np.random.Generator
+) -> FloatArray:
+    """Return waypoints, shape (n, 2), pushed at least ``distance_m`` apart.
+
+    A drone that holds its place moves only for another one that holds; coincident ones part in a random direction. In
+    a crowd with no room the distances come out smaller.
+    """
+    apart_m = waypoints_m.copy()
+    for _ in range(MAX_PUSHES):
+        difference = apart_m[:, None] - apart_m
+        distances_m = np.linalg.norm(difference, axis=2)
+        first, second = np.nonzero(np.triu(distances_m < distance_m, k=1))
+        if len(first) == 0:
+            break
+        for i, j in zip(first.tolist(), second.tolist(), strict=True):
+            push_m = _push(apart_m[i] - apart_m[j], distance_m + MARGIN_M, rng)
+            share = 0.5 if holds[i] == holds[j] else float(holds[j])
+            apart_m[i] += share * push_m
+            apart_m[j] -= (1.0 - share) * push_m
+    return apart_m
+
+
+def _push(way_m: FloatArray, distance_m: float, rng: np.random.Generator) -> FloatArray:
+    """Return by how much a drone must move away from another one, shape (2,), given its place relative to it."""
+    length_m = float(np.linalg.norm(way_m))
+    if length_m < 1e-6:
+        angle_rad = rng.uniform(0.0, 2.0 * np.pi)
+        return distance_m * np.array([np.cos(angle_rad), np.sin(angle_rad)])
+    # An earlier push may already have parted them.
+    return np.asarray(way_m * max(0.0, distance_m / length_m - 1.0))

@@ -1,0 +1,84 @@
+"""Parameters of the archive strategy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from aos_gcs.errors import ConfigurationError
+from aos_gcs.swarm.archive_looks import Canopy
+from aos_gcs.swarm.parameters import AosPsoParameters
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ArchiveParameters(AosPsoParameters):
+    """What AOS-PSO has, which scans until the target is in view and steps in without masks, and the archive's own.
+
+    Raises:
+        ConfigurationError: one of them violates its constraint; the text names it.
+    """
+
+    projection_line: bool = True
+    aperture_radius_m: float = 13.0
+    """Radius of the circle about the target that is looked from, at the mean height of the swarm, metres."""
+    spot_pitch_m: float = 1.5
+    """Between neighbouring spots that explorers go to, metres."""
+    min_distance_m: float = 3.1
+    """Horizontal distance that waypoints keep from each other, metres."""
+    max_step_m: float = 1.5
+    """Longest way of a step once the target was seen, metres, beside the target's own. Short ones take more frames per
+    metre; where a step costs time of its own, longer ones are better."""
+    explorer_share: float = 0.2
+    """Of the swarm that explores to the end, from 0 to 1."""
+    area_exponent: float = 0.0
+    """Views are chosen for normalised visibility times area to this power: 0 for visibility alone."""
+    hysteresis: float = 0.01
+    """Share by which another view must be better for a drone to leave the one it holds."""
+    curiosity: float = 0.3
+    """What it is worth to look where nobody has looked yet, in shares of the score."""
+    travel_cost_per_m: float = 0.02
+    """What a metre of way to there costs, in shares of the score."""
+    kernel_m: float = 0.5
+    """Distance of two lines of sight in the canopy at which one tells little about the other, metres."""
+    canopy_height_m: float = 14.0
+    """Of the middle of the leaves above the focal plane, metres."""
+    canopy_half_depth_m: float = 4.0
+    """From there to the edges of the leaves, metres."""
+    body_height_m: float = 1.75
+    """Of the target that is looked for, metres."""
+    body_radius_m: float = 0.15
+    """Half of its width, so that its area comes out right, metres."""
+
+    def __post_init__(self) -> None:
+        AosPsoParameters.__post_init__(self)
+        for name in _ABOVE_ZERO:
+            value = getattr(self, name)
+            if value <= 0.0:
+                raise ConfigurationError(f"{name} must be above 0, but is {value:g}.")
+        for name in ("area_exponent", "hysteresis", "curiosity", "travel_cost_per_m"):
+            value = getattr(self, name)
+            if value < 0.0:
+                raise ConfigurationError(f"{name} must be at least 0, but is {value:g}.")
+        if not 0.0 <= self.explorer_share <= 1.0:
+            raise ConfigurationError(f"explorer_share must lie between 0 and 1, but is {self.explorer_share:g}.")
+        if self.body_height_m >= self.canopy_height_m:
+            raise ConfigurationError(
+                f"body_height_m must be below canopy_height_m, {self.canopy_height_m:g}, but is {self.body_height_m:g}."
+            )
+
+    @property
+    def canopy(self) -> Canopy:
+        """Where the leaves are."""
+        return Canopy(self.canopy_height_m, self.canopy_half_depth_m)
+
+
+_ABOVE_ZERO = (
+    "aperture_radius_m",
+    "spot_pitch_m",
+    "min_distance_m",
+    "max_step_m",
+    "kernel_m",
+    "canopy_height_m",
+    "canopy_half_depth_m",
+    "body_height_m",
+    "body_radius_m",
+)

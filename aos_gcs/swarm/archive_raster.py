@@ -1,0 +1,114 @@
+"""The raster on which the archive strategy lays masks of the target over each other.
+
+It is square and north-up, lies on the focal plane about the target, and its edges are multiples of the cell, so that
+masks taken with slightly different estimates of the target fit onto each other without interpolation. A mask is a row
+of a boolean array, cells row by row from the north-west; the place of a raster is its *anchor*: the cell, counted from
+the mission's origin, at whose south-western corner its middle lies.
+"""
+
+from __future__ import annotations
+
+import base64
+import zlib
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.swarm.model import TargetMasks
+
+BoolArray = NDArray[np.bool_]
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+CELL_M = 0.1
+"""Edge of a cell; a camera of 512 pixels and 50 degrees at 35 m has pixels of 0.064 m."""
+HALF_CELLS = 15
+"""Half of the raster's edge: 1.5 m hold the shadow of a standing person seen 35 degrees off the nadir."""
+SIDE = 2 * HALF_CELLS
+CELLS = SIDE * SIDE
+
+_AXIS_M = CELL_M * (np.arange(SIDE) + 0.5 - HALF_CELLS)
+_EAST_M, _NORTH_M = (axis.ravel() for axis in np.meshgrid(_AXIS_M, -_AXIS_M))
+_CELLS_M = np.stack([_EAST_M, _NORTH_M]).astype(np.float32)
+
+
+def anchor_of(point_enu_m: FloatArray) -> IntArray:
+    """Return the anchor of the raster whose middle is nearest to a point, shape (2,)."""
+    return np.rint(np.asarray(point_enu_m) / CELL_M).astype(np.int64)
+
+
+def resampled(masks: TargetMasks, anchor: IntArray) -> BoolArray:
+    """Return the masks at the centres of the raster's cells, shape (n, CELLS); nothing is marked beyond their edges."""
+    rows, columns = masks.marked.shape[1:]
+    # A centre that rounding leaves on an edge must not fall into either cell at random.
+    column = np.floor((_EAST_M + anchor[0] * CELL_M - masks.west_m) / masks.resolution_m + 1e-6).astype(np.int64)
+    row = np.floor((masks.north_m - _NORTH_M - anchor[1] * CELL_M) / masks.resolution_m + 1e-6).astype(np.int64)
+    inside = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
+    marked = np.zeros((len(masks.marked), CELLS), dtype=np.bool_)
+    marked[:, inside] = masks.marked[:, row[inside], column[inside]]
+    return marked
+
+
+def shifted(masks: BoolArray, offsets: IntArray) -> BoolArray:
+    """Return masks, shape (n, CELLS), moved by so many cells east and north each, shape (n, 2)."""
+    moved = np.zeros_like(masks)
+    source, result = masks.reshape(-1, SIDE, SIDE), moved.reshape(-1, SIDE, SIDE)
+    for offset in np.unique(offsets, axis=0):
+        east, south = int(offset[0]), -int(offset[1])
+        if max(abs(east), abs(south)) >= SIDE:
+            continue
+        chosen = (offsets == offset).all(axis=1)
+        to_rows, from_rows = _overlap(south)
+        to_columns, from_columns = _overlap(east)
+        result[chosen, to_rows, to_columns] = source[chosen, from_rows, from_columns]
+    return moved
+
+
+def footprints(slopes: FloatArray, height_m: float, body_height_m: float, body_radius_m: float) -> BoolArray:
+    """Return what an upright body at the raster's middle would cover without forest, shape (n, CELLS).
+
+    The body is a vertical line of some thickness; seen under a slope its image on the focal plane reaches from the foot
+    away from the camera.
+
+    Args:
+        slopes: horizontal distance over height of camera above target, east and north, shape (n, 2).
+        height_m: of the cameras above the focal plane, more than the body's.
+        body_height_m: above the focal plane.
+        body_radius_m: half of the body's width.
+    """
+    heads_m = (-slopes * (body_height_m * height_m / (height_m - body_height_m))).astype(np.float32)
+    lengths_m2 = np.maximum((heads_m**2).sum(axis=1), np.float32(1e-9))[:, None]
+    along = heads_m @ _CELLS_M
+    share = np.clip(along / lengths_m2, 0.0, 1.0)
+    # |cell - share * head|^2, multiplied out.
+    distances_m2 = (_CELLS_M**2).sum(axis=0) - share * (2.0 * along - share * lengths_m2)
+    return np.asarray(distances_m2 <= body_radius_m**2)
+
+
+def centroids(masks: TargetMasks) -> tuple[FloatArray, FloatArray]:
+    """Return the middle of each vehicle's marked cells, shape (n, 2), and their number, shape (n,).
+
+    The middle of a mask that marks nothing has no meaning.
+    """
+    rows, columns = masks.marked.shape[1:]
+    counts = masks.marked.sum(axis=(1, 2)).astype(np.float64)
+    east_m = masks.west_m + masks.resolution_m * (np.arange(columns) + 0.5)
+    north_m = masks.north_m - masks.resolution_m * (np.arange(rows) + 0.5)
+    sums_m = np.column_stack([masks.marked.sum(axis=1) @ east_m, masks.marked.sum(axis=2) @ north_m])
+    return sums_m / np.maximum(counts, 1.0)[:, None], counts
+
+
+def packed(masks: BoolArray) -> str:
+    """Return masks, shape (n, CELLS), as text that JSON holds: some tens of characters per mask."""
+    return base64.b64encode(zlib.compress(np.packbits(masks, axis=None).tobytes(), level=1)).decode("ascii")
+
+
+def unpacked(text: str, count: int) -> BoolArray:
+    """Return the masks of which :func:`packed` made the text, shape (count, CELLS)."""
+    bits = np.frombuffer(zlib.decompress(base64.b64decode(text)), dtype=np.uint8)
+    return np.unpackbits(bits, count=count * CELLS).astype(np.bool_).reshape(count, CELLS)
+
+
+def _overlap(shift: int) -> tuple[slice, slice]:
+    """Return where cells go to, and come from, along an axis."""
+    return slice(max(0, shift), SIDE + min(0, shift)), slice(max(0, -shift), SIDE + min(0, -shift))

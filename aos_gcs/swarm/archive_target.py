@@ -1,0 +1,135 @@
+"""Where the target is and how it moves, for the archive strategy.
+
+An observation tells no time, so that motion is counted per step: an alpha-beta filter follows the target, and one that
+stands still is the mean of its sightings.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.swarm.archive_raster import centroids
+from aos_gcs.swarm.model import TargetMasks
+from aos_gcs.swarm.state import Point
+
+FloatArray = NDArray[np.float64]
+
+ALPHA = 0.5
+"""Share of a sighting's deviation that corrects the position."""
+BETA = 0.2
+"""Share of it that corrects the velocity."""
+MOVING_M = 0.3
+"""Way per step from which a target counts as moving: a walker's is 0.3 m and more, a still one's noise below 0.1 m."""
+RESTING_M = 0.18
+"""Way per step below which it stands again."""
+JUMP_M = 6.0
+"""A sighting farther from where the target is expected shows something else."""
+MAX_MEAN = 20
+"""Sightings of a still target after which older ones fade."""
+COASTING = 0.8
+"""Share of its velocity that a target out of view is expected to keep per step."""
+
+
+@dataclass(frozen=True, slots=True)
+class TargetEstimate:
+    """The target as far as it is known."""
+
+    tracked_enu_m: Point
+    """What the filter says."""
+    velocity_m: Point
+    """Way per step, east and north."""
+    still_enu_m: Point
+    """Mean of the sightings since it stands still."""
+    still_sightings: int = 1
+    """How many those are; 0 while it moves."""
+    sightings: int = 1
+    drift_enu_m: Point = (0.0, 0.0)
+    """How far it has moved since it was found, without the noise of a still one."""
+    lost_steps: int = 0
+    """Steps since it was last in view."""
+
+    @property
+    def is_moving(self) -> bool:
+        """Whether it counts as moving."""
+        return self.still_sightings == 0
+
+    @property
+    def position_enu_m(self) -> FloatArray:
+        """Best estimate of the point on the focal plane below the target's body, shape (2,)."""
+        return np.array(self.tracked_enu_m if self.is_moving else self.still_enu_m)
+
+    @property
+    def next_way_m(self) -> FloatArray:
+        """Way that it is expected to make until the next step, shape (2,)."""
+        return np.array(self.velocity_m) if self.is_moving else np.zeros(2)
+
+
+def first_sighting(ground_enu_m: FloatArray) -> TargetEstimate:
+    """Return the estimate after the first sighting."""
+    point = _point(ground_enu_m)
+    return TargetEstimate(point, (0.0, 0.0), point)
+
+
+def after_sighting(estimate: TargetEstimate, ground_enu_m: FloatArray) -> TargetEstimate:
+    """Return the estimate after one more sighting; one that jumps is left out."""
+    expected_m = np.array(estimate.tracked_enu_m) + np.array(estimate.velocity_m)
+    deviation_m = ground_enu_m - expected_m
+    if np.linalg.norm(deviation_m) > JUMP_M:
+        deviation_m = np.zeros(2)
+    sightings = estimate.sightings + 1
+    tracked_m = expected_m + max(ALPHA, 1.0 / sightings) * deviation_m
+    velocity_m = np.array(estimate.velocity_m) + BETA * deviation_m
+    way_m = float(np.linalg.norm(velocity_m))
+    followed = replace(
+        estimate, tracked_enu_m=_point(tracked_m), velocity_m=_point(velocity_m), sightings=sightings, lost_steps=0
+    )
+    if way_m > (RESTING_M if estimate.is_moving else MOVING_M):
+        drift_m = np.array(estimate.drift_enu_m) + tracked_m - estimate.tracked_enu_m
+        return replace(followed, drift_enu_m=_point(drift_m), still_sightings=0)
+    still_sightings = min(estimate.still_sightings + 1, MAX_MEAN)
+    still_m = np.array(estimate.still_enu_m)
+    still_m = still_m + (ground_enu_m - still_m) / still_sightings if still_sightings > 1 else tracked_m
+    return replace(followed, still_enu_m=_point(still_m), still_sightings=still_sightings)
+
+
+def out_of_view(estimate: TargetEstimate) -> TargetEstimate:
+    """Return the estimate after a step without a sighting: a moving target goes on, ever more slowly."""
+    way_m = estimate.next_way_m
+    return replace(
+        estimate,
+        tracked_enu_m=_point(estimate.tracked_enu_m + way_m),
+        drift_enu_m=_point(estimate.drift_enu_m + way_m),
+        velocity_m=_point(COASTING * np.array(estimate.velocity_m)),
+        lost_steps=estimate.lost_steps + 1,
+    )
+
+
+def ground_point(
+    masks: TargetMasks,
+    positions_enu_m: FloatArray,
+    heights_m: FloatArray,
+    target_enu_m: FloatArray,
+    body_height_m: float,
+) -> FloatArray:
+    """Return the point below the target's body that the masks of one step speak for, shape (2,).
+
+    A body is seen beside its foot, away from the camera by half of its height times the slope of the view: without
+    that correction the estimate would follow the swarm around.
+
+    Args:
+        masks: at least one cell is marked.
+        positions_enu_m: of the vehicles, shape (n, 2).
+        heights_m: of the vehicles above the focal plane, shape (n,).
+        target_enu_m: first guess, shape (2,).
+        body_height_m: of the target.
+    """
+    middles_m, counts = centroids(masks)
+    slopes = (positions_enu_m - target_enu_m) / heights_m[:, None]
+    return np.asarray((middles_m + 0.5 * body_height_m * slopes).T @ (counts / counts.sum()))
+
+
+def _point(row: FloatArray) -> Point:
+    return (float(row[0]), float(row[1]))
