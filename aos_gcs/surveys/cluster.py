@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterator, Sequence
+from concurrent.futures import CancelledError
 from contextlib import ExitStack, contextmanager
 from typing import Any
 
@@ -52,7 +53,7 @@ def remote_cluster(address: str) -> Iterator[Any]:
             "'dask scheduler' is running there."
         ) from error
     with client:
-        if not client.scheduler_info()["workers"]:
+        if not client.nthreads():
             raise ConfigurationError(f"The scheduler {address} has no workers: start 'dask worker {address}' first.")
         yield client
 
@@ -72,7 +73,7 @@ def integrate_on_cluster(
         AosError: as :func:`~aos_gcs.surveys.integration.integrate_tiles`; also if workers are lost.
     """
     distributed = _distributed()
-    workers = len(client.scheduler_info()["workers"])
+    workers = len(client.nthreads())
     groups = grouped(tiles, work.cell_bytes, work.max_bytes, GROUPS_PER_WORKER * workers)
     shared = client.scatter(work, broadcast=True, hash=False)
     # Not pure: equal work is to be done again when it is asked for again, images may have changed.
@@ -84,10 +85,10 @@ def integrate_on_cluster(
         except AosError:
             client.cancel(list(futures))
             raise
-        except distributed.scheduler.KilledWorker as error:
+        except (distributed.scheduler.KilledWorker, CancelledError, OSError) as error:
             raise ConfigurationError(
-                f"The cluster lost its workers while they integrated ({error}): give each of them more memory, or a "
-                "smaller --max-memory."
+                f"The cluster was lost while it integrated ({error}): give its workers more memory, or a smaller "
+                "--max-memory, and check that it still runs."
             ) from error
         advance(len(futures.pop(future)))
         # Results stay on the workers until nobody holds their future.

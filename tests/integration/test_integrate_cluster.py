@@ -82,6 +82,32 @@ def test_an_error_of_a_worker_comes_back_as_it_is(work: Work, tiles: list[MapTil
         list(integrate_on_cluster(client, work, tiles, lambda _: None))
 
 
+def test_a_scheduler_without_workers_is_named() -> None:
+    with (
+        distributed.LocalCluster(
+            n_workers=0, processes=False, dashboard_address="127.0.0.1:0", protocol="inproc"
+        ) as idle,
+        pytest.raises(ConfigurationError, match="has no workers: start 'dask worker"),
+        remote_cluster(idle.scheduler_address),
+    ):
+        pass
+
+
+def lose_connection(*_: object) -> None:
+    raise distributed.comm.CommClosedError("the wire is cut")
+
+
+def test_a_cluster_that_is_lost_is_named(
+    work: Work, tiles: list[MapTile], address: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("aos_gcs.surveys.cluster.integrate_tiles", lose_connection)
+    with (
+        remote_cluster(address) as client,
+        pytest.raises(ConfigurationError, match=r"The cluster was lost while it integrated \(the wire is cut\)"),
+    ):
+        list(integrate_on_cluster(client, work, tiles, lambda _: None))
+
+
 @pytest.mark.slow
 def test_processes_give_what_one_process_gives(work: Work, tiles: list[MapTile], tmp_path: Path) -> None:
     alone = assemble(work, shape(tiles), [integrate_tiles(work, tiles)], tmp_path)
