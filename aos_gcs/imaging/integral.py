@@ -54,7 +54,7 @@ class Source:
         """Return the image on a band of the projection's raster; None where it covers nothing."""
         if self.exact:
             return projection.sample_exactly(self.image, first_row, end_row)
-        layer = projection.sample(self.image, first_row, end_row)
+        layer = projection.sample(np.asarray(self.image, dtype=np.float32), first_row, end_row)
         return layer if layer is None or self.complete else layer.without_gaps()
 
 
@@ -151,7 +151,7 @@ class ViewIntegral:
         # Dividing by NaN marks uncovered cells at the cost of the division alone.
         divisor = np.where(self.coverage[rows] == 0, np.float32(np.nan), self.coverage[rows].astype(np.float32))
         # Written out per channel, as broadcasting along a very short axis takes three times as long.
-        written_out = np.repeat(divisor, self._sum.shape[2], axis=1).reshape(self._sum[rows].shape)
+        written_out = cv2.merge([divisor] * self._sum.shape[2]).reshape(self._sum[rows].shape)
         np.divide(self._sum[rows], written_out, out=integral[rows], casting="same_kind")
 
 

@@ -10,7 +10,6 @@ import math
 from dataclasses import dataclass
 from typing import Protocol, TypeAlias
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -77,7 +76,7 @@ class PointView:
         self._origin_m = points_m[known].mean(axis=0) if known.any() else np.zeros(3)
         # Relative to their centre, single precision is good for a millionth of the raster's extent.
         self._points_m = np.where(known[:, :, np.newaxis], points_m - self._origin_m, 0.0)
-        self._points32_m = self._points_m.astype(np.float32)
+        self._planes32_m = np.ascontiguousarray(np.moveaxis(self._points_m, 2, 0), dtype=np.float32)
         self._lower_m, self._upper_m = _block_bounds(self._points_m, known)
 
     def project(self, frame: Frame) -> PointProjection | None:
@@ -89,7 +88,7 @@ class PointView:
         window, all_in_front = self._window(visible_half_planes(P, ideal), P[2])
         if window is None:
             return None
-        return PointProjection(frame.camera, P, window, all_in_front, self._points_m, self._points32_m, self._known)
+        return PointProjection(frame.camera, P, window, all_in_front, self._points_m, self._planes32_m, self._known)
 
     def _window(
         self, half_spaces: NDArray[np.float64], depth: NDArray[np.float64]
@@ -127,8 +126,8 @@ class PointProjection:
     """Every point in the window lies in front of the camera."""
     points_m: NDArray[np.float64]
     """Of the raster's cells, shape (rows, columns, 3); any numbers where there is none."""
-    points32_m: NDArray[np.float32]
-    """The same at single precision."""
+    planes32_m: NDArray[np.float32]
+    """The same at single precision, shape (3, rows, columns)."""
     known: NDArray[np.uint8]
     """1 where a cell has a point, shape (rows, columns)."""
 
@@ -137,15 +136,18 @@ class PointProjection:
         window = self._band(first_row, end_row)
         if window is None:
             return None
-        points = np.ascontiguousarray(self.points32_m[window])
-        u, v = (np.asarray(plane, np.float32) for plane in cv2.split(cv2.perspectiveTransform(points, self.P)))
+        P = self.P.astype(np.float32)
+        planes = P[:, :3] @ self.planes32_m[:, *window].reshape(3, -1) + P[:, 3:]
+        u, v, depth = planes.reshape(3, *self.known[window].shape)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            u, v = u / depth, v / depth
         if self.camera.distortion is not None:
             on_map = u + np.float32(RIM_PX), v + np.float32(RIM_PX)
             u, v = (sample_pixels(plane[:, :, np.newaxis], *on_map)[0][:, :, 0] for plane in lens_map(self.camera))
         values, covered = sample_pixels(image, u, v)
         covered &= self.known[window]
         if not self.all_in_front:
-            covered &= (points @ self.P[2, :3].astype(np.float32) > -self.P[2, 3]).astype(np.uint8)
+            covered &= (depth > 0.0).view(np.uint8)
         return Layer(window, values, covered)
 
     def sample_exactly(self, image: Pixels, first_row: int, end_row: int) -> Layer | None:
