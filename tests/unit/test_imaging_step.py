@@ -1,5 +1,6 @@
 import dataclasses
 import re
+import tracemalloc
 
 import cv2
 import numpy as np
@@ -235,6 +236,22 @@ def test_the_thermal_detector_needs_a_thermal_band() -> None:
     frames = [dataclasses.replace(f, image=f.image[:, :, :3], bands=BANDS[:3]) for f in swarm()]
     with pytest.raises(ImagingError, match=r"red, green, blue: choose another imaging\.detector"):
         analyse_step(frames, dataclasses.replace(SETTINGS, detector=Detector.THERMAL))
+
+
+def test_memory_does_not_grow_with_the_number_of_frames() -> None:
+    frame = look(1, nadir_pose([3.0, -2.0, 30.0]))
+    in_bytes = dataclasses.replace(frame, image=frame.image.clip(0, 255).astype(np.uint8))
+
+    def peak_bytes(count: int) -> int:
+        tracemalloc.start()
+        try:
+            analyse_step([dataclasses.replace(in_bytes, vehicle_id=i + 1) for i in range(count)], SETTINGS)
+            return tracemalloc.get_traced_memory()[1]
+        finally:
+            tracemalloc.stop()
+
+    peak_bytes(8)
+    assert peak_bytes(64) - peak_bytes(16) < 4 * frame.image.nbytes
 
 
 def test_the_analysis_is_deterministic() -> None:
