@@ -71,9 +71,9 @@ class FakeVehicle:
         now_s = self.clock.now_s() if self.silent_since_s is None else self.silent_since_s
         way_m = self.goal_enu_m - self.start_enu_m
         length_m = float(np.linalg.norm(way_m))
-        if length_m == 0.0:
-            return self.goal_enu_m
-        return self.start_enu_m + way_m * min(1.0, self.speed_mps * (now_s - self.started_s) / length_m)
+        flown_m = self.speed_mps * (now_s - self.started_s)
+        # There to the last bit: who misses it by a rounding error would never arrive.
+        return self.goal_enu_m if flown_m >= length_m else self.start_enu_m + way_m * flown_m / length_m
 
     def is_moving(self) -> bool:
         return not np.array_equal(self.position_enu_m(), self.goal_enu_m)
