@@ -43,6 +43,7 @@ def run(
     ] = None,
     duration: Annotated[float | None, typer.Option(metavar="S", help="Simulated seconds per run.")] = None,
     density: Annotated[float | None, typer.Option(metavar="TREES", help="Of the forest, per hectare.")] = None,
+    forest: Annotated[str | None, typer.Option(help="Type of the trees: broadleaf or conifer.")] = None,
     drones: Annotated[int | None, typer.Option(help="Number of drones.")] = None,
     posture: Annotated[str | None, typer.Option(help="Of the target: standing, sitting or lying.")] = None,
     target_speed: Annotated[float | None, typer.Option(metavar="M/S", help="Of the target; 0 stays.")] = None,
@@ -70,6 +71,7 @@ def run(
     options = {
         "duration_s": duration,
         "trees_per_ha": density,
+        "forest": forest,
         "drones": drones,
         "posture": posture,
         "target_speed_mps": target_speed,
@@ -115,6 +117,7 @@ def calibrate(
     densities: Annotated[str, typer.Option(help="Trees per hectare, with commas between.")] = "300,400,500",
     worlds: Annotated[int, typer.Option(help="Forests per density.", min=2)] = 20,
     views: Annotated[int, typer.Option(help="Views per forest.", min=1)] = 40,
+    forest: Annotated[str, typer.Option(help="broadleaf or conifer.")] = "broadleaf",
     posture: Annotated[str, typer.Option(help="Of the target: standing, sitting or lying.")] = "standing",
     seed: Annotated[int, typer.Option(help="Of the forests and views.", min=0)] = 0,
 ) -> None:
@@ -130,7 +133,7 @@ def calibrate(
         raise ConfigurationError(f"--densities must be numbers with commas between, but is {densities!r}.") from None
     typer.echo("trees/ha  mean visibility of a view  half of the forests lie within")
     for density in trees_per_ha:
-        scenario = parse_scenario({"trees_per_ha": density, "posture": posture})
+        scenario = parse_scenario({"trees_per_ha": density, "forest": forest, "posture": posture})
         with progress(f"{density:g} trees/ha", worlds) as advance:
             result = single_view_visibility(scenario, worlds=worlds, views=views, seed=seed, advance=advance)
         mean = f"{result.mean:.3f} +- {result.standard_error:.3f}"

@@ -34,6 +34,7 @@ class ForestType(StrEnum):
     """Which trees grow."""
 
     BROADLEAF = "broadleaf"
+    CONIFER = "conifer"
 
 
 class Terrain(StrEnum):

@@ -18,11 +18,14 @@ from aos_sim.render.renderer import LitForest, Renderer
 from aos_sim.world.mesh import FloatArray
 from aos_sim.world.person import Person, Posture, person_mesh
 from aos_sim.world.scene import Scene, SceneParameters, build_scene
+from aos_sim.world.species import BROADLEAF, CONIFER
 
 CELL_M = 0.05
 """Of the raster round the target; a camera of 512 pixels and 50 degrees at 35 m has pixels of 0.064 m."""
 HALF_WIDTH_CELLS = 60
 """Half the raster's edge: 3 m hold what a standing person hides from a camera that sees it 55 degrees off the nadir."""
+
+_SPECIES = {ForestType.BROADLEAF: BROADLEAF, ForestType.CONIFER: CONIFER}
 
 
 class LabWorld:
@@ -83,9 +86,14 @@ def build_lab_world(parameters: WorldParameters) -> LabWorld:
     """Grow the forest of these parameters; see :class:`aos_gcs.lab.worlds.WorldBuilder`."""
     if parameters.terrain != Terrain.FLAT:
         raise ConfigurationError(f"terrain must be flat, the only one that is simulated, got {parameters.terrain!r}.")
-    if parameters.forest != ForestType.BROADLEAF:
-        raise ConfigurationError(f"forest must be broadleaf, the only one simulated, got {parameters.forest!r}.")
-    scene = SceneParameters(seed=parameters.seed, trees_per_ha=parameters.trees_per_ha, side_m=parameters.side_m)
+    if parameters.forest not in _SPECIES:
+        raise ConfigurationError(f"forest must be one of {', '.join(_SPECIES)}, got {parameters.forest!r}.")
+    scene = SceneParameters(
+        seed=parameters.seed,
+        trees_per_ha=parameters.trees_per_ha,
+        side_m=parameters.side_m,
+        species=_SPECIES[parameters.forest],
+    )
     return LabWorld(build_scene(scene))
 
 

@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 
 from aos_gcs.errors import ConfigurationError
-from aos_sim.world import forest as forest_module
 from aos_sim.world.ground import CELL_M, TILE_CELLS, make_ground
 from aos_sim.world.mesh import Material
 from aos_sim.world.scene import Scene, SceneParameters, build_scene
+from aos_sim.world.species import BROADLEAF, CONIFER
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +39,7 @@ def test_posture_changes_nothing_else(scene: Scene) -> None:
 def test_forest_has_the_density_asked_for(trees_per_ha: float, side_m: float, count: int) -> None:
     forest = build_scene(SceneParameters(trees_per_ha=trees_per_ha, side_m=side_m)).forest
     assert len(forest.trunk_enu_m) == len(forest.height_m) == count
-    assert np.count_nonzero(forest.mesh.material == Material.LEAF) == count * forest_module.LEAVES_PER_TREE
+    assert np.count_nonzero(forest.mesh.material == Material.LEAF) == count * BROADLEAF.leaves
 
 
 def test_trees_stand_in_the_square_and_apart(scene: Scene) -> None:
@@ -63,8 +63,18 @@ def test_tree_sizes_are_within_their_ranges(scene: Scene) -> None:
 def test_leaves_have_the_area_of_their_squares(scene: Scene) -> None:
     a, b, c = np.moveaxis(scene.forest.mesh.triangles_enu_m[scene.forest.mesh.material == Material.LEAF], 1, 0)
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
-    low, high = ((2 * half_size) ** 2 for half_size in forest_module.LEAF_HALF_SIZE_RANGE_M)
+    low, high = ((2 * half_size) ** 2 for half_size in BROADLEAF.leaf_half_size_range_m)
     assert low - 1e-5 < area.min() < area.max() < high + 1e-5
+
+
+def test_conifers_are_slender_at_the_top() -> None:
+    conifers = build_scene(SceneParameters(trees_per_ha=25.0, side_m=40.0, species=CONIFER)).forest
+    leaves = conifers.mesh.triangles_enu_m[conifers.mesh.material == Material.LEAF].mean(axis=1)
+    tree = np.repeat(np.arange(4), CONIFER.leaves)
+    height = leaves[:, 2] / conifers.height_m[tree]
+    beside_m = np.linalg.norm(leaves[:, :2] - conifers.trunk_enu_m[tree], axis=1)
+    assert beside_m[height < 0.4].mean() > 1.5
+    assert beside_m[height > 0.8].mean() < 0.9
 
 
 def test_vegetation_is_near_the_temperature_of_the_air(scene: Scene) -> None:

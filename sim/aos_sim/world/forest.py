@@ -1,12 +1,4 @@
-"""Broad-leaved trees on a jittered grid.
-
-A leaf is one pointed triangle of the area of a square of 14-32 cm: a spray of small leaves rather than a single one,
-which hides as much with half the triangles.
-
-Leaves, clumps and jitter are chosen so that at 300 trees/ha a nadir view from 35-44 m height and at most 12 m beside a
-standing person shows 15-20 % of it: measured 0.159 +- 0.014 over 60 worlds of 60 m with 40 views each
-(``tests/benchmarks/bench_render.py`` repeats it on fewer). Worlds differ: half of them lie within 0.09 and 0.19.
-"""
+"""Trees on a jittered grid."""
 
 from __future__ import annotations
 
@@ -26,25 +18,17 @@ from aos_sim.world.mesh import (
     tubes,
     uniform_mesh,
 )
+from aos_sim.world.species import BROADLEAF, CrownShape, Species
 
-HEIGHT_RANGE_M = (12.0, 18.0)
-CROWN_RADIUS_RANGE_M = (3.2, 4.6)
-LEAVES_PER_TREE = 2600
-TWIG_CLUMPS_PER_TREE = 80
-CLUMP_SIGMA_M = 0.55
-LEAF_HALF_SIZE_RANGE_M = (0.07, 0.16)
 BRANCHES_PER_TREE = 8
 GRID_JITTER = 0.2
 """Largest offset of a trunk from the middle of its cell, in cells."""
-CROWN_BASE_FRACTION = 0.35
-"""Height of the crown's lower edge, as a fraction of the tree's height."""
 
 LEAF_TEMPERATURE_CELSIUS = 11.5
 BARK_TEMPERATURE_CELSIUS = 12.2
 TEMPERATURE_SPREAD_K = 0.8
 """Largest deviation of one leaf or face of bark. Bounded, so that no single leaf looks like a warm body."""
 
-_LEAF_COLOURS = np.array([[74, 104, 44], [88, 118, 50], [64, 96, 46], [98, 116, 58], [80, 98, 40]], np.float32)
 _BARK_COLOUR = np.array([88, 74, 60], np.float32)
 _BARK_SKY_SHARE = 0.45
 # Corners (across, along) of a leaf in half-sizes s: twice as long as wide, centroid 0, area (2 s)^2.
@@ -62,17 +46,31 @@ class Forest:
     mesh: Mesh
 
 
-def grow_forest(rng: np.random.Generator, west_m: float, south_m: float, side_m: float, trees_per_ha: float) -> Forest:
-    """Plant and build the trees of a square; crowns may reach beyond its edges, trunks do not."""
+def grow_forest(
+    rng: np.random.Generator,
+    corner_enu_m: tuple[float, float],
+    side_m: float,
+    trees_per_ha: float,
+    species: Species = BROADLEAF,
+) -> Forest:
+    """Plant and build the trees of a square; crowns may reach beyond its edges, trunks do not.
+
+    Args:
+        rng: draws places, sizes and leaves.
+        corner_enu_m: south-western corner of the square.
+        side_m: its side.
+        trees_per_ha: 10,000 square metres.
+        species: of all trees.
+    """
     count = round(trees_per_ha * side_m**2 / 1e4)
-    trunk = np.array([west_m, south_m]) + _jittered_grid(rng, count, side_m)
-    height = rng.uniform(*HEIGHT_RANGE_M, count)
-    radius = rng.uniform(*CROWN_RADIUS_RANGE_M, count)
+    trunk = np.array(corner_enu_m) + _jittered_grid(rng, count, side_m)
+    height = rng.uniform(*species.height_range_m, count)
+    radius = rng.uniform(*species.crown_radius_range_m, count)
     if count == 0:
         return Forest(trunk, height, radius, concatenate([]))
-    crowns = _Crowns.of_trees(trunk, height, radius)
-    clumps = _clump_centres(rng, crowns)
-    mesh = concatenate([_leaves(rng, crowns, clumps), _wood(rng, trunk, height, clumps)])
+    crowns = _Crowns.of_trees(trunk, height, radius, species.crown_base_fraction)
+    clumps = _clump_centres(rng, crowns, species)
+    mesh = concatenate([_leaves(rng, crowns, clumps, species), _wood(rng, trunk, height, clumps)])
     return Forest(trunk, height, radius, mesh)
 
 
@@ -88,7 +86,7 @@ def _jittered_grid(rng: np.random.Generator, count: int, side_m: float) -> NDArr
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Crowns:
-    """Ellipsoids, one row per tree."""
+    """Ellipsoids that hold the crowns, one row per tree."""
 
     centre_m: NDArray[np.float64]
     """Shape (trees, 3)."""
@@ -97,45 +95,66 @@ class _Crowns:
 
     @classmethod
     def of_trees(
-        cls, trunk_enu_m: NDArray[np.float64], height_m: NDArray[np.float64], radius_m: NDArray[np.float64]
+        cls,
+        trunk_enu_m: NDArray[np.float64],
+        height_m: NDArray[np.float64],
+        radius_m: NDArray[np.float64],
+        base_fraction: float,
     ) -> _Crowns:
-        half_depth = height_m * (1 - CROWN_BASE_FRACTION) / 2
+        half_depth = height_m * (1 - base_fraction) / 2
         centre = np.column_stack([trunk_enu_m, height_m - half_depth])
         return cls(centre, np.column_stack([radius_m, radius_m, half_depth]))
 
 
-def _clump_centres(rng: np.random.Generator, crowns: _Crowns) -> NDArray[np.float64]:
+def _clump_centres(rng: np.random.Generator, crowns: _Crowns, species: Species) -> NDArray[np.float64]:
     """Centres of the twig clumps, evenly spread in the crowns, shape (trees, clumps, 3)."""
     trees = len(crowns.centre_m)
-    direction = normalised(rng.standard_normal((trees * TWIG_CLUMPS_PER_TREE, 3)))
-    # Foliage grows where the light is: the inner third of the crown is bare.
-    distance = np.cbrt(rng.uniform(0.04, 1.0, len(direction)))
-    offset = (direction * distance[:, None]).reshape(trees, TWIG_CLUMPS_PER_TREE, 3)
+    place = _in_ball if species.crown_shape is CrownShape.ELLIPSOID else _in_cone
+    offset = place(rng, trees * species.clumps).reshape(trees, species.clumps, 3)
     return np.asarray(crowns.centre_m[:, None] + offset * crowns.semi_axes_m[:, None])
 
 
-def _leaves(rng: np.random.Generator, crowns: _Crowns, clumps: NDArray[np.float64]) -> Mesh:
+def _in_ball(rng: np.random.Generator, count: int) -> NDArray[np.floating]:
+    """Points in the unit ball, shape (count, 3)."""
+    direction = normalised(rng.standard_normal((count, 3)))
+    # Foliage grows where the light is: the inner third of the crown is bare.
+    return np.asarray(direction * np.cbrt(rng.uniform(0.04, 1.0, count))[:, None])
+
+
+def _in_cone(rng: np.random.Generator, count: int) -> NDArray[np.floating]:
+    """Points in the cone of radius 1 at z = -1 with its apex at z = 1, shape (count, 3)."""
+    width = np.cbrt(rng.uniform(0.0, 1.0, count))
+    # As in the ball, the foliage is outside.
+    radius = width * np.sqrt(rng.uniform(0.1, 1.0, count))
+    angle = rng.uniform(0.0, 2 * np.pi, count)
+    return np.column_stack([radius * np.cos(angle), radius * np.sin(angle), 1 - 2 * width])
+
+
+def _leaves(rng: np.random.Generator, crowns: _Crowns, clumps: NDArray[np.float64], species: Species) -> Mesh:
     trees = len(clumps)
-    clump = np.arange(LEAVES_PER_TREE) % TWIG_CLUMPS_PER_TREE
-    offset = rng.standard_normal((trees, LEAVES_PER_TREE, 3), dtype=np.float32) * np.float32(CLUMP_SIGMA_M)
+    clump = np.arange(species.leaves) % species.clumps
+    offset = rng.standard_normal((trees, species.leaves, 3), dtype=np.float32) * np.float32(species.clump_sigma_m)
     centre = clumps.astype(np.float32)[:, clump] + offset
-    triangles = _leaf_triangles(rng, centre.reshape(-1, 3))
-    brightness = rng.uniform(0.85, 1.15, (trees, TWIG_CLUMPS_PER_TREE))[:, clump] * rng.uniform(
-        0.85, 1.15, (trees, LEAVES_PER_TREE)
+    triangles = _leaf_triangles(rng, centre.reshape(-1, 3), species.leaf_half_size_range_m)
+    brightness = rng.uniform(0.85, 1.15, (trees, species.clumps))[:, clump] * rng.uniform(
+        0.85, 1.15, (trees, species.leaves)
     )
-    tree_colour = _LEAF_COLOURS[rng.integers(len(_LEAF_COLOURS), size=trees)]
+    colours = np.array(species.colours_rgb, np.float32)
+    tree_colour = colours[rng.integers(len(colours), size=trees)]
     colour = (brightness[..., None] * tree_colour[:, None]).reshape(-1, 3)
     temperature = LEAF_TEMPERATURE_CELSIUS + rng.uniform(-TEMPERATURE_SPREAD_K, TEMPERATURE_SPREAD_K, len(triangles))
     return uniform_mesh(triangles, Material.LEAF, colour, temperature, _leaf_sky_share(crowns, centre).ravel())
 
 
-def _leaf_triangles(rng: np.random.Generator, centre_m: FloatArray) -> FloatArray:
+def _leaf_triangles(
+    rng: np.random.Generator, centre_m: FloatArray, half_size_range_m: tuple[float, float]
+) -> FloatArray:
     """Leaves that turn to the light, the mean normal pointing up, shape (n, 3, 3)."""
     count = len(centre_m)
     normal = rng.standard_normal((count, 3), dtype=np.float32) + np.array([0, 0, 0.7], np.float32)
     first, second = perpendicular_axes(normal)
     spin = rng.random((count, 1), dtype=np.float32) * np.float32(2 * np.pi)
-    half_size = rng.uniform(*LEAF_HALF_SIZE_RANGE_M, (count, 1)).astype(np.float32)
+    half_size = rng.uniform(*half_size_range_m, (count, 1)).astype(np.float32)
     across = half_size * (np.cos(spin) * first + np.sin(spin) * second)
     along = half_size * (np.cos(spin) * second - np.sin(spin) * first)
     corners = [centre_m + np.float32(x) * across + np.float32(y) * along for x, y in _LEAF_CORNERS]

@@ -18,6 +18,7 @@ from aos_sim.world.distractors import Distractor, DistractorKind, make_distracto
 from aos_sim.world.forest import Forest, grow_forest
 from aos_sim.world.ground import Ground, make_ground
 from aos_sim.world.person import Person, Posture
+from aos_sim.world.species import BROADLEAF, Species
 
 FOREST_SOUTH_M = 8.0
 CLEARING_SOUTH_M = -20.0
@@ -44,6 +45,8 @@ class SceneParameters:
     """From 0 (no forest) to 2000."""
     side_m: float = 100.0
     """Side of the forest square."""
+    species: Species = BROADLEAF
+    """Of all trees."""
     persons: int = 1
     """From 0 to 100."""
     posture: Posture = Posture.STANDING
@@ -92,7 +95,7 @@ def build_scene(parameters: SceneParameters) -> Scene:
     forest_rng, person_rng, ground_rng, distractor_rng = np.random.default_rng(parameters.seed).spawn(4)
     side = parameters.side_m
     west = -side / 2
-    forest = grow_forest(forest_rng, west, FOREST_SOUTH_M, side, parameters.trees_per_ha)
+    forest = grow_forest(forest_rng, (west, FOREST_SOUTH_M), side, parameters.trees_per_ha, parameters.species)
     persons = tuple(_make_person(person_rng, index, parameters, forest) for index in range(1, parameters.persons + 1))
     return Scene(
         parameters=parameters,
