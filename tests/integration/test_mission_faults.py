@@ -456,6 +456,7 @@ async def test_a_vehicle_with_a_low_battery_that_refuses_to_return_is_told_again
     async with flying(flight) as run:
         await flight.until(lambda: len(flight.mission.steps()) == 2)
         vehicle: FakeVehicle = flight.fleet.members[3]
+        await flight.mission.act(Action.PAUSE, None)  # or the mission would be over before the vehicle gives in
         vehicle.refuses, vehicle.battery_fraction = frozenset({ReturnToLaunch}), 0.1
         await flight.clock.sleep(12.0)
         assert 2 <= vehicle.commands.count(ReturnToLaunch()) <= 4
