@@ -1,7 +1,7 @@
 """Errors of the vehicles' poses, estimated from what their frames have in common.
 
 What is learnt is carried from step to step as the information matrix of a Gaussian: a step in which a vehicle moves
-about the others tells more than one in which the formation keeps its shape. docs/imaging.md says what can be told.
+about the others tells more than one in which the formation keeps its shape. docs/registration.md says what can be told.
 """
 
 from __future__ import annotations
