@@ -104,31 +104,71 @@ def geolocate(
     Raises:
         ImagingError: if there is no view.
     """
-    if not views:
+    return locate_together([views], plane_height_m, uncertainty, speed_mps)[0]
+
+
+def locate_together(
+    targets: Sequence[Sequence[BlobView]], plane_height_m: float, uncertainty: Uncertainty, speed_mps: float = 0.0
+) -> tuple[Geolocation, ...]:
+    """Return where several targets stand, better than one by one where vehicles see more than one of them.
+
+    A pose's error displaces whatever the vehicle sees: the other targets tell how far its lines of sight lie from those
+    of the other vehicles, and, as they lie elsewhere in the image, its heading. The mean error of the swarm remains.
+
+    Args:
+        targets: per target the views of it, at least one; otherwise as in :func:`geolocate`.
+        plane_height_m: ENU height of the focal plane.
+        uncertainty: see :class:`Uncertainty`. Heights are taken as independent from target to target.
+        speed_mps: how fast cameras may have moved at exposure, in any horizontal direction.
+
+    Raises:
+        ImagingError: if a target has no view.
+    """
+    if not all(targets):
         raise ImagingError("There is no view of the target to locate it from.")
-    points_m = np.array([view.point_enu_m for view in views])
+    if not targets:
+        return ()
+    views = [view for own in targets for view in own]
+    target_of_view = np.repeat(np.arange(len(targets)), [len(own) for own in targets])
+    points_m = np.array([view.point_enu_m for view in views]).reshape(-1, 2)
     rays_m = np.column_stack((points_m, np.full(len(views), plane_height_m))) - [v.pose.position_enu_m for v in views]
-    slopes = rays_m[:, :2] / rays_m[:, 2:]
-    white_m2, persistent_m2 = _noise_m2(views, rays_m, uncertainty, speed_mps)
+    white_m2, persistent_m2 = _noise_m2(views, target_of_view, rays_m, uncertainty, speed_mps)
     # A view of the point (x, y) at z above the plane meets the plane at (x, y) - slope z.
-    design = np.column_stack((np.tile(np.eye(2), (len(views), 1)), -slopes.ravel()))
+    blocks = np.zeros((len(views), 2, len(targets), 3))
+    blocks[np.arange(len(views)), :, target_of_view, :2] = np.eye(2)
+    blocks[np.arange(len(views)), :, target_of_view, 2] = -rays_m[:, :2] / rays_m[:, 2:]
+    design = blocks.reshape(2 * len(views), 3 * len(targets))
     weighted = np.linalg.solve(white_m2 + persistent_m2, design).T
-    information = weighted @ design
     # The height of what is seen above the plane: that of the body above the ground, and the plane's own error.
     height_m2 = uncertainty.target_height_sigma_m**2 + uncertainty.focal_height_m**2
-    height_information = 1.0 / max(height_m2, 1e-12)
-    information[2, 2] += height_information
-    covariance_m2 = np.linalg.inv(information)
+    prior_information = np.tile([0.0, 0.0, 1.0 / max(height_m2, 1e-12)], len(targets))
+    covariance_m2 = np.asarray(np.linalg.inv(weighted @ design + np.diag(prior_information)), dtype=np.float64)
     gain = covariance_m2 @ weighted
-    prior = covariance_m2[:, 2] * height_information * uncertainty.target_height_m
-    east_m, north_m, seen_at_m = gain @ points_m.ravel() + prior
+    prior_m = covariance_m2 @ (prior_information * uncertainty.target_height_m)
+    seen_enu_m = (gain @ points_m.ravel() + prior_m).reshape(-1, 3)
     random_m2 = gain @ white_m2 @ gain.T
-    # From the height of what is seen to that of the ground below it.
-    ground_share = uncertainty.focal_height_m**2 * height_information
+    rows_of_target = [slice(3 * target, 3 * target + 3) for target in range(len(targets))]
+    return tuple(
+        _on_ground(seen_m, covariance_m2[own, own], random_m2[own, own], plane_height_m, uncertainty)
+        for seen_m, own in zip(seen_enu_m, rows_of_target, strict=True)
+    )
+
+
+def _on_ground(
+    seen_enu_m: NDArray[np.float64],
+    covariance_m2: NDArray[np.float64],
+    random_m2: NDArray[np.float64],
+    plane_height_m: float,
+    uncertainty: Uncertainty,
+) -> Geolocation:
+    """Return the place of the ground below a point (x, y, height above the plane) where a target was seen."""
+    height_m2 = uncertainty.target_height_sigma_m**2 + uncertainty.focal_height_m**2
+    ground_share = uncertainty.focal_height_m**2 / max(height_m2, 1e-12)
     to_ground = np.array([1.0, 1.0, ground_share])
     random_m2, total_m2 = (np.outer(to_ground, to_ground) * part for part in (random_m2, covariance_m2))
     total_m2[[0, 1], [0, 1]] += uncertainty.target_extent_m**2
     total_m2[2, 2] += uncertainty.focal_height_m**2 * (1.0 - ground_share)
+    east_m, north_m, seen_at_m = seen_enu_m
     up_m = plane_height_m + ground_share * (seen_at_m - uncertainty.target_height_m)
     return Geolocation(np.array([east_m, north_m, up_m]), random_m2, total_m2 - random_m2)
 
@@ -162,7 +202,11 @@ def _onto_plane(ray_m: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _noise_m2(
-    views: Sequence[BlobView], rays_m: NDArray[np.float64], uncertainty: Uncertainty, speed_mps: float
+    views: Sequence[BlobView],
+    target_of_view: NDArray[np.intp],
+    rays_m: NDArray[np.float64],
+    uncertainty: Uncertainty,
+    speed_mps: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the covariances of all points, shape (2 n, 2 n): of what changes per frame, of what stays per vehicle."""
     pose_sigmas = np.array(
@@ -171,14 +215,24 @@ def _noise_m2(
         + [uncertainty.attitude_rad] * 2
         + [uncertainty.yaw_rad]
     )
-    white_m2 = np.zeros((2 * len(views), 2 * len(views)))
     scaled = np.vstack([pose_jacobian(ray_m) * pose_sigmas for ray_m in rays_m])
-    same_frame_m2 = uncertainty.target_extent_m**2 + (speed_mps * uncertainty.clock_s) ** 2
+    pose_m2 = scaled @ scaled.T
+    exposures = [(view.vehicle_id, *view.pose.position_enu_m) for view in views]
+    frame_of_view = np.unique(exposures, axis=0, return_inverse=True)[1].ravel()
+    # What one frame shows of two targets is displaced together; two views of one target are of two frames.
+    together = (frame_of_view[:, np.newaxis] == frame_of_view) & (target_of_view[:, np.newaxis] != target_of_view)
+    np.fill_diagonal(together, val=True)
+    white_m2 = _per_axis(together) * (1.0 - uncertainty.persistent_share) * pose_m2
+    own_m2 = uncertainty.target_extent_m**2 + (speed_mps * uncertainty.clock_s) ** 2
     for i, (view, ray_m) in enumerate(zip(views, rays_m, strict=True)):
         own = slice(2 * i, 2 * i + 2)
         per_pixel_m = pixel_jacobian(ray_m, view.camera, view.pose) * uncertainty.pixel_px
-        changing_m2 = (1.0 - uncertainty.persistent_share) * scaled[own] @ scaled[own].T
-        white_m2[own, own] = changing_m2 + per_pixel_m @ per_pixel_m.T + same_frame_m2 * np.eye(2)
-    vehicle_ids = np.repeat([view.vehicle_id for view in views], 2)
+        white_m2[own, own] += per_pixel_m @ per_pixel_m.T + own_m2 * np.eye(2)
+    vehicle_ids = np.array([view.vehicle_id for view in views])
     same_vehicle = vehicle_ids[:, np.newaxis] == vehicle_ids
-    return white_m2, np.where(same_vehicle, uncertainty.persistent_share * scaled @ scaled.T, 0.0)
+    return white_m2, _per_axis(same_vehicle) * uncertainty.persistent_share * pose_m2
+
+
+def _per_axis(related: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return a relation between views, shape (n, n), as one between their coordinates, shape (2 n, 2 n)."""
+    return related.repeat(2, axis=0).repeat(2, axis=1)

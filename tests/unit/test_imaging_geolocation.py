@@ -16,7 +16,7 @@ from aos_gcs.errors import ConfigurationError, ImagingError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose, nadir_pose
 from aos_gcs.geometry.projection import intersect_plane, project_points
-from aos_gcs.imaging.geolocation import Uncertainty, geolocate, pixel_jacobian, pose_jacobian
+from aos_gcs.imaging.geolocation import Uncertainty, geolocate, locate_together, pixel_jacobian, pose_jacobian
 from aos_gcs.imaging.model import BlobView
 
 CAMERA = CameraModel.from_fov(512, 512, math.radians(50.0))
@@ -130,7 +130,59 @@ def test_the_covariance_is_that_of_the_errors() -> None:
     assert low < np.mean(normalised) < high
 
 
+def swarm_views(rng: np.random.Generator, seen_enu_m: list[np.ndarray], settings: Uncertainty) -> list[list[BlobView]]:
+    """One frame of each of six vehicles with poses that err; only three of them see the first target."""
+    targets: list[list[BlobView]] = [[] for _ in seen_enu_m]
+    for vehicle_id in range(6):
+        true = nadir_pose([*rng.uniform(-10, 10, 2), 35.0])
+        moved = Pose(true.position_enu_m + rng.normal(0.0, settings.position_horizontal_m, 3), true.R_cam2enu)
+        sigmas = [settings.attitude_rad, settings.attitude_rad, settings.yaw_rad]
+        reported = tilted(moved, tuple(rng.normal(0.0, sigmas)))
+        for index, seen in enumerate(seen_enu_m):
+            if index > 0 or vehicle_id < 3:
+                targets[index].append(view(vehicle_id, reported, project_points([seen], CAMERA, true)))
+    return targets
+
+
+def test_other_targets_sharpen_a_place_and_the_covariance_knows_it() -> None:
+    rng = np.random.default_rng(3)
+    settings = Uncertainty(
+        position_vertical_m=0.5, pixel_px=0.0, focal_height_m=0.0, target_height_sigma_m=0.0, target_extent_m=0.05
+    )
+    seen = [np.array([east, north, settings.target_height_m]) for east, north in ((0, 0), (8, 3), (-6, 5), (2, -9))]
+    alone, together, normalised = [], [], []
+    for _ in range(200):
+        targets = swarm_views(rng, seen, settings)
+        alone.append(geolocate(targets[0], 0.0, settings).position_enu_m)
+        located = locate_together(targets, 0.0, settings)[0]
+        together.append(located.position_enu_m)
+        covariance_m2 = located.covariance_m2[:2, :2] - settings.target_extent_m**2 * np.eye(2)
+        normalised.append(together[-1][:2] @ np.linalg.solve(covariance_m2, together[-1][:2]))
+    assert np.linalg.norm(together, axis=1).mean() < 0.85 * np.linalg.norm(alone, axis=1).mean()
+    low, high = chi2.ppf([0.001, 0.999], 2 * len(normalised)) / len(normalised)
+    assert 0.9 * low < np.mean(normalised) < high
+
+
+def test_targets_that_share_no_vehicle_are_located_as_if_alone() -> None:
+    settings = Uncertainty()
+    targets = swarm_views(np.random.default_rng(4), [np.array([0.0, 0.0, 0.9]), np.array([5.0, 5.0, 0.9])], settings)
+    others = [dataclasses.replace(view, vehicle_id=view.vehicle_id + 100) for view in targets[1]]
+    for target, located in zip((targets[0], others), locate_together([targets[0], others], 0.0, settings), strict=True):
+        alone = geolocate(target, 0.0, settings)
+        np.testing.assert_allclose(located.position_enu_m, alone.position_enu_m, atol=1e-9)
+        np.testing.assert_allclose(located.random_m2, alone.random_m2, atol=1e-9)
+        np.testing.assert_allclose(located.systematic_m2, alone.systematic_m2, atol=1e-9)
+
+
+def test_no_targets_are_nowhere() -> None:
+    assert locate_together([], 0.0, Uncertainty()) == ()
+
+
 def test_a_target_without_views_is_refused() -> None:
+    with pytest.raises(ImagingError, match="no view"):
+        locate_together(
+            [swarm_views(np.random.default_rng(0), [np.zeros(3)], Uncertainty())[0], []], 0.0, Uncertainty()
+        )
     with pytest.raises(ImagingError, match="no view"):
         geolocate([], 0.0, Uncertainty())
 
