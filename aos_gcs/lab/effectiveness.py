@@ -8,9 +8,9 @@ recorded with the truth; :mod:`aos_gcs.lab.effectiveness_report` judges it.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from multiprocessing import get_context
 from typing import Any
 
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.camera import CameraModel
-from aos_gcs.imaging.geolocation import Uncertainty, geolocate
+from aos_gcs.imaging.geolocation import Geolocation, Uncertainty, locate_together
 from aos_gcs.imaging.model import Frame, StepAnalysis
 from aos_gcs.imaging.person_evidence import Evidence, gather_evidence
 from aos_gcs.imaging.step import ImagingSettings, analyse_step
@@ -29,11 +29,13 @@ from aos_gcs.swarm.model import Observation
 from aos_gcs.swarm.registry import make_strategy
 
 BANDS = ("red", "green", "blue", "thermal")
+_SCENE = Uncertainty(focal_height_m=0.0, target_height_m=0.5, target_height_sigma_m=0.4)
+"""The ground is known to be flat; persons stand, sit or lie, and what else is warm is no higher."""
 UNCERTAINTIES = {
-    PositionGrade.GNSS: Uncertainty(position_horizontal_m=0.5, position_vertical_m=0.75, focal_height_m=0.0),
-    PositionGrade.RTK: Uncertainty(position_horizontal_m=0.02, position_vertical_m=0.03, focal_height_m=0.0),
+    PositionGrade.GNSS: replace(_SCENE, position_horizontal_m=0.5, position_vertical_m=0.75),
+    PositionGrade.RTK: replace(_SCENE, position_horizontal_m=0.02, position_vertical_m=0.03),
 }
-"""What geolocation is told of the poses; the ground of the scenes is known to be flat."""
+"""What geolocation is told of the scenes and of the vehicles' poses."""
 
 IN_VIEW_M2 = 0.05
 """The threshold T of missions."""
@@ -143,7 +145,7 @@ def study_scene(key: SceneKey, settings: StudySettings) -> SceneResult:
         bodies=tuple(scene.bodies),
         approached=None if approached is None else scene.bodies[approached].kind,
         anomalies={grade: tuple(anomalies[grade]) for grade in PositionGrade},
-        warm={grade: tuple(_describe(body, grade) for body in warm_bodies(views[grade])) for grade in PositionGrade},
+        warm={grade: _describe(warm_bodies(views[grade]), UNCERTAINTIES[grade]) for grade in PositionGrade},
     )
 
 
@@ -248,8 +250,12 @@ def _anomaly(analysis: StepAnalysis) -> Anomaly | None:
     return Anomaly(analysis.blob.area_m2, (east_m, north_m))
 
 
-def _describe(views: tuple[WarmView, ...], grade: PositionGrade) -> WarmBody:
-    place = geolocate([view.as_blob_view() for view in views], 0.0, UNCERTAINTIES[grade])
+def _describe(bodies: Sequence[Sequence[WarmView]], uncertainty: Uncertainty) -> tuple[WarmBody, ...]:
+    places = locate_together([[view.as_blob_view() for view in body] for body in bodies], 0.0, uncertainty)
+    return tuple(_warm_body(gather_evidence(body), place) for body, place in zip(bodies, places, strict=True))
+
+
+def _warm_body(evidence: Evidence, place: Geolocation) -> WarmBody:
     variance_m2 = float(np.trace(place.covariance_m2[:2, :2])) / 2
     east_m, north_m, _ = place.position_enu_m
-    return WarmBody(gather_evidence(views), (float(east_m), float(north_m)), math.sqrt(variance_m2))
+    return WarmBody(evidence, (float(east_m), float(north_m)), math.sqrt(variance_m2))
