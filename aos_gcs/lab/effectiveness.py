@@ -123,7 +123,7 @@ class SceneResult:
 
 
 def scene_keys(densities: Iterable[float], first_seed: int, scenes: int) -> list[SceneKey]:
-    """Return so many scenes with a person, and as many without, per density, no two of one seed."""
+    """Return so many scenes with a person, and as many without, per density; within a density no two have one seed."""
     return [
         SceneKey(density, 2 * index + has_person, bool(has_person))
         for index in range(first_seed, first_seed + scenes)
