@@ -163,18 +163,18 @@ def _sighting(
     unoccluded = np.asarray(views.unoccluded.any(axis=0))
     unoccluded_m2 = float(np.count_nonzero(unoccluded)) * views.resolution_m**2
     in_view = unoccluded_m2 > 0.0 and detection.area_m2 >= threshold * unoccluded_m2
-    has_target = in_view and detection.centroid_enu_m is not None
+    centroid_enu_m = detection.centroid_enu_m if in_view else None
     observation = Observation(
         vehicle_ids=tuple(range(1, len(positions_enu_m) + 1)),
         positions_enu_m=positions_enu_m[:, :2],
         fitness=detection.fitness,
         target_in_view=in_view,
-        target_enu_m=np.array(detection.centroid_enu_m[:2]) if has_target and detection.centroid_enu_m else None,
+        target_enu_m=None if centroid_enu_m is None else np.array(centroid_enu_m[:2]),
         leader_id=detection.leader_id,
         heights_m=positions_enu_m[:, 2],
         masks=detection.masks if in_view else None,
     )
-    return Sighting(observation, seen, unoccluded, area_m2, unoccluded_m2, views.resolution_m**2)
+    return Sighting(observation, seen & unoccluded, unoccluded, area_m2, unoccluded_m2, views.resolution_m**2)
 
 
 def _is_near(detection: _Detection, target: Target) -> bool:

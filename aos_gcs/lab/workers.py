@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterator
+from concurrent.futures import CancelledError
 from contextlib import AbstractContextManager, contextmanager
 from functools import partial
 from typing import TYPE_CHECKING
@@ -70,8 +72,8 @@ def _on_cluster(work: Work, missing: tuple[Initialisation, ...], connection: Abs
         try:
             for future in as_completed(list(tasks)):
                 yield tasks.pop(future), future.result()
-        except KilledWorker as error:
-            raise LinkError(f"A worker died ({error}); run the command again to go on where it stopped.") from error
+        except (KilledWorker, CancelledError) as error:
+            raise LinkError(f"Workers were lost ({error}); run the command again to go on where it stopped.") from error
         except ImportError as error:
             raise LinkError(f"A worker lacks a package ({error}); install aos-gcs[lab] on all workers.") from error
 
@@ -80,10 +82,9 @@ def _on_cluster(work: Work, missing: tuple[Initialisation, ...], connection: Abs
 def _local(jobs: int) -> Iterator[Client]:
     from distributed import Client, LocalCluster  # noqa: PLC0415 - takes a second to import
 
-    with (
-        LocalCluster(n_workers=jobs, threads_per_worker=1, memory_limit=None, dashboard_address=None) as cluster,
-        Client(cluster) as client,
-    ):
+    # Any free port, for several campaigns at a time; Dask's warnings would tear the progress bar apart.
+    options = {"memory_limit": None, "dashboard_address": "127.0.0.1:0", "silence_logs": logging.ERROR}
+    with LocalCluster(n_workers=jobs, threads_per_worker=1, **options) as cluster, Client(cluster) as client:
         yield client
 
 

@@ -2,11 +2,13 @@
 
 import dataclasses
 import json
+import logging
 from collections.abc import Callable
 from pathlib import Path
 
 import pyarrow as pa
 import pytest
+from distributed import LocalCluster
 
 from aos_gcs.errors import AosError, ConfigurationError, InputDataError, LinkError
 from aos_gcs.lab import workers
@@ -76,6 +78,16 @@ def test_results_do_not_depend_on_the_number_of_workers(tmp_path: Path, expected
         results = create_results(tmp_path / str(jobs), campaign())
         compute(results, jobs=jobs)
         assert results.read().equals(expected)
+
+
+@pytest.mark.slow
+def test_a_scheduler_elsewhere_gives_the_same_results(tmp_path: Path, expected: pa.Table) -> None:
+    results = create_results(tmp_path, campaign())
+    with LocalCluster(
+        n_workers=1, threads_per_worker=1, dashboard_address="127.0.0.1:0", silence_logs=logging.ERROR
+    ) as cluster:
+        workers.compute(results, lambda _: None, scheduler=cluster.scheduler_address)
+    assert results.read().equals(expected)
 
 
 @pytest.mark.parametrize(
