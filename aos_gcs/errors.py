@@ -24,13 +24,16 @@ class ImagingError(AosError):
 
 
 class UnusableFramesError(ImagingError):
-    """None of a step's frames can be used."""
+    """None of a step's frames can be used.
 
-    def __init__(self, reasons: Mapping[int, str]) -> None:
-        """Take the reason by vehicle."""
-        self.reasons = dict(reasons)
-        told = "; ".join(f"vehicle {vehicle_id}: {reason}" for vehicle_id, reason in self.reasons.items())
-        super().__init__(f"No frame can be used ({told}).")
+    Args:
+        text: what has happened.
+        reasons: by vehicle.
+    """
+
+    def __init__(self, text: str, reasons: Mapping[int, str] | None = None) -> None:
+        super().__init__(text)
+        self.reasons = dict(reasons or {})
 
 
 class LinkError(AosError):

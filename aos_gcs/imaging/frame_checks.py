@@ -39,7 +39,8 @@ def usable_frames(frames: Sequence[Frame], plane_height_m: float) -> tuple[list[
     usable = [frame for frame, reason in zip(frames, reasons, strict=True) if reason is None]
     skipped = {frame.vehicle_id: reason for frame, reason in zip(frames, reasons, strict=True) if reason is not None}
     if not usable:
-        raise UnusableFramesError(skipped)
+        told = "; ".join(f"vehicle {vehicle_id}: {reason}" for vehicle_id, reason in skipped.items())
+        raise UnusableFramesError(f"No frame can be used ({told}).", skipped)
     return usable, skipped
 
 

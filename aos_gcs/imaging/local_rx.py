@@ -48,7 +48,7 @@ def local_rx_scores(
     """
     if not (guard_px % 2 == background_px % 2 == 1 and 0 < guard_px < background_px):
         raise ValueError(f"windows must be odd, the outer one larger: got {guard_px} in {background_px}")
-    finite = np.isfinite(image).all(axis=2)
+    finite = np.asarray(np.isfinite(image).all(axis=2))
     bands = _standardised(image, finite)
     scores = np.where(finite, np.float32(0.0), np.float32(np.nan))
     if not bands:
@@ -61,7 +61,7 @@ def local_rx_scores(
     count = background_sum(finite.astype(np.float32))
     enough = finite & (count >= MIN_SAMPLES_PER_BAND * len(bands))
     count = np.maximum(count, 2.0)
-    means = [background_sum(band) / count for band in bands]
+    means = [np.asarray(background_sum(band) / count, dtype=np.float32) for band in bands]
     # Cholesky's factor L of the covariance, and the solution of L y = x - mean whose square is the score: row by row,
     # as for one pixel, with an image in place of each number.
     factor: list[list[NDArray[np.float32]]] = []
