@@ -67,6 +67,8 @@ def _computed(work: Work, missing: tuple[Initialisation, ...], jobs: int, schedu
 def _on_cluster(work: Work, missing: tuple[Initialisation, ...], connection: AbstractContextManager[Client]) -> Results:
     from distributed import KilledWorker, as_completed  # noqa: PLC0415 - takes a second to import
 
+    # Whatever matters raises; the rest would tear the progress bar apart.
+    logging.getLogger("distributed").setLevel(logging.ERROR)
     with connection as client:
         tasks = {client.submit(work, initialisation, pure=False): initialisation for initialisation in missing}
         try:
@@ -82,7 +84,7 @@ def _on_cluster(work: Work, missing: tuple[Initialisation, ...], connection: Abs
 def _local(jobs: int) -> Iterator[Client]:
     from distributed import Client, LocalCluster  # noqa: PLC0415 - takes a second to import
 
-    # Any free port, for several campaigns at a time; Dask's warnings would tear the progress bar apart.
+    # Any free port, so that several campaigns can run at a time.
     options = {"memory_limit": None, "dashboard_address": "127.0.0.1:0", "silence_logs": logging.ERROR}
     with LocalCluster(n_workers=jobs, threads_per_worker=1, **options) as cluster, Client(cluster) as client:
         yield client
