@@ -3,7 +3,7 @@
 Leaves, clumps and jitter of the broad-leaved ones are chosen so that at 300 trees/ha a nadir view from 35-44 m height
 and at most 12 m beside a standing person shows 15-20 % of it: measured 0.159 +- 0.014 over 60 worlds of 60 m with 40
 views each (``tests/benchmarks/bench_render.py`` repeats it on fewer). Worlds differ: half of them lie within 0.09 and
-0.19. Conifers are as tall, but slender: they hide less from above, and more from the side.
+0.19. Conifers are as tall, but slender: from above they hide less (docs/laboratory.md has the figures).
 """
 
 from __future__ import annotations
