@@ -102,7 +102,7 @@ class ArchiveStrategy:
         moved_m = positions_m + target.next_way_m
         holds = np.linalg.norm(goals.positions_enu_m - moved_m, axis=1) < HOLDS_WITHIN_M
         stepped_m = stepped(moved_m, goals.positions_enu_m, self.parameters.max_step_m)
-        apart_m = kept_apart(stepped_m, holds, self.parameters.min_distance_m, rng)
+        apart_m = kept_apart(stepped_m, moved_m, holds, self.parameters.min_distance_m, rng)
         asked = replace(state.swarm, awaits_ask=False)
         return motion.in_told_order(apart_m, order), replace(state, swarm=asked, held_enu_m=goals.held_enu_m)
 

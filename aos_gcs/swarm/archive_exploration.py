@@ -55,9 +55,11 @@ def values(
     shown: FloatArray,
     footprints: NDArray[np.floating],
     familiarity: FloatArray,
+    never_seen: NDArray[np.floating],
     *,
     area_exponent: float,
     curiosity: float,
+    history_weight: float,
 ) -> FloatArray:
     """Return what looking from places is worth, shape (p,): the expected gain, and more where less is known.
 
@@ -66,13 +68,16 @@ def values(
         shown: expected, see :func:`predicted`, shape (p, cells).
         footprints: shape (p, cells).
         familiarity: greatest weight of any look, shape (p,); places that are known have a value of minus infinity.
+        never_seen: 1 for cells that no look has shown, else 0, shape (cells,).
         area_exponent: see :func:`aos_gcs.swarm.archive_selection.score`.
         curiosity: value of a place nothing is known about, in shares of the score.
+        history_weight: value of showing what was never seen, for as much of it as is seen now.
     """
     held = max(outlook.score(area_exponent), 1e-9)
     gains = outlook.scores_with(shown, footprints, area_exponent) / held - 1.0
+    new_shares = shown @ never_seen / max(float(np.sum(1.0 - outlook.hidden)), 1.0)
     # Before anything is held every gain would be infinite.
-    value = np.minimum(gains, 1.0) + curiosity * (1.0 - familiarity)
+    value = np.minimum(gains, 1.0) + curiosity * (1.0 - familiarity) + history_weight * np.minimum(new_shares, 1.0)
     return np.where(familiarity > KNOWN, -np.inf, value)
 
 

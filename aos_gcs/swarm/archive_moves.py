@@ -12,7 +12,7 @@ HOLDS_WITHIN_M = 0.3
 """A drone as near to its goal as that holds its place; others give way to it."""
 MARGIN_M = 0.01
 """By which drones are pushed farther apart than they must be, so that rounding does not matter."""
-MAX_PUSHES = 60
+MAX_PUSHES = 20
 """Rounds of pushing; three are enough unless drones are crowded."""
 
 
@@ -38,26 +38,46 @@ def stepped(places_m: FloatArray, goals_m: FloatArray, step_m: float) -> FloatAr
 
 
 def kept_apart(
-    waypoints_m: FloatArray, holds: NDArray[np.bool_], distance_m: float, rng: np.random.Generator
+    waypoints_m: FloatArray,
+    places_m: FloatArray,
+    holds: NDArray[np.bool_],
+    distance_m: float,
+    rng: np.random.Generator,
 ) -> FloatArray:
     """Return waypoints, shape (n, 2), pushed at least ``distance_m`` apart.
 
-    A drone that holds its place moves only for another one that holds; coincident ones part in a random direction. In
-    a crowd with no room the distances come out smaller.
+    A drone that holds its place moves only for another one that holds; coincident ones part in a random direction.
+    Where there is no room, drones stay; only if they stand too near already do distances come out smaller.
+
+    Args:
+        waypoints_m: where the drones would go, shape (n, 2).
+        places_m: where they are, shape (n, 2).
+        holds: who holds its place, shape (n,).
+        distance_m: to keep.
+        rng: for coincident ones.
     """
     apart_m = waypoints_m.copy()
     for _ in range(MAX_PUSHES):
-        difference = apart_m[:, None] - apart_m
-        distances_m = np.linalg.norm(difference, axis=2)
-        first, second = np.nonzero(np.triu(distances_m < distance_m, k=1))
+        first, second = np.nonzero(np.triu(_too_near(apart_m, distance_m)))
         if len(first) == 0:
-            break
+            return apart_m
         for i, j in zip(first.tolist(), second.tolist(), strict=True):
             push_m = _push(apart_m[i] - apart_m[j], distance_m + MARGIN_M, rng)
             share = 0.5 if holds[i] == holds[j] else float(holds[j])
             apart_m[i] += share * push_m
             apart_m[j] -= (1.0 - share) * push_m
+    stays = np.zeros(len(apart_m), dtype=np.bool_)
+    while (crowded := _too_near(apart_m, distance_m).any(axis=1) & ~stays).any():
+        stays |= crowded
+        apart_m[stays] = places_m[stays]
     return apart_m
+
+
+def _too_near(places_m: FloatArray, distance_m: float) -> NDArray[np.bool_]:
+    """Return which drones are too near to which others, shape (n, n)."""
+    near = np.linalg.norm(places_m[:, None] - places_m, axis=2) < distance_m
+    np.fill_diagonal(near, False)
+    return np.asarray(near)
 
 
 def _push(way_m: FloatArray, distance_m: float, rng: np.random.Generator) -> FloatArray:

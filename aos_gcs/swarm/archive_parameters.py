@@ -35,6 +35,8 @@ class ArchiveParameters(AosPsoParameters):
     """Share by which another view must be better for a drone to leave the one it holds."""
     curiosity: float = 0.3
     """What it is worth to look where nobody has looked yet, in shares of the score."""
+    history_weight: float = 0.0
+    """What it is worth to show parts of the target that were never seen, for as much of it as is seen now."""
     travel_cost_per_m: float = 0.02
     """What a metre of way to there costs, in shares of the score."""
     kernel_m: float = 0.5
@@ -54,7 +56,7 @@ class ArchiveParameters(AosPsoParameters):
             value = getattr(self, name)
             if value <= 0.0:
                 raise ConfigurationError(f"{name} must be above 0, but is {value:g}.")
-        for name in ("area_exponent", "hysteresis", "curiosity", "travel_cost_per_m"):
+        for name in ("area_exponent", "hysteresis", "curiosity", "history_weight", "travel_cost_per_m"):
             value = getattr(self, name)
             if value < 0.0:
                 raise ConfigurationError(f"{name} must be at least 0, but is {value:g}.")

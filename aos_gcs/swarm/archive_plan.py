@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,7 +93,8 @@ def plan(
         parameters: of the strategy.
         rng: breaks ties between spots to explore.
     """
-    prospect = Prospect.of(looks, target, float(heights_m.mean()), parameters)
+    # Whole metres, so that the spots stay where they are while heights are measured with noise.
+    prospect = Prospect.of(looks, target, round(float(heights_m.mean())), parameters)
     places_m = positions_enu_m + target.next_way_m
     spots = parameters.canopy.lines_of_slopes(
         prospect.target_enu_m, lattice(parameters.aperture_radius_m, parameters.spot_pitch_m) / prospect.height_m
@@ -102,7 +104,8 @@ def plan(
     count = count_holding(len(places_m), float(np.mean(familiarity > SAMPLED)), parameters.explorer_share)
 
     candidates = prospect.candidates(parameters.aperture_radius_m)
-    views, cells = _views(prospect, candidates, parameters)
+    footprint = _spot_footprints(prospect.height_m, parameters)
+    views, cells = _views(prospect, candidates, footprint.any(axis=0), parameters)
     held = [] if held_enu_m is None else _still_held(prospect.lines[candidates], views, held_enu_m)
     chosen = choose_views(views, count, held, parameters.area_exponent, parameters.hysteresis)
     lines = prospect.lines[candidates[chosen]]
@@ -113,14 +116,16 @@ def plan(
     holders = np.flatnonzero(goal_of >= 0)
     goals_m[holders] = view_goals_m[holders, goal_of[holders]]
 
-    footprint = _footprints(spots, prospect.height_m, parameters)[:, cells].astype(np.float32)
+    shown, spot_footprints = prospect.shown[:, cells], footprint[:, cells].astype(np.float32)
     value = values(
         Outlook.of(views, chosen),
-        predicted(weights, prospect.shown[:, cells], footprint),
-        footprint,
+        predicted(weights, shown, spot_footprints),
+        spot_footprints,
         familiarity,
+        1.0 - shown.max(axis=0, initial=0.0),
         area_exponent=parameters.area_exponent,
         curiosity=parameters.curiosity,
+        history_weight=parameters.history_weight,
     )
     explorers = np.flatnonzero(goal_of < 0)
     spot_goals_m = prospect.positions(spots.slopes, heights_m[explorers])
@@ -144,12 +149,14 @@ def count_holding(n: int, sampled_share: float, explorer_share: float) -> int:
     return min(max(math.ceil(n * sampled_share), 2), most)
 
 
-def _views(prospect: Prospect, candidates: IntArray, parameters: ArchiveParameters) -> tuple[Views, BoolArray]:
-    """Return the candidates, and the cells of the raster that they are given on, shape (CELLS,)."""
+def _views(
+    prospect: Prospect, candidates: IntArray, cells: BoolArray, parameters: ArchiveParameters
+) -> tuple[Views, BoolArray]:
+    """Return the candidates, and the cells of the raster they are given on: those asked for and all they may show."""
     lines, shown = prospect.lines[candidates], prospect.shown[candidates]
     # What is seen would be seen without forest too, whatever the model of the body says.
     footprint = _footprints(lines, prospect.height_m, parameters) | (shown > 0.0)
-    cells = footprint.any(axis=0)
+    cells = cells | footprint.any(axis=0)
     places_m = lines.slopes * prospect.height_m
     distances_m = np.linalg.norm(places_m[:, None] - places_m, axis=2)
     conflicts = distances_m < parameters.min_distance_m
@@ -159,6 +166,12 @@ def _views(prospect: Prospect, candidates: IntArray, parameters: ArchiveParamete
 def _still_held(lines: Sightlines, views: Views, held_enu_m: FloatArray) -> list[int]:
     distances_m = np.linalg.norm(held_enu_m[:, None] - lines.crossings_enu_m, axis=2)
     return still_held(distances_m, views.conflicts, SAME_VIEW_M)
+
+
+@lru_cache(maxsize=4)
+def _spot_footprints(height_m: float, parameters: ArchiveParameters) -> BoolArray:
+    slopes = lattice(parameters.aperture_radius_m, parameters.spot_pitch_m) / height_m
+    return footprints(slopes, height_m, parameters.body_height_m, parameters.body_radius_m)
 
 
 def _footprints(lines: Sightlines, height_m: float, parameters: ArchiveParameters) -> BoolArray:

@@ -74,11 +74,11 @@ def first_sighting(ground_enu_m: FloatArray) -> TargetEstimate:
 
 
 def after_sighting(estimate: TargetEstimate, ground_enu_m: FloatArray) -> TargetEstimate:
-    """Return the estimate after one more sighting; one that jumps is left out."""
+    """Return the estimate after one more sighting; one that jumps shows something else, as good as none."""
     expected_m = np.array(estimate.tracked_enu_m) + np.array(estimate.velocity_m)
     deviation_m = ground_enu_m - expected_m
     if np.linalg.norm(deviation_m) > JUMP_M:
-        deviation_m = np.zeros(2)
+        return out_of_view(estimate)
     sightings = estimate.sightings + 1
     tracked_m = expected_m + max(ALPHA, 1.0 / sightings) * deviation_m
     velocity_m = np.array(estimate.velocity_m) + BETA * deviation_m

@@ -1,0 +1,297 @@
+"""The parts of the archive strategy: raster, target, looks, selection, exploration, moves."""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.spatial.distance import pdist
+
+from aos_gcs.swarm.archive_exploration import choose_goals, lattice, predicted, values
+from aos_gcs.swarm.archive_looks import Canopy, no_looks, with_looks
+from aos_gcs.swarm.archive_moves import assigned, kept_apart, stepped
+from aos_gcs.swarm.archive_plan import count_holding
+from aos_gcs.swarm.archive_raster import (
+    CELL_M,
+    CELLS,
+    SIDE,
+    anchor_of,
+    footprints,
+    packed,
+    resampled,
+    shifted,
+    unpacked,
+)
+from aos_gcs.swarm.archive_selection import Outlook, Views, choose_views, still_held
+from aos_gcs.swarm.archive_target import after_sighting, first_sighting, ground_point, out_of_view
+from aos_gcs.swarm.model import TargetMasks
+
+CANOPY = Canopy(height_m=14.0, half_depth_m=4.0)
+SEEDS = st.integers(0, 2**32 - 1)
+
+
+def random_masks(rng: np.random.Generator, count: int) -> NDArray[np.bool_]:
+    return rng.random((count, CELLS)) < 0.1
+
+
+class TestRaster:
+    @given(SEEDS, st.integers(0, 5))
+    @settings(max_examples=20)
+    def test_packing_is_reversible(self, seed: int, count: int) -> None:
+        masks = random_masks(np.random.default_rng(seed), count)
+        assert np.array_equal(unpacked(packed(masks), count), masks)
+
+    def test_a_mask_of_the_same_raster_is_copied(self) -> None:
+        masks, anchor = random_masks(np.random.default_rng(1), 3), anchor_of(np.array([12.34, -5.67]))
+        told = TargetMasks(
+            masks.reshape(-1, SIDE, SIDE),
+            west_m=(anchor[0] - SIDE // 2) * CELL_M,
+            north_m=(anchor[1] + SIDE // 2) * CELL_M,
+            resolution_m=CELL_M,
+        )
+        assert np.array_equal(resampled(told, anchor), masks)
+
+    @pytest.mark.parametrize("resolution_m", [0.05, 0.1, 0.25])
+    def test_a_square_keeps_its_place_at_any_resolution(self, resolution_m: float) -> None:
+        """It reaches 0.5 m east and north from the middle."""
+        cells = round(2.0 / resolution_m)
+        marked = np.zeros((1, cells, cells), dtype=np.bool_)
+        marked[0, cells // 4 : cells // 2, cells // 2 : 3 * cells // 4] = True
+        told = TargetMasks(marked, west_m=-1.0, north_m=1.0, resolution_m=resolution_m)
+        rows, columns = np.nonzero(resampled(told, np.zeros(2, np.int64)).reshape(SIDE, SIDE))
+        assert len(rows) == 25
+        assert (rows.max(), columns.min()) == (SIDE // 2 - 1, SIDE // 2)
+
+    @given(SEEDS, st.tuples(st.integers(-4, 4), st.integers(-4, 4)))
+    @settings(max_examples=20)
+    def test_shifting_back_and_forth_keeps_the_inside(self, seed: int, offset: tuple[int, int]) -> None:
+        masks, offsets = random_masks(np.random.default_rng(seed), 2), np.tile(offset, (2, 1))
+        inside = np.zeros((SIDE, SIDE), dtype=np.bool_)
+        inside[4:-4, 4:-4] = True
+        back = shifted(shifted(masks, offsets), -offsets)
+        assert np.array_equal(back[:, inside.ravel()], masks[:, inside.ravel()])
+
+    def test_east_is_right_and_north_is_up(self) -> None:
+        masks = np.zeros((1, CELLS), dtype=np.bool_)
+        masks[0, 10 * SIDE + 10] = True
+        row, column = divmod(int(np.flatnonzero(shifted(masks, np.array([[3, 2]]))[0])[0]), SIDE)
+        assert (row, column) == (8, 13)
+
+    def test_a_body_lies_away_from_the_camera_and_longer_the_more_oblique(self) -> None:
+        slopes = np.array([[0.0, 0.0], [0.2, 0.0], [0.35, 0.0]])
+        prints = footprints(slopes, 40.0, body_height_m=1.75, body_radius_m=0.2)
+        assert (np.diff(prints.sum(axis=1)) > 0).all()
+        columns = np.nonzero(prints[2].reshape(SIDE, SIDE))[1]
+        assert columns.mean() < SIDE / 2 - 2
+
+
+class TestTarget:
+    def test_a_still_one_is_the_mean_of_noisy_sightings(self) -> None:
+        rng = np.random.default_rng(2)
+        estimate = first_sighting(rng.normal(0.0, 0.1, 2))
+        for _ in range(30):
+            estimate = after_sighting(estimate, rng.normal(0.0, 0.1, 2))
+        assert not estimate.is_moving
+        assert np.linalg.norm(estimate.position_enu_m) < 0.08
+        assert estimate.drift_enu_m == (0.0, 0.0)
+
+    @pytest.mark.parametrize("way_m", [0.5, 1.6])
+    def test_a_walker_is_expected_where_it_goes(self, way_m: float) -> None:
+        estimate = first_sighting(np.zeros(2))
+        for step in range(1, 25):
+            estimate = after_sighting(estimate, np.array([way_m * step, 0.0]))
+        assert estimate.is_moving
+        assert np.allclose(estimate.position_enu_m + estimate.next_way_m, [way_m * 25, 0.0], atol=0.1)
+
+    def test_one_that_stops_counts_as_still_again(self) -> None:
+        estimate = first_sighting(np.zeros(2))
+        for step in range(1, 40):
+            estimate = after_sighting(estimate, np.array([min(step, 12), 0.0]))
+        assert not estimate.is_moving
+        assert np.allclose(estimate.position_enu_m, [12.0, 0.0], atol=0.3)
+
+    def test_another_blob_far_away_changes_nothing(self) -> None:
+        estimate = after_sighting(first_sighting(np.zeros(2)), np.array([50.0, 0.0]))
+        assert np.allclose(estimate.position_enu_m, 0.0)
+
+    def test_a_walker_out_of_view_goes_on_ever_more_slowly(self) -> None:
+        estimate = first_sighting(np.zeros(2))
+        for step in range(1, 12):
+            estimate = after_sighting(estimate, np.array([float(step), 0.0]))
+        easts = [estimate.position_enu_m[0]]
+        for _ in range(4):
+            estimate = out_of_view(estimate)
+            easts.append(estimate.position_enu_m[0])
+        ways = np.diff(easts)
+        assert (ways > 0.0).all()
+        assert (np.diff(ways) < 0.0).all()
+
+    def test_the_foot_is_found_from_one_side(self) -> None:
+        """All drones stand in the east and see the body west of its foot."""
+        slopes = np.array([[0.2, 0.0], [0.3, 0.0], [0.25, 0.1]])
+        heights = np.full(3, 40.0)
+        prints = footprints(slopes, 40.0, body_height_m=1.75, body_radius_m=0.2)
+        edge_m = SIDE * CELL_M / 2
+        masks = TargetMasks(prints.reshape(-1, SIDE, SIDE), -edge_m, edge_m, CELL_M)
+        ground = ground_point(masks, slopes * 40.0, heights, np.zeros(2), body_height_m=1.75)
+        assert np.linalg.norm(ground) < 0.05
+
+
+class TestLooks:
+    def test_the_same_line_from_another_height_is_the_same_look(self) -> None:
+        low, high = (
+            CANOPY.lines_of_slopes(np.zeros(2), place / height)
+            for place, height in ((np.array([[7.0, 0.0]]), 35.0), (np.array([[8.8, 0.0]]), 44.0))
+        )
+        assert CANOPY.distances_m(low, high)[0, 0] == pytest.approx(0.0)
+
+    def test_looks_replace_older_ones_along_the_same_line(self) -> None:
+        rng, anchor, drift = np.random.default_rng(3), np.zeros(2, np.int64), np.zeros(2)
+        lines = CANOPY.lines_of_slopes(np.zeros(2), rng.uniform(-0.3, 0.3, (5, 2)))
+        first, second = random_masks(rng, 5), random_masks(rng, 5)
+        looks = with_looks(no_looks(), CANOPY, lines, masks=first, anchor=anchor, drift_enu_m=drift)
+        looks = with_looks(looks, CANOPY, lines, masks=second, anchor=anchor, drift_enu_m=drift)
+        assert np.array_equal(looks.masks_at(anchor, drift), second)
+
+    def test_masks_move_with_the_target(self) -> None:
+        masks, anchor = random_masks(np.random.default_rng(4), 1), np.zeros(2, np.int64)
+        lines = CANOPY.lines_of_slopes(np.zeros(2), np.zeros((1, 2)))
+        looks = with_looks(no_looks(), CANOPY, lines, masks=masks, anchor=anchor, drift_enu_m=np.zeros(2))
+        walked_m = np.array([2.0, -1.0])
+        assert np.array_equal(looks.masks_at(anchor_of(walked_m), walked_m), masks)
+
+
+def random_views(rng: np.random.Generator, count: int, cells: int = 30) -> Views:
+    footprint = rng.random((count, cells)) < 0.4
+    shown = footprint & (rng.random((count, cells)) < 0.5)
+    places = rng.uniform(0.0, 8.0, (count, 2))
+    conflicts = np.linalg.norm(places[:, None] - places, axis=2) < 2.0
+    return Views(shown.astype(np.float32), footprint.astype(np.float32), conflicts)
+
+
+class TestSelection:
+    @pytest.mark.parametrize("area_exponent", [0.0, 0.5])
+    def test_it_comes_close_to_the_best_of_all_sets(self, area_exponent: float) -> None:
+        shares = []
+        for seed in range(12):
+            views = random_views(np.random.default_rng(seed), 9)
+            chosen = choose_views(views, 3, [], area_exponent, hysteresis=0.0)
+            fits = [
+                s for s in combinations(range(9), 3) if not views.conflicts[np.ix_(s, s)][~np.eye(3, dtype=bool)].any()
+            ]
+            best = max(Outlook.of(views, s).score(area_exponent) for s in fits)
+            shares.append(Outlook.of(views, chosen.tolist()).score(area_exponent) / best)
+        assert min(shares) > 0.85
+        assert np.mean(shares) > 0.97
+
+    @given(SEEDS, st.integers(1, 6))
+    @settings(max_examples=25)
+    def test_chosen_views_keep_apart(self, seed: int, count: int) -> None:
+        views = random_views(np.random.default_rng(seed), 12)
+        chosen = choose_views(views, count, [], 0.0, hysteresis=0.0)
+        assert len(chosen) <= count
+        assert not views.conflicts[np.ix_(chosen, chosen)][~np.eye(len(chosen), dtype=bool)].any()
+
+    def test_two_views_that_complement_each_other_beat_the_two_largest(self) -> None:
+        shown = np.array([[1, 1, 1, 0, 0, 0], [1, 1, 1, 0, 0, 0], [0, 0, 0, 1, 1, 0]], dtype=np.float32)
+        views = Views(shown, np.ones_like(shown), np.eye(3, dtype=np.bool_))
+        assert set(choose_views(views, 2, [], 0.0, 0.0).tolist()) in ({0, 2}, {1, 2})
+
+    def test_hysteresis_keeps_what_is_held(self) -> None:
+        shown = np.zeros((2, 100), dtype=np.float32)
+        shown[0, :50], shown[1, :52] = 1.0, 1.0
+        views = Views(shown, np.ones_like(shown), np.eye(2, dtype=np.bool_))
+        assert choose_views(views, 1, [0], 0.0, hysteresis=0.1).tolist() == [0]
+        assert choose_views(views, 1, [0], 0.0, hysteresis=0.01).tolist() == [1]
+
+    def test_without_candidates_nothing_is_chosen(self) -> None:
+        empty = Views(np.zeros((0, 4), np.float32), np.zeros((0, 4), np.float32), np.zeros((0, 0), np.bool_))
+        assert len(choose_views(empty, 3, [], 0.3, 0.01)) == 0
+        assert still_held(np.zeros((2, 0)), empty.conflicts, 0.4) == []
+
+
+class TestExploration:
+    def test_the_lattice_fills_the_circle(self) -> None:
+        points = lattice(10.0, 1.0)
+        assert np.linalg.norm(points, axis=1).max() <= 10.0
+        assert pdist(points).min() == pytest.approx(1.0)
+        assert len(points) == pytest.approx(np.pi * 100.0 / np.sqrt(0.75), rel=0.03)
+
+    def test_unknown_places_promise_the_prior_and_known_ones_what_was_seen(self) -> None:
+        masks, footprint = np.array([[1.0, 0.0]]), np.ones((2, 2))
+        far, near = predicted(np.array([[0.0], [100.0]]), masks, footprint)
+        assert np.allclose(far, 0.2)
+        assert np.allclose(near, [1.0, 0.0], atol=0.01)
+
+    def test_what_was_never_seen_is_worth_more(self) -> None:
+        nothing_held = Outlook(np.ones(2, np.float32), np.ones(2, np.float32))
+        shown, footprint = np.array([[0.5, 0.0], [0.0, 0.5]]), np.ones((2, 2))
+        value = values(
+            nothing_held,
+            shown,
+            footprint,
+            np.zeros(2),
+            np.array([0.0, 1.0]),
+            area_exponent=0.0,
+            curiosity=0.3,
+            history_weight=1.0,
+        )
+        assert value[1] > value[0]
+
+    def test_goals_keep_apart_and_known_places_are_left_out(self) -> None:
+        places = lattice(6.0, 1.0)
+        value = np.where(places[:, 0] > 0.0, 1.0, -np.inf)
+        ways = np.tile(np.linalg.norm(places, axis=1), (4, 1))
+        taken = np.array([[2.0, 0.0]])
+        goals = choose_goals(value, places, ways, taken, spacing_m=3.0, cost_per_m=0.02)
+        chosen = places[[goal for goal in goals if goal is not None]]
+        assert len(chosen) == 4
+        assert (chosen[:, 0] > 0.0).all()
+        assert pdist(np.vstack([chosen, taken])).min() >= 3.0
+
+    def test_an_explorer_without_a_place_left_gets_none(self) -> None:
+        assert choose_goals(
+            np.array([0.0, -np.inf]), np.array([[0.0, 0.0], [9.0, 0.0]]), np.zeros((2, 2)), np.zeros((0, 2)),
+            spacing_m=3.0, cost_per_m=0.0,
+        ) == [0, None]  # fmt: skip
+
+    @pytest.mark.parametrize(
+        ("n", "share", "expected"), [(10, 0.0, 2), (10, 0.45, 5), (10, 1.0, 8), (2, 1.0, 1), (50, 1.0, 40)]
+    )
+    def test_more_drones_hold_the_more_is_known(self, n: int, share: float, expected: int) -> None:
+        assert count_holding(n, share, explorer_share=0.2) == expected
+
+
+class TestMoves:
+    def test_ways_do_not_cross(self) -> None:
+        places = np.array([[0.0, 0.0], [5.0, 0.0], [10.0, 0.0]])
+        goals = np.broadcast_to(np.array([[9.0, 1.0], [1.0, 1.0]]), (3, 2, 2))
+        assert assigned(places, goals).tolist() == [1, -1, 0]
+
+    def test_steps_are_cut_and_short_ones_arrive(self) -> None:
+        moved = stepped(np.zeros((2, 2)), np.array([[10.0, 0.0], [0.0, 0.5]]), 2.0)
+        assert np.allclose(moved, [[2.0, 0.0], [0.0, 0.5]])
+
+    @given(SEEDS)
+    @settings(max_examples=30, deadline=None)
+    def test_waypoints_keep_apart_wherever_they_were_wanted(self, seed: int) -> None:
+        rng = np.random.default_rng(seed)
+        places = lattice(12.0, 4.0)[rng.permutation(30)[:10]]
+        holds = rng.random(10) < 0.5
+        wanted = np.where(holds[:, None], places, places + rng.uniform(-4.0, 4.0, (10, 2)))
+        apart = kept_apart(wanted, places, holds, 3.0, rng)
+        assert pdist(apart).min() >= 3.0
+
+    def test_one_that_holds_stays(self) -> None:
+        wanted = np.array([[0.0, 0.0], [1.0, 0.0]])
+        apart = kept_apart(
+            wanted, np.array([[0.0, 0.0], [6.0, 0.0]]), np.array([True, False]), 3.0, np.random.default_rng(0)
+        )
+        assert np.array_equal(apart[0], wanted[0])
+        assert apart[1, 0] == pytest.approx(3.01)
+
+    def test_coincident_ones_part(self) -> None:
+        apart = kept_apart(np.zeros((2, 2)), np.zeros((2, 2)), np.zeros(2, np.bool_), 3.0, np.random.default_rng(0))
+        assert pdist(apart).min() >= 3.0
