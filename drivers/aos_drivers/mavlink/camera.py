@@ -23,6 +23,13 @@ class CameraRecord:
         self._boot_ms = 0
         self._sequence = 0
 
+    @property
+    def horizontal_fov_rad(self) -> float | None:
+        """Full horizontal field of view, where the camera tells its lens."""
+        if self.information is None:
+            return None
+        return fov_from_lens(self.information.focal_length, self.information.sensor_size_h)
+
     def next_sequence(self) -> int:
         """Return the number that tells a new capture command from a repeated one."""
         self._sequence += 1
@@ -67,11 +74,8 @@ class CameraRecord:
         self._boot_ms = time_boot_ms
 
 
-def horizontal_fov_rad(information: mavlink.MAVLink_camera_information_message | None) -> float | None:
-    """Return the full horizontal field of view from focal length and sensor width, or None where they are unknown."""
-    if information is None:
-        return None
-    focal_mm, width_mm = information.focal_length, information.sensor_size_h
+def fov_from_lens(focal_mm: float, width_mm: float) -> float | None:
+    """Return the full field of view of a focal length and a sensor's width, or None where they are unknown."""
     if not (math.isfinite(focal_mm) and math.isfinite(width_mm) and focal_mm > 0 and width_mm > 0):
         return None
     return 2 * math.atan(width_mm / 2 / focal_mm)

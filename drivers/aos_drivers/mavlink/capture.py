@@ -3,37 +3,24 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TypeAlias
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from aos_drivers.mavlink.camera import CameraRecord, horizontal_fov_rad
+from aos_drivers.mavlink.camera import CameraRecord
 from aos_drivers.mavlink.commands import Send
-from aos_drivers.mavlink.imagery import ImageFetcher
+from aos_drivers.mavlink.exposure import CaptureTools, Exposure, capture_error, collect_capture
 from aos_drivers.mavlink.record import VehicleRecord
 from aos_drivers.mavlink.telemetry import position_from_e7
 from aos_drivers.mavlink.transaction import Answer, CommandTransaction, result_text
 from aos_drivers.mavlink.waiting import CLOCK_RESOLUTION_S, Changes
 from aos_gcs.errors import CaptureError
-from aos_gcs.geometry.camera import CameraModel
-from aos_gcs.geometry.poses import R_cam2enu_from_mavlink
-from aos_gcs.ports import Capture, Clock
+from aos_gcs.ports import Capture
 
 _MESSAGE_PAUSE_S = 1.0
 """After this time without the message about an image, it is asked for again."""
 
 CapturedMessage: TypeAlias = mavlink.MAVLink_camera_image_captured_message
-
-
-@dataclass(frozen=True, slots=True)
-class CaptureTools:
-    """What captures share across vehicles."""
-
-    clock: Clock
-    fetcher: ImageFetcher
-    camera_fov_rad: float | None
-    """Overrides the field of view that the cameras report."""
 
 
 class CaptureRunner:
@@ -150,38 +137,21 @@ class CaptureRunner:
 
     async def _collect(self, camera: CameraRecord, message: CapturedMessage, deadline_s: float) -> Capture:
         """Fetch the image that ``message`` is about and join it with its pose."""
-        index = message.image_index
-        if message.capture_result != 1:
-            raise self._error(index, "the camera reports that the exposure failed")
-        position = position_from_e7(message.lat, message.lon, message.alt / 1000)
-        if position is None:
-            raise self._error(index, "the camera gives no position")
-        try:
-            R_cam2enu = R_cam2enu_from_mavlink(message.q)
-        except ValueError as error:
-            raise self._error(index, "the camera gives no orientation") from error
-        fov_rad = self._tools.camera_fov_rad or horizontal_fov_rad(camera.information)
-        if fov_rad is None:
-            raise self._error(index, "the camera does not report its lens: set the option camera_fov_deg")
-        try:
-            image, bands = await self._tools.fetcher.fetch(message.file_url, self._camera_host(camera), deadline_s)
-        except CaptureError as error:
-            raise self._error(index, str(error)) from error
-        return Capture(
-            vehicle_id=self._record.vehicle_id,
-            image_index=index,
-            utc_s=message.time_utc / 1e6 if message.time_utc else self._clock.utc_s(),
-            image=image,
-            bands=bands,
-            position=position,
-            R_cam2enu=R_cam2enu,
-            camera=CameraModel.from_fov(image.shape[1], image.shape[0], fov_rad),
+        exposure = Exposure(
+            image_index=message.image_index,
+            is_success=message.capture_result == 1,
+            utc_s=message.time_utc / 1e6 if message.time_utc else None,
+            position=position_from_e7(message.lat, message.lon, message.alt / 1000),
+            q_wxyz=message.q,
+            file_url=message.file_url,
+            fov_rad=camera.horizontal_fov_rad,
         )
+        host = self._camera_host(camera)
+        return await collect_capture(self._record.vehicle_id, exposure, host, self._tools, deadline_s)
 
     def _camera_host(self, camera: CameraRecord) -> str:
         address = self._record.component_addresses.get(camera.component_id, self._record.identity.address)
         return address.host if address is not None else ""
 
     def _error(self, index: int | None, reason: str) -> CaptureError:
-        which = f"image {index}" if index is not None else "the first image"
-        return CaptureError(f"no {which} from vehicle {self._record.vehicle_id}: {reason}")
+        return capture_error(self._record.vehicle_id, index, reason)

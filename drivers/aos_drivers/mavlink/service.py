@@ -12,8 +12,9 @@ import aiohttp
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.mavlink.background import BackgroundTasks
-from aos_drivers.mavlink.capture import CaptureRunner, CaptureTools
+from aos_drivers.mavlink.capture import CaptureRunner
 from aos_drivers.mavlink.commands import CommandRunner, Send
+from aos_drivers.mavlink.exposure import CaptureTools
 from aos_drivers.mavlink.imagery import ImageFetcher
 from aos_drivers.mavlink.links import Endpoint, LinkOpener, PeerAddress
 from aos_drivers.mavlink.options import MavlinkOptions, parse_link
