@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import os
 import socket
+import tty
 from collections.abc import Callable
 from pathlib import Path
 
@@ -12,6 +14,8 @@ import pytest
 from pymavlink import mavutil
 
 from aos_drivers.mavlink import open_mavlink
+from aos_drivers.mavlink.address import parse_link
+from aos_drivers.mavlink.serial_port import SerialEndpoint
 from aos_drivers.mavlink.service import TLOG_NAME
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import CommandRefusedError, ConfigurationError, LinkError
@@ -131,6 +135,82 @@ async def test_tcpin_serves_vehicles_that_call() -> None:
         await until(lambda: 6 in fleet.vehicles())
         await fleet.vehicles()[6].execute(Land(), context.clock.now_s() + 50.0)
     await talking
+
+
+class SerialVehicle:
+    """A fake vehicle at the far end of a pseudo terminal, which ``device`` leads to."""
+
+    def __init__(self, system_id: int, device: Path) -> None:
+        self.vehicle = FakeVehicle(system_id)
+        self._far, self._near = os.openpty()
+        os.set_blocking(self._far, False)
+        tty.setraw(self._near)
+        device.unlink(missing_ok=True)
+        device.symlink_to(os.ttyname(self._near))
+        asyncio.get_running_loop().add_reader(self._far, self._answer)
+
+    def _answer(self) -> None:
+        with contextlib.suppress(BlockingIOError):
+            answers = self.vehicle.hear(os.read(self._far, 4096))
+            os.write(self._far, answers + self.vehicle.telemetry())
+
+    def speak(self) -> None:
+        os.write(self._far, self.vehicle.telemetry())
+
+    def unplug(self) -> None:
+        asyncio.get_running_loop().remove_reader(self._far)
+        os.close(self._far)
+        os.close(self._near)
+
+
+async def test_a_serial_device_that_vanishes_is_used_again_when_it_comes_back(tmp_path: Path) -> None:
+    context, notices = make_context()
+    device = tmp_path / "ttyUSB0"
+    far_end = SerialVehicle(7, device)
+    async with open_mavlink([f"serial://{device}:57600"], context) as fleet:
+        far_end.speak()
+        await until(lambda: 7 in fleet.vehicles())
+        await fleet.vehicles()[7].execute(Land(), context.clock.now_s() + 50.0)
+        far_end.unplug()
+        await until(lambda: any("has been lost" in notice.text for notice in notices))
+        far_end = SerialVehicle(7, device)
+        await until(lambda: any("is open again" in notice.text for notice in notices))
+        far_end.vehicle.boot_ms += 60_000
+        far_end.speak()
+        await fleet.vehicles()[7].execute(Land(), context.clock.now_s() + 50.0)
+    far_end.unplug()
+
+
+async def test_a_serial_line_that_does_not_drain_loses_whole_packets(tmp_path: Path) -> None:
+    device = tmp_path / "ttyUSB0"
+    far, near = os.openpty()
+    tty.setraw(near)
+    device.symlink_to(os.ttyname(near))
+    os.close(near)
+    link = parse_link(f"serial://{device}:57600")
+    endpoint = SerialEndpoint(0, link, lambda _data, _peer: None)
+    endpoint.open()
+    packet = FakeVehicle().heartbeat()
+    for _ in range(5000):
+        endpoint.send(packet, endpoint.peer)
+    received = b""
+    os.set_blocking(far, False)
+    while endpoint._unsent or not received:
+        await asyncio.sleep(0.001)
+        with contextlib.suppress(BlockingIOError):
+            received += os.read(far, 65536)
+    with contextlib.suppress(BlockingIOError):
+        received += os.read(far, 65536)
+    endpoint.close()
+    os.close(far)
+    assert len(received) % len(packet) == 0
+    assert len(received) < 5000 * len(packet)
+
+
+async def test_a_missing_serial_device_is_named_with_the_remedy(tmp_path: Path) -> None:
+    context, _notices = make_context()
+    with pytest.raises(LinkError, match="does not exist: plug the radio in"):
+        await enter([f"serial://{tmp_path / 'ttyUSB7'}:57600"], context)
 
 
 @pytest.mark.parametrize(("kind", "scheme"), [(socket.SOCK_DGRAM, "udpin"), (socket.SOCK_STREAM, "tcpin")])

@@ -5,35 +5,9 @@ from pathlib import Path
 import pytest
 
 from aos_drivers.mavlink import MavlinkOptions
-from aos_drivers.mavlink.options import parse_link
 from aos_drivers.mavlink.recorder import TlogRecorder
 from aos_gcs.errors import ConfigurationError
 from tests.fakes.mavlink_vehicle import FakeVehicle
-
-
-@pytest.mark.parametrize(
-    ("text", "kind", "host", "port"),
-    [
-        ("udpin://0.0.0.0:14550", "udpin", "0.0.0.0", 14550),  # noqa: S104
-        ("udpout://10.0.0.2:14555", "udpout", "10.0.0.2", 14555),
-        ("tcp://sitl:5760", "tcpout", "sitl", 5760),
-        ("tcpout://[::1]:5760", "tcpout", "::1", 5760),
-        ("tcpin://localhost:1", "tcpin", "localhost", 1),
-    ],
-)
-def test_links_are_understood(text: str, kind: str, host: str, port: int) -> None:
-    link = parse_link(text)
-    assert (link.kind, link.host, link.port, link.text) == (kind, host, port, text)
-
-
-@pytest.mark.parametrize(
-    "text", ["", "14550", "udp://1.2.3.4:5", "udpin://:14550", "udpin://host", "udpin://host:0", "udpin://host:70000"]
-)
-def test_other_links_are_named_with_the_allowed_forms(text: str) -> None:
-    with pytest.raises(ConfigurationError) as caught:
-        parse_link(text)
-    assert repr(text) in str(caught.value)
-    assert "udpin://HOST:PORT" in str(caught.value)
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from aos_drivers.mavlink.links import PeerAddress
+from aos_drivers.mavlink.address import PeerAddress
 
 MEMORY_S = 10.0
 """Addresses heard within this time are taken to be in use."""

@@ -1,4 +1,4 @@
-"""Sockets: UDP and TCP endpoints that hand over bytes with the address they came from."""
+"""Links: UDP, TCP and serial endpoints that hand over bytes with the address they came from."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ import errno
 import socket
 from collections.abc import Callable
 from contextlib import AsyncExitStack, suppress
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
+from aos_drivers.mavlink.address import LinkAddress, PeerAddress
 from aos_drivers.mavlink.background import BackgroundTasks
-from aos_drivers.mavlink.options import LinkAddress
+from aos_drivers.mavlink.serial_port import SerialEndpoint, serial_error
 from aos_gcs.errors import LinkError
 from aos_gcs.ports import Clock
 
@@ -18,14 +19,6 @@ _RECEIVE_BUFFER_BYTES = 4 * 1024 * 1024
 _SEND_BUFFER_BYTES = 256 * 1024
 _RECONNECT_PAUSE_S = 2.0
 _CONNECT_TIMEOUT_S = 5.0
-
-
-class PeerAddress(NamedTuple):
-    """Where bytes come from: the number of the link, and the socket address on it."""
-
-    link: int
-    host: str
-    port: int
 
 
 Receiver = Callable[[bytes, PeerAddress], None]
@@ -111,7 +104,7 @@ class LinkOpener:
         receive: Receiver,
         on_change: Callable[[str], None],
     ) -> None:
-        """``on_change`` takes a sentence when a TCP connection is lost or comes back."""
+        """``on_change`` takes a sentence when a connection or device is lost or comes back."""
         self._stack = stack
         self._tasks = tasks
         self._clock = clock
@@ -124,6 +117,8 @@ class LinkOpener:
         Raises:
             LinkError: the socket cannot be opened.
         """
+        if address.kind == "serial":
+            return self._open_serial(link, address)
         try:
             if address.kind.startswith("udp"):
                 return await self._open_udp(link, address)
@@ -150,6 +145,32 @@ class LinkOpener:
             return endpoint, None
         host, port = transport.get_extra_info("peername")[:2]
         return endpoint, PeerAddress(link, host, port)
+
+    def _open_serial(self, link: int, address: LinkAddress) -> tuple[Endpoint, PeerAddress]:
+        endpoint = SerialEndpoint(link, address, self._receive)
+        try:
+            endpoint.open()
+        except OSError as error:
+            raise serial_error(address, error) from error
+        self._stack.callback(endpoint.close)
+        self._tasks.start(self._keep_open(endpoint, address))
+        return endpoint, endpoint.peer
+
+    async def _keep_open(self, endpoint: SerialEndpoint, address: LinkAddress) -> None:
+        while True:
+            await endpoint.wait_until_lost()
+            self._on_change(f"{address.text} has been lost and is opened again")
+            while not await self._reopen(endpoint):
+                pass
+            self._on_change(f"{address.text} is open again")
+
+    async def _reopen(self, endpoint: SerialEndpoint) -> bool:
+        await self._clock.sleep(_RECONNECT_PAUSE_S)
+        try:
+            endpoint.open()
+        except OSError:
+            return False
+        return True
 
     async def _open_tcp_server(self, link: int, address: LinkAddress) -> tuple[Endpoint, None]:
         endpoint = TcpEndpoint(link, self._receive)

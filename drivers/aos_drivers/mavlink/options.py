@@ -1,44 +1,11 @@
-"""Settings of this driver, and the texts that name its links."""
+"""Settings of this driver."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 
 from aos_gcs.errors import ConfigurationError
-
-_LINK = re.compile(
-    r"(?P<kind>udpin|udpout|tcpout|tcpin|tcp)://(?P<host>\[[0-9A-Fa-f:.]+\]|[^\s:/\[\]]+):(?P<port>\d{1,5})"
-)
-_ALLOWED_LINKS = "udpin://HOST:PORT, udpout://HOST:PORT, tcpout://HOST:PORT or tcpin://HOST:PORT"
-
-
-@dataclass(frozen=True, slots=True)
-class LinkAddress:
-    """A parsed link."""
-
-    kind: str
-    """``udpin``, ``udpout``, ``tcpout`` or ``tcpin``."""
-    host: str
-    port: int
-    text: str
-    """As the user wrote it."""
-
-
-def parse_link(text: str) -> LinkAddress:
-    """Return the parts of a link's text; ``tcp://`` is ``tcpout://``.
-
-    Raises:
-        ConfigurationError: the text has none of the known forms.
-    """
-    match = _LINK.fullmatch(text.strip())
-    if match is None or not 0 < int(match["port"]) < 65536:
-        raise ConfigurationError(
-            f"link {text!r} cannot be understood: write {_ALLOWED_LINKS}, with a port of 1 to 65535"
-        )
-    kind = "tcpout" if match["kind"] == "tcp" else match["kind"]
-    return LinkAddress(kind, match["host"].strip("[]"), int(match["port"]), text)
 
 
 @dataclass(frozen=True, slots=True)

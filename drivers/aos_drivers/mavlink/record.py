@@ -6,10 +6,10 @@ import math
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from aos_drivers.mavlink.address import PeerAddress
 from aos_drivers.mavlink.autopilots import Autopilot, Target, autopilot_of
 from aos_drivers.mavlink.camera import CameraRecord
 from aos_drivers.mavlink.identity import Identity
-from aos_drivers.mavlink.links import PeerAddress
 from aos_drivers.mavlink.loss import LossCounter
 from aos_drivers.mavlink.status_text import StatusTexts
 from aos_drivers.mavlink.streams import OneTimeRequests, StreamKeeper

@@ -11,13 +11,14 @@ from types import MappingProxyType
 import aiohttp
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from aos_drivers.mavlink.address import PeerAddress, parse_link
 from aos_drivers.mavlink.background import BackgroundTasks
 from aos_drivers.mavlink.capture import CaptureRunner
 from aos_drivers.mavlink.commands import CommandRunner, Send
 from aos_drivers.mavlink.exposure import CaptureTools
 from aos_drivers.mavlink.imagery import ImageFetcher
-from aos_drivers.mavlink.links import Endpoint, LinkOpener, PeerAddress
-from aos_drivers.mavlink.options import MavlinkOptions, parse_link
+from aos_drivers.mavlink.links import Endpoint, LinkOpener
+from aos_drivers.mavlink.options import MavlinkOptions
 from aos_drivers.mavlink.record import VehicleRecord
 from aos_drivers.mavlink.recorder import TlogRecorder
 from aos_drivers.mavlink.session import Event, PacketReceived, Session, VehicleFound

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from aos_drivers.mavlink.address import PeerAddress
 from aos_drivers.mavlink.autopilots import Target, autopilot_of
 from aos_drivers.mavlink.framing import FrameParser
-from aos_drivers.mavlink.links import PeerAddress
 from aos_drivers.mavlink.loss import LossCounter
 from aos_drivers.mavlink.record import VehicleRecord
 from aos_drivers.mavlink.status_text import notice_severity
