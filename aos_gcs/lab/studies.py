@@ -16,8 +16,10 @@ from aos_gcs.lab.strategies import parse_strategies
 
 HELD_OUT_SEED = 0
 """Of the initialisations that strategies are judged on; they are developed on those of other seeds."""
-FEW = 12
-"""Initialisations of the study with rendered images, whose runs take a minute each."""
+SOME = 60
+"""Initialisations of the studies beside the main one."""
+FEW = 6
+"""Initialisations of the study with rendered images, whose runs take a minute or two each."""
 
 REFERENCE = "aos-pso"
 BETTER = "aos-archive"
@@ -55,21 +57,22 @@ STUDIES = (
     Study("paper", "The paper's experiment, three fixed initialisations", PAPER_STRATEGIES, _INTEGRAL, paper=True),
     Study("integral", "The paper's experiment, drawn initialisations", PAPER_STRATEGIES, _INTEGRAL),
     Study("static-300", "A standing person who stays, 300 trees/ha", ALL, oracle=True),
-    Study("static-400", "400 trees/ha", RIVALS, {"trees_per_ha": 400.0}, oracle=True),
-    Study("static-500", "500 trees/ha", RIVALS, {"trees_per_ha": 500.0}, oracle=True),
-    Study("walking-1.5", "A person who walks at 1.5 m/s", RIVALS, {"target_speed_mps": 1.5}),
-    Study("walking-4", "A person who runs at 4 m/s", RIVALS, {"target_speed_mps": 4.0}),
+    Study("static-400", "400 trees/ha", RIVALS, {"trees_per_ha": 400.0}, at_most=SOME, oracle=True),
+    Study("static-500", "500 trees/ha", RIVALS, {"trees_per_ha": 500.0}, at_most=SOME, oracle=True),
+    Study("walking-1.5", "A person who walks at 1.5 m/s", RIVALS, {"target_speed_mps": 1.5}, at_most=SOME),
+    Study("walking-4", "A person who runs at 4 m/s", RIVALS, {"target_speed_mps": 4.0}, at_most=SOME),
     Study(
         "dynamics",
         "Vehicles that accelerate, 0.6 s of processing per step",
         RIVALS,
-        {"time_model": str(TimeModel.DYNAMICS)},
+        {"time_model": str(TimeModel.DYNAMICS), "duration_s": 60.0},
+        at_most=SOME,
     ),
     Study(
         "imaging",
         "Rendered images through the imaging engine",
         RIVALS,
-        {"fidelity": str(Fidelity.IMAGING), "image_size_px": 256, "duration_s": 14.0},
+        {"fidelity": str(Fidelity.IMAGING), "image_size_px": 256, "duration_s": 10.0},
         at_most=FEW,
     ),
 )
