@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import asyncio
 import struct
 import threading
 from collections.abc import Callable
+from contextlib import AsyncExitStack
 from pathlib import Path
 
+from aos_gcs.errors import ConfigurationError
+from aos_gcs.ports import DriverContext, Notice, Severity
+
+TLOG_NAME = "mavlink.tlog"
 _TIMESTAMP = struct.Struct(">Q")
 _BUFFER_BYTES = 8 * 1024 * 1024
 _FLUSH_PERIOD_S = 0.2
@@ -66,3 +72,26 @@ class TlogRecorder:
         if data:
             self._file.write(data)
             self._file.flush()
+
+
+async def open_recorder(stack: AsyncExitStack, context: DriverContext) -> TlogRecorder | None:
+    """Return the recorder of a driver's traffic, closed with ``stack``; None without a log folder.
+
+    Raises:
+        ConfigurationError: its file cannot be written.
+    """
+    if context.log_folder is None:
+        return None
+    loop = asyncio.get_running_loop()
+
+    def on_error(error: OSError) -> None:
+        text = f"the MAVLink traffic is no longer recorded: {error}"
+        loop.call_soon_threadsafe(context.notify, Notice(Severity.CRITICAL, text))
+
+    path = context.log_folder / TLOG_NAME
+    try:
+        recorder = await asyncio.to_thread(TlogRecorder, path, on_error)
+    except OSError as error:
+        raise ConfigurationError(f"{path} cannot be written: {error.strerror}; choose another log folder") from error
+    stack.push_async_callback(asyncio.to_thread, recorder.close)
+    return recorder

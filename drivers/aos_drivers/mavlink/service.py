@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import math
 from collections.abc import AsyncIterator, Mapping, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager
@@ -20,7 +19,7 @@ from aos_drivers.mavlink.imagery import ImageFetcher
 from aos_drivers.mavlink.links import Endpoint, LinkOpener
 from aos_drivers.mavlink.options import MavlinkOptions
 from aos_drivers.mavlink.record import VehicleRecord
-from aos_drivers.mavlink.recorder import TlogRecorder
+from aos_drivers.mavlink.recorder import TlogRecorder, open_recorder
 from aos_drivers.mavlink.session import Event, PacketReceived, Session, VehicleFound
 from aos_drivers.mavlink.waiting import Changes
 from aos_gcs.errors import ConfigurationError
@@ -28,7 +27,6 @@ from aos_gcs.ports import Capture, Command, DriverContext, Notice, Severity, Veh
 
 TICK_S = 0.1
 """Clock seconds between two looks at what is due; a late one is skipped."""
-TLOG_NAME = "mavlink.tlog"
 
 
 class MavlinkVehicle:
@@ -135,7 +133,7 @@ async def open_mavlink(links: Sequence[str], context: DriverContext) -> AsyncIte
     if not addresses:
         raise ConfigurationError("the mavlink driver needs at least one link, such as udpin://0.0.0.0:14550")
     async with AsyncExitStack() as stack:
-        recorder = await _open_recorder(stack, context)
+        recorder = await open_recorder(stack, context)
         http = await stack.enter_async_context(aiohttp.ClientSession())
         fetcher = ImageFetcher(http, context.clock, int(options.max_image_mib * 2**20), options.image_hosts)
         fov_rad = math.radians(options.camera_fov_deg) if options.camera_fov_deg is not None else None
@@ -154,21 +152,3 @@ async def open_mavlink(links: Sequence[str], context: DriverContext) -> AsyncIte
 def _report_failure(context: DriverContext, error: BaseException) -> None:
     text = f"the mavlink driver has failed and no longer sends heartbeats: {error!r}; restart the service"
     context.notify(Notice(Severity.CRITICAL, text))
-
-
-async def _open_recorder(stack: AsyncExitStack, context: DriverContext) -> TlogRecorder | None:
-    if context.log_folder is None:
-        return None
-    loop = asyncio.get_running_loop()
-
-    def on_error(error: OSError) -> None:
-        text = f"the MAVLink traffic is no longer recorded: {error}"
-        loop.call_soon_threadsafe(context.notify, Notice(Severity.CRITICAL, text))
-
-    path = context.log_folder / TLOG_NAME
-    try:
-        recorder = await asyncio.to_thread(TlogRecorder, path, on_error)
-    except OSError as error:
-        raise ConfigurationError(f"{path} cannot be written: {error.strerror}; choose another log folder") from error
-    stack.push_async_callback(asyncio.to_thread, recorder.close)
-    return recorder

@@ -191,7 +191,7 @@ class Session:
 
     def _find_vehicle(self, message: mavlink.MAVLink_message, peer: PeerAddress) -> VehicleRecord | None:
         system_id = message.get_srcSystem()
-        if system_id in (0, self._system_id) or not _is_autopilot_heartbeat(message):
+        if system_id in (0, self._system_id) or not is_autopilot_heartbeat(message):
             return None
         target = Target(system_id, message.get_srcComponent())
         record = self.records[system_id] = VehicleRecord(target, message, self._position_hz)
@@ -241,7 +241,7 @@ class Session:
     def _on_heartbeat(
         self, record: VehicleRecord, message: mavlink.MAVLink_message, _peer: PeerAddress, now_s: float
     ) -> None:
-        if not _is_autopilot_heartbeat(message):
+        if not is_autopilot_heartbeat(message):
             return
         record.autopilot = autopilot_of(message)
         telemetry = record.telemetry
@@ -309,7 +309,8 @@ class Session:
         self.send(system_id, component_id, message)
 
 
-def _is_autopilot_heartbeat(message: mavlink.MAVLink_message) -> bool:
+def is_autopilot_heartbeat(message: mavlink.MAVLink_message) -> bool:
+    """Return whether the message is the heartbeat of something that flies."""
     return (
         message.get_msgId() == mavlink.MAVLINK_MSG_ID_HEARTBEAT
         and message.autopilot != mavlink.MAV_AUTOPILOT_INVALID
