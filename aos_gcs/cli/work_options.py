@@ -11,9 +11,10 @@ from typing import Annotated
 import typer
 
 from aos_gcs.cli.output import progress
+from aos_gcs.cluster import local_cluster, remote_cluster
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.imaging.trimmed import MEDIAN
-from aos_gcs.surveys.cluster import integrate_on_cluster, local_cluster, remote_cluster
+from aos_gcs.surveys.cluster import integrate_on_cluster
 from aos_gcs.surveys.integration import TileResult, Work, integrate_tiles
 from aos_gcs.surveys.rasters import SurveyRasters, assemble
 from aos_gcs.surveys.tiles import Tile, grouped

@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import Any
 
 import pyarrow as pa
 
+from aos_gcs.cluster import load_distributed, local_cluster, remote_cluster
 from aos_gcs.errors import ConfigurationError, LinkError
 from aos_gcs.lab.campaign import run_initialisation
 from aos_gcs.lab.initialisation import Initialisation
 from aos_gcs.lab.results import ResultFolder
 
-if TYPE_CHECKING:
-    from distributed import Client
-
-CONNECT_TIMEOUT_S = 10.0
 MAX_JOBS = 256
 
 Work = Callable[[Initialisation], pa.Table]
@@ -57,55 +53,21 @@ def compute(
 def _computed(work: Work, missing: tuple[Initialisation, ...], jobs: int, scheduler: str | None) -> Results:
     """Yield the results as they are ready."""
     if scheduler is not None:
-        yield from _on_cluster(work, missing, _remote(scheduler))
+        yield from _on_cluster(work, missing, remote_cluster(scheduler))
     elif jobs > 1:
-        yield from _on_cluster(work, missing, _local(jobs))
+        yield from _on_cluster(work, missing, local_cluster(jobs))
     else:
         yield from ((initialisation, work(initialisation)) for initialisation in missing)
 
 
-def _on_cluster(work: Work, missing: tuple[Initialisation, ...], connection: AbstractContextManager[Client]) -> Results:
-    from distributed import KilledWorker, as_completed  # noqa: PLC0415 - takes a second to import
-
-    # Whatever matters raises; the rest would tear the progress bar apart.
-    logging.getLogger("distributed").setLevel(logging.ERROR)
+def _on_cluster(work: Work, missing: tuple[Initialisation, ...], connection: AbstractContextManager[Any]) -> Results:
+    distributed = load_distributed()
     with connection as client:
         tasks = {client.submit(work, initialisation, pure=False): initialisation for initialisation in missing}
         try:
-            for future in as_completed(list(tasks)):
+            for future in distributed.as_completed(list(tasks)):
                 yield tasks.pop(future), future.result()
-        except (KilledWorker, CancelledError) as error:
+        except (distributed.KilledWorker, CancelledError) as error:
             raise LinkError(f"Workers were lost ({error}); run the command again to go on where it stopped.") from error
         except ImportError as error:
             raise LinkError(f"A worker lacks a package ({error}); install aos-gcs[lab] on all workers.") from error
-
-
-@contextmanager
-def _local(jobs: int) -> Iterator[Client]:
-    from distributed import Client, LocalCluster  # noqa: PLC0415 - takes a second to import
-
-    # Any free port, so that several campaigns can run at a time.
-    options = {"memory_limit": None, "dashboard_address": "127.0.0.1:0", "silence_logs": logging.ERROR}
-    with LocalCluster(n_workers=jobs, threads_per_worker=1, **options) as cluster, Client(cluster) as client:
-        yield client
-
-
-@contextmanager
-def _remote(scheduler: str) -> Iterator[Client]:
-    from distributed import Client  # noqa: PLC0415 - takes a second to import
-
-    try:
-        client = Client(scheduler, timeout=CONNECT_TIMEOUT_S)
-    except (OSError, ValueError) as error:
-        raise LinkError(
-            f"The scheduler {scheduler} cannot be reached within {CONNECT_TIMEOUT_S:g} s ({error}); check the address, "
-            "such as tcp://10.0.0.1:8786, and that dask scheduler runs there."
-        ) from error
-    with client:
-        try:
-            client.wait_for_workers(1, timeout=CONNECT_TIMEOUT_S)
-        except TimeoutError as error:
-            raise LinkError(
-                f"The scheduler {scheduler} has no workers; start some with dask worker {scheduler}."
-            ) from error
-        yield client

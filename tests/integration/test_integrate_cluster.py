@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 
 from aos_gcs import extras
-from aos_gcs.errors import ConfigurationError, InputDataError
+from aos_gcs.cluster import local_cluster, remote_cluster
+from aos_gcs.errors import ConfigurationError, InputDataError, LinkError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import nadir_pose
 from aos_gcs.geometry.projection import Plane
 from aos_gcs.imaging.ground import choose_raster
 from aos_gcs.imaging.model import Detector
-from aos_gcs.surveys.cluster import integrate_on_cluster, local_cluster, remote_cluster
+from aos_gcs.surveys.cluster import integrate_on_cluster
 from aos_gcs.surveys.integration import Work, integrate_tiles
 from aos_gcs.surveys.model import SurveyImage
 from aos_gcs.surveys.rasters import SurveyRasters, assemble
@@ -87,7 +88,7 @@ def test_a_scheduler_without_workers_is_named() -> None:
         distributed.LocalCluster(
             n_workers=0, processes=False, dashboard_address="127.0.0.1:0", protocol="inproc"
         ) as idle,
-        pytest.raises(ConfigurationError, match="has no workers: start 'dask worker"),
+        pytest.raises(LinkError, match="has no workers: start 'dask worker"),
         remote_cluster(idle.scheduler_address),
     ):
         pass
@@ -103,7 +104,7 @@ def test_a_cluster_that_is_lost_is_named(
     monkeypatch.setattr("aos_gcs.surveys.cluster.integrate_tiles", lose_connection)
     with (
         remote_cluster(address) as client,
-        pytest.raises(ConfigurationError, match=r"The cluster was lost while it integrated \(the wire is cut\)"),
+        pytest.raises(LinkError, match=r"The cluster was lost while it integrated \(the wire is cut\)"),
     ):
         list(integrate_on_cluster(client, work, tiles, lambda _: None))
 

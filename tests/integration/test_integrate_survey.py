@@ -290,7 +290,7 @@ def test_bad_options_are_named_and_write_nothing(
     capfd: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("aos_gcs.surveys.cluster.CONNECT_TIMEOUT_S", 0.5)
+    monkeypatch.setattr("aos_gcs.cluster.CONNECT_TIMEOUT_S", 0.5)
     before = sorted(photographs.out.parent.iterdir())
     assert run(photographs.arguments(*options)) == 2
     errors = capfd.readouterr().err

@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 
 from aos_gcs.cli import main
-from aos_gcs.lab import workers
 from aos_gcs.lab.results import open_results
 
 SCENARIO = """
@@ -78,7 +77,7 @@ def test_bad_input_ends_with_a_sentence(
     options: tuple[str, ...],
     words: str,
 ) -> None:
-    monkeypatch.setattr(workers, "CONNECT_TIMEOUT_S", 0.3)
+    monkeypatch.setattr("aos_gcs.cluster.CONNECT_TIMEOUT_S", 0.3)
     assert code_of("run", "--strategies", "aos-pso", "--out", tmp_path / "out", *options) == 2
     error = capsys.readouterr().err
     assert words in error

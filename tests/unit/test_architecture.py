@@ -14,6 +14,7 @@ CONTRACT = FOUNDATION | {"aos_gcs.ports"}
 MAY_IMPORT = {
     "aos_gcs.errors": set(),
     "aos_gcs.extras": {"aos_gcs.errors"},
+    "aos_gcs.cluster": FOUNDATION,
     "aos_gcs.clock": set(),
     "aos_gcs.radiometry": set(),
     "aos_gcs.geometry": {"aos_gcs.errors"},
@@ -28,7 +29,7 @@ MAY_IMPORT = {
     "aos_gcs.api": CONTRACT | {"aos_gcs.mission", "aos_gcs.store"},
     "aos_gcs.lab.scenes": CONTRACT,
     "aos_gcs.lab.worlds": CONTRACT,
-    "aos_gcs.surveys": CONTRACT | {"aos_gcs.geotags", "aos_gcs.imaging"},
+    "aos_gcs.surveys": CONTRACT | {"aos_gcs.cluster", "aos_gcs.geotags", "aos_gcs.imaging"},
     "aos_gcs.exports": CONTRACT | {"aos_gcs.imaging", "aos_gcs.surveys"},
     "aos_drivers": CONTRACT | {"aos_gcs.clock", "aos_gcs.geotags"},
     "aos_sim": CONTRACT | {"aos_gcs.clock", "aos_gcs.lab.scenes", "aos_gcs.lab.worlds"},

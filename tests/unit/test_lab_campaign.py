@@ -173,7 +173,7 @@ def test_a_folder_without_a_campaign_has_no_results(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nowhere:nothing:at-all"])
 def test_an_unreachable_scheduler_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, address: str) -> None:
-    monkeypatch.setattr(workers, "CONNECT_TIMEOUT_S", 0.3)
+    monkeypatch.setattr("aos_gcs.cluster.CONNECT_TIMEOUT_S", 0.3)
     with pytest.raises(LinkError, match=f"scheduler {address} cannot be reached"):
         workers.compute(create_results(tmp_path, campaign()), lambda _: None, scheduler=address)
 
