@@ -150,7 +150,7 @@ class CaptureRunner:
         return await collect_capture(self._record.vehicle_id, exposure, host, self._tools, deadline_s)
 
     def _camera_host(self, camera: CameraRecord) -> str:
-        address = self._record.component_addresses.get(camera.component_id, self._record.identity.address)
+        address = self._record.address_of(camera.component_id)
         return address.host if address is not None else ""
 
     def _error(self, index: int | None, reason: str) -> CaptureError:

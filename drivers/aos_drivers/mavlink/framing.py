@@ -61,11 +61,16 @@ class FrameParser:
         return message
 
 
+def is_signed(data: bytes | bytearray, start: int = 0) -> bool:
+    """Whether the packet at ``start``, of three bytes or more, says that a signature ends it."""
+    return data[start] == mavlink.PROTOCOL_MARKER_V2 and bool(data[start + 2] & mavlink.MAVLINK_IFLAG_SIGNED)
+
+
 def _frame_end(data: bytes, start: int) -> int | None:
     """Return where the packet at ``start`` ends, or None while its header is incomplete."""
     if len(data) < start + 3:
         return None
     end = start + _HEADER_SIZE[data[start]] + data[start + 1] + _CRC_SIZE
-    if data[start] == mavlink.PROTOCOL_MARKER_V2 and data[start + 2] & mavlink.MAVLINK_IFLAG_SIGNED:
+    if is_signed(data, start):
         end += mavlink.MAVLINK_SIGNATURE_BLOCK_LEN
     return end

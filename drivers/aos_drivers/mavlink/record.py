@@ -10,7 +10,7 @@ from aos_drivers.mavlink.address import PeerAddress
 from aos_drivers.mavlink.autopilots import Autopilot, Target, autopilot_of
 from aos_drivers.mavlink.camera import CameraRecord
 from aos_drivers.mavlink.identity import Identity
-from aos_drivers.mavlink.loss import LossCounter
+from aos_drivers.mavlink.routes import ComponentRoute, DuplicateFilter
 from aos_drivers.mavlink.status_text import StatusTexts
 from aos_drivers.mavlink.streams import OneTimeRequests, StreamKeeper
 from aos_drivers.mavlink.telemetry import Telemetry
@@ -20,6 +20,7 @@ from aos_gcs.ports import VehicleState
 _HOME_PAUSE_S = 3.0
 _PAUSE_S = 2.0
 _ATTEMPTS = 8
+_MAX_COMPONENTS = 16
 _CAMERA_IDS = range(mavlink.MAV_COMP_ID_CAMERA, mavlink.MAV_COMP_ID_CAMERA6 + 1)
 
 
@@ -37,9 +38,8 @@ class VehicleRecord:
         self.camera: CameraRecord | None = None
         self.transactions: set[CommandTransaction] = set()
         """Commands that wait for an answer."""
-        self.component_addresses: dict[int, PeerAddress] = {}
-        self.losses: dict[int, LossCounter] = {}
-        """By component, of packets from the autopilot's present address."""
+        self.duplicates = DuplicateFilter()
+        self._routes = {target.component_id: ComponentRoute()}
         self.heard_at_s: float | None = None
         self.was_ambiguous = False
         self._request_facts()
@@ -48,6 +48,25 @@ class VehicleRecord:
     def vehicle_id(self) -> int:
         """The MAVLink system id."""
         return self.target.system_id
+
+    @property
+    def route(self) -> ComponentRoute:
+        """The autopilot's."""
+        return self._routes[self.target.component_id]
+
+    def address_of(self, component_id: int) -> PeerAddress | None:
+        """Return where a component is spoken to; one that was never heard, where the autopilot is."""
+        return self._routes.get(component_id, self.route).address
+
+    def hear(self, component_id: int, sequence: int, peer: PeerAddress, now_s: float) -> bool:
+        """Note a packet; return whether its component is from now on spoken to at another address."""
+        self.heard_at_s = now_s
+        if component_id == self.target.component_id:
+            self.identity.hear(peer, now_s)
+        if component_id not in self._routes and len(self._routes) >= _MAX_COMPONENTS:
+            return False
+        route = self._routes.setdefault(component_id, ComponentRoute())
+        return route.hear(peer, sequence, now_s, self.identity.is_same_vehicle(peer, route.address))
 
     def restart(self) -> None:
         """Forget what does not survive a reboot of the autopilot and ask for it again."""
@@ -77,9 +96,10 @@ class VehicleRecord:
                 self.requests.want(component_id, message_id, _PAUSE_S, _ATTEMPTS)
 
     def loss_fraction(self) -> float | None:
-        """Return the share of lost packets over all components."""
-        lost = sum(counter.lost for counter in self.losses.values())
-        total = lost + sum(counter.received for counter in self.losses.values())
+        """Return the share of lost packets over all components, each at the address where it is spoken to."""
+        counters = [route.loss for route in self._routes.values()]
+        lost = sum(counter.lost for counter in counters)
+        total = lost + sum(counter.received for counter in counters)
         return lost / total if total else None
 
     def state(self, now_s: float) -> VehicleState:

@@ -10,8 +10,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.mavlink.address import PeerAddress
 from aos_drivers.mavlink.autopilots import Target, autopilot_of
-from aos_drivers.mavlink.framing import FrameParser
-from aos_drivers.mavlink.loss import LossCounter
+from aos_drivers.mavlink.framing import FrameParser, is_signed
 from aos_drivers.mavlink.record import VehicleRecord
 from aos_drivers.mavlink.status_text import notice_severity
 from aos_gcs.ports import Notice, Severity
@@ -19,7 +18,6 @@ from aos_gcs.ports import Notice, Severity
 OUR_COMPONENT_ID: int = mavlink.MAV_COMP_ID_MISSIONPLANNER
 HEARTBEAT_PERIOD_S = 1.0
 _MAX_PEERS = 512
-_MAX_COMPONENTS = 16
 _NO_VEHICLES = frozenset(
     {
         mavlink.MAV_TYPE_GCS,
@@ -135,9 +133,8 @@ class Session:
                 self._send_to(peer, message)
 
     def send(self, system_id: int, component_id: int, message: mavlink.MAVLink_message) -> None:
-        """Queue a message for one component, at the address it was last heard from; never for anybody else."""
-        record = self.records[system_id]
-        peer = record.component_addresses.get(component_id, record.identity.address)
+        """Queue a message for one component, at the one address that its route has chosen; never for anybody else."""
+        peer = self.records[system_id].address_of(component_id)
         if peer is not None:
             self._send_to(peer, message)
 
@@ -181,13 +178,30 @@ class Session:
         record = self.records.get(system_id)
         if record is None:
             record = self._find_vehicle(message, peer)
-        self._events.append(PacketReceived(message.get_msgbuf(), record.vehicle_id if record is not None else None))
         if record is not None:
-            self._on_vehicle_packet(record, message, peer, now_s)
-        elif system_id == self._system_id and not self._has_warned_of_own_id:
+            is_moved = record.hear(message.get_srcComponent(), message.get_seq(), peer, now_s)
+            if record.identity.has_several_addresses and self._is_duplicate(record, message, peer, now_s):
+                return
+            self._events.append(PacketReceived(message.get_msgbuf(), record.vehicle_id))
+            self._on_vehicle_packet(record, message, peer, now_s, is_moved)
+            return
+        self._events.append(PacketReceived(message.get_msgbuf(), None))
+        if system_id == self._system_id and not self._has_warned_of_own_id:
             self._has_warned_of_own_id = True
             text = f"another ground station uses our system id {system_id}: give one of them another id"
             self._events.append(Notice(Severity.WARNING, text))
+
+    def _is_duplicate(
+        self, record: VehicleRecord, message: mavlink.MAVLink_message, peer: PeerAddress, now_s: float
+    ) -> bool:
+        first = record.duplicates.first_sender(_content(message), peer, now_s)
+        if first is None:
+            return False
+        if message.get_srcComponent() == record.target.component_id:
+            self._peers[peer].is_called = True
+            if message.get_msgId() in _BOOT_TIMED:
+                record.identity.hear_twice(peer, first)
+        return True
 
     def _find_vehicle(self, message: mavlink.MAVLink_message, peer: PeerAddress) -> VehicleRecord | None:
         system_id = message.get_srcSystem()
@@ -196,23 +210,20 @@ class Session:
         target = Target(system_id, message.get_srcComponent())
         record = self.records[system_id] = VehicleRecord(target, message, self._position_hz)
         self._events.append(VehicleFound(record))
-        text = f"heard at {peer.host}:{peer.port}, autopilot {record.autopilot.name}"
+        text = f"heard at {peer}, autopilot {record.autopilot.name}"
         self._events.append(Notice(Severity.INFO, text, system_id))
         return record
 
     def _on_vehicle_packet(
-        self, record: VehicleRecord, message: mavlink.MAVLink_message, peer: PeerAddress, now_s: float
+        self, record: VehicleRecord, message: mavlink.MAVLink_message, peer: PeerAddress, now_s: float, is_moved: bool
     ) -> None:
         component_id = message.get_srcComponent()
-        record.heard_at_s = now_s
         is_autopilot = component_id == record.target.component_id
         if is_autopilot:
-            if record.identity.address != peer:
-                record.losses.clear()
-            if record.identity.hear(peer, now_s):
-                record.request_version()
             self._peers[peer].is_called = True
-        self._count_loss(record, component_id, message.get_seq(), peer)
+            if is_moved:
+                record.streams.restart()  # rates are a matter of each of the vehicle's links
+                self._events.append(Notice(Severity.INFO, f"is now reached at {peer}", record.vehicle_id))
         if is_autopilot:
             self._watch_boot_time(record, message, peer)
             record.telemetry.update(message, now_s)
@@ -225,13 +236,6 @@ class Session:
             self._on_ack(record, message, now_s)
         elif is_autopilot and message.get_msgId() in self._handlers:
             self._handlers[message.get_msgId()](record, message, peer, now_s)
-
-    def _count_loss(self, record: VehicleRecord, component_id: int, sequence: int, peer: PeerAddress) -> None:
-        if component_id in record.component_addresses or len(record.component_addresses) < _MAX_COMPONENTS:
-            if record.component_addresses.get(component_id) != peer:
-                record.losses.pop(component_id, None)
-            record.component_addresses[component_id] = peer
-            record.losses.setdefault(component_id, LossCounter()).count(sequence)
 
     def _watch_boot_time(self, record: VehicleRecord, message: mavlink.MAVLink_message, peer: PeerAddress) -> None:
         if message.get_msgId() in _BOOT_TIMED and record.identity.hear_boot_time(peer, message.time_boot_ms):
@@ -300,13 +304,14 @@ class Session:
             command = mavlink.MAV_CMD_SET_MESSAGE_INTERVAL
             self._request(target.system_id, target.component_id, command, float(stream[0]), stream[1])
         for component_id, message_id in record.requests.poll(now_s):
-            self._request(target.system_id, component_id, mavlink.MAV_CMD_REQUEST_MESSAGE, float(message_id), 0.0)
+            self._request(target.system_id, component_id, mavlink.MAV_CMD_REQUEST_MESSAGE, float(message_id))
+        for peer in record.identity.questions(now_s):
+            version = float(mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION)
+            command = mavlink.MAV_CMD_REQUEST_MESSAGE
+            self._send_to(peer, _command_long(target.system_id, target.component_id, command, version))
 
-    def _request(self, system_id: int, component_id: int, command: int, param1: float, param2: float) -> None:
-        message = mavlink.MAVLink_command_long_message(
-            system_id, component_id, command, 0, param1, param2, 0.0, 0.0, 0.0, 0.0, 0.0
-        )
-        self.send(system_id, component_id, message)
+    def _request(self, system_id: int, component_id: int, command: int, param1: float, param2: float = 0.0) -> None:
+        self.send(system_id, component_id, _command_long(system_id, component_id, command, param1, param2))
 
 
 def is_autopilot_heartbeat(message: mavlink.MAVLink_message) -> bool:
@@ -316,3 +321,17 @@ def is_autopilot_heartbeat(message: mavlink.MAVLink_message) -> bool:
         and message.autopilot != mavlink.MAV_AUTOPILOT_INVALID
         and message.type not in _NO_VEHICLES
     )
+
+
+def _command_long(
+    system_id: int, component_id: int, command: int, param1: float, param2: float = 0.0
+) -> mavlink.MAVLink_command_long_message:
+    return mavlink.MAVLink_command_long_message(
+        system_id, component_id, command, 0, param1, param2, 0.0, 0.0, 0.0, 0.0, 0.0
+    )
+
+
+def _content(message: mavlink.MAVLink_message) -> bytes:
+    """Return the packet without its signature."""
+    packet = bytes(message.get_msgbuf())
+    return packet[: -mavlink.MAVLINK_SIGNATURE_BLOCK_LEN] if is_signed(packet) else packet
