@@ -1,4 +1,4 @@
-"""What every driver of the Vehicle port has to do, shown with the MAVLink driver and simulated vehicles over UDP."""
+"""What every driver of the Vehicle port has to do, shown with simulated vehicles over UDP."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from aos_drivers.mavlink import open_mavlink
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import CommandRefusedError
 from aos_gcs.geometry.geodesy import GeodeticPosition
@@ -21,6 +20,7 @@ from aos_gcs.ports import (
     Arm,
     Clock,
     Disarm,
+    Driver,
     DriverContext,
     Fleet,
     FlightMode,
@@ -34,11 +34,20 @@ from aos_gcs.ports import (
     Takeoff,
     Vehicle,
 )
+from aos_gcs.service import load_driver
 from aos_sim.camera.synthetic import CheckerboardGround
 from aos_sim.swarm import SimulatedSwarm, SwarmOptions
 
+DRIVERS = ("mavlink", "mavsdk")
 SPEED = 10.0
 SIZE_PX = 64
+
+
+@pytest.fixture(params=DRIVERS)
+def driver(request: pytest.FixtureRequest) -> Driver:
+    if request.param == "mavsdk":
+        pytest.importorskip("mavsdk", reason="needs the optional library mavsdk")
+    return load_driver(request.param)
 
 
 @dataclass
@@ -77,7 +86,9 @@ class Bench:
 
 
 @asynccontextmanager
-async def open_bench(autopilot: str, vehicles: int = 3, log_folder: Path | None = None) -> AsyncIterator[Bench]:
+async def open_bench(
+    driver: Driver, autopilot: str, vehicles: int = 3, log_folder: Path | None = None
+) -> AsyncIterator[Bench]:
     async with AsyncExitStack() as stack:
         clock = LoopClock(SPEED)
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
@@ -85,7 +96,7 @@ async def open_bench(autopilot: str, vehicles: int = 3, log_folder: Path | None 
             port = probe.getsockname()[1]
         notices: list[Notice] = []
         context = DriverContext(clock, lambda: True, notices.append, log_folder)
-        fleet = await stack.enter_async_context(open_mavlink([f"udpin://127.0.0.1:{port}"], context))
+        fleet = await stack.enter_async_context(driver([f"udpin://127.0.0.1:{port}"], context))
         options = SwarmOptions(
             vehicles=vehicles,
             links=(f"udpout://127.0.0.1:{port}",),
@@ -99,8 +110,8 @@ async def open_bench(autopilot: str, vehicles: int = 3, log_folder: Path | None 
 
 
 @pytest.mark.parametrize("autopilot", ["arducopter", "px4"])
-async def test_three_vehicles_fly_take_images_and_come_home(autopilot: str, tmp_path: Path) -> None:
-    async with open_bench(autopilot, log_folder=tmp_path) as bench:
+async def test_three_vehicles_fly_take_images_and_come_home(driver: Driver, autopilot: str, tmp_path: Path) -> None:
+    async with open_bench(driver, autopilot, log_folder=tmp_path) as bench:
         await bench.all_ready()
         vehicles = await asyncio.gather(*[bench.fly(number, 10.0 + number) for number in (1, 2, 3)])
         for number, vehicle in enumerate(vehicles, 1):
@@ -145,8 +156,8 @@ async def test_three_vehicles_fly_take_images_and_come_home(autopilot: str, tmp_
 
 
 @pytest.mark.parametrize("autopilot", ["arducopter", "px4"])
-async def test_hold_stops_a_vehicle_on_its_way(autopilot: str) -> None:
-    async with open_bench(autopilot, vehicles=1) as bench:
+async def test_hold_stops_a_vehicle_on_its_way(driver: Driver, autopilot: str) -> None:
+    async with open_bench(driver, autopilot, vehicles=1) as bench:
         await bench.all_ready()
         vehicle = await bench.fly(1)
         await vehicle.execute(Goto(bench.swarm.frame.to_geodetic((0.0, 150.0, 10.0)), 8.0), bench.after(10.0))
@@ -159,8 +170,8 @@ async def test_hold_stops_a_vehicle_on_its_way(autopilot: str) -> None:
         assert stopped_at_m[1] < 100.0
 
 
-async def test_a_command_reaches_its_vehicle_and_no_other() -> None:
-    async with open_bench("arducopter") as bench:
+async def test_a_command_reaches_its_vehicle_and_no_other(driver: Driver) -> None:
+    async with open_bench(driver, "arducopter") as bench:
         await bench.all_ready()
         await bench.fly(2)
         heights_m = [bench.swarm.kinematics(number).position_enu_m[2] for number in (1, 2, 3)]
@@ -169,8 +180,8 @@ async def test_a_command_reaches_its_vehicle_and_no_other() -> None:
 
 
 @pytest.mark.parametrize("autopilot", ["arducopter", "px4"])
-async def test_what_must_not_be_done_is_refused_in_words(autopilot: str) -> None:
-    async with open_bench(autopilot, vehicles=1) as bench:
+async def test_what_must_not_be_done_is_refused_in_words(driver: Driver, autopilot: str) -> None:
+    async with open_bench(driver, autopilot, vehicles=1) as bench:
         await bench.all_ready()
         grounded = bench.vehicle(1)
         home = grounded.state.home
@@ -192,8 +203,8 @@ async def test_what_must_not_be_done_is_refused_in_words(autopilot: str) -> None
 
 
 @pytest.mark.parametrize("autopilot", ["arducopter", "px4"])
-async def test_a_climb_can_be_held_and_continued(autopilot: str) -> None:
-    async with open_bench(autopilot, vehicles=1) as bench:
+async def test_a_climb_can_be_held_and_continued(driver: Driver, autopilot: str) -> None:
+    async with open_bench(driver, autopilot, vehicles=1) as bench:
         await bench.all_ready()
         vehicle = bench.vehicle(1)
         await vehicle.execute(Arm(), bench.after(20.0))
@@ -212,8 +223,8 @@ async def test_a_climb_can_be_held_and_continued(autopilot: str) -> None:
 
 
 @pytest.mark.parametrize("autopilot", ["arducopter", "px4"])
-async def test_a_hold_before_the_lift_off_is_safe_and_the_takeoff_can_be_repeated(autopilot: str) -> None:
-    async with open_bench(autopilot, vehicles=1) as bench:
+async def test_a_hold_before_the_lift_off_is_safe_and_can_be_repeated(driver: Driver, autopilot: str) -> None:
+    async with open_bench(driver, autopilot, vehicles=1) as bench:
         await bench.all_ready()
         vehicle = bench.vehicle(1)
         await vehicle.execute(Arm(), bench.after(20.0))

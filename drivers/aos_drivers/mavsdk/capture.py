@@ -1,0 +1,118 @@
+"""Taking one image with MAVSDK's camera plugin."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from mavsdk.plugins.camera import Camera, CameraList, CameraResult, CaptureInfo, Information
+from mavsdk.system import System
+
+from aos_drivers.mavlink.camera import fov_from_lens
+from aos_drivers.mavlink.exposure import CaptureTools, Exposure, capture_error, collect_capture
+from aos_drivers.mavlink.record import VehicleRecord
+from aos_drivers.mavlink.waiting import Changes
+from aos_drivers.mavsdk.core import Postman
+from aos_drivers.mavsdk.telemetry import geodetic
+from aos_gcs.errors import CaptureError
+from aos_gcs.ports import Capture
+
+_ASK_AGAIN_S = 1.0
+"""After this time without the message about an image, the camera is asked how many it has taken."""
+
+
+class CaptureRunner:
+    """Takes the images of one vehicle. Policy: one at a time, a second call fails at once."""
+
+    def __init__(
+        self,
+        system: System,
+        record: VehicleRecord,
+        *,
+        changes: Changes,
+        tools: CaptureTools,
+        postman: Postman,
+        host: Callable[[], str],
+        ask_status: Callable[[int], None],
+    ) -> None:
+        """``host`` is where images may come from; ``ask_status`` asks a component for CAMERA_CAPTURE_STATUS."""
+        self._record = record
+        self._changes = changes
+        self._tools = tools
+        self._postman = postman
+        self._host = host
+        self._ask_status = ask_status
+        self._plugin = Camera(system)
+        self._information: Information | None = None
+        self._newest: CaptureInfo | None = None
+        self._is_busy = False
+        self._plugin.subscribe_camera_list(postman.to_loop(self._take_list))
+        self._plugin.subscribe_capture_info(postman.to_loop(self._take_capture))
+
+    async def run(self, deadline_s: float) -> Capture:
+        """See ``Vehicle.capture``."""
+        information = self._ready_camera()
+        self._is_busy = True
+        try:
+            info = await self._expose(information.component_id, deadline_s)
+        finally:
+            self._is_busy = False
+        exposure = Exposure(
+            image_index=info.index,
+            is_success=info.is_success,
+            utc_s=info.time_utc_us / 1e6 if info.time_utc_us else None,
+            position=geodetic(info.position),
+            q_wxyz=[getattr(info.attitude_quaternion, axis) for axis in "wxyz"],
+            file_url=info.file_url,
+            fov_rad=fov_from_lens(information.focal_length_mm, information.horizontal_sensor_size_mm),
+        )
+        return await collect_capture(self._record.vehicle_id, exposure, self._host(), self._tools, deadline_s)
+
+    def _ready_camera(self) -> Information:
+        record = self._record
+        if record.identity.is_ambiguous(self._tools.clock.now_s()):
+            raise CaptureError(f"two vehicles use system id {record.vehicle_id}: give one of them another id")
+        if self._information is None:
+            raise CaptureError(f"vehicle {record.vehicle_id} has no camera that speaks MAVLink")
+        if self._is_busy:
+            raise CaptureError(f"vehicle {record.vehicle_id} is already taking an image")
+        return self._information
+
+    async def _expose(self, component_id: int, deadline_s: float) -> CaptureInfo:
+        """Command one exposure and return what the camera says about it."""
+        clock, before = self._tools.clock, self._newest
+        results: list[CameraResult] = []
+        self._plugin.take_photo_async(component_id, self._postman.to_loop(lambda result: self._take(results, result)))
+
+        def is_decided() -> bool:
+            return self._newest is not before or any(result is not CameraResult.SUCCESS for result in results)
+
+        while not await self._changes.wait_for(is_decided, min(deadline_s, clock.now_s() + _ASK_AGAIN_S)):
+            if clock.now_s() >= deadline_s:
+                problem = "it was exposed, but its pose and address did not arrive" if results else "no answer"
+                raise capture_error(self._record.vehicle_id, None, problem)
+            if results:
+                self._ask_status(component_id)
+        if self._newest is None or self._newest is before:
+            reason = f"the camera refuses: {results[0].name.lower().replace('_', ' ')}"
+            raise capture_error(self._record.vehicle_id, None, reason)
+        return self._newest
+
+    def _take(self, results: list[CameraResult], result: CameraResult) -> None:
+        if result is not CameraResult.IN_PROGRESS:
+            results.append(result)
+        self._changes.announce()
+
+    def _take_list(self, cameras: CameraList) -> None:
+        """Use the camera of the lowest component id."""
+        self._information = min(cameras.cameras, key=lambda camera: camera.component_id, default=None)
+
+    def _take_capture(self, info: CaptureInfo) -> None:
+        """Keep the newest image; one that comes late, or again, is none. A restarted camera counts from 0 again."""
+        is_ours = self._information is not None and info.component_id == self._information.component_id
+        if is_ours and (self._newest is None or _order(info) > _order(self._newest)):
+            self._newest = info
+            self._changes.announce()
+
+
+def _order(info: CaptureInfo) -> tuple[int, int]:
+    return info.time_utc_us, info.index

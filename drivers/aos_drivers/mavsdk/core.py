@@ -1,0 +1,89 @@
+"""The library MAVSDK, brought to the event loop: its callbacks come from threads of its own."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import logging
+import math
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+from typing import Any
+
+from mavsdk import Configuration, LogLevel, Mavsdk, log_subscribe
+from mavsdk.plugins.mavlink_direct import MavlinkMessage
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from aos_drivers.mavsdk.wire import OUR_COMPONENT_ID
+
+_log = logging.getLogger(__name__)
+_LEVELS = {
+    LogLevel.DEBUG: logging.DEBUG,
+    LogLevel.INFO: logging.DEBUG,
+    LogLevel.WARN: logging.INFO,
+    LogLevel.ERROR: logging.WARNING,
+}
+
+
+@asynccontextmanager
+async def open_core(system_id: int) -> AsyncIterator[Mavsdk]:
+    """Yield a MAVSDK that speaks as ground station ``system_id`` and has no sockets, only a raw connection."""
+    log_subscribe(_take_log)
+    core = Mavsdk(Configuration.create_manual(system_id, OUR_COMPONENT_ID, False))
+    try:
+        core.add_any_connection("raw://")
+        yield core
+    finally:
+        # It waits for callbacks that are under way, which may wait for the interpreter.
+        await asyncio.to_thread(core.destroy)
+
+
+class Postman:
+    """Has functions called on the event loop, from any thread. Policy: what comes after ``close`` is dropped."""
+
+    def __init__(self) -> None:
+        self._loop = asyncio.get_running_loop()
+        self._is_open = True
+
+    def close(self) -> None:
+        """Drop everything from now on."""
+        self._is_open = False
+
+    def to_loop(self, function: Callable[..., None]) -> Callable[..., None]:
+        """Return a callback for MAVSDK that calls ``function`` on the loop with its arguments but the last.
+
+        The last is the ``user_data`` of MAVSDK's C interface.
+        """
+
+        def callback(*arguments: Any) -> None:
+            if self._is_open:
+                self._loop.call_soon_threadsafe(self._call, function, arguments[:-1])
+
+        return callback
+
+    def _call(self, function: Callable[..., None], arguments: tuple[Any, ...]) -> None:
+        if self._is_open:
+            function(*arguments)
+
+
+def message_from_direct(direct: MavlinkMessage) -> mavlink.MAVLink_message:
+    """Return the message of MAVSDK's JSON; its null is a float that is not a number."""
+    kind = getattr(mavlink, f"MAVLink_{direct.message_name.lower()}_message")
+    values = json.loads(direct.fields_json)
+    return kind(**{name: math.nan if values.get(name) is None else values[name] for name in kind.fieldnames})
+
+
+def direct_from_message(message: mavlink.MAVLink_message, system_id: int, component_id: int) -> MavlinkMessage:
+    """Return the message as MAVSDK takes it, for a component of a vehicle. Its JSON has null for not-a-number."""
+    values = {name: getattr(message, name) for name in message.fieldnames}
+    text = json.dumps({name: None if _is_nan(value) else value for name, value in values.items()})
+    return MavlinkMessage(message.get_type(), 0, 0, system_id, component_id, text)
+
+
+def _is_nan(value: object) -> bool:
+    return isinstance(value, float) and math.isnan(value)
+
+
+def _take_log(level: LogLevel, text: str, _file: str | None, _line: int) -> bool:
+    _log.log(_LEVELS[level], "MAVSDK: %s", text)
+    return True

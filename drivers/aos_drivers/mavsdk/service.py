@@ -1,0 +1,243 @@
+"""The driver: links, MAVSDK and vehicles under one owner."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import AsyncIterator, Mapping, Sequence
+from contextlib import AsyncExitStack, asynccontextmanager
+from types import MappingProxyType
+
+import aiohttp
+from mavsdk import Mavsdk
+from mavsdk.system import System
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from aos_drivers.mavlink.address import LinkAddress, PeerAddress, parse_link
+from aos_drivers.mavlink.autopilots import Target
+from aos_drivers.mavlink.background import BackgroundTasks
+from aos_drivers.mavlink.commands import CommandRunner
+from aos_drivers.mavlink.exposure import CaptureTools
+from aos_drivers.mavlink.imagery import ImageFetcher
+from aos_drivers.mavlink.links import LinkOpener
+from aos_drivers.mavlink.options import MavlinkOptions
+from aos_drivers.mavlink.record import VehicleRecord
+from aos_drivers.mavlink.recorder import open_recorder
+from aos_drivers.mavlink.session import HEARTBEAT_PERIOD_S, is_autopilot_heartbeat
+from aos_drivers.mavlink.waiting import Changes
+from aos_drivers.mavsdk.capture import CaptureRunner
+from aos_drivers.mavsdk.core import Postman, direct_from_message, open_core
+from aos_drivers.mavsdk.telemetry import TelemetryFeed
+from aos_drivers.mavsdk.wire import Wire
+from aos_gcs.errors import ConfigurationError
+from aos_gcs.ports import Capture, Command, DriverContext, Notice, Severity, VehicleState
+
+TICK_S = 0.1
+"""Clock seconds between two looks at what is due; a late one is skipped."""
+
+
+class MavsdkVehicle:
+    """A vehicle of the fleet (``aos_gcs.ports.Vehicle``)."""
+
+    def __init__(
+        self,
+        system: System,
+        record: VehicleRecord,
+        *,
+        context: DriverContext,
+        tools: CaptureTools,
+        wire: Wire,
+        postman: Postman,
+    ) -> None:
+        self._record = record
+        self._clock = context.clock
+        changes = Changes(context.clock)
+        self._feed = TelemetryFeed(
+            system,
+            record,
+            clock=context.clock,
+            postman=postman,
+            on_change=changes.announce,
+            notify=context.notify,
+        )
+        self._commands = CommandRunner(record, self._send, changes, context.clock)
+        self._captures = CaptureRunner(
+            system,
+            record,
+            changes=changes,
+            tools=tools,
+            postman=postman,
+            host=lambda: wire.host_of(record.vehicle_id),
+            ask_status=lambda component_id: self._request(component_id, mavlink.MAVLINK_MSG_ID_CAMERA_CAPTURE_STATUS),
+        )
+
+    @property
+    def state(self) -> VehicleState:
+        """The latest telemetry."""
+        return self._record.state(self._clock.now_s())
+
+    async def execute(self, command: Command, deadline_s: float) -> None:
+        """Carry the command out; see the port."""
+        await self._commands.run(command, deadline_s)
+
+    async def capture(self, deadline_s: float) -> Capture:
+        """Expose one image and fetch it; see the port."""
+        return await self._captures.run(deadline_s)
+
+    def poll(self, now_s: float) -> None:
+        """Ask for streams and facts that are due. Call it several times a second."""
+        stream = self._record.streams.poll(now_s)
+        if stream is not None:
+            autopilot_id = self._record.target.component_id
+            self._command_long(autopilot_id, mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, float(stream[0]), stream[1])
+        for component_id, message_id in self._record.requests.poll(now_s):
+            self._request(component_id, message_id)
+
+    def _request(self, component_id: int, message_id: int) -> None:
+        self._command_long(component_id, mavlink.MAV_CMD_REQUEST_MESSAGE, float(message_id), 0.0)
+
+    def _command_long(self, component_id: int, command: int, param1: float, param2: float) -> None:
+        system_id = self._record.vehicle_id
+        message = mavlink.MAVLink_command_long_message(
+            system_id, component_id, command, 0, param1, param2, 0.0, 0.0, 0.0, 0.0, 0.0
+        )
+        self._send(system_id, component_id, message)
+
+    def _send(self, system_id: int, component_id: int, message: mavlink.MAVLink_message) -> None:
+        """Send one packet.
+
+        Not through MAVSDK's own command queue: it would repeat an older command after a newer one, and hold a newer
+        goto back while an older one has no answer.
+        """
+        self._feed.direct.send_message(direct_from_message(message, system_id, component_id))
+
+
+class MavsdkFleet:
+    """The vehicles heard on the links (``aos_gcs.ports.Fleet``)."""
+
+    def __init__(self, core: Mavsdk, context: DriverContext, tools: CaptureTools, position_hz: float) -> None:
+        self._core = core
+        self._context = context
+        self._tools = tools
+        self._position_hz = position_hz
+        self._records: dict[int, VehicleRecord] = {}
+        """By system id, also of those that MAVSDK has not found yet."""
+        self._vehicles: dict[int, MavsdkVehicle] = {}
+        self._ambiguous: set[int] = set()
+
+    def vehicles(self) -> Mapping[int, MavsdkVehicle]:
+        """Return all vehicles ever heard, by system id."""
+        return MappingProxyType(self._vehicles)
+
+    def note(self, wire: Wire, message: mavlink.MAVLink_message, peer: PeerAddress) -> None:
+        """Keep what MAVSDK does not tell: who was heard when and where, and whether two use one system id."""
+        system_id, now_s = message.get_srcSystem(), self._context.clock.now_s()
+        record = self._records.get(system_id)
+        if record is None:
+            if system_id in (0, self._context.system_id) or not is_autopilot_heartbeat(message):
+                return
+            target = Target(system_id, message.get_srcComponent())
+            record = self._records[system_id] = VehicleRecord(target, message, self._position_hz)
+        record.heard_at_s = now_s
+        record.requests.on_message(message.get_srcComponent(), message.get_msgId())
+        if message.get_srcComponent() != record.target.component_id:
+            return
+        wire.route(system_id, peer)
+        record.streams.on_message(message.get_msgId())
+        record.identity.hear(peer, now_s)
+        if message.get_msgId() == mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT:
+            if record.identity.hear_boot_time(peer, message.time_boot_ms):
+                record.restart()
+                self._context.notify(Notice(Severity.WARNING, "has restarted", system_id))
+        elif message.get_msgId() == mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION:
+            record.identity.hear_uid(peer, bytes(message.uid2) + message.uid.to_bytes(8, "little"), now_s)
+
+    async def run(self, wire: Wire, postman: Postman) -> None:
+        """Do what is due, until cancelled."""
+        clock = self._context.clock
+        heartbeat_due_s = -math.inf
+        while True:
+            now_s = clock.now_s()
+            if len(self._vehicles) < len(self._records):
+                self._find_vehicles(wire, postman)
+            for vehicle_id, vehicle in self._vehicles.items():
+                vehicle.poll(now_s)
+                self._watch_identity(vehicle_id, now_s)
+            if now_s >= heartbeat_due_s and self._context.is_healthy():
+                wire.send_heartbeat()
+                heartbeat_due_s = now_s + HEARTBEAT_PERIOD_S
+            await clock.sleep(TICK_S)
+
+    def _find_vehicles(self, wire: Wire, postman: Postman) -> None:
+        for system in self._core.get_systems():
+            system_id = system.get_system_id()
+            record = self._records.get(system_id)
+            if record is not None and system_id not in self._vehicles:
+                vehicle = MavsdkVehicle(
+                    system, record, context=self._context, tools=self._tools, wire=wire, postman=postman
+                )
+                self._vehicles[system_id] = vehicle
+                text = f"heard at {wire.host_of(system_id)}, autopilot {record.autopilot.name}"
+                self._context.notify(Notice(Severity.INFO, text, system_id))
+
+    def _watch_identity(self, vehicle_id: int, now_s: float) -> None:
+        is_ambiguous = self._records[vehicle_id].identity.is_ambiguous(now_s)
+        if is_ambiguous and vehicle_id not in self._ambiguous:
+            self._ambiguous.add(vehicle_id)
+            text = "two vehicles use this system id: neither is commanded; give one of them another id"
+            self._context.notify(Notice(Severity.CRITICAL, text, vehicle_id))
+        elif not is_ambiguous:
+            self._ambiguous.discard(vehicle_id)
+
+
+@asynccontextmanager
+async def open_mavsdk(links: Sequence[str], context: DriverContext) -> AsyncIterator[MavsdkFleet]:
+    """Open the links and yield the fleet (``aos_gcs.ports.Driver``). Links and options are those of ``open_mavlink``.
+
+    Raises:
+        ConfigurationError: a link or option cannot be understood, or the log folder cannot be written.
+        LinkError: a link cannot be opened.
+    """
+    options = MavlinkOptions.parse(context.options)
+    addresses = [_unsigned(parse_link(text)) for text in links]
+    if not addresses:
+        raise ConfigurationError("the mavsdk driver needs at least one link, such as udpin://0.0.0.0:14550")
+    async with AsyncExitStack() as stack:
+        recorder = await open_recorder(stack, context)
+        http = await stack.enter_async_context(aiohttp.ClientSession())
+        fetcher = ImageFetcher(http, context.clock, int(options.max_image_mib * 2**20), options.image_hosts)
+        fov_rad = math.radians(options.camera_fov_deg) if options.camera_fov_deg is not None else None
+        core = await stack.enter_async_context(open_core(context.system_id))
+        fleet = MavsdkFleet(core, context, CaptureTools(context.clock, fetcher, fov_rad), options.position_hz)
+        postman = Postman()
+        stack.callback(postman.close)
+
+        def record(packet: bytes) -> None:
+            if recorder is not None:
+                recorder.write(packet, context.clock.utc_s())
+
+        wire = Wire(
+            context.system_id,
+            core.pass_received_raw_bytes,
+            lambda message, peer: fleet.note(wire, message, peer),
+            record,
+        )
+        core.subscribe_raw_bytes_to_be_sent(lambda packet: postman.to_loop(wire.send)(packet, None))
+        tasks = await stack.enter_async_context(BackgroundTasks(lambda error: _report_failure(context, error)))
+        opener = LinkOpener(
+            stack, tasks, context.clock, wire.receive, lambda text: context.notify(Notice(Severity.WARNING, text))
+        )
+        for number, address in enumerate(addresses):
+            wire.add_endpoint(number, *await opener.open(number, address))
+        tasks.start(fleet.run(wire, postman))
+        yield fleet
+
+
+def _unsigned(address: LinkAddress) -> LinkAddress:
+    if address.signing is not None:
+        raise ConfigurationError(f"link {address.text!r}: the mavsdk driver cannot sign; use the driver mavlink for it")
+    return address
+
+
+def _report_failure(context: DriverContext, error: BaseException) -> None:
+    text = f"the mavsdk driver has failed and no longer sends heartbeats: {error!r}; restart the service"
+    context.notify(Notice(Severity.CRITICAL, text))

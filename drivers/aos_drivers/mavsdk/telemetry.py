@@ -1,0 +1,155 @@
+"""What MAVSDK reports of one vehicle, written into its record."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from mavsdk.plugins import telemetry as plugin
+from mavsdk.plugins.mavlink_direct import MavlinkDirect, MavlinkMessage
+from mavsdk.system import System
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from aos_drivers.mavlink.autopilots import autopilot_of
+from aos_drivers.mavlink.record import VehicleRecord
+from aos_drivers.mavlink.status_text import notice_severity
+from aos_drivers.mavsdk.core import Postman, message_from_direct
+from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.ports import Clock, LandedState, Notice
+
+_LANDED = {
+    plugin.LandedState.ON_GROUND: LandedState.ON_GROUND,
+    plugin.LandedState.IN_AIR: LandedState.IN_AIR,
+    plugin.LandedState.TAKING_OFF: LandedState.TAKING_OFF,
+    plugin.LandedState.LANDING: LandedState.LANDING,
+}
+_DIRECT = ("HEARTBEAT", "COMMAND_ACK", "EKF_STATUS_REPORT", "ESTIMATOR_STATUS", "POSITION_TARGET_GLOBAL_INT")
+"""What the telemetry plugin does not tell: the autopilot's own mode and target, and the state of its estimator."""
+
+
+class TelemetryFeed:
+    """Subscribes to one vehicle and keeps its record up to date. Policy: newer values replace older ones."""
+
+    def __init__(
+        self,
+        system: System,
+        record: VehicleRecord,
+        *,
+        clock: Clock,
+        postman: Postman,
+        on_change: Callable[[], None],
+        notify: Callable[[Notice], None],
+    ) -> None:
+        """``on_change`` is called after every value; ``notify`` takes the vehicle's status texts."""
+        self._record = record
+        self._clock = clock
+        self._on_change = on_change
+        self._notify = notify
+        self._plugin = plugin.Telemetry(system)
+        self.direct = MavlinkDirect(system)
+        """Raw messages from and to the vehicle."""
+        self._subscribe(postman)
+
+    def _subscribe(self, postman: Postman) -> None:
+        handlers = {
+            self._plugin.subscribe_position: self._take_position,
+            self._plugin.subscribe_velocity_ned: self._take_velocity,
+            self._plugin.subscribe_heading: self._take_heading,
+            self._plugin.subscribe_home: self._take_home,
+            self._plugin.subscribe_landed_state: self._take_landed,
+            self._plugin.subscribe_gps_info: self._take_gps,
+            self._plugin.subscribe_battery: self._take_battery,
+            self._plugin.subscribe_health: self._take_health,
+            self._plugin.subscribe_status_text: self._take_text,
+        }
+        for subscribe, handler in handlers.items():
+            subscribe(postman.to_loop(self._announced(handler)))
+        for name in _DIRECT:
+            self.direct.subscribe_message(name, postman.to_loop(self._announced(self._take_direct)))
+
+    def _announced(self, handler: Callable[..., None]) -> Callable[..., None]:
+        def handle(value: object) -> None:
+            handler(value)
+            self._on_change()
+
+        return handle
+
+    def _take_position(self, position: plugin.Position) -> None:
+        telemetry = self._record.telemetry
+        place = geodetic(position)
+        if place is not None:
+            telemetry.position, telemetry.position_at_s = place, self._clock.now_s()
+        if math.isfinite(position.relative_altitude_m):
+            telemetry.relative_altitude_m = position.relative_altitude_m
+
+    def _take_velocity(self, velocity: plugin.VelocityNed) -> None:
+        velocity_enu_mps = (velocity.east_m_s, velocity.north_m_s, -velocity.down_m_s)
+        if all(map(math.isfinite, velocity_enu_mps)):
+            self._record.telemetry.velocity_enu_mps = velocity_enu_mps
+
+    def _take_heading(self, heading: plugin.Heading) -> None:
+        if math.isfinite(heading.heading_deg):
+            self._record.telemetry.heading_rad = math.radians(heading.heading_deg % 360.0)
+
+    def _take_home(self, home: plugin.HomePosition) -> None:
+        telemetry = self._record.telemetry
+        telemetry.home = geodetic(home) or telemetry.home
+
+    def _take_landed(self, landed: plugin.LandedState) -> None:
+        telemetry = self._record.telemetry
+        telemetry.landed = _LANDED.get(landed, LandedState.UNKNOWN)
+        telemetry.landed_at_s = self._clock.now_s()
+
+    def _take_gps(self, gps: plugin.GpsInfo) -> None:
+        telemetry = self._record.telemetry
+        telemetry.gps_fix = int(gps.fix_type)
+        telemetry.satellites = gps.num_satellites
+
+    def _take_battery(self, battery: plugin.Battery) -> None:
+        telemetry = self._record.telemetry
+        if battery.id == 0 and 0.0 <= battery.remaining_percent <= 100.0:
+            telemetry.battery_fraction = battery.remaining_percent / 100.0
+        if battery.id == 0 and battery.voltage_v > 0.0:
+            telemetry.battery_voltage_v = battery.voltage_v
+
+    def _take_health(self, health: plugin.Health) -> None:
+        self._record.telemetry.prearm_healthy = health.is_armable
+
+    def _take_text(self, status: plugin.StatusText) -> None:
+        # MAVSDK counts from debug up, MAVLink from emergency down.
+        severity = mavlink.MAV_SEVERITY_DEBUG - int(status.type)
+        if severity == mavlink.MAV_SEVERITY_DEBUG or not status.text.strip():
+            return
+        if severity <= mavlink.MAV_SEVERITY_WARNING:
+            telemetry = self._record.telemetry
+            telemetry.text, telemetry.text_at_s = status.text, self._clock.now_s()
+        self._notify(Notice(notice_severity(severity), status.text, self._record.vehicle_id))
+
+    def _take_direct(self, direct: MavlinkMessage) -> None:
+        record, now_s = self._record, self._clock.now_s()
+        message = message_from_direct(direct)
+        if direct.message_name == "COMMAND_ACK":
+            for transaction in record.transactions:
+                transaction.on_ack(message, (direct.system_id, direct.component_id), now_s)
+            if message.command == mavlink.MAV_CMD_SET_MESSAGE_INTERVAL:
+                record.streams.on_ack()
+        elif direct.component_id != record.target.component_id:
+            return
+        elif direct.message_name == "HEARTBEAT":
+            record.autopilot = autopilot_of(message)
+            telemetry = record.telemetry
+            telemetry.mode, telemetry.mode_name = record.autopilot.mode(message)
+            telemetry.armed = bool(message.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED)
+            telemetry.heartbeat_at_s = now_s
+        else:
+            record.telemetry.update(message, now_s)
+
+
+def geodetic(position: plugin.Position | plugin.HomePosition) -> GeodeticPosition | None:
+    """Return one of MAVSDK's positions, or None for what means "unknown"."""
+    latitude_deg, longitude_deg = position.latitude_deg, position.longitude_deg
+    if not all(map(math.isfinite, (latitude_deg, longitude_deg, position.absolute_altitude_m))):
+        return None
+    if latitude_deg == 0.0 and longitude_deg == 0.0:
+        return None
+    return GeodeticPosition(latitude_deg, longitude_deg, position.absolute_altitude_m)

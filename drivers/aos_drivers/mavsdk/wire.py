@@ -1,0 +1,104 @@
+"""The bytes between our sockets and MAVSDK: each packet to one vehicle alone, heartbeats only while all is well."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from aos_drivers.mavlink.address import PeerAddress
+from aos_drivers.mavlink.framing import FrameParser
+from aos_drivers.mavlink.links import Endpoint
+
+OUR_COMPONENT_ID: int = mavlink.MAV_COMP_ID_MISSIONPLANNER
+_MAX_PEERS = 512
+
+
+class _Peer:
+    def __init__(self, system_id: int) -> None:
+        self.parser = FrameParser()
+        self.encoder = mavlink.MAVLink(None, srcSystem=system_id, srcComponent=OUR_COMPONENT_ID)
+        self.is_called = False
+        """Whether it hears our heartbeats: it carries a vehicle, or a link that calls out leads to it."""
+
+
+class Wire:
+    """Stands between the links and MAVSDK's raw connection.
+
+    MAVSDK's own UDP link sends every packet to every vehicle, and its heartbeat goes on when the service hangs. Here a
+    packet goes to the address where its target was heard last, and MAVSDK's heartbeats are replaced by ours. At most
+    512 addresses are kept; further ones are ignored.
+    """
+
+    def __init__(
+        self,
+        system_id: int,
+        deliver: Callable[[bytes], None],
+        note: Callable[[mavlink.MAVLink_message, PeerAddress], None],
+        record: Callable[[bytes], None],
+    ) -> None:
+        """``deliver`` hands a packet to MAVSDK, ``note`` hears of it before, ``record`` writes both directions down."""
+        self._system_id = system_id
+        self._deliver = deliver
+        self._note = note
+        self._record = record
+        self._peers: dict[PeerAddress, _Peer] = {}
+        self._endpoints: dict[int, Endpoint] = {}
+        self._routes: dict[int, PeerAddress] = {}
+        self._from_core = FrameParser()
+
+    def add_endpoint(self, link: int, endpoint: Endpoint, peer: PeerAddress | None) -> None:
+        """Use an open link; ``peer`` is called before it has been heard."""
+        self._endpoints[link] = endpoint
+        if peer is not None:
+            self._peers.setdefault(peer, _Peer(self._system_id)).is_called = True
+
+    def receive(self, data: bytes, peer: PeerAddress) -> None:
+        """Take bytes of a link; MAVSDK gets the valid packets, whole."""
+        entry = self._peers.get(peer)
+        if entry is None:
+            if len(self._peers) >= _MAX_PEERS:
+                return
+            entry = self._peers[peer] = _Peer(self._system_id)
+        for message in entry.parser.feed(data):
+            packet = bytes(message.get_msgbuf())
+            self._record(packet)
+            self._note(message, peer)
+            self._deliver(packet)
+
+    def route(self, system_id: int, peer: PeerAddress) -> None:
+        """Send what is for a vehicle to this address from now on."""
+        self._routes[system_id] = peer
+        self._peers[peer].is_called = True
+
+    def host_of(self, system_id: int) -> str:
+        """Return the host where a vehicle was heard last, empty for a stranger."""
+        peer = self._routes.get(system_id)
+        return peer.host if peer is not None else ""
+
+    def send(self, packet: bytes) -> None:
+        """Route what MAVSDK sends. Its heartbeats and what has no target that was heard are dropped."""
+        for message in self._from_core.feed(packet):
+            peer = self._routes.get(getattr(message, "target_system", 0))
+            if peer is not None and not isinstance(message, mavlink.MAVLink_unknown):
+                self._send_to(peer, message)
+
+    def send_heartbeat(self) -> None:
+        """Send our heartbeat, once to each address that carries a vehicle or that we call."""
+        for peer, entry in self._peers.items():
+            if entry.is_called:
+                heartbeat = mavlink.MAVLink_heartbeat_message(
+                    mavlink.MAV_TYPE_GCS, mavlink.MAV_AUTOPILOT_INVALID, 0, 0, mavlink.MAV_STATE_ACTIVE, 3
+                )
+                self._send_to(peer, heartbeat)
+
+    def _send_to(self, peer: PeerAddress, message: mavlink.MAVLink_message) -> None:
+        """Pack anew: every address has its own sequence numbers, or vehicles would count the gaps as losses."""
+        endpoint = self._endpoints.get(peer.link)
+        if endpoint is None:
+            return
+        encoder = self._peers[peer].encoder
+        packet = bytes(message.pack(encoder))
+        encoder.seq = (encoder.seq + 1) % 256
+        endpoint.send(packet, peer)
+        self._record(packet)
