@@ -132,7 +132,7 @@ def test_a_link_that_loses_clearly_less_is_preferred_but_only_for_the_same_vehic
     for is_same in (True, False):
         route = ComponentRoute()
         for number in range(300):
-            if number % 2:
+            if number % 2 == 0:
                 route.hear(WIFI, number % 256, number / 10, is_same_vehicle=True)
             route.hear(RADIO, number % 256, number / 10, is_same_vehicle=is_same)
         assert route.address == (RADIO if is_same else WIFI)
