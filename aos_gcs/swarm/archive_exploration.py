@@ -14,7 +14,7 @@ PRIOR_VISIBILITY = 0.2
 """Share of a target that a view through an unknown part of a forest shows: 0.16 in the simulator's at 300 trees/ha."""
 PRIOR_WEIGHT = 0.3
 """Of that share, in looks."""
-KNOWN = 0.75
+KNOWN = 0.9
 """Familiarity from which it is not worth looking again."""
 SAMPLED = 0.5
 """Familiarity from which a spot of the aperture counts as sampled."""

@@ -18,9 +18,9 @@ from aos_gcs.swarm.archive_raster import CELL_M, CELLS, BoolArray, FloatArray, I
 
 ScalarT = TypeVar("ScalarT", bound=np.generic)
 
-MAX_LOOKS = 400
+MAX_LOOKS = 600
 """The oldest ones are forgotten first."""
-SAME_LINE_M = 0.35
+SAME_LINE_M = 0.15
 """Distance within the canopy below which a look replaces an older one: it shows the same."""
 
 

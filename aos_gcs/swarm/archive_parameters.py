@@ -20,30 +20,30 @@ class ArchiveParameters(AosPsoParameters):
     projection_line: bool = True
     aperture_radius_m: float = 13.0
     """Radius of the circle about the target that is looked from, at the mean height of the swarm, metres."""
-    spot_pitch_m: float = 1.5
+    spot_pitch_m: float = 1.0
     """Between neighbouring spots that explorers go to, metres."""
     min_distance_m: float = 3.1
     """Horizontal distance that waypoints keep from each other, metres."""
-    max_step_m: float = 1.5
+    max_step_m: float = 1.0
     """Longest way of a step once the target was seen, metres, beside the target's own. Short ones take more frames per
     metre; where a step costs time of its own, longer ones are better."""
-    explorer_share: float = 0.2
+    explorer_share: float = 0.1
     """Of the swarm that explores to the end, from 0 to 1."""
-    area_exponent: float = 0.0
+    area_exponent: float = 0.6
     """Views are chosen for normalised visibility times area to this power: 0 for visibility alone."""
     hysteresis: float = 0.01
     """Share by which another view must be better for a drone to leave the one it holds."""
     curiosity: float = 0.3
     """What it is worth to look where nobody has looked yet, in shares of the score."""
-    history_weight: float = 0.0
+    history_weight: float = 3.0
     """What it is worth to show parts of the target that were never seen, for as much of it as is seen now."""
     travel_cost_per_m: float = 0.02
     """What a metre of way to there costs, in shares of the score."""
-    kernel_m: float = 0.5
+    kernel_m: float = 0.37
     """Distance of two lines of sight in the canopy at which one tells little about the other, metres."""
-    canopy_height_m: float = 14.0
+    canopy_height_m: float = 10.0
     """Of the middle of the leaves above the focal plane, metres."""
-    canopy_half_depth_m: float = 4.0
+    canopy_half_depth_m: float = 3.0
     """From there to the edges of the leaves, metres."""
     body_height_m: float = 1.75
     """Of the target that is looked for, metres."""

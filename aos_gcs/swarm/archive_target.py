@@ -21,10 +21,12 @@ ALPHA = 0.5
 """Share of a sighting's deviation that corrects the position."""
 BETA = 0.2
 """Share of it that corrects the velocity."""
-MOVING_M = 0.3
-"""Way per step from which a target counts as moving: a walker's is 0.3 m and more, a still one's noise below 0.1 m."""
-RESTING_M = 0.18
-"""Way per step below which it stands again."""
+STRAY_M = 0.5
+"""Distance from the mean of its sightings at which a still target counts as moving; their noise is below 0.1 m."""
+REST_M = 0.4
+"""Way within ``CHECK_SIGHTINGS`` below which a moving one stands again; a stroller makes 1.5 m in a second."""
+CHECK_SIGHTINGS = 10
+"""How often that is looked at."""
 JUMP_M = 6.0
 """A sighting farther from where the target is expected shows something else."""
 MAX_MEAN = 20
@@ -41,10 +43,11 @@ class TargetEstimate:
     """What the filter says."""
     velocity_m: Point
     """Way per step, east and north."""
-    still_enu_m: Point
-    """Mean of the sightings since it stands still."""
-    still_sightings: int = 1
-    """How many those are; 0 while it moves."""
+    reference_enu_m: Point
+    """While still, the mean of the sightings; while moving, where it was when that was last looked at."""
+    reference_sightings: int = 1
+    """How many are in the mean, or have been made since."""
+    is_moving: bool = False
     sightings: int = 1
     drift_enu_m: Point = (0.0, 0.0)
     """How far it has moved since it was found, without the noise of a still one."""
@@ -52,14 +55,9 @@ class TargetEstimate:
     """Steps since it was last in view."""
 
     @property
-    def is_moving(self) -> bool:
-        """Whether it counts as moving."""
-        return self.still_sightings == 0
-
-    @property
     def position_enu_m(self) -> FloatArray:
         """Best estimate of the point on the focal plane below the target's body, shape (2,)."""
-        return np.array(self.tracked_enu_m if self.is_moving else self.still_enu_m)
+        return np.array(self.tracked_enu_m if self.is_moving else self.reference_enu_m)
 
     @property
     def next_way_m(self) -> FloatArray:
@@ -82,17 +80,43 @@ def after_sighting(estimate: TargetEstimate, ground_enu_m: FloatArray) -> Target
     sightings = estimate.sightings + 1
     tracked_m = expected_m + max(ALPHA, 1.0 / sightings) * deviation_m
     velocity_m = np.array(estimate.velocity_m) + BETA * deviation_m
-    way_m = float(np.linalg.norm(velocity_m))
     followed = replace(
         estimate, tracked_enu_m=_point(tracked_m), velocity_m=_point(velocity_m), sightings=sightings, lost_steps=0
     )
-    if way_m > (RESTING_M if estimate.is_moving else MOVING_M):
-        drift_m = np.array(estimate.drift_enu_m) + tracked_m - estimate.tracked_enu_m
-        return replace(followed, drift_enu_m=_point(drift_m), still_sightings=0)
-    still_sightings = min(estimate.still_sightings + 1, MAX_MEAN)
-    still_m = np.array(estimate.still_enu_m)
-    still_m = still_m + (ground_enu_m - still_m) / still_sightings if still_sightings > 1 else tracked_m
-    return replace(followed, still_enu_m=_point(still_m), still_sightings=still_sightings)
+    if not estimate.is_moving:
+        return _while_still(followed, ground_enu_m)
+    drift_m = np.array(estimate.drift_enu_m) + tracked_m - estimate.tracked_enu_m
+    return _while_moving(replace(followed, drift_enu_m=_point(drift_m)))
+
+
+def _while_still(estimate: TargetEstimate, ground_enu_m: FloatArray) -> TargetEstimate:
+    """Take a sighting into the mean, unless the target has left it."""
+    mean_m, count = np.array(estimate.reference_enu_m), min(estimate.reference_sightings + 1, MAX_MEAN)
+    away_m = np.array(estimate.tracked_enu_m) - mean_m
+    if np.linalg.norm(away_m) > STRAY_M:
+        drift_m = np.array(estimate.drift_enu_m) + away_m
+        return replace(
+            estimate,
+            is_moving=True,
+            drift_enu_m=_point(drift_m),
+            reference_enu_m=estimate.tracked_enu_m,
+            reference_sightings=0,
+        )
+    mean_m += (ground_enu_m - mean_m) / count
+    return replace(estimate, reference_enu_m=_point(mean_m), reference_sightings=count)
+
+
+def _while_moving(estimate: TargetEstimate) -> TargetEstimate:
+    """Look from time to time whether the target has got any farther."""
+    if estimate.reference_sightings + 1 < CHECK_SIGHTINGS:
+        return replace(estimate, reference_sightings=estimate.reference_sightings + 1)
+    way_m = np.subtract(estimate.tracked_enu_m, estimate.reference_enu_m)
+    return replace(
+        estimate,
+        is_moving=bool(np.linalg.norm(way_m) > REST_M),
+        reference_enu_m=estimate.tracked_enu_m,
+        reference_sightings=1,
+    )
 
 
 def out_of_view(estimate: TargetEstimate) -> TargetEstimate:

@@ -136,7 +136,7 @@ class TestFlight:
         assert archive[-20:].all()
         settled = np.flatnonzero(archive)[3:]
         assert flight.min_distance_m[settled].min() >= 3.0
-        assert np.median(flight.steps_m[settled]) <= 1.5 + 1e-9
+        assert np.median(flight.steps_m[settled]) <= 1.0 + 1e-9
 
     def test_a_still_target_is_located_within_a_cell_or_two(self) -> None:
         flight = fly()
