@@ -71,6 +71,21 @@ class LandedState(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
+class LinkQuality:
+    """How well a vehicle is reached; its packet loss and age stand in ``VehicleState``."""
+
+    address: str
+    """Where it is spoken to now."""
+    living_addresses: int = 1
+    """At how many addresses, on all links together, it is being heard."""
+    round_trip_s: float | None = None
+    clock_offset_s: float | None = None
+    """The vehicle's clock minus ours; errs by at most half of the round trip."""
+    clock_drift: float | None = None
+    """Seconds that the vehicle's clock gains on ours per second."""
+
+
+@dataclass(frozen=True, slots=True)
 class VehicleState:
     """The latest values a vehicle has reported; ``None`` means that it never did."""
 
@@ -99,6 +114,7 @@ class VehicleState:
     """When the last message of the vehicle arrived."""
     packet_loss_fraction: float | None = None
     """Share of the vehicle's messages that never arrived, from gaps in its sequence numbers."""
+    link: LinkQuality | None = None
     text: str = ""
     """The latest status text of severity warning or worse."""
 

@@ -14,8 +14,9 @@ from aos_drivers.mavlink.routes import ComponentRoute, DuplicateFilter
 from aos_drivers.mavlink.status_text import StatusTexts
 from aos_drivers.mavlink.streams import OneTimeRequests, StreamKeeper
 from aos_drivers.mavlink.telemetry import Telemetry
+from aos_drivers.mavlink.timesync import ClockEstimator
 from aos_drivers.mavlink.transaction import CommandTransaction
-from aos_gcs.ports import VehicleState
+from aos_gcs.ports import LinkQuality, VehicleState
 
 _HOME_PAUSE_S = 3.0
 _PAUSE_S = 2.0
@@ -39,6 +40,7 @@ class VehicleRecord:
         self.transactions: set[CommandTransaction] = set()
         """Commands that wait for an answer."""
         self.duplicates = DuplicateFilter()
+        self.clock = ClockEstimator()
         self._routes = {target.component_id: ComponentRoute()}
         self.heard_at_s: float | None = None
         self.was_ambiguous = False
@@ -71,6 +73,7 @@ class VehicleRecord:
     def restart(self) -> None:
         """Forget what does not survive a reboot of the autopilot and ask for it again."""
         self.telemetry = Telemetry()
+        self.clock = ClockEstimator()
         self.streams.restart()
         self._request_facts()
 
@@ -102,6 +105,16 @@ class VehicleRecord:
         total = lost + sum(counter.received for counter in counters)
         return lost / total if total else None
 
+    def link_quality(self, now_s: float) -> LinkQuality:
+        """Return how well the autopilot is reached."""
+        return LinkQuality(
+            address=str(self.route.address),
+            living_addresses=self.route.living(now_s),
+            round_trip_s=self.clock.round_trip_s,
+            clock_offset_s=self.clock.offset_s,
+            clock_drift=self.clock.drift,
+        )
+
     def state(self, now_s: float) -> VehicleState:
         """Return the snapshot that crosses the port."""
         telemetry = self.telemetry
@@ -125,6 +138,7 @@ class VehicleRecord:
             satellites=telemetry.satellites,
             heard_at_s=self.heard_at_s,
             packet_loss_fraction=self.loss_fraction(),
+            link=self.link_quality(now_s),
             text=telemetry.text,
         )
 

@@ -89,6 +89,7 @@ class Session:
             mavlink.MAVLINK_MSG_ID_HEARTBEAT: self._on_heartbeat,
             mavlink.MAVLINK_MSG_ID_STATUSTEXT: self._on_status_text,
             mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION: self._on_version,
+            mavlink.MAVLINK_MSG_ID_TIMESYNC: self._on_timesync,
         }
 
     # --- in ---------------------------------------------------------------------------------------------------------
@@ -265,6 +266,11 @@ class Session:
         record.identity.hear_uid(peer, bytes(message.uid2) + message.uid.to_bytes(8, "little"), now_s)
         self._watch_identity(record, now_s)
 
+    def _on_timesync(
+        self, record: VehicleRecord, message: mavlink.MAVLink_message, _peer: PeerAddress, now_s: float
+    ) -> None:
+        record.clock.on_message(message, now_s)
+
     def _on_ack(self, record: VehicleRecord, ack: mavlink.MAVLink_command_ack_message, now_s: float) -> None:
         # 0 stands for "not said", as MAVLink 1 has no target in its acknowledgements.
         if ack.target_system not in (0, self._system_id) or ack.target_component not in (0, OUR_COMPONENT_ID):
@@ -305,6 +311,9 @@ class Session:
             self._request(target.system_id, target.component_id, command, float(stream[0]), stream[1])
         for component_id, message_id in record.requests.poll(now_s):
             self._request(target.system_id, component_id, mavlink.MAV_CMD_REQUEST_MESSAGE, float(message_id))
+        sent_ns = record.clock.poll(now_s)
+        if sent_ns is not None:
+            self.send(target.system_id, target.component_id, mavlink.MAVLink_timesync_message(0, sent_ns))
         for peer in record.identity.questions(now_s):
             version = float(mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION)
             command = mavlink.MAV_CMD_REQUEST_MESSAGE

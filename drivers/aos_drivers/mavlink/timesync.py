@@ -1,0 +1,82 @@
+"""Round trip, clock offset and drift of one vehicle from MAVLink's TIMESYNC.
+
+Every answer bounds the offset: the vehicle read its clock somewhere between our sending and receiving, so the middle
+of both errs by at most half of the round trip, however asymmetric the delays are. Queues only ever add to a delay;
+hence the answers with the shortest round trips are used alone (the minimum filter of NTP, RFC 5905, section 10).
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+PERIOD_S = 2.0
+"""Pause between two requests to one vehicle."""
+_SAMPLES = 120
+_OPEN_REQUESTS = 8
+_BEST_SHARE = 0.25
+_DRIFT_SAMPLES = 10
+_DRIFT_SPAN_S = 60.0
+_JUMP_S = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class _Sample:
+    at_s: float
+    offset_s: float
+    round_trip_s: float
+
+
+class ClockEstimator:
+    """The clock of one vehicle against ours, over the last 120 answers (four minutes).
+
+    The vehicle's clock is whatever its TIMESYNC says, mostly the time since boot.
+    """
+
+    def __init__(self) -> None:
+        self._open: deque[int] = deque(maxlen=_OPEN_REQUESTS)
+        self._samples: deque[_Sample] = deque(maxlen=_SAMPLES)
+        self._due_s = -np.inf
+        self.round_trip_s: float | None = None
+        """The median of the latest answers."""
+        self.offset_s: float | None = None
+        """The vehicle's clock minus ours, at the latest answer."""
+        self.drift: float | None = None
+        """Seconds that the vehicle's clock gains on ours per second; None before a minute has been seen."""
+
+    def poll(self, now_s: float) -> int | None:
+        """Return the time in nanoseconds for a request (``ts1``) when one is due."""
+        if now_s < self._due_s:
+            return None
+        self._due_s = now_s + PERIOD_S
+        sent_ns = round(now_s * 1e9) + 1  # 0 would mark a request that was never made
+        self._open.append(sent_ns)
+        return sent_ns
+
+    def on_message(self, message: mavlink.MAVLink_timesync_message, now_s: float) -> None:
+        """Take an answer; requests of the vehicle and answers that we did not ask for are ignored."""
+        if message.tc1 == 0 or message.ts1 not in self._open:
+            return
+        self._open.remove(message.ts1)
+        sent_s = message.ts1 / 1e9
+        sample = _Sample(now_s, message.tc1 / 1e9 - (sent_s + now_s) / 2, max(0.0, now_s - sent_s))
+        if self.offset_s is not None and abs(sample.offset_s - self.offset_s) > _JUMP_S + sample.round_trip_s / 2:
+            self._samples.clear()
+        self._samples.append(sample)
+        self._estimate()
+
+    def _estimate(self) -> None:
+        at_s, offsets_s, round_trips_s = np.array(
+            [(sample.at_s, sample.offset_s, sample.round_trip_s) for sample in self._samples]
+        ).T
+        self.round_trip_s = float(np.median(round_trips_s[-10:]))
+        is_best = round_trips_s <= np.quantile(round_trips_s, _BEST_SHARE)
+        is_long = np.ptp(at_s[is_best]) >= _DRIFT_SPAN_S and np.count_nonzero(is_best) >= _DRIFT_SAMPLES
+        if is_long:
+            drift, offset_s = np.polyfit(at_s[is_best] - at_s[-1], offsets_s[is_best], 1)
+            self.drift, self.offset_s = float(drift), float(offset_s)
+        else:
+            self.drift, self.offset_s = None, float(offsets_s[np.argmin(round_trips_s)])
