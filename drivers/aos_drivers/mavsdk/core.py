@@ -6,8 +6,10 @@ import asyncio
 import json
 import logging
 import math
+import queue
+import threading
 from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from typing import Any
 
 from mavsdk import Configuration, LogLevel, Mavsdk, log_subscribe
@@ -16,6 +18,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.mavsdk.wire import OUR_COMPONENT_ID
 
+_BUFFERED_PACKETS = 4096
 _log = logging.getLogger(__name__)
 _LEVELS = {
     LogLevel.DEBUG: logging.DEBUG,
@@ -26,16 +29,50 @@ _LEVELS = {
 
 
 @asynccontextmanager
-async def open_core(system_id: int) -> AsyncIterator[Mavsdk]:
-    """Yield a MAVSDK that speaks as ground station ``system_id`` and has no sockets, only a raw connection."""
+async def open_core(system_id: int) -> AsyncIterator[tuple[Mavsdk, Feeder]]:
+    """Yield a MAVSDK that speaks as ground station ``system_id``, and what feeds it: it has no sockets of its own."""
     log_subscribe(_take_log)
     core = Mavsdk(Configuration.create_manual(system_id, OUR_COMPONENT_ID, False))
     try:
         core.add_any_connection("raw://")
-        yield core
+        feeder = Feeder(core)
+        try:
+            yield core, feeder
+        finally:
+            await asyncio.to_thread(feeder.close)
     finally:
         # It waits for callbacks that are under way, which may wait for the interpreter.
         await asyncio.to_thread(core.destroy)
+
+
+class Feeder:
+    """Hands packets to MAVSDK from a thread of its own.
+
+    Each hand-over lets MAVSDK's threads run their callbacks, and taking the interpreter back from them costs up to some
+    milliseconds: the event loop must not wait for it. Buffered: up to 4096 packets. Buffer full policy: the newest
+    packet is lost, as on a radio.
+    """
+
+    def __init__(self, core: Mavsdk) -> None:
+        """Start the thread; ``close`` ends it."""
+        self._core = core
+        self._packets: queue.Queue[bytes | None] = queue.Queue(_BUFFERED_PACKETS)
+        self._thread = threading.Thread(target=self._run, name="mavsdk-feeder", daemon=True)
+        self._thread.start()
+
+    def feed(self, packet: bytes) -> None:
+        """Hand over a whole packet, without waiting."""
+        with suppress(queue.Full):
+            self._packets.put_nowait(packet)
+
+    def close(self) -> None:
+        """Wait until everything has been handed over, and end the thread."""
+        self._packets.put(None)
+        self._thread.join()
+
+    def _run(self) -> None:
+        while (packet := self._packets.get()) is not None:
+            self._core.pass_received_raw_bytes(packet)
 
 
 class Postman:

@@ -206,7 +206,7 @@ async def open_mavsdk(links: Sequence[str], context: DriverContext) -> AsyncIter
         http = await stack.enter_async_context(aiohttp.ClientSession())
         fetcher = ImageFetcher(http, context.clock, int(options.max_image_mib * 2**20), options.image_hosts)
         fov_rad = math.radians(options.camera_fov_deg) if options.camera_fov_deg is not None else None
-        core = await stack.enter_async_context(open_core(context.system_id))
+        core, feeder = await stack.enter_async_context(open_core(context.system_id))
         fleet = MavsdkFleet(core, context, CaptureTools(context.clock, fetcher, fov_rad), options.position_hz)
         postman = Postman()
         stack.callback(postman.close)
@@ -217,7 +217,7 @@ async def open_mavsdk(links: Sequence[str], context: DriverContext) -> AsyncIter
 
         wire = Wire(
             context.system_id,
-            core.pass_received_raw_bytes,
+            feeder.feed,
             lambda message, peer: fleet.note(wire, message, peer),
             record,
         )
