@@ -13,6 +13,7 @@ from aos_gcs.geometry.geodesy import GeodeticPosition
 HOME = GeodeticPosition(48.0, 14.0, 300.0)
 OUR_SYSTEM, OUR_COMPONENT = 254, 190
 EKF_READY = mavlink.EKF_POS_HORIZ_REL | mavlink.EKF_POS_HORIZ_ABS
+SIGNING_EPOCH_UTC_S = 1_420_070_400
 COPTER_STABILIZE, COPTER_GUIDED = 0, 4
 
 
@@ -26,6 +27,12 @@ class Encoder:
         packet = message.pack(self._mav)
         self._mav.seq = (self._mav.seq + 1) % 256
         return packet
+
+    def sign(self, key: bytes, utc_s: float) -> None:
+        """Sign from now on, as pymavlink does."""
+        signing = self._mav.signing
+        signing.secret_key, signing.sign_outgoing = key, True
+        signing.timestamp = round((utc_s - SIGNING_EPOCH_UTC_S) * 1e5)
 
     def skip(self, packets: int) -> None:
         """Lose packets on the way."""

@@ -23,6 +23,7 @@ from aos_gcs.ports import DriverContext, Fleet, Land, Notice
 from tests.fakes.mavlink_vehicle import FakeVehicle
 
 HOST = "127.0.0.1"
+KEY = bytes(range(32))
 
 
 def free_port(kind: socket.SocketKind) -> int:
@@ -135,6 +136,28 @@ async def test_tcpin_serves_vehicles_that_call() -> None:
         await until(lambda: 6 in fleet.vehicles())
         await fleet.vehicles()[6].execute(Land(), context.clock.now_s() + 50.0)
     await talking
+
+
+async def test_a_signed_link_commands_a_vehicle_that_verifies_and_ignores_one_that_does_not_sign(
+    tmp_path: Path,
+) -> None:
+    context, notices = make_context()
+    key_file = tmp_path / "mavlink.key"
+    key_file.touch(mode=0o600)
+    key_file.write_text(KEY.hex())
+    port = free_port(socket.SOCK_DGRAM)
+    async with open_mavlink([f"udpin://{HOST}:{port}?sign={key_file}"], context) as fleet:
+        signing, unsigned = await open_vehicle(1, driver_port=port), await open_vehicle(2, driver_port=port)
+        signing.vehicle.encoder.sign(KEY, context.clock.utc_s())
+        for peer in (unsigned, signing):
+            peer.transport.sendto(peer.vehicle.telemetry())
+        await until(lambda: 1 in fleet.vehicles())
+        await fleet.vehicles()[1].execute(Land(), context.clock.now_s() + 50.0)
+        assert set(fleet.vehicles()) == {1}
+        assert any("system id 2" in notice.text and "not signed" in notice.text for notice in notices)
+        for peer in (unsigned, signing):
+            peer.transport.close()
+    assert int((tmp_path / "mavlink.key.time").read_text()) > 0
 
 
 class SerialVehicle:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import math
 from collections.abc import AsyncIterator, Mapping, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager
@@ -16,6 +17,7 @@ from aos_drivers.mavlink.capture import CaptureRunner
 from aos_drivers.mavlink.commands import CommandRunner, Send
 from aos_drivers.mavlink.exposure import CaptureTools
 from aos_drivers.mavlink.imagery import ImageFetcher
+from aos_drivers.mavlink.keyring import Keyring
 from aos_drivers.mavlink.links import Endpoint, LinkOpener
 from aos_drivers.mavlink.options import MavlinkOptions
 from aos_drivers.mavlink.record import VehicleRecord
@@ -125,7 +127,7 @@ async def open_mavlink(links: Sequence[str], context: DriverContext) -> AsyncIte
     """Open the links and yield the fleet (``aos_gcs.ports.Driver``). Its options are those of ``MavlinkOptions``.
 
     Raises:
-        ConfigurationError: a link or option cannot be understood, or the log folder cannot be written.
+        ConfigurationError: a link or option cannot be understood, or the log folder or a key cannot be used.
         LinkError: a link cannot be opened.
     """
     options = MavlinkOptions.parse(context.options)
@@ -137,7 +139,9 @@ async def open_mavlink(links: Sequence[str], context: DriverContext) -> AsyncIte
         http = await stack.enter_async_context(aiohttp.ClientSession())
         fetcher = ImageFetcher(http, context.clock, int(options.max_image_mib * 2**20), options.image_hosts)
         fov_rad = math.radians(options.camera_fov_deg) if options.camera_fov_deg is not None else None
-        session = Session(context.system_id, options.position_hz)
+        keyring = await asyncio.to_thread(Keyring, addresses, context.clock)
+        stack.push_async_callback(asyncio.to_thread, keyring.close)
+        session = Session(context.system_id, options.position_hz, keyring.signers)
         fleet = MavlinkFleet(session, context, CaptureTools(context.clock, fetcher, fov_rad), recorder)
         tasks = await stack.enter_async_context(BackgroundTasks(lambda error: _report_failure(context, error)))
         opener = LinkOpener(
@@ -146,6 +150,7 @@ async def open_mavlink(links: Sequence[str], context: DriverContext) -> AsyncIte
         for number, address in enumerate(addresses):
             fleet.add_endpoint(number, *await opener.open(number, address))
         tasks.start(fleet.run())
+        tasks.start(keyring.run())
         yield fleet
 
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
@@ -12,6 +13,7 @@ from aos_drivers.mavlink.address import PeerAddress
 from aos_drivers.mavlink.autopilots import Target, autopilot_of
 from aos_drivers.mavlink.framing import FrameParser, is_signed
 from aos_drivers.mavlink.record import VehicleRecord
+from aos_drivers.mavlink.signing import LinkSigner, Verdict
 from aos_drivers.mavlink.status_text import notice_severity
 from aos_gcs.ports import Notice, Severity
 
@@ -29,6 +31,12 @@ _NO_VEHICLES = frozenset(
     }
 )
 _BOOT_TIMED = frozenset({mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT, mavlink.MAVLINK_MSG_ID_ATTITUDE})
+
+_REFUSALS = {
+    Verdict.UNSIGNED: "they are not signed; set the key on the vehicle, or write unsigned=accept behind the link",
+    Verdict.WRONG_KEY: "they are signed with another key; set the same one on both sides",
+    Verdict.REPLAYED: "their signatures are too old; a vehicle whose clock is late is being told the time",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +73,8 @@ class _Peer:
         self.heard_at_s = -math.inf
         self.is_called = False
         """Whether it hears our heartbeats: it carries a vehicle, or a link that calls out leads to it."""
+        self.is_late = False
+        """Whether it signs with our key but an old time, which it can only learn from our heartbeats."""
 
 
 class Session:
@@ -74,10 +84,14 @@ class Session:
     place of the longest silent that carries no vehicle, or is ignored.
     """
 
-    def __init__(self, system_id: int, position_hz: float) -> None:
-        """Speak as ``system_id`` and ask each vehicle for positions at ``position_hz``."""
+    def __init__(
+        self, system_id: int, position_hz: float, signers: Mapping[int, LinkSigner] = MappingProxyType({})
+    ) -> None:
+        """Speak as ``system_id``, ask vehicles for positions at ``position_hz``, sign on the links in ``signers``."""
         self._system_id = system_id
         self._position_hz = position_hz
+        self._signers = signers
+        self._told_refusals: set[tuple[int, int, Verdict]] = set()
         self._peers: dict[PeerAddress, _Peer] = {}
         self._outgoing: list[Outgoing] = []
         self._events: list[Event] = []
@@ -104,7 +118,8 @@ class Session:
         if entry is not None:
             entry.heard_at_s = now_s
             for message in entry.parser.feed(data):
-                self._on_packet(message, peer, now_s)
+                if self._is_trusted(message, peer, entry):
+                    self._on_packet(message, peer, now_s)
         return self._take_events()
 
     def poll(self, now_s: float) -> list[Event]:
@@ -127,7 +142,7 @@ class Session:
         next_s = self._heartbeat_due_s + HEARTBEAT_PERIOD_S
         self._heartbeat_due_s = next_s if next_s > now_s else now_s + HEARTBEAT_PERIOD_S
         for peer, entry in self._peers.items():
-            if entry.is_called:
+            if entry.is_called or entry.is_late:
                 message = mavlink.MAVLink_heartbeat_message(
                     mavlink.MAV_TYPE_GCS, mavlink.MAV_AUTOPILOT_INVALID, 0, 0, mavlink.MAV_STATE_ACTIVE, 3
                 )
@@ -164,6 +179,8 @@ class Session:
 
     def _send_to(self, peer: PeerAddress, message: mavlink.MAVLink_message) -> None:
         encoder = self._peer(peer).encoder
+        if peer.link in self._signers:
+            self._signers[peer.link].prepare(encoder)
         packet = message.pack(encoder)
         encoder.seq = (encoder.seq + 1) % 256
         self._outgoing.append(Outgoing(packet, peer))
@@ -171,6 +188,27 @@ class Session:
     def _take_events(self) -> list[Event]:
         events, self._events = self._events, []
         return events
+
+    # --- signatures -------------------------------------------------------------------------------------------------
+
+    def _is_trusted(self, message: mavlink.MAVLink_message, peer: PeerAddress, entry: _Peer) -> bool:
+        signer = self._signers.get(peer.link)
+        if signer is None:
+            return True
+        verdict = signer.judge(message)
+        entry.is_late = verdict is Verdict.REPLAYED
+        if signer.accepts(verdict, message):
+            return True
+        self._tell_refusal(message.get_srcSystem(), peer, verdict)
+        return False
+
+    def _tell_refusal(self, system_id: int, peer: PeerAddress, verdict: Verdict) -> None:
+        """Tell of each kind once per link and system id. Packets that come twice are late, too, and not worth it."""
+        key = (peer.link, system_id, verdict)
+        if key not in self._told_refusals and not (verdict is Verdict.REPLAYED and system_id in self.records):
+            self._told_refusals.add(key)
+            text = f"packets of system id {system_id} at {peer} are refused: {_REFUSALS[verdict]}"
+            self._events.append(Notice(Severity.WARNING, text))
 
     # --- packets ----------------------------------------------------------------------------------------------------
 
