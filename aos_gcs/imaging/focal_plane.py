@@ -88,10 +88,12 @@ def covered_spans(half_planes: NDArray[np.float64], rows: int, columns: int) -> 
     level = b * np.arange(rows) + d
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         crossing = -level / a
-    lower = np.where(a > 0.0, crossing, np.where((a < 0.0) | (level >= 0.0), -np.inf, np.inf)).max(axis=0)
-    upper = np.where(a < 0.0, crossing, np.inf).min(axis=0)
-    first = np.ceil(np.clip(lower, 0.0, columns))
-    end = np.floor(np.clip(upper, -1.0, columns - 1.0)) + 1.0
+    slope = half_planes[:, 0]
+    lower = crossing[slope > 0.0].max(axis=0, initial=0.0)
+    upper = crossing[slope < 0.0].min(axis=0, initial=columns - 1.0)
+    lower[(level[slope == 0.0] < 0.0).any(axis=0)] = columns
+    first = np.ceil(np.minimum(lower, columns))
+    end = np.floor(np.maximum(upper, -1.0)) + 1.0
     return np.stack((first, np.maximum(first, end)), axis=1).astype(np.int64)
 
 
