@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from functools import partial
 from itertools import islice
+from typing import TypeAlias
 
 import cv2
 import numpy as np
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from aos_gcs.errors import ImagingError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
-from aos_gcs.imaging.layers import Layer, Projection
+from aos_gcs.imaging.layers import Projection, sample
 from aos_gcs.imaging.model import FocalGrid, Frame, Pixels
 from aos_gcs.imaging.views import FocalSurface, FocalView, grid_view, perspective_view
 from aos_gcs.imaging.workers import parallel_map
@@ -26,36 +26,12 @@ from aos_gcs.imaging.workers import parallel_map
 BAND_ROWS = 128
 """Of the raster, summed up by one thread: lower bands fit into smaller caches, but cost more calls."""
 
-BATCH_FRAMES = 8
+BATCH_FRAMES = 10
 """Added to a band, one after the other, while its sums are in the cache; so many images are held at a time."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Source:
-    """The image of a frame, ready to be sampled."""
-
-    image: Pixels
-    """Shape (H, W, C), float32 unless exact."""
-    exact: bool
-    complete: bool
-    """Every pixel is finite."""
-
-    @classmethod
-    def of(cls, frame: Frame, *, exact: bool) -> Source:
-        """Prepare the image of a frame."""
-        if exact:
-            return cls(frame.image, exact=True, complete=True)
-        # Bytes would be rounded to whole grey levels by every single warp, and OpenCV is hardly faster with them.
-        image = np.ascontiguousarray(frame.image, dtype=np.float32)
-        finite = frame.image.dtype.kind != "f" or math.isfinite(cv2.sumElems(image.reshape(image.shape[0], -1))[0])
-        return cls(image, exact=False, complete=finite)
-
-    def sample(self, projection: Projection, first_row: int, end_row: int) -> Layer | None:
-        """Return the image on a band of the projection's raster; None where it covers nothing."""
-        if self.exact:
-            return projection.sample_exactly(self.image, first_row, end_row)
-        layer = projection.sample(np.asarray(self.image, dtype=np.float32), first_row, end_row)
-        return layer if layer is None or self.complete else layer.without_gaps()
+Projected: TypeAlias = tuple[Pixels, Projection | None]
+"""An image, and where it lies on the raster."""
 
 
 class ViewIntegral:
@@ -90,13 +66,9 @@ class ViewIntegral:
         """
         for frame in frames:
             check_frame(frame, self._bands)
-        projected = [(index, self._view.project(frame)) for index, frame in enumerate(frames)]
-        present = [(index, projection) for index, projection in projected if projection is not None]
-        sources = parallel_map(lambda item: Source.of(frames[item[0]], exact=self._exact), present)
-        pairs = [(source, projection) for source, (_, projection) in zip(sources, present, strict=True)]
-        per_band = parallel_map(partial(self._add_to_band, pairs), self._bands_of_rows())
-        covering = {index for seen in per_band for (index, _), own in zip(present, seen, strict=True) if own}
-        return [index in covering for index in range(len(frames))]
+        projected = [(frame.image, self._view.project(frame)) for frame in frames]
+        per_band = parallel_map(partial(self._add_to_band, projected), self._bands_of_rows())
+        return [any(seen) for seen in zip(*per_band, strict=True)]
 
     def remove(self, frame: Frame) -> None:
         """Take away a frame that has been added; without its image and pose unchanged, the sums go wrong.
@@ -108,9 +80,9 @@ class ViewIntegral:
         projection = self._view.project(frame)
         if projection is None:
             return
-        source = Source.of(frame, exact=self._exact)
         # In the bands that it was added in: what is taken away is then the same to the last digit.
-        layers = [layer for band in self._bands_of_rows() if (layer := source.sample(projection, *band)) is not None]
+        sampled = [sample(frame.image, projection, *band, exact=self._exact) for band in self._bands_of_rows()]
+        layers = [layer.without_gaps() for layer in sampled if layer is not None]
         if any((self.coverage[layer.window] < layer.coverage()).any() for layer in layers):
             raise ImagingError(f"The frame of vehicle {frame.vehicle_id} is not part of the integral.")
         for layer in layers:
@@ -136,23 +108,41 @@ class ViewIntegral:
         rows = self._view.shape[0]
         return ((first, min(first + BAND_ROWS, rows)) for first in range(0, rows, BAND_ROWS))
 
-    def _add_to_band(self, pairs: Sequence[tuple[Source, Projection]], band: tuple[int, int]) -> list[bool]:
-        covering = []
-        for source, projection in pairs:
-            layer = source.sample(projection, *band)
-            covering.append(layer is not None and (layer.covered is None or bool(layer.covered.any())))
-            if layer is not None:
-                self.coverage[layer.window] += 1 if layer.covered is None else layer.covered
-                cv2.accumulate(layer.values, self._sum[layer.window], layer.covered)
+    def _add_to_band(self, projected: Sequence[Projected], band: tuple[int, int]) -> list[bool]:
+        """Add images to a band of rows, and tell of each whether it covers anything there."""
+        rows = slice(*band)
+        total, count = np.zeros_like(self._sum[rows]), np.zeros_like(self.coverage[rows])
+        covering = [self._add_layer(own, band, total, count, with_gaps=False) for own in projected]
+        # Few images have gaps: to look for them in the sums costs less than in every image.
+        if not math.isfinite(cv2.sumElems(total.reshape(total.shape[0], -1))[0]):
+            total[:], count[:] = 0, 0
+            covering = [self._add_layer(own, band, total, count, with_gaps=True) for own in projected]
+        self._sum[rows] += total
+        self.coverage[rows] += count
         return covering
+
+    def _add_layer(
+        self, projected: Projected, band: tuple[int, int], total: Pixels, count: NDArray[np.uint16], *, with_gaps: bool
+    ) -> bool:
+        image, projection = projected
+        layer = None if projection is None else sample(image, projection, *band, exact=self._exact)
+        if layer is None:
+            return False
+        if with_gaps:
+            layer = layer.without_gaps()
+        window = slice(layer.window[0].start - band[0], layer.window[0].stop - band[0]), layer.window[1]
+        count[window] += 1 if layer.covered is None else layer.covered
+        cv2.accumulate(layer.values, total[window], layer.covered)
+        return layer.covered is None or bool(layer.covered.any())
 
     def _divide_band(self, integral: NDArray[np.float32], band: tuple[int, int]) -> None:
         rows = slice(*band)
-        # Dividing by NaN marks uncovered cells at the cost of the division alone.
-        divisor = np.where(self.coverage[rows] == 0, np.float32(np.nan), self.coverage[rows].astype(np.float32))
-        # Written out per channel, as broadcasting along a very short axis takes three times as long.
-        written_out = cv2.merge([divisor] * self._sum.shape[2]).reshape(self._sum[rows].shape)
-        np.divide(self._sum[rows], written_out, out=integral[rows], casting="same_kind")
+        # Dividing by NaN marks uncovered cells. A table of rows of equal numbers, as broadcasting along a very short
+        # axis takes three times as long.
+        divisors = np.arange(int(self.coverage[rows].max()) + 1, dtype=np.float32)
+        divisors[0] = np.nan
+        table = np.repeat(divisors[:, np.newaxis], self._sum.shape[2], axis=1)
+        np.divide(self._sum[rows], np.take(table, self.coverage[rows], axis=0), out=integral[rows], casting="same_kind")
 
 
 def integrate(

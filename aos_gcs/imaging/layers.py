@@ -34,17 +34,27 @@ class Layer:
         cells = self.values.reshape(-1, self.values.shape[2])
         # One product in place of a reduction over a very short axis, which is ten times as slow.
         finite = np.isfinite(cells @ np.ones(cells.shape[1], dtype=cells.dtype)).reshape(self.values.shape[:2])
-        return Layer(self.window, self.values, finite.view(np.uint8) & self.coverage())
+        # OpenCV's masked sum of a single channel would let through what is not finite.
+        values = np.where(finite[:, :, np.newaxis], self.values, self.values.dtype.type(0.0))
+        return Layer(self.window, values, finite.view(np.uint8) & self.coverage())
 
 
 class Projection(Protocol):
     """Where one frame lies on a raster; its image comes with the questions."""
 
-    def sample(self, image: NDArray[np.float32], first_row: int, end_row: int) -> Layer | None:
-        """Return the image on a band of the raster, bilinear at single precision; None where it covers nothing."""
+    def sample(self, image: Pixels, first_row: int, end_row: int) -> Layer | None:
+        """Return the image on a band of the raster, bilinear at single precision; None where it covers nothing.
+
+        Cells that a NaN or infinite pixel has a share in are still in the layer.
+        """
 
     def sample_exactly(self, image: Pixels, first_row: int, end_row: int) -> Layer | None:
         """Return the image on a band of the raster, bilinear at double precision; None where it covers nothing."""
+
+
+def sample(image: Pixels, projection: Projection, first_row: int, end_row: int, *, exact: bool) -> Layer | None:
+    """Return an image on a band of a raster in one way or the other."""
+    return (projection.sample_exactly if exact else projection.sample)(image, first_row, end_row)
 
 
 def exact_layer(

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.errors import ImagingError
-from aos_gcs.imaging.integral import Source, check_frame
+from aos_gcs.imaging.integral import check_frame
+from aos_gcs.imaging.layers import sample
 from aos_gcs.imaging.model import Frame
 from aos_gcs.imaging.views import FocalView
 
@@ -81,8 +82,9 @@ def _values(
     for frame, own in zip(frames, values, strict=True):
         check_frame(frame, bands)
         projection = view.project(frame)
-        layer = None if projection is None else Source.of(frame, exact=exact).sample(projection, first, end)
+        layer = None if projection is None else sample(frame.image, projection, first, end, exact=exact)
         if layer is not None:
+            layer = layer.without_gaps()
             window = slice(layer.window[0].start - first, layer.window[0].stop - first), layer.window[1]
             covered = layer.coverage()
             own[window] = np.where(covered[:, :, np.newaxis] > 0, layer.values, np.nan)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.geometry.camera import CameraModel
-from aos_gcs.imaging.model import Frame
+from aos_gcs.imaging.model import Frame, Pixels
 
 MAX_CAMERAS = 32
 """Whose maps are kept: 8 bytes per pixel each."""
@@ -30,9 +30,8 @@ def undistorted(frame: Frame) -> Frame:
     """
     if frame.camera.distortion is None:
         return frame
-    image = np.ascontiguousarray(frame.image, dtype=np.float32)
     u, v = (np.ascontiguousarray(plane[RIM_PX:-RIM_PX, RIM_PX:-RIM_PX]) for plane in lens_map(frame.camera))
-    values, seen = sample_pixels(image, u, v)
+    values, seen = sample_pixels(frame.image, u, v)
     values[seen == 0] = np.nan
     return replace(frame, image=values, camera=frame.camera.ideal())
 
@@ -55,7 +54,7 @@ def lens_map(camera: CameraModel) -> tuple[NDArray[np.float32], NDArray[np.float
 
 
 def sample_pixels(
-    image: NDArray[np.float32], u: NDArray[np.float32], v: NDArray[np.float32]
+    image: Pixels, u: NDArray[np.float32], v: NDArray[np.float32]
 ) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
     """Return an image, shape (H, W, C), at pixels (u, v), shapes (rows, columns), and 1 where they lie in it.
 
@@ -64,8 +63,34 @@ def sample_pixels(
     height, width = image.shape[:2]
     in_width = np.asarray(cv2.inRange(u, -0.5, width - 0.5), dtype=np.uint8)
     in_height = np.asarray(cv2.inRange(v, -0.5, height - 0.5), dtype=np.uint8)
-    values = cv2.remap(image, u, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    return np.asarray(values, dtype=np.float32).reshape(*u.shape, image.shape[2]), in_width & in_height & np.uint8(1)
+    seen = in_width & in_height
+    if is_floats(image):
+        part = image.view(np.float32)
+    else:
+        (low_u, high_u), (low_v, high_v) = (cv2.minMaxLoc(plane, seen)[:2] for plane in (u, v))
+        part, left, top = floats_within(image, (low_u, high_u), (low_v, high_v))
+        u, v = u - np.float32(left), v - np.float32(top)
+    values = cv2.remap(part, u, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    return np.asarray(values, dtype=np.float32).reshape(*u.shape, image.shape[2]), seen & np.uint8(1)
+
+
+def is_floats(image: Pixels) -> bool:
+    """Tell whether OpenCV can interpolate an image as it is: it rounds samples of integers to integers."""
+    return image.dtype == np.float32 and image.flags.c_contiguous
+
+
+def floats_within(
+    image: Pixels, u_range: tuple[float, float], v_range: tuple[float, float]
+) -> tuple[NDArray[np.float32], int, int]:
+    """Return what sampling an image at pixels in the given ranges needs, as floats, and its left and top pixel.
+
+    Only this part is converted: while it is in the cache, it is sampled much faster than a whole image of floats.
+    """
+    (left, right), (top, bottom) = (
+        (int(min(max(low - 1.0, 0.0), size - 1.0)), int(min(max(high, 0.0) + 3.0, size)))
+        for (low, high), size in ((u_range, image.shape[1]), (v_range, image.shape[0]))
+    )
+    return np.ascontiguousarray(image[top:bottom, left:right], dtype=np.float32), left, top
 
 
 def seen_pixels(pixels: NDArray[np.float64], camera: CameraModel) -> NDArray[np.bool]:

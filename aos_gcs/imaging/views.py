@@ -59,8 +59,9 @@ class PlaneView:
         """See :class:`FocalView`."""
         ideal = frame.camera.ideal()
         H_raster2image = plane_to_image(ideal, frame.pose, self.plane) @ self.H_raster2plane
-        distance_m = abs(self.plane.gap_m(frame.pose.position_enu_m))
-        max_depth_m = MAX_DEPTH_RATIO * distance_m if self.depth_limited else math.inf
+        max_depth_m = math.inf
+        if self.depth_limited:
+            max_depth_m = MAX_DEPTH_RATIO * abs(self.plane.gap_m(frame.pose.position_enu_m))
         half_planes = np.vstack((visible_half_planes(H_raster2image, ideal, max_depth_m), self.H_raster2plane[2]))
         return PlaneProjection.within(half_planes, frame.camera, H_raster2image, *self.shape)
 
@@ -131,7 +132,7 @@ class PointProjection:
     known: NDArray[np.uint8]
     """1 where a cell has a point, shape (rows, columns)."""
 
-    def sample(self, image: NDArray[np.float32], first_row: int, end_row: int) -> Layer | None:
+    def sample(self, image: Pixels, first_row: int, end_row: int) -> Layer | None:
         """See :class:`~aos_gcs.imaging.layers.Projection`."""
         window = self._band(first_row, end_row)
         if window is None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import cv2
@@ -12,7 +13,7 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.imaging.focal_plane import covered_spans
 from aos_gcs.imaging.layers import Layer, exact_layer
 from aos_gcs.imaging.model import Pixels
-from aos_gcs.imaging.undistort import RIM_PX, lens_map, sample_pixels
+from aos_gcs.imaging.undistort import RIM_PX, floats_within, is_floats, lens_map, sample_pixels
 
 _SHIFT_BY_RIM = np.array([[1.0, 0.0, RIM_PX], [0.0, 1.0, RIM_PX], [0.0, 0.0, 1.0]])
 """Ideal pixels to cells of :func:`~aos_gcs.imaging.undistort.lens_map`."""
@@ -48,14 +49,14 @@ class PlaneProjection:
             return None
         return cls(camera, H_raster2image, spans, slice(int(covered_rows[0]), int(covered_rows[-1]) + 1))
 
-    def sample(self, image: NDArray[np.float32], first_row: int, end_row: int) -> Layer | None:
+    def sample(self, image: Pixels, first_row: int, end_row: int) -> Layer | None:
         """See :class:`~aos_gcs.imaging.layers.Projection`."""
         window = self.window(first_row, end_row)
         if window is None:
             return None
         covered = self.covered(window)
         if self.camera.distortion is None:
-            values = self._warp(image, self.H_from(window), window, cv2.INTER_LINEAR)
+            values = self._warp(*self._seen_part(image, window), window, cv2.INTER_LINEAR)
             return Layer(window, values.reshape(*values.shape[:2], image.shape[2]), covered)
         values, seen = sample_pixels(image, *self._real_pixels(window))
         return Layer(window, values, seen if covered is None else seen & covered)
@@ -113,6 +114,20 @@ class PlaneProjection:
         H = _SHIFT_BY_RIM @ self.H_from(window)
         u, v = (self._warp(plane, H, window, cv2.INTER_LINEAR) for plane in lens_map(self.camera))
         return np.asarray(u, dtype=np.float32), np.asarray(v, dtype=np.float32)
+
+    def _seen_part(self, image: Pixels, window: tuple[slice, slice]) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
+        """Return the part of an image that a window sees, as floats, and the homography from the window to it."""
+        H = self.H_from(window)
+        if is_floats(image):
+            return image.view(np.float32), H
+        height, width = window[0].stop - window[0].start, window[1].stop - window[1].start
+        u, v, depth = H @ [[0.0, width, 0.0, width], [0.0, 0.0, height, height], [1.0, 1.0, 1.0, 1.0]]
+        if depth.min() <= 0.0:
+            # The horizon crosses the window.
+            return floats_within(image, (0.0, math.inf), (0.0, math.inf))[0], H
+        u, v = u / depth, v / depth
+        part, left, top = floats_within(image, (u.min(), u.max()), (v.min(), v.max()))
+        return part, np.array([[1.0, 0.0, -left], [0.0, 1.0, -top], [0.0, 0.0, 1.0]]) @ H
 
     @staticmethod
     def _warp(image: Pixels, H: NDArray[np.float64], window: tuple[slice, slice], interpolation: int) -> Pixels:

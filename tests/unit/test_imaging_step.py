@@ -10,6 +10,7 @@ from aos_gcs.errors import ConfigurationError, ImagingError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose, nadir_pose
 from aos_gcs.geometry.projection import project_points
+from aos_gcs.imaging.integral import BATCH_FRAMES
 from aos_gcs.imaging.model import AnomalySource, Detector, Frame, LeaderCriterion
 from aos_gcs.imaging.pictures import render_pictures
 from aos_gcs.imaging.step import ImagingSettings, analyse_step
@@ -250,8 +251,8 @@ def test_memory_does_not_grow_with_the_number_of_frames() -> None:
         finally:
             tracemalloc.stop()
 
-    peak_bytes(8)
-    assert peak_bytes(64) - peak_bytes(16) < 4 * frame.image.nbytes
+    peak_bytes(BATCH_FRAMES)
+    assert peak_bytes(64) - peak_bytes(2 * BATCH_FRAMES) < 4 * frame.image.nbytes
 
 
 def test_the_analysis_is_deterministic() -> None:

@@ -32,6 +32,7 @@ EXACT = pytest.mark.parametrize("exact", [True, False], ids=["exact", "fast"])
 LEVEL, TILTED = Plane(1.0), Plane(1.0, 0.25, -0.15)
 _x, _y = np.meshgrid(np.linspace(-40, 40, 321), np.linspace(-40, 40, 321))
 HILLS = Terrain(-40.0, -40.0, 0.25, 2 * np.sin(_x / 5) + 1.5 * np.cos(_y / 4))
+CLOSE_UP = GroundRaster(-2.0, 1.5, 0.05, 50, 60, rows_along_y=False)
 SURFACES = pytest.mark.parametrize("surface", [LEVEL, TILTED, HILLS], ids=["level", "tilted", "terrain"])
 
 
@@ -156,6 +157,59 @@ def test_uncovered_and_infinite_pixels_stay_out(exact: bool) -> None:
         integral, count = integrate_view([frame], PINHOLE, frame.pose, surface, exact=exact)
         assert 0 < (count[30:50, 38:58] == 0).sum() <= 16
         np.testing.assert_allclose(integral[count > 0], 1.0, rtol=1e-6)
+
+
+def test_gaps_of_one_frame_cost_nothing_but_its_cells() -> None:
+    rng = np.random.default_rng(11)
+    whole = flight(PINHOLE, LEVEL, seed=2, count=3)
+    image = whole[1].image.copy()
+    image[rng.random(image.shape[:2]) < 0.01] = np.nan
+    gappy = dataclasses.replace(whole[1], image=image)
+    view = perspective_view(PINHOLE, whole[0].pose, LEVEL)
+    # The cells that the gaps have a share in, by a frame that is not finite there alone.
+    alone, seen = integrate([gappy], view, exact=False)
+    assert 0.7 < (seen == 1).mean() < 0.8
+    others, count = integrate([whole[0], whole[2]], view, exact=False)
+    running = ViewIntegral(view, ("grey",), exact=False)
+    running.add(whole[0])
+    running.add_all([gappy, whole[2]])
+    np.testing.assert_array_equal(running.coverage, count + seen)
+    total = np.nan_to_num(others) * count[:, :, None] + np.nan_to_num(alone)
+    covered = running.coverage > 0
+    np.testing.assert_allclose(running.mean()[covered], (total[covered].T / running.coverage[covered]).T, rtol=1e-5)
+    running.remove(gappy)
+    np.testing.assert_array_equal(running.coverage, count)
+    np.testing.assert_allclose(running.mean(), others, rtol=1e-5)
+
+
+@SURFACES
+@CAMERAS
+@pytest.mark.parametrize("dtype", [np.uint8, np.float64])
+def test_other_types_give_what_their_values_give_as_floats(
+    camera: CameraModel, surface: FocalSurface, dtype: type[np.generic]
+) -> None:
+    frames = flight(camera, surface, seed=4, count=3)
+    typed = [dataclasses.replace(frame, image=frame.image.astype(dtype)) for frame in frames]
+    floats = [dataclasses.replace(frame, image=frame.image.astype(np.float32)) for frame in typed]
+    # The second raster sees a small part of the frames, whose borders lie outside of it.
+    for view in (perspective_view(PINHOLE, frames[0].pose, surface), ortho_view(CLOSE_UP, surface)):
+        expected, count = integrate(floats, view, exact=False)
+        integral, own_count = integrate(typed, view, exact=False)
+        assert count.max() == 3
+        np.testing.assert_array_equal(own_count, count)
+        # OpenCV before 5 rounds coordinates to 1/32 pixel.
+        np.testing.assert_allclose(integral, expected, atol=0.02)
+
+
+def test_bytes_are_sampled_up_to_the_horizon() -> None:
+    level = Pose(np.array([0.0, 0.0, 30.0]), np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]))
+    frame = flight(PINHOLE, LEVEL, count=1)[0]
+    frame = dataclasses.replace(frame, image=frame.image.astype(np.uint8), pose=level)
+    floats = dataclasses.replace(frame, image=frame.image.astype(np.float32))
+    raster = GroundRaster(-40.0, 100.0, 0.5, 260, 160, rows_along_y=False)
+    integral, count = integrate([frame], ortho_view(raster, Plane(0.0)), exact=False)
+    assert count.any()
+    np.testing.assert_allclose(integral, integrate([floats], ortho_view(raster, Plane(0.0)), exact=False)[0], atol=0.02)
 
 
 @CAMERAS
