@@ -1,7 +1,8 @@
 """Errors of the vehicles' poses, estimated from what their frames have in common.
 
-What is learnt is carried from step to step as the information matrix of a Gaussian: a step in which a vehicle moves
-about the others tells more than one in which the formation keeps its shape. docs/registration.md says what can be told.
+An error has a part that lasts and one that passes with its frame. What is learnt of the lasting parts is carried from
+step to step as a Gaussian: a step in which a vehicle moves about the others tells more than one in which the formation
+keeps its shape. docs/registration.md says what can be told.
 """
 
 from __future__ import annotations
@@ -13,13 +14,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
+from scipy.spatial.transform import Rotation
 
 from aos_gcs.errors import ImagingError
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.imaging.focal_plane import footprint
 from aos_gcs.imaging.integral import check_frame
 from aos_gcs.imaging.model import Frame
-from aos_gcs.imaging.registration_adjustment import CONSTANTS, ErrorBudget, Gaussian, adjust
+from aos_gcs.imaging.registration_adjustment import POSE_ERRORS, Gaussian, adjust
 from aos_gcs.imaging.registration_ties import PatchSize, measure_ties
 from aos_gcs.imaging.undistort import undistorted
 
@@ -34,10 +36,39 @@ MAX_NEIGHBOURS = 8
 """Pairs that each frame begins; more bring little news."""
 
 MIN_TIES_PER_FRAME = 4
-"""Two equations each: fewer could not tell the frame's five errors and the heights of its patches."""
+"""Two equations each: fewer could not tell the frame's six errors and the heights of its patches."""
+
+_JUDGED = np.array([0, 1, 3])
+"""East, north and yaw among the errors of a pose: what the confidence is about."""
 
 MIN_INLIER_SHARE = 0.5
 """Of the ties of a step that must fit; else nothing is learnt from it. Simulated forests reach 0.5 to 0.95."""
+
+
+@dataclass(frozen=True, slots=True)
+class PoseSigmas:
+    """How large the errors of poses are expected to be, standard deviations."""
+
+    offset_m: float
+    """Of the position along each horizontal axis."""
+    height_m: float
+    yaw_rad: float
+    tilt_rad: float
+    """Of roll and pitch each."""
+
+    def of_one(self) -> NDArray[np.float64]:
+        """Return those of one pose in the order of its errors, shape (``POSE_ERRORS``,)."""
+        return np.array([self.offset_m, self.offset_m, self.height_m, self.yaw_rad, self.tilt_rad, self.tilt_rad])
+
+
+@dataclass(frozen=True, slots=True)
+class ErrorBudget:
+    """A satellite receiver, a compass and a gimbal: 0.5 m (height 0.75 m), 3 degrees and 1 degree in all."""
+
+    lasting: PoseSigmas = PoseSigmas(0.47, 0.71, math.radians(2.9), math.radians(0.7))
+    """Stays with a vehicle."""
+    passing: PoseSigmas = PoseSigmas(0.16, 0.24, math.radians(0.7), math.radians(0.7))
+    """Differs from one exposure to the next."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +80,8 @@ class PoseCorrection:
     up_m: float
     yaw_rad: float
     """Clockwise seen from above, as headings are."""
+    about_east_rad: float
+    about_north_rad: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,7 +91,7 @@ class Registration:
     budget: ErrorBudget = field(default_factory=ErrorBudget)
     vehicle_ids: tuple[int, ...] = ()
     errors: Gaussian = field(default_factory=lambda: Gaussian(np.zeros(0), np.zeros((0, 0))))
-    """East, north, up (m) and yaw (rad) of one vehicle after the other, shape (4 n,)."""
+    """The lasting ones of one vehicle after the other, shape (``POSE_ERRORS`` n,)."""
     inlier_share: float = 0.0
     """Of the ties of the latest step that was learnt from."""
     steps: int = 0
@@ -66,34 +99,38 @@ class Registration:
 
     @property
     def confidence(self) -> float:
-        """0 to 1: share of the expected variance that is explained, times the share of ties that fit."""
+        """0 to 1: share of ties that fit, times the share of variance explained in the worst of all directions.
+
+        A direction is any combination of the vehicles' horizontal offsets and headings, relative to the fleet: to turn
+        or to scale the whole formation is one of them.
+        """
         if self.steps == 0:
             return 0.0
-        expected = _expected(self.budget)
-        left = np.mean((self.sigmas() / expected) ** 2) / (1.0 - 1.0 / len(self.vehicle_ids))
-        return self.inlier_share * max(0.0, 1.0 - float(left))
+        told = _JUDGED + POSE_ERRORS * np.arange(len(self.vehicle_ids))[:, np.newaxis]
+        sigmas = np.tile(self.budget.lasting.of_one()[_JUDGED], len(self.vehicle_ids))
+        left = self._relative_covariance()[np.ix_(told.ravel(), told.ravel())] / np.outer(sigmas, sigmas)
+        return self.inlier_share * max(0.0, 1.0 - float(np.linalg.eigvalsh(left)[-1]))
 
     def sigmas(self) -> NDArray[np.float64]:
-        """Return the standard deviations of the corrections: east, north, up (m), yaw (rad), shape (n, 4)."""
-        to_relative = _relative_to_mean(len(self.vehicle_ids))
-        covariance = to_relative @ np.linalg.inv(self.errors.information) @ to_relative.T
-        return np.asarray(np.sqrt(np.diag(covariance)).reshape(-1, CONSTANTS))
+        """Return the standard deviations of the lasting errors relative to the mean of the fleet, shape (n, 6)."""
+        return np.asarray(np.sqrt(np.diag(self._relative_covariance())).reshape(-1, POSE_ERRORS))
 
     def corrections(self) -> Mapping[int, PoseCorrection]:
-        """Return the correction of each vehicle by its id, relative to the mean of the fleet, which frames cannot tell.
+        """Return the correction of each vehicle by its id; one of which little is known has a small one."""
+        values = self.errors.mean.reshape(-1, POSE_ERRORS)
+        return {i: PoseCorrection(*map(float, row)) for i, row in zip(self.vehicle_ids, values, strict=True)}
 
-        A vehicle of which little is known has a small one.
-        """
-        relative = (_relative_to_mean(len(self.vehicle_ids)) @ self.errors.mean).reshape(-1, CONSTANTS)
-        return {i: PoseCorrection(*map(float, values)) for i, values in zip(self.vehicle_ids, relative, strict=True)}
+    def _relative_covariance(self) -> NDArray[np.float64]:
+        n = len(self.vehicle_ids)
+        to_relative = np.kron(np.eye(n) - 1.0 / n, np.eye(POSE_ERRORS))
+        return np.asarray(to_relative @ self.errors.covariance @ to_relative.T)
 
 
 def corrected(pose: Pose, correction: PoseCorrection) -> Pose:
     """Return a pose with a vehicle's correction applied."""
-    sin, cos = math.sin(correction.yaw_rad), math.cos(correction.yaw_rad)
-    R_clockwise = np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
+    turn = Rotation.from_rotvec([correction.about_east_rad, correction.about_north_rad, -correction.yaw_rad])
     offset_m = np.array([correction.east_m, correction.north_m, correction.up_m])
-    return Pose(pose.position_enu_m + offset_m, R_clockwise @ pose.R_cam2enu)
+    return Pose(pose.position_enu_m + offset_m, turn.as_matrix() @ pose.R_cam2enu)
 
 
 def apply_sure(registration: Registration, frames: Sequence[Frame], min_confidence: float) -> list[Frame]:
@@ -132,7 +169,7 @@ def register(frames: Sequence[Frame], known: Registration, plane_height_m: float
         check_frame(frame, frames[0].bands)
     known = _with_vehicles(known, vehicle_ids)
     rows = _rows(known, vehicle_ids)
-    prior = known.errors.marginal(rows)
+    prior = _of_frames(known, rows)
     ideal = [undistorted(frame) for frame in frames]
     estimate, height_m, inlier_share = prior, plane_height_m, 0.0
     for edge_px, share, max_parallax in ROUNDS:
@@ -144,21 +181,19 @@ def register(frames: Sequence[Frame], known: Registration, plane_height_m: float
         if len(ties.patch) < MIN_TIES_PER_FRAME * len(frames):
             return known
         # Each round starts from the prior again: the first one only finds out where to look.
-        solution = adjust(
-            ties, poses, patches_m, patch_spacing=PATCH_SPACING, applied=estimate.mean, prior=prior, budget=known.budget
-        )
+        solution = adjust(ties, poses, patches_m, patch_spacing=PATCH_SPACING, applied=estimate.mean, prior=prior)
         estimate, inlier_share = solution.errors, solution.inlier_share
         height_m += solution.height_m
     if inlier_share < MIN_INLIER_SHARE:
         return known
-    learnt = known.errors.updated(rows, prior, estimate)
+    learnt = _learnt(known.errors, rows, prior, estimate)
     return replace(known, errors=learnt, inlier_share=inlier_share, steps=known.steps + 1)
 
 
 def _corrected_poses(frames: Sequence[Frame], errors: NDArray[np.float64]) -> list[Pose]:
     return [
         corrected(f.pose, PoseCorrection(*values))
-        for f, values in zip(frames, errors.reshape(-1, CONSTANTS), strict=True)
+        for f, values in zip(frames, errors.reshape(-1, POSE_ERRORS), strict=True)
     ]
 
 
@@ -188,22 +223,27 @@ def _with_vehicles(known: Registration, vehicle_ids: Sequence[int]) -> Registrat
     new = [vehicle_id for vehicle_id in vehicle_ids if vehicle_id not in known.vehicle_ids]
     if not new:
         return known
-    budget, errors = known.budget, known.errors
-    expected = np.tile(_expected(budget), len(new))
-    mean = np.concatenate((errors.mean, np.zeros(len(expected))))
+    expected = np.tile(known.budget.lasting.of_one(), len(new))
+    mean = np.concatenate((known.errors.mean, np.zeros(len(expected))))
     # SciPy counts an empty array as one row.
-    blocks = [block for block in (errors.information, np.diag(expected**-2.0)) if block.size]
+    blocks = [block for block in (known.errors.covariance, np.diag(expected**2)) if block.size]
     return replace(known, vehicle_ids=(*known.vehicle_ids, *new), errors=Gaussian(mean, block_diag(*blocks)))
 
 
 def _rows(known: Registration, vehicle_ids: Sequence[int]) -> NDArray[np.intp]:
-    first = CONSTANTS * np.array([known.vehicle_ids.index(vehicle_id) for vehicle_id in vehicle_ids], dtype=np.intp)
-    return np.asarray((first[:, np.newaxis] + np.arange(CONSTANTS)).ravel())
+    first = POSE_ERRORS * np.array([known.vehicle_ids.index(vehicle_id) for vehicle_id in vehicle_ids], dtype=np.intp)
+    return np.asarray((first[:, np.newaxis] + np.arange(POSE_ERRORS)).ravel())
 
 
-def _expected(budget: ErrorBudget) -> NDArray[np.float64]:
-    return np.array([budget.offset_m, budget.offset_m, budget.height_m, budget.yaw_rad])
+def _of_frames(known: Registration, rows: NDArray[np.intp]) -> Gaussian:
+    """Return what is known beforehand of the errors of frames: what lasts, and what passes with them."""
+    passing = np.tile(known.budget.passing.of_one(), len(rows) // POSE_ERRORS)
+    return Gaussian(known.errors.mean[rows], known.errors.covariance[np.ix_(rows, rows)] + np.diag(passing**2))
 
 
-def _relative_to_mean(n: int) -> NDArray[np.float64]:
-    return np.asarray(np.kron(np.eye(n) - 1.0 / n, np.eye(CONSTANTS)), dtype=np.float64)
+def _learnt(lasting: Gaussian, rows: NDArray[np.intp], before: Gaussian, after: Gaussian) -> Gaussian:
+    """Return what is known of the lasting errors once those of frames, of which they are parts, are better known."""
+    gain = np.linalg.solve(before.covariance, lasting.covariance[rows]).T
+    mean = lasting.mean + gain @ (after.mean - before.mean)
+    covariance = lasting.covariance + gain @ (after.covariance - before.covariance) @ gain.T
+    return Gaussian(mean, (covariance + covariance.T) / 2.0)

@@ -1,8 +1,8 @@
-"""The least squares of registration: from ties between frames to the errors of the vehicles' poses.
+"""The least squares of registration: from ties between frames to the errors of their poses.
 
-Model: a bundle adjustment whose points are patches of the world. Of every vehicle the position and the heading are off
-by constants; every frame's roll and pitch are off by chance; every patch has a height of its own, so that it
-does not matter whether it shows leaves or ground, nor how high the trees are. All of it is solved together.
+Model: a bundle adjustment whose points are patches of the world. Every frame has errors of its position, heading, roll
+and pitch, of which more or less is known beforehand; every patch has a height of its own, of which nothing is, so that
+it does not matter whether it shows leaves or ground, nor how high the trees are. All of it is solved together.
 
 Sources: Triggs, McLauchlan, Hartley and Fitzgibbon, *Bundle Adjustment: A Modern Synthesis*, Vision Algorithms, 2000
 (elimination of the points, robust weights); the weights are Cauchy's.
@@ -10,7 +10,6 @@ Sources: Triggs, McLauchlan, Hartley and Fitzgibbon, *Bundle Adjustment: A Moder
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -21,8 +20,16 @@ from scipy.sparse import csr_array
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.imaging.registration_ties import Ties
 
-CONSTANTS = 4
-"""Of a vehicle: east, north, up (m) and yaw (rad, clockwise)."""
+POSE_ERRORS = 6
+"""Of a pose: east, north, up (m), yaw (rad, clockwise), turns about east and north (rad)."""
+
+TIE_M = 0.06
+"""Of a displacement between two frames along each axis, standard deviation."""
+PATCH_HEIGHT_M = 300.0
+"""Of a patch about where it is looked for, standard deviation: so wide that it says nothing. From a width like that of
+real crowns the scale of the formation would be inferred: the smaller it is taken to be, the less heights differ."""
+MAX_HEIGHT_SHARE = 0.7
+"""Of the cameras' height above the patches, by which those may be higher or lower."""
 
 ITERATIONS = 8
 CAUCHY_SIGMAS = 2.0
@@ -30,45 +37,14 @@ CAUCHY_SIGMAS = 2.0
 INLIER_SIGMAS = 3.0
 
 
-@dataclass(frozen=True, slots=True)
-class ErrorBudget:
-    """How large errors are expected to be, standard deviations."""
-
-    offset_m: float = 0.5
-    """Of a vehicle's position along each horizontal axis, constant."""
-    height_m: float = 0.75
-    """Of a vehicle's height, constant."""
-    yaw_rad: float = math.radians(3.0)
-    """Of a vehicle's heading, constant."""
-    tilt_rad: float = math.radians(1.0)
-    """Of the roll and pitch of one frame."""
-    patch_height_m: float = 8.0
-    """Of what patches show, about where they are looked for: as high as trees are."""
-    tie_m: float = 0.06
-    """Of a displacement between two frames along each axis."""
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Gaussian:
-    """A normal distribution by its mean and the inverse of its covariance."""
+    """A normal distribution."""
 
     mean: NDArray[np.float64]
     """Shape (k,)."""
-    information: NDArray[np.float64]
+    covariance: NDArray[np.float64]
     """Shape (k, k)."""
-
-    def marginal(self, rows: NDArray[np.intp]) -> Gaussian:
-        """Return the distribution of some of the variables, the others being unknown."""
-        covariance = np.linalg.inv(self.information)
-        return Gaussian(self.mean[rows], np.asarray(np.linalg.inv(covariance[np.ix_(rows, rows)]), dtype=np.float64))
-
-    def updated(self, rows: NDArray[np.intp], prior: Gaussian, posterior: Gaussian) -> Gaussian:
-        """Return the distribution after what has turned the marginal of some variables from prior to posterior."""
-        information = self.information.copy()
-        information[np.ix_(rows, rows)] += posterior.information - prior.information
-        right = self.information @ self.mean
-        right[rows] += posterior.information @ posterior.mean - prior.information @ prior.mean
-        return Gaussian(np.asarray(np.linalg.solve(information, right), dtype=np.float64), information)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,7 +52,7 @@ class Solution:
     """What the ties of one step tell."""
 
     errors: Gaussian
-    """Of the vehicles: the constants of one after the other; the prior included."""
+    """Of the frames' poses, one after the other, shape (``POSE_ERRORS`` n,); the prior included."""
     height_m: float
     """Median of the patches' heights above where they were looked for."""
     inlier_share: float
@@ -91,50 +67,46 @@ def adjust(
     patch_spacing: float,
     applied: NDArray[np.float64],
     prior: Gaussian,
-    budget: ErrorBudget,
 ) -> Solution:
-    """Solve for the errors of the vehicles, the tilts of the frames and the heights of the patches.
+    """Solve for the errors of the frames' poses and for the heights of the patches.
 
     Args:
         ties: measured with ``poses``; at least one.
-        poses: one per vehicle, with the errors ``applied`` corrected.
+        poses: of the n frames, with the errors ``applied`` corrected.
         patches_m: centres of the patches, shape (m, 3).
         patch_spacing: of their centres, in edges of a patch; what neighbours share counts once.
-        applied: shape (``CONSTANTS`` n,).
-        prior: of the vehicles' errors.
-        budget: sizes of all other errors.
+        applied: shape (``POSE_ERRORS`` n,).
+        prior: of the errors of the frames' poses.
     """
-    n, k = len(poses), CONSTANTS * len(poses)
     seen_patches, patch = np.unique(ties.patch, return_inverse=True)
     geometry = _Geometry.of(ties, poses, patches_m)
-    mean = np.concatenate((prior.mean, np.zeros(2 * n)))
-    information = np.diag(np.full(k + 2 * n, budget.tilt_rad**-2.0))
-    information[:k, :k] = prior.information
-    unknowns = np.concatenate((applied, np.zeros(2 * n)))
-    at = unknowns.copy()
+    information = np.linalg.inv(prior.covariance)
+    errors = applied.copy()
     heights_m = np.zeros(len(seen_patches))
+    reach_m = MAX_HEIGHT_SHARE * float(np.abs(geometry.first.depth_m).min())
     share = patch_spacing**2 / _repetitions(ties, patch)
+    # Which ties are of which patch, shape (ties, patches).
+    to_patch = csr_array((np.ones(len(patch)), (np.arange(len(patch)), patch)), shape=(len(patch), len(heights_m)))
     for _ in range(ITERATIONS):
-        predicted_m, J, J_height = geometry.predict(unknowns - at, heights_m[patch])
+        predicted_m, J, J_height = geometry.predict(errors - applied, heights_m[patch])
         residual_m = ties.displacement_m - predicted_m
-        sigmas = np.linalg.norm(residual_m, axis=1) / budget.tie_m
-        weights = share / (1.0 + (sigmas / CAUCHY_SIGMAS) ** 2) / budget.tie_m**2
+        sigmas = np.linalg.norm(residual_m, axis=1) / TIE_M
+        weights = share / (1.0 + (sigmas / CAUCHY_SIGMAS) ** 2) / TIE_M**2
         W = np.repeat(weights, 2)
         N = (J.T.multiply(W) @ J).toarray() + information
-        right = J.T @ (W * residual_m.ravel()) - information @ (unknowns - mean)
+        right = J.T @ (W * residual_m.ravel()) - information @ (errors - prior.mean)
         # Each patch has one height, in ties of its own only: heights are eliminated by division.
-        to_patch = csr_array((np.ones(len(patch)), (np.arange(len(patch)), patch)), shape=(len(patch), len(heights_m)))
-        own = np.asarray(to_patch.T @ (weights * np.sum(J_height**2, axis=1))) + budget.patch_height_m**-2.0
+        own = np.asarray(to_patch.T @ (weights * np.sum(J_height**2, axis=1))) + PATCH_HEIGHT_M**-2.0
         cross = J.T @ _spread(to_patch, weights[:, np.newaxis] * J_height)
         right_own = np.asarray(to_patch.T @ (weights * np.sum(J_height * residual_m, axis=1)))
-        right_own -= heights_m / budget.patch_height_m**2
+        right_own -= heights_m / PATCH_HEIGHT_M**2
         reduced = N - (cross.multiply(1.0 / own) @ cross.T).toarray()
         step = np.linalg.solve(reduced, right - cross @ (right_own / own))
-        unknowns = unknowns + step
-        heights_m = heights_m + (right_own - cross.T @ step) / own
-    marginal = reduced[:k, :k] - reduced[:k, k:] @ np.linalg.solve(reduced[k:, k:], reduced[k:, :k])
+        errors = errors + step
+        heights_m = np.clip(heights_m + (right_own - cross.T @ step) / own, -reach_m, reach_m)
+    covariance = np.linalg.inv(reduced)
     return Solution(
-        errors=Gaussian(unknowns[:k], (marginal + marginal.T) / 2.0),
+        errors=Gaussian(errors, (covariance + covariance.T) / 2.0),
         height_m=float(np.median(heights_m)),
         inlier_share=float(np.mean(sigmas < INLIER_SIGMAS)),
     )
@@ -170,32 +142,28 @@ class _Side:
 class _Geometry:
     first: _Side
     second: _Side
-    n: int
 
     @classmethod
     def of(cls, ties: Ties, poses: Sequence[Pose], patches_m: NDArray[np.float64]) -> _Geometry:
         positions_m = np.array([pose.position_enu_m for pose in poses])
         sides = [_side(frame, positions_m[frame], patches_m[ties.patch]) for frame in (ties.first, ties.second)]
-        return cls(sides[0], sides[1], len(poses))
+        return cls(sides[0], sides[1])
 
     def predict(
-        self, unknowns: NDArray[np.float64], height_m: NDArray[np.float64]
+        self, errors: NDArray[np.float64], height_m: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], csr_array, NDArray[np.float64]]:
         """Return the displacements, shape (k, 2), and their derivatives.
 
-        By the unknowns, shape (2 k, 6 n), and by the height of the own patch, shape (k, 2).
+        By the errors, shape (2 k, 6 n), and by the height of the own patch, shape (k, 2).
         """
-        n, k = self.n, len(height_m)
-        errors = np.column_stack(
-            (unknowns[: CONSTANTS * n].reshape(n, CONSTANTS), unknowns[CONSTANTS * n :].reshape(n, 2))
-        )
-        first_m, first_by_error, first_by_height = self.first.shown_m(errors, height_m)
-        second_m, second_by_error, second_by_height = self.second.shown_m(errors, height_m)
+        by_frame = errors.reshape(-1, POSE_ERRORS)
+        first_m, first_by_error, first_by_height = self.first.shown_m(by_frame, height_m)
+        second_m, second_by_error, second_by_height = self.second.shown_m(by_frame, height_m)
         values = np.concatenate((-first_by_error, second_by_error), axis=2)
-        columns = np.concatenate((_columns(self.first.frame, n), _columns(self.second.frame, n)), axis=1)
+        columns = np.concatenate((_columns(self.first.frame), _columns(self.second.frame)), axis=1)
         column = np.repeat(columns, 2, axis=0)
-        row = np.repeat(np.arange(2 * k), values.shape[2])
-        J = csr_array((values.ravel(), (row, column.ravel())), shape=(2 * k, len(unknowns)))
+        row = np.repeat(np.arange(2 * len(height_m)), values.shape[2])
+        J = csr_array((values.ravel(), (row, column.ravel())), shape=(2 * len(height_m), len(errors)))
         return second_m - first_m, J, second_by_height - first_by_height
 
 
@@ -210,10 +178,9 @@ def _side(frame: NDArray[np.intp], position_m: NDArray[np.float64], patch_m: NDA
     )
 
 
-def _columns(frame: NDArray[np.intp], n: int) -> NDArray[np.intp]:
-    """Return where a frame's constants and its two tilts stand among the unknowns, shape (k, 6)."""
-    frame = frame[:, np.newaxis]
-    return np.concatenate((CONSTANTS * frame + np.arange(CONSTANTS), CONSTANTS * n + 2 * frame + np.arange(2)), axis=1)
+def _columns(frame: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Return where a frame's errors stand among the unknowns, shape (k, 6)."""
+    return np.asarray(POSE_ERRORS * frame[:, np.newaxis] + np.arange(POSE_ERRORS))
 
 
 def _spread(to_patch: csr_array, rows: NDArray[np.float64]) -> csr_array:

@@ -91,11 +91,11 @@ class Follower:
     def left_over(self) -> tuple[float, float]:
         """RMS error of the corrections relative to the fleet: offset per axis in metres, yaw in degrees."""
         corrections = self.registration.corrections().values()
-        found = np.array([[c.east_m, c.north_m, c.up_m, c.yaw_rad] for c in corrections])
+        found = np.array([[c.east_m, c.north_m, c.yaw_rad] for c in corrections])
         # A heading grows clockwise, an angle about the vertical the other way.
-        true = -np.column_stack((self.lasting.position_enu_m, -self.lasting.rotation_enu_rad[:, 2]))
-        rest = found - (true - true.mean(axis=0))
-        return rms(rest[:, :2]), rms(np.degrees(rest[:, 3:]))
+        true = -np.column_stack((self.lasting.position_enu_m[:, :2], -self.lasting.rotation_enu_rad[:, 2]))
+        rest = (found - found.mean(axis=0)) - (true - true.mean(axis=0))
+        return rms(rest[:, :2]), rms(np.degrees(rest[:, 2]))
 
 
 def rms(values: NDArray[np.float64]) -> float:

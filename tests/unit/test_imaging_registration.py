@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Callable
+from dataclasses import astuple
 from pathlib import Path
 
 import cv2
@@ -18,7 +20,16 @@ from aos_gcs.geometry.projection import Plane, plane_to_image
 from aos_gcs.imaging.autofocus import focus_curve
 from aos_gcs.imaging.focus_region import ViewRegion
 from aos_gcs.imaging.model import Frame
-from aos_gcs.imaging.registration import MIN_INLIER_SHARE, PoseCorrection, Registration, apply_sure, corrected, register
+from aos_gcs.imaging.registration import (
+    MIN_INLIER_SHARE,
+    ErrorBudget,
+    PoseCorrection,
+    PoseSigmas,
+    Registration,
+    apply_sure,
+    corrected,
+    register,
+)
 
 CAMERA = CameraModel.from_fov(256, 256, math.radians(50.0))
 CAMERA_F0 = CameraModel.from_fov(512, 512, math.radians(50.815436217896945))
@@ -27,6 +38,11 @@ CANOPY_M = 12.0
 TEXTURE_M_PER_PX = 0.1
 TEXTURE_SIZE = 700
 N = 6
+STEADY = PoseSigmas(0.0, 0.0, 0.0, 0.0)
+BUDGET = ErrorBudget()
+LEVEL = PoseSigmas(0.5, 0.75, math.radians(3.0), math.radians(0.01))
+"""Of vehicles whose gimbals hold the horizon."""
+HARDLY = PoseSigmas(0.01, 0.01, math.radians(0.05), math.radians(0.05))
 
 
 def texture(rng: np.random.Generator) -> NDArray[np.float32]:
@@ -59,15 +75,20 @@ class World:
         return np.asarray(cv2.warpPerspective(layer, H, (CAMERA.width_px, CAMERA.height_px)))
 
 
-def step(world: World, errors: NDArray[np.float64], rng: np.random.Generator, tilt_rad: float = 0.0) -> list[Frame]:
-    """Frames of vehicles scattered over 12 m, with the poses that they report."""
-    places_m = rng.uniform(-6.0, 6.0, (len(errors), 2))
+def step(
+    world: World,
+    errors: NDArray[np.float64],
+    rng: np.random.Generator,
+    passing: PoseSigmas = STEADY,
+    places_m: NDArray[np.float64] | None = None,
+) -> list[Frame]:
+    """Frames of vehicles, scattered over 12 m unless their places are given, with the poses that they report."""
+    if places_m is None:
+        places_m = rng.uniform(-6.0, 6.0, (len(errors), 2))
     frames = []
     for index, (place_m, error) in enumerate(zip(places_m, errors, strict=True)):
         reported = nadir_pose([*place_m, 35.0 + index])
-        true = corrected(reported, PoseCorrection(*error))
-        tilt, _ = cv2.Rodrigues(np.array([*rng.normal(0.0, 1.0, 2) * tilt_rad, 0.0]))
-        true = Pose(true.position_enu_m, tilt @ true.R_cam2enu)
+        true = corrected(reported, PoseCorrection(*(error + rng.normal(0.0, 1.0, len(error)) * passing.of_one())))
         frames.append(Frame(index + 1, world.look(true, rng), ("grey",), reported, CAMERA))
     return frames
 
@@ -83,40 +104,101 @@ def recorded_frames() -> list[Frame]:
     return frames
 
 
-def draw_errors(rng: np.random.Generator, n: int = N) -> NDArray[np.float64]:
-    """East, north, up (m) and yaw (rad) of each vehicle: satellite positions and compasses."""
-    return rng.normal(0.0, [0.5, 0.5, 0.75, math.radians(3.0)], (n, 4))
+def draw_errors(rng: np.random.Generator, sigmas: PoseSigmas = BUDGET.lasting, n: int = N) -> NDArray[np.float64]:
+    """The lasting errors of each vehicle, in the order of the fields of a correction."""
+    return rng.normal(0.0, 1.0, (n, 6)) * sigmas.of_one()
 
 
 def left_over(registration: Registration, errors: NDArray[np.float64]) -> NDArray[np.float64]:
     """What the corrections leave of the errors, both relative to the mean of the fleet."""
-    found = np.array([[c.east_m, c.north_m, c.up_m, c.yaw_rad] for c in registration.corrections().values()])
-    return found - (errors - errors.mean(axis=0))
+    found = np.array([astuple(c) for c in registration.corrections().values()])
+    return (found - found.mean(axis=0)) - (errors - errors.mean(axis=0))
 
 
-def test_errors_of_offset_and_yaw_are_found_below_a_canopy() -> None:
+def rms(values: NDArray[np.float64]) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def line(index: int) -> NDArray[np.float64]:
+    """A line of vehicles that flies on without changing its shape."""
+    return np.column_stack((4.2 * (np.arange(N) - (N - 1) / 2), np.full(N, 0.5 * index - 6.0)))
+
+
+def huddle(_: int) -> NDArray[np.float64]:
+    """Vehicles that stay where they are."""
+    return np.random.default_rng(99).uniform(-6.0, 6.0, (N, 2))
+
+
+def test_errors_are_found_below_a_canopy() -> None:
     rng = np.random.default_rng(1)
-    world, errors = World(1), draw_errors(rng)
-    registration = Registration()
+    world, errors = World(1), draw_errors(rng, LEVEL)
+    registration = Registration(ErrorBudget(LEVEL, HARDLY))
     for _ in range(6):
         registration = register(step(world, errors, rng), registration, 0.0)
     rest = left_over(registration, errors)
-    assert np.sqrt(np.mean(rest[:, 2] ** 2)) < 0.3
-    assert np.sqrt(np.mean(rest[:, :2] ** 2)) < 0.1
+    assert rms(rest[:, 2]) < 0.3
+    assert rms(rest[:, :2]) < 0.1
     assert np.degrees(np.abs(rest[:, 3])).max() < 0.2
-    assert registration.confidence > 0.7
+    assert registration.confidence > 0.6
 
 
-def test_tilts_of_single_frames_average_out() -> None:
-    rng = np.random.default_rng(2)
-    world, errors = World(2), draw_errors(rng)
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [2, 3])
+def test_offset_and_yaw_are_found_at_the_full_budget(seed: int) -> None:
+    """Satellite positions to 0.5 m, compasses to 3 degrees and tilts to 1 degree, in part new in every frame."""
+    rng = np.random.default_rng(seed)
+    world, errors = World(seed), draw_errors(rng)
     registration = Registration()
-    for _ in range(6):
-        registration = register(step(world, errors, rng, tilt_rad=math.radians(1.0)), registration, 0.0)
-    rest, sigmas = left_over(registration, errors), registration.sigmas()
-    assert np.sqrt(np.mean(rest[:, :2] ** 2)) < 0.25
-    assert np.degrees(np.abs(rest[:, 3])).max() < 0.2
-    assert np.sqrt(np.mean((rest / sigmas) ** 2)) < 2.5
+    for _ in range(40):
+        registration = register(step(world, errors, rng, BUDGET.passing), registration, 0.0)
+    rest = left_over(registration, errors)
+    assert rms(rest[:, :2]) < 0.1
+    assert rms(np.degrees(rest[:, 3])) < 0.2
+    assert registration.confidence > 0.6
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [2, 3])
+def test_tilts_of_single_frames_average_out(seed: int) -> None:
+    """All of the tilt's 1 degree is new in every frame, and nothing else is."""
+    rng = np.random.default_rng(seed)
+    world, errors = World(seed), draw_errors(rng, LEVEL)
+    registration = Registration()
+    for _ in range(24):
+        frames = step(world, errors, rng, PoseSigmas(0.0, 0.0, 0.0, math.radians(1.0)))
+        registration = register(frames, registration, 0.0)
+    rest = left_over(registration, errors)
+    assert rms(rest[:, :2]) < 0.1
+    assert rms(np.degrees(rest[:, 3])) < 0.2
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("formation", [line, huddle, None], ids=["line", "huddle", "scattered"])
+def test_errors_are_as_large_as_their_sigmas_say(formation: Callable[[int], NDArray[np.float64]] | None) -> None:
+    squares = []
+    for seed in range(4):
+        rng = np.random.default_rng([11, seed])
+        world, errors = World(seed), draw_errors(rng)
+        registration = Registration()
+        for index in range(8):
+            places_m = formation(index) if formation else None
+            registration = register(step(world, errors, rng, BUDGET.passing, places_m), registration, 0.0)
+        squares.append((left_over(registration, errors) / registration.sigmas()) ** 2)
+    assert 0.2 < np.mean(np.array(squares)[:, :, [0, 1, 3]]) < 2.0
+
+
+@pytest.mark.parametrize("formation", [line, huddle])
+def test_a_formation_that_keeps_its_shape_is_not_corrected(formation: Callable[[int], NDArray[np.float64]]) -> None:
+    """Nothing in its frames tells a formation that is turned, or scaled, about its centre from one that is not."""
+    rng = np.random.default_rng(6)
+    world, errors = World(6), draw_errors(rng)
+    registration = Registration()
+    for index in range(4):
+        frames = step(world, errors, rng, BUDGET.passing, formation(index))
+        registration = register(frames, registration, 0.0)
+    assert registration.steps == 4
+    assert registration.confidence < 0.5
+    assert apply_sure(registration, frames, min_confidence=0.6) == frames
 
 
 @pytest.mark.skipif(not RECORDED.is_dir(), reason="the recorded flight F0 is absent at ../shared/data/F0")
@@ -131,9 +213,12 @@ def test_a_flight_with_good_poses_is_not_made_worse() -> None:
 
 def test_correction_and_error_are_the_same_thing() -> None:
     reported = nadir_pose([3.0, 4.0, 35.0], heading_rad=0.2)
-    pose = corrected(reported, PoseCorrection(0.5, -0.25, 0.75, 0.1))
+    pose = corrected(reported, PoseCorrection(0.5, -0.25, 0.75, 0.1, 0.0, 0.0))
     assert pose.R_cam2enu == pytest.approx(nadir_pose([0.0, 0.0, 0.0], heading_rad=0.3).R_cam2enu)
     assert pose.position_enu_m == pytest.approx([3.5, 3.75, 35.75])
+    # Turned about east by a right angle, a camera that looked down looks north.
+    tilted = corrected(reported, PoseCorrection(0.0, 0.0, 0.0, 0.0, math.pi / 2, 0.0))
+    assert tilted.R_cam2enu[:, 2] == pytest.approx([0.0, 1.0, 0.0])
 
 
 def test_frames_that_have_nothing_in_common_teach_nothing() -> None:
@@ -144,7 +229,7 @@ def test_frames_that_have_nothing_in_common_teach_nothing() -> None:
     ]
     registration = register(noise, Registration(), 0.0)
     assert (registration.steps, registration.confidence) == (0, 0.0)
-    assert registration.errors.mean == pytest.approx(np.zeros(16))
+    assert registration.errors.mean == pytest.approx(np.zeros(24))
 
 
 def test_frames_without_structure_or_alone_teach_nothing() -> None:
@@ -168,11 +253,12 @@ def test_knowledge_of_an_absent_vehicle_is_kept_and_a_new_one_starts_from_nothin
     assert joined.inlier_share >= MIN_INLIER_SHARE
 
 
-def test_corrections_are_relative_to_the_mean_of_the_fleet() -> None:
+def test_a_common_offset_is_neither_found_nor_made_up() -> None:
     rng = np.random.default_rng(4)
-    registration = register(step(World(4), draw_errors(rng), rng), Registration(), 0.0)
-    values = np.array([[c.east_m, c.north_m, c.up_m, c.yaw_rad] for c in registration.corrections().values()])
-    assert values.mean(axis=0) == pytest.approx(np.zeros(4), abs=1e-9)
+    errors = draw_errors(rng) + np.array([3.0, -2.0, 0.0, 0.0, 0.0, 0.0])
+    registration = register(step(World(4), errors, rng), Registration(), 0.0)
+    values = np.array([astuple(c) for c in registration.corrections().values()])
+    assert values[:, :2].mean(axis=0) == pytest.approx(np.zeros(2), abs=0.1)
 
 
 def test_two_frames_of_one_vehicle_are_refused() -> None:
