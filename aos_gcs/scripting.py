@@ -1,0 +1,238 @@
+"""Flying a swarm from a short script: connect, take off, fly to places, take frames, come home.
+
+For what is no search: trying a vehicle, a link or a SITL, or collecting frames. Every waypoint is vetted as in a
+mission (:func:`aos_gcs.mission.safety.vet_waypoints`), every vehicle has an altitude layer of its own, and however the
+script ends, everybody is led home and lands. There is no operator and no dashboard: somebody has to watch.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Mapping, Sequence
+from contextlib import asynccontextmanager
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.clock import LoopClock
+from aos_gcs.errors import MissionError
+from aos_gcs.geometry.geodesy import LocalFrame
+from aos_gcs.mission.flight import FlightControl
+from aos_gcs.mission.health import LoopMonitor
+from aos_gcs.mission.journal import Journal
+from aos_gcs.mission.model import Task
+from aos_gcs.mission.plan import altitude_layers, propose_fence
+from aos_gcs.mission.preflight import MIN_HOME_DISTANCE_M, check_all
+from aos_gcs.mission.roster import Member, Roster
+from aos_gcs.mission.safety import SafetyLimits
+from aos_gcs.mission.sampling import Sample, sample
+from aos_gcs.mission.settings import Deadlines, FlightSettings
+from aos_gcs.ports import Arm, Clock, DriverContext, Fleet, Land, Takeoff, VehicleState
+from aos_gcs.service import load_driver
+
+_POLL_S = 0.2
+_FENCE_MARGIN_M = 30.0
+_LAYER_MARGIN_M = 5.0
+_OURS = frozenset({Task.SWARM})
+
+GroundPoint = tuple[float, float]
+"""East and north of the first vehicle's launch point, in metres."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SwarmOptions:
+    """What a script may choose."""
+
+    vehicles: int
+    """How many to wait for."""
+    area_enu_m: Sequence[GroundPoint]
+    """Where they may fly, a simple polygon about the launch point of the vehicle with the lowest id."""
+    driver: str = "mavlink"
+    driver_options: Mapping[str, object] = field(default_factory=dict)
+    flight: FlightSettings = field(default_factory=FlightSettings)
+    deadlines: Deadlines = field(default_factory=Deadlines)
+    safety: Mapping[str, Any] = field(default_factory=dict)
+    """Fields of ``SafetyLimits`` that differ from those proposed around the area and the layers."""
+    clock_speed: float = 1.0
+    """Clock seconds per real second; above 1 only with vehicles simulated at the same speed."""
+    log_folder: Path | None = None
+    """Where the driver records its raw traffic, if anywhere."""
+
+
+class Swarm:
+    """Vehicles under a script's command. Made by :func:`open_swarm`."""
+
+    def __init__(self, fleet: Fleet, clock: Clock, journal: Journal, options: SwarmOptions) -> None:
+        self._options = options
+        self._clock = clock
+        self._roster = Roster(fleet, clock)
+        self._flight = FlightControl(self._roster, clock, journal, options.flight, options.deadlines)
+
+    @property
+    def vehicle_ids(self) -> tuple[int, ...]:
+        """All vehicles, by ascending id."""
+        return tuple(member.vehicle_id for member in self._roster.members())
+
+    def state(self, vehicle_id: int) -> VehicleState:
+        """Return the latest telemetry of a vehicle.
+
+        Raises:
+            MissionError: there is no such vehicle.
+        """
+        (member,) = self._roster.select([vehicle_id])
+        return member.state
+
+    def position_enu_m(self, vehicle_id: int) -> NDArray[np.float64] | None:
+        """Return where a vehicle is, shape (3,), about the first one's launch point; None if it has not said.
+
+        Raises:
+            MissionError: there is no such vehicle.
+        """
+        (member,) = self._roster.select([vehicle_id])
+        return self._roster.position_enu_m(member)
+
+    async def get_ready(self) -> None:
+        """Wait until all vehicles pass the checks of preflight, and give each its altitude layer.
+
+        Raises:
+            MissionError: they do not in time; the text names the first open check.
+        """
+        deadline_s = self._clock.now_s() + self._options.deadlines.connect_s + self._options.deadlines.preflight_s
+        while (problem := self._problem()) is not None:
+            if self._clock.now_s() >= deadline_s:
+                raise MissionError(problem)
+            await self._clock.sleep(_POLL_S)
+        self._set_limits()
+
+    async def take_off(self) -> None:
+        """Arm all and climb straight up, each to its own layer.
+
+        Raises:
+            MissionError: one of them does not; the others hover.
+        """
+        members = self._roster.members(Task.IDLE)
+        armed = await self._flight.command_each(members, lambda _: Arm())
+        for member in self._roster.select(vehicle_id for vehicle_id, reason in armed.items() if reason is None):
+            member.task = Task.SWARM
+        climbed = await self._flight.command_each(
+            self._roster.members(Task.SWARM), self._takeoff, self._options.deadlines.takeoff_s
+        )
+        _raise_first({**climbed, **{key: reason for key, reason in armed.items() if reason is not None}})
+
+    async def fly_to(self, places_enu_m: Mapping[int, GroundPoint]) -> None:
+        """Fly vehicles to places, by id, in their layers, all at the same time, until they hover there.
+
+        Every waypoint is vetted: what leaves the fence or comes too near to another vehicle is shortened or held.
+
+        Raises:
+            MissionError: there is no such vehicle, or one did not get there in time; the text says what held it.
+        """
+        requests = {
+            member.vehicle_id: np.array([*places_enu_m[member.vehicle_id], member.layer_height_m])
+            for member in self._roster.select(places_enu_m)
+        }
+        await self._flight.transfer(requests, _OURS)
+        for member in self._roster.select(requests):
+            if not self._flight.is_at(member, requests[member.vehicle_id]):
+                reason = member.refusal or f"mode {member.state.mode_name}"
+                raise MissionError(f"vehicle {member.vehicle_id} did not reach its place: {reason}")
+
+    async def capture(self) -> Sample:
+        """Have all that fly expose one frame at the same time; who delivers none is named in ``missing``."""
+        return await sample(self._roster.airborne(), self._clock.now_s() + self._options.deadlines.capture_s)
+
+    async def come_home(self) -> None:
+        """Lead all home in their layers, land them there, and wait until their motors stand still.
+
+        Who has been taken over by a pilot or its own failsafe is left alone.
+
+        Raises:
+            MissionError: one of them still flies at the deadline.
+        """
+        flying = [member for member in self._roster.airborne() if member.follows_us]
+        homes = {
+            member.vehicle_id: np.array([*member.home_enu_m[:2], member.layer_height_m])
+            for member in flying
+            if member.home_enu_m is not None
+        }
+        await self._flight.transfer(homes, _OURS, homing=True)
+        await self._flight.command_each([member for member in flying if member.follows_us], lambda _: Land())
+        left = await self._flight.wait_until(
+            lambda: flying, lambda member: not member.state.armed, self._options.deadlines.land_s
+        )
+        if left:
+            raise MissionError(f"vehicle {left[0].vehicle_id} has not landed: mode {left[0].state.mode_name}")
+
+    def _problem(self) -> str | None:
+        """Return why the swarm cannot start yet."""
+        self._roster.refresh()
+        members, expected = self._roster.members(), self._options.vehicles
+        if len(members) < expected:
+            return f"Only {len(members)} of {expected} vehicles are heard; check their power and the link's address."
+        if self._roster.frame is None:
+            home = members[0].state.home
+            if home is None:
+                return f"vehicle {members[0].vehicle_id} has no home position yet; wait for its GPS."
+            self._roster.frame = LocalFrame(home)
+        separation_m = self._options.safety.get("separation_m", MIN_HOME_DISTANCE_M)
+        failed = [check for check in check_all(self._roster, expected, separation_m) if not check.passed]
+        return f"vehicle {failed[0].vehicle_id}, {failed[0].name}: {failed[0].text}" if failed else None
+
+    def _set_limits(self) -> None:
+        members, frame, flight = self._roster.members(), self._roster.local_frame(), self._options.flight
+        layers_m = altitude_layers(len(members), flight.lowest_layer_m, flight.layer_spacing_m)
+        homes_enu_m = np.array([frame.to_enu(home) for member in members if (home := member.state.home) is not None])
+        for member, home_enu_m, layer_height_m in zip(members, homes_enu_m, layers_m, strict=True):
+            member.home_enu_m, member.layer_height_m = home_enu_m, float(layer_height_m)
+        proposal = SafetyLimits(
+            fence_enu_m=propose_fence(tuple(self._options.area_enu_m), homes_enu_m[:, :2], _FENCE_MARGIN_M),
+            floor_m=float(min(layers_m)) - _LAYER_MARGIN_M,
+            ceiling_m=float(max(layers_m)) + _LAYER_MARGIN_M,
+        )
+        self._flight.limits = replace(proposal, **self._options.safety)
+
+    @staticmethod
+    def _takeoff(member: Member) -> Takeoff:
+        if member.home_enu_m is None or member.layer_height_m is None:
+            raise MissionError(f"vehicle {member.vehicle_id} has no altitude layer: await get_ready() first")
+        return Takeoff(member.layer_height_m - float(member.home_enu_m[2]))
+
+
+@asynccontextmanager
+async def open_swarm(links: Sequence[str], options: SwarmOptions) -> AsyncIterator[Swarm]:
+    """Connect, wait until all vehicles are ready, and yield the swarm; however the body ends, all are led home.
+
+    Raises:
+        ConfigurationError: a link, the driver or an option cannot be used.
+        LinkError: a link cannot be opened.
+        MissionError: the vehicles are not ready in time, or did not come home.
+    """
+    clock = LoopClock(options.clock_speed)
+    journal, pulse = Journal(clock), LoopMonitor()
+    context = DriverContext(
+        clock=clock,
+        is_healthy=pulse.is_healthy,
+        notify=journal.take,
+        log_folder=options.log_folder,
+        options=options.driver_options,
+    )
+    async with load_driver(options.driver)(links, context) as fleet:
+        beating = asyncio.create_task(pulse.run())
+        swarm = Swarm(fleet, clock, journal, options)
+        try:
+            await swarm.get_ready()
+            try:
+                yield swarm
+            finally:
+                await swarm.come_home()
+        finally:
+            beating.cancel()
+
+
+def _raise_first(results: Mapping[int, str | None]) -> None:
+    for vehicle_id, reason in results.items():
+        if reason is not None:
+            raise MissionError(f"vehicle {vehicle_id}: {reason}")

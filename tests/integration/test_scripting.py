@@ -1,0 +1,121 @@
+"""Scripts of one's own and the examples fly simulated vehicles, within the limits of a mission."""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+import socket
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import replace
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+from aos_gcs.errors import ConfigurationError, MissionError
+from aos_gcs.mission.settings import Deadlines, FlightSettings
+from aos_gcs.scripting import SwarmOptions, open_swarm
+from aos_sim.camera.synthetic import CheckerboardGround
+from aos_sim.swarm import SimulatedSwarm
+from aos_sim.swarm import SwarmOptions as SimulatorOptions
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+SPEED = 20.0
+AREA_ENU_M = ((0.0, 0.0), (30.0, 0.0), (30.0, 30.0), (0.0, 30.0))
+
+
+def example(name: str) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(name, EXAMPLES / f"{name}.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def names(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir())
+
+
+def options(vehicles: int, driver: str = "mavlink") -> SwarmOptions:
+    """Deadlines and ages are in clock seconds; what takes real time is given twenty times as many."""
+    return SwarmOptions(
+        vehicles=vehicles,
+        area_enu_m=AREA_ENU_M,
+        driver=driver,
+        flight=FlightSettings(lowest_layer_m=12.0, layer_spacing_m=3.0),
+        deadlines=Deadlines(connect_s=600.0, preflight_s=600.0, command_s=200.0, takeoff_s=300.0, capture_s=400.0),
+        safety={"max_link_age_s": 60.0, "max_position_age_s": 60.0},
+        clock_speed=SPEED,
+    )
+
+
+@asynccontextmanager
+async def simulator(vehicles: int) -> AsyncIterator[tuple[SimulatedSwarm, list[str]]]:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    settings = SimulatorOptions(
+        vehicles=vehicles, links=(f"udpout://127.0.0.1:{port}",), speed=SPEED, image_size_px=32, start_up_s=2.0
+    )
+    async with SimulatedSwarm(settings, CheckerboardGround()) as swarm:
+        yield swarm, [f"udpin://127.0.0.1:{port}"]
+
+
+def assert_all_are_home(simulated: SimulatedSwarm) -> None:
+    assert simulated.report().landed == simulated.options.vehicles
+    for vehicle_id, home_enu_m in simulated.homes_enu_m.items():
+        assert math.dist(simulated.kinematics(vehicle_id).position_enu_m, home_enu_m) < 1.0
+
+
+@pytest.mark.slow
+async def test_the_square_is_flown_by_three_vehicles_that_come_home(capsys: pytest.CaptureFixture[str]) -> None:
+    async with simulator(3) as (simulated, links):
+        await example("fly_square").run(links, options(3), 10.0)
+        assert_all_are_home(simulated)
+    assert capsys.readouterr().out.splitlines() == [
+        "corner 0 m east, 10 m north",
+        "corner 10 m east, 10 m north",
+        "corner 10 m east, 0 m north",
+        "corner 0 m east, 0 m north",
+        "all have landed",
+    ]
+
+
+async def test_frames_are_collected_where_the_vehicles_are_sent(tmp_path: Path) -> None:
+    pytest.importorskip("mavsdk", reason="needs the optional library mavsdk")
+    async with simulator(2) as (simulated, links):
+        await example("collect_frames").run(links, options(2, "mavsdk"), tmp_path, stations=2, step_m=5.0)
+        assert_all_are_home(simulated)
+    assert names(tmp_path) == [
+        f"vehicle{vehicle:03d}_image{image:05d}.npz" for vehicle in (1, 2) for image in (0, 1)
+    ]
+    first, second = (np.load(tmp_path / f"vehicle002_image{image:05d}.npz") for image in (0, 1))
+    assert first["image"].shape == (32, 32, 4)
+    assert list(first["bands"]) == ["red", "green", "blue", "thermal"]
+    assert (second["position"][0] - first["position"][0]) * 111_200 == pytest.approx(5.0, abs=1.0)
+    assert first["position"][2] - simulated.frame.origin.altitude_amsl_m == pytest.approx(15.0, abs=1.0)
+
+
+@pytest.mark.slow
+async def test_a_script_cannot_leave_the_fence_and_everybody_comes_home_all_the_same() -> None:
+    impatient = replace(options(2), deadlines=replace(options(2).deadlines, transfer_s=40.0))
+
+    async def fly_far_away(links: list[str]) -> None:
+        async with open_swarm(links, impatient) as swarm:
+            await swarm.take_off()
+            await swarm.fly_to({2: (20.0, 500.0)})
+
+    async with simulator(2) as (simulated, links):
+        with pytest.raises(MissionError, match=r"vehicle 2 did not reach its place: .*fence"):
+            await fly_far_away(links)
+        assert_all_are_home(simulated)
+
+
+async def test_an_unknown_driver_is_refused_by_name() -> None:
+    wrong = SwarmOptions(vehicles=1, area_enu_m=AREA_ENU_M, driver="carrier-pigeon")
+    with pytest.raises(ConfigurationError, match="carrier-pigeon"):
+        async with open_swarm(["udpin://127.0.0.1:14550"], wrong):
+            pass
