@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import itertools
 import math
 import socket
 from collections.abc import AsyncIterator, Callable
@@ -12,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import CommandRefusedError
@@ -39,10 +41,20 @@ from aos_sim.camera.synthetic import CheckerboardGround
 from aos_sim.swarm import SimulatedSwarm, SwarmOptions
 
 DRIVERS = ("mavlink", "mavsdk")
+AUTOPILOTS = ("arducopter", "px4")
 SPEED = 10.0
 SIZE_PX = 64
 PATIENT = {"arducopter": {}, "px4": {"COM_DL_LOSS_T": 120}}
 """A busy machine may delay our heartbeats by a real second, which is ten of the vehicles' time."""
+
+
+def pairs(*in_every_run: tuple[str, str]) -> pytest.MarkDecorator:
+    """Every driver with every autopilot; those of mavsdk that are not named only with the slow tests."""
+    cases = [
+        pytest.param(*case, marks=() if case[0] == "mavlink" or case in in_every_run else pytest.mark.slow)
+        for case in itertools.product(DRIVERS, AUTOPILOTS)
+    ]
+    return pytest.mark.parametrize(("driver", "autopilot"), cases, indirect=["driver"])
 
 
 @pytest.fixture(params=DRIVERS)
@@ -59,6 +71,8 @@ class Bench:
     fleet: Fleet
     swarm: SimulatedSwarm
     clock: Clock
+    port: int
+    """Of the driver's link."""
     notices: list[Notice] = field(default_factory=list)
 
     def vehicle(self, vehicle_id: int) -> Vehicle:
@@ -88,6 +102,31 @@ class Bench:
 
 
 @asynccontextmanager
+async def mute_vehicles(bench: Bench, system_ids: range) -> AsyncIterator[None]:
+    """Vehicles that send heartbeats and never answer."""
+    encoders = [mavlink.MAVLink(None, srcSystem=number, srcComponent=1) for number in system_ids]
+    beat = mavlink.MAVLink_heartbeat_message(
+        mavlink.MAV_TYPE_QUADROTOR, mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA, 0, 0, mavlink.MAV_STATE_STANDBY, 3
+    )
+
+    async def send(transport: asyncio.DatagramTransport) -> None:
+        while True:
+            for encoder in encoders:
+                transport.sendto(beat.pack(encoder))
+            await bench.clock.sleep(1.0)
+
+    transport, _ = await asyncio.get_running_loop().create_datagram_endpoint(
+        asyncio.DatagramProtocol, remote_addr=("127.0.0.1", bench.port)
+    )
+    sending = asyncio.create_task(send(transport))
+    try:
+        yield
+    finally:
+        sending.cancel()
+        transport.close()
+
+
+@asynccontextmanager
 async def open_bench(
     driver: Driver, autopilot: str, vehicles: int = 3, log_folder: Path | None = None
 ) -> AsyncIterator[Bench]:
@@ -109,10 +148,10 @@ async def open_bench(
             parameters=PATIENT[autopilot],
         )
         swarm = await stack.enter_async_context(SimulatedSwarm(options, CheckerboardGround()))
-        yield Bench(fleet, swarm, clock, notices)
+        yield Bench(fleet, swarm, clock, port, notices)
 
 
-@pytest.mark.parametrize("autopilot", ["arducopter", "px4"])
+@pairs()
 async def test_three_vehicles_fly_take_images_and_come_home(driver: Driver, autopilot: str, tmp_path: Path) -> None:
     async with open_bench(driver, autopilot, log_folder=tmp_path) as bench:
         await bench.all_ready()
@@ -158,7 +197,7 @@ async def test_three_vehicles_fly_take_images_and_come_home(driver: Driver, auto
     assert (tmp_path / "mavlink.tlog").stat().st_size > 10_000
 
 
-@pytest.mark.parametrize("autopilot", ["arducopter", "px4"])
+@pairs(("mavsdk", "px4"))
 async def test_hold_stops_a_vehicle_on_its_way(driver: Driver, autopilot: str) -> None:
     async with open_bench(driver, autopilot, vehicles=1) as bench:
         await bench.all_ready()
@@ -182,7 +221,23 @@ async def test_a_command_reaches_its_vehicle_and_no_other(driver: Driver) -> Non
         assert [bench.vehicle(number).state.armed for number in (1, 2, 3)] == [False, True, False]
 
 
-@pytest.mark.parametrize("autopilot", ["arducopter", "px4"])
+async def test_silent_vehicles_delay_no_other(driver: Driver) -> None:
+    async with open_bench(driver, "arducopter", vehicles=1) as bench, mute_vehicles(bench, range(50, 70)):
+        await bench.until(lambda: len(bench.fleet.vehicles()) == 21)
+        await bench.until(lambda: bool(bench.vehicle(1).state.ready_to_arm))
+        waiting = [
+            asyncio.create_task(bench.vehicle(number).execute(Arm(), bench.after(600.0))) for number in range(50, 70)
+        ]
+        await bench.clock.sleep(1.0)
+        await bench.fly(1)
+        assert bench.swarm.kinematics(1).position_enu_m[2] == pytest.approx(10.0, abs=1.2)
+        assert not any(task.done() for task in waiting)
+        for task in waiting:
+            task.cancel()
+        await asyncio.wait(waiting)
+
+
+@pairs(("mavsdk", "arducopter"), ("mavsdk", "px4"))
 async def test_what_must_not_be_done_is_refused_in_words(driver: Driver, autopilot: str) -> None:
     async with open_bench(driver, autopilot, vehicles=1) as bench:
         await bench.all_ready()
@@ -205,7 +260,7 @@ async def test_what_must_not_be_done_is_refused_in_words(driver: Driver, autopil
             await climbing
 
 
-@pytest.mark.parametrize("autopilot", ["arducopter", "px4"])
+@pairs()
 async def test_a_climb_can_be_held_and_continued(driver: Driver, autopilot: str) -> None:
     async with open_bench(driver, autopilot, vehicles=1) as bench:
         await bench.all_ready()
@@ -225,7 +280,7 @@ async def test_a_climb_can_be_held_and_continued(driver: Driver, autopilot: str)
         await bench.until(lambda: math.dist(bench.swarm.kinematics(1).position_enu_m, (*held_enu_m[:2], 30.0)) < 1.0)
 
 
-@pytest.mark.parametrize("autopilot", ["arducopter", "px4"])
+@pairs()
 async def test_a_hold_before_the_lift_off_is_safe_and_can_be_repeated(driver: Driver, autopilot: str) -> None:
     async with open_bench(driver, autopilot, vehicles=1) as bench:
         await bench.all_ready()
