@@ -78,6 +78,10 @@ class LinkSigner:
         self.counts = dict.fromkeys(Verdict, 0)
         """Packets received, by verdict."""
 
+    def with_empty_memory(self) -> LinkSigner:
+        """Return another signer of the same link that has heard nobody yet."""
+        return LinkSigner(self._link_id, self._key, self._clock, self._accepts_unsigned)
+
     def prepare(self, encoder: mavlink.MAVLink) -> None:
         """Let ``encoder`` sign the next packet."""
         signing = encoder.signing
