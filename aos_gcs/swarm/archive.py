@@ -20,10 +20,17 @@ from aos_gcs.swarm.archive_moves import HOLDS_WITHIN_M, kept_apart, stepped
 from aos_gcs.swarm.archive_parameters import ArchiveParameters
 from aos_gcs.swarm.archive_plan import plan
 from aos_gcs.swarm.archive_raster import anchor_of, resampled
-from aos_gcs.swarm.archive_target import TargetEstimate, after_sighting, first_sighting, ground_point, out_of_view
+from aos_gcs.swarm.archive_target import (
+    TargetEstimate,
+    after_sighting,
+    first_sighting,
+    ground_point,
+    is_elsewhere,
+    out_of_view,
+)
 from aos_gcs.swarm.factors import FixedFactors
 from aos_gcs.swarm.follow import LeaderFollowing
-from aos_gcs.swarm.model import Diagnostics, Observation
+from aos_gcs.swarm.model import Diagnostics, Observation, TargetMasks
 from aos_gcs.swarm.parameters import parse_parameters
 from aos_gcs.swarm.state import SwarmState
 
@@ -72,14 +79,13 @@ class ArchiveStrategy:
     def tell(self, state: ArchiveState, observation: Observation) -> ArchiveState:
         """See :meth:`aos_gcs.swarm.model.Strategy.tell`."""
         swarm = self.follower.tell(state.swarm, observation)
-        heights_m = _checked_heights(observation)
-        if heights_m is not None:
-            heights_m = heights_m[np.argsort(observation.vehicle_ids)]
-        state = replace(state, swarm=swarm, heights_m=heights_m)
-        masks = observation.masks
-        if not observation.target_in_view or masks is None or heights_m is None or not masks.marked.any():
+        heights_m, masks = _checked_heights(observation), observation.masks
+        if heights_m is None:
+            return self._without_sight(replace(state, swarm=swarm, heights_m=None))
+        state = replace(state, swarm=swarm, heights_m=heights_m[np.argsort(observation.vehicle_ids)])
+        if not observation.target_in_view or masks is None or not masks.marked.any():
             return self._without_sight(state)
-        return self._with_sight(state, observation)
+        return self._with_sight(state, observation, heights_m, masks)
 
     def ask(self, state: ArchiveState, rng: np.random.Generator) -> tuple[NDArray[np.float64], ArchiveState]:
         """See :meth:`aos_gcs.swarm.model.Strategy.ask`."""
@@ -120,14 +126,15 @@ class ArchiveStrategy:
             return replace(state, target=None, looks=no_looks(), held_enu_m=None)
         return replace(state, target=target)
 
-    def _with_sight(self, state: ArchiveState, observation: Observation) -> ArchiveState:
+    def _with_sight(
+        self, state: ArchiveState, observation: Observation, heights_m: NDArray[np.float64], masks: TargetMasks
+    ) -> ArchiveState:
         """Return the state with the looks of this step in the archive."""
-        masks, heights_m = observation.masks, observation.heights_m
-        if masks is None or heights_m is None:
-            raise ValueError("an observation without masks and heights shows nothing")
         positions_m, body_height_m = observation.positions_enu_m, self.parameters.body_height_m
         guess_m = positions_m.mean(axis=0) if observation.target_enu_m is None else observation.target_enu_m
         ground_m = ground_point(masks, positions_m, heights_m, guess_m, body_height_m)
+        if state.target is not None and is_elsewhere(state.target, ground_m):
+            return self._without_sight(state)
         target = first_sighting(ground_m) if state.target is None else after_sighting(state.target, ground_m)
         slopes = (positions_m - target.position_enu_m) / heights_m[:, None]
         # Frames from far beside the aperture would only push better ones out of the archive.

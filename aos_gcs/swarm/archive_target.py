@@ -71,12 +71,16 @@ def first_sighting(ground_enu_m: FloatArray) -> TargetEstimate:
     return TargetEstimate(point, (0.0, 0.0), point)
 
 
+def is_elsewhere(estimate: TargetEstimate, ground_enu_m: FloatArray) -> bool:
+    """Return whether a sighting is too far from where the target is expected to be of it."""
+    expected_m = np.add(estimate.tracked_enu_m, estimate.velocity_m)
+    return bool(np.linalg.norm(ground_enu_m - expected_m) > JUMP_M)
+
+
 def after_sighting(estimate: TargetEstimate, ground_enu_m: FloatArray) -> TargetEstimate:
-    """Return the estimate after one more sighting; one that jumps shows something else, as good as none."""
+    """Return the estimate after one more sighting."""
     expected_m = np.array(estimate.tracked_enu_m) + np.array(estimate.velocity_m)
     deviation_m = ground_enu_m - expected_m
-    if np.linalg.norm(deviation_m) > JUMP_M:
-        return out_of_view(estimate)
     sightings = estimate.sightings + 1
     tracked_m = expected_m + max(ALPHA, 1.0 / sightings) * deviation_m
     velocity_m = np.array(estimate.velocity_m) + BETA * deviation_m

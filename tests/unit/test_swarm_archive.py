@@ -177,6 +177,19 @@ class TestState:
         assert strategy.diagnostics(state).branch == "line"
         assert len(state.looks) == 0
 
+    def test_another_target_is_taken_up_only_when_the_first_stays_away(self) -> None:
+        strategy, state = make_aos_archive({}), fly(steps=20).state
+        looks = len(state.looks)
+        other = np.array([12.0, 0.0])
+        seen = look(ToyForest.grow(1, open_share=1.0), other, line_of(6, north_m=0.0), layers(6)).observation
+        for _ in range(FORGET_STEPS):
+            state = strategy.tell(state, seen)
+            assert len(state.looks) == looks
+        for _ in range(2):
+            state = strategy.tell(state, seen)
+        assert state.target is not None
+        assert np.linalg.norm(state.target.position_enu_m - other) < 0.5
+
     def test_without_masks_or_heights_it_steps_as_aos_pso(self) -> None:
         positions = line_of(6, north_m=-2.0)
         seen = look(ToyForest.grow(1), np.zeros(2), positions, layers(6)).observation

@@ -25,7 +25,7 @@ from aos_gcs.swarm.archive_raster import (
     unpacked,
 )
 from aos_gcs.swarm.archive_selection import Outlook, Views, choose_views, still_held
-from aos_gcs.swarm.archive_target import after_sighting, first_sighting, ground_point, out_of_view
+from aos_gcs.swarm.archive_target import after_sighting, first_sighting, ground_point, is_elsewhere, out_of_view
 from aos_gcs.swarm.model import TargetMasks
 
 CANOPY = Canopy(height_m=14.0, half_depth_m=4.0)
@@ -112,9 +112,10 @@ class TestTarget:
         assert not estimate.is_moving
         assert np.allclose(estimate.position_enu_m, [12.0, 0.0], atol=0.3)
 
-    def test_another_blob_far_away_changes_nothing(self) -> None:
-        estimate = after_sighting(first_sighting(np.zeros(2)), np.array([50.0, 0.0]))
-        assert np.allclose(estimate.position_enu_m, 0.0)
+    def test_another_blob_far_away_is_told_from_a_walk(self) -> None:
+        estimate = first_sighting(np.zeros(2))
+        assert is_elsewhere(estimate, np.array([50.0, 0.0]))
+        assert not is_elsewhere(estimate, np.array([2.0, 0.0]))
 
     def test_a_walker_out_of_view_goes_on_ever_more_slowly(self) -> None:
         estimate = first_sighting(np.zeros(2))
