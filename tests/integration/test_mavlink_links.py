@@ -19,7 +19,7 @@ from aos_drivers.mavlink.recorder import TLOG_NAME
 from aos_drivers.mavlink.serial_port import SerialEndpoint
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import CommandRefusedError, ConfigurationError, LinkError
-from aos_gcs.ports import DriverContext, Fleet, Land, Notice
+from aos_gcs.ports import DriverContext, Fleet, Hold, Land, Notice, Severity
 from tests.fakes.mavlink_vehicle import FakeVehicle
 
 HOST = "127.0.0.1"
@@ -158,6 +158,38 @@ async def test_a_signed_link_commands_a_vehicle_that_verifies_and_ignores_one_th
         for peer in (unsigned, signing):
             peer.transport.close()
     assert int((tmp_path / "mavlink.key.time").read_text()) > 0
+
+
+async def test_a_vehicle_on_two_links_is_commanded_over_the_one_that_lives() -> None:
+    context, notices = make_context()
+    ports = [free_port(socket.SOCK_DGRAM), free_port(socket.SOCK_DGRAM)]
+    vehicle = FakeVehicle(1)
+    async with open_mavlink([f"udpin://{HOST}:{port}" for port in ports], context) as fleet:
+        ends = [await open_vehicle(1, driver_port=port) for port in ports]
+        for end in ends:
+            end.vehicle = vehicle
+
+        async def speak() -> None:
+            while True:
+                packets = vehicle.telemetry()
+                for end in ends:
+                    end.transport.sendto(packets)
+                await asyncio.sleep(0.01)
+
+        speaking = asyncio.create_task(speak())
+        await until(lambda: 1 in fleet.vehicles() and living_addresses(fleet) == 2)
+        await fleet.vehicles()[1].execute(Hold(), context.clock.now_s() + 50.0)
+        ends.pop(0).transport.close()
+        await until(lambda: any("is now reached at" in notice.text for notice in notices))
+        await fleet.vehicles()[1].execute(Land(), context.clock.now_s() + 50.0)
+        speaking.cancel()
+        ends[0].transport.close()
+    assert [notice for notice in notices if notice.severity is Severity.CRITICAL] == []
+
+
+def living_addresses(fleet: Fleet) -> int:
+    link = fleet.vehicles()[1].state.link
+    return link.living_addresses if link is not None else 0
 
 
 class SerialVehicle:
