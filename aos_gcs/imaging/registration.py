@@ -25,9 +25,10 @@ from aos_gcs.imaging.registration_adjustment import POSE_ERRORS, Gaussian, adjus
 from aos_gcs.imaging.registration_ties import PatchSize, measure_ties
 from aos_gcs.imaging.undistort import undistorted
 
-ROUNDS = ((32, 1 / 110, 0.3), (40, 1 / 160, 0.6))
+ROUNDS = ((32, 1 / 110, 0.3), (40, 1 / 160, 0.6), (40, 1 / 160, 0.6))
 """Edge of the patches (pixels), their resolution (share of the cameras' height above them), greatest parallax of a pair
-(baseline over height): in the first round, neither errors nor heights are known."""
+(baseline over height): in the first round, neither errors nor heights are known; the last one is linear about what the
+others have found."""
 
 PATCH_SPACING = 0.5
 """Between the centres of patches, in edges of one."""
@@ -186,7 +187,7 @@ def register(frames: Sequence[Frame], known: Registration, plane_height_m: float
         height_m += solution.height_m
     if inlier_share < MIN_INLIER_SHARE:
         return known
-    learnt = _learnt(known.errors, rows, prior, estimate)
+    learnt = _learnt(known.errors, rows, prior, _without_formation(prior, estimate, poses))
     return replace(known, errors=learnt, inlier_share=inlier_share, steps=known.steps + 1)
 
 
@@ -239,6 +240,27 @@ def _of_frames(known: Registration, rows: NDArray[np.intp]) -> Gaussian:
     """Return what is known beforehand of the errors of frames: what lasts, and what passes with them."""
     passing = np.tile(known.budget.passing.of_one(), len(rows) // POSE_ERRORS)
     return Gaussian(known.errors.mean[rows], known.errors.covariance[np.ix_(rows, rows)] + np.diag(passing**2))
+
+
+def _without_formation(before: Gaussian, after: Gaussian, poses: Sequence[Pose]) -> Gaussian:
+    """Return what frames tell when nothing that they seem to tell of the whole formation's turn and scale is believed.
+
+    One step cannot tell these two. Small errors of the measurement and of its linear model look as if it could, always
+    in the same direction, and would add up from step to step (the inconsistency of filters that Huang, Mourikis and
+    Roumeliotis describe in *Observability-based Rules for Designing Consistent EKF SLAM Estimators*, IJRR 2010).
+    """
+    place_m = np.array([pose.position_enu_m for pose in poses])
+    x, y, z = (place_m - place_m.mean(axis=0)).T
+    zero = np.zeros(len(x))
+    turn = np.column_stack((y, -x, zero, zero + 1.0, zero, zero)).ravel()
+    scale = np.column_stack((x, y, z, zero, zero, zero)).ravel()
+    whole = np.column_stack((turn, scale))
+    told = np.linalg.inv(after.covariance) - np.linalg.inv(before.covariance)
+    # As if each step had a turn and a scale of its own, of standard deviations of 1 rad and 100 %.
+    doubt = told @ whole @ np.linalg.inv(whole.T @ told @ whole + np.eye(2)) @ whole.T
+    covariance = np.linalg.inv(np.linalg.inv(before.covariance) + told - doubt @ told)
+    pull = np.linalg.solve(after.covariance, after.mean - before.mean)
+    return Gaussian(before.mean + covariance @ (pull - doubt @ pull), (covariance + covariance.T) / 2.0)
 
 
 def _learnt(lasting: Gaussian, rows: NDArray[np.intp], before: Gaussian, after: Gaussian) -> Gaussian:
