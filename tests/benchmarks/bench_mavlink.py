@@ -1,4 +1,4 @@
-"""Load of the MAVLink driver: vehicles on one UDP port, without commands.
+"""Load of the MAVLink driver: vehicles on one UDP port, without commands; then its session beside a bare parser.
 
 Run: python tests/benchmarks/bench_mavlink.py [--vehicles 100] [--rate 20] [--seconds 10]
 """
@@ -10,16 +10,24 @@ import asyncio
 import multiprocessing
 import socket
 import time
+from collections.abc import Callable
 
 import numpy as np
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.mavlink import open_mavlink
+from aos_drivers.mavlink.address import PeerAddress
+from aos_drivers.mavlink.session import Session
+from aos_drivers.mavlink.signing import LinkSigner, SigningClock
 from aos_gcs.clock import LoopClock
 from aos_gcs.ports import DriverContext
 from tests.fakes.mavlink_vehicle import FakeVehicle
 
 HOST = "127.0.0.1"
 LAG_PERIOD_S = 0.005
+ROUNDS = 5
+KEY = bytes(range(32))
+UTC_S = 1_800_000_000.0
 
 
 def send_telemetry(port: int, vehicles: int, rate_hz: float, duration_s: float) -> None:
@@ -68,6 +76,57 @@ async def main(vehicles: int, rate_hz: float, duration_s: float) -> None:
         print(f"event loop lag      p50 {1e3 * np.median(lags_s):.2f} ms, p99 {1e3 * np.percentile(lags_s, 99):.2f} ms")
 
 
+def parse_bare(packets: list[tuple[PeerAddress, bytes]]) -> None:
+    parsers = {peer: mavlink.MAVLink(None) for peer, _packet in packets}
+    for peer, packet in packets:
+        parsers[peer].parse_buffer(packet)
+
+
+def feed_session(packets: list[tuple[PeerAddress, bytes]], *, key: bytes | None = None) -> None:
+    signers = {0: LinkSigner(0, key, SigningClock(lambda: UTC_S, 0), accepts_unsigned=False)} if key else {}
+    session = Session(254, 5.0, signers)
+    for number, (peer, packet) in enumerate(packets):
+        session.feed(packet, peer, number * 5e-4)
+
+
+def cpu_us_per_message(
+    work: Callable[[list[tuple[PeerAddress, bytes]]], None], packets: list[tuple[PeerAddress, bytes]]
+) -> float:
+    start_s = time.process_time()
+    work(packets)
+    return 1e6 * (time.process_time() - start_s) / len(packets)
+
+
+def compare_with_bare_parser(vehicles: int, rate_hz: float) -> None:
+    """Print the CPU time per message of the session, unsigned and signed, beside that of pymavlink's parser alone."""
+    fleet = [(PeerAddress(0, HOST, number), FakeVehicle(number)) for number in range(1, vehicles + 1)]
+
+    def record() -> list[tuple[PeerAddress, bytes]]:
+        return [
+            (peer, vehicle.heartbeat() if tick % round(rate_hz) == 0 else vehicle.position())
+            for tick in range(round(5 * rate_hz))
+            for peer, vehicle in fleet
+        ]
+
+    plain = record()
+    for _peer, vehicle in fleet:
+        vehicle.encoder.sign(KEY, UTC_S)
+    signed = record()
+    rounds = [
+        (
+            cpu_us_per_message(parse_bare, plain),
+            cpu_us_per_message(feed_session, plain),
+            cpu_us_per_message(lambda packets: feed_session(packets, key=KEY), signed),
+        )
+        for _ in range(ROUNDS)
+    ]
+    bare_us, session_us, signed_us = np.median(rounds, axis=0)
+    print(f"bare pymavlink parser  {bare_us:.1f} us per message (medians of {ROUNDS} rounds, {len(plain)} messages)")
+    for name, cost_us in (("session", session_us), ("session, signed", signed_us)):
+        share = 100 * cost_us * 1e-6 * vehicles * rate_hz
+        print(f"{name:22} {cost_us:.1f} us per message, {cost_us / bare_us:.2f} of it, {share:.1f} % of one core")
+
+
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--vehicles", type=int, default=100)
@@ -75,3 +134,4 @@ if __name__ == "__main__":
     parser.add_argument("--seconds", type=float, default=10.0)
     arguments = parser.parse_args()
     asyncio.run(main(arguments.vehicles, arguments.rate, arguments.seconds))
+    compare_with_bare_parser(arguments.vehicles, arguments.rate)
