@@ -17,6 +17,7 @@ from aos_gcs.errors import ImagingError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose, nadir_pose
 from aos_gcs.geometry.projection import Plane, plane_to_image
+from aos_gcs.imaging import registration as registration_module
 from aos_gcs.imaging.autofocus import focus_curve
 from aos_gcs.imaging.focus_region import ViewRegion
 from aos_gcs.imaging.model import Frame
@@ -95,7 +96,7 @@ def step(
 
 def recorded_frames() -> list[Frame]:
     """Every third image of the flight, as if each came from a vehicle of its own."""
-    frames = []
+    frames: list[Frame] = []
     for entry in json.loads((RECORDED / "poses.json").read_text())["images"][::3]:
         M = np.array(entry["M3x4"], dtype=np.float64)
         image = cv2.imread(str(RECORDED / "images" / entry["imagefile"]), cv2.IMREAD_GRAYSCALE)
@@ -202,9 +203,14 @@ def test_a_formation_that_keeps_its_shape_is_not_corrected(formation: Callable[[
 
 
 @pytest.mark.skipif(not RECORDED.is_dir(), reason="the recorded flight F0 is absent at ../shared/data/F0")
-def test_a_flight_with_good_poses_is_not_made_worse() -> None:
+@pytest.mark.parametrize("min_ties_per_frame", [registration_module.MIN_TIES_PER_FRAME, 0.3])
+def test_a_flight_with_good_poses_is_not_made_worse(min_ties_per_frame: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its frames have too few ties to learn from; made to learn from them nevertheless, it is not sure."""
+    monkeypatch.setattr(registration_module, "MIN_TIES_PER_FRAME", min_ties_per_frame)
     frames = recorded_frames()
     registration = register(frames, Registration(), 18.0)
+    assert registration.steps == (min_ties_per_frame < 1.0)
+    assert registration.confidence < 0.1
     used = apply_sure(registration, frames, min_confidence=0.6)
     view = ViewRegion.whole(CAMERA_F0, frames[5].pose)
     before, after = (focus_curve(each, view, [Plane(18.0)], reduction=2).values[0] for each in (frames, used))
