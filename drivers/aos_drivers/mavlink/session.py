@@ -20,6 +20,7 @@ from aos_gcs.ports import Notice, Severity
 OUR_COMPONENT_ID: int = mavlink.MAV_COMP_ID_MISSIONPLANNER
 HEARTBEAT_PERIOD_S = 1.0
 _MAX_PEERS = 512
+_FORGOTTEN_S = 60.0
 _NO_VEHICLES = frozenset(
     {
         mavlink.MAV_TYPE_GCS,
@@ -71,6 +72,8 @@ class _Peer:
         self.parser = FrameParser()
         self.encoder = mavlink.MAVLink(None, srcSystem=system_id, srcComponent=OUR_COMPONENT_ID)
         self.heard_at_s = -math.inf
+        self.is_pinned = False
+        """Whether a link that calls out leads to it."""
         self.is_called = False
         """Whether it hears our heartbeats: it carries a vehicle, or a link that calls out leads to it."""
         self.is_late = False
@@ -81,7 +84,8 @@ class Session:
     """Peers, vehicles and the routes between them.
 
     Every peer (address) has a parser and a sequence of its own. At most 512 peers are kept: a further one takes the
-    place of the longest silent that carries no vehicle, or is ignored.
+    place of the longest silent that carries no vehicle, or that has been silent for a minute and at which no vehicle is
+    spoken to; else it is ignored.
     """
 
     def __init__(
@@ -110,11 +114,12 @@ class Session:
 
     def add_peer(self, peer: PeerAddress) -> None:
         """Call ``peer`` before it has been heard."""
-        self._peer(peer).is_called = True
+        entry = self._peer(peer)
+        entry.is_called = entry.is_pinned = True
 
     def feed(self, data: bytes, peer: PeerAddress, now_s: float) -> list[Event]:
         """Take bytes that came from ``peer``; whatever is no MAVLink is dropped and counted."""
-        entry = self._peers.get(peer) or self._make_room_for(peer)
+        entry = self._peers.get(peer) or self._make_room_for(peer, now_s)
         if entry is not None:
             entry.heard_at_s = now_s
             for message in entry.parser.feed(data):
@@ -169,16 +174,26 @@ class Session:
     def _peer(self, peer: PeerAddress) -> _Peer:
         return self._peers.setdefault(peer, _Peer(self._system_id))
 
-    def _make_room_for(self, peer: PeerAddress) -> _Peer | None:
+    def _make_room_for(self, peer: PeerAddress, now_s: float) -> _Peer | None:
         if len(self._peers) >= _MAX_PEERS:
-            idle = [address for address, entry in self._peers.items() if not entry.is_called]
+            chosen = {record.route.address for record in self.records.values()}
+            idle = [
+                address
+                for address, entry in self._peers.items()
+                if not entry.is_pinned
+                and address not in chosen
+                and (not entry.is_called or now_s - entry.heard_at_s > _FORGOTTEN_S)
+            ]
             if not idle:
                 return None
             del self._peers[min(idle, key=lambda address: self._peers[address].heard_at_s)]
         return self._peer(peer)
 
     def _send_to(self, peer: PeerAddress, message: mavlink.MAVLink_message) -> None:
-        encoder = self._peer(peer).encoder
+        entry = self._peers.get(peer)
+        if entry is None:  # it has been forgotten for newer ones
+            return
+        encoder = entry.encoder
         if peer.link in self._signers:
             self._signers[peer.link].prepare(encoder)
         packet = message.pack(encoder)
