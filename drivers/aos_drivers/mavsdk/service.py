@@ -105,8 +105,8 @@ class MavsdkVehicle:
     def _send(self, system_id: int, component_id: int, message: mavlink.MAVLink_message) -> None:
         """Send one packet.
 
-        Not through MAVSDK's own command queue: it would repeat an older command after a newer one, and hold a newer
-        goto back while an older one has no answer.
+        Not through MAVSDK's own queue of commands: without an answer, it goes on repeating an older goto beside the newer
+        one that has superseded it.
         """
         self._feed.direct.send_message(direct_from_message(message, system_id, component_id))
 
