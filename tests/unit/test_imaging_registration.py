@@ -113,7 +113,7 @@ def draw_errors(rng: np.random.Generator, sigmas: PoseSigmas = BUDGET.lasting, n
 def left_over(registration: Registration, errors: NDArray[np.float64]) -> NDArray[np.float64]:
     """What the corrections leave of the errors, both relative to the mean of the fleet."""
     found = np.array([astuple(c) for c in registration.corrections().values()])
-    return (found - found.mean(axis=0)) - (errors - errors.mean(axis=0))
+    return np.asarray((found - found.mean(axis=0)) - (errors - errors.mean(axis=0)))
 
 
 def rms(values: NDArray[np.float64]) -> float:
