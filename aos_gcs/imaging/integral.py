@@ -29,7 +29,6 @@ BAND_ROWS = 128
 BATCH_FRAMES = 10
 """Added to a band, one after the other, while its sums are in the cache; so many images are held at a time."""
 
-
 Projected: TypeAlias = tuple[Pixels, Projection | None]
 """An image, and where it lies on the raster."""
 
@@ -112,23 +111,30 @@ class ViewIntegral:
         """Add images to a band of rows, and tell of each whether it covers anything there."""
         rows = slice(*band)
         total, count = np.zeros_like(self._sum[rows]), np.zeros_like(self.coverage[rows])
-        covering = [self._add_layer(own, band, total, count, with_gaps=False) for own in projected]
+        covering = [self._add_layer(own, band, total, count, leave_out_gaps=False) for own in projected]
         # Few images have gaps: to look for them in the sums costs less than in every image.
         if not math.isfinite(cv2.sumElems(total.reshape(total.shape[0], -1))[0]):
             total[:], count[:] = 0, 0
-            covering = [self._add_layer(own, band, total, count, with_gaps=True) for own in projected]
+            covering = [self._add_layer(own, band, total, count, leave_out_gaps=True) for own in projected]
         self._sum[rows] += total
         self.coverage[rows] += count
         return covering
 
     def _add_layer(
-        self, projected: Projected, band: tuple[int, int], total: Pixels, count: NDArray[np.uint16], *, with_gaps: bool
+        self,
+        projected: Projected,
+        band: tuple[int, int],
+        total: Pixels,
+        count: NDArray[np.uint16],
+        *,
+        leave_out_gaps: bool,
     ) -> bool:
+        """Add an image to the sums and the coverage of a band of rows, and tell whether it covers anything there."""
         image, projection = projected
         layer = None if projection is None else sample(image, projection, *band, exact=self._exact)
         if layer is None:
             return False
-        if with_gaps:
+        if leave_out_gaps:
             layer = layer.without_gaps()
         window = slice(layer.window[0].start - band[0], layer.window[0].stop - band[0]), layer.window[1]
         count[window] += 1 if layer.covered is None else layer.covered
