@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from aos_drivers.mavlink.framing import FrameParser
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import CommandRefusedError
 from aos_gcs.geometry.geodesy import GeodeticPosition
@@ -65,6 +66,13 @@ def driver(request: pytest.FixtureRequest) -> Driver:
 
 
 @dataclass
+class Health:
+    """Of the service, as the driver sees it."""
+
+    is_good: bool = True
+
+
+@dataclass
 class Bench:
     """A fleet and the truth about it."""
 
@@ -73,6 +81,7 @@ class Bench:
     clock: Clock
     port: int
     """Of the driver's link."""
+    health: Health
     notices: list[Notice] = field(default_factory=list)
 
     def vehicle(self, vehicle_id: int) -> Vehicle:
@@ -101,9 +110,19 @@ class Bench:
         return vehicle
 
 
+class Ear(asyncio.DatagramProtocol):
+    """Keeps the names of the messages that arrive."""
+
+    def __init__(self) -> None:
+        self.heard: list[str] = []
+
+    def datagram_received(self, data: bytes, _addr: tuple[str, int]) -> None:
+        self.heard += [message.get_type() for message in FrameParser().feed(data)]
+
+
 @asynccontextmanager
-async def mute_vehicles(bench: Bench, system_ids: range) -> AsyncIterator[None]:
-    """Vehicles that send heartbeats and never answer."""
+async def mute_vehicles(bench: Bench, system_ids: range) -> AsyncIterator[Ear]:
+    """Vehicles that send heartbeats and never answer; yields what is sent to them."""
     encoders = [mavlink.MAVLink(None, srcSystem=number, srcComponent=1) for number in system_ids]
     beat = mavlink.MAVLink_heartbeat_message(
         mavlink.MAV_TYPE_QUADROTOR, mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA, 0, 0, mavlink.MAV_STATE_STANDBY, 3
@@ -115,12 +134,12 @@ async def mute_vehicles(bench: Bench, system_ids: range) -> AsyncIterator[None]:
                 transport.sendto(beat.pack(encoder))
             await bench.clock.sleep(1.0)
 
-    transport, _ = await asyncio.get_running_loop().create_datagram_endpoint(
-        asyncio.DatagramProtocol, remote_addr=("127.0.0.1", bench.port)
+    transport, ear = await asyncio.get_running_loop().create_datagram_endpoint(
+        Ear, remote_addr=("127.0.0.1", bench.port)
     )
     sending = asyncio.create_task(send(transport))
     try:
-        yield
+        yield ear
     finally:
         sending.cancel()
         transport.close()
@@ -136,7 +155,8 @@ async def open_bench(
             probe.bind(("127.0.0.1", 0))
             port = probe.getsockname()[1]
         notices: list[Notice] = []
-        context = DriverContext(clock, lambda: True, notices.append, log_folder)
+        health = Health()
+        context = DriverContext(clock, lambda: health.is_good, notices.append, log_folder)
         fleet = await stack.enter_async_context(driver([f"udpin://127.0.0.1:{port}"], context))
         options = SwarmOptions(
             vehicles=vehicles,
@@ -148,7 +168,7 @@ async def open_bench(
             parameters=PATIENT[autopilot],
         )
         swarm = await stack.enter_async_context(SimulatedSwarm(options, CheckerboardGround()))
-        yield Bench(fleet, swarm, clock, port, notices)
+        yield Bench(fleet, swarm, clock, port, health, notices)
 
 
 @pairs()
@@ -219,6 +239,18 @@ async def test_a_command_reaches_its_vehicle_and_no_other(driver: Driver) -> Non
         heights_m = [bench.swarm.kinematics(number).position_enu_m[2] for number in (1, 2, 3)]
         assert heights_m == pytest.approx([0.0, 10.0, 0.0], abs=1.2)
         assert [bench.vehicle(number).state.armed for number in (1, 2, 3)] == [False, True, False]
+
+
+async def test_heartbeats_stop_with_the_health_of_the_service(driver: Driver) -> None:
+    async with open_bench(driver, "arducopter", vehicles=1) as bench, mute_vehicles(bench, range(50, 51)) as ear:
+        await bench.until(lambda: ear.heard.count("HEARTBEAT") >= 2)
+        bench.health.is_good = False
+        await bench.clock.sleep(3.0)
+        ear.heard.clear()
+        await bench.clock.sleep(10.0)
+        assert "HEARTBEAT" not in ear.heard
+        bench.health.is_good = True
+        await bench.until(lambda: "HEARTBEAT" in ear.heard)
 
 
 async def test_silent_vehicles_delay_no_other(driver: Driver) -> None:

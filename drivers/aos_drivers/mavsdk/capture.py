@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from mavsdk.plugins.camera import Camera, CameraList, CameraResult, CaptureInfo, Information
+from mavsdk.plugins.mavlink_direct import MavlinkDirect, MavlinkMessage
 from mavsdk.system import System
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.mavlink.camera import fov_from_lens
 from aos_drivers.mavlink.exposure import CaptureTools, Exposure, capture_error, collect_capture
 from aos_drivers.mavlink.record import VehicleRecord
 from aos_drivers.mavlink.waiting import Changes
-from aos_drivers.mavsdk.core import Postman
+from aos_drivers.mavsdk.core import Postman, message_from_direct
 from aos_drivers.mavsdk.telemetry import geodetic
 from aos_gcs.errors import CaptureError
 from aos_gcs.ports import Capture
@@ -26,27 +28,29 @@ class CaptureRunner:
     def __init__(
         self,
         system: System,
+        direct: MavlinkDirect,
         record: VehicleRecord,
         *,
         changes: Changes,
         tools: CaptureTools,
         postman: Postman,
         host: Callable[[], str],
-        ask_status: Callable[[int], None],
+        request: Callable[[int, int, int], None],
     ) -> None:
-        """``host`` is where images may come from; ``ask_status`` asks a component for CAMERA_CAPTURE_STATUS."""
+        """``host`` is where images may come from; ``request`` asks a component for a message, with a parameter."""
         self._record = record
         self._changes = changes
         self._tools = tools
         self._postman = postman
         self._host = host
-        self._ask_status = ask_status
+        self._request = request
         self._plugin = Camera(system)
         self._information: Information | None = None
         self._newest: CaptureInfo | None = None
         self._is_busy = False
         self._plugin.subscribe_camera_list(postman.to_loop(self._take_list))
         self._plugin.subscribe_capture_info(postman.to_loop(self._take_capture))
+        direct.subscribe_message("CAMERA_CAPTURE_STATUS", postman.to_loop(self._take_status))
 
     async def run(self, deadline_s: float) -> Capture:
         """See ``Vehicle.capture``."""
@@ -91,7 +95,7 @@ class CaptureRunner:
                 problem = "it was exposed, but its pose and address did not arrive" if results else "no answer"
                 raise capture_error(self._record.vehicle_id, None, problem)
             if results:
-                self._ask_status(component_id)
+                self._request(component_id, mavlink.MAVLINK_MSG_ID_CAMERA_CAPTURE_STATUS, 0)
         if self._newest is None or self._newest is before:
             reason = f"the camera refuses: {results[0].name.lower().replace('_', ' ')}"
             raise capture_error(self._record.vehicle_id, None, reason)
@@ -105,6 +109,13 @@ class CaptureRunner:
     def _take_list(self, cameras: CameraList) -> None:
         """Use the camera of the lowest component id."""
         self._information = min(cameras.cameras, key=lambda camera: camera.component_id, default=None)
+
+    def _take_status(self, status: MavlinkMessage) -> None:
+        """Ask for the message about the last image if it got lost; MAVSDK does not."""
+        index = message_from_direct(status).image_count - 1
+        is_missing = self._newest is None or self._newest.index < index
+        if self._is_busy and index >= 0 and is_missing:
+            self._request(status.component_id, mavlink.MAVLINK_MSG_ID_CAMERA_IMAGE_CAPTURED, index)
 
     def _take_capture(self, info: CaptureInfo) -> None:
         """Keep the newest image; one that comes late, or again, is none. A restarted camera counts from 0 again."""

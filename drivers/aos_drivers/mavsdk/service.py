@@ -9,6 +9,7 @@ from types import MappingProxyType
 
 import aiohttp
 from mavsdk import Mavsdk
+from mavsdk.plugins.mavlink_direct import MavlinkDirect
 from mavsdk.system import System
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
@@ -51,8 +52,11 @@ class MavsdkVehicle:
         self._record = record
         self._clock = context.clock
         changes = Changes(context.clock)
+        direct = MavlinkDirect(system)
+        self._direct = direct
         self._feed = TelemetryFeed(
             system,
+            direct,
             record,
             clock=context.clock,
             postman=postman,
@@ -62,12 +66,13 @@ class MavsdkVehicle:
         self._commands = CommandRunner(record, self._send, changes, context.clock)
         self._captures = CaptureRunner(
             system,
+            direct,
             record,
             changes=changes,
             tools=tools,
             postman=postman,
             host=lambda: wire.host_of(record.vehicle_id),
-            ask_status=lambda component_id: self._request(component_id, mavlink.MAVLINK_MSG_ID_CAMERA_CAPTURE_STATUS),
+            request=self._request,
         )
 
     @property
@@ -92,8 +97,8 @@ class MavsdkVehicle:
         for component_id, message_id in self._record.requests.poll(now_s):
             self._request(component_id, message_id)
 
-    def _request(self, component_id: int, message_id: int) -> None:
-        self._command_long(component_id, mavlink.MAV_CMD_REQUEST_MESSAGE, float(message_id), 0.0)
+    def _request(self, component_id: int, message_id: int, index: int = 0) -> None:
+        self._command_long(component_id, mavlink.MAV_CMD_REQUEST_MESSAGE, float(message_id), float(index))
 
     def _command_long(self, component_id: int, command: int, param1: float, param2: float) -> None:
         system_id = self._record.vehicle_id
@@ -105,10 +110,10 @@ class MavsdkVehicle:
     def _send(self, system_id: int, component_id: int, message: mavlink.MAVLink_message) -> None:
         """Send one packet.
 
-        Not through MAVSDK's own queue of commands: without an answer, it goes on repeating an older goto beside the newer
-        one that has superseded it.
+        Not through MAVSDK's own queue of commands: without an answer, it goes on repeating an older goto beside the
+        newer one that has superseded it.
         """
-        self._feed.direct.send_message(direct_from_message(message, system_id, component_id))
+        self._direct.send_message(direct_from_message(message, system_id, component_id))
 
 
 class MavsdkFleet:

@@ -33,6 +33,7 @@ class TelemetryFeed:
     def __init__(
         self,
         system: System,
+        direct: MavlinkDirect,
         record: VehicleRecord,
         *,
         clock: Clock,
@@ -46,11 +47,9 @@ class TelemetryFeed:
         self._on_change = on_change
         self._notify = notify
         self._plugin = plugin.Telemetry(system)
-        self.direct = MavlinkDirect(system)
-        """Raw messages from and to the vehicle."""
-        self._subscribe(postman)
+        self._subscribe(direct, postman)
 
-    def _subscribe(self, postman: Postman) -> None:
+    def _subscribe(self, direct: MavlinkDirect, postman: Postman) -> None:
         handlers = {
             self._plugin.subscribe_position: self._take_position,
             self._plugin.subscribe_velocity_ned: self._take_velocity,
@@ -65,7 +64,7 @@ class TelemetryFeed:
         for subscribe, handler in handlers.items():
             subscribe(postman.to_loop(self._announced(handler)))
         for name in _DIRECT:
-            self.direct.subscribe_message(name, postman.to_loop(self._announced(self._take_direct)))
+            direct.subscribe_message(name, postman.to_loop(self._announced(self._take_direct)))
 
     def _announced(self, handler: Callable[..., None]) -> Callable[..., None]:
         def handle(value: object) -> None:
