@@ -7,7 +7,8 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.mavlink.address import PeerAddress
 from aos_drivers.mavlink.framing import FrameParser
-from aos_drivers.mavlink.session import Event, Outgoing, Session
+from aos_drivers.mavlink.peers import Outgoing
+from aos_drivers.mavlink.session import Event, Session
 from aos_gcs.ports import FlightMode, LandedState, Notice, Severity
 from tests.fakes.mavlink_vehicle import HOME, Encoder, FakeVehicle
 

@@ -11,16 +11,14 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.mavlink.address import PeerAddress
 from aos_drivers.mavlink.autopilots import Target, autopilot_of
-from aos_drivers.mavlink.framing import FrameParser, is_signed
+from aos_drivers.mavlink.framing import is_signed
+from aos_drivers.mavlink.peers import OUR_COMPONENT_ID, Outgoing, PeerTable
 from aos_drivers.mavlink.record import VehicleRecord
 from aos_drivers.mavlink.signing import LinkSigner, Verdict
 from aos_drivers.mavlink.status_text import notice_severity
 from aos_gcs.ports import Notice, Severity
 
-OUR_COMPONENT_ID: int = mavlink.MAV_COMP_ID_MISSIONPLANNER
 HEARTBEAT_PERIOD_S = 1.0
-_MAX_PEERS = 512
-_FORGOTTEN_S = 60.0
 _NO_VEHICLES = frozenset(
     {
         mavlink.MAV_TYPE_GCS,
@@ -59,34 +57,8 @@ class VehicleFound:
 Event = PacketReceived | VehicleFound | Notice
 
 
-@dataclass(frozen=True, slots=True)
-class Outgoing:
-    """A packet to send."""
-
-    packet: bytes
-    peer: PeerAddress
-
-
-class _Peer:
-    def __init__(self, system_id: int) -> None:
-        self.parser = FrameParser()
-        self.encoder = mavlink.MAVLink(None, srcSystem=system_id, srcComponent=OUR_COMPONENT_ID)
-        self.heard_at_s = -math.inf
-        self.is_pinned = False
-        """Whether a link that calls out leads to it."""
-        self.is_called = False
-        """Whether it hears our heartbeats: it carries a vehicle, or a link that calls out leads to it."""
-        self.is_late = False
-        """Whether it signs with our key but an old time, which it can only learn from our heartbeats."""
-
-
 class Session:
-    """Peers, vehicles and the routes between them.
-
-    Every peer (address) has a parser and a sequence of its own. At most 512 peers are kept: a further one takes the
-    place of the longest silent that carries no vehicle, or that has been silent for a minute and at which no vehicle is
-    spoken to; else it is ignored.
-    """
+    """The vehicles that peers carry, what they say, and what is asked of them."""
 
     def __init__(
         self, system_id: int, position_hz: float, signers: Mapping[int, LinkSigner] = MappingProxyType({})
@@ -94,10 +66,8 @@ class Session:
         """Speak as ``system_id``, ask vehicles for positions at ``position_hz``, sign on the links in ``signers``."""
         self._system_id = system_id
         self._position_hz = position_hz
-        self._signers = signers
         self._told_refusals: set[tuple[int, int, Verdict]] = set()
-        self._peers: dict[PeerAddress, _Peer] = {}
-        self._outgoing: list[Outgoing] = []
+        self._peers = PeerTable(system_id, signers, lambda: {record.route.address for record in self.records.values()})
         self._events: list[Event] = []
         self._heartbeat_due_s = -math.inf
         self._has_warned_of_own_id = False
@@ -114,17 +84,15 @@ class Session:
 
     def add_peer(self, peer: PeerAddress) -> None:
         """Call ``peer`` before it has been heard."""
-        entry = self._peer(peer)
-        entry.is_called = entry.is_pinned = True
+        self._peers.pin(peer)
 
     def feed(self, data: bytes, peer: PeerAddress, now_s: float) -> list[Event]:
         """Take bytes that came from ``peer``; whatever is no MAVLink is dropped and counted."""
-        entry = self._peers.get(peer) or self._make_room_for(peer, now_s)
-        if entry is not None:
-            entry.heard_at_s = now_s
-            for message in entry.parser.feed(data):
-                if self._is_trusted(message, peer, entry):
-                    self._on_packet(message, peer, now_s)
+        for message, refusal in self._peers.receive(data, peer, now_s):
+            if refusal is None:
+                self._on_packet(message, peer, now_s)
+            else:
+                self._tell_refusal(message.get_srcSystem(), peer, refusal)
         return self._take_events()
 
     def poll(self, now_s: float) -> list[Event]:
@@ -146,76 +114,32 @@ class Session:
         """Queue our heartbeat, once for each peer that carries a vehicle or that we call."""
         next_s = self._heartbeat_due_s + HEARTBEAT_PERIOD_S
         self._heartbeat_due_s = next_s if next_s > now_s else now_s + HEARTBEAT_PERIOD_S
-        for peer, entry in self._peers.items():
-            if entry.is_called or entry.is_late:
-                message = mavlink.MAVLink_heartbeat_message(
-                    mavlink.MAV_TYPE_GCS, mavlink.MAV_AUTOPILOT_INVALID, 0, 0, mavlink.MAV_STATE_ACTIVE, 3
-                )
-                self._send_to(peer, message)
+        for peer in self._peers.called():
+            message = mavlink.MAVLink_heartbeat_message(
+                mavlink.MAV_TYPE_GCS, mavlink.MAV_AUTOPILOT_INVALID, 0, 0, mavlink.MAV_STATE_ACTIVE, 3
+            )
+            self._peers.send(message, peer)
 
     def send(self, system_id: int, component_id: int, message: mavlink.MAVLink_message) -> None:
         """Queue a message for one component, at the one address that its route has chosen; never for anybody else."""
         peer = self.records[system_id].address_of(component_id)
         if peer is not None:
-            self._send_to(peer, message)
+            self._peers.send(message, peer)
 
     def take_outgoing(self) -> list[Outgoing]:
         """Return and forget what is to be sent."""
-        outgoing, self._outgoing = self._outgoing, []
-        return outgoing
+        return self._peers.take_outgoing()
 
     @property
     def dropped_bytes(self) -> int:
         """Bytes received that belonged to no valid packet."""
-        return sum(entry.parser.dropped_bytes for entry in self._peers.values())
-
-    # --- peers ------------------------------------------------------------------------------------------------------
-
-    def _peer(self, peer: PeerAddress) -> _Peer:
-        return self._peers.setdefault(peer, _Peer(self._system_id))
-
-    def _make_room_for(self, peer: PeerAddress, now_s: float) -> _Peer | None:
-        if len(self._peers) >= _MAX_PEERS:
-            chosen = {record.route.address for record in self.records.values()}
-            idle = [
-                address
-                for address, entry in self._peers.items()
-                if not entry.is_pinned
-                and address not in chosen
-                and (not entry.is_called or now_s - entry.heard_at_s > _FORGOTTEN_S)
-            ]
-            if not idle:
-                return None
-            del self._peers[min(idle, key=lambda address: self._peers[address].heard_at_s)]
-        return self._peer(peer)
-
-    def _send_to(self, peer: PeerAddress, message: mavlink.MAVLink_message) -> None:
-        entry = self._peers.get(peer)
-        if entry is None:  # it has been forgotten for newer ones
-            return
-        encoder = entry.encoder
-        if peer.link in self._signers:
-            self._signers[peer.link].prepare(encoder)
-        packet = message.pack(encoder)
-        encoder.seq = (encoder.seq + 1) % 256
-        self._outgoing.append(Outgoing(packet, peer))
+        return self._peers.dropped_bytes
 
     def _take_events(self) -> list[Event]:
         events, self._events = self._events, []
         return events
 
-    # --- signatures -------------------------------------------------------------------------------------------------
-
-    def _is_trusted(self, message: mavlink.MAVLink_message, peer: PeerAddress, entry: _Peer) -> bool:
-        signer = self._signers.get(peer.link)
-        if signer is None:
-            return True
-        verdict = signer.judge(message)
-        entry.is_late = verdict is Verdict.REPLAYED
-        if signer.accepts(verdict, message):
-            return True
-        self._tell_refusal(message.get_srcSystem(), peer, verdict)
-        return False
+    # --- packets ----------------------------------------------------------------------------------------------------
 
     def _tell_refusal(self, system_id: int, peer: PeerAddress, verdict: Verdict) -> None:
         """Tell of each kind once per link and system id. Packets that come twice are late, too, and not worth it."""
@@ -224,8 +148,6 @@ class Session:
             self._told_refusals.add(key)
             text = f"packets of system id {system_id} at {peer} are refused: {_REFUSALS[verdict]}"
             self._events.append(Notice(Severity.WARNING, text))
-
-    # --- packets ----------------------------------------------------------------------------------------------------
 
     def _on_packet(self, message: mavlink.MAVLink_message, peer: PeerAddress, now_s: float) -> None:
         system_id = message.get_srcSystem()
@@ -252,7 +174,7 @@ class Session:
         if first is None:
             return False
         if message.get_srcComponent() == record.target.component_id:
-            self._peers[peer].is_called = True
+            self._peers.note_vehicle(peer)
             if message.get_msgId() in _BOOT_TIMED:
                 record.identity.hear_twice(peer, first)
         return True
@@ -274,7 +196,7 @@ class Session:
         component_id = message.get_srcComponent()
         is_autopilot = component_id == record.target.component_id
         if is_autopilot:
-            self._peers[peer].is_called = True
+            self._peers.note_vehicle(peer)
             if is_moved:
                 record.streams.restart()  # rates are a matter of each of the vehicle's links
                 self._events.append(Notice(Severity.INFO, f"is now reached at {peer}", record.vehicle_id))
@@ -370,7 +292,7 @@ class Session:
         for peer in record.identity.questions(now_s):
             version = float(mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION)
             command = mavlink.MAV_CMD_REQUEST_MESSAGE
-            self._send_to(peer, _command_long(target.system_id, target.component_id, command, version))
+            self._peers.send(_command_long(target.system_id, target.component_id, command, version), peer)
 
     def _request(self, system_id: int, component_id: int, command: int, param1: float, param2: float = 0.0) -> None:
         self.send(system_id, component_id, _command_long(system_id, component_id, command, param1, param2))

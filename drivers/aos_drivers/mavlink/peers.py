@@ -1,0 +1,134 @@
+"""The addresses that a session speaks with: their bytes are parsed and verified, packets for them packed and signed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Set
+from dataclasses import dataclass
+
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from aos_drivers.mavlink.address import PeerAddress
+from aos_drivers.mavlink.framing import FrameParser
+from aos_drivers.mavlink.signing import LinkSigner, Verdict
+
+OUR_COMPONENT_ID: int = mavlink.MAV_COMP_ID_MISSIONPLANNER
+_MAX_PEERS = 512
+_FORGOTTEN_S = 60.0
+
+
+@dataclass(frozen=True, slots=True)
+class Outgoing:
+    """A packet to send."""
+
+    packet: bytes
+    peer: PeerAddress
+
+
+class _Peer:
+    def __init__(self, system_id: int) -> None:
+        self.parser = FrameParser()
+        self.encoder = mavlink.MAVLink(None, srcSystem=system_id, srcComponent=OUR_COMPONENT_ID)
+        self.heard_at_s = -math.inf
+        self.is_pinned = False
+        """Whether a link that calls out leads to it."""
+        self.carries_vehicle = False
+        self.is_late = False
+        """Whether it signs with our key but an old time, which it can only learn from our heartbeats."""
+
+
+class PeerTable:
+    """Every peer has a parser and a sequence of its own.
+
+    At most 512 peers are kept: a further one takes the place of the longest silent that carries no vehicle, or that has
+    been silent for a minute and at which no vehicle is spoken to; else it is ignored.
+    """
+
+    def __init__(
+        self, system_id: int, signers: Mapping[int, LinkSigner], spoken_to: Callable[[], Set[PeerAddress | None]]
+    ) -> None:
+        """Speak as ``system_id``, sign on the links in ``signers``, never forget the addresses in ``spoken_to()``."""
+        self._system_id = system_id
+        self._signers = signers
+        self._spoken_to = spoken_to
+        self._peers: dict[PeerAddress, _Peer] = {}
+        self._outgoing: list[Outgoing] = []
+
+    def __len__(self) -> int:
+        return len(self._peers)
+
+    def __contains__(self, peer: PeerAddress) -> bool:
+        return peer in self._peers
+
+    def pin(self, peer: PeerAddress) -> None:
+        """Call ``peer`` before it has been heard, and never forget it."""
+        self._add(peer).is_pinned = True
+
+    def note_vehicle(self, peer: PeerAddress) -> None:
+        """Call ``peer``, where a vehicle has just been heard, from now on."""
+        self._peers[peer].carries_vehicle = True
+
+    def called(self) -> list[PeerAddress]:
+        """Return the peers that should hear our heartbeats."""
+        return [
+            peer for peer, entry in self._peers.items() if entry.carries_vehicle or entry.is_pinned or entry.is_late
+        ]
+
+    def receive(
+        self, data: bytes, peer: PeerAddress, now_s: float
+    ) -> list[tuple[mavlink.MAVLink_message, Verdict | None]]:
+        """Return the valid packets that ``data`` completes, each with None or with the reason to refuse it."""
+        entry = self._peers.get(peer) or self._make_room_for(peer, now_s)
+        if entry is None:
+            return []
+        entry.heard_at_s = now_s
+        signer = self._signers.get(peer.link)
+        messages = entry.parser.feed(data)
+        if signer is None:
+            return [(message, None) for message in messages]
+        return [(message, _refusal(message, entry, signer)) for message in messages]
+
+    def send(self, message: mavlink.MAVLink_message, peer: PeerAddress) -> None:
+        """Queue a message, unless the peer has been forgotten for newer ones."""
+        entry = self._peers.get(peer)
+        if entry is None:
+            return
+        if peer.link in self._signers:
+            self._signers[peer.link].prepare(entry.encoder)
+        packet = message.pack(entry.encoder)
+        entry.encoder.seq = (entry.encoder.seq + 1) % 256
+        self._outgoing.append(Outgoing(packet, peer))
+
+    def take_outgoing(self) -> list[Outgoing]:
+        """Return and forget what is to be sent."""
+        outgoing, self._outgoing = self._outgoing, []
+        return outgoing
+
+    @property
+    def dropped_bytes(self) -> int:
+        """Bytes received that belonged to no valid packet."""
+        return sum(entry.parser.dropped_bytes for entry in self._peers.values())
+
+    def _add(self, peer: PeerAddress) -> _Peer:
+        return self._peers.setdefault(peer, _Peer(self._system_id))
+
+    def _make_room_for(self, peer: PeerAddress, now_s: float) -> _Peer | None:
+        if len(self._peers) >= _MAX_PEERS:
+            spoken_to = self._spoken_to()
+            idle = [
+                address
+                for address, entry in self._peers.items()
+                if not entry.is_pinned
+                and address not in spoken_to
+                and (not entry.carries_vehicle or now_s - entry.heard_at_s > _FORGOTTEN_S)
+            ]
+            if not idle:
+                return None
+            del self._peers[min(idle, key=lambda address: self._peers[address].heard_at_s)]
+        return self._add(peer)
+
+
+def _refusal(message: mavlink.MAVLink_message, entry: _Peer, signer: LinkSigner) -> Verdict | None:
+    verdict = signer.judge(message)
+    entry.is_late = verdict is Verdict.REPLAYED
+    return None if signer.accepts(verdict, message) else verdict
