@@ -150,7 +150,7 @@ def apply_sure(registration: Registration, frames: Sequence[Frame], min_confiden
 def register(frames: Sequence[Frame], known: Registration, plane_height_m: float) -> Registration:
     """Learn from one step's frames about the errors of the vehicles' poses.
 
-    Blocks for about a second with ten frames: call it in a worker thread.
+    Blocks for a second or two with ten frames: call it in a worker thread.
 
     Args:
         frames: with the poses that the vehicles report; one per vehicle, all with the same bands.
@@ -245,7 +245,7 @@ def _of_frames(known: Registration, rows: NDArray[np.intp]) -> Gaussian:
 def _without_formation(before: Gaussian, after: Gaussian, poses: Sequence[Pose]) -> Gaussian:
     """Return what frames tell when nothing that they seem to tell of the whole formation's turn and scale is believed.
 
-    One step cannot tell these two. Small errors of the measurement and of its linear model look as if it could, always
+    One step cannot tell these two. Small errors of the measurement and of its linear model look as if it could, mostly
     in the same direction, and would add up from step to step (the inconsistency of filters that Huang, Mourikis and
     Roumeliotis describe in *Observability-based Rules for Designing Consistent EKF SLAM Estimators*, IJRR 2010).
     """
