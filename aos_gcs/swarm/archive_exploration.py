@@ -28,7 +28,7 @@ def lattice(radius_m: float, pitch_m: float) -> FloatArray:
     reach = int(2.0 * radius_m / pitch_m) + 2
     column, row = np.meshgrid(np.arange(-reach, reach + 1), np.arange(-reach, reach + 1))
     points = pitch_m * np.column_stack([(column + 0.5 * row).ravel(), (np.sqrt(0.75) * row).ravel()])
-    points = points[np.linalg.norm(points, axis=1) <= radius_m]
+    points = np.asarray(points[np.linalg.norm(points, axis=1) <= radius_m])
     points.flags.writeable = False
     return points
 

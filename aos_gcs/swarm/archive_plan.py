@@ -105,7 +105,7 @@ def plan(
 
     candidates = prospect.candidates(parameters.aperture_radius_m)
     footprint = _spot_footprints(prospect.height_m, parameters)
-    views, cells = _views(prospect, candidates, footprint.any(axis=0), parameters)
+    views, cells = _views(prospect, candidates, np.asarray(footprint.any(axis=0)), parameters)
     held = [] if held_enu_m is None else _still_held(prospect.lines[candidates], views, held_enu_m)
     chosen = choose_views(views, count, held, parameters.area_exponent, parameters.hysteresis)
     lines = prospect.lines[candidates[chosen]]
@@ -118,7 +118,7 @@ def plan(
 
     shown, spot_footprints = prospect.shown[:, cells], footprint[:, cells].astype(np.float32)
     value = values(
-        Outlook.of(views, chosen),
+        Outlook.of(views, chosen.tolist()),
         predicted(weights, shown, spot_footprints),
         spot_footprints,
         familiarity,
