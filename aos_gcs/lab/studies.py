@@ -16,7 +16,7 @@ from aos_gcs.lab.strategies import parse_strategies
 
 HELD_OUT_SEED = 0
 """Of the initialisations that strategies are judged on; they are developed on those of other seeds."""
-SOME = 30
+SOME = 20
 """Initialisations of the studies beside the main one."""
 FEW = 4
 """Initialisations of the study with rendered images, whose runs take a minute or two each."""
