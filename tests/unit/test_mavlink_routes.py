@@ -128,6 +128,37 @@ def test_other_boards_behind_two_addresses_are_never_the_same_vehicle() -> None:
     assert identity.is_ambiguous(1.0)
 
 
+def test_two_vehicles_with_one_board_identity_are_told_apart_by_when_they_started() -> None:
+    """All PX4 in simulation have the same identity."""
+    session = Session(254, 5.0)
+    first, second = FakeVehicle(1), FakeVehicle(1)
+    second.boot_ms += 60_000
+    events: list[Event] = []
+    for tick in range(60):
+        for vehicle, peer in ((first, WIFI), (second, RADIO)):
+            vehicle.boot_ms += 100
+            version = vehicle.version() if tick == 5 else b""
+            events += session.feed(vehicle.heartbeat() + vehicle.position() + version, peer, tick / 10)
+        events += session.poll(tick / 10)
+    assert len(criticals(events)) == 1
+    assert session.records[1].identity.is_ambiguous(6.0)
+
+
+def test_a_restart_of_a_vehicle_on_two_links_is_one_restart_and_no_second_vehicle() -> None:
+    flight = TwoPorts()
+    flight.fly(0.0, 20.0, (WIFI, RADIO))
+    for vehicle in flight.vehicles.values():
+        vehicle.boot_ms = 0
+    for tick in range(60):
+        for peer, vehicle in flight.vehicles.items():
+            vehicle.boot_ms += 100
+            flight.events += flight.session.feed(vehicle.heartbeat() + vehicle.position(), peer, 20.0 + tick / 10)
+        flight.events += flight.session.poll(20.0 + tick / 10)
+    told = [event.text for event in flight.events if isinstance(event, Notice)]
+    assert told.count("has restarted") == 1
+    assert criticals(flight.events) == []
+
+
 def test_a_link_that_loses_clearly_less_is_preferred_but_only_for_the_same_vehicle() -> None:
     for is_same in (True, False):
         route = ComponentRoute()

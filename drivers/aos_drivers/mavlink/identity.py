@@ -18,6 +18,8 @@ _PROOFS = 3
 _QUESTIONS = 5
 _QUESTION_PAUSE_S = 1.0
 _REBOOT_MARGIN_MS = 2000
+_SAME_BOOT_S = 3.0
+"""Moments of boot, as seen over two links of one vehicle, differ by no more than their delays do."""
 _MAX_ADDRESSES = 8
 
 
@@ -27,6 +29,7 @@ class _Sighting:
     first_heard_at_s: float
     uid: bytes | None = None
     boot_ms: int = 0
+    booted_at_s: float | None = None
     shared: dict[PeerAddress, int] = field(default_factory=dict)
     """Packets that came from the other address, too."""
     questions_left: int = _QUESTIONS
@@ -36,8 +39,9 @@ class _Sighting:
 class Identity:
     """The addresses one system id is heard from. Bounded to eight, the longest silent is forgotten.
 
-    Two addresses lead to one vehicle when the board behind both has the same identity, or when the same packets come
-    from both. Two living addresses without such proof are taken for two vehicles.
+    Two addresses lead to one vehicle when the boards behind both have the same identity and started at the same moment
+    (all simulated PX4 have one identity), or when the same packets come from both. Two living addresses without such
+    proof are taken for two vehicles.
     """
 
     def __init__(self) -> None:
@@ -83,15 +87,15 @@ class Identity:
         else:
             self._absolve()
 
-    def hear_boot_time(self, address: PeerAddress, boot_ms: int) -> bool:
+    def hear_boot_time(self, address: PeerAddress, boot_ms: int, now_s: float) -> bool:
         """Return whether the time since boot shows that the sender at ``address`` has restarted."""
         sighting = self._sightings[address]
         has_restarted = boot_ms + _REBOOT_MARGIN_MS < sighting.boot_ms
         if has_restarted:
             for other, entry in self._sightings.items():
                 if self.is_same_vehicle(address, other):
-                    entry.boot_ms = boot_ms
-        sighting.boot_ms = boot_ms
+                    entry.boot_ms, entry.booted_at_s = boot_ms, None
+        sighting.boot_ms, sighting.booted_at_s = boot_ms, now_s - boot_ms / 1000
         return has_restarted
 
     def is_same_vehicle(self, one: PeerAddress | None, other: PeerAddress | None) -> bool:
@@ -101,7 +105,7 @@ class Identity:
         if first is None or second is None or other is None:
             return False
         if first.uid is not None and second.uid is not None:
-            return first.uid == second.uid
+            return first.uid == second.uid and _started_together(first, second)
         return one == other or first.shared.get(other, 0) >= _PROOFS
 
     def is_ambiguous(self, now_s: float) -> bool:
@@ -146,3 +150,9 @@ class Identity:
         if all(self.is_same_vehicle(first, other) for other in others):
             self._returns_at_s = []
             self._clash_until_s = -math.inf
+
+
+def _started_together(first: _Sighting, second: _Sighting) -> bool:
+    if first.booted_at_s is None or second.booted_at_s is None:
+        return True
+    return abs(first.booted_at_s - second.booted_at_s) <= _SAME_BOOT_S

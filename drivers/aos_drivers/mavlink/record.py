@@ -105,8 +105,10 @@ class VehicleRecord:
         total = lost + sum(counter.received for counter in counters)
         return lost / total if total else None
 
-    def link_quality(self, now_s: float) -> LinkQuality:
-        """Return how well the autopilot is reached."""
+    def link_quality(self, now_s: float) -> LinkQuality | None:
+        """Return how well the autopilot is reached; None where its packets take no route of ours."""
+        if self.route.address is None:
+            return None
         return LinkQuality(
             address=str(self.route.address),
             living_addresses=self.route.living(now_s),

@@ -201,7 +201,7 @@ class Session:
                 record.streams.restart()  # rates are a matter of each of the vehicle's links
                 self._events.append(Notice(Severity.INFO, f"is now reached at {peer}", record.vehicle_id))
         if is_autopilot:
-            self._watch_boot_time(record, message, peer)
+            self._watch_boot_time(record, message, peer, now_s)
             record.telemetry.update(message, now_s)
             record.streams.on_message(message.get_msgId())
         record.requests.on_message(component_id, message.get_msgId())
@@ -213,8 +213,10 @@ class Session:
         elif is_autopilot and message.get_msgId() in self._handlers:
             self._handlers[message.get_msgId()](record, message, peer, now_s)
 
-    def _watch_boot_time(self, record: VehicleRecord, message: mavlink.MAVLink_message, peer: PeerAddress) -> None:
-        if message.get_msgId() in _BOOT_TIMED and record.identity.hear_boot_time(peer, message.time_boot_ms):
+    def _watch_boot_time(
+        self, record: VehicleRecord, message: mavlink.MAVLink_message, peer: PeerAddress, now_s: float
+    ) -> None:
+        if message.get_msgId() in _BOOT_TIMED and record.identity.hear_boot_time(peer, message.time_boot_ms, now_s):
             record.restart()
             self._events.append(Notice(Severity.WARNING, "has restarted", record.vehicle_id))
 

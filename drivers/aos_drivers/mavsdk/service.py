@@ -150,7 +150,7 @@ class MavsdkFleet:
         record.streams.on_message(message.get_msgId())
         record.identity.hear(peer, now_s)
         if message.get_msgId() == mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT:
-            if record.identity.hear_boot_time(peer, message.time_boot_ms):
+            if record.identity.hear_boot_time(peer, message.time_boot_ms, now_s):
                 record.restart()
                 self._context.notify(Notice(Severity.WARNING, "has restarted", system_id))
         elif message.get_msgId() == mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION:
