@@ -65,7 +65,7 @@ def _on_cluster(work: Work, missing: tuple[Initialisation, ...], connection: Abs
     with connection as client:
         tasks = {client.submit(work, initialisation, pure=False): initialisation for initialisation in missing}
         try:
-            for future in distributed.as_completed(list(tasks)):
+            for future in distributed.as_completed(list(tasks), loop=client.loop):
                 yield tasks.pop(future), future.result()
         except (distributed.KilledWorker, CancelledError) as error:
             raise LinkError(f"Workers were lost ({error}); run the command again to go on where it stopped.") from error
