@@ -10,21 +10,23 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 pytest.importorskip("mavsdk", reason="needs the optional library mavsdk")
 
 from aos_drivers.mavlink.address import PeerAddress
-from aos_drivers.mavsdk.wire import Wire
+from aos_drivers.mavsdk.wire import ANY_COMPONENT, Wire
 
 NEAR, FAR = PeerAddress(0, "10.0.0.1", 1000), PeerAddress(0, "10.0.0.2", 1000)
+CAMERA = mavlink.MAV_COMP_ID_CAMERA
 
 
-def packet(message: mavlink.MAVLink_message, system_id: int) -> bytes:
-    return bytes(message.pack(mavlink.MAVLink(None, srcSystem=system_id, srcComponent=1)))
+def packet(message: mavlink.MAVLink_message, system_id: int, component_id: int = 1) -> bytes:
+    return bytes(message.pack(mavlink.MAVLink(None, srcSystem=system_id, srcComponent=component_id)))
 
 
 def heartbeat() -> mavlink.MAVLink_message:
     return mavlink.MAVLink_heartbeat_message(mavlink.MAV_TYPE_QUADROTOR, mavlink.MAV_AUTOPILOT_PX4, 0, 0, 3, 3)
 
 
-def command(system_id: int) -> mavlink.MAVLink_message:
-    return mavlink.MAVLink_command_long_message(system_id, 1, mavlink.MAV_CMD_NAV_LAND, 0, 0, 0, 0, 0, 0, 0, 0)
+def command(system_id: int, component_id: int = 1) -> mavlink.MAVLink_message:
+    land = mavlink.MAV_CMD_NAV_LAND
+    return mavlink.MAVLink_command_long_message(system_id, component_id, land, 0, 0, 0, 0, 0, 0, 0, 0)
 
 
 @dataclass
@@ -49,7 +51,7 @@ class Bench:
         self.wire.add_endpoint(0, self.radio, None)
 
     def note(self, message: mavlink.MAVLink_message, peer: PeerAddress) -> None:
-        self.wire.route(message.get_srcSystem(), peer)
+        self.wire.route(message.get_srcSystem(), message.get_srcComponent(), peer)
 
 
 @pytest.fixture
@@ -78,7 +80,20 @@ def test_a_vehicle_that_moves_to_another_address_is_followed(bench: Bench) -> No
     bench.wire.receive(packet(heartbeat(), 2), NEAR)
     bench.wire.send(packet(command(2), 254))
     assert bench.radio.sent[0][1] == NEAR
-    assert bench.wire.host_of(2) == "10.0.0.1"
+    assert bench.wire.host_of(2, 1) == "10.0.0.1"
+
+
+def test_a_camera_at_an_address_of_its_own_is_reached_there(bench: Bench) -> None:
+    bench.wire.receive(packet(heartbeat(), 1, CAMERA), FAR)
+    bench.wire.send(packet(command(1, CAMERA), 254) + packet(command(1), 254))
+    assert [peer for _, peer in bench.radio.sent] == [FAR, NEAR]
+    assert bench.wire.host_of(1, CAMERA) == "10.0.0.2"
+
+
+def test_a_component_that_was_never_heard_is_sought_where_the_autopilot_is(bench: Bench) -> None:
+    bench.wire.route(1, ANY_COMPONENT, NEAR)
+    bench.wire.send(packet(command(1, CAMERA), 254) + packet(command(2, CAMERA), 254))
+    assert [peer for _, peer in bench.radio.sent] == [NEAR]
 
 
 def test_what_is_for_everybody_or_for_strangers_is_not_sent(bench: Bench) -> None:

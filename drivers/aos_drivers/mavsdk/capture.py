@@ -34,15 +34,15 @@ class CaptureRunner:
         changes: Changes,
         tools: CaptureTools,
         postman: Postman,
-        host: Callable[[], str],
+        host_of: Callable[[int], str],
         request: Callable[[int, int, int], None],
     ) -> None:
-        """``host`` is where images may come from; ``request`` asks a component for a message, with a parameter."""
+        """``host_of`` says where a component is; ``request`` asks it for a message, with a parameter."""
         self._record = record
         self._changes = changes
         self._tools = tools
         self._postman = postman
-        self._host = host
+        self._host_of = host_of
         self._request = request
         self._plugin = Camera(system)
         self._information: Information | None = None
@@ -69,7 +69,8 @@ class CaptureRunner:
             file_url=info.file_url,
             fov_rad=fov_from_lens(information.focal_length_mm, information.horizontal_sensor_size_mm),
         )
-        return await collect_capture(self._record.vehicle_id, exposure, self._host(), self._tools, deadline_s)
+        host = self._host_of(information.component_id)
+        return await collect_capture(self._record.vehicle_id, exposure, host, self._tools, deadline_s)
 
     def _ready_camera(self) -> Information:
         record = self._record

@@ -28,7 +28,7 @@ from aos_drivers.mavlink.waiting import Changes
 from aos_drivers.mavsdk.capture import CaptureRunner
 from aos_drivers.mavsdk.core import Postman, direct_from_message, open_core
 from aos_drivers.mavsdk.telemetry import TelemetryFeed
-from aos_drivers.mavsdk.wire import Wire
+from aos_drivers.mavsdk.wire import ANY_COMPONENT, Wire
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.ports import Capture, Command, DriverContext, Notice, Severity, VehicleState
 
@@ -71,7 +71,7 @@ class MavsdkVehicle:
             changes=changes,
             tools=tools,
             postman=postman,
-            host=lambda: wire.host_of(record.vehicle_id),
+            host_of=lambda component_id: wire.host_of(record.vehicle_id, component_id),
             request=self._request,
         )
 
@@ -143,10 +143,12 @@ class MavsdkFleet:
             target = Target(system_id, message.get_srcComponent())
             record = self._records[system_id] = VehicleRecord(target, message, self._position_hz)
         record.heard_at_s = now_s
-        record.requests.on_message(message.get_srcComponent(), message.get_msgId())
-        if message.get_srcComponent() != record.target.component_id:
+        component_id = message.get_srcComponent()
+        wire.route(system_id, component_id, peer)
+        record.requests.on_message(component_id, message.get_msgId())
+        if component_id != record.target.component_id:
             return
-        wire.route(system_id, peer)
+        wire.route(system_id, ANY_COMPONENT, peer)
         record.streams.on_message(message.get_msgId())
         record.identity.hear(peer, now_s)
         if message.get_msgId() == mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT:
@@ -181,7 +183,8 @@ class MavsdkFleet:
                     system, record, context=self._context, tools=self._tools, wire=wire, postman=postman
                 )
                 self._vehicles[system_id] = vehicle
-                text = f"heard at {wire.host_of(system_id)}, autopilot {record.autopilot.name}"
+                host = wire.host_of(system_id, ANY_COMPONENT)
+                text = f"heard at {host}, autopilot {record.autopilot.name}"
                 self._context.notify(Notice(Severity.INFO, text, system_id))
 
     def _watch_identity(self, vehicle_id: int, now_s: float) -> None:

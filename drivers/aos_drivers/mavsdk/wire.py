@@ -11,6 +11,7 @@ from aos_drivers.mavlink.framing import FrameParser
 from aos_drivers.mavlink.links import Endpoint
 
 OUR_COMPONENT_ID: int = mavlink.MAV_COMP_ID_MISSIONPLANNER
+ANY_COMPONENT: int = mavlink.MAV_COMP_ID_ALL
 _MAX_PEERS = 512
 
 
@@ -44,7 +45,7 @@ class Wire:
         self._record = record
         self._peers: dict[PeerAddress, _Peer] = {}
         self._endpoints: dict[int, Endpoint] = {}
-        self._routes: dict[int, PeerAddress] = {}
+        self._routes: dict[tuple[int, int], PeerAddress] = {}
         self._from_core = FrameParser()
 
     def add_endpoint(self, link: int, endpoint: Endpoint, peer: PeerAddress | None) -> None:
@@ -66,20 +67,21 @@ class Wire:
             self._note(message, peer)
             self._deliver(packet)
 
-    def route(self, system_id: int, peer: PeerAddress) -> None:
-        """Send what is for a vehicle to this address from now on."""
-        self._routes[system_id] = peer
+    def route(self, system_id: int, component_id: int, peer: PeerAddress) -> None:
+        """Send what is for a component to this address from now on; ``ANY_COMPONENT`` stands for those not heard."""
+        self._routes[system_id, component_id] = peer
         self._peers[peer].is_called = True
 
-    def host_of(self, system_id: int) -> str:
-        """Return the host where a vehicle was heard last, empty for a stranger."""
-        peer = self._routes.get(system_id)
+    def host_of(self, system_id: int, component_id: int) -> str:
+        """Return the host where a component was heard last, empty for a stranger."""
+        peer = self._routes.get((system_id, component_id))
         return peer.host if peer is not None else ""
 
     def send(self, packet: bytes) -> None:
         """Route what MAVSDK sends. Its heartbeats and what has no target that was heard are dropped."""
         for message in self._from_core.feed(packet):
-            peer = self._routes.get(getattr(message, "target_system", 0))
+            system_id, component_id = getattr(message, "target_system", 0), getattr(message, "target_component", 0)
+            peer = self._routes.get((system_id, component_id)) or self._routes.get((system_id, ANY_COMPONENT))
             if peer is not None and not isinstance(message, mavlink.MAVLink_unknown):
                 self._send_to(peer, message)
 
