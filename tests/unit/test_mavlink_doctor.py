@@ -146,6 +146,7 @@ def test_one_id_at_two_addresses_is_a_problem_unless_the_board_is_the_same() -> 
         assert problems(findings) == codes
         text = text_of(findings, codes[0] if codes else "several_links")
         assert "10.0.0.1:5001 and 10.0.0.2:5002" in text
+        assert ("(the boards differ)" in text) == bool(codes)
 
 
 def test_slow_streams_are_named_with_both_rates() -> None:

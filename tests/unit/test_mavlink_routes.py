@@ -133,6 +133,7 @@ def test_two_vehicles_with_one_board_identity_are_told_apart_by_when_they_starte
     session = Session(254, 5.0)
     first, second = FakeVehicle(1), FakeVehicle(1)
     second.boot_ms += 60_000
+    second.encoder.skip(100)
     events: list[Event] = []
     for tick in range(60):
         for vehicle, peer in ((first, WIFI), (second, RADIO)):
