@@ -89,9 +89,7 @@ async def test_frames_are_collected_where_the_vehicles_are_sent(tmp_path: Path) 
     async with simulator(2) as (simulated, links):
         await example("collect_frames").run(links, options(2, "mavsdk"), tmp_path, stations=2, step_m=5.0)
         assert_all_are_home(simulated)
-    assert names(tmp_path) == [
-        f"vehicle{vehicle:03d}_image{image:05d}.npz" for vehicle in (1, 2) for image in (0, 1)
-    ]
+    assert names(tmp_path) == [f"vehicle{vehicle:03d}_image{image:05d}.npz" for vehicle in (1, 2) for image in (0, 1)]
     first, second = (np.load(tmp_path / f"vehicle002_image{image:05d}.npz") for image in (0, 1))
     assert first["image"].shape == (32, 32, 4)
     assert list(first["bands"]) == ["red", "green", "blue", "thermal"]
