@@ -61,7 +61,8 @@ def line_by_projection(
 ) -> NDArray[np.float64]:
     """Return each drone's place on the line about the swarm's centre of gravity, in the order of their projections.
 
-    No two paths cross, and the sum of squared distances is minimal. Equal projections keep the order of the rows.
+    The sum of squared distances is minimal. Drones that start and arrive together keep their order along the line at
+    all times and never meet; their ways, as drawn, may still cross. Equal projections keep the order of the rows.
     Arguments and result as in :func:`line_by_index`.
     """
     return in_projection_order(positions_enu_m, line_by_index(positions_enu_m, scan_direction_enu, spacing_m))
