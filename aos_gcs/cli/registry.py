@@ -65,7 +65,9 @@ def _load(name: str, point: EntryPoint) -> Any:
 def _to_command(name: str, target: Any) -> Any:
     """Return a typer command; ``target`` is a function with typer annotations or a ``typer.Typer``."""
     if isinstance(target, typer.Typer):
-        return typer.main.get_command(target)
+        command = typer.main.get_command(target)
+        command.name = name  # a group of its own does not know what it is called here
+        return command
     app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
     app.command(name)(target)
     return typer.main.get_command(app)

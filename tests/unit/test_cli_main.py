@@ -84,6 +84,8 @@ def test_commands_may_be_typer_applications(
     offer(monkeypatch, fly=app)
     assert run("fly", "low") == 0
     assert capsys.readouterr().out == "flying low\n"
+    assert run("--help") == 0
+    assert " fly " in capsys.readouterr().out
 
 
 def test_a_broken_plug_in_says_so_and_leaves_the_others_alone(
