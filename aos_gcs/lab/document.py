@@ -86,7 +86,7 @@ def write_document(
 def _report(study: Study, results: ResultFolder) -> Comparison:
     labels = [choice.label for choice in results.campaign.strategies]
     comparison = compare(results.campaign.scenario, labels, results.read())
-    write_report(comparison, results.folder / "report", reference=labels[0], shown_runs=3 if study.paper else 1)
+    write_report(comparison, results.folder / "report", reference=study.reference, shown_runs=3 if study.paper else 1)
     return comparison
 
 
@@ -180,11 +180,10 @@ def _gain(comparison: Comparison, metric: str) -> Interval:
 
 
 def _study(study: Study, comparison: Comparison, pictures: str) -> Iterator[str]:
-    reference = comparison.strategies[0]
     yield f"## {study.title}"
     settings = ", ".join(f"{name} = {value}" for name, value in study.scenario.items())
     yield f"{len(comparison.initialisations)} initialisations; {settings or 'default scenario'}."
     yield summary_table(comparison)
-    yield difference_table(comparison, reference)
+    yield difference_table(comparison, study.reference)
     for name in FIGURES[study.name]:
         yield f"![{study.title}: {name.replace('_', ' ')}]({pictures}/{study.name}-{name}.png)"

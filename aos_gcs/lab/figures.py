@@ -56,6 +56,7 @@ def curves(
     *,
     ylabel: str,
     palette: Mapping[str, str],
+    top: float | None = None,
     bound: Interval | None = None,
     marks: Sequence[Mark] = (),
 ) -> Figure:
@@ -66,6 +67,7 @@ def curves(
         runs: per variant, shape (runs, T).
         ylabel: what the curves show.
         palette: see :func:`colours`.
+        top: the greatest value that they can have, if there is one.
         bound: the oracle's value, if the report has one.
         marks: published results.
     """
@@ -80,7 +82,7 @@ def curves(
     for mark, symbol in zip(marks, itertools.cycle("xP*v"), strict=False):
         axes.plot(mark.time_s, mark.value, symbol, color="0.2", markersize=7, linestyle="none", label=mark.label)
     axes.set(xlabel="simulated time / s", ylabel=ylabel, xlim=(0.0, float(time_s[-1])))
-    axes.set_ylim(bottom=0.0)
+    axes.set_ylim(0.0, top)
     _legend_beside(axes)
     return figure
 
@@ -228,8 +230,9 @@ def _figure(width_in: float, height_in: float) -> tuple[Figure, Axes]:
 
 
 def _wrapped(name: str) -> str:
-    """Return a variant's name in lines short enough for an axis or a title."""
-    return "\n".join(wrap(name, LABEL_WIDTH))
+    """Return a variant's name in lines short enough for an axis or a title; its parameters begin a line."""
+    lines = wrap(name.replace("(", " (", 1), LABEL_WIDTH, break_on_hyphens=False, break_long_words=False)
+    return "\n".join(lines)
 
 
 def _legend_beside(axes: Axes) -> None:

@@ -247,6 +247,7 @@ def _draw(comparison: Comparison, folder: Path, reference: str) -> dict[str, str
                 comparison.curves(column),
                 ylabel=label,
                 palette=palette,
+                top=None if column == "area_m2" else 1.0,
                 bound=None if oracle is None else mean_interval(oracle),
                 marks=PUBLISHED if column == "history_visibility" else (),
             ),

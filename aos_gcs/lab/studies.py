@@ -35,13 +35,17 @@ class Study:
     """Of its folder."""
     title: str
     strategies: tuple[str, ...]
-    """The first one is the reference."""
     scenario: Mapping[str, object] = field(default_factory=dict)
     paper: bool = False
     """From the three fixed initialisations in place of drawn ones."""
     at_most: int | None = None
     """Bound on the number of initialisations."""
     oracle: bool = False
+
+    @property
+    def reference(self) -> str:
+        """The strategy that the others are compared with."""
+        return REFERENCE if REFERENCE in self.strategies else self.strategies[0]
 
     def campaign(self, initialisations: int) -> Campaign:
         """Return what to compute, with so many drawn initialisations."""
