@@ -50,11 +50,6 @@ class TargetTracker:
         self.steps_out_of_view = 0
 
     @property
-    def steps_in_view(self) -> int:
-        """Consecutive steps up to the latest one, at most ``found_steps``, that show the target."""
-        return 0 if self._target is None else len(self._seen.get(self._target.track_id, ()))
-
-    @property
     def target_walks(self) -> bool:
         """Whether the target more likely walks than stays."""
         return self._target is not None and self._target.walking_share > 0.5
