@@ -28,7 +28,7 @@ def reproduce(
 ) -> None:
     """Run the studies behind docs/results.md, and write that document with its figures.
 
-    About an hour on two cores with 100 initialisations.
+    This takes long; when it was interrupted, the same call goes on.
     """
     from aos_gcs.cli.output import progress  # noqa: PLC0415 - keeps the other commands' help fast
     from aos_gcs.lab.calibration import single_view_visibility  # noqa: PLC0415
