@@ -240,7 +240,12 @@ def _safety(
             raise ConfigurationError("safety: give the geofence either as fence_deg or as fence_enu_m.")
         fence_deg = _validate(list[_LatLon], "safety.fence_deg", given.pop("fence_deg"))
         given["fence_enu_m"] = _to_enu(fence_deg, origin, "safety.fence_deg")
-    _refuse_unknown(SafetyLimits, "safety", given, extra=("fence_deg",))
+    if "no_go_deg" in given:
+        if "no_go_enu_m" in given:
+            raise ConfigurationError("safety: give the no-go zones either as no_go_deg or as no_go_enu_m.")
+        zones_deg = _validate(list[list[_LatLon]], "safety.no_go_deg", given.pop("no_go_deg"))
+        given["no_go_enu_m"] = tuple(_to_enu(zone_deg, origin, "safety.no_go_deg") for zone_deg in zones_deg)
+    _refuse_unknown(SafetyLimits, "safety", given, extra=("fence_deg", "no_go_deg"))
     proposal = {"fence_enu_m": area_enu_m, "floor_m": -_UNLIMITED_M, "ceiling_m": _UNLIMITED_M}
     limits = _build(SafetyLimits, "safety", proposal | given)
     if limits.floor_m > min(layers_m) or limits.ceiling_m < max(layers_m):

@@ -1,8 +1,9 @@
-"""Polygons on the ground: search areas and fences, in horizontal ENU metres."""
+"""Polygons on the ground: search areas, fences and no-go zones, in horizontal ENU metres."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,28 @@ from aos_gcs.mission.separation import TOLERANCE_M, point_segment_distance, segm
 
 FloatArray = NDArray[np.float64]
 Polygon = tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Boundary:
+    """The edge of a polygon that ways keep inside of, such as a fence, or outside of, such as a no-go zone."""
+
+    vertices_m: FloatArray
+    """Shape (m, 2), metres."""
+    name: str
+    keeps_in: bool
+
+    def depth_m(self, point_m: FloatArray) -> float:
+        """Return how far a point, shape (2,), lies on the allowed side of the edge; negative on the other."""
+        depth_m = signed_depth_m(point_m, self.vertices_m)
+        return depth_m if self.keeps_in else -depth_m
+
+    @property
+    def trespass(self) -> str:
+        """Why a vehicle on the wrong side is held."""
+        if self.keeps_in:
+            return f"it is outside {self.name} and would not fly straight back inside"
+        return f"it is inside {self.name} and would not fly straight out of it"
 
 
 def as_polygon(points: Sequence[Sequence[float]], field: str) -> FloatArray:

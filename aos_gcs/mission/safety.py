@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.mission.model import EnuPoint, Verdict, WaypointRecord
-from aos_gcs.mission.polygon import Polygon, as_polygon, edges, edges_met, signed_depth_m
+from aos_gcs.mission.polygon import Boundary, Polygon, as_polygon, edges, edges_met
 from aos_gcs.mission.separation import TOLERANCE_M, admissible_fraction, point_segment_distance, segment_distance
 
 FloatArray = NDArray[np.float64]
@@ -38,8 +38,11 @@ class SafetyLimits:
     """Simple polygon, convex or not."""
     floor_m: float
     ceiling_m: float
+    no_go_enu_m: tuple[Polygon, ...] = ()
+    """Simple polygons, convex or not, in which no waypoint lies and which no way crosses, at any height."""
     margin_m: float = 0.0
-    """Distance to keep from the fence on the inside; the breaking distance v^2 / 2a is a good choice."""
+    """Distance to keep from the fence on the inside and from no-go zones on the outside; the breaking distance
+    v^2 / 2a is a good choice."""
     separation_m: float = 1.5
     """Smallest 3-D distance between two ways; below the spacing of the altitude layers by what heights err."""
     max_link_age_s: float = 3.0
@@ -50,7 +53,7 @@ class SafetyLimits:
     ``min_battery_fraction``."""
 
     def __post_init__(self) -> None:
-        as_polygon(self.fence_enu_m, "fence_enu_m")
+        self.boundaries()
         positive = ("separation_m", "max_link_age_s", "max_position_age_s")
         for name in (*positive, "margin_m", "floor_m", "ceiling_m", "min_battery_fraction", "battery_per_m"):
             value = getattr(self, name)
@@ -68,6 +71,14 @@ class SafetyLimits:
             )
         if self.battery_per_m is not None and self.battery_per_m <= 0.0:
             raise ConfigurationError(f"battery_per_m must be above 0 or absent, but is {self.battery_per_m:g}.")
+
+    def boundaries(self) -> tuple[Boundary, ...]:
+        """Return what ways must not cross: the fence, and every no-go zone."""
+        zones = [
+            Boundary(as_polygon(zone, f"no_go_enu_m[{row}]"), f"no-go zone {row + 1}", keeps_in=False)
+            for row, zone in enumerate(self.no_go_enu_m)
+        ]
+        return (Boundary(as_polygon(self.fence_enu_m, "fence_enu_m"), "the fence", keeps_in=True), *zones)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -143,20 +154,20 @@ def vet_waypoints(
     Args:
         movers: the vehicles to send, with distinct ids and finite positions.
         obstacles: all other airborne vehicles.
-        limits: fence, heights, separation, ages and battery.
+        limits: fence, no-go zones, heights, separation, ages and battery.
 
     Raises:
         ValueError: an id occurs twice, or a present position is not finite.
     """
     traffic = _Traffic(movers, obstacles, limits.separation_m)
-    fence_m = as_polygon(limits.fence_enu_m, "fence_enu_m")
+    boundaries = limits.boundaries()
     records = {}
     for mover in sorted(movers, key=lambda mover: mover.vehicle_id):
         reason = _reason_to_hold(mover, limits)
         if reason:
             record = _held(mover, reason)
         else:
-            record = _vet_way(mover, fence_m, traffic, limits)
+            record = _vet_way(mover, boundaries, traffic, limits)
             if record.sent_enu_m is not None:
                 traffic.grant(mover.vehicle_id, np.array(record.sent_enu_m))
         records[mover.vehicle_id] = record
@@ -211,11 +222,11 @@ class _Traffic:
         )
 
 
-def _vet_way(mover: Mover, fence_m: FloatArray, traffic: _Traffic, limits: SafetyLimits) -> WaypointRecord:
+def _vet_way(mover: Mover, boundaries: Sequence[Boundary], traffic: _Traffic, limits: SafetyLimits) -> WaypointRecord:
     start = np.array(mover.position_enu_m, dtype=np.float64)
     end = np.array(mover.requested_enu_m, dtype=np.float64)
     cut = min(
-        _fence_cut(start[:2], end[:2], fence_m, limits.margin_m),
+        *(_boundary_cut(start[:2], end[:2], boundary, limits.margin_m) for boundary in boundaries),
         _height_cut(float(start[2]), float(end[2]), limits),
         traffic.cut(mover.vehicle_id, start, end),
         key=lambda cut: cut.fraction,
@@ -256,19 +267,19 @@ def _reason_to_hold(mover: Mover, limits: SafetyLimits) -> str:  # noqa: PLR0911
     return ""
 
 
-def _fence_cut(start: FloatArray, end: FloatArray, fence_m: FloatArray, margin_m: float) -> _Cut:
-    depth_m = signed_depth_m(start, fence_m)
+def _boundary_cut(start: FloatArray, end: FloatArray, boundary: Boundary, margin_m: float) -> _Cut:
+    depth_m = boundary.depth_m(start)
     if depth_m <= BACK_OFF_M:
-        returns = signed_depth_m(end, fence_m) >= margin_m and edges_met(start, end, fence_m) <= 1
-        return _UNCUT if returns else _Cut(0.0, "it is outside the fence and would not fly straight back inside")
+        returns = boundary.depth_m(end) >= margin_m and edges_met(start, end, boundary.vertices_m) <= 1
+        return _UNCUT if returns else _Cut(0.0, boundary.trespass)
     if depth_m - float(np.linalg.norm(end - start)) > max(margin_m, BACK_OFF_M):
         return _UNCUT
-    # A way keeps off the fence by a hair even without a margin, else it could cross it.
+    # A way keeps off the boundary by a hair even without a margin, else it could cross it.
     required_m = max(min(margin_m, depth_m), BACK_OFF_M)
-    fence_starts, fence_ends = edges(fence_m)
-    required = np.full(len(fence_m), required_m)
-    fraction = float(admissible_fraction(start, end, fence_starts, fence_ends, required).min())
-    return _Cut(fraction, f"the fence, with a margin of {margin_m:.1f} m")
+    edge_starts, edge_ends = edges(boundary.vertices_m)
+    required = np.full(len(edge_starts), required_m)
+    fraction = float(admissible_fraction(start, end, edge_starts, edge_ends, required).min())
+    return _Cut(fraction, f"{boundary.name}, with a margin of {margin_m:.1f} m")
 
 
 def _height_cut(start_m: float, end_m: float, limits: SafetyLimits) -> _Cut:

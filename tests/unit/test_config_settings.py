@@ -62,11 +62,13 @@ def test_corners_in_degrees_become_metres_about_the_origin() -> None:
     ]
     origin_deg = (ORIGIN.latitude_deg, ORIGIN.longitude_deg, ORIGIN.altitude_amsl_m)
     mission = {"area_enu_m": None, "area_deg": corners_deg, "origin_deg": origin_deg}
-    settings = mission_settings(configuration(mission=mission, safety={"fence_deg": corners_deg}))
+    settings = mission_settings(
+        configuration(mission=mission, safety={"fence_deg": corners_deg, "no_go_deg": [corners_deg]})
+    )
     assert settings.origin == ORIGIN
     for corner, expected in zip(settings.area_enu_m, SQUARE, strict=True):
         assert corner == pytest.approx(expected, abs=1e-3)
-    assert settings.safety["fence_enu_m"] == settings.area_enu_m
+    assert settings.safety == {"fence_enu_m": settings.area_enu_m, "no_go_enu_m": (settings.area_enu_m,)}
 
 
 @pytest.mark.parametrize(("heading_deg", "direction_enu"), [(0.0, (0.0, 1.0)), (90.0, (1.0, 0.0)), (225.0, None)])
@@ -141,6 +143,8 @@ def test_wrong_types_and_ranges_name_the_field(sections: dict[str, Any], text: s
         ({"forest": {}}, r"forest\.canopy_height_m"),
         ({"safety": {"min_battery_fraction": 20}}, "safety: min_battery_fraction must be 0 or more and below 1"),
         ({"safety": {"fence_enu_m": SQUARE, "fence_deg": [[1, 2]]}}, "either as fence_deg or as fence_enu_m"),
+        ({"safety": {"no_go_enu_m": [SQUARE], "no_go_deg": []}}, "either as no_go_deg or as no_go_enu_m"),
+        ({"safety": {"no_go_deg": [[[1, 2], [3, 4]]]}}, "no_go_deg needs mission.origin_deg"),
         ({"safety": {"fence_enu_m": [[0, 0], [5, 5], [5, 0], [0, 5]]}}, "fence_enu_m must not cross"),
     ],
 )

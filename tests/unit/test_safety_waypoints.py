@@ -87,6 +87,25 @@ def test_outside_the_fence_only_a_straight_way_back_is_sent() -> None:
     assert "outside the fence" in record.reason
 
 
+ZONED = replace(LIMITS, no_go_enu_m=(((10.0, -10.0), (20.0, -10.0), (20.0, 10.0), (10.0, 10.0)),))
+
+
+def test_no_target_lies_in_a_no_go_zone_and_no_way_crosses_it() -> None:
+    for end in ((15.0, 0.0, 35.0), (30.0, 0.0, 35.0)):
+        record = vet_one(mover(1, (0.0, 0.0, 35.0), end), limits=ZONED)
+        assert record.verdict is Verdict.SHORTENED
+        assert record.sent_enu_m == pytest.approx((5.0, 0.0, 35.0), abs=1e-5)
+        assert record.reason.endswith("no-go zone 1, with a margin of 5.0 m")
+    assert vet_one(mover(1, (0.0, 20.0, 35.0), (30.0, 20.0, 35.0)), limits=ZONED).verdict is Verdict.SENT
+
+
+def test_inside_a_no_go_zone_only_a_straight_way_out_is_sent() -> None:
+    start = (15.0, 0.0, 35.0)
+    assert vet_one(mover(1, start, (30.0, 0.0, 35.0)), limits=ZONED).verdict is Verdict.SENT
+    record = vet_one(mover(1, start, (16.0, 0.0, 35.0)), limits=ZONED)
+    assert record.reason == "held: it is inside no-go zone 1 and would not fly straight out of it"
+
+
 def test_floor_and_ceiling_clip_the_way() -> None:
     low = vet_one(mover(1, (0.0, 0.0, 30.0), (20.0, 0.0, 10.0)))
     assert low.sent_enu_m == pytest.approx((10.0, 0.0, 20.0), abs=1e-5)
@@ -224,6 +243,7 @@ def test_ids_must_differ_and_positions_be_known() -> None:
         ({"max_link_age_s": float("nan")}, "max_link_age_s"),
         ({"min_battery_fraction": 1.0}, "min_battery_fraction"),
         ({"battery_per_m": 0.0}, "battery_per_m"),
+        ({"no_go_enu_m": (SQUARE, SQUARE[:2])}, r"no_go_enu_m\[1\] must have three or more points"),
     ],
 )
 def test_limits_that_make_no_sense_are_refused(change: dict[str, object], text: str) -> None:
@@ -234,7 +254,8 @@ def test_limits_that_make_no_sense_are_refused(change: dict[str, object], text: 
 
 # --- what holds for any input ---------------------------------------------------------------------------------------
 
-FREE = SafetyLimits(fence_enu_m=NOTCHED, floor_m=20.0, ceiling_m=40.0, margin_m=3.0)
+ZONE = ((-30.0, -40.0), (-10.0, -45.0), (-20.0, -20.0))
+FREE = SafetyLimits(fence_enu_m=NOTCHED, no_go_enu_m=(ZONE,), floor_m=20.0, ceiling_m=40.0, margin_m=3.0)
 points = st.one_of(
     st.tuples(st.floats(-60.0, 60.0), st.floats(-60.0, 60.0), st.floats(15.0, 45.0)),
     st.tuples(st.floats(-5.0, 5.0), st.floats(-20.0, -5.0), st.floats(25.0, 35.0)),
@@ -272,12 +293,13 @@ def test_no_granted_way_violates_a_limit(
         way_of(vehicle, record)
         for vehicle, record in zip(vehicles, vet_waypoints(vehicles, obstacles, FREE), strict=True)
     ]
-    fence = as_polygon(FREE.fence_enu_m, "fence")
+    fence, zone = as_polygon(FREE.fence_enu_m, "fence"), as_polygon(ZONE, "zone")
     for way in sampled:
-        depth = signed_depth_m(way[0, :2], fence)
-        if depth > 0.0:
-            allowed = min(FREE.margin_m, depth) - 1e-6
-            assert min(signed_depth_m(point, fence) for point in way[:, :2]) >= allowed
+        for vertices, side in ((fence, 1.0), (zone, -1.0)):
+            depth = side * signed_depth_m(way[0, :2], vertices)
+            if depth > 0.0:
+                allowed = min(FREE.margin_m, depth) - 1e-6
+                assert min(side * signed_depth_m(point, vertices) for point in way[:, :2]) >= allowed
         assert way[:, 2].min() >= min(FREE.floor_m, way[0, 2]) - 1e-6
         assert way[:, 2].max() <= max(FREE.ceiling_m, way[0, 2]) + 1e-6
     for obstacle in obstacles:
@@ -313,7 +335,7 @@ def test_what_was_granted_is_not_cut_again(
     drawn: list[tuple[tuple[float, float, float], tuple[float, float, float], float]],
 ) -> None:
     # All start inside: of a way back from outside, a part is no way back any more.
-    wide = replace(FREE, fence_enu_m=tuple((2.0 * east_m, 2.0 * north_m) for east_m, north_m in SQUARE))
+    wide = replace(FREE, no_go_enu_m=(), fence_enu_m=tuple((2.0 * east_m, 2.0 * north_m) for east_m, north_m in SQUARE))
     vehicles = airborne(drawn)
     records = vet_waypoints(vehicles, [], wide)
     again = [
