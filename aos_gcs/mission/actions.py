@@ -68,7 +68,12 @@ class Operator:
         }
 
     async def act(
-        self, action: Action, vehicle_ids: tuple[int, ...] | None, focal_height_m: float | None = None
+        self,
+        action: Action,
+        vehicle_ids: tuple[int, ...] | None,
+        focal_height_m: float | None = None,
+        *,
+        operator: str = "",
     ) -> tuple[ActionResult, ...]:
         """See ``MissionControl.act``."""
         context = self._context
@@ -83,11 +88,15 @@ class Operator:
             else:
                 results = await self._act_on(action, context.roster.select(vehicle_ids))
         except MissionError as error:
-            await self._record(ActionRecord(context.clock.utc_s(), action, vehicle_ids, (), str(error), focal_height_m))
+            refusal = ActionRecord(
+                context.clock.utc_s(), action, vehicle_ids, (), str(error), focal_height_m, operator=operator
+            )
+            await self._record(refusal)
             raise
-        await self._record(
-            ActionRecord(context.clock.utc_s(), action, vehicle_ids, results, focal_height_m=focal_height_m)
+        record = ActionRecord(
+            context.clock.utc_s(), action, vehicle_ids, results, focal_height_m=focal_height_m, operator=operator
         )
+        await self._record(record)
         return results
 
     async def _record(self, record: ActionRecord) -> None:

@@ -131,10 +131,15 @@ class Coordinator:
         return self._gallery.latest(kind)
 
     async def act(
-        self, action: Action, vehicle_ids: tuple[int, ...] | None, focal_height_m: float | None = None
+        self,
+        action: Action,
+        vehicle_ids: tuple[int, ...] | None,
+        focal_height_m: float | None = None,
+        *,
+        operator: str = "",
     ) -> tuple[ActionResult, ...]:
         """Carry out an operator's action; see ``MissionControl.act``."""
-        return await self._operator.act(action, vehicle_ids, focal_height_m)
+        return await self._operator.act(action, vehicle_ids, focal_height_m, operator=operator)
 
     def subscribe(self) -> AbstractContextManager[AsyncIterator[Event]]:
         """Follow the event stream from now on."""

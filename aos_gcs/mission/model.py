@@ -106,6 +106,8 @@ class ActionRecord:
     """Why the mission did not take the action; None if it did."""
     focal_height_m: float | None = None
     """What an action of focusing asked for; None leaves the height to autofocus."""
+    operator: str = ""
+    """Who has asked for it, as given at sign-in; empty when it came from no person."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -369,11 +371,17 @@ class MissionControl(Protocol):
         ...
 
     async def act(
-        self, action: Action, vehicle_ids: tuple[int, ...] | None, focal_height_m: float | None = None
+        self,
+        action: Action,
+        vehicle_ids: tuple[int, ...] | None,
+        focal_height_m: float | None = None,
+        *,
+        operator: str = "",
     ) -> tuple[ActionResult, ...]:
         """Carry out an operator's action for the vehicles named, or for the whole mission when ``None``.
 
-        The focal height is of the action of focusing alone, and ``None`` leaves it to autofocus.
+        The focal height is of the action of focusing alone, and ``None`` leaves it to autofocus. The operator's name
+        goes into the audit log.
 
         Raises:
             MissionError: the present phase does not allow it, or an id is unknown; nothing was sent.

@@ -94,6 +94,8 @@ class ScriptedMission:
     def __init__(self, clock: Clock, vehicles: int = 8) -> None:
         self.stream = EventStream(clock)
         self.actions: list[tuple[Action, tuple[int, ...] | None]] = []
+        self.operators: list[str] = []
+        """Who has asked for the action at the same index."""
         self.phase = Phase.READY
         self.suspension = Suspension.NONE
         self.focus = FocusSnapshot(0.0, FocusSource.CONFIGURED, None)
@@ -146,7 +148,12 @@ class ScriptedMission:
         return self._pictures.get(kind)
 
     async def act(
-        self, action: Action, vehicle_ids: tuple[int, ...] | None, focal_height_m: float | None = None
+        self,
+        action: Action,
+        vehicle_ids: tuple[int, ...] | None,
+        focal_height_m: float | None = None,
+        *,
+        operator: str = "",
     ) -> tuple[ActionResult, ...]:
         """Carry out an action at once."""
         check_action(self.phase, action)
@@ -155,6 +162,7 @@ class ScriptedMission:
         if unknown:
             raise MissionError(f"There is no vehicle {unknown[0]} in this mission.")
         self.actions.append((action, vehicle_ids))
+        self.operators.append(operator)
         if action is Action.FOCUS:
             source = FocusSource.CONFIGURED if focal_height_m is None else FocusSource.OPERATOR
             self.focus = FocusSnapshot(focal_height_m or 0.0, source, None)
