@@ -63,6 +63,9 @@ def sim(
     no_render: Annotated[
         bool, typer.Option("--no-render", help="Show the cameras a chequered ground instead of the forest.")
     ] = False,
+    no_camera: Annotated[
+        bool, typer.Option("--no-camera", help="No cameras on board; aos-gcs sim-camera can attach some.")
+    ] = False,
     http_port: Annotated[int, typer.Option(help="Port of the image server; 0 takes any free one.")] = 0,
     param: Annotated[
         list[str] | None, typer.Option(help="Autopilot parameter NAME=VALUE for all vehicles. May be repeated.")
@@ -89,6 +92,7 @@ def sim(
         image_size_px=image_size,
         fov_rad=math.radians(fov),
         wind_mps=wind,
+        cameras=not no_camera,
         http_port=http_port,
         parameters=_parse_parameters(param or []),
     )

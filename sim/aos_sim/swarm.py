@@ -6,7 +6,6 @@ import asyncio
 import math
 import time
 from collections.abc import Coroutine, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import AsyncExitStack
 from dataclasses import dataclass, field
 from functools import partial
@@ -20,9 +19,10 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
-from aos_sim.camera.component import CameraComponent, Exposure
-from aos_sim.camera.image import ImageSource, develop
-from aos_sim.camera.server import ImageServer
+from aos_gcs.geometry.poses import Pose, nadir_pose
+from aos_sim.camera.component import CameraComponent, CameraView, Exposure
+from aos_sim.camera.darkroom import Darkroom
+from aos_sim.camera.image import ImageSource
 from aos_sim.clock import TICK_S, Pacer, SimTime
 from aos_sim.links import Endpoint, LinkAddress, open_endpoint
 from aos_sim.report import SeparationMonitor, SwarmReport
@@ -46,7 +46,6 @@ LEAST_COLUMNS = 10
 HEADING_SIGMA_RAD = math.radians(5.0)
 """Vehicles are not put down perfectly aligned."""
 
-RENDER_THREADS = 2
 DEFAULT_ORIGIN = GeodeticPosition(48.3, 14.3, 260.0)
 
 
@@ -70,6 +69,8 @@ class SwarmOptions:
     fov_rad: float = math.radians(50.0)
     wind_mps: float = 0.0
     """Mean wind, from the west, with gusts."""
+    cameras: bool = True
+    """Whether the vehicles have cameras of their own."""
     http_port: int = 0
     """Of the image server; 0: any free one."""
     start_up_s: float | None = None
@@ -122,9 +123,9 @@ class SimulatedSwarm:
     def __init__(self, options: SwarmOptions, image_source: ImageSource) -> None:
         self.options = options
         self.frame = LocalFrame(options.origin)
-        self.camera_model = CameraModel.from_fov(options.image_size_px, options.image_size_px, options.fov_rad)
         self._addresses = [LinkAddress.parse(link) for link in options.links]
-        self._image_source = image_source
+        camera = CameraModel.from_fov(options.image_size_px, options.image_size_px, options.fov_rad)
+        self._darkroom = Darkroom(image_source, camera, options.seed, options.http_port)
         self._rng = np.random.default_rng(options.seed)
         self._wind = Wind((options.wind_mps, 0.0, 0.0))
         self._limits = AirframeLimits()
@@ -135,8 +136,6 @@ class SimulatedSwarm:
         self.vehicles = [self._make_vehicle(index) for index in range(options.vehicles)]
         self._separation = SeparationMonitor([vehicle.system_id for vehicle in self.vehicles])
         self._endpoints: list[list[Endpoint]] = [[] for _ in self.vehicles]
-        self._server = ImageServer(options.http_port)
-        self._pool = ThreadPoolExecutor(RENDER_THREADS, thread_name_prefix="render")
         self._stack = AsyncExitStack()
         self._group: asyncio.TaskGroup | None = None
         self._tasks: set[asyncio.Task[None]] = set()
@@ -162,13 +161,12 @@ class SimulatedSwarm:
             min_separation_m=self._separation.smallest_m,
             min_separation_pair=self._separation.pair,
             landed=sum(kinematics.on_ground and not vehicle.autopilot.flight.armed for vehicle, kinematics in standing),
-            images=sum(vehicle.camera.image_count for vehicle in self.vehicles),
+            images=sum(vehicle.camera.image_count for vehicle in self.vehicles if vehicle.camera is not None),
         )
 
     async def __aenter__(self) -> Self:
         async with AsyncExitStack() as stack:
-            stack.callback(self._pool.shutdown, wait=True, cancel_futures=True)
-            await stack.enter_async_context(self._server)
+            await stack.enter_async_context(self._darkroom)
             for index in range(len(self.vehicles)):
                 for address in self._addresses:
                     endpoint = await open_endpoint(address.for_vehicle(index), partial(self._receive, index))
@@ -196,7 +194,7 @@ class SimulatedSwarm:
             start_up_s=options.start_up_s,
             parameters=options.parameters,
         )
-        camera = CameraComponent(identity.system_id, self.camera_model, kinematics, kinematics.position_enu_m[2])
+        camera = CameraComponent(identity.system_id, self._darkroom.camera) if options.cameras else None
         return SimulatedVehicle(AUTOPILOTS[options.autopilot](identity, kinematics), camera)
 
     async def _run(self) -> None:
@@ -228,18 +226,18 @@ class SimulatedSwarm:
         if data:
             for endpoint in self._endpoints[index]:
                 endpoint.send(data)
-        for exposure in vehicle.camera.take_exposures():
-            self._start(self._develop(index, exposure))
+        if vehicle.camera is not None:
+            for exposure in vehicle.camera.take_exposures():
+                kinematics = self._kinematics[index]
+                pose = nadir_pose(kinematics.position_enu_m, kinematics.heading_rad)
+                self._start(self._develop(index, vehicle.camera, exposure, pose, vehicle.view()))
 
-    async def _develop(self, index: int, exposure: Exposure) -> None:
-        """Render an exposure, publish the image and announce it; each camera limits how many wait."""
-        seed = (self.options.seed, exposure.system_id, exposure.index)
-        loop = asyncio.get_running_loop()
-        data = await loop.run_in_executor(
-            self._pool, develop, self._image_source, exposure.pose, self.camera_model, seed
-        )
-        url = self._server.publish(exposure.system_id, exposure.index, data)
-        self.vehicles[index].camera.image_ready(exposure, url)
+    async def _develop(
+        self, index: int, camera: CameraComponent, exposure: Exposure, pose: Pose, view: CameraView
+    ) -> None:
+        """Make the image of an exposure and announce it."""
+        url = await self._darkroom.develop(exposure, pose)
+        camera.image_ready(exposure, view, url)
         self._flush(index)
 
     def _start(self, work: Coroutine[None, None, None]) -> None:

@@ -14,10 +14,9 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
-from aos_gcs.geometry.poses import Pose, mavlink_quaternion_from_R_cam2enu, nadir_pose
+from aos_gcs.geometry.poses import mavlink_quaternion_from_R_cam2enu, nadir_pose
 from aos_sim.clock import TICK_US, SimTime
 from aos_sim.vehicle.commands import CommandRequest
-from aos_sim.vehicle.kinematics import Kinematics
 from aos_sim.vehicle.streams import StreamSchedule
 from aos_sim.vehicle.telemetry import degrees_e7
 
@@ -39,18 +38,24 @@ IDLE, CAPTURING, INTERVAL_IDLE, INTERVAL_CAPTURING = 0, 1, 2, 3
 """CAMERA_CAPTURE_STATUS.image_status."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True)
 class Exposure:
-    """One press of the shutter: everything that is known before the image is made."""
+    """One press of the shutter."""
 
     system_id: int
     index: int
     """Counts the camera's images from 0."""
     at: SimTime
+
+
+@dataclass(frozen=True, slots=True)
+class CameraView:
+    """Where the camera was at an exposure, as the vehicle knows it; the gimbal does the rest."""
+
     position: GeodeticPosition
     relative_altitude_m: float
-    pose: Pose
-    """Of the camera, in the ENU frame of the world."""
+    """Above home."""
+    heading_rad: float
 
 
 @dataclass(slots=True)
@@ -66,22 +71,22 @@ class _Interval:
 class CameraComponent:
     """MAVLink camera, component 100.
 
-    Take the exposures to be developed from :meth:`take_exposures` and report each with :meth:`image_ready`.
+    Take the exposures to be developed from :meth:`take_exposures` and report each with :meth:`image_ready` or
+    :meth:`image_failed`.
     """
 
     COMPONENT_ID = int(mavlink.MAV_COMP_ID_CAMERA)
 
-    def __init__(self, system_id: int, camera: CameraModel, kinematics: Kinematics, home_up_m: float) -> None:
+    def __init__(self, system_id: int, camera: CameraModel) -> None:
         self._system_id = system_id
         self._camera = camera
-        self._kinematics = kinematics
-        self._home_up_m = home_up_m
         self._now = SimTime(0)
         self._outbox: list[mavlink.MAVLink_message] = []
         self._streams = StreamSchedule({mavlink.MAVLINK_MSG_ID_HEARTBEAT: 1_000_000}, phase_ticks=system_id)
         self._exposures: list[Exposure] = []
         self._pending = 0
         self._next_index = 0
+        self._failed = 0
         self._interval: _Interval | None = None
         self._captured: OrderedDict[int, mavlink.MAVLink_message] = OrderedDict()
         self._last_sequence: dict[tuple[int, int], tuple[int, float]] = {}
@@ -106,7 +111,7 @@ class CameraComponent:
     @property
     def image_count(self) -> int:
         """Images that were delivered."""
-        return self._next_index - self._pending
+        return self._next_index - self._pending - self._failed
 
     def answers(self, message: mavlink.MAVLink_message) -> bool:
         """Whether a message is for the camera: sent to it, or sent to all components and a matter of cameras."""
@@ -120,9 +125,9 @@ class CameraComponent:
             return bool(camera_message or asked == mavlink.MAVLINK_MSG_ID_CAMERA_IMAGE_CAPTURED)
         return bool(message.command in self._commands)
 
-    def handle(self, message: mavlink.MAVLink_message, kinematics: Kinematics, now: SimTime) -> None:
+    def handle(self, message: mavlink.MAVLink_message, now: SimTime) -> None:
         """Take in a command."""
-        self._kinematics, self._now = kinematics, now
+        self._now = now
         request = CommandRequest.of(message)
         command = self._commands.get(request.command)
         result = mavlink.MAV_RESULT_UNSUPPORTED if command is None else command(request)
@@ -132,9 +137,9 @@ class CameraComponent:
             )
         )
 
-    def update(self, kinematics: Kinematics, now: SimTime, home_up_m: float) -> None:
-        """Advance to ``now``, one tick later than before."""
-        self._kinematics, self._now, self._home_up_m = kinematics, now, home_up_m
+    def update(self, now: SimTime) -> None:
+        """Advance to ``now``, at least one tick later than before."""
+        self._now = now
         interval = self._interval
         if interval is not None and now.tick >= interval.next_tick and self._pending < MAX_PENDING:
             self._expose()
@@ -155,23 +160,46 @@ class CameraComponent:
         exposures, self._exposures = self._exposures, []
         return exposures
 
-    def image_ready(self, exposure: Exposure, file_url: str) -> None:
+    def image_ready(self, exposure: Exposure, view: CameraView, file_url: str) -> None:
         """Announce that the image of an exposure can be fetched."""
-        self._pending -= 1
-        captured = mavlink.MAVLink_camera_image_captured_message(
-            time_boot_ms=exposure.at.boot_ms,
-            time_utc=exposure.at.utc_us,
-            camera_id=0,
-            lat=degrees_e7(exposure.position.latitude_deg),
-            lon=degrees_e7(exposure.position.longitude_deg),
-            alt=round(exposure.position.altitude_amsl_m * 1e3),
-            relative_alt=round(exposure.relative_altitude_m * 1e3),
-            q=[float(part) for part in mavlink_quaternion_from_R_cam2enu(exposure.pose.R_cam2enu)],
-            image_index=exposure.index,
-            capture_result=1,
-            file_url=file_url.encode(),
+        self._announce(
+            mavlink.MAVLink_camera_image_captured_message(
+                time_boot_ms=exposure.at.boot_ms,
+                time_utc=exposure.at.utc_us,
+                camera_id=0,
+                lat=degrees_e7(view.position.latitude_deg),
+                lon=degrees_e7(view.position.longitude_deg),
+                alt=round(view.position.altitude_amsl_m * 1e3),
+                relative_alt=round(view.relative_altitude_m * 1e3),
+                q=_nadir_quaternion(view.heading_rad),
+                image_index=exposure.index,
+                capture_result=1,
+                file_url=file_url.encode(),
+            )
         )
-        self._captured[exposure.index] = captured
+
+    def image_failed(self, exposure: Exposure) -> None:
+        """Announce that there is no image of an exposure."""
+        self._failed += 1
+        self._announce(
+            mavlink.MAVLink_camera_image_captured_message(
+                time_boot_ms=exposure.at.boot_ms,
+                time_utc=exposure.at.utc_us,
+                camera_id=0,
+                lat=0,
+                lon=0,
+                alt=0,
+                relative_alt=0,
+                q=[math.nan] * 4,
+                image_index=exposure.index,
+                capture_result=0,
+                file_url=b"",
+            )
+        )
+
+    def _announce(self, captured: mavlink.MAVLink_camera_image_captured_message) -> None:
+        self._pending -= 1
+        self._captured[captured.image_index] = captured
         if len(self._captured) > KEPT_CAPTURES:
             self._captured.popitem(last=False)
         self._outbox.append(captured)
@@ -234,18 +262,9 @@ class CameraComponent:
         return int(mavlink.MAV_RESULT_DENIED)
 
     def _expose(self) -> None:
-        kinematics = self._kinematics
-        exposure = Exposure(
-            system_id=self._system_id,
-            index=self._next_index,
-            at=self._now,
-            position=kinematics.geodetic,
-            relative_altitude_m=kinematics.position_enu_m[2] - self._home_up_m,
-            pose=nadir_pose(kinematics.position_enu_m, kinematics.heading_rad),
-        )
+        self._exposures.append(Exposure(self._system_id, self._next_index, self._now))
         self._next_index += 1
         self._pending += 1
-        self._exposures.append(exposure)
 
     # --- messages ----------------------------------------------------------------------------------------------------
 
@@ -301,6 +320,11 @@ class CameraComponent:
             available_capacity=STORAGE_MIB,
             image_count=self._next_index,
         )
+
+
+def _nadir_quaternion(heading_rad: float) -> list[float]:
+    R_cam2enu = nadir_pose((0.0, 0.0, 0.0), heading_rad).R_cam2enu
+    return [float(part) for part in mavlink_quaternion_from_R_cam2enu(R_cam2enu)]
 
 
 def _name_bytes(name: str) -> list[int]:

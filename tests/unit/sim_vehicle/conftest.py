@@ -35,7 +35,7 @@ class Bench:
         self.state = SwarmState.at_rest(np.zeros((1, 3)), np.array([0.2]))
         self.now = SimTime(0, start_utc_us=1_700_000_000_000_000)
         identity = VehicleIdentity(SYSTEM_ID, self.frame, uid=1234, start_up_s=start_up_s, parameters=parameters)
-        camera = CameraComponent(SYSTEM_ID, CameraModel.from_fov(64, 48, 0.9), self.kinematics, 0.0)
+        camera = CameraComponent(SYSTEM_ID, CameraModel.from_fov(64, 48, 0.9))
         self.vehicle = SimulatedVehicle(AUTOPILOTS[flavour](identity, self.kinematics), camera)
         self.autopilot = self.vehicle.autopilot
         self.camera = camera

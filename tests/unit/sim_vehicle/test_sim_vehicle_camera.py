@@ -35,7 +35,7 @@ def bench(make_bench):
 
 def develop_all(bench):
     for exposure in bench.camera.take_exposures():
-        bench.camera.image_ready(exposure, f"http://127.0.0.1:1/7/{exposure.index}.tiff")
+        bench.camera.image_ready(exposure, bench.vehicle.view(), f"http://127.0.0.1:1/7/{exposure.index}.tiff")
     bench.advance(0.02)
 
 
@@ -62,10 +62,23 @@ def test_the_pose_is_that_of_the_exposure(bench):
 
 def test_the_heading_of_the_vehicle_turns_the_image(bench):
     bench.long(START, 0, 0, 1, component=CAMERA)
-    exposure = bench.camera.take_exposures()[0]
-    up_in_image_enu = exposure.pose.R_cam2enu @ [0.0, -1.0, 0.0]
+    develop_all(bench)
+    R_cam2enu = R_cam2enu_from_mavlink(bench.last("CAMERA_IMAGE_CAPTURED").q)
+    up_in_image_enu = R_cam2enu @ [0.0, -1.0, 0.0]
     assert math.atan2(up_in_image_enu[0], up_in_image_enu[1]) == pytest.approx(0.2)
-    assert exposure.pose.R_cam2enu @ [0.0, 0.0, 1.0] == pytest.approx([0.0, 0.0, -1.0])
+    assert R_cam2enu @ [0.0, 0.0, 1.0] == pytest.approx([0.0, 0.0, -1.0], abs=1e-6)
+
+
+def test_a_failed_exposure_is_told_and_is_no_image(bench):
+    for sequence in (1, 2):
+        bench.long(START, 0, 0, 1, sequence, component=CAMERA)
+    lost, kept = bench.camera.take_exposures()
+    bench.camera.image_failed(lost)
+    bench.camera.image_ready(kept, bench.vehicle.view(), "http://127.0.0.1:1/7/1.tiff")
+    bench.advance(0.02)
+    told = [(m.image_index, m.capture_result) for m in bench.sent if m.get_type() == "CAMERA_IMAGE_CAPTURED"]
+    assert told == [(0, 0), (1, 1)]
+    assert bench.camera.image_count == 1
 
 
 def test_lost_announcement_can_be_asked_for_again(bench):
