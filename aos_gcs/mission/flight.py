@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.errors import CommandError, CommandRefusedError
+from aos_gcs.mission.detours import Detours
 from aos_gcs.mission.journal import Journal
 from aos_gcs.mission.model import Task, Verdict, WaypointRecord
 from aos_gcs.mission.roster import Member, Roster
-from aos_gcs.mission.safety import Mover, Obstacle, SafetyLimits, vet_waypoints
+from aos_gcs.mission.safety import Mover, Obstacle, SafetyLimits, as_enu_point, vet_waypoints
 from aos_gcs.mission.settings import Deadlines, FlightSettings
 from aos_gcs.ports import Clock, Command, FlightMode, Goto, Land, ReturnToLaunch, Severity
 
@@ -31,8 +33,18 @@ class FlightControl:
         self._journal = journal
         self._settings = settings
         self._deadlines = deadlines
-        self.limits: SafetyLimits | None = None
+        self._limits: SafetyLimits | None = None
+        self._detours: Detours | None = None
+
+    @property
+    def limits(self) -> SafetyLimits | None:
         """Set by preflight; without limits no waypoint is sent."""
+        return self._limits
+
+    @limits.setter
+    def limits(self, limits: SafetyLimits) -> None:
+        self._limits = limits
+        self._detours = Detours(limits.boundaries(), limits.margin_m, self._settings.arrival_radius_m)
 
     async def command(self, member: Member, command: Command, timeout_s: float | None = None) -> str | None:
         """Have one vehicle do something; return None when it is confirmed, else the reason, which is also reported."""
@@ -77,19 +89,22 @@ class FlightControl:
     ) -> tuple[WaypointRecord, ...]:
         """Check planned waypoints, shape (3,) each, against the limits, each other and everyone else in the air.
 
+        Where a boundary bars the straight way and there is one around it, the next corner of that one is granted.
+
         Args:
             requests: planned waypoint by vehicle id.
             tasks: what a vehicle has to be doing to be moved; who has left since the plan was made is held.
             homing: the vehicles fly home, which a low battery must not prevent.
         """
-        if self.limits is None:
+        limits, detours = self._limits, self._detours
+        if limits is None or detours is None:
             raise RuntimeError("no safety limits: preflight has not passed")
         members = self._roster.select(requests)
         movers = [
             Mover(
                 vehicle_id=member.vehicle_id,
                 position_enu_m=position_enu_m,
-                requested_enu_m=requests[member.vehicle_id],
+                requested_enu_m=_first_leg(detours, position_enu_m, requests[member.vehicle_id]),
                 link_age_s=self._roster.link_age_s(member),
                 position_age_s=self._roster.position_age_s(member),
                 battery_fraction=None if homing else member.state.battery_fraction,
@@ -100,7 +115,8 @@ class FlightControl:
         ]
         left = [_left(member, requests[member.vehicle_id]) for member in members if not _is_ours(member, tasks)]
         moving_ids = {mover.vehicle_id for mover in movers}
-        return (*vet_waypoints(movers, self._obstacles(moving_ids), self.limits), *left)
+        vetted = vet_waypoints(movers, self._obstacles(moving_ids), limits)
+        return (*(_as_planned(record, requests[record.vehicle_id]) for record in vetted), *left)
 
     def _obstacles(self, moving_ids: set[int]) -> list[Obstacle]:
         """Return the others in the air: where they hover, or the column in which they may be sinking.
@@ -170,23 +186,30 @@ class FlightControl:
     ) -> list[Member]:
         """Fly to far waypoints, sent again while safety shortens or holds them; return those not there in time.
 
+        A waypoint in a no-go zone is replaced by the nearest place outside of it.
         Vehicles whose task leaves ``tasks`` on the way, or that are taken over, are no longer waited for.
         """
         deadline_s = self._clock.now_s() + self._deadlines.transfer_s
+        places_enu_m = {vehicle_id: self._reachable(place_enu_m) for vehicle_id, place_enu_m in requests.items()}
 
         def pending() -> list[Member]:
             return [
                 member
-                for member in self._roster.select(requests)
-                if _is_ours(member, tasks) and not self.is_at(member, requests[member.vehicle_id])
+                for member in self._roster.select(places_enu_m)
+                if _is_ours(member, tasks) and not self.is_at(member, places_enu_m[member.vehicle_id])
             ]
 
         while (members := pending()) and (left_s := deadline_s - self._clock.now_s()) > 0.0:
-            planned = {member.vehicle_id: requests[member.vehicle_id] for member in members}
+            planned = {member.vehicle_id: places_enu_m[member.vehicle_id] for member in members}
             await self.send(self.vet(planned, tasks, homing=homing), tasks=tasks)
             await self.wait_until(pending, self.has_arrived, min(left_s, self._deadlines.move_s))
             await self._clock.sleep(_POLL_S)
         return pending()
+
+    def _reachable(self, place_enu_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        if self._detours is None:
+            return place_enu_m
+        return np.array([*self._detours.reachable(place_enu_m[:2]), place_enu_m[2]])
 
     def is_at(self, member: Member, target_enu_m: NDArray[np.float64]) -> bool:
         """Return whether the vehicle was sent to this very place, shape (3,), and hovers there."""
@@ -199,10 +222,31 @@ def _is_ours(member: Member, tasks: frozenset[Task]) -> bool:
     return member.task in tasks and member.follows_us
 
 
+def _first_leg(
+    detours: Detours, position_enu_m: NDArray[np.float64], requested_enu_m: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the waypoint itself, or the next corner of the way around what bars the straight one, at its height."""
+    if not np.isfinite(requested_enu_m).all():
+        return requested_enu_m
+    corner_m = detours.next_corner(position_enu_m[:2], requested_enu_m[:2])
+    return requested_enu_m if corner_m is None else np.array([*corner_m, requested_enu_m[2]])
+
+
+def _as_planned(record: WaypointRecord, planned_enu_m: NDArray[np.float64]) -> WaypointRecord:
+    """Tell what became of the waypoint that was planned, where a corner on the way to it was vetted."""
+    planned = as_enu_point(planned_enu_m)
+    if record.requested_enu_m == planned or not np.isfinite(planned_enu_m).all():
+        return record
+    if record.verdict is not Verdict.SENT:
+        return replace(record, requested_enu_m=planned)
+    east_m, north_m, _ = record.requested_enu_m
+    reason = f"around the fence or a no-go zone, by {east_m:.0f} m east, {north_m:.0f} m north"
+    return replace(record, requested_enu_m=planned, verdict=Verdict.SHORTENED, reason=reason)
+
+
 def _left(member: Member, requested_enu_m: NDArray[np.float64]) -> WaypointRecord:
     reason = f"held: it left the swarm ({member.task}, mode {member.state.mode_name or member.state.mode})"
-    east_m, north_m, up_m = (float(value) for value in requested_enu_m)
-    return WaypointRecord(member.vehicle_id, (east_m, north_m, up_m), None, Verdict.HELD, reason)
+    return WaypointRecord(member.vehicle_id, as_enu_point(requested_enu_m), None, Verdict.HELD, reason)
 
 
 def _name(command: Command) -> str:

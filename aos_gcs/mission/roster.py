@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from aos_gcs.errors import MissionError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
-from aos_gcs.mission.model import EnuPoint, Task, VehicleSnapshot
+from aos_gcs.mission.model import Task, VehicleSnapshot
+from aos_gcs.mission.safety import as_enu_point
 from aos_gcs.ports import Clock, Command, Fleet, FlightMode, LandedState, Takeoff, Vehicle, VehicleState
 
 _FOLLOWS_US = frozenset({FlightMode.GUIDED, FlightMode.HOLD, FlightMode.TAKEOFF})
@@ -138,20 +139,13 @@ class Roster:
 
     def snapshot(self, member: Member) -> VehicleSnapshot:
         """Describe one member."""
+        position_enu_m = self.position_enu_m(member)
         return VehicleSnapshot(
             telemetry=member.state,
             task=member.task,
             layer_height_m=member.layer_height_m,
-            position_enu_m=enu_point(self.position_enu_m(member)),
+            position_enu_m=None if position_enu_m is None else as_enu_point(position_enu_m),
             link_age_s=self.link_age_s(member),
-            waypoint_enu_m=enu_point(member.waypoint_enu_m),
+            waypoint_enu_m=None if member.waypoint_enu_m is None else as_enu_point(member.waypoint_enu_m),
             refusal=member.refusal,
         )
-
-
-def enu_point(position_enu_m: NDArray[np.float64] | None) -> EnuPoint | None:
-    """Return plain floats for a point, shape (3,)."""
-    if position_enu_m is None:
-        return None
-    east_m, north_m, up_m = (float(value) for value in position_enu_m)
-    return east_m, north_m, up_m

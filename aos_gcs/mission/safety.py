@@ -232,14 +232,14 @@ def _vet_way(mover: Mover, boundaries: Sequence[Boundary], traffic: _Traffic, li
         key=lambda cut: cut.fraction,
     )
     if cut.fraction >= 1.0:
-        return WaypointRecord(mover.vehicle_id, _point(end), _point(end), Verdict.SENT, "")
+        return WaypointRecord(mover.vehicle_id, as_enu_point(end), as_enu_point(end), Verdict.SENT, "")
     way_m = float(np.linalg.norm(end - start))
     flown_m = cut.fraction * way_m - BACK_OFF_M
     if flown_m < MIN_MOVE_M:
         return _held(mover, cut.reason)
-    sent = _point(start + flown_m / way_m * (end - start))
+    sent = as_enu_point(start + flown_m / way_m * (end - start))
     reason = f"shortened to {flown_m:.1f} of {way_m:.1f} m: {cut.reason}"
-    return WaypointRecord(mover.vehicle_id, _point(end), sent, Verdict.SHORTENED, reason)
+    return WaypointRecord(mover.vehicle_id, as_enu_point(end), sent, Verdict.SHORTENED, reason)
 
 
 def _reason_to_hold(mover: Mover, limits: SafetyLimits) -> str:  # noqa: PLR0911 - one line per reason
@@ -292,9 +292,10 @@ def _height_cut(start_m: float, end_m: float, limits: SafetyLimits) -> _Cut:
 
 
 def _held(mover: Mover, reason: str) -> WaypointRecord:
-    return WaypointRecord(mover.vehicle_id, _point(mover.requested_enu_m), None, Verdict.HELD, f"held: {reason}")
+    return WaypointRecord(mover.vehicle_id, as_enu_point(mover.requested_enu_m), None, Verdict.HELD, f"held: {reason}")
 
 
-def _point(position_enu_m: FloatArray) -> EnuPoint:
-    east_m, north_m, up_m = position_enu_m
-    return (float(east_m), float(north_m), float(up_m))
+def as_enu_point(position_enu_m: FloatArray) -> EnuPoint:
+    """Return plain floats for a position, shape (3,)."""
+    east_m, north_m, up_m = (float(value) for value in position_enu_m)
+    return east_m, north_m, up_m

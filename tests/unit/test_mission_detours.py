@@ -1,0 +1,107 @@
+"""Ways around no-go zones: by example, and whatever the zones."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from aos_gcs.mission.detours import Detours
+from aos_gcs.mission.polygon import Boundary
+from aos_gcs.mission.separation import segment_distance
+
+FENCE = Boundary(np.array([[-50.0, -50.0], [50.0, -50.0], [50.0, 50.0], [-50.0, 50.0]]), "the fence", keeps_in=True)
+NOTCHED = Boundary(
+    np.array([[-50.0, -50.0], [50.0, -50.0], [50.0, 50.0], [0.0, -10.0], [-50.0, 50.0]]), "the fence", keeps_in=True
+)
+MARGIN_M, SLACK_M = 2.0, 0.5
+
+
+def zone(*vertices_m: tuple[float, float]) -> Boundary:
+    return Boundary(np.array(vertices_m), "a zone", keeps_in=False)
+
+
+def fly(detours: Detours, start_m: NDArray[np.float64], end_m: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+    """Return the corners of the whole way."""
+    way = [start_m]
+    while (corner_m := detours.next_corner(way[-1], end_m)) is not None:
+        way.append(corner_m)
+        assert len(way) < 50
+    return [*way, end_m]
+
+
+WALL = zone((-5.0, -30.0), (5.0, -30.0), (5.0, 40.0), (-5.0, 40.0))
+
+
+@pytest.mark.parametrize("clockwise", [False, True])
+def test_the_shorter_way_around_a_wall_is_taken(clockwise: bool) -> None:
+    wall = Boundary(WALL.vertices_m[::-1], "a wall", keeps_in=False) if clockwise else WALL
+    detours = Detours([FENCE, wall], MARGIN_M, SLACK_M)
+    way = fly(detours, np.array([-20.0, 30.0]), np.array([20.0, 30.0]))
+    assert np.round(way, 6).tolist() == [[-20.0, 30.0], [-8.0, 43.0], [8.0, 43.0], [20.0, 30.0]]
+
+
+def test_a_clear_way_needs_no_corner() -> None:
+    assert (
+        Detours([FENCE, WALL], MARGIN_M, SLACK_M).next_corner(np.array([-20.0, 0.0]), np.array([-20.0, 40.0])) is None
+    )
+
+
+def test_a_wall_from_fence_to_fence_cannot_be_passed() -> None:
+    wall = zone((-5.0, -60.0), (5.0, -60.0), (5.0, 60.0), (-5.0, 60.0))
+    assert Detours([FENCE, wall], MARGIN_M, SLACK_M).next_corner(np.array([-20.0, 0.0]), np.array([20.0, 0.0])) is None
+
+
+def test_a_notch_of_the_fence_is_flown_around() -> None:
+    way = fly(Detours([NOTCHED], MARGIN_M, SLACK_M), np.array([-30.0, 10.0]), np.array([30.0, 10.0]))
+    assert [len(way), min(north_m for _, north_m in way) < -12.0] == [4, True]
+
+
+def test_a_place_in_a_zone_is_moved_out_of_it() -> None:
+    detours = Detours([FENCE, WALL], MARGIN_M, SLACK_M)
+    assert detours.reachable(np.array([3.0, 0.0])) == pytest.approx([7.5, 0.0])
+    assert detours.reachable(np.array([20.0, 0.0])) == pytest.approx([20.0, 0.0])
+
+
+def test_who_misses_a_corner_by_the_slack_flies_on() -> None:
+    detours = Detours([FENCE, WALL], MARGIN_M, SLACK_M)
+    end_m = np.array([20.0, 30.0])
+    for angle_rad in np.linspace(0.0, 2.0 * math.pi, 12):
+        missed_m = np.array([-8.0, 43.0]) + SLACK_M * np.array([math.cos(angle_rad), math.sin(angle_rad)])
+        assert detours.next_corner(missed_m, end_m) == pytest.approx([8.0, 43.0])
+
+
+places = st.tuples(st.floats(-45.0, 45.0), st.floats(-45.0, 45.0)).map(np.array)
+triangles = st.tuples(places, st.floats(2.0, 15.0), st.lists(st.floats(0.0, 2.0), min_size=3, max_size=3))
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(triangles, min_size=1, max_size=4), places, places)
+def test_no_way_comes_nearer_to_a_boundary_than_the_margin(
+    drawn: list[tuple[NDArray[np.float64], float, list[float]]],
+    start_m: NDArray[np.float64],
+    end_m: NDArray[np.float64],
+) -> None:
+    zones = [
+        Boundary(
+            centre_m + radius_m * np.array([[math.cos(a), math.sin(a)] for a in (t[0], 2.1 + t[1], 4.2 + t[2])]),
+            "a zone",
+            keeps_in=False,
+        )
+        for centre_m, radius_m, t in drawn
+    ]
+    detours = Detours([FENCE, *zones], MARGIN_M, SLACK_M)
+    start_m, end_m = detours.reachable(start_m), detours.reachable(end_m)
+    assume(all(b.depth_m(p) >= MARGIN_M - 1e-6 for b in (FENCE, *zones) for p in (start_m, end_m)))
+    way = fly(detours, start_m, end_m)
+    if len(way) == 2:
+        return  # Straight, or no way at all: then safety shortens it.
+    for one_m, other_m in pairwise(way):
+        for boundary in (FENCE, *zones):
+            vertices_m = boundary.vertices_m
+            gaps_m = segment_distance(one_m, other_m, vertices_m, np.roll(vertices_m, -1, axis=0))
+            assert gaps_m.min() >= MARGIN_M - 1e-6
+            assert boundary.depth_m(other_m) >= MARGIN_M - 1e-6
