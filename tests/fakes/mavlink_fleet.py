@@ -8,9 +8,9 @@ from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 from typing import cast
 
+from aos_drivers.frames.fetching import ImageFetcher
 from aos_drivers.mavlink.address import PeerAddress
 from aos_drivers.mavlink.exposure import CaptureTools
-from aos_drivers.mavlink.imagery import ImageFetcher
 from aos_drivers.mavlink.service import MavlinkFleet
 from aos_drivers.mavlink.session import Session
 from aos_gcs.clock import LoopClock

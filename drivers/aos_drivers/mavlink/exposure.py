@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from aos_drivers.mavlink.imagery import ImageFetcher
+from aos_drivers.frames.fetching import ImageFetcher
 from aos_gcs.errors import CaptureError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.geodesy import GeodeticPosition

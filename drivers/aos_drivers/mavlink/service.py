@@ -11,12 +11,12 @@ from types import MappingProxyType
 import aiohttp
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from aos_drivers.frames.fetching import ImageFetcher
 from aos_drivers.mavlink.address import PeerAddress, parse_link
 from aos_drivers.mavlink.background import BackgroundTasks
 from aos_drivers.mavlink.capture import CaptureRunner
 from aos_drivers.mavlink.commands import CommandRunner, Send
 from aos_drivers.mavlink.exposure import CaptureTools
-from aos_drivers.mavlink.imagery import ImageFetcher
 from aos_drivers.mavlink.keyring import Keyring
 from aos_drivers.mavlink.links import Endpoint, LinkOpener
 from aos_drivers.mavlink.options import MavlinkOptions

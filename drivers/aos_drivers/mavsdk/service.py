@@ -13,12 +13,12 @@ from mavsdk.plugins.mavlink_direct import MavlinkDirect
 from mavsdk.system import System
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from aos_drivers.frames.fetching import ImageFetcher
 from aos_drivers.mavlink.address import LinkAddress, PeerAddress, parse_link
 from aos_drivers.mavlink.autopilots import Target
 from aos_drivers.mavlink.background import BackgroundTasks
 from aos_drivers.mavlink.commands import CommandRunner
 from aos_drivers.mavlink.exposure import CaptureTools
-from aos_drivers.mavlink.imagery import ImageFetcher
 from aos_drivers.mavlink.links import LinkOpener
 from aos_drivers.mavlink.options import MavlinkOptions
 from aos_drivers.mavlink.record import VehicleRecord

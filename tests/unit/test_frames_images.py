@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from aos_drivers.mavlink.images import decode_image
+from aos_drivers.frames.images import decode_image
 from aos_gcs.errors import CaptureError
 
 RNG = np.random.default_rng(5)

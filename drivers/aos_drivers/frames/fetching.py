@@ -8,7 +8,7 @@ import ipaddress
 import aiohttp
 from yarl import URL
 
-from aos_drivers.mavlink.images import Image, decode_image
+from aos_drivers.frames.images import Image, decode_image
 from aos_gcs.errors import CaptureError
 from aos_gcs.ports import Clock
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from aiohttp import web
 
-from aos_drivers.mavlink.imagery import ImageFetcher
+from aos_drivers.frames.fetching import ImageFetcher
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import CaptureError
 
