@@ -101,6 +101,8 @@ class ApiConfig(BaseModel):
     enabled: bool = True
     host: str = "127.0.0.1"
     port: Annotated[int, Field(ge=0, le=65535)] = 8080
+    operator_code_file: Path | None = None
+    """Holds the code that makes a client an operator; by default a random one is made at each start."""
 
 
 class RecordConfig(BaseModel):

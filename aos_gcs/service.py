@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import platform
 import shutil
 from collections.abc import AsyncIterator
@@ -12,10 +11,9 @@ from datetime import UTC, datetime
 from importlib.metadata import entry_points, version
 from pathlib import Path
 
-from aos_gcs.api.app import create_app
-from aos_gcs.api.server import serve
 from aos_gcs.clock import LoopClock
-from aos_gcs.config import ApiConfig, ServiceConfig, mission_settings
+from aos_gcs.config import ServiceConfig, mission_settings
+from aos_gcs.dashboard import open_dashboard, operator_code
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.mission.coordinator import Coordinator
 from aos_gcs.mission.health import LoopMonitor
@@ -23,8 +21,6 @@ from aos_gcs.mission.journal import Journal
 from aos_gcs.mission.model import MissionSnapshot
 from aos_gcs.ports import Driver, DriverContext
 from aos_gcs.store.recorder import MissionRecorder
-
-_log = logging.getLogger(__name__)
 
 DRIVER_GROUP = "aos_gcs.drivers"
 
@@ -56,6 +52,7 @@ async def open_service(config: ServiceConfig) -> AsyncIterator[Service]:
     """
     settings = mission_settings(config)
     open_driver = load_driver(config.link.driver)
+    code = operator_code(config.api)
     clock = LoopClock(config.clock_speed)
     journal = Journal(clock)
     loop_monitor = LoopMonitor()
@@ -85,7 +82,7 @@ async def open_service(config: ServiceConfig) -> AsyncIterator[Service]:
                     recorder=recorder,
                     loop_monitor=loop_monitor,
                 )
-                async with _dashboard(mission, config.api):
+                async with open_dashboard(mission, config.api, code):
                     opened = True
                     yield Service(mission, folder, journal, recorder)
     finally:
@@ -107,16 +104,6 @@ def load_driver(name: str) -> Driver:
     except ImportError as error:
         raise ConfigurationError(f"link.driver: {name} cannot be loaded ({error}); install what it needs.") from error
     return driver
-
-
-@asynccontextmanager
-async def _dashboard(mission: Coordinator, config: ApiConfig) -> AsyncIterator[None]:
-    if not config.enabled:
-        yield
-        return
-    async with serve(create_app(mission), config.host, config.port) as address:
-        _log.info("Dashboard: %s", address.url)
-        yield
 
 
 def _manifest(config: ServiceConfig, started: datetime) -> dict[str, object]:

@@ -45,6 +45,8 @@ class DemoOptions:
     strategy: str = "aos-apso"
     port: int | None = 8080
     """Of the dashboard; None: no dashboard."""
+    operator_code_file: Path | None = None
+    """Of the dashboard; None: a random code."""
     speed: float = 1.0
     """Simulated seconds per second."""
     autopilot: str = "arducopter"
@@ -146,7 +148,11 @@ def _configuration(options: DemoOptions, link_port: int) -> ServiceConfig:
             "max_link_age_s": 3.0 * max(1.0, options.speed),
             "max_position_age_s": 3.0 * max(1.0, options.speed),
         },
-        "api": {"enabled": options.port is not None, "port": options.port or 0},
+        "api": {
+            "enabled": options.port is not None,
+            "port": options.port or 0,
+            "operator_code_file": options.operator_code_file,
+        },
         "record": {"folder": options.folder},
     }
     return parse_config(tables, source="demo")

@@ -9,11 +9,12 @@ from pathlib import Path
 
 from fastapi import FastAPI
 
+from aos_gcs.api.access import Access
 from aos_gcs.api.errors import add_error_handlers
 from aos_gcs.api.hub import EventHub
 from aos_gcs.api.openapi import add_routes, make_document
 from aos_gcs.api.page import add_page
-from aos_gcs.api.security import SameOriginMiddleware, SecurityHeadersMiddleware
+from aos_gcs.api.security import OperatorsOnlyMiddleware, SameOriginMiddleware, SecurityHeadersMiddleware
 from aos_gcs.mission.model import MissionControl
 
 
@@ -26,7 +27,11 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
 
 
 def create_app(
-    mission: MissionControl, static_folder: Path | None = None, *, allowed_hosts: Collection[str] = ()
+    mission: MissionControl,
+    static_folder: Path | None = None,
+    *,
+    allowed_hosts: Collection[str] = (),
+    operator_code: str | None = None,
 ) -> FastAPI:
     """Make the application for one mission.
 
@@ -34,11 +39,14 @@ def create_app(
         mission: what is shown and commanded.
         static_folder: the dashboard's build; by default the one inside the package.
         allowed_hosts: host names, beside localhost and IP addresses, under which the page may be opened.
+        operator_code: what makes a client an operator; without one everybody commands.
     """
     # The interactive documentation of FastAPI loads scripts from the internet, which a field laptop has not.
     app = FastAPI(title="aos-gcs", docs_url=None, redoc_url=None, openapi_url="/api/openapi.json", lifespan=_lifespan)
     app.state.mission = mission
     app.state.hub = EventHub(mission)
+    app.state.access = Access(operator_code)
+    app.add_middleware(OperatorsOnlyMiddleware, access=app.state.access)
     app.add_middleware(SameOriginMiddleware, allowed_hosts=allowed_hosts)
     app.add_middleware(SecurityHeadersMiddleware)
     add_error_handlers(app)

@@ -9,6 +9,7 @@ from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException
 
+from aos_gcs.api.access import AccessDeniedError, WrongCodeError
 from aos_gcs.api.models import ErrorModel
 from aos_gcs.errors import AosError, CommandError, LinkError, MissionError
 
@@ -19,6 +20,8 @@ class NotFoundError(AosError):
 
 _STATUS_AND_ID: dict[type[AosError], tuple[int, str]] = {
     NotFoundError: (HTTPStatus.NOT_FOUND, "not_found"),
+    WrongCodeError: (HTTPStatus.FORBIDDEN, "wrong_code"),
+    AccessDeniedError: (HTTPStatus.FORBIDDEN, "operators_only"),
     MissionError: (HTTPStatus.CONFLICT, "action_not_allowed"),
     LinkError: (HTTPStatus.BAD_GATEWAY, "link_failed"),
     CommandError: (HTTPStatus.BAD_GATEWAY, "command_failed"),

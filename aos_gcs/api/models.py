@@ -10,6 +10,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from aos_gcs.api.access import Role
 from aos_gcs.mission.model import Action, FocusSource, Outcome, Phase, PictureKind, Suspension, Task, Verdict
 from aos_gcs.ports import FlightMode, LandedState, Severity
 
@@ -232,6 +233,23 @@ class ActionResponse(WireModel):
 
     action: Action
     results: list[ActionResultModel]
+
+
+class SessionModel(WireModel):
+    """What this client may do."""
+
+    role: Role
+    name: str = Field(description="As given at sign-in; empty for observers.")
+    sign_in_required: bool = Field(description="False where everybody commands.")
+
+
+class SignInRequest(WireModel):
+    """The operators' code, and who it is that signs in."""
+
+    code: Annotated[str, Field(max_length=200)]
+    name: Annotated[str, Field(min_length=1, max_length=40, pattern=r"^\S(.*\S)?$")] = Field(
+        description="For the audit log."
+    )
 
 
 class ErrorModel(WireModel):

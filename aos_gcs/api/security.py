@@ -1,4 +1,4 @@
-"""Only pages that this service has delivered itself may command vehicles.
+"""Only operators, and only pages that this service has delivered itself, may command vehicles.
 
 Browsers let any web page send requests to ``127.0.0.1`` and open WebSockets to it. Two checks stop that:
 
@@ -6,6 +6,8 @@ Browsers let any web page send requests to ``127.0.0.1`` and open WebSockets to 
   to our address (DNS rebinding) carries its own name there;
 - ``Origin``, which browsers send with every WebSocket and every POST, must be this service. Programs without a browser
   send none and are let through: they are not under a foreign page's control.
+
+A third check refuses every request that would change something to whom has not signed in as an operator.
 """
 
 from __future__ import annotations
@@ -15,9 +17,11 @@ from collections.abc import Collection, Mapping
 from urllib.parse import urlsplit
 
 from starlette.datastructures import Headers
+from starlette.requests import HTTPConnection
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from aos_gcs.api.errors import error_response
+from aos_gcs.api.access import Access, AccessDeniedError, Role
+from aos_gcs.api.errors import error_response, status_and_id
 
 _CONTENT_SECURITY_POLICY = (
     "default-src 'self'; img-src 'self' data: blob:; worker-src 'self' blob:; style-src 'self' 'unsafe-inline'; "
@@ -32,6 +36,7 @@ _HEADERS = [
     (b"referrer-policy", b"no-referrer"),
 ]
 _POLICY_VIOLATION = 1008
+_SIGN_IN_PATH = "/api/session"
 _READING_METHODS = frozenset({"GET", "HEAD"})
 
 
@@ -96,6 +101,26 @@ class SameOriginMiddleware:
             await send({"type": "websocket.close", "code": _POLICY_VIOLATION, "reason": reason[0]})
         else:
             await error_response(403, *reason)(scope, receive, send)
+
+
+class OperatorsOnlyMiddleware:
+    """Refuses whatever may change something to clients that are no operators; new routes need no check of their own."""
+
+    def __init__(self, app: ASGIApp, access: Access) -> None:
+        self._app = app
+        self._access = access
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Check, then pass on."""
+        changes_nothing = scope["type"] != "http" or scope["method"] in _READING_METHODS
+        if changes_nothing or scope["path"] == _SIGN_IN_PATH or self._is_operator(scope):
+            await self._app(scope, receive, send)
+            return
+        refused = AccessDeniedError("Observers cannot command; sign in with the operators' code first.")
+        await error_response(*status_and_id(refused), str(refused))(scope, receive, send)
+
+    def _is_operator(self, scope: Scope) -> bool:
+        return self._access.session_of(HTTPConnection(scope)).role is Role.OPERATOR
 
 
 class SecurityHeadersMiddleware:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from aos_gcs.cli.run import run_until_terminated, stay_up
+from aos_gcs.cli.run import CODE_FILE_HELP, run_until_terminated, stay_up
 
 if TYPE_CHECKING:
     from aos_gcs.evaluation import Score
@@ -29,6 +29,7 @@ def demo(
     ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
     port: Annotated[int, typer.Option(help="Port of the dashboard.", min=0, max=65535)] = 8080,
+    operator_code_file: Annotated[Path | None, typer.Option(help=CODE_FILE_HELP, dir_okay=False)] = None,
     speed: Annotated[float, typer.Option(help="Simulated seconds per second.")] = 1.0,
     autopilot: Annotated[str, typer.Option(help="What the vehicles behave like: arducopter or px4.")] = "arducopter",
     trees_per_ha: Annotated[float, typer.Option(help="Density of the forest.")] = 300.0,
@@ -46,6 +47,7 @@ def demo(
         seed=seed,
         strategy=strategy,
         port=None if headless else port,
+        operator_code_file=operator_code_file,
         speed=speed,
         autopilot=autopilot,
         trees_per_ha=trees_per_ha,

@@ -18,12 +18,15 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 EXIT_FAILED = 1
+CODE_FILE_HELP = "File with the code that makes a client of the dashboard an operator, instead of a random one."
 EXIT_TERMINATED = 128 + signal.SIGTERM
 
 
 def run(
     config: Annotated[Path, typer.Argument(help="TOML file; docs/configuration.md describes it.", dir_okay=False)],
+    *,
     port: Annotated[int | None, typer.Option(help="Port of the dashboard instead of the file's.")] = None,
+    operator_code_file: Annotated[Path | None, typer.Option(help=CODE_FILE_HELP, dir_okay=False)] = None,
     headless: Annotated[bool, typer.Option("--headless", help="Serve no dashboard.")] = False,
     exit_when_done: Annotated[
         bool, typer.Option("--exit-when-done", help="End with the mission instead of keeping the dashboard up.")
@@ -45,6 +48,8 @@ def run(
         return
     if port is not None:
         service.api.port = port
+    if operator_code_file is not None:
+        service.api.operator_code_file = operator_code_file
     if headless:
         service.api.enabled = False
     stay = service.api.enabled and not exit_when_done

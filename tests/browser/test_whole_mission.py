@@ -29,8 +29,8 @@ async def demo(tmp_path: Path, dashboard_build: None) -> AsyncIterator[tuple[Pro
         probe.bind(("127.0.0.1", 0))
         port = probe.getsockname()[1]
     async with running(tmp_path, "demo", *SMALL, "--port", str(port), "--json") as program:
-        await program.until_logged("Dashboard: ", 60)
-        yield program, f"http://127.0.0.1:{port}"
+        await program.until_logged("Dashboard for operators: ", 60)
+        yield program, program.operator_url
 
 
 async def wait_for(page: Page, condition: str, argument: object) -> None:

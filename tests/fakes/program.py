@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import os
+import re
 import signal
 import sys
 from collections.abc import AsyncIterator, Callable
@@ -38,6 +39,13 @@ class Program:
     def mission_folder(self) -> Path:
         (folder,) = self.missions.iterdir()
         return folder
+
+    @property
+    def operator_url(self) -> str:
+        """The dashboard's address for operators, once it is logged."""
+        found = re.search(r"Dashboard for operators: (\S+)", self.log)
+        assert found is not None, self.log
+        return found.group(1)
 
     def result(self) -> dict[str, Any]:
         """Return the one JSON object on standard output."""

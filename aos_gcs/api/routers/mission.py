@@ -8,7 +8,7 @@ from typing import Annotated
 from fastapi import APIRouter, Header, Response
 
 from aos_gcs.api import convert
-from aos_gcs.api.dependencies import Hub, Mission
+from aos_gcs.api.dependencies import CurrentSession, Hub, Mission
 from aos_gcs.api.errors import NotFoundError
 from aos_gcs.api.models import ActionRequest, ActionResponse, ErrorModel, MissionModel, StepModel
 from aos_gcs.mission.model import PictureKind
@@ -53,9 +53,9 @@ async def read_picture(
     return Response(picture.png, media_type="image/png", headers=headers)
 
 
-@router.post("/actions", responses={409: {"model": ErrorModel}, 422: {"model": ErrorModel}})
-async def act(request: ActionRequest, mission: Mission) -> ActionResponse:
+@router.post("/actions", responses={403: {"model": ErrorModel}, 409: {"model": ErrorModel}, 422: {"model": ErrorModel}})
+async def act(request: ActionRequest, mission: Mission, session: CurrentSession) -> ActionResponse:
     """Carry out an operator's action; answers when every vehicle has done it or refused."""
     vehicle_ids = tuple(dict.fromkeys(request.vehicle_ids)) if request.vehicle_ids is not None else None
-    results = await mission.act(request.action, vehicle_ids, request.focal_height_m)
+    results = await mission.act(request.action, vehicle_ids, request.focal_height_m, operator=session.name)
     return convert.action_results(request.action, results)

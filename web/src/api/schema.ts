@@ -80,6 +80,34 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/session": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Session
+     * @description Return what this client may do.
+     */
+    get: operations["read_session_api_session_get"];
+    put?: never;
+    /**
+     * Sign In
+     * @description Become an operator by the service's code; the cookie that comes with the answer is the proof from then on.
+     */
+    post: operations["sign_in_api_session_post"];
+    /**
+     * Sign Out
+     * @description Become an observer again.
+     */
+    delete: operations["sign_out_api_session_delete"];
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
 }
 export type webhooks = Record<string, never>;
 export interface components {
@@ -89,7 +117,7 @@ export interface components {
      * @description What an operator can ask for.
      * @enum {string}
      */
-    Action: "start" | "pause" | "resume" | "hold" | "return" | "land" | "abort" | "focus";
+    Action: "start" | "pause" | "resume" | "hold" | "return" | "land" | "abort" | "focus" | "override";
     /**
      * ActionRequest
      * @description An operator's action for the vehicles named, or for the whole mission when ``vehicle_ids`` is null.
@@ -423,6 +451,12 @@ export interface components {
       /** Vehicle Id */
       vehicle_id: number;
     };
+    /**
+     * Role
+     * @description What a client may do.
+     * @enum {string}
+     */
+    Role: "operator" | "observer";
     ServerMessage:
       | components["schemas"]["HelloMessage"]
       | components["schemas"]["SnapshotMessage"]
@@ -431,11 +465,41 @@ export interface components {
       | components["schemas"]["PicturesMessage"]
       | components["schemas"]["HeartbeatMessage"];
     /**
+     * SessionModel
+     * @description What this client may do.
+     */
+    SessionModel: {
+      /**
+       * Name
+       * @description As given at sign-in; empty for observers.
+       */
+      name: string;
+      role: components["schemas"]["Role"];
+      /**
+       * Sign In Required
+       * @description False where everybody commands.
+       */
+      sign_in_required: boolean;
+    };
+    /**
      * Severity
      * @description How much an operator should care.
      * @enum {string}
      */
     Severity: "info" | "warning" | "critical";
+    /**
+     * SignInRequest
+     * @description The operators' code, and who it is that signs in.
+     */
+    SignInRequest: {
+      /** Code */
+      code: string;
+      /**
+       * Name
+       * @description For the audit log.
+       */
+      name: string;
+    };
     /**
      * SnapshotMessage
      * @description The mission now.
@@ -704,6 +768,15 @@ export interface operations {
           "application/json": components["schemas"]["ActionResponse"];
         };
       };
+      /** @description Forbidden */
+      403: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
       /** @description Conflict */
       409: {
         headers: {
@@ -789,6 +862,88 @@ export interface operations {
         };
         content: {
           "application/json": components["schemas"]["StepModel"][];
+        };
+      };
+    };
+  };
+  read_session_api_session_get: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["SessionModel"];
+        };
+      };
+    };
+  };
+  sign_in_api_session_post: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["SignInRequest"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["SessionModel"];
+        };
+      };
+      /** @description Forbidden */
+      403: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Unprocessable Entity */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+    };
+  };
+  sign_out_api_session_delete: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["SessionModel"];
         };
       };
     };

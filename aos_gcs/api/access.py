@@ -1,0 +1,123 @@
+"""Who may command: operators, who have signed in with the service's code, and observers, who only look.
+
+The code is exchanged once for a cookie, so that it stands in no request but one. Sessions live as long as the service.
+"""
+
+from __future__ import annotations
+
+import hmac
+import secrets
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import Final
+
+from starlette.requests import HTTPConnection
+
+from aos_gcs.errors import AosError, ConfigurationError
+
+MIN_CODE_LENGTH: Final = 8
+MAX_OPERATORS: Final = 32
+"""Signed in at a time; one more replaces the one that has been signed in for longest."""
+
+_CODE_BYTES: Final = 12
+
+
+class AccessDeniedError(AosError):
+    """Somebody asks for what only operators may do."""
+
+
+class WrongCodeError(AccessDeniedError):
+    """A code that is not the service's."""
+
+
+class Role(StrEnum):
+    """What a client may do."""
+
+    OPERATOR = "operator"
+    OBSERVER = "observer"
+
+
+@dataclass(frozen=True, slots=True)
+class Session:
+    """Who is at the other end."""
+
+    role: Role
+    name: str
+    """As given at sign-in; empty for observers."""
+
+
+OBSERVER: Final = Session(Role.OBSERVER, "")
+_UNNAMED_OPERATOR: Final = Session(Role.OPERATOR, "")
+
+
+class Access:
+    """The operators who are signed in.
+
+    Args:
+        operator_code: what makes an operator; None: nobody signs in, and everybody commands.
+    """
+
+    def __init__(self, operator_code: str | None) -> None:
+        self._code = operator_code
+        self._sessions: dict[str, Session] = {}
+
+    @property
+    def is_required(self) -> bool:
+        """Whether commanding takes a sign-in."""
+        return self._code is not None
+
+    def sign_in(self, code: str, name: str) -> str:
+        """Return the token of a new operator's session.
+
+        Raises:
+            WrongCodeError: the code is not the service's.
+        """
+        if self._code is None or not hmac.compare_digest(code.encode(), self._code.encode()):
+            raise WrongCodeError("The operators' code is wrong; the service has printed the right one at its start.")
+        if len(self._sessions) >= MAX_OPERATORS:
+            del self._sessions[next(iter(self._sessions))]
+        token = secrets.token_urlsafe(32)
+        self._sessions[token] = Session(Role.OPERATOR, name)
+        return token
+
+    def sign_out(self, token: str | None) -> None:
+        """End a session; nothing happens if there is none."""
+        self._sessions.pop(token or "", None)
+
+    def session(self, token: str | None) -> Session:
+        """Return the session behind a token."""
+        if self._code is None:
+            return _UNNAMED_OPERATOR
+        return self._sessions.get(token or "", OBSERVER)
+
+    def session_of(self, connection: HTTPConnection) -> Session:
+        """Return the session of a request or WebSocket."""
+        return self.session(connection.cookies.get(cookie_name(connection)))
+
+
+def cookie_name(connection: HTTPConnection) -> str:
+    """Return the cookie's name. Browsers share cookies between the ports of a host, services must not."""
+    return f"aos_gcs_{connection.url.port or 80}"
+
+
+def random_code() -> str:
+    """Return a code that cannot be guessed."""
+    return secrets.token_urlsafe(_CODE_BYTES)
+
+
+def read_code(path: Path) -> str:
+    """Return the code in a file, without the blanks around it.
+
+    Raises:
+        ConfigurationError: the file cannot be read, or the code is too short.
+    """
+    try:
+        code = path.read_text(encoding="utf-8").strip()
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigurationError(f"The operators' code cannot be read from {path}: {error}.") from error
+    if len(code) < MIN_CODE_LENGTH:
+        raise ConfigurationError(
+            f"The operators' code in {path} must have {MIN_CODE_LENGTH} or more characters, but has {len(code)}."
+        )
+    return code

@@ -1,0 +1,44 @@
+"""The dashboard beside a mission: the addresses that operators and observers open."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+
+from aos_gcs.api.access import random_code, read_code
+from aos_gcs.api.app import create_app
+from aos_gcs.api.server import serve
+from aos_gcs.config import ApiConfig
+from aos_gcs.mission.model import MissionControl
+
+_log = logging.getLogger(__name__)
+
+
+def operator_code(config: ApiConfig) -> str:
+    """Return the code of the file that the configuration names, or else a random one.
+
+    Raises:
+        ConfigurationError: the file cannot be used.
+    """
+    return random_code() if config.operator_code_file is None else read_code(config.operator_code_file)
+
+
+@asynccontextmanager
+async def open_dashboard(mission: MissionControl, config: ApiConfig, code: str) -> AsyncIterator[None]:
+    """Serve the dashboard for as long as the context is entered, unless it is switched off.
+
+    Raises:
+        LinkError: its port cannot be opened.
+    """
+    if not config.enabled:
+        yield
+        return
+    async with serve(create_app(mission, operator_code=code), config.host, config.port) as address:
+        _log.info("Dashboard for observers: %s", address.url)
+        if config.operator_code_file is None:
+            # Behind the #, it is sent to no server and stands in no log of requests.
+            _log.info("Dashboard for operators: %s#code=%s", address.url, code)
+        else:
+            _log.info("Operators sign in there with the code in %s.", config.operator_code_file)
+        yield

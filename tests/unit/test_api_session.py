@@ -1,0 +1,135 @@
+"""Operators sign in; observers look and change nothing."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Iterator
+from pathlib import Path
+
+import httpx
+import pytest
+
+from aos_gcs.api.access import MAX_OPERATORS, Access, Role, WrongCodeError, read_code
+from aos_gcs.api.app import create_app
+from aos_gcs.clock import LoopClock
+from aos_gcs.errors import ConfigurationError
+from aos_gcs.mission.model import Action
+from tests.fakes.mission import ScriptedMission
+
+CODE = "larch-and-spruce"
+BASE_URL = "http://127.0.0.1:8080"
+
+
+@pytest.fixture
+async def mission() -> ScriptedMission:
+    return ScriptedMission(LoopClock())
+
+
+@pytest.fixture
+async def client(mission: ScriptedMission) -> AsyncIterator[httpx.AsyncClient]:
+    transport = httpx.ASGITransport(create_app(mission, operator_code=CODE))
+    async with httpx.AsyncClient(transport=transport, base_url=BASE_URL) as client:
+        yield client
+
+
+async def sign_in(client: httpx.AsyncClient, name: str = "Ada", code: str = CODE) -> httpx.Response:
+    return await client.post("/api/session", json={"code": code, "name": name})
+
+
+async def start(client: httpx.AsyncClient) -> httpx.Response:
+    return await client.post("/api/mission/actions", json={"action": "start"})
+
+
+async def test_observers_see_everything_and_command_nothing(
+    client: httpx.AsyncClient, mission: ScriptedMission
+) -> None:
+    assert (await client.get("/api/session")).json() == {"role": "observer", "name": "", "sign_in_required": True}
+    assert (await client.get("/api/mission")).status_code == 200
+    refused = await start(client)
+    assert (refused.status_code, refused.json()["id"]) == (403, "operators_only")
+    assert mission.actions == []
+
+
+async def test_an_operator_commands_under_their_name(client: httpx.AsyncClient, mission: ScriptedMission) -> None:
+    signed_in = await sign_in(client, "Ada Lovelace")
+    assert signed_in.json() == {"role": "operator", "name": "Ada Lovelace", "sign_in_required": True}
+    cookie = signed_in.headers["set-cookie"].lower()
+    assert "httponly" in cookie
+    assert "samesite=strict" in cookie
+    assert CODE not in cookie
+
+    assert (await start(client)).status_code == 200
+    assert mission.actions == [(Action.START, None)]
+    assert mission.operators == ["Ada Lovelace"]
+
+
+async def test_a_wrong_code_opens_nothing(client: httpx.AsyncClient) -> None:
+    refused = await sign_in(client, code=CODE + "x")
+    assert (refused.status_code, refused.json()["id"]) == (403, "wrong_code")
+    assert (await start(client)).status_code == 403
+
+
+async def test_whoever_signs_out_observes(client: httpx.AsyncClient) -> None:
+    await sign_in(client)
+    cookies = dict(client.cookies)
+    assert (await client.delete("/api/session")).json()["role"] == "observer"
+    client.cookies.update(cookies)  # the old cookie is worth nothing either
+    assert (await start(client)).status_code == 403
+
+
+async def test_a_made_up_cookie_is_refused(client: httpx.AsyncClient) -> None:
+    client.cookies.set("aos_gcs_8080", "operator")
+    assert (await start(client)).status_code == 403
+
+
+async def test_a_service_without_code_lets_everybody_command(mission: ScriptedMission) -> None:
+    transport = httpx.ASGITransport(create_app(mission))
+    async with httpx.AsyncClient(transport=transport, base_url=BASE_URL) as client:
+        assert (await client.get("/api/session")).json()["role"] == "operator"
+        assert (await sign_in(client)).json()["sign_in_required"] is False
+        assert (await start(client)).status_code == 200
+
+
+@pytest.mark.parametrize("body", [{}, {"code": CODE}, {"code": CODE, "name": " "}, {"code": CODE, "name": 41 * "x"}])
+async def test_a_sign_in_that_cannot_be_understood(client: httpx.AsyncClient, body: dict[str, str]) -> None:
+    assert (await client.post("/api/session", json=body)).status_code == 422
+
+
+async def test_every_route_that_changes_something_is_for_operators(
+    client: httpx.AsyncClient, mission: ScriptedMission
+) -> None:
+    for path, method in _changing_routes(mission):
+        response = await client.request(method, path.replace("{", "").replace("}", ""))
+        assert response.json()["id"] == "operators_only", (method, path)
+
+
+def _changing_routes(mission: ScriptedMission) -> Iterator[tuple[str, str]]:
+    for path, item in create_app(mission).openapi()["paths"].items():
+        for method in item:
+            if method != "get" and path != "/api/session":
+                yield path, method
+
+
+def test_the_longest_session_makes_room_for_a_new_one() -> None:
+    access = Access(CODE)
+    first = access.sign_in(CODE, "first")
+    last = [access.sign_in(CODE, "another") for _ in range(MAX_OPERATORS)][-1]
+    assert access.session(first).role is Role.OBSERVER
+    assert access.session(last).role is Role.OPERATOR
+
+
+def test_codes_beyond_ascii_are_compared_too() -> None:
+    access = Access("fjällräven")
+    assert access.session(access.sign_in("fjällräven", "Åsa")).name == "Åsa"
+    with pytest.raises(WrongCodeError):
+        access.sign_in("fjallraven", "Åsa")
+
+
+def test_the_code_is_read_from_a_file(tmp_path: Path) -> None:
+    file = tmp_path / "code.txt"
+    file.write_text(f"  {CODE}\n")
+    assert read_code(file) == CODE
+    file.write_text("short\n")
+    with pytest.raises(ConfigurationError, match="8 or more characters"):
+        read_code(file)
+    with pytest.raises(ConfigurationError, match="cannot be read"):
+        read_code(tmp_path / "missing.txt")
