@@ -1,4 +1,4 @@
-"""MAVLink connections of the simulated vehicles: one socket per vehicle, so that source ports tell them apart."""
+"""MAVLink connections of simulated vehicles and cameras: bytes and messages over UDP and TCP."""
 
 from __future__ import annotations
 
@@ -8,18 +8,19 @@ from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any
 from urllib.parse import urlsplit
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_gcs.errors import ConfigurationError, LinkError
+from aos_sim.packets import Parser
 
 MAX_PEERS = 8
 MAX_BACKLOG_BYTES = 65_536
 
-OnMessage = Callable[[mavlink.MAVLink_message], None]
 Address = tuple[str, int]
+OnMessage = Callable[[mavlink.MAVLink_message, Address], None]
+"""Takes a message and who has sent it."""
 
 
 class LinkKind(StrEnum):
@@ -66,25 +67,19 @@ class LinkAddress:
         return LinkAddress(self.kind, self.host, self.port + index if listens else self.port)
 
 
-class Parser:
-    """Bytes of one peer to messages; what is damaged or unknown is skipped."""
+class Endpoint(ABC):
+    """One end of a link."""
 
     def __init__(self) -> None:
-        self._codec = mavlink.MAVLink(None)
-        self._codec.robust_parsing = True
-
-    def feed(self, data: bytes) -> list[mavlink.MAVLink_message]:
-        """Return the messages completed by ``data``."""
-        messages = self._codec.parse_buffer(data) or []
-        return [message for message in messages if message.get_msgId() >= 0]
-
-
-class Endpoint(ABC):
-    """One vehicle's end of a link."""
+        self._lost = asyncio.Event()
 
     @abstractmethod
-    def send(self, data: bytes) -> None:
-        """Send to all peers at once; what a peer cannot take now is dropped, as on a radio."""
+    def send(self, data: bytes, to: Address | None = None) -> None:
+        """Send to one peer, or to all; what a peer cannot take now is dropped, as on a radio."""
+
+    async def wait_until_lost(self) -> None:
+        """Wait until the connection that was made has ended; forever where there is none."""
+        await self._lost.wait()
 
     @abstractmethod
     def close(self) -> None:
@@ -95,6 +90,7 @@ class UdpEndpoint(Endpoint, asyncio.DatagramProtocol):
     """UDP, either connected to one address or answering all who have sent (the latest eight)."""
 
     def __init__(self, on_message: OnMessage) -> None:
+        super().__init__()
         self._on_message = on_message
         self._transport: asyncio.DatagramTransport | None = None
         self._connected = False
@@ -105,26 +101,26 @@ class UdpEndpoint(Endpoint, asyncio.DatagramProtocol):
         self._transport = transport
         self._connected = transport.get_extra_info("peername") is not None
 
-    def datagram_received(self, data: bytes, addr: tuple[str | Any, int]) -> None:
+    def datagram_received(self, data: bytes, addr: Address) -> None:
         """Parse what a peer has sent."""
         parser = self._parsers.setdefault(addr, Parser())
         self._parsers.move_to_end(addr)
         if len(self._parsers) > MAX_PEERS:
             self._parsers.popitem(last=False)
         for message in parser.feed(data):
-            self._on_message(message)
+            self._on_message(message, addr)
 
     def error_received(self, exc: Exception) -> None:
         """Ignore "connection refused": nobody listens yet, and the vehicles go on sending."""
 
-    def send(self, data: bytes) -> None:
-        """Send to the connected address or to all peers."""
+    def send(self, data: bytes, to: Address | None = None) -> None:
+        """Send to the connected address, or to one peer or all."""
         if self._transport is None:
             return
         if self._connected:
             self._transport.sendto(data)
             return
-        for address in self._parsers:
+        for address in self._parsers if to is None else (to,):
             self._transport.sendto(data, address)
 
     def close(self) -> None:
@@ -137,50 +133,59 @@ class TcpEndpoint(Endpoint):
     """TCP, for one connection made or several accepted."""
 
     def __init__(self, on_message: OnMessage) -> None:
+        super().__init__()
         self._on_message = on_message
         self.server: asyncio.Server | None = None
-        self._transports: set[asyncio.Transport] = set()
+        self._transports: dict[Address, asyncio.Transport] = {}
 
     def make_protocol(self) -> asyncio.Protocol:
         """Return the protocol of one connection."""
-        return _TcpConnection(self._on_message, self._transports)
+        return _TcpConnection(self._on_message, self._transports, self._on_end)
 
-    def send(self, data: bytes) -> None:
-        """Send on all connections."""
-        for transport in self._transports:
-            if transport.get_write_buffer_size() < MAX_BACKLOG_BYTES:
+    def send(self, data: bytes, to: Address | None = None) -> None:
+        """Send on the connection to one peer, or on all."""
+        for address, transport in self._transports.items():
+            if to in (None, address) and transport.get_write_buffer_size() < MAX_BACKLOG_BYTES:
                 transport.write(data)
 
     def close(self) -> None:
         """Stop to listen and close the connections."""
         if self.server is not None:
             self.server.close()
-        for transport in tuple(self._transports):
+        for transport in tuple(self._transports.values()):
             transport.close()
+
+    def _on_end(self) -> None:
+        if self.server is None:
+            self._lost.set()
 
 
 class _TcpConnection(asyncio.Protocol):
-    def __init__(self, on_message: OnMessage, transports: set[asyncio.Transport]) -> None:
+    def __init__(
+        self, on_message: OnMessage, transports: dict[Address, asyncio.Transport], on_end: Callable[[], None]
+    ) -> None:
         self._on_message = on_message
         self._transports = transports
-        self._transport: asyncio.Transport | None = None
+        self._on_end = on_end
+        self._peer: Address = ("", 0)
         self._parser = Parser()
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        self._transport = transport
-        self._transports.add(transport)
+        host, port = transport.get_extra_info("peername")[:2]
+        self._peer = (host, port)
+        self._transports[self._peer] = transport
 
     def data_received(self, data: bytes) -> None:
         for message in self._parser.feed(data):
-            self._on_message(message)
+            self._on_message(message, self._peer)
 
     def connection_lost(self, exc: Exception | None) -> None:  # noqa: ARG002 - the reason changes nothing
-        if self._transport is not None:
-            self._transports.discard(self._transport)
+        self._transports.pop(self._peer, None)
+        self._on_end()
 
 
 async def open_endpoint(address: LinkAddress, on_message: OnMessage) -> Endpoint:
-    """Open one vehicle's end of a link; the caller closes it.
+    """Open one end of a link; the caller closes it.
 
     Raises:
         LinkError: the port is taken, or nobody answers at a TCP address.

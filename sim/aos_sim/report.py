@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from itertools import combinations
+from itertools import combinations, islice
 from pathlib import Path
 
 import numpy as np
@@ -52,20 +52,19 @@ class SwarmReport:
 class SeparationMonitor:
     """Remembers how near two vehicles have come."""
 
-    def __init__(self, system_ids: Sequence[int]) -> None:
-        self._pairs = list(combinations(system_ids, 2))
+    def __init__(self) -> None:
         self.smallest_m: float | None = None
         self.pair: tuple[int, int] | None = None
 
-    def update(self, position_enu_m: NDArray[np.float64]) -> None:
+    def update(self, system_ids: Sequence[int], position_enu_m: NDArray[np.float64]) -> None:
         """Take in the positions, shape (N, 3), of one instant."""
-        if not self._pairs:
+        if len(system_ids) < 2:
             return
         distances_m = pdist(position_enu_m)
         nearest = int(np.argmin(distances_m))
         if self.smallest_m is None or distances_m[nearest] < self.smallest_m:
             self.smallest_m = float(distances_m[nearest])
-            self.pair = self._pairs[nearest]
+            self.pair = next(islice(combinations(system_ids, 2), nearest, None))
 
 
 def write_report(path: Path, report: SwarmReport) -> None:

@@ -24,7 +24,7 @@ from aos_sim.camera.component import CameraComponent, CameraView, Exposure
 from aos_sim.camera.darkroom import Darkroom
 from aos_sim.camera.image import ImageSource
 from aos_sim.clock import TICK_S, Pacer, SimTime
-from aos_sim.links import Endpoint, LinkAddress, open_endpoint
+from aos_sim.links import Address, Endpoint, LinkAddress, open_endpoint
 from aos_sim.report import SeparationMonitor, SwarmReport
 from aos_sim.vehicle.arducopter import ArduCopter
 from aos_sim.vehicle.autopilot import Autopilot
@@ -134,7 +134,8 @@ class SimulatedSwarm:
         self.now = SimTime(0, start_utc_us=time.time_ns() // 1000)
         self._kinematics = read_kinematics(self.state, self.frame)
         self.vehicles = [self._make_vehicle(index) for index in range(options.vehicles)]
-        self._separation = SeparationMonitor([vehicle.system_id for vehicle in self.vehicles])
+        self._system_ids = [vehicle.system_id for vehicle in self.vehicles]
+        self._separation = SeparationMonitor()
         self._endpoints: list[list[Endpoint]] = [[] for _ in self.vehicles]
         self._stack = AsyncExitStack()
         self._group: asyncio.TaskGroup | None = None
@@ -211,12 +212,12 @@ class SimulatedSwarm:
         guidance = _guidance([vehicle.autopilot for vehicle in self.vehicles])
         self.state = step(self.state, guidance, TICK_S, limits=self._limits, wind=self._wind, rng=self._rng)
         self._kinematics = read_kinematics(self.state, self.frame)
-        self._separation.update(self.state.position_enu_m)
+        self._separation.update(self._system_ids, self.state.position_enu_m)
         for index, vehicle in enumerate(self.vehicles):
             vehicle.update(self._kinematics[index], self.now)
             self._flush(index)
 
-    def _receive(self, index: int, message: mavlink.MAVLink_message) -> None:
+    def _receive(self, index: int, message: mavlink.MAVLink_message, _sender: Address) -> None:
         self.vehicles[index].handle(message, self._kinematics[index], self.now)
         self._flush(index)
 

@@ -16,7 +16,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_gcs.errors import LinkError
 from aos_sim.camera.synthetic import CheckerboardGround
-from aos_sim.links import Parser
+from aos_sim.packets import Parser
 from aos_sim.swarm import SimulatedSwarm, SwarmOptions
 
 HOST = "127.0.0.1"

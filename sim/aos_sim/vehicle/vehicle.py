@@ -6,6 +6,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_sim.camera.component import CameraComponent, CameraView
 from aos_sim.clock import SimTime
+from aos_sim.packets import Packer
 from aos_sim.vehicle.autopilot import Autopilot
 from aos_sim.vehicle.commands import is_addressed_to
 from aos_sim.vehicle.kinematics import Kinematics
@@ -21,8 +22,8 @@ class SimulatedVehicle:
         self.autopilot = autopilot
         self.camera = camera
         self._own_components = {AUTOPILOT_COMPONENT} if camera is None else {AUTOPILOT_COMPONENT, camera.COMPONENT_ID}
-        self._autopilot_codec = mavlink.MAVLink(None, self.system_id, AUTOPILOT_COMPONENT)
-        self._camera_codec = mavlink.MAVLink(None, self.system_id, CameraComponent.COMPONENT_ID)
+        self._autopilot_packer = Packer(self.system_id, AUTOPILOT_COMPONENT)
+        self._camera_packer = Packer(self.system_id, CameraComponent.COMPONENT_ID)
 
     def handle(self, message: mavlink.MAVLink_message, kinematics: Kinematics, now: SimTime) -> None:
         """Hand a message to the component it is meant for; others' messages are ignored."""
@@ -49,14 +50,7 @@ class SimulatedVehicle:
 
     def drain(self) -> bytes:
         """Return what is to be sent, encoded; empty when there is nothing."""
-        packets = [_encode(message, self._autopilot_codec) for message in self.autopilot.drain()]
+        packets = [self._autopilot_packer.pack(message) for message in self.autopilot.drain()]
         if self.camera is not None:
-            packets += [_encode(message, self._camera_codec) for message in self.camera.drain()]
+            packets += [self._camera_packer.pack(message) for message in self.camera.drain()]
         return b"".join(packets)
-
-
-def _encode(message: mavlink.MAVLink_message, codec: mavlink.MAVLink) -> bytes:
-    """Encode with the component's ids and its next sequence number."""
-    data: bytes = message.pack(codec)
-    codec.seq = (codec.seq + 1) % 256
-    return data

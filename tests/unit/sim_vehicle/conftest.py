@@ -13,7 +13,7 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_sim.camera.component import CameraComponent
 from aos_sim.clock import TICK_S, SimTime
-from aos_sim.links import Parser
+from aos_sim.packets import Parser
 from aos_sim.swarm import AUTOPILOTS
 from aos_sim.vehicle.configuration import VehicleIdentity
 from aos_sim.vehicle.dynamics import AirframeLimits, Guidance, SwarmState, Wind, step

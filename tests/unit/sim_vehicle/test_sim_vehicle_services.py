@@ -159,15 +159,15 @@ def test_homes_are_five_metres_apart_within_the_clearing(count):
     assert homes[:, 1].max() <= 8.0
     assert np.abs(homes[:, 0]).max() <= 50.0
     if count > 1:
-        monitor = SeparationMonitor(range(1, count + 1))
-        monitor.update(homes)
+        monitor = SeparationMonitor()
+        monitor.update(range(1, count + 1), homes)
         assert monitor.smallest_m == pytest.approx(5.0)
 
 
 def test_separation_remembers_the_closest_pair(tmp_path):
-    monitor = SeparationMonitor([4, 5, 6])
-    monitor.update(np.array([[0.0, 0, 0], [10, 0, 0], [10, 0, 3]]))
-    monitor.update(np.array([[0.0, 0, 0], [10, 0, 0], [10, 0, 30]]))
+    monitor = SeparationMonitor()
+    monitor.update([4, 5, 6], np.array([[0.0, 0, 0], [10, 0, 0], [10, 0, 3]]))
+    monitor.update([4, 5, 6], np.array([[0.0, 0, 0], [10, 0, 0], [10, 0, 30]]))
     assert (monitor.smallest_m, monitor.pair) == (3.0, (5, 6))
     path = tmp_path / "report.json"
     write_report(path, SwarmReport(1.5, monitor.smallest_m, monitor.pair, landed=3, images=2))
