@@ -1,0 +1,98 @@
+"""The times that a vehicle gives: since boot, of its GPS, and 32 bits of microseconds.
+
+Everything is brought to seconds since the vehicle's boot, the clock of its telemetry, and from there to ours.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+_WRAP_US = 2**32
+"""Microseconds since boot, as ArduPilot gives them with a camera's feedback pin, wrap after 71.6 minutes."""
+_EPOCH_FROM_US = 10**15
+"""2001: what is later is a time of day, what is earlier one since boot."""
+_LEAK = 1e-4
+"""How much a vehicle's clock may be slower than ours; crystals are a hundred times better than one in a hundred."""
+_JUMP_S = 1.0
+_LONGEST_DELAY_S = 10.0
+"""Between an exposure and the message about it; what says otherwise is a clock that is wrong."""
+_AHEAD_S = 0.5
+_SYSTEM_TIME_SIGMA_S = 0.01
+_UNKNOWN_SIGMA_S = 0.3
+
+
+@dataclass(frozen=True, slots=True)
+class ExposureTime:
+    """When an image was exposed."""
+
+    boot_s: float
+    """Seconds since the vehicle's boot."""
+    sigma_s: float
+    """Standard deviation."""
+
+
+class BootClock:
+    """The vehicle's time since boot against our clock and against UTC.
+
+    Ours from the least delayed of the messages that carry a time, until TIMESYNC knows it better.
+    """
+
+    def __init__(self) -> None:
+        self._arrival_offset_s: float | None = None
+        self._heard_at_s = 0.0
+        self._utc_minus_boot_s: float | None = None
+
+    def hear_boot(self, boot_s: float, now_s: float) -> None:
+        """Note the time since boot of a message that arrived at ``now_s``."""
+        offset_s = boot_s - now_s
+        if self._arrival_offset_s is not None:
+            leaked_s = self._arrival_offset_s - _LEAK * (now_s - self._heard_at_s)
+            # A message that was delayed says less than an earlier, quicker one; a jump is a reboot.
+            if offset_s > leaked_s - _JUMP_S:
+                offset_s = max(offset_s, leaked_s)
+        self._arrival_offset_s, self._heard_at_s = offset_s, now_s
+
+    def hear_utc(self, utc_s: float, boot_s: float) -> None:
+        """Note a SYSTEM_TIME: the vehicle's UTC at a time since its boot."""
+        if utc_s * 1e6 >= _EPOCH_FROM_US:
+            self._utc_minus_boot_s = utc_s - boot_s
+
+    def offset_s(self, timesync_offset_s: float | None = None) -> float | None:
+        """Return boot time minus our clock; TIMESYNC's where that counts from the boot, too."""
+        arrival_s = self._arrival_offset_s
+        if arrival_s is not None and timesync_offset_s is not None and abs(timesync_offset_s - arrival_s) <= _JUMP_S:
+            return timesync_offset_s
+        return arrival_s
+
+    def boot_s_of_utc(self, utc_s: float) -> float | None:
+        """Return the time since boot of a time of day by the vehicle's own GPS; None before it has told one."""
+        return None if self._utc_minus_boot_s is None else utc_s - self._utc_minus_boot_s
+
+    def exposure_time(self, time_us: int, boot_now_s: float) -> ExposureTime:
+        """Return when an image was exposed that is reported now.
+
+        Args:
+            time_us: microseconds of the Unix epoch, or the lower 32 bits of those since boot; 0 for unknown.
+            boot_now_s: time since boot when the report arrived.
+        """
+        if time_us <= 0:
+            return ExposureTime(boot_now_s, _UNKNOWN_SIGMA_S)
+        if time_us < _EPOCH_FROM_US:
+            boot_s = unwrap_us(time_us, round(boot_now_s * 1e6)) / 1e6
+            return self._credible(boot_s, boot_now_s, _SYSTEM_TIME_SIGMA_S)
+        from_gps_s = self.boot_s_of_utc(time_us / 1e6)
+        if from_gps_s is None:
+            return ExposureTime(boot_now_s, _UNKNOWN_SIGMA_S)
+        return self._credible(from_gps_s, boot_now_s, _SYSTEM_TIME_SIGMA_S)
+
+    @staticmethod
+    def _credible(boot_s: float, boot_now_s: float, sigma_s: float) -> ExposureTime:
+        if -_AHEAD_S <= boot_now_s - boot_s <= _LONGEST_DELAY_S:
+            return ExposureTime(boot_s, sigma_s)
+        return ExposureTime(boot_now_s, _UNKNOWN_SIGMA_S)
+
+
+def unwrap_us(low_us: int, near_us: int) -> int:
+    """Return the number nearest to ``near_us`` whose lower 32 bits are those of ``low_us``."""
+    ahead_us = (low_us - near_us) % _WRAP_US
+    return near_us + (ahead_us if ahead_us < _WRAP_US // 2 else ahead_us - _WRAP_US)

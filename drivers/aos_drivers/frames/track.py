@@ -1,0 +1,175 @@
+"""The latest motion of one vehicle, and its pose at any time in between.
+
+Positions are interpolated by cubic Hermite splines through positions and velocities, attitudes on the shortest arc
+(Shoemake, *Animating rotation with quaternion curves*, SIGGRAPH 1985). Past the latest report, positions go on with
+their velocity and attitudes stay. All times are seconds of one clock, the vehicle's time since boot.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicHermiteSpline
+from scipy.spatial.transform import Rotation, Slerp
+
+from aos_drivers.frames.errors import FrameRefusedError
+from aos_drivers.frames.gimbal import GimbalAttitude, R_heading2ned, heading_of
+from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+
+KEPT_S = 20.0
+_MAX_SAMPLES = 1024
+_RESTART_S = 2.0
+"""A time so much before the latest one is that of another boot; a smaller step back is a late packet."""
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """Position and velocity at one time."""
+
+    position: GeodeticPosition
+    velocity_enu_mps: tuple[float, float, float] | None
+
+
+class Samples(Generic[T]):
+    """Values by time. Buffered: 20 s and at most 1024 values, the oldest go; what comes late is dropped."""
+
+    def __init__(self) -> None:
+        self._times_s: list[float] = []
+        self._values: list[T] = []
+
+    def __len__(self) -> int:
+        return len(self._times_s)
+
+    @property
+    def latest_s(self) -> float | None:
+        """Time of the latest value."""
+        return self._times_s[-1] if self._times_s else None
+
+    @property
+    def values(self) -> Sequence[T]:
+        """Oldest first."""
+        return self._values
+
+    def add(self, at_s: float, value: T) -> None:
+        """Take a value over."""
+        if self._times_s and at_s <= self._times_s[-1]:
+            if at_s > self._times_s[-1] - _RESTART_S:
+                return
+            self._times_s.clear()
+            self._values.clear()
+        self._times_s.append(at_s)
+        self._values.append(value)
+        outdated = max(bisect_right(self._times_s, at_s - KEPT_S), len(self._times_s) - _MAX_SAMPLES)
+        if outdated > 0:
+            del self._times_s[:outdated], self._values[:outdated]
+
+    def around(self, at_s: float, max_age_s: float) -> tuple[tuple[float, T], tuple[float, T]] | None:
+        """Return the samples before and after a time, twice the same one beyond either end.
+
+        None where the nearest of them is further away than ``max_age_s``.
+        """
+        if not self._times_s:
+            return None
+        after = min(bisect_right(self._times_s, at_s), len(self._times_s) - 1)
+        before = max(0, bisect_right(self._times_s, at_s) - 1)
+        if min(abs(at_s - self._times_s[before]), abs(at_s - self._times_s[after])) > max_age_s:
+            return None
+        return (self._times_s[before], self._values[before]), (self._times_s[after], self._values[after])
+
+
+class PoseTrack:
+    """What a vehicle has reported of its motion lately, and that of its gimbal."""
+
+    def __init__(self) -> None:
+        self.motions: Samples[Motion] = Samples()
+        self._attitudes: Samples[NDArray[np.float64]] = Samples()
+        self._gimbals: Samples[NDArray[np.float64]] = Samples()
+        self._gimbal_follows_heading = False
+
+    def add_motion(self, at_s: float, motion: Motion) -> None:
+        """Note where the vehicle was."""
+        self.motions.add(at_s, motion)
+
+    def add_attitude(self, at_s: float, R_body2ned: NDArray[np.float64]) -> None:
+        """Note how the vehicle was turned, shape (3, 3)."""
+        self._attitudes.add(at_s, R_body2ned)
+
+    def add_gimbal(self, at_s: float, attitude: GimbalAttitude) -> None:
+        """Note how its gimbal was turned; a change of its frame starts anew."""
+        if attitude.follows_heading != self._gimbal_follows_heading:
+            self._gimbals, self._gimbal_follows_heading = Samples(), attitude.follows_heading
+        self._gimbals.add(at_s, attitude.R_gimbal2level)
+
+    def covers(self, at_s: float, *, with_gimbal: bool = False) -> bool:
+        """Return whether reports from ``at_s`` or later are there, so that nothing has to be extrapolated."""
+        latest = [self.motions.latest_s, self._attitudes.latest_s]
+        if with_gimbal:
+            latest.append(self._gimbals.latest_s)
+        return all(latest_s is not None and latest_s >= at_s for latest_s in latest)
+
+    def position_at(self, at_s: float, max_age_s: float) -> GeodeticPosition:
+        """Return where the vehicle was.
+
+        Raises:
+            FrameRefusedError: it did not report within ``max_age_s`` of that time.
+        """
+        around = self.motions.around(at_s, max_age_s)
+        if around is None:
+            raise _stale("position", self.motions.latest_s, at_s, max_age_s)
+        (before_s, before), (after_s, after) = around
+        frame = LocalFrame(before.position)
+        start, start_v = np.zeros(3), _velocity(before)
+        if after_s == before_s:
+            return frame.to_geodetic(start + (at_s - before_s) * start_v)
+        end, span_s = frame.to_enu(after.position), after_s - before_s
+        if before.velocity_enu_mps is None or after.velocity_enu_mps is None:
+            return frame.to_geodetic(start + (at_s - before_s) / span_s * (end - start))
+        curve = CubicHermiteSpline([before_s, after_s], [start, end], [start_v, _velocity(after)])
+        return frame.to_geodetic(curve(at_s))
+
+    def R_body2ned_at(self, at_s: float, max_age_s: float) -> NDArray[np.float64]:
+        """Return how the vehicle was turned, shape (3, 3); raises like :meth:`position_at`."""
+        return _rotation_at(self._attitudes, "attitude", at_s, max_age_s)
+
+    def R_gimbal2ned_at(self, at_s: float, max_age_s: float) -> NDArray[np.float64]:
+        """Return how the gimbal was turned, shape (3, 3); raises like :meth:`position_at`."""
+        R_gimbal2level = _rotation_at(self._gimbals, "gimbal attitude", at_s, max_age_s)
+        if not self._gimbal_follows_heading:
+            return R_gimbal2level
+        return R_heading2ned(heading_of(self.R_body2ned_at(at_s, max_age_s))) @ R_gimbal2level
+
+
+def slerp(share: float, start: NDArray[np.float64], end: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the rotation at ``share`` (0 to 1) of the shortest way between two, shapes (3, 3)."""
+    return np.asarray(Slerp([0.0, 1.0], Rotation.from_matrix(np.stack((start, end))))(share).as_matrix())
+
+
+def _rotation_at(
+    samples: Samples[NDArray[np.float64]], name: str, at_s: float, max_age_s: float
+) -> NDArray[np.float64]:
+    around = samples.around(at_s, max_age_s)
+    if around is None:
+        raise _stale(name, samples.latest_s, at_s, max_age_s)
+    (before_s, before), (after_s, after) = around
+    return before if after_s == before_s else slerp((at_s - before_s) / (after_s - before_s), before, after)
+
+
+def _velocity(motion: Motion) -> NDArray[np.float64]:
+    return np.zeros(3) if motion.velocity_enu_mps is None else np.array(motion.velocity_enu_mps)
+
+
+def _stale(name: str, latest_s: float | None, at_s: float, max_age_s: float) -> FrameRefusedError:
+    if latest_s is None:
+        return FrameRefusedError(f"the vehicle reports no {name}")
+    age_s = at_s - latest_s
+    when = f"its latest is {age_s:.2f} s older" if age_s > 0.0 else "there is a gap, or the frame is older than all"
+    return FrameRefusedError(
+        f"no {name} of the vehicle near the time of exposure: {when}; the limit is {max_age_s:g} s (max_pose_age_s)"
+    )
