@@ -1,0 +1,42 @@
+"""A mission flies around its no-go zones: to the line, in the steps and home."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from aos_gcs.mission.model import Outcome, Verdict
+from aos_gcs.mission.polygon import signed_depth_m
+from tests.fakes.mission_flight import Flight, flying, prepare
+
+pytestmark = pytest.mark.looptime
+
+ZONES = (
+    ((-20.0, 3.0), (6.0, 3.0), (6.0, 8.0), (-20.0, 8.0)),
+    ((-4.0, 22.0), (0.0, 22.0), (0.0, 30.0), (-4.0, 30.0)),
+)
+"""One between the launch points and the area, one in the middle of the swath."""
+MARGIN_M = 1.0
+
+
+async def watch(flight: Flight, depths_m: list[float]) -> None:
+    zones = [np.array(zone) for zone in ZONES]
+    while True:
+        places_m = [vehicle.position_enu_m() for vehicle in flight.fleet.members.values()]
+        depths_m += [signed_depth_m(place_m[:2], zone) for place_m in places_m for zone in zones]
+        await flight.clock.sleep(0.1)
+
+
+async def test_nobody_enters_a_no_go_zone_and_everybody_comes_home() -> None:
+    flight = prepare(safety={"no_go_enu_m": ZONES, "margin_m": MARGIN_M})
+    depths_m: list[float] = []
+    async with flying(flight) as run:
+        watcher = run.get_loop().create_task(watch(flight, depths_m))
+        assert await run is Outcome.FOUND
+        watcher.cancel()
+    assert max(depths_m) < -MARGIN_M + 1e-3
+    assert [vehicle.armed for vehicle in flight.fleet.members.values()] == [False] * 4
+    for vehicle in flight.fleet.members.values():
+        assert vehicle.position_enu_m() == pytest.approx(vehicle.home_enu_m, abs=0.6)
+    bent = [w for step in flight.mission.steps() for w in step.waypoints if w.verdict is not Verdict.SENT]
+    assert any("no-go zone" in waypoint.reason for waypoint in bent)
