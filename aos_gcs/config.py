@@ -22,6 +22,7 @@ from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.imaging.geolocation import Uncertainty
 from aos_gcs.imaging.step import ImagingSettings
 from aos_gcs.mission.aperture_check import advise
+from aos_gcs.mission.checks import OVERRIDABLE
 from aos_gcs.mission.plan import altitude_layers
 from aos_gcs.mission.polygon import Polygon, as_polygon
 from aos_gcs.mission.safety import SafetyLimits
@@ -32,6 +33,7 @@ from aos_gcs.mission.settings import (
     FlightSettings,
     ForestSettings,
     MissionSettings,
+    PreflightSettings,
     RegistrationSettings,
 )
 from aos_gcs.swarm.registry import make_strategy
@@ -105,6 +107,17 @@ class ApiConfig(BaseModel):
     """Holds the code that makes a client an operator; by default a random one is made at each start."""
 
 
+class PreflightConfig(BaseModel):
+    """What preflight may do by itself."""
+
+    model_config = _STRICT
+
+    upload_fence: bool = False
+    """Write the mission's geofence to the vehicles, with the parameters that make them keep it."""
+    overrides: list[str] = []
+    """``check: reason``: failures of this check do not stand against the launch, on any vehicle."""
+
+
 class RecordConfig(BaseModel):
     """Where missions are recorded."""
 
@@ -121,6 +134,7 @@ class ServiceConfig(BaseModel):
     link: LinkConfig
     mission: MissionConfig
     swarm: SwarmConfig = SwarmConfig()
+    preflight: PreflightConfig = PreflightConfig()
     flight: dict[str, Any] = {}
     deadlines: dict[str, Any] = {}
     detection: dict[str, Any] = {}
@@ -190,6 +204,7 @@ def mission_settings(config: ServiceConfig) -> MissionSettings:
         seed=mission.seed,
         flight=flight,
         deadlines=_build(Deadlines, "deadlines", config.deadlines),
+        preflight=_preflight(config.preflight),
         detection=_build(DetectionSettings, "detection", config.detection),
         uncertainty=_uncertainty(config.uncertainty),
         tracking=_tracking(config.tracking),
@@ -256,6 +271,21 @@ def _safety(
             "ceiling_m; change these or flight.lowest_layer_m and flight.layer_spacing_m."
         )
     return {name: getattr(limits, name) for name in given}
+
+
+def _preflight(config: PreflightConfig) -> PreflightSettings:
+    overrides = {}
+    for text in config.overrides:
+        name, _, reason = (part.strip() for part in text.partition(":"))
+        if name not in OVERRIDABLE:
+            raise ConfigurationError(
+                f"preflight.overrides: {name!r} is no check that may be overridden; those are: "
+                f"{', '.join(sorted(OVERRIDABLE))}."
+            )
+        if not reason:
+            raise ConfigurationError(f'preflight.overrides: {name!r} needs a reason; write "{name}: why".')
+        overrides[name] = reason
+    return PreflightSettings(config.upload_fence, overrides)
 
 
 def _uncertainty(table: Mapping[str, Any]) -> Uncertainty:

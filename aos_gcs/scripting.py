@@ -178,8 +178,8 @@ class Swarm:
                 return f"vehicle {members[0].vehicle_id} has no home position yet; wait for its GPS."
             self._roster.frame = LocalFrame(home)
         separation_m = self._options.safety.get("separation_m", MIN_HOME_DISTANCE_M)
-        failed = [check for check in check_all(self._roster, expected, separation_m) if not check.passed]
-        return f"vehicle {failed[0].vehicle_id}, {failed[0].name}: {failed[0].text}" if failed else None
+        failed = [check for check in check_all(self._roster, expected, separation_m) if check.blocks]
+        return failed[0].describe() if failed else None
 
     def _set_limits(self) -> None:
         members, frame, flight = self._roster.members(), self._roster.local_frame(), self._options.flight

@@ -159,6 +159,23 @@ def target(estimate: model.TargetEstimate, origin: GeodeticPosition | None) -> w
     )
 
 
+def preflight_check(check: model.PreflightCheck) -> wire.PreflightCheckModel:
+    """Convert one cell of the matrix."""
+    override = check.overridden
+    return wire.PreflightCheckModel(
+        vehicle_id=check.vehicle_id,
+        name=check.name,
+        status=check.status,
+        text=check.text,
+        remedy=check.remedy,
+        overridable=check.overridable,
+        overridden=wire.OverrideModel(reason=override.reason, by=override.by, utc_s=override.utc_s)
+        if override
+        else None,
+        blocks=check.blocks,
+    )
+
+
 def mission(snapshot: model.MissionSnapshot) -> wire.MissionModel:
     """Convert a whole snapshot."""
     origin = snapshot.origin
@@ -175,10 +192,7 @@ def mission(snapshot: model.MissionSnapshot) -> wire.MissionModel:
         area=[vertex(point, origin) for point in snapshot.area_enu_m],
         fence=[vertex(point, origin) for point in snapshot.fence_enu_m],
         vehicles=[vehicle(one, origin) for one in snapshot.vehicles],
-        preflight=[
-            wire.PreflightCheckModel(vehicle_id=c.vehicle_id, name=c.name, passed=c.passed, text=c.text)
-            for c in snapshot.preflight
-        ],
+        preflight=[preflight_check(check) for check in snapshot.preflight],
         target=target(snapshot.target, origin) if snapshot.target else None,
         targets=[target(one, origin) for one in snapshot.targets],
         min_separation_m=finite(snapshot.min_separation_m),

@@ -81,6 +81,8 @@ class Operator:
             check_action(self._flow.heading, action)
             if action is Action.FOCUS:
                 results = self._set_focus(vehicle_ids, focal_height_m)
+            elif action is Action.OVERRIDE:
+                raise MissionError("An override concerns one check of one vehicle; name it, and the reason.")
             elif focal_height_m is not None:
                 raise MissionError(f"A focal height goes with {Action.FOCUS} only, not with {action}.")
             elif vehicle_ids is None:

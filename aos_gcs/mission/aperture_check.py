@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from aos_gcs.imaging.aperture import AperturePlan, plan_aperture, samples_for
-from aos_gcs.mission.model import PreflightCheck
+from aos_gcs.mission.model import CheckStatus, PreflightCheck
 from aos_gcs.mission.settings import ForestSettings, MissionSettings
 from aos_gcs.swarm.registry import make_strategy
 
@@ -49,14 +49,18 @@ class ApertureAdvice:
         return tuple(found)
 
     @property
-    def text(self) -> str:
-        """One line for the operator."""
+    def seen(self) -> str:
+        """How much is seen."""
         plan = self.plan
-        seen = (
+        return (
             f"c4 {self.spacing_m:g} m (useful from {plan.spacing_m:.1f} m), {plan.drones} vehicles: at most "
             f"{plan.seen_at_least_once:.0%} of the ground seen, one image {plan.single_visibility:.0%}"
         )
-        return "; ".join((seen, *self.warnings))
+
+    @property
+    def text(self) -> str:
+        """One line for the operator."""
+        return "; ".join((self.seen, *self.warnings))
 
 
 def advise(settings: MissionSettings, forest: ForestSettings) -> ApertureAdvice:
@@ -85,4 +89,7 @@ def check_aperture(settings: MissionSettings) -> tuple[PreflightCheck, ...]:
     """Return a line for the preflight matrix, or none without a forest. It never fails: the operator decides."""
     if settings.forest is None:
         return ()
-    return (PreflightCheck(0, CHECK_NAME, passed=True, text=advise(settings, settings.forest).text),)
+    advice = advise(settings, settings.forest)
+    if not advice.warnings:
+        return (PreflightCheck(0, CHECK_NAME, CheckStatus.PASS, advice.text),)
+    return (PreflightCheck(0, CHECK_NAME, CheckStatus.WARN, advice.seen, "; ".join(advice.warnings)),)

@@ -29,12 +29,14 @@ from aos_gcs.mission.model import (
     Phase,
     Picture,
     PictureKind,
+    PreflightCheck,
     StepRecord,
     Suspension,
     Task,
 )
 from aos_gcs.mission.monitor import Monitor
-from aos_gcs.mission.phases import ENDING, ON_GROUND, check_transition
+from aos_gcs.mission.overrides import Overrides
+from aos_gcs.mission.phases import ENDING, ON_GROUND, check_action, check_transition
 from aos_gcs.mission.roster import Roster
 from aos_gcs.mission.search import Search
 from aos_gcs.mission.settings import MissionSettings
@@ -68,7 +70,8 @@ class Coordinator:
         flight = FlightControl(roster, clock, journal, settings.flight, settings.deadlines)
         self._context = MissionContext(settings, clock, roster, journal, flight, recorder, loop_monitor)
         self._gallery = Gallery(journal)
-        self._launch = Launch(self._context)
+        self._overrides = Overrides(self._context)
+        self._launch = Launch(self._context, self._overrides)
         self._vision = Vision(self._context)
         self._search = Search(self._context, self._gallery, self._vision)
         self._homing = Homing(self._context)
@@ -140,6 +143,13 @@ class Coordinator:
     ) -> tuple[ActionResult, ...]:
         """Carry out an operator's action; see ``MissionControl.act``."""
         return await self._operator.act(action, vehicle_ids, focal_height_m, operator=operator)
+
+    async def override_check(
+        self, vehicle_id: int, check: str, reason: str | None, *, operator: str = ""
+    ) -> PreflightCheck:
+        """Let a failed check no longer stand against the launch; see ``MissionControl.override_check``."""
+        check_action(self.heading, Action.OVERRIDE)
+        return await self._overrides.decide(vehicle_id, check, reason, operator)
 
     def subscribe(self) -> AbstractContextManager[AsyncIterator[Event]]:
         """Follow the event stream from now on."""

@@ -11,6 +11,7 @@ from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.mission.aperture_check import check_aperture
 from aos_gcs.mission.context import MissionContext
 from aos_gcs.mission.model import Phase, Task
+from aos_gcs.mission.overrides import Overrides
 from aos_gcs.mission.plan import altitude_layers, propose_fence
 from aos_gcs.mission.preflight import MIN_HOME_DISTANCE_M, check_all
 from aos_gcs.mission.roster import Member
@@ -27,8 +28,9 @@ _LAYER_MARGIN_M = 5.0
 class Launch:
     """The phases CONNECT to TAKEOFF. Every handler can be entered again after an interruption."""
 
-    def __init__(self, context: MissionContext) -> None:
+    def __init__(self, context: MissionContext, overrides: Overrides) -> None:
         self._context = context
+        self._overrides = overrides
         self._advice = check_aperture(context.settings)
 
     async def connect(self) -> Phase:
@@ -47,15 +49,12 @@ class Launch:
         return Phase.PREFLIGHT
 
     async def preflight(self) -> Phase:
-        """Wait until every vehicle passes every check."""
+        """Wait until no check of any vehicle stands against the launch."""
         context = self._context
         deadline_s = context.clock.now_s() + context.settings.deadlines.preflight_s
-        while not self._checks_pass():
-            failed = [check for check in context.preflight if not check.passed]
-            first = failed[0]
-            context.message = (
-                f"Preflight: {len(failed)} checks open; vehicle {first.vehicle_id}, {first.name}: {first.text}."
-            )
+        while not await self._checks_pass():
+            failed = [check for check in context.preflight if check.blocks]
+            context.message = f"Preflight: {len(failed)} checks open; {failed[0].describe()}."
             if context.settings.auto_start and context.clock.now_s() > deadline_s:
                 raise MissionFailedError(f"Preflight did not pass in time. {context.message}")
             await context.clock.sleep(_POLL_S)
@@ -65,8 +64,10 @@ class Launch:
     async def ready(self) -> Phase:
         """Wait for the operator's start, which redirects to ARM; fall back to preflight when a check fails again."""
         context = self._context
-        context.message = "Ready: all checks passed, waiting for start."
-        while self._checks_pass():
+        overridden = sum(check.overridden is not None for check in context.preflight)
+        passed = f"{overridden} failed checks are overridden" if overridden else "all checks passed"
+        context.message = f"Ready: {passed}, waiting for start."
+        while await self._checks_pass():
             if context.settings.auto_start:
                 return Phase.ARM
             await context.clock.sleep(_POLL_S)
@@ -112,12 +113,13 @@ class Launch:
             )
         return Phase.LINE
 
-    def _checks_pass(self) -> bool:
+    async def _checks_pass(self) -> bool:
         context = self._context
         self._find_origin()
         separation_m = context.settings.safety.get("separation_m", MIN_HOME_DISTANCE_M)
-        context.preflight = self._advice + check_all(context.roster, context.settings.vehicles, separation_m)
-        return context.roster.frame is not None and all(check.passed for check in context.preflight)
+        found = check_all(context.roster, context.settings.vehicles, separation_m)
+        context.preflight = await self._overrides.apply(self._advice + found)
+        return context.roster.frame is not None and not any(check.blocks for check in context.preflight)
 
     def _find_origin(self) -> None:
         roster, origin = self._context.roster, self._context.settings.origin

@@ -81,6 +81,8 @@ class Action(StrEnum):
     ABORT = "abort"
     FOCUS = "focus"
     """Focus on a height that the operator gives, or leave it to autofocus again."""
+    OVERRIDE = "override"
+    """Launch in spite of a failed check of preflight, or take that back; see ``MissionControl.override_check``."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,6 +110,10 @@ class ActionRecord:
     """What an action of focusing asked for; None leaves the height to autofocus."""
     operator: str = ""
     """Who has asked for it, as given at sign-in; empty when it came from no person."""
+    check: str | None = None
+    """The check that an override concerns."""
+    reason: str | None = None
+    """Why a check was overridden; None where an override was taken back."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,15 +126,52 @@ class OutcomeRecord:
     """The figures of the whole mission, such as the number of steps."""
 
 
+class CheckStatus(StrEnum):
+    """What a check of preflight has found."""
+
+    PASS = "pass"  # noqa: S105 - no password
+    WARN = "warn"
+    """Worth knowing; does not stand against the launch."""
+    FAIL = "fail"
+    """Stands against the launch, unless it is overridden."""
+
+
+@dataclass(frozen=True, slots=True)
+class CheckOverride:
+    """The decision to launch in spite of a failed check."""
+
+    reason: str
+    by: str
+    """The operator's name as given at sign-in, or ``configuration``; empty when no name was given."""
+    utc_s: float
+
+
 @dataclass(frozen=True, slots=True)
 class PreflightCheck:
     """One cell of the matrix vehicle x check."""
 
     vehicle_id: int
+    """0: the mission as a whole."""
     name: str
-    passed: bool
+    status: CheckStatus
     text: str
-    """The value found, and the remedy where it failed."""
+    """What was found."""
+    remedy: str = ""
+    """What to do about it; empty where the check passes."""
+    overridable: bool = False
+    """Whether the operator may launch in spite of a failure."""
+    overridden: CheckOverride | None = None
+    """Cleared as soon as something else is found."""
+
+    @property
+    def blocks(self) -> bool:
+        """Whether it stands against the launch."""
+        return self.status is CheckStatus.FAIL and self.overridden is None
+
+    def describe(self) -> str:
+        """Return finding and remedy in one sentence without an end: ``vehicle 3, battery: 40 %; change it``."""
+        subject = f"vehicle {self.vehicle_id}, {self.name}" if self.vehicle_id else self.name
+        return f"{subject}: {self.text}; {self.remedy}" if self.remedy else f"{subject}: {self.text}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -385,6 +428,20 @@ class MissionControl(Protocol):
 
         Raises:
             MissionError: the present phase does not allow it, or an id is unknown; nothing was sent.
+        """
+        ...
+
+    async def override_check(
+        self, vehicle_id: int, check: str, reason: str | None, *, operator: str = ""
+    ) -> PreflightCheck:
+        """Let a failed check of preflight no longer stand against the launch, and return it as it is then.
+
+        The reason goes into the audit log with the operator's name; ``None`` takes an override back. An override ends
+        by itself when the check finds something else.
+
+        Raises:
+            MissionError: the present phase does not allow it, or there is no such check, or it has not failed, or it
+                must not be overridden.
         """
         ...
 

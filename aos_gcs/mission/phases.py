@@ -47,6 +47,7 @@ ACTIONS: Mapping[Action, frozenset[Phase]] = MappingProxyType(
         Action.LAND: _STARTED,
         Action.ABORT: frozenset(Phase) - {Phase.DONE},
         Action.FOCUS: frozenset(Phase) - ENDING - {Phase.DONE},
+        Action.OVERRIDE: frozenset({Phase.PREFLIGHT, Phase.READY}),
     }
 )
 
@@ -63,6 +64,9 @@ def check_action(phase: Phase, action: Action) -> None:
         return
     if phase is Phase.DONE:
         raise MissionError(f"Cannot {action}: the mission is over.")
+    if action is Action.OVERRIDE:
+        reason = "there are no checks yet" if phase is Phase.CONNECT else "the mission has started already"
+        raise MissionError(f"Cannot override a check: {reason} (phase {phase}).")
     if action is Action.START:
         reason = "preflight has not passed yet" if phase in ON_GROUND else "the mission has started already"
         raise MissionError(f"Cannot start: {reason} (phase {phase}).")

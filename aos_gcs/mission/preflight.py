@@ -1,9 +1,10 @@
-"""The checks that every vehicle passes before its motors start."""
+"""What every vehicle has to show before its motors start, from its telemetry: the matrix vehicle x check."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from aos_gcs.mission import checks
 from aos_gcs.mission.model import PreflightCheck
 from aos_gcs.mission.roster import Member, Roster
 
@@ -23,80 +24,88 @@ def check_all(roster: Roster, expected: int, min_home_distance_m: float) -> tupl
         min_home_distance_m: smallest distance between two launch points, for vertical take-offs side by side.
     """
     members = roster.members()
-    checks = [check for member in members for check in _check_vehicle(roster, member)]
-    checks += [_check_home_distance(roster, member, members, min_home_distance_m) for member in members]
+    found = [check for member in members for check in _check_vehicle(roster, member)]
+    found += [_check_launch_point(roster, member, members, min_home_distance_m) for member in members]
     if len(members) < expected:
-        text = f"{len(members)} of {expected} vehicles are heard; switch the others on or lower the number"
-        checks.append(PreflightCheck(0, "vehicles", passed=False, text=text))
-    return tuple(sorted(checks, key=lambda check: check.vehicle_id))
+        text, remedy = f"{len(members)} of {expected} are heard", "switch the others on or lower the number"
+        found.append(checks.failed(checks.MISSION, checks.VEHICLES, text, remedy))
+    return tuple(sorted(found, key=lambda check: check.vehicle_id))
 
 
 def _check_vehicle(roster: Roster, member: Member) -> list[PreflightCheck]:
-    state = member.state
-    link_age_s = roster.link_age_s(member)
-    fix, battery = state.gps_fix, state.battery_fraction
     return [
-        _check(
-            member,
-            "autopilot",
-            state.autopilot != "unknown",
-            state.autopilot,
-            "unknown autopilot: it is shown but not commanded; use ArduCopter or PX4",
-        ),
-        _check(
-            member,
-            "link",
-            link_age_s is not None and link_age_s <= MAX_LINK_AGE_S,
-            f"heard {link_age_s or 0.0:.1f} s ago",
-            "silent: check its radio and the link's address",
-        ),
-        _check(
-            member,
-            "position",
-            state.position is not None and fix is not None and fix >= MIN_GPS_FIX,
-            f"fix type {fix}, {state.satellites} satellites",
-            "no 3D position fix: wait, or move it away from obstacles",
-        ),
-        _check(member, "home", state.home is not None, "set", "no home position: wait for the position estimate"),
-        _check(
-            member,
-            "battery",
-            battery is not None and battery >= MIN_START_BATTERY_FRACTION,
-            f"{100 * (battery or 0.0):.0f} %",
-            f"below {100 * MIN_START_BATTERY_FRACTION:.0f} % or unknown: change the battery",
-        ),
-        _check(
-            member,
-            "ready to arm",
-            state.ready_to_arm is True,
-            "yes",
-            f"the autopilot is not ready{': ' + state.text if state.text else ''}",
-        ),
+        _check_autopilot(member),
+        _check_link(roster, member),
+        _check_position(member),
+        _check_home(member),
+        _check_battery(member),
+        _check_ready(member),
     ]
 
 
-def _check(member: Member, name: str, passed: bool, value: str, remedy: str) -> PreflightCheck:
-    return PreflightCheck(member.vehicle_id, name, passed, value if passed else remedy)
+def _check_autopilot(member: Member) -> PreflightCheck:
+    autopilot = member.state.autopilot
+    if autopilot == "unknown":
+        remedy = "it is shown but not commanded: use ArduCopter or PX4"
+        return checks.failed(member.vehicle_id, checks.AUTOPILOT, autopilot, remedy)
+    return checks.passed(member.vehicle_id, checks.AUTOPILOT, autopilot)
 
 
-def _check_home_distance(
+def _check_link(roster: Roster, member: Member) -> PreflightCheck:
+    age_s = roster.link_age_s(member)
+    text = "never heard" if age_s is None else f"heard {age_s:.1f} s ago"
+    if age_s is None or age_s > MAX_LINK_AGE_S:
+        return checks.failed(member.vehicle_id, checks.LINK, text, "check its radio and the link's address")
+    return checks.passed(member.vehicle_id, checks.LINK, text)
+
+
+def _check_position(member: Member) -> PreflightCheck:
+    state = member.state
+    text = f"fix type {state.gps_fix}, {state.satellites} satellites"
+    if state.position is None or state.gps_fix is None or state.gps_fix < MIN_GPS_FIX:
+        remedy = "no 3D position fix: wait, or move it away from obstacles"
+        return checks.failed(member.vehicle_id, checks.POSITION, text, remedy)
+    return checks.passed(member.vehicle_id, checks.POSITION, text)
+
+
+def _check_home(member: Member) -> PreflightCheck:
+    if member.state.home is None:
+        return checks.failed(member.vehicle_id, checks.HOME, "not set", "wait for the position estimate")
+    return checks.passed(member.vehicle_id, checks.HOME, "set")
+
+
+def _check_battery(member: Member) -> PreflightCheck:
+    fraction = member.state.battery_fraction
+    text = "unknown" if fraction is None else f"{100 * fraction:.0f} %"
+    if fraction is None or fraction < MIN_START_BATTERY_FRACTION:
+        remedy = f"change the battery: a search needs {100 * MIN_START_BATTERY_FRACTION:.0f} % or more"
+        return checks.failed(member.vehicle_id, checks.BATTERY, text, remedy)
+    return checks.passed(member.vehicle_id, checks.BATTERY, text)
+
+
+def _check_ready(member: Member) -> PreflightCheck:
+    state = member.state
+    if state.ready_to_arm is True:
+        return checks.passed(member.vehicle_id, checks.READY_TO_ARM, "yes")
+    remedy = state.text or "wait for its own checks, or look at its messages"
+    return checks.failed(member.vehicle_id, checks.READY_TO_ARM, "the autopilot is not ready", remedy)
+
+
+def _check_launch_point(
     roster: Roster, member: Member, members: list[Member], min_home_distance_m: float
 ) -> PreflightCheck:
-    position_enu_m = roster.position_enu_m(member)
-    nearest_m, nearest_id = np.inf, None
-    for other in members:
-        other_enu_m = roster.position_enu_m(other)
-        if other is member or position_enu_m is None or other_enu_m is None:
-            continue
-        distance_m = float(np.linalg.norm((position_enu_m - other_enu_m)[:2]))
-        if distance_m < nearest_m:
-            nearest_m, nearest_id = distance_m, other.vehicle_id
-    return _check(
-        member,
-        "launch point",
-        position_enu_m is not None and nearest_m >= min_home_distance_m,
-        "alone" if nearest_id is None else f"{nearest_m:.1f} m from vehicle {nearest_id}",
-        f"only {nearest_m:.1f} m from vehicle {nearest_id}: put them {min_home_distance_m:.1f} m apart"
-        if nearest_id is not None
-        else "unknown position",
-    )
+    vehicle_id, position_enu_m = member.vehicle_id, roster.position_enu_m(member)
+    if position_enu_m is None:
+        return checks.failed(vehicle_id, checks.LAUNCH_POINT, "unknown position", "wait for its position")
+    distances_m = {
+        other.vehicle_id: float(np.linalg.norm((position_enu_m - other_enu_m)[:2]))
+        for other in members
+        if other is not member and (other_enu_m := roster.position_enu_m(other)) is not None
+    }
+    if not distances_m:
+        return checks.passed(vehicle_id, checks.LAUNCH_POINT, "alone")
+    nearest_id = min(distances_m, key=lambda other_id: distances_m[other_id])
+    text = f"{distances_m[nearest_id]:.1f} m from vehicle {nearest_id}"
+    if distances_m[nearest_id] < min_home_distance_m:
+        return checks.failed(vehicle_id, checks.LAUNCH_POINT, text, f"put them {min_home_distance_m:.1f} m apart")
+    return checks.passed(vehicle_id, checks.LAUNCH_POINT, text)

@@ -85,6 +85,16 @@ class DetectionSettings(_Positive):
 
 
 @dataclass(frozen=True, slots=True)
+class PreflightSettings:
+    """What preflight does by itself before a launch."""
+
+    upload_fence: bool = False
+    """Write the mission's fence to the vehicles, with the parameters that make them keep it."""
+    overrides: Mapping[str, str] = field(default_factory=dict)
+    """Reason by check: failures of these checks do not stand against the launch, on any vehicle."""
+
+
+@dataclass(frozen=True, slots=True)
 class AutofocusSettings(_Positive):
     """How the height of the focal plane is looked for during the search."""
 
@@ -150,6 +160,7 @@ class MissionSettings:
     seed: int = 0
     flight: FlightSettings = field(default_factory=FlightSettings)
     deadlines: Deadlines = field(default_factory=Deadlines)
+    preflight: PreflightSettings = field(default_factory=PreflightSettings)
     detection: DetectionSettings = field(default_factory=DetectionSettings)
     uncertainty: Uncertainty = field(default_factory=Uncertainty)
     tracking: TrackingSettings = field(default_factory=TrackingSettings)

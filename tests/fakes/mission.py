@@ -13,10 +13,12 @@ import numpy as np
 
 from aos_gcs.errors import MissionError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.mission.checks import failed, passed
 from aos_gcs.mission.events import EventStream
 from aos_gcs.mission.model import (
     Action,
     ActionResult,
+    CheckOverride,
     EnuPoint,
     ErrorEllipse,
     Event,
@@ -94,6 +96,7 @@ class ScriptedMission:
     def __init__(self, clock: Clock, vehicles: int = 8) -> None:
         self.stream = EventStream(clock)
         self.actions: list[tuple[Action, tuple[int, ...] | None]] = []
+        self.overrides: dict[tuple[int, str], CheckOverride] = {}
         self.operators: list[str] = []
         """Who has asked for the action at the same index."""
         self.phase = Phase.READY
@@ -175,6 +178,20 @@ class ScriptedMission:
         self.notify(Severity.INFO, f"Operator: {action}.")
         self._publish_snapshot()
         return results
+
+    async def override_check(
+        self, vehicle_id: int, check: str, reason: str | None, *, operator: str = ""
+    ) -> PreflightCheck:
+        """Override a failed check, or take that back."""
+        check_action(self.phase, Action.OVERRIDE)
+        key = (vehicle_id, check)
+        found = next((one for one in self._preflight() if (one.vehicle_id, one.name) == key), None)
+        if found is None or not found.overridable:
+            raise MissionError(f"{check} of vehicle {vehicle_id} cannot be overridden.")
+        self.overrides.pop(key, None)
+        if reason is not None:
+            self.overrides[key] = CheckOverride(reason, operator, 0.0)
+        return replace(found, overridden=self.overrides.get(key))
 
     def subscribe(self) -> AbstractContextManager[AsyncIterator[Event]]:
         """Follow the events."""
@@ -376,15 +393,15 @@ class ScriptedMission:
         )
 
     def _preflight(self) -> tuple[PreflightCheck, ...]:
-        names = ("link", "gps", "battery", "home", "camera")
+        names = ("link", "position", "battery", "home", "camera")
         checks = [
-            PreflightCheck(body.vehicle_id, name, body.vehicle_id != SILENT_ID, "within limits")
+            failed(body.vehicle_id, name, "never heard", "check its power and radio")
+            if body.vehicle_id == SILENT_ID
+            else passed(body.vehicle_id, name, "within limits")
             for body in self._bodies
             for name in names
         ]
-        return tuple(
-            check if check.passed else replace(check, text="never heard: check its power and radio") for check in checks
-        )
+        return tuple(replace(check, overridden=self.overrides.get((check.vehicle_id, check.name))) for check in checks)
 
     def _publish_pictures(self, number: int, visibility_m2: float) -> None:
         east_m = min(TARGET_ENU_M[0], -42.0 + 6.0 * number)

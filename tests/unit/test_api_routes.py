@@ -12,7 +12,7 @@ import pytest
 from aos_gcs.api import convert
 from aos_gcs.api.app import create_app
 from aos_gcs.api.errors import status_and_id
-from aos_gcs.api.models import ErrorModel, MissionModel, StepModel
+from aos_gcs.api.models import ErrorModel, MissionModel, PreflightCheckModel, StepModel
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import AosError, CommandTimeoutError, LinkError, MissionError
 from aos_gcs.mission.model import Action, ErrorEllipse, PictureKind, TargetEstimate
@@ -49,7 +49,7 @@ async def test_mission_shows_metres_and_degrees(client: httpx.AsyncClient) -> No
     assert first.battery_percent == pytest.approx(97.0)
     assert first.home is not None
     assert first.home.east_m == pytest.approx(-21.0, abs=0.01)
-    assert shown.allowed_actions == [Action.START, Action.ABORT, Action.FOCUS]
+    assert shown.allowed_actions == [Action.START, Action.ABORT, Action.FOCUS, Action.OVERRIDE]
 
 
 async def test_values_never_reported_are_null(client: httpx.AsyncClient) -> None:
@@ -209,3 +209,35 @@ async def test_a_focal_height_that_is_no_number_is_refused(client: httpx.AsyncCl
     body = '{"action": "focus", "focal_height_m": NaN}'
     response = await client.post("/api/mission/actions", content=body, headers={"Content-Type": "application/json"})
     assert response.status_code == 422
+
+
+async def test_a_failed_check_can_be_overridden_and_taken_back(client: httpx.AsyncClient) -> None:
+    body = {"vehicle_id": SILENT_ID, "check": "camera", "reason": "it only carries the radio"}
+    response = await client.post("/api/preflight/override", json=body)
+    assert response.status_code == 200
+    check = PreflightCheckModel.model_validate_json(response.content)
+    assert check.overridden is not None
+    assert (check.status, check.blocks, check.overridden.reason) == ("fail", False, "it only carries the radio")
+    shown = MissionModel.model_validate_json((await client.get("/api/mission")).content)
+    assert check in shown.preflight
+    response = await client.post("/api/preflight/override", json=body | {"reason": None})
+    assert PreflightCheckModel.model_validate_json(response.content).blocks
+
+
+@pytest.mark.parametrize(
+    ("change", "status"),
+    [
+        ({"check": "link"}, 409),
+        ({"vehicle_id": 99}, 409),
+        ({"vehicle_id": -1}, 422),
+        ({"reason": ""}, 422),
+        ({"reason": "x" * 501}, 422),
+        ({"status": "pass"}, 422),
+    ],
+)
+async def test_overrides_that_are_none_are_refused(
+    client: httpx.AsyncClient, change: dict[str, object], status: int
+) -> None:
+    body = {"vehicle_id": SILENT_ID, "check": "camera", "reason": "why not"} | change
+    response = await client.post("/api/preflight/override", json=body)
+    assert (response.status_code, bool(error_of(response).message)) == (status, True)

@@ -12,6 +12,7 @@ from aos_gcs.config import ServiceConfig, mission_settings, parse_config, read_c
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.imaging.model import AnomalySource, Detector, LeaderCriterion
+from aos_gcs.mission.settings import PreflightSettings
 
 ORIGIN = GeodeticPosition(48.3, 14.3, 260.0)
 SQUARE = [[-10.0, 0.0], [10.0, 0.0], [10.0, 40.0], [-10.0, 40.0]]
@@ -178,3 +179,22 @@ def test_learning_and_advice_are_configured() -> None:
     assert [settings.autofocus.is_due(step) for step in (1, 2, 3, 4)] == [False, True, False, True]
     assert settings.registration.min_confidence == 0.8
     assert settings.forest is not None
+
+
+def test_standing_overrides_name_a_check_and_a_reason() -> None:
+    table = {"overrides": ["link-loss failsafe: pilots: stand by"], "upload_fence": True}
+    preflight = mission_settings(configuration(preflight=table)).preflight
+    assert preflight == PreflightSettings(True, {"link-loss failsafe": "pilots: stand by"})
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("link: why not", "'link' is no check that may be overridden; those are: battery, camera, geofence"),
+        ("camera", "'camera' needs a reason"),
+        ("camera: ", "'camera' needs a reason"),
+    ],
+)
+def test_standing_overrides_that_are_none_are_refused(text: str, problem: str) -> None:
+    with pytest.raises(ConfigurationError, match=problem):
+        mission_settings(configuration(preflight={"overrides": [text]}))

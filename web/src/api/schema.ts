@@ -80,6 +80,26 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/preflight/override": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Override
+     * @description Let a failed check no longer stand against the launch, or take that back, and return it as it is then.
+     */
+    post: operations["override_api_preflight_override_post"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
   "/api/session": {
     parameters: {
       query?: never;
@@ -153,6 +173,12 @@ export interface components {
       /** Vehicle Id */
       vehicle_id: number;
     };
+    /**
+     * CheckStatus
+     * @description What a check of preflight has found.
+     * @enum {string}
+     */
+    CheckStatus: "pass" | "warn" | "fail";
     /**
      * EllipseModel
      * @description One standard deviation of a horizontal position; holds the truth with a probability of 39 %.
@@ -365,6 +391,39 @@ export interface components {
      */
     Outcome: "open" | "found" | "not_found" | "aborted" | "failed";
     /**
+     * OverrideModel
+     * @description The decision to launch in spite of a failed check.
+     */
+    OverrideModel: {
+      /**
+       * By
+       * @description The operator's name, or 'configuration'; empty when no name was given.
+       */
+      by: string;
+      /** Reason */
+      reason: string;
+      /** Utc S */
+      utc_s: number;
+    };
+    /**
+     * OverrideRequest
+     * @description The wish to launch in spite of a failed check, or to take that back.
+     */
+    OverrideRequest: {
+      /**
+       * Check
+       * @description The check's name.
+       */
+      check: string;
+      /**
+       * Reason
+       * @description For the record; null takes an override back.
+       */
+      reason: string | null;
+      /** Vehicle Id */
+      vehicle_id: number;
+    };
+    /**
      * Phase
      * @description Where a mission is. ARCHITECTURE.md draws the transitions.
      * @enum {string}
@@ -442,13 +501,34 @@ export interface components {
      * @description One cell of the matrix vehicle x check.
      */
     PreflightCheckModel: {
+      /**
+       * Blocks
+       * @description Whether it stands against the launch: failed, and not overridden.
+       */
+      blocks: boolean;
       /** Name */
       name: string;
-      /** Passed */
-      passed: boolean;
-      /** Text */
+      /**
+       * Overridable
+       * @description Whether an operator may launch in spite of it.
+       */
+      overridable: boolean;
+      overridden: components["schemas"]["OverrideModel"] | null;
+      /**
+       * Remedy
+       * @description What to do about it; empty where the check passes.
+       */
+      remedy: string;
+      status: components["schemas"]["CheckStatus"];
+      /**
+       * Text
+       * @description What was found.
+       */
       text: string;
-      /** Vehicle Id */
+      /**
+       * Vehicle Id
+       * @description 0: the mission as a whole.
+       */
       vehicle_id: number;
     };
     /**
@@ -862,6 +942,57 @@ export interface operations {
         };
         content: {
           "application/json": components["schemas"]["StepModel"][];
+        };
+      };
+    };
+  };
+  override_api_preflight_override_post: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["OverrideRequest"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["PreflightCheckModel"];
+        };
+      };
+      /** @description Forbidden */
+      403: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Conflict */
+      409: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Unprocessable Entity */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
         };
       };
     };

@@ -1,0 +1,46 @@
+"""The names of preflight's checks, and how one cell of the matrix is filled in."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from aos_gcs.mission.model import CheckStatus, PreflightCheck
+
+MISSION: Final = 0
+"""Stands for a vehicle in checks of the mission as a whole."""
+
+VEHICLES: Final = "vehicles"
+AUTOPILOT: Final = "autopilot"
+SYSTEM_ID: Final = "system id"
+LINK: Final = "link"
+CLOCK: Final = "clock"
+POSITION: Final = "position"
+HOME: Final = "home"
+LAUNCH_POINT: Final = "launch point"
+ALTITUDE_LAYER: Final = "altitude layer"
+BATTERY: Final = "battery"
+READY_TO_ARM: Final = "ready to arm"
+FIRMWARE: Final = "firmware"
+GEOFENCE: Final = "geofence"
+LINK_LOSS: Final = "link-loss failsafe"
+LOW_BATTERY: Final = "battery failsafe"
+RETURN_HEIGHT: Final = "return height"
+CAMERA: Final = "camera"
+
+OVERRIDABLE: Final = frozenset({BATTERY, GEOFENCE, LINK_LOSS, CAMERA})
+"""What an operator may answer for. Without the others a vehicle cannot be flown, or endangers its neighbours."""
+
+
+def passed(vehicle_id: int, name: str, text: str) -> PreflightCheck:
+    """Return a check that has found what it should."""
+    return PreflightCheck(vehicle_id, name, CheckStatus.PASS, text)
+
+
+def warned(vehicle_id: int, name: str, text: str, remedy: str) -> PreflightCheck:
+    """Return a check that has found something worth knowing."""
+    return PreflightCheck(vehicle_id, name, CheckStatus.WARN, text, remedy)
+
+
+def failed(vehicle_id: int, name: str, text: str, remedy: str) -> PreflightCheck:
+    """Return a check that stands against the launch."""
+    return PreflightCheck(vehicle_id, name, CheckStatus.FAIL, text, remedy, overridable=name in OVERRIDABLE)
