@@ -44,6 +44,9 @@ class LinkAddress:
     host: str
     port: int
 
+    def __str__(self) -> str:
+        return f"{self.kind}://{self.host}:{self.port}"
+
     @classmethod
     def parse(cls, url: str) -> LinkAddress:
         """Read ``udpout://127.0.0.1:14550`` and the like.
@@ -58,7 +61,7 @@ class LinkAddress:
             kind, host, port = LinkKind.UDP_OUT, None, None
         if not host or not port or parts.path not in ("", "/"):
             kinds = ", ".join(LinkKind)
-            raise ConfigurationError(f"--link {url} is not of the form KIND://HOST:PORT with KIND one of {kinds}.")
+            raise ConfigurationError(f"The link {url} is not of the form KIND://HOST:PORT with KIND one of {kinds}.")
         return cls(kind, host, port)
 
     def for_vehicle(self, index: int) -> LinkAddress:
@@ -204,7 +207,7 @@ async def open_endpoint(address: LinkAddress, on_message: OnMessage) -> Endpoint
             tcp.server = await loop.create_server(tcp.make_protocol, *where)
     except OSError as error:
         raise LinkError(
-            f"Cannot open {address.kind}://{address.host}:{address.port}: {error.strerror or error}. "
+            f"Cannot open {address}: {error.strerror or error}. "
             "Close the program that uses the port or choose another --link."
         ) from error
     return tcp

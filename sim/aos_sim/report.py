@@ -1,4 +1,4 @@
-"""The true story of a simulation, in files for those who check what a service has found and how it has flown."""
+"""How a simulated flight went, in a file for those who check how a service has flown."""
 
 from __future__ import annotations
 
@@ -11,27 +11,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.distance import pdist
-
-from aos_gcs.geometry.geodesy import GeodeticPosition
-
-
-@dataclass(frozen=True, slots=True)
-class Target:
-    """A person to be found."""
-
-    name: str
-    position_enu_m: tuple[float, float, float]
-    height_m: float
-
-
-@dataclass(frozen=True, slots=True)
-class World:
-    """Where the simulation takes place."""
-
-    area_enu_m: tuple[tuple[float, float], ...]
-    """Corners of the search area."""
-    targets: tuple[Target, ...] = ()
-    trees_per_ha: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,44 +35,51 @@ class SeparationMonitor:
         self.smallest_m: float | None = None
         self.pair: tuple[int, int] | None = None
 
-    def update(self, system_ids: Sequence[int], position_enu_m: NDArray[np.float64]) -> None:
-        """Take in the positions, shape (N, 3), of one instant."""
+    def update(self, system_ids: Sequence[int], position_m: NDArray[np.float64]) -> None:
+        """Take in the positions, shape (N, 3), of one instant, in any Cartesian frame."""
         if len(system_ids) < 2:
             return
-        distances_m = pdist(position_enu_m)
+        distances_m = pdist(position_m)
         nearest = int(np.argmin(distances_m))
         if self.smallest_m is None or distances_m[nearest] < self.smallest_m:
             self.smallest_m = float(distances_m[nearest])
             self.pair = next(islice(combinations(system_ids, 2), nearest, None))
 
 
-def write_report(path: Path, report: SwarmReport) -> None:
+@dataclass(frozen=True, slots=True)
+class AttachedCameraReport:
+    """What the camera beside one vehicle has done so far."""
+
+    system_id: int
+    images: int
+    refused: int
+    """Exposures without an image, because the vehicle's pose or the world's place was not known."""
+    tells_true_pose: bool
+    """Whether the vehicle tells where it is, not only where it believes to be."""
+    max_position_error_m: float | None
+    """Largest distance between the two at an exposure."""
+
+
+@dataclass(frozen=True, slots=True)
+class AttachedCamerasReport:
+    """What all cameras beside vehicles have seen so far."""
+
+    min_separation_m: float | None
+    """Smallest true distance of any two vehicles so far, from poses that are told some ten times per second."""
+    min_separation_pair: tuple[int, int] | None
+    """Their system ids."""
+    images: int
+    """Images delivered by all cameras."""
+    cameras: tuple[AttachedCameraReport, ...]
+
+
+def write_report(path: Path, report: SwarmReport | AttachedCamerasReport) -> None:
     """Write the report file anew, atomically."""
-    _write_json(path, asdict(report))
+    write_json(path, asdict(report))
 
 
-def write_world_file(
-    path: Path,
-    world: World,
-    origin: GeodeticPosition,
-    seed: int,
-    homes_enu_m: dict[int, tuple[float, float, float]],
-) -> None:
-    """Write the world file, atomically. ``homes_enu_m`` is by system id."""
-    _write_json(
-        path,
-        {
-            "origin": asdict(origin),
-            "seed": seed,
-            "trees_per_ha": world.trees_per_ha,
-            "area_enu_m": world.area_enu_m,
-            "targets": [asdict(target) for target in world.targets],
-            "vehicles": [{"system_id": system_id, "home_enu_m": home} for system_id, home in homes_enu_m.items()],
-        },
-    )
-
-
-def _write_json(path: Path, content: object) -> None:
+def write_json(path: Path, content: object) -> None:
+    """Write a file anew, atomically."""
     partial = path.with_name(path.name + ".part")
     partial.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
     partial.replace(path)

@@ -28,9 +28,9 @@ from aos_gcs.mission.model import (
 )
 from aos_gcs.ports import Capture, VehicleState
 from aos_gcs.store.recorder import MissionRecorder
-from aos_sim.report import Target, World, write_world_file
 from aos_sim.truth import unoccluded_areas_m2
 from aos_sim.world.scene import SceneParameters, build_scene
+from aos_sim.world_file import Target, World, write_world_file
 
 ORIGIN = GeodeticPosition(48.3, 14.3, 260.0)
 SEED, TREES_PER_HA = 3, 20.0
@@ -102,7 +102,7 @@ class Recorded:
     def score(self, of: MissionSnapshot, report: bool = True) -> Score:
         world, truth = self.folder.parent / "world.json", self.folder.parent / "report.json"
         targets = (Target("person", tuple(map(float, self.person_enu_m)), 1.8),)
-        write_world_file(world, World((), targets, TREES_PER_HA), ORIGIN, SEED, {})
+        write_world_file(world, World((), targets, SEED, TREES_PER_HA), ORIGIN, {})
         if report:
             truth.write_text(json.dumps({"min_separation_m": 2.5}), encoding="utf-8")
         return score_mission(of, self.folder, world, truth)

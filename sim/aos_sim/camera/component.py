@@ -86,7 +86,8 @@ class CameraComponent:
         self._exposures: list[Exposure] = []
         self._pending = 0
         self._next_index = 0
-        self._failed = 0
+        self.failed_count = 0
+        """Exposures without an image."""
         self._interval: _Interval | None = None
         self._captured: OrderedDict[int, mavlink.MAVLink_message] = OrderedDict()
         self._last_sequence: dict[tuple[int, int], tuple[int, float]] = {}
@@ -111,7 +112,7 @@ class CameraComponent:
     @property
     def image_count(self) -> int:
         """Images that were delivered."""
-        return self._next_index - self._pending - self._failed
+        return self._next_index - self._pending - self.failed_count
 
     def answers(self, message: mavlink.MAVLink_message) -> bool:
         """Whether a message is for the camera: sent to it, or sent to all components and a matter of cameras."""
@@ -180,7 +181,7 @@ class CameraComponent:
 
     def image_failed(self, exposure: Exposure) -> None:
         """Announce that there is no image of an exposure."""
-        self._failed += 1
+        self.failed_count += 1
         self._announce(
             mavlink.MAVLink_camera_image_captured_message(
                 time_boot_ms=exposure.at.boot_ms,

@@ -1,0 +1,1 @@
+"""Cameras for vehicles that have none: beside an autopilot in software, seeing the simulated world from its pose."""

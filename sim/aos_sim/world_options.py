@@ -1,0 +1,120 @@
+"""What the commands of the simulator have in common: options of the world and the cameras, and how they end."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import os
+import signal
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from numpy.typing import NDArray
+
+from aos_gcs.errors import ConfigurationError
+from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_sim.camera.image import ImageSource
+from aos_sim.camera.synthetic import CheckerboardGround
+from aos_sim.vehicle.kinematics import EnuPoint
+from aos_sim.world.scene import Scene
+from aos_sim.world_file import Target, World
+
+_PERIOD_S = 1.0
+
+Seed = Annotated[int, typer.Option(help="Seed of the world, the wind and the noise.")]
+TreesPerHa = Annotated[float, typer.Option(help="Density of the forest.")]
+Animals = Annotated[int, typer.Option(help="Deer and boars in the forest, which distract the search.")]
+Stones = Annotated[int, typer.Option(help="Sun-warmed stones in the forest.")]
+Cloths = Annotated[int, typer.Option(help="Bright cloths in the forest, as warm as the air.")]
+ImageSize = Annotated[int, typer.Option(help="Width and height of the images in pixels.")]
+FieldOfView = Annotated[float, typer.Option(help="Field of view of the cameras in degrees.")]
+NoRender = Annotated[
+    bool, typer.Option("--no-render", help="Show the cameras a chequered ground instead of the forest.")
+]
+HttpPort = Annotated[int, typer.Option(help="Port of the image server; 0 takes any free one.")]
+ReportFile = Annotated[
+    Path | None, typer.Option(help="Write the truth about the flight here, as JSON, once a second and at the end.")
+]
+ExitWithParent = Annotated[
+    bool, typer.Option("--exit-with-parent", help="End when the process that started this one has ended.")
+]
+
+
+def parse_origin(text: str) -> GeodeticPosition:
+    """Read ``LAT,LON,ALT``.
+
+    Raises:
+        ConfigurationError: the text is no such place.
+    """
+    try:
+        latitude_deg, longitude_deg, altitude_amsl_m = (float(part) for part in text.split(","))
+    except ValueError as error:
+        raise ConfigurationError(f"--origin must be LAT,LON,ALT (three numbers), got {text!r}.") from error
+    if not (abs(latitude_deg) < 90.0 and abs(longitude_deg) <= 180.0 and math.isfinite(altitude_amsl_m)):
+        raise ConfigurationError(f"--origin must be a latitude, a longitude and an altitude, got {text!r}.")
+    return GeodeticPosition(latitude_deg, longitude_deg, altitude_amsl_m)
+
+
+def image_source(scene: Scene, no_render: bool) -> ImageSource:
+    """Return what the cameras see.
+
+    Raises:
+        ConfigurationError: the renderer is not installed.
+    """
+    if no_render:
+        return CheckerboardGround()
+    try:
+        from aos_sim.render import Renderer  # noqa: PLC0415 - its ray tracer is an optional dependency
+    except ImportError as error:
+        raise ConfigurationError(
+            f"The renderer needs the module {error.name}; install aos-gcs[sim] or give --no-render."
+        ) from error
+    return Renderer(scene)
+
+
+def world_of(scene: Scene) -> World:
+    """Return what the world file tells of a scene."""
+    parameters = scene.parameters
+    return World(
+        area_enu_m=tuple((float(east), float(north)) for east, north in scene.area_enu_m),
+        targets=tuple(Target(person.name, _point(person.position_enu_m), person.height_m) for person in scene.persons),
+        seed=parameters.seed,
+        trees_per_ha=parameters.trees_per_ha,
+        animals=parameters.animals,
+        stones=parameters.stones,
+        cloths=parameters.cloths,
+    )
+
+
+def _point(position_enu_m: NDArray[np.float64]) -> EnuPoint:
+    east_m, north_m, up_m = position_enu_m
+    return float(east_m), float(north_m), float(up_m)
+
+
+def stop_on_signals() -> asyncio.Event:
+    """Return an event that is set by the first signal to end."""
+    stop = asyncio.Event()
+    for signal_number in (signal.SIGINT, signal.SIGTERM):
+        asyncio.get_running_loop().add_signal_handler(signal_number, stop.set)
+    return stop
+
+
+async def work_until(stop: asyncio.Event, with_parent: bool, work: Callable[[], None]) -> None:
+    """Do some work once a second, and a last time at the end: when ``stop`` is set.
+
+    Args:
+        stop: ends the work.
+        with_parent: whether the end of the process that has started this one ends it, too.
+        work: returns at once.
+    """
+    parent = os.getppid()
+    while not stop.is_set() and not (with_parent and os.getppid() != parent):
+        work()
+        with suppress(TimeoutError):
+            async with asyncio.timeout(_PERIOD_S):
+                await stop.wait()
+    work()
