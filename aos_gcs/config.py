@@ -49,6 +49,8 @@ SettingsT = TypeVar("SettingsT")
 
 _UNLIMITED_M = 1e5
 """Stands for a floor or ceiling that the file leaves to preflight."""
+_ANY_AREA_ENU_M = ((-_UNLIMITED_M, -_UNLIMITED_M), (_UNLIMITED_M, -_UNLIMITED_M), (0.0, _UNLIMITED_M))
+"""Stands for an area that is yet to be drawn."""
 
 
 class LinkConfig(BaseModel):
@@ -72,7 +74,8 @@ class MissionConfig(BaseModel):
 
     vehicles: Annotated[int, Field(ge=2, le=250)]
     area_deg: Annotated[list[_LatLon], Field(min_length=3)] | None = None
-    """Corners of the search area, latitude and longitude; needs ``origin_deg``."""
+    """Corners of the search area, latitude and longitude; needs ``origin_deg``. Without any area the mission waits for
+    a plan that is drawn in the dashboard."""
     area_enu_m: Annotated[list[_EastNorth], Field(min_length=3)] | None = None
     """Instead of ``area_deg``: metres east and north of the origin."""
     origin_deg: tuple[float, float, float] | None = None
@@ -189,6 +192,11 @@ def mission_settings(config: ServiceConfig) -> MissionSettings:
     heading_rad = math.radians(mission.scan_heading_deg)
     make_strategy(config.swarm.strategy, config.swarm.parameters)  # Refused here, before anything is opened.
     area_enu_m = _area_enu_m(mission, origin)
+    if not area_enu_m and (mission.auto_start or not config.api.enabled):
+        raise ConfigurationError(
+            "mission: give the search area either as area_deg or as area_enu_m; only a mission that waits for an "
+            "operator at the dashboard can do without."
+        )
     flight = _build(FlightSettings, "flight", config.flight)
     layers_m = altitude_layers(mission.vehicles, flight.lowest_layer_m, flight.layer_spacing_m)
     settings = MissionSettings(
@@ -237,8 +245,10 @@ def _check_forest(settings: MissionSettings, forest: ForestSettings) -> None:
 
 
 def _area_enu_m(mission: MissionConfig, origin: GeodeticPosition | None) -> tuple[tuple[float, float], ...]:
-    if (mission.area_deg is None) == (mission.area_enu_m is None):
+    if mission.area_deg is not None and mission.area_enu_m is not None:
         raise ConfigurationError("mission: give the search area either as area_deg or as area_enu_m.")
+    if mission.area_deg is None and mission.area_enu_m is None:
+        return ()
     if mission.area_enu_m is not None:
         area_enu_m, field = tuple(mission.area_enu_m), "mission.area_enu_m"
     else:
@@ -263,7 +273,7 @@ def _safety(
         zones_deg = _validate(list[list[_LatLon]], "safety.no_go_deg", given.pop("no_go_deg"))
         given["no_go_enu_m"] = tuple(_to_enu(zone_deg, origin, "safety.no_go_deg") for zone_deg in zones_deg)
     _refuse_unknown(SafetyLimits, "safety", given, extra=("fence_deg", "no_go_deg"))
-    proposal = {"fence_enu_m": area_enu_m, "floor_m": -_UNLIMITED_M, "ceiling_m": _UNLIMITED_M}
+    proposal = {"fence_enu_m": area_enu_m or _ANY_AREA_ENU_M, "floor_m": -_UNLIMITED_M, "ceiling_m": _UNLIMITED_M}
     limits = _build(SafetyLimits, "safety", proposal | given)
     if limits.floor_m > min(layers_m) or limits.ceiling_m < max(layers_m):
         raise ConfigurationError(

@@ -9,6 +9,7 @@ from aos_gcs.mission.model import CheckStatus, PreflightCheck
 MISSION: Final = 0
 """Stands for a vehicle in checks of the mission as a whole."""
 
+PLAN: Final = "plan"
 VEHICLES: Final = "vehicles"
 AUTOPILOT: Final = "autopilot"
 SYSTEM_ID: Final = "system id"

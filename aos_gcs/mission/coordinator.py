@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from aos_gcs.errors import AosError
+from aos_gcs.errors import AosError, MissionError
 from aos_gcs.mission.actions import Operator
 from aos_gcs.mission.context import MissionContext
 from aos_gcs.mission.flight import FlightControl
@@ -18,6 +18,7 @@ from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.homing import Homing
 from aos_gcs.mission.journal import Journal, Recorder
 from aos_gcs.mission.launch import Launch
+from aos_gcs.mission.mission_plan import MissionPlan, apply_plan
 from aos_gcs.mission.model import (
     Action,
     ActionResult,
@@ -29,6 +30,7 @@ from aos_gcs.mission.model import (
     Phase,
     Picture,
     PictureKind,
+    PlanRecord,
     PreflightCheck,
     StepRecord,
     Suspension,
@@ -36,7 +38,8 @@ from aos_gcs.mission.model import (
 )
 from aos_gcs.mission.monitor import Monitor
 from aos_gcs.mission.overrides import Overrides
-from aos_gcs.mission.phases import ENDING, ON_GROUND, check_action, check_transition
+from aos_gcs.mission.phases import BEFORE_START, ENDING, ON_GROUND, check_action, check_transition
+from aos_gcs.mission.plan_check import check_plan
 from aos_gcs.mission.roster import Roster
 from aos_gcs.mission.search import Search
 from aos_gcs.mission.settings import MissionSettings
@@ -70,13 +73,23 @@ class Coordinator:
         flight = FlightControl(roster, clock, journal, settings.flight, settings.deadlines)
         self._context = MissionContext(settings, clock, roster, journal, flight, recorder, loop_monitor)
         self._gallery = Gallery(journal)
-        self._overrides = Overrides(self._context)
-        self._launch = Launch(self._context, self._overrides)
         self._vision = Vision(self._context)
-        self._search = Search(self._context, self._gallery, self._vision)
         self._homing = Homing(self._context)
         self._monitor = Monitor(self._context, self._homing, self.snapshot, self._end_without_vehicles)
         self._operator = Operator(self._context, self._homing, self._vision, self)
+        self._follow_plan()
+        self.phase = Phase.CONNECT
+        self.suspension = Suspension.NONE
+        self._resumed = asyncio.Event()
+        self._resumed.set()
+        self._redirect: Phase | None = None
+        self._activity: asyncio.Future[Phase] | None = None
+
+    def _follow_plan(self) -> None:
+        """Make the procedures that depend on the plan, for the settings as they are now."""
+        self._overrides = Overrides(self._context)
+        self._launch = Launch(self._context, self._overrides)
+        self._search = Search(self._context, self._gallery, self._vision)
         self._handlers: Mapping[Phase, Callable[[], Coroutine[Any, Any, Phase]]] = {
             Phase.CONNECT: self._launch.connect,
             Phase.PREFLIGHT: self._launch.preflight,
@@ -90,12 +103,6 @@ class Coordinator:
             Phase.RETURN: self._homing.return_home,
             Phase.LAND: self._homing.land,
         }
-        self.phase = Phase.CONNECT
-        self.suspension = Suspension.NONE
-        self._resumed = asyncio.Event()
-        self._resumed.set()
-        self._redirect: Phase | None = None
-        self._activity: asyncio.Future[Phase] | None = None
 
     # --- MissionControl -----------------------------------------------------------------------------------------------
 
@@ -154,6 +161,31 @@ class Coordinator:
     def subscribe(self) -> AbstractContextManager[AsyncIterator[Event]]:
         """Follow the event stream from now on."""
         return self._context.journal.subscribe()
+
+    # --- PlanControl --------------------------------------------------------------------------------------------------
+
+    @property
+    def settings(self) -> MissionSettings:
+        """What the mission flies by at present."""
+        return self._context.settings
+
+    async def apply_plan(self, plan: MissionPlan, *, operator: str = "") -> None:
+        """Fly by another plan; see ``PlanControl.apply_plan``."""
+        context = self._context
+        if self.heading not in BEFORE_START:
+            raise MissionError(f"The plan can no longer be changed: the mission has started (phase {self.heading}).")
+        blocking = [problem for problem in check_plan(plan, context.settings) if problem.blocking]
+        if blocking:
+            raise MissionError(f"This plan cannot be flown: {blocking[0].text}")
+        settings = context.settings = apply_plan(context.settings, plan)
+        context.flight = FlightControl(
+            context.roster, context.clock, context.journal, settings.flight, settings.deadlines
+        )
+        context.preflight = ()
+        self._follow_plan()
+        self.redirect(Phase.CONNECT)
+        context.journal.notice(Severity.INFO, f"operator {operator}: new plan" if operator else "operator: new plan")
+        context.journal.publish(EventKind.PLAN, PlanRecord(plan, operator))
 
     # --- what the operator's actions do to the flow -------------------------------------------------------------------
 

@@ -13,7 +13,7 @@ from aos_gcs.mission.context import MissionContext
 from aos_gcs.mission.model import Phase, Task
 from aos_gcs.mission.overrides import Overrides
 from aos_gcs.mission.plan import altitude_layers, propose_fence
-from aos_gcs.mission.preflight import MIN_HOME_DISTANCE_M, check_all
+from aos_gcs.mission.preflight import MIN_HOME_DISTANCE_M, check_all, check_area
 from aos_gcs.mission.roster import Member
 from aos_gcs.mission.safety import SafetyLimits
 from aos_gcs.ports import Arm, Disarm, Severity, Takeoff
@@ -39,8 +39,9 @@ class Launch:
         expected, deadlines = context.settings.vehicles, context.settings.deadlines
         deadline_s = context.clock.now_s() + deadlines.connect_s
         while len(heard := context.roster.members()) < expected:
+            self._find_origin()
             context.message = f"Waiting for vehicles: {len(heard)} of {expected} heard."
-            if context.clock.now_s() > deadline_s:
+            if context.settings.area_enu_m and context.clock.now_s() > deadline_s:
                 raise MissionFailedError(
                     f"Only {len(heard)} of {expected} vehicles were heard within {deadlines.connect_s:.0f} s; "
                     "check that they are switched on and send to this computer's address and port."
@@ -118,7 +119,7 @@ class Launch:
         self._find_origin()
         separation_m = context.settings.safety.get("separation_m", MIN_HOME_DISTANCE_M)
         found = check_all(context.roster, context.settings.vehicles, separation_m)
-        context.preflight = await self._overrides.apply(self._advice + found)
+        context.preflight = await self._overrides.apply(check_area(context.settings) + self._advice + found)
         return context.roster.frame is not None and not any(check.blocks for check in context.preflight)
 
     def _find_origin(self) -> None:

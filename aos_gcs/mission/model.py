@@ -13,6 +13,8 @@ from enum import StrEnum
 from typing import Protocol
 
 from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.mission.mission_plan import MissionPlan
+from aos_gcs.mission.settings import MissionSettings
 from aos_gcs.ports import Severity, VehicleState
 
 EnuPoint = tuple[float, float, float]
@@ -349,6 +351,15 @@ class Picture:
     north_m: float
 
 
+@dataclass(frozen=True, slots=True)
+class PlanRecord:
+    """A plan that the mission flies from now on."""
+
+    plan: MissionPlan
+    operator: str
+    """Who has applied it."""
+
+
 class EventKind(StrEnum):
     """What an event carries in ``data``."""
 
@@ -360,6 +371,8 @@ class EventKind(StrEnum):
     """NoticeRecord."""
     PICTURES = "pictures"
     """PicturesRecord: new rasters can be fetched."""
+    PLAN = "plan"
+    """PlanRecord."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -384,7 +397,7 @@ class PicturesRecord:
     north_m: float
 
 
-EventData = MissionSnapshot | StepRecord | NoticeRecord | PicturesRecord
+EventData = MissionSnapshot | StepRecord | NoticeRecord | PicturesRecord | PlanRecord
 
 
 @dataclass(frozen=True, slots=True)
@@ -447,4 +460,21 @@ class MissionControl(Protocol):
 
     def subscribe(self) -> AbstractContextManager[AsyncIterator[Event]]:
         """Follow the events from now on. Bounded: a slow reader loses its oldest ones, seen as gaps in ``seq``."""
+        ...
+
+
+class PlanControl(Protocol):
+    """What the API may do with the plan of a mission that has not started."""
+
+    @property
+    def settings(self) -> MissionSettings:
+        """What the mission flies by at present."""
+        ...
+
+    async def apply_plan(self, plan: MissionPlan, *, operator: str = "") -> None:
+        """Fly by another plan. Connecting and preflight start anew; the plan is recorded.
+
+        Raises:
+            MissionError: the mission has started, or the plan cannot be flown.
+        """
         ...

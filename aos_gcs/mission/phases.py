@@ -13,9 +13,9 @@ ENDING = frozenset({Phase.RETURN, Phase.LAND})
 
 TRANSITIONS: Mapping[Phase, frozenset[Phase]] = MappingProxyType(
     {
-        Phase.CONNECT: frozenset({Phase.PREFLIGHT, Phase.DONE}),
-        Phase.PREFLIGHT: frozenset({Phase.READY, Phase.DONE}),
-        Phase.READY: frozenset({Phase.ARM, Phase.PREFLIGHT, Phase.DONE}),
+        Phase.CONNECT: frozenset({Phase.CONNECT, Phase.PREFLIGHT, Phase.DONE}),
+        Phase.PREFLIGHT: frozenset({Phase.CONNECT, Phase.READY, Phase.DONE}),
+        Phase.READY: frozenset({Phase.CONNECT, Phase.ARM, Phase.PREFLIGHT, Phase.DONE}),
         Phase.ARM: frozenset({Phase.TAKEOFF, Phase.DONE}) | ENDING,
         Phase.TAKEOFF: frozenset({Phase.LINE}) | ENDING,
         Phase.LINE: frozenset({Phase.SCAN}) | ENDING,
@@ -27,9 +27,13 @@ TRANSITIONS: Mapping[Phase, frozenset[Phase]] = MappingProxyType(
         Phase.DONE: frozenset(),
     }
 )
-"""DONE is also reached from every phase when all vehicles are lost; see ``Coordinator``."""
+"""DONE is also reached from every phase when all vehicles are lost, and CONNECT when a plan is applied; see
+``Coordinator``."""
 
-ON_GROUND = frozenset({Phase.CONNECT, Phase.PREFLIGHT, Phase.READY, Phase.DONE})
+BEFORE_START = frozenset({Phase.CONNECT, Phase.PREFLIGHT, Phase.READY})
+"""Phases in which the plan can still be changed."""
+
+ON_GROUND = BEFORE_START | {Phase.DONE}
 """Phases in which the mission has started no motor."""
 
 SAMPLING = frozenset({Phase.SCAN, Phase.CONVERGE, Phase.FOUND})
@@ -42,7 +46,7 @@ ACTIONS: Mapping[Action, frozenset[Phase]] = MappingProxyType(
         Action.START: frozenset({Phase.READY}),
         Action.PAUSE: SAMPLING | {Phase.LINE},
         Action.RESUME: _STARTED,
-        Action.HOLD: _STARTED,
+        Action.HOLD: frozenset(Phase),
         Action.RETURN: _STARTED,
         Action.LAND: _STARTED,
         Action.ABORT: frozenset(Phase) - {Phase.DONE},

@@ -7,12 +7,21 @@ import numpy as np
 from aos_gcs.mission import checks
 from aos_gcs.mission.model import PreflightCheck
 from aos_gcs.mission.roster import Member, Roster
+from aos_gcs.mission.settings import MissionSettings
 
 MIN_GPS_FIX = 3
 """A 3D fix."""
 MIN_START_BATTERY_FRACTION = 0.5
 MAX_LINK_AGE_S = 3.0
 MIN_HOME_DISTANCE_M = 2.0
+
+
+def check_area(settings: MissionSettings) -> tuple[PreflightCheck, ...]:
+    """Return a failed check as long as there is no area to search."""
+    if settings.area_enu_m:
+        return ()
+    text, remedy = "there is no search area", "draw one in the dashboard's plan, and apply it"
+    return (checks.failed(checks.MISSION, checks.PLAN, text, remedy),)
 
 
 def check_all(roster: Roster, expected: int, min_home_distance_m: float) -> tuple[PreflightCheck, ...]:

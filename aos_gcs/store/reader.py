@@ -26,6 +26,7 @@ from aos_gcs.mission.model import (
     Outcome,
     OutcomeRecord,
     PicturesRecord,
+    PlanRecord,
     StepRecord,
 )
 from aos_gcs.ports import Capture
@@ -40,6 +41,7 @@ EVENT_TYPES: dict[EventKind, type[EventData]] = {
     EventKind.STEP: StepRecord,
     EventKind.NOTICE: NoticeRecord,
     EventKind.PICTURES: PicturesRecord,
+    EventKind.PLAN: PlanRecord,
 }
 
 

@@ -122,7 +122,9 @@ def test_wrong_types_and_ranges_name_the_field(sections: dict[str, Any], text: s
 @pytest.mark.parametrize(
     ("sections", "text"),
     [
-        ({"mission": {"area_enu_m": None}}, "either as area_deg or as area_enu_m"),
+        ({"mission": {"area_enu_m": None, "auto_start": True}}, "only a mission that waits for an operator"),
+        ({"mission": {"area_enu_m": None}, "api": {"enabled": False}}, "only a mission that waits for an operator"),
+        ({"mission": {"area_deg": [[48, 14], [49, 14], [48, 15]]}}, "either as area_deg or as area_enu_m"),
         ({"mission": {"area_enu_m": [[0, 0], [1, 1], [2, 2]]}}, "mission.area_enu_m must have three or more points"),
         ({"detection": {"found_steps": "many"}}, r"detection\.found_steps"),
         ({"deadlines": {"move_s": 0}}, "deadlines: move_s must be a finite number above 0"),

@@ -1,0 +1,116 @@
+"""What an operator plans before a mission: where is searched, where not, from where, how high and by which strategy."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+from aos_gcs.mission.polygon import Polygon
+from aos_gcs.mission.settings import FlightSettings, ForestSettings, MissionSettings
+
+SPACING_PARAMETER = "c4_m"
+"""The strategies' parameter for the distance of the drones."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MissionPlan:
+    """A plan, not necessarily a good one: :func:`aos_gcs.mission.plan_check.check_plan` tells.
+
+    Points are horizontal ENU metres about the mission's origin, heights metres above it.
+    """
+
+    vehicles: int
+    area_enu_m: Polygon
+    no_go_enu_m: tuple[Polygon, ...] = ()
+    launch_enu_m: tuple[float, float] | None = None
+    """Where the vehicles stand; known from themselves once they are heard."""
+    return_enu_m: tuple[float, float] | None = None
+    """Where they land; None: where they have started."""
+    fence_enu_m: Polygon | None = None
+    """None: preflight proposes one around area and launch points."""
+    scan_heading_rad: float = 0.0
+    """Of the first scan, clockwise from north."""
+    camera_fov_rad: float = math.radians(50.0)
+    """Horizontal."""
+    lowest_layer_m: float = FlightSettings().lowest_layer_m
+    layer_spacing_m: float = FlightSettings().layer_spacing_m
+    spacing_m: float | None = None
+    """c4 of the strategy; None: as in its parameters."""
+    strategy: str = "aos-apso"
+    strategy_parameters: Mapping[str, object] = field(default_factory=dict)
+    floor_m: float | None = None
+    """None: preflight proposes floor and ceiling from the layers."""
+    ceiling_m: float | None = None
+    fence_margin_m: float = 0.0
+    """Distance to keep from the fence on the inside."""
+    cruise_speed_mps: float = FlightSettings().cruise_speed_mps
+    min_battery_fraction: float = 0.2
+    """At which a vehicle leaves for home."""
+    endurance_s: float = 1500.0
+    """How long a full battery keeps a vehicle in the air; for the estimate alone."""
+    forest: ForestSettings | None = None
+    """None: no advice on the aperture."""
+
+    @property
+    def parameters(self) -> Mapping[str, object]:
+        """The strategy's parameters, spacing included."""
+        if self.spacing_m is None:
+            return self.strategy_parameters
+        return {**self.strategy_parameters, SPACING_PARAMETER: self.spacing_m}
+
+
+_LIMITS = ("fence_enu_m", "floor_m", "ceiling_m")
+"""Of the safety limits: those that preflight proposes where a plan leaves them open."""
+
+
+def apply_plan(settings: MissionSettings, plan: MissionPlan) -> MissionSettings:
+    """Return the settings of a mission that flies a plan; what no plan tells stays as it is."""
+    safety = {name: value for name, value in settings.safety.items() if name not in _LIMITS}
+    safety |= {name: value for name in _LIMITS if (value := getattr(plan, name)) is not None}
+    return replace(
+        settings,
+        vehicles=plan.vehicles,
+        area_enu_m=plan.area_enu_m,
+        safety=safety
+        | {
+            "no_go_enu_m": plan.no_go_enu_m,
+            "margin_m": plan.fence_margin_m,
+            "min_battery_fraction": plan.min_battery_fraction,
+        },
+        scan_direction_enu=(math.sin(plan.scan_heading_rad), math.cos(plan.scan_heading_rad)),
+        planning_fov_rad=plan.camera_fov_rad,
+        strategy=plan.strategy,
+        strategy_parameters=plan.parameters,
+        flight=replace(
+            settings.flight,
+            lowest_layer_m=plan.lowest_layer_m,
+            layer_spacing_m=plan.layer_spacing_m,
+            cruise_speed_mps=plan.cruise_speed_mps,
+        ),
+        forest=plan.forest,
+    )
+
+
+def plan_of(settings: MissionSettings) -> MissionPlan:
+    """Return the plan that a mission's settings amount to, as a start for an operator's own."""
+    east, north = settings.scan_direction_enu
+    safety, default = settings.safety, MissionPlan(vehicles=settings.vehicles, area_enu_m=())
+    return MissionPlan(
+        vehicles=settings.vehicles,
+        area_enu_m=settings.area_enu_m,
+        no_go_enu_m=safety.get("no_go_enu_m", ()),
+        fence_enu_m=safety.get("fence_enu_m"),
+        scan_heading_rad=math.atan2(east, north) % (2.0 * math.pi),
+        camera_fov_rad=settings.planning_fov_rad,
+        lowest_layer_m=settings.flight.lowest_layer_m,
+        layer_spacing_m=settings.flight.layer_spacing_m,
+        strategy=settings.strategy,
+        strategy_parameters=settings.strategy_parameters,
+        floor_m=safety.get("floor_m"),
+        ceiling_m=safety.get("ceiling_m"),
+        fence_margin_m=safety.get("margin_m", default.fence_margin_m),
+        cruise_speed_mps=settings.flight.cruise_speed_mps,
+        min_battery_fraction=safety.get("min_battery_fraction", default.min_battery_fraction),
+        forest=settings.forest,
+    )

@@ -1,0 +1,149 @@
+"""Plans: what is wrong with them, what they take, what would be better."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from aos_gcs.imaging.step import ImagingSettings
+from aos_gcs.mission.mission_plan import MissionPlan, apply_plan, plan_of
+from aos_gcs.mission.plan_advice import propose
+from aos_gcs.mission.plan_check import check_plan
+from aos_gcs.mission.plan_estimate import estimate_plan, scan_step_m
+from aos_gcs.mission.plan_raster import PlanRaster
+from aos_gcs.mission.settings import ForestSettings, MissionSettings
+
+SQUARE = ((-50.0, 0.0), (50.0, 0.0), (50.0, 100.0), (-50.0, 100.0))
+PLAN = MissionPlan(vehicles=5, area_enu_m=SQUARE, layer_spacing_m=3.0)
+SETTINGS = MissionSettings(vehicles=5, area_enu_m=SQUARE, imaging=ImagingSettings())
+FOREST = ForestSettings(canopy_height_m=25.0, crown_base_m=5.0)
+
+
+def blocking(plan: MissionPlan) -> dict[str, str]:
+    return {problem.field: problem.text for problem in check_plan(plan, SETTINGS) if problem.blocking}
+
+
+def test_a_good_plan_has_no_problem() -> None:
+    assert check_plan(PLAN, SETTINGS) == ()
+
+
+@pytest.mark.parametrize(
+    ("changes", "field", "words"),
+    [
+        ({"area_enu_m": ()}, "area_enu_m", "empty"),
+        ({"area_enu_m": ((0.0, 0.0), (9.0, 9.0), (9.0, 0.0), (0.0, 9.0))}, "area_enu_m", "cross"),
+        ({"area_enu_m": ((0.0, 0.0), (9e5, 0.0), (0.0, 9e5))}, "area_enu_m", "from the origin"),
+        ({"area_enu_m": tuple((math.cos(i), math.sin(i)) for i in range(501))}, "area_enu_m", "500 or fewer"),
+        ({"no_go_enu_m": (SQUARE[:2],)}, "no_go_enu_m[0]", "three or more points"),
+        ({"no_go_enu_m": (SQUARE,)}, "no_go_enu_m", "nothing is left"),
+        ({"fence_enu_m": ((-40.0, -10.0), (60.0, -10.0), (60.0, 110.0), (-40.0, 110.0))}, "area_enu_m", "geofence"),
+        ({"launch_enu_m": (0.0, 50.0), "no_go_enu_m": (((-5, 45), (5, 45), (5, 55), (-5, 55)),)}, "launch_enu_m", "1"),
+        ({"fence_enu_m": SQUARE, "return_enu_m": (0.0, -9.0)}, "return_enu_m", "outside of the geofence"),
+        ({"launch_enu_m": (math.nan, 0.0)}, "launch_enu_m", "move it"),
+        ({"vehicles": 1}, "vehicles", "2 to 250"),
+        ({"layer_spacing_m": 1.0}, "layer_spacing_m", "too close"),
+        ({"layer_spacing_m": math.nan}, "layer_spacing_m", "above 0"),
+        ({"ceiling_m": 40.0}, "ceiling_m", "47 m"),
+        ({"floor_m": 36.0}, "floor_m", "above the lowest layer"),
+        ({"lowest_layer_m": 20.0, "forest": FOREST}, "lowest_layer_m", "tree tops"),
+        ({"lowest_layer_m": -1.0}, "lowest_layer_m", "above"),
+        ({"forest": replace(FOREST, crown_base_m=30.0)}, "forest", "crown_base_m"),
+        ({"strategy": "magic"}, "strategy", "magic"),
+        ({"strategy_parameters": {"gamma": 7.0}}, "strategy", "gamma"),
+        ({"spacing_m": 0.0}, "spacing_m", "above 0"),
+        ({"cruise_speed_mps": 0.0}, "cruise_speed_mps", "above 0"),
+        ({"min_battery_fraction": 0.95}, "min_battery_fraction", "reserve"),
+        ({"fence_margin_m": -1.0}, "fence_margin_m", "negative"),
+        ({"camera_fov_rad": 3.1}, "camera_fov_rad", "field of view"),
+    ],
+)
+def test_every_problem_names_its_field(changes: dict[str, object], field: str, words: str) -> None:
+    found = blocking(replace(PLAN, **changes))  # type: ignore[arg-type]
+    assert words in found[field]
+
+
+def test_all_problems_are_told_at_once() -> None:
+    found = blocking(replace(PLAN, vehicles=1, strategy="magic", area_enu_m=()))
+    assert {"vehicles", "strategy", "area_enu_m"} <= found.keys()
+
+
+def test_a_plan_beyond_the_battery_can_be_flown_but_is_warned_of() -> None:
+    (warning,) = check_plan(replace(PLAN, endurance_s=300.0), SETTINGS)
+    assert (warning.field, warning.blocking) == ("endurance_s", False)
+
+
+def test_an_area_may_touch_its_fence() -> None:
+    assert blocking(replace(PLAN, fence_enu_m=SQUARE)) == {}
+
+
+def test_the_estimate_adds_up() -> None:
+    estimate = estimate_plan(PLAN, 0.0)
+    assert estimate.area_m2 == pytest.approx(1e4, rel=0.01)
+    assert estimate.covered_fraction == pytest.approx(1.0, abs=0.01)
+    # A swath of 4 x 4.2 m and one footprint of 32.6 m covers 100 m in three legs.
+    assert len(estimate.legs) == 3
+    assert estimate.way_m >= 300.0
+    steps = 300.0 / scan_step_m(PLAN)
+    assert estimate.scan_s / steps == pytest.approx(3.0, abs=0.2)  # as in recorded missions
+    assert estimate.scan_s < estimate.flight_s == pytest.approx(1500.0 * estimate.battery_fraction)
+
+
+def test_no_go_areas_are_not_covered() -> None:
+    half = ((-50.0, 0.0), (0.0, 0.0), (0.0, 100.0), (-50.0, 100.0))
+    estimate = estimate_plan(replace(PLAN, no_go_enu_m=(half,)), 0.0)
+    assert estimate.free_area_m2 == pytest.approx(5e3, rel=0.02)
+    assert estimate.covered_fraction == pytest.approx(0.5, abs=0.02)
+
+
+@given(st.floats(0.5, 3.0), st.floats(0.5, 3.0), st.floats(0.0, math.tau))
+def test_a_raster_knows_the_area_of_a_turned_rectangle(width: float, height: float, angle_rad: float) -> None:
+    east, north = math.cos(angle_rad), math.sin(angle_rad)
+    corners = [(-width, -height), (width, -height), (width, height), (-width, height)]
+    polygon = tuple((x * east - y * north, x * north + y * east) for x, y in corners)
+    raster = PlanRaster.around(polygon)
+    assert raster.area_m2(raster.inside([polygon])) == pytest.approx(4.0 * width * height, rel=0.03)
+
+
+def test_a_long_area_is_better_searched_along() -> None:
+    long = ((-150.0, 0.0), (150.0, 0.0), (150.0, 40.0), (-150.0, 40.0))
+    (proposal,) = propose(replace(PLAN, area_enu_m=long), 0.0)
+    assert proposal.field == "scan_heading_rad"
+    assert math.degrees(proposal.value) == pytest.approx(90.0, abs=10.0)
+    assert "1 legs" in proposal.reason
+
+
+def test_a_forest_asks_for_spacing_and_number() -> None:
+    found = {proposal.field: proposal for proposal in propose(replace(PLAN, forest=FOREST), 0.0)}
+    assert found["vehicles"].value == 10
+    assert "occluders" in found["spacing_m"].reason
+    better = replace(PLAN, forest=FOREST, vehicles=10, spacing_m=found["spacing_m"].value)
+    assert "vehicles" not in {proposal.field for proposal in propose(better, 0.0)}
+
+
+def test_settings_and_plan_go_to_and_fro() -> None:
+    plan = replace(
+        PLAN,
+        no_go_enu_m=(((1.0, 1.0), (2.0, 1.0), (2.0, 2.0)),),
+        scan_heading_rad=1.0,
+        ceiling_m=60.0,
+        min_battery_fraction=0.3,
+        cruise_speed_mps=7.0,
+        strategy_parameters={"gamma": 0.8},
+        forest=FOREST,
+    )
+    again = plan_of(apply_plan(SETTINGS, plan))
+    assert again.scan_heading_rad == pytest.approx(1.0)
+    assert replace(again, scan_heading_rad=1.0) == plan
+
+
+def test_the_spacing_becomes_the_parameter_of_the_strategy() -> None:
+    assert apply_plan(SETTINGS, replace(PLAN, spacing_m=5.0)).strategy_parameters == {"c4_m": 5.0}
+
+
+def test_a_plan_that_leaves_the_fence_open_takes_back_an_earlier_one() -> None:
+    fenced = apply_plan(SETTINGS, replace(PLAN, fence_enu_m=SQUARE, ceiling_m=60.0))
+    assert not {"fence_enu_m", "ceiling_m"} & apply_plan(fenced, PLAN).safety.keys()
