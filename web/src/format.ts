@@ -3,9 +3,6 @@ import { texts } from "./texts";
 
 export const UNKNOWN = "–";
 
-/** More ids than this would not fit onto a button. */
-const IDS_NAMED = 6;
-
 /** A number with fixed decimals and its unit. */
 export function quantity(value: number | null | undefined, decimals: number, unit = ""): string {
   if (value === null || value === undefined || !Number.isFinite(value)) return UNKNOWN;
@@ -44,14 +41,6 @@ export function latLon(latitude_deg: number, longitude_deg: number): string {
 /** East and north of the origin. */
 export function eastNorth(east_m: number, north_m: number): string {
   return `E ${quantity(east_m, 1, "m")}, N ${quantity(north_m, 1, "m")}`;
-}
-
-/** The vehicles that a command is meant for. */
-export function scope(vehicleIds: readonly number[] | null): string {
-  if (vehicleIds === null) return texts.scope.all;
-  if (vehicleIds.length === 1) return texts.scope.one(vehicleIds[0] ?? 0);
-  if (vehicleIds.length > IDS_NAMED) return texts.scope.many(vehicleIds.length);
-  return texts.scope.several(vehicleIds.join(", "));
 }
 
 /** snake_case words of the wire for people. */

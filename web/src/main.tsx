@@ -1,11 +1,12 @@
 import "maplibre-gl/dist/maplibre-gl.css";
 import "./styles/theme.css";
-import "./styles/layout.css";
-import "./styles/panels.css";
+import "./styles/ui.css";
+import "./styles/shell.css";
 import "./styles/map.css";
+import "./styles/panels.css";
 import { render } from "preact";
 import { EventSocket } from "./api/socket";
-import { App } from "./app";
+import { App } from "./shell/app";
 import { Store } from "./state/store";
 
 const root = document.getElementById("app");

@@ -1,12 +1,15 @@
-/** Dark or light: the operator's choice, else the system's. */
+/** Dark, light, or black on white for sunlight: the operator's choice, else the system's. */
 import { useEffect, useState } from "preact/hooks";
-import type { Theme } from "./map/palette";
+
+export const THEMES = ["dark", "light", "contrast"] as const;
+export type Theme = (typeof THEMES)[number];
 
 const KEY = "aos-gcs-theme";
 
 function initialTheme(): Theme {
-  const chosen = localStorage.getItem(KEY);
-  if (chosen === "dark" || chosen === "light") return chosen;
+  const chosen = THEMES.find((theme) => theme === localStorage.getItem(KEY));
+  if (chosen !== undefined) return chosen;
+  if (matchMedia("(prefers-contrast: more)").matches) return "contrast";
   return matchMedia("(prefers-color-scheme: light)").matches ? "light" : "dark";
 }
 

@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { age, duration, eastNorth, gpsFix, latLon, quantity, scope } from "../src/format";
+import { age, duration, eastNorth, gpsFix, latLon, quantity } from "../src/format";
 
 test("what was never reported is a dash, not a zero", () => {
   expect(quantity(null, 1, "m")).toBe("–");
@@ -22,13 +22,6 @@ test("durations and ages", () => {
 test("places", () => {
   expect(latLon(48.5, -14.25)).toBe("48.500000° N, 14.250000° W");
   expect(eastNorth(1, -2)).toBe("E 1.0\u202fm, N \u22122.0\u202fm");
-});
-
-test("the scope in words", () => {
-  expect(scope(null)).toBe("all vehicles");
-  expect(scope([3])).toBe("vehicle 3");
-  expect(scope([2, 3])).toBe("vehicles 2, 3");
-  expect(scope([1, 2, 3, 4, 5, 6, 7])).toBe("7 selected vehicles");
 });
 
 test("fixes have names", () => {

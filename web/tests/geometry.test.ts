@@ -1,8 +1,5 @@
 import { describe, expect, test } from "vitest";
 import { boundsOf, circle, ellipse, gridLines, toEnu, toLngLat } from "../src/geometry";
-import { fixedFeatures, movingFeatures } from "../src/map/features";
-import { INITIAL_STATE } from "../src/state/state";
-import { mission, position, step, target, vehicle } from "./samples";
 
 const ORIGIN = { latitude_deg: 48.3358, longitude_deg: 14.3263, altitude_amsl_m: 262 };
 
@@ -43,41 +40,4 @@ test("grid lines lie at whole multiples, every fifth is a major one", () => {
   const vertical = lines.filter((line) => line.from[0] === line.to[0]);
   expect(vertical.map((line) => line.from[0])).toEqual([-10, 0, 10, 20, 30, 40, 50]);
   expect(vertical.filter((line) => line.isMajor).map((line) => line.from[0])).toEqual([0, 50]);
-});
-
-describe("features", () => {
-  const roles = (collection: { features: { properties: unknown }[] }): string[] => [
-    ...new Set(collection.features.map((feature) => (feature.properties as { role: string }).role)),
-  ];
-  const square = [-9, 9].flatMap((e) =>
-    [-9, 9].map((n) => ({ east_m: e, north_m: n, latitude_deg: 0, longitude_deg: 0 })),
-  );
-
-  test("hold everything that stays", () => {
-    const shown = fixedFeatures(ORIGIN, mission({ area: square, fence: square }));
-    expect(roles(shown).sort()).toEqual(["area", "fence", "grid", "grid-major", "home"]);
-  });
-  test("keep the grid small for large areas", () => {
-    const wide = square.map((corner) => ({ ...corner, east_m: corner.east_m * 1000 }));
-    expect(fixedFeatures(ORIGIN, mission({ area: wide })).features.length).toBeLessThan(500);
-  });
-  test("mark refused waypoints and the target's uncertainty", () => {
-    const m = mission({
-      vehicles: [vehicle(1, { waypoint: position(5, 5) })],
-      targets: [
-        target({ ellipse: { semi_major_m: 2, semi_minor_m: 1, heading_deg: 30 } }),
-        target({ track_id: 2, ellipse: null }),
-      ],
-    });
-    const requested = position(1, 1);
-    const refused = step(1, {
-      waypoints: [
-        { vehicle_id: 1, requested, sent: requested, verdict: "sent", reason: "" },
-        { vehicle_id: 2, requested, sent: null, verdict: "held", reason: "fence" },
-      ],
-    });
-    const shown = movingFeatures(ORIGIN, m, { ...INITIAL_STATE, steps: [refused] });
-    expect(roles(shown)).toEqual(["waypoint", "plan", "refused", "sigma"]);
-    expect(shown.features.filter((feature) => feature.properties?.["role"] === "refused")).toHaveLength(1);
-  });
 });

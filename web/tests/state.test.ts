@@ -1,6 +1,5 @@
 import { describe, expect, test } from "vitest";
-import { isOffered, targets } from "../src/state/commands";
-import { curve } from "../src/state/curve";
+import { curve } from "../src/views/understand/curve";
 import { isStale, linkAge_s } from "../src/state/freshness";
 import { INITIAL_STATE, reduce, type State } from "../src/state/state";
 import type { ServerMessage } from "../src/api/types";
@@ -78,26 +77,6 @@ describe("freshness", () => {
   test("never heard is stale and has no age", () => {
     expect(linkAge_s(vehicle(1, { link_age_s: null }), 1)).toBeNull();
     expect(isStale(vehicle(1, { link_age_s: null }), 0)).toBe(true);
-  });
-});
-
-describe("commands", () => {
-  test("the selection is the scope, but start and abort concern all", () => {
-    const selected = new Set([10, 3]);
-    expect(targets("hold", selected)).toEqual([3, 10]);
-    expect(targets("hold", new Set())).toBeNull();
-    expect(targets("start", selected)).toBeNull();
-    expect(targets("abort", selected)).toBeNull();
-  });
-  test("only what the service allows is offered", () => {
-    expect(isOffered("hold", mission(), new Set())).toBe(true);
-    expect(isOffered("start", mission(), new Set())).toBe(false);
-    expect(isOffered("hold", null, new Set())).toBe(false);
-  });
-  test("a single vehicle can be paused while the mission is", () => {
-    const paused = mission({ suspension: "paused", allowed_actions: ["resume", "hold"] });
-    expect(isOffered("pause", paused, new Set())).toBe(false);
-    expect(isOffered("pause", paused, new Set([1]))).toBe(true);
   });
 });
 

@@ -49,7 +49,7 @@ const mission = shape({
   area: listOf(vertex),
   fence: listOf(vertex),
   vehicles: listOf(vehicle),
-  preflight: listOf(shape({ vehicle_id: isNumber, name: isString })),
+  preflight: listOf(shape({ vehicle_id: isNumber, name: isString, status: isString })),
   target: orNull(target),
   targets: listOf(target),
   allowed_actions: listOf(isString),

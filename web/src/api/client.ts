@@ -1,26 +1,64 @@
-/** Requests to the service. */
+/** Requests to the service. Refusals and a lost connection are values, since the operator has to read them. */
 import { texts } from "../texts";
-import type { Action, ActionResponse, ErrorBody } from "./types";
+import type { Action, ActionResponse, ErrorBody, PreflightCheck, Session } from "./types";
 
-export type ActionAnswer = { ok: true; response: ActionResponse } | { ok: false; message: string };
+export type Answer<T> =
+  { readonly ok: true; readonly value: T } | { readonly ok: false; readonly message: string; readonly status?: number };
+
+export type ActionAnswer = Answer<ActionResponse>;
+
+type Guard<T> = (value: unknown) => value is T;
 
 const isErrorBody = (value: unknown): value is ErrorBody =>
   typeof value === "object" && value !== null && typeof (value as { message?: unknown }).message === "string";
 const isActionResponse = (value: unknown): value is ActionResponse =>
   typeof value === "object" && value !== null && Array.isArray((value as { results?: unknown }).results);
 
-/** Send an operator's action. Refusals and a lost connection are values, since the operator has to read them. */
-export async function postAction(action: Action, vehicleIds: readonly number[] | null): Promise<ActionAnswer> {
+/** Send a request and check what comes back with `isExpected`. */
+export async function request<T>(
+  method: "GET" | "POST" | "PUT" | "DELETE",
+  path: string,
+  isExpected: Guard<T>,
+  body?: unknown,
+): Promise<Answer<T>> {
   try {
-    const response = await fetch("/api/mission/actions", {
-      method: "POST",
-      headers: { "Content-Type": "application/json" },
-      body: JSON.stringify({ action, vehicle_ids: vehicleIds }),
-    });
-    const body: unknown = await response.json();
-    if (response.ok && isActionResponse(body)) return { ok: true, response: body };
-    return { ok: false, message: isErrorBody(body) ? body.message : texts.actions.unreadableAnswer };
+    const content =
+      body === undefined ? {} : { headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) };
+    const response = await fetch(path, { method, ...content });
+    const value: unknown = response.status === 204 ? null : await response.json();
+    if (response.ok && isExpected(value)) return { ok: true, value };
+    const message = isErrorBody(value) ? value.message : texts.requests.unreadableAnswer;
+    return { ok: false, message, status: response.status };
   } catch {
-    return { ok: false, message: texts.actions.notSent };
+    return { ok: false, message: texts.requests.notSent };
   }
 }
+
+/** Send an operator's action; answers when every vehicle has done it or refused. */
+export function postAction(action: Action, vehicleIds: readonly number[] | null): Promise<ActionAnswer> {
+  return request("POST", "/api/mission/actions", isActionResponse, { action, vehicle_ids: vehicleIds });
+}
+
+const isCheck = (value: unknown): value is PreflightCheck =>
+  typeof value === "object" && value !== null && typeof (value as { status?: unknown }).status === "string";
+
+/** Let a failed check no longer stand against the launch; without a reason, take that back. */
+export function overrideCheck(
+  { vehicle_id, name }: Pick<PreflightCheck, "vehicle_id" | "name">,
+  reason: string | null,
+): Promise<Answer<PreflightCheck>> {
+  return request("POST", "/api/preflight/override", isCheck, { vehicle_id, check: name, reason });
+}
+
+const isSession = (value: unknown): value is Session =>
+  typeof value === "object" && value !== null && typeof (value as { role?: unknown }).role === "string";
+
+/** What this page may do. */
+export const readSession = (): Promise<Answer<Session>> => request("GET", "/api/session", isSession);
+
+/** Become an operator: the service answers with a cookie that this page never sees. */
+export const signIn = (code: string, name: string): Promise<Answer<Session>> =>
+  request("POST", "/api/session", isSession, { code, name });
+
+/** Become an observer again. */
+export const signOut = (): Promise<Answer<Session>> => request("DELETE", "/api/session", isSession);

@@ -20,3 +20,5 @@ export type ActionResponse = Schemas["ActionResponse"];
 export type ErrorBody = Schemas["ErrorModel"];
 export type Severity = Schemas["Severity"];
 export type Phase = Schemas["Phase"];
+export type Session = Schemas["SessionModel"];
+export type CheckStatus = Schemas["CheckStatus"];

@@ -1,5 +1,6 @@
-/** Colours of the map; the two themes need their own because the canvas does not read CSS. */
-export type Theme = "dark" | "light";
+/** Colours of the map; every theme needs its own because the canvas does not read CSS. */
+import type { ExpressionSpecification } from "maplibre-gl";
+import type { Theme } from "../theme";
 
 export interface Palette {
   background: string;
@@ -8,9 +9,12 @@ export interface Palette {
   area: string;
   fence: string;
   home: string;
-  waypoint: string;
   refused: string;
   target: string;
+  selected: string;
+  label: string;
+  /** Around labels and arrows. */
+  halo: string;
 }
 
 export const PALETTES: Readonly<Record<Theme, Palette>> = {
@@ -21,9 +25,11 @@ export const PALETTES: Readonly<Record<Theme, Palette>> = {
     area: "#5fb0ff",
     fence: "#ff8f5a",
     home: "#c6d2dc",
-    waypoint: "#e8eef3",
     refused: "#ff5c5c",
     target: "#ff4fd0",
+    selected: "#ffffff",
+    label: "#ffffff",
+    halo: "#05080a",
   },
   light: {
     background: "#f3f5f2",
@@ -32,14 +38,29 @@ export const PALETTES: Readonly<Record<Theme, Palette>> = {
     area: "#0a5fb4",
     fence: "#b84400",
     home: "#33414c",
-    waypoint: "#22303a",
     refused: "#c40d1c",
     target: "#b4007f",
+    selected: "#000000",
+    label: "#0b141a",
+    halo: "#ffffff",
+  },
+  contrast: {
+    background: "#ffffff",
+    grid: "#e0e0e0",
+    gridMajor: "#a8a8a8",
+    area: "#00409a",
+    fence: "#9c2f00",
+    home: "#000000",
+    refused: "#c00000",
+    target: "#a00070",
+    selected: "#000000",
+    label: "#000000",
+    halo: "#ffffff",
   },
 };
 
-/** Told apart by people with any colour vision (after Okabe and Ito), readable on both backgrounds. */
-const VEHICLE_COLOURS = [
+/** Told apart by people with any colour vision (after Okabe and Ito), readable on all backgrounds. */
+export const VEHICLE_COLOURS = [
   "#56b4e9",
   "#e69f00",
   "#1fb58f",
@@ -54,8 +75,9 @@ export function vehicleColour(vehicleId: number): string {
   return VEHICLE_COLOURS[(vehicleId - 1) % VEHICLE_COLOURS.length] ?? VEHICLE_COLOURS[0];
 }
 
-/** A MapLibre expression that colours features by their `id`. */
-export function vehicleColourExpression(): ["match", ...unknown[]] {
+/** Colours features by their property `id`. */
+export function vehicleColourExpression(): ExpressionSpecification {
   const index = ["%", ["-", ["get", "id"], 1], VEHICLE_COLOURS.length];
-  return ["match", index, ...VEHICLE_COLOURS.flatMap((colour, i) => [i, colour]), VEHICLE_COLOURS[0]];
+  const cases = VEHICLE_COLOURS.flatMap((colour, i) => [i, colour]);
+  return ["match", index, ...cases, VEHICLE_COLOURS[0]] as unknown as ExpressionSpecification;
 }

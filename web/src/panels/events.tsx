@@ -3,44 +3,41 @@ import { useState } from "preact/hooks";
 import type { Notice, Severity } from "../api/types";
 import { duration } from "../format";
 import { texts } from "../texts";
+import { Choice } from "../ui/choice";
+import { Panel } from "../ui/panel";
 
 const SEVERITIES: readonly Severity[] = ["info", "warning", "critical"];
+const WORDS: Readonly<Record<Severity, string>> = { ...texts.alerts.severity, info: texts.events.all };
 
 export function EventsPanel({ notices }: { notices: readonly Notice[] }) {
   const [lowest, setLowest] = useState<Severity>("info");
   const rank = (severity: Severity): number => SEVERITIES.indexOf(severity);
   const shown = notices.filter((notice) => rank(notice.severity) >= rank(lowest)).reverse();
+  const choice = (
+    <Choice
+      label={texts.events.panel}
+      testId="events"
+      values={SEVERITIES}
+      chosen={lowest}
+      words={WORDS}
+      onChoose={setLowest}
+    />
+  );
   return (
-    <section class="events panel" aria-label={texts.events.panel} data-testid="events">
-      <div class="panel-head">
-        <h2>{texts.events.panel}</h2>
-        <div class="tabs" role="group" aria-label={texts.events.panel}>
-          {SEVERITIES.map((severity) => (
-            <button
-              key={severity}
-              type="button"
-              data-testid={`events-${severity}`}
-              aria-pressed={severity === lowest}
-              onClick={() => setLowest(severity)}
-            >
-              {severity === "info" ? texts.events.all : texts.events.severity[severity]}
-            </button>
-          ))}
-        </div>
-      </div>
-      <ol aria-live="polite">
+    <Panel title={texts.events.panel} testId="events" class="events" aside={choice}>
+      <ol tabIndex={0} aria-label={texts.events.panel}>
         {shown.length === 0 && <li class="empty">{texts.events.none}</li>}
         {shown.map((notice, index) => (
           <li key={shown.length - index} class={`event is-${notice.severity}`} data-testid="event">
             <time>{duration(notice.elapsed_s)}</time>
             <span>
-              {notice.severity !== "info" && <b>{texts.events.severity[notice.severity]} </b>}
-              {notice.vehicle_id !== null && `${texts.events.vehicle} ${notice.vehicle_id}: `}
+              {notice.severity !== "info" && <b>{texts.alerts.severity[notice.severity]} </b>}
+              {notice.vehicle_id !== null && `${texts.alerts.vehicle(notice.vehicle_id)}: `}
               {notice.text}
             </span>
           </li>
         ))}
       </ol>
-    </section>
+    </Panel>
   );
 }

@@ -1,0 +1,43 @@
+"""What tests do on the dashboard, in its own words."""
+
+from __future__ import annotations
+
+from playwright.async_api import Page, expect
+
+START_TIMEOUT_MS = 15_000
+KEEP_PRESSED_MS = 1000
+"""Longer than the page asks for before a dangerous command."""
+
+
+async def open_page(page: Page, url: str, view: str = "fly") -> None:
+    """Open a view and wait until it is connected."""
+    await page.goto(f"{url}#/{view}")
+    await expect(page.get_by_test_id("connection")).to_have_attribute("data-state", "open", timeout=START_TIMEOUT_MS)
+
+
+async def confirm(page: Page) -> None:
+    """Keep the button of the open question pressed until the command is sent."""
+    await page.get_by_test_id("confirm-ok").click(delay=KEEP_PRESSED_MS)
+    await expect(page.get_by_test_id("confirm")).to_have_count(0)
+
+
+async def start_mission(page: Page) -> None:
+    """Start from the view Fly and wait until the vehicles have taken off."""
+    await page.get_by_test_id("action-start").click()
+    await confirm(page)
+    await expect(page.get_by_test_id("phase")).to_have_text("line", timeout=START_TIMEOUT_MS)
+
+
+async def place_m(page: Page, vehicle_id: int) -> tuple[float, float]:
+    """East and north of a vehicle, as the fleet table has them."""
+    row = page.get_by_test_id(f"vehicle-{vehicle_id}")
+    return float(await row.get_attribute("data-east") or "nan"), float(await row.get_attribute("data-north") or "nan")
+
+
+async def wait_for_visibility(page: Page, lowest_m2: float, timeout_ms: float) -> None:
+    """Wait until the view Understand shows that much of a target."""
+    await page.wait_for_function(
+        "lowest => Number(document.querySelector('[data-testid=visibility]')?.dataset.value) > lowest",
+        arg=lowest_m2,
+        timeout=timeout_ms,
+    )

@@ -1,0 +1,100 @@
+/** What a layer of the map is, and the one that most are: features computed from the scene. */
+import type { Feature, GeoJSON } from "geojson";
+import type { GeoJSONSource, LayerSpecification, Map as MapLibreMap } from "maplibre-gl";
+import type { Geodetic, Mission, PictureKind } from "../api/types";
+import type { State } from "../state/state";
+import type { Palette } from "./palette";
+
+/** What layers may draw. */
+export interface Scene {
+  readonly origin: Geodetic;
+  readonly mission: Mission;
+  readonly state: State;
+  readonly snapshotAge_s: number;
+  readonly selected: ReadonlySet<number>;
+  /** The picture on the ground. */
+  readonly overlay: Overlay | null;
+}
+
+export interface Overlay {
+  readonly kind: PictureKind;
+  /** From 0 to 1. */
+  readonly opacity: number;
+}
+
+export interface MapLayer {
+  readonly id: string;
+  /** Put it on top of a map; done again when the theme changes. */
+  attach(map: MapLibreMap, palette: Palette): AttachedLayer;
+}
+
+export interface AttachedLayer {
+  /** Called after every change of the scene: must be cheap when its own part has not changed. */
+  update(scene: Scene): void;
+  remove(): void;
+}
+
+/** A style layer without its id and its source, which {@link featureLayer} adds. */
+type WithoutSource<T> = T extends unknown ? Omit<T, "id" | "source"> : never;
+export type Paint = WithoutSource<Exclude<LayerSpecification, { type: "background" | "raster" | "hillshade" }>>;
+
+interface FeatureLayer {
+  readonly id: string;
+  /** How the features are drawn, bottom up. */
+  paint(palette: Palette): readonly Paint[];
+  /** What the features depend on; they are made again only when one of these is another object or value. */
+  inputs(scene: Scene): readonly unknown[];
+  features(scene: Scene): readonly Feature[];
+  /** Called with the property `id` of a feature that was clicked. */
+  onClick?(id: number, event: MouseEvent): void;
+}
+
+/** A layer of GeoJSON features in a source of its own, so that only what has changed is sent to the map's worker. */
+export function featureLayer({ id, paint, inputs, features, onClick }: FeatureLayer): MapLayer {
+  return {
+    id,
+    attach(map, palette) {
+      map.addSource(id, { type: "geojson", data: collection([]) });
+      const layerIds = paint(palette).map((part, index) => {
+        const layerId = `${id}-${index}`;
+        map.addLayer({ ...part, id: layerId, source: id } as LayerSpecification);
+        return layerId;
+      });
+      const stopClicks = onClick === undefined ? () => undefined : followClicks(map, layerIds, onClick);
+      let drawn: readonly unknown[] | null = null;
+      return {
+        update(scene) {
+          const wanted = inputs(scene);
+          if (drawn !== null && wanted.every((value, index) => Object.is(value, drawn?.[index]))) return;
+          drawn = wanted;
+          map.getSource<GeoJSONSource>(id)?.setData(collection(features(scene)));
+        },
+        remove() {
+          stopClicks();
+          for (const layerId of layerIds) map.removeLayer(layerId);
+          map.removeSource(id);
+        },
+      };
+    },
+  };
+}
+
+function collection(features: readonly Feature[]): GeoJSON {
+  return { type: "FeatureCollection", features: [...features] };
+}
+
+function followClicks(
+  map: MapLibreMap,
+  layerIds: string[],
+  onClick: (id: number, event: MouseEvent) => void,
+): () => void {
+  const subscriptions = [
+    map.on("click", layerIds, ({ features, originalEvent }) => {
+      const id: unknown = features?.[0]?.properties["id"];
+      if (typeof id === "number") onClick(id, originalEvent);
+    }),
+    map.on("mouseenter", layerIds, () => (map.getCanvas().style.cursor = "pointer")),
+    map.on("mouseleave", layerIds, () => (map.getCanvas().style.cursor = "")),
+  ];
+  return () => subscriptions.forEach((subscription) => subscription.unsubscribe());
+}

@@ -1,0 +1,90 @@
+/** Which layers a map shows, and which picture lies on the ground. */
+import { useState } from "preact/hooks";
+import type { PictureKind } from "../api/types";
+import { texts } from "../texts";
+import type { MapLayer, Overlay } from "./layer";
+
+export type LayerName = keyof typeof texts.map.layer;
+export type SwitchableLayer = MapLayer & { readonly id: LayerName };
+
+const KINDS = Object.keys(texts.pictures.kind) as PictureKind[];
+const OPACITY = 0.85;
+
+export interface LayerChoice {
+  readonly hidden: ReadonlySet<string>;
+  readonly kind: PictureKind | null;
+  readonly opacity: number;
+}
+
+export const ALL_LAYERS: LayerChoice = { hidden: new Set(), kind: "integral", opacity: OPACITY };
+
+export const overlayOf = ({ kind, opacity }: LayerChoice): Overlay | null => (kind === null ? null : { kind, opacity });
+
+interface Props {
+  /** The layers that can be switched, top down. */
+  names: readonly LayerName[];
+  choice: LayerChoice;
+  onChange(choice: LayerChoice): void;
+}
+
+export function LayerSwitch({ names, choice, onChange }: Props) {
+  const [isOpen, setOpen] = useState(false);
+  const toggle = (name: LayerName): void => {
+    const hidden = new Set(choice.hidden);
+    if (!hidden.delete(name)) hidden.add(name);
+    onChange({ ...choice, hidden });
+  };
+  return (
+    <div class="layer-switch">
+      <button type="button" data-testid="map-layers" aria-expanded={isOpen} onClick={() => setOpen(!isOpen)}>
+        {texts.map.layers}
+      </button>
+      {isOpen && (
+        <div class="layer-list" role="group" aria-label={texts.map.layers}>
+          <label>
+            {texts.map.picture}
+            <select
+              data-testid="map-picture"
+              value={choice.kind ?? ""}
+              onChange={(event) => {
+                const kind = KINDS.find((one) => one === event.currentTarget.value) ?? null;
+                onChange({ ...choice, kind });
+              }}
+            >
+              <option value="">{texts.map.noPicture}</option>
+              {KINDS.map((kind) => (
+                <option key={kind} value={kind}>
+                  {texts.pictures.kind[kind]}
+                </option>
+              ))}
+            </select>
+          </label>
+          <label>
+            {texts.map.opacity}
+            <input
+              type="range"
+              min="0"
+              max="1"
+              step="0.05"
+              data-testid="map-opacity"
+              disabled={choice.kind === null}
+              value={choice.opacity}
+              onInput={(event) => onChange({ ...choice, opacity: Number(event.currentTarget.value) })}
+            />
+          </label>
+          {names.map((name) => (
+            <label key={name}>
+              <input
+                type="checkbox"
+                data-testid={`layer-${name}`}
+                checked={!choice.hidden.has(name)}
+                onChange={() => toggle(name)}
+              />
+              {texts.map.layer[name]}
+            </label>
+          ))}
+        </div>
+      )}
+    </div>
+  );
+}

@@ -1,0 +1,62 @@
+/** The latest picture of the chosen kind, at its true place on the ground. */
+import type { ImageSource, Map as MapLibreMap } from "maplibre-gl";
+import type { Picture, Vertex } from "../../api/types";
+import type { LngLat } from "../../geometry";
+import type { AttachedLayer, MapLayer, Scene } from "../layer";
+
+const PICTURE = "picture";
+/** An invisible layer that keeps the picture's place among the others until there is one. */
+const SLOT = "picture-slot";
+
+type Corners = [LngLat, LngLat, LngLat, LngLat];
+
+export const pictureLayer: MapLayer = {
+  id: PICTURE,
+  attach(map) {
+    map.addLayer({ id: SLOT, type: "background", layout: { visibility: "none" } });
+    return new AttachedPicture(map);
+  },
+};
+
+class AttachedPicture implements AttachedLayer {
+  private url = "";
+
+  constructor(private readonly map: MapLibreMap) {}
+
+  update({ state, overlay }: Scene): void {
+    const picture = overlay === null ? undefined : state.pictures[overlay.kind];
+    const corners = picture && cornersOf(picture.corners);
+    if (overlay === null || picture === undefined || !corners) {
+      if (this.map.getLayer(PICTURE)) this.map.setLayoutProperty(PICTURE, "visibility", "none");
+      return;
+    }
+    this.show(picture, corners);
+    this.map.setLayoutProperty(PICTURE, "visibility", "visible");
+    this.map.setPaintProperty(PICTURE, "raster-opacity", overlay.opacity);
+  }
+
+  remove(): void {
+    if (this.map.getLayer(PICTURE)) this.map.removeLayer(PICTURE);
+    if (this.map.getSource(PICTURE)) this.map.removeSource(PICTURE);
+    this.map.removeLayer(SLOT);
+  }
+
+  private show(picture: Picture, coordinates: Corners): void {
+    if (picture.url === this.url) return;
+    this.url = picture.url;
+    const source = this.map.getSource<ImageSource>(PICTURE);
+    if (source) {
+      source.updateImage({ url: picture.url, coordinates });
+      return;
+    }
+    this.map.addSource(PICTURE, { type: "image", url: picture.url, coordinates });
+    this.map.addLayer({ id: PICTURE, type: "raster", source: PICTURE, paint: { "raster-fade-duration": 0 } }, SLOT);
+  }
+}
+
+function cornersOf(corners: readonly Vertex[]): Corners | null {
+  const places = corners.flatMap(({ latitude_deg: lat, longitude_deg: lng }): LngLat[] =>
+    lat === null || lng === null ? [] : [[lng, lat]],
+  );
+  return places.length === 4 ? (places as Corners) : null;
+}

@@ -1,0 +1,27 @@
+/** Where targets are believed to be. */
+import type { Target } from "../api/types";
+import { eastNorth, latLon, quantity } from "../format";
+import { texts } from "../texts";
+import { Panel } from "../ui/panel";
+
+export function TargetsPanel({ targets }: { targets: readonly Target[] }) {
+  return (
+    <Panel title={texts.target.panel} testId="targets" class="targets">
+      {targets.length === 0 ? <p class="empty">{texts.target.none}</p> : targets.map(TargetFacts)}
+    </Panel>
+  );
+}
+
+function TargetFacts({ track_id: id, position, sigma_m, sightings }: Target) {
+  const { latitude_deg: lat, longitude_deg: lon } = position;
+  return (
+    <dl key={id} data-testid={`target-${id}`}>
+      <dt>{texts.map.target(id)}</dt>
+      <dd data-testid="target-position">{eastNorth(position.east_m, position.north_m)}</dd>
+      {lat !== null && lon !== null && <dd class="small">{latLon(lat, lon)}</dd>}
+      <dd class="small">
+        {texts.target.sigma} {quantity(sigma_m, 2, "m")}, {texts.target.sightings(sightings)}
+      </dd>
+    </dl>
+  );
+}

@@ -1,0 +1,115 @@
+/** The shell: header, tabs, alerts and questions around one view. */
+import { useEffect, useState } from "preact/hooks";
+import { NO_SELECTION, retain, select, typeDigit } from "../state/selection";
+import type { Store } from "../state/store";
+import { texts } from "../texts";
+import { useTheme } from "../theme";
+import { AlertBar } from "./alert_bar";
+import { Boundary } from "./boundary";
+import { useCommands } from "./commands";
+import { type Shell, ShellContext } from "./context";
+import { Header } from "./header";
+import type { KeyCommand } from "./keys";
+import { Nav } from "./nav";
+import { Question } from "./question";
+import { Reports } from "./reports";
+import { routeHash } from "./route";
+import { Settings } from "./settings";
+import { SignIn } from "./sign_in";
+import { useStoreState } from "./store_state";
+import { useAlerts } from "./use_alerts";
+import { useKeys } from "./use_keys";
+import { useRoute } from "./use_route";
+import { useSession } from "./use_session";
+import { VIEWS } from "./views";
+import { storedVoice, storeVoice } from "./voice";
+
+export function App({ store }: { store: Store }) {
+  const state = useStoreState(store);
+  const access = useSession(state.connection);
+  const route = useRoute();
+  const [theme, setTheme] = useTheme();
+  const [voice, setVoice] = useState(storedVoice);
+  const [isSigningIn, setSigningIn] = useState(access.code !== "");
+  const [areSettingsOpen, setSettingsOpen] = useState(false);
+  const [selection, changeSelection] = useState(NO_SELECTION);
+  const { mission, connection } = state;
+  const commands = useCommands(mission, selection);
+  const [alerts, onAcknowledge] = useAlerts(state, voice);
+  const fleet = mission?.vehicles.map((vehicle) => vehicle.vehicle_id) ?? [];
+  useEffect(() => changeSelection((before) => retain(before, fleet)), [fleet.join()]);
+
+  const shell: Shell = {
+    state,
+    snapshotAge_s: (performance.now() - state.missionAtMs) / 1000,
+    isConnected: connection === "open",
+    isOperator: access.session?.role === "operator",
+    theme,
+    route,
+    navigate: (view, params) => (location.hash = routeHash(view, params)),
+    selection,
+    changeSelection,
+    commands,
+  };
+  const obey = (command: KeyCommand): void => {
+    if (command.kind === "holdAll") {
+      if (shell.isOperator) commands.holdAll();
+    } else if (command.kind === "view") shell.navigate(command.view);
+    else if (command.kind === "digit")
+      changeSelection((before) => typeDigit(before, command, fleet, performance.now()));
+    else if (command.kind === "help") setSettingsOpen(true);
+    else changeSelection((before) => select(before, command.kind === "selectAll" ? fleet : []));
+  };
+  useKeys(obey);
+
+  const View = VIEWS[route.view];
+  return (
+    <ShellContext.Provider value={shell}>
+      <div class={`page ${connection === "open" ? "" : "is-disconnected"}`}>
+        <Header
+          mission={mission}
+          connection={connection}
+          session={access.session}
+          onHoldAll={commands.holdAll}
+          onSignIn={() => setSigningIn(true)}
+          onSettings={() => setSettingsOpen(true)}
+        />
+        <Nav current={route.view} />
+        {(connection === "lost" || connection === "incompatible") && (
+          <p class="banner" role="alert" data-testid="banner">
+            {connection === "lost" ? texts.connection.lostBanner : texts.connection.incompatibleBanner}
+          </p>
+        )}
+        <AlertBar alerts={alerts} onAcknowledge={onAcknowledge} />
+        <main class={`view view-${route.view}`} aria-label={texts.nav.view[route.view]}>
+          <Boundary key={route.view}>
+            <View />
+          </Boundary>
+        </main>
+        {route.view !== "fly" && commands.reports.length > 0 && (
+          <aside class="toast" aria-label={texts.actions.results}>
+            <Reports reports={commands.reports} />
+            <button type="button" data-testid="reports-dismiss" onClick={commands.dismissReports}>
+              {texts.actions.dismiss}
+            </button>
+          </aside>
+        )}
+        <Question commands={commands} />
+        {isSigningIn && <SignIn access={access} onClose={() => setSigningIn(false)} />}
+        {areSettingsOpen && (
+          <Settings
+            access={access}
+            theme={theme}
+            onTheme={setTheme}
+            voice={voice}
+            onVoice={(chosen) => {
+              storeVoice(chosen);
+              setVoice(chosen);
+            }}
+            onClose={() => setSettingsOpen(false)}
+          />
+        )}
+      </div>
+    </ShellContext.Provider>
+  );
+}

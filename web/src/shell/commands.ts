@@ -1,0 +1,61 @@
+/** Commands on their way: the question that is open, and what became of the last ones. */
+import { useRef, useState } from "preact/hooks";
+import { type ActionAnswer, postAction } from "../api/client";
+import type { Action, Mission } from "../api/types";
+import { asksFirst, type Command, makeCommand } from "../state/commands";
+import type { Selection } from "../state/selection";
+
+const REPORTS_KEPT = 3;
+
+export interface Report {
+  readonly id: number;
+  readonly label: string;
+  /** Null while it is on its way. */
+  readonly answer: ActionAnswer | null;
+}
+
+export interface Commands {
+  /** Newest first. */
+  readonly reports: readonly Report[];
+  /** Waits for the operator's confirmation. */
+  readonly question: Command | null;
+  /** Ask for an action for the selected vehicles, or for all; dangerous ones are confirmed first. */
+  request(action: Action): void;
+  confirm(): void;
+  cancel(): void;
+  /** Stop every vehicle, whatever is selected, asked or in progress. */
+  holdAll(): void;
+  dismissReports(): void;
+}
+
+export function useCommands(mission: Mission | null, selection: Selection): Commands {
+  const [question, setQuestion] = useState<Command | null>(null);
+  const [reports, setReports] = useState<readonly Report[]>([]);
+  const nextId = useRef(1);
+
+  const send = async ({ action, vehicleIds, label }: Command): Promise<void> => {
+    const id = nextId.current++;
+    setReports((before) => [{ id, label, answer: null }, ...before].slice(0, REPORTS_KEPT));
+    const answer = await postAction(action, vehicleIds);
+    setReports((before) => before.map((report) => (report.id === id ? { ...report, answer } : report)));
+  };
+  return {
+    reports,
+    question,
+    request(action) {
+      const command = makeCommand(action, mission, selection.ids);
+      if (asksFirst(action)) setQuestion(command);
+      else void send(command);
+    },
+    confirm() {
+      setQuestion(null);
+      if (question !== null) void send(question);
+    },
+    cancel: () => setQuestion(null),
+    holdAll() {
+      setQuestion(null);
+      void send(makeCommand("hold", mission, new Set()));
+    },
+    dismissReports: () => setReports([]),
+  };
+}

@@ -1,0 +1,31 @@
+/** What every view may read and do. The shell provides it; views take it with {@link useShell}. */
+import { createContext } from "preact";
+import { useContext } from "preact/hooks";
+import type { Selection } from "../state/selection";
+import type { State } from "../state/state";
+import type { Theme } from "../theme";
+import type { Commands } from "./commands";
+import type { Route, ViewName } from "./route";
+
+export interface Shell {
+  readonly state: State;
+  /** Seconds since the mission's snapshot arrived: what has to be added to every age in it. */
+  readonly snapshotAge_s: number;
+  readonly isConnected: boolean;
+  /** Operators may command, observers not. Views hide what commands from observers. */
+  readonly isOperator: boolean;
+  readonly theme: Theme;
+  readonly route: Route;
+  navigate(view: ViewName, params?: Route["params"]): void;
+  readonly selection: Selection;
+  changeSelection(change: (before: Selection) => Selection): void;
+  readonly commands: Commands;
+}
+
+export const ShellContext = createContext<Shell | null>(null);
+
+export function useShell(): Shell {
+  const shell = useContext(ShellContext);
+  if (shell === null) throw new Error("useShell() outside of the shell");
+  return shell;
+}

@@ -1,0 +1,83 @@
+/** The top bar: where the mission is, whether what is shown is live, and the button that stops everything. */
+import type { Connection } from "../api/socket";
+import type { Mission, Session } from "../api/types";
+import { duration, words } from "../format";
+import { texts } from "../texts";
+
+interface Props {
+  mission: Mission | null;
+  connection: Connection;
+  session: Session | null;
+  onHoldAll(): void;
+  onSignIn(): void;
+  onSettings(): void;
+}
+
+export function Header({ mission, connection, session, onHoldAll, onSignIn, onSettings }: Props) {
+  return (
+    <header class="header">
+      <h1>{texts.title}</h1>
+      {mission && <Facts mission={mission} />}
+      <p class="message" data-testid="message" role="status">
+        {mission?.message ?? texts.waiting}
+      </p>
+      <span class={`connection is-${connection}`} data-testid="connection" data-state={connection} role="status">
+        {texts.connection[connection]}
+      </span>
+      <button type="button" data-testid="settings-open" onClick={onSettings}>
+        {texts.settings.open}
+      </button>
+      {session?.role === "operator" && (
+        <button
+          type="button"
+          class="hold-all"
+          data-testid="hold-all"
+          aria-keyshortcuts="H"
+          title={texts.header.holdAllHint}
+          onClick={onHoldAll}
+        >
+          {texts.header.holdAll}
+          <small>{texts.header.holdAllKey}</small>
+        </button>
+      )}
+      {session?.role === "observer" && (
+        <>
+          <span class="badge" data-testid="observer">
+            {texts.header.observer}
+          </span>
+          <button type="button" data-testid="sign-in-open" title={texts.header.observerHint} onClick={onSignIn}>
+            {texts.signIn.open}
+          </button>
+        </>
+      )}
+    </header>
+  );
+}
+
+function Facts({ mission }: { mission: Mission }) {
+  const { header } = texts;
+  const isSuspended = mission.suspension !== "none";
+  return (
+    <dl class="facts">
+      <div class="phase">
+        <dt>{header.phase}</dt>
+        <dd aria-live="polite">
+          <span data-testid="phase">{mission.phase}</span>
+          {isSuspended && <em data-testid="suspension">{mission.suspension}</em>}
+        </dd>
+      </div>
+      <Fact name={header.elapsed} value={duration(mission.elapsed_s)} testId="elapsed" />
+      {mission.outcome !== "open" && <Fact name={header.outcome} value={words(mission.outcome)} testId="outcome" />}
+      <Fact name={header.strategy} value={mission.strategy} testId="strategy" />
+    </dl>
+  );
+}
+
+function Fact({ name, value, testId }: { name: string; value: string; testId: string }) {
+  return (
+    <div>
+      <dt>{name}</dt>
+      <dd data-testid={testId}>{value}</dd>
+    </div>
+  );
+}

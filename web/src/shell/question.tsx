@@ -1,0 +1,25 @@
+/** Asks before a dangerous command: for whom, with what consequence; the button has to be kept pressed. */
+import { Dialog } from "../ui/dialog";
+import { HoldButton } from "../ui/hold_button";
+import { texts } from "../texts";
+import type { Commands } from "./commands";
+
+export function Question({ commands }: { commands: Commands }) {
+  const { question } = commands;
+  if (question === null) return null;
+  return (
+    <Dialog title={`${question.label}?`} testId="confirm" onClose={commands.cancel}>
+      <p>{texts.actions.consequence[question.action]}</p>
+      <div class="dialog-buttons">
+        <button type="button" data-testid="confirm-cancel" onClick={commands.cancel}>
+          {texts.actions.cancel}
+        </button>
+        <HoldButton
+          label={texts.actions.holdToConfirm(question.label)}
+          testId="confirm-ok"
+          onConfirm={commands.confirm}
+        />
+      </div>
+    </Dialog>
+  );
+}

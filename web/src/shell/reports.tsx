@@ -1,0 +1,64 @@
+/** What became of the last commands, vehicle by vehicle; refusals first. */
+import type { ActionResponse } from "../api/types";
+import { texts } from "../texts";
+import type { Report } from "./commands";
+
+export function Reports({ reports }: { reports: readonly Report[] }) {
+  return (
+    <div class="reports" data-testid="results" role="status">
+      {reports.map((report, index) => (
+        <ReportItem key={report.id} report={report} isNewest={index === 0} />
+      ))}
+    </div>
+  );
+}
+
+/** The newest report names its vehicles; older ones keep their line. */
+function ReportItem({ report: { label, answer }, isNewest }: { report: Report; isNewest: boolean }) {
+  if (answer === null) return <Line label={label} outcome={texts.actions.pending} />;
+  if (!answer.ok) return <Line label={label} outcome={answer.message} isRefused testId="results-error" />;
+  const results = refusedFirst(answer.value.results);
+  const refused = results.filter((result) => !result.accepted).length;
+  const outcome = results.length === 0 ? texts.actions.taken : texts.actions.summary(results.length - refused, refused);
+  return (
+    <>
+      <Line label={label} outcome={outcome} isRefused={refused > 0} />
+      {isNewest && (
+        <ul>
+          {results.map((result) => (
+            <li
+              key={result.vehicle_id}
+              class={result.accepted ? "is-done" : "is-refused"}
+              data-testid={`result-${result.vehicle_id}`}
+              data-accepted={result.accepted}
+            >
+              <b>{result.vehicle_id}</b> {result.accepted ? texts.actions.done : texts.actions.refused}: {result.text}
+            </li>
+          ))}
+        </ul>
+      )}
+    </>
+  );
+}
+
+interface LineProps {
+  label: string;
+  outcome: string;
+  isRefused?: boolean;
+  testId?: string;
+}
+
+function Line({ label, outcome, isRefused = false, testId }: LineProps) {
+  return (
+    <p>
+      {label}:{" "}
+      <b class={isRefused ? "is-refused" : ""} data-testid={testId}>
+        {outcome}
+      </b>
+    </p>
+  );
+}
+
+function refusedFirst(results: ActionResponse["results"]): ActionResponse["results"] {
+  return results.toSorted((a, b) => Number(a.accepted) - Number(b.accepted) || a.vehicle_id - b.vehicle_id);
+}

@@ -1,0 +1,69 @@
+/** What each screen chooses for itself: colours, and how alerts are heard. */
+import { texts } from "../texts";
+import { type Theme, THEMES } from "../theme";
+import { Choice } from "../ui/choice";
+import { Dialog } from "../ui/dialog";
+import type { Access } from "./use_session";
+import { type Voice, VOICES } from "./voice";
+
+interface Props {
+  access: Access;
+  theme: Theme;
+  onTheme(theme: Theme): void;
+  voice: Voice;
+  onVoice(voice: Voice): void;
+  onClose(): void;
+}
+
+export function Settings({ access, theme, onTheme, voice, onVoice, onClose }: Props) {
+  const { settings } = texts;
+  return (
+    <Dialog title={settings.open} testId="settings" onClose={onClose}>
+      <h3>{settings.theme}</h3>
+      <Choice
+        label={settings.theme}
+        testId="theme"
+        values={THEMES}
+        chosen={theme}
+        words={settings.themes}
+        onChoose={onTheme}
+      />
+      <h3>{settings.alerts}</h3>
+      <Choice
+        label={settings.alerts}
+        testId="voice"
+        values={VOICES}
+        chosen={voice}
+        words={settings.voice}
+        onChoose={onVoice}
+      />
+      <h3>{texts.keys.title}</h3>
+      <KeyList />
+      <div class="dialog-buttons">
+        {access.session?.role === "operator" && access.session.sign_in_required && (
+          <button type="button" data-testid="sign-out" onClick={() => void access.signOut()}>
+            {texts.signIn.signOut} ({texts.signIn.signedInAs(access.session.name)})
+          </button>
+        )}
+        <button type="button" data-testid="settings-close" onClick={onClose}>
+          {settings.close}
+        </button>
+      </div>
+    </Dialog>
+  );
+}
+
+function KeyList() {
+  return (
+    <dl class="key-list">
+      {texts.keys.list.map(([key, meaning]) => (
+        <div key={key}>
+          <dt>
+            <kbd>{key}</kbd>
+          </dt>
+          <dd>{meaning}</dd>
+        </div>
+      ))}
+    </dl>
+  );
+}

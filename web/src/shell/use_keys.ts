@@ -1,0 +1,18 @@
+/** Listens to the page's keys. */
+import { useEffect, useRef } from "preact/hooks";
+import { focusOf, type KeyCommand, keyCommand } from "./keys";
+
+/** Call `onCommand` for every stroke that means something, wherever the focus is. */
+export function useKeys(onCommand: (command: KeyCommand) => void): void {
+  const handler = useRef(onCommand);
+  handler.current = onCommand;
+  useEffect(() => {
+    const listen = (event: KeyboardEvent): void => {
+      const command = keyCommand(event, focusOf(event.target, document));
+      if (command !== null) handler.current(command);
+    };
+    // Before any element can take the stroke for itself.
+    window.addEventListener("keydown", listen, { capture: true });
+    return () => window.removeEventListener("keydown", listen, { capture: true });
+  }, []);
+}

@@ -1,0 +1,13 @@
+/** The route in a component; the browser's back button works. */
+import { useEffect, useState } from "preact/hooks";
+import { parseRoute, type Route } from "./route";
+
+export function useRoute(): Route {
+  const [route, setRoute] = useState(() => parseRoute(location.hash));
+  useEffect(() => {
+    const follow = (): void => setRoute(parseRoute(location.hash));
+    window.addEventListener("hashchange", follow);
+    return () => window.removeEventListener("hashchange", follow);
+  }, []);
+  return route;
+}

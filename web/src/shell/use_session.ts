@@ -1,0 +1,55 @@
+/** Who sits before this screen: an operator, who has signed in with the service's code, or an observer. */
+import { useEffect, useState } from "preact/hooks";
+import { readSession, signIn, signOut } from "../api/client";
+import type { Connection } from "../api/socket";
+import type { Session } from "../api/types";
+
+const NAME_KEY = "aos-gcs-operator";
+const CODE_PREFIX = "#code=";
+
+export interface Access {
+  /** Null until the service has told it. */
+  readonly session: Session | null;
+  /** From the address that the service has printed for operators; empty without. */
+  readonly code: string;
+  /** The name used last on this screen. */
+  readonly lastName: string;
+  /** Resolves to the reason of a refusal, or null. */
+  signIn(code: string, name: string): Promise<string | null>;
+  signOut(): Promise<void>;
+}
+
+/** Take the operators' code out of the address, so that it stays neither there nor in the history. */
+function takeCode(): string {
+  if (!location.hash.startsWith(CODE_PREFIX)) return "";
+  const code = decodeURIComponent(location.hash.slice(CODE_PREFIX.length));
+  history.replaceState(null, "", location.pathname);
+  return code;
+}
+
+export function useSession(connection: Connection): Access {
+  const [session, setSession] = useState<Session | null>(null);
+  const [code, setCode] = useState(takeCode);
+  // A service that was started anew does not know its operators any more.
+  useEffect(() => {
+    if (connection !== "open") return;
+    void readSession().then((answer) => answer.ok && setSession(answer.value));
+  }, [connection]);
+  return {
+    session,
+    code,
+    lastName: localStorage.getItem(NAME_KEY) ?? "",
+    async signIn(given, name) {
+      const answer = await signIn(given, name);
+      if (!answer.ok) return answer.message;
+      localStorage.setItem(NAME_KEY, name);
+      setCode("");
+      setSession(answer.value);
+      return null;
+    },
+    async signOut() {
+      const answer = await signOut();
+      if (answer.ok) setSession(answer.value);
+    },
+  };
+}

@@ -1,0 +1,18 @@
+/** The views of the page, in the order of a mission. */
+import type { ComponentType } from "preact";
+import { DecideView } from "../views/decide";
+import { FlyView } from "../views/fly";
+import { PlanView } from "../views/plan";
+import { PrepareView } from "../views/prepare";
+import { SeeView } from "../views/see";
+import { UnderstandView } from "../views/understand";
+import type { ViewName } from "./route";
+
+export const VIEWS: Readonly<Record<ViewName, ComponentType>> = {
+  plan: PlanView,
+  prepare: PrepareView,
+  fly: FlyView,
+  see: SeeView,
+  understand: UnderstandView,
+  decide: DecideView,
+};

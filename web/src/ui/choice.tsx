@@ -1,0 +1,27 @@
+/** One of a few words, all of them visible. */
+interface Props<T extends string> {
+  label: string;
+  testId: string;
+  values: readonly T[];
+  chosen: T | null;
+  words: Readonly<Record<T, string>>;
+  onChoose(value: T): void;
+}
+
+export function Choice<T extends string>({ label, testId, values, chosen, words, onChoose }: Props<T>) {
+  return (
+    <div class="choice" role="group" aria-label={label}>
+      {values.map((value) => (
+        <button
+          key={value}
+          type="button"
+          data-testid={`${testId}-${value}`}
+          aria-pressed={value === chosen}
+          onClick={() => onChoose(value)}
+        >
+          {words[value]}
+        </button>
+      ))}
+    </div>
+  );
+}

@@ -1,0 +1,70 @@
+/** The buttons that command the selected vehicles, or all, and what became of the last commands. */
+import type { Action } from "../../api/types";
+import { useShell } from "../../shell/context";
+import { Reports } from "../../shell/reports";
+import { isOffered, makeCommand } from "../../state/commands";
+import { select } from "../../state/selection";
+import { texts } from "../../texts";
+import { Panel } from "../../ui/panel";
+
+const ACTIONS: readonly Action[] = ["hold", "pause", "resume", "start", "return", "land", "abort"];
+
+export function Controls() {
+  const { state, isConnected, isOperator, selection, changeSelection, commands } = useShell();
+  const { mission } = state;
+  const { ids } = selection;
+  const fleet = mission?.vehicles.length ?? 0;
+  const scope =
+    ids.size === 0
+      ? texts.scope.all(fleet)
+      : texts.scope.some(
+          [...ids].sort((a, b) => a - b),
+          fleet,
+        );
+  return (
+    <Panel title={texts.actions.panel} testId="controls" class="controls">
+      <p class="scope">
+        <span>
+          {texts.scope.label} <strong data-testid="scope">{scope}</strong>
+        </span>
+        <button
+          type="button"
+          data-testid="clear-selection"
+          disabled={ids.size === 0}
+          onClick={() => changeSelection((before) => select(before, []))}
+        >
+          {texts.scope.clear}
+        </button>
+      </p>
+      {isOperator && (
+        <div class="actions">
+          {ACTIONS.map((action) => {
+            const { label } = makeCommand(action, mission, ids);
+            const isEnabled = isConnected && isOffered(action, mission, ids);
+            return (
+              <button
+                key={action}
+                type="button"
+                class={`action action-${action}`}
+                data-testid={`action-${action}`}
+                aria-label={label}
+                title={isEnabled ? label : texts.actions.unavailable}
+                disabled={!isEnabled}
+                onClick={() => commands.request(action)}
+              >
+                {texts.actions.verb[action]}
+              </button>
+            );
+          })}
+        </div>
+      )}
+      {isOperator && (
+        <section class="last-commands" aria-label={texts.actions.results}>
+          <h3>{texts.actions.results}</h3>
+          {commands.reports.length === 0 && <p class="small">{texts.actions.noResults}</p>}
+          <Reports reports={commands.reports} />
+        </section>
+      )}
+    </Panel>
+  );
+}

@@ -1,0 +1,142 @@
+/** The fleet as a table; the selected rows are whom commands go to. */
+import type { Vehicle } from "../../api/types";
+import { age, gpsFix, quantity, UNKNOWN, words } from "../../format";
+import { vehicleColour } from "../../map/palette";
+import { useShell } from "../../shell/context";
+import { isStale, linkAge_s } from "../../state/freshness";
+import { extend, toggle } from "../../state/selection";
+import { texts } from "../../texts";
+import { Panel } from "../../ui/panel";
+
+const LOW_BATTERY_PERCENT = 25;
+const HIGH_LOSS_PERCENT = 5;
+
+export function FleetPanel() {
+  const { state, snapshotAge_s, selection, changeSelection } = useShell();
+  const vehicles = state.mission?.vehicles ?? [];
+  const fleet = vehicles.map((vehicle) => vehicle.vehicle_id);
+  const pick = (id: number, isRange: boolean): void =>
+    changeSelection((before) => (isRange ? extend(before, id, fleet) : toggle(before, id)));
+  return (
+    <Panel title={texts.fleet.panel} testId="vehicles" class="fleet">
+      {vehicles.length === 0 ? (
+        <p class="empty">{texts.fleet.none}</p>
+      ) : (
+        <div class="scroll" tabIndex={0} role="region" aria-label={texts.fleet.panel}>
+          <table>
+            <thead>
+              <tr>
+                {Object.entries(texts.fleet.columns).map(([key, name]) => (
+                  <th key={key} scope="col" class={`col-${key}`}>
+                    {key === "select" ? <span class="visually-hidden">{name}</span> : name}
+                  </th>
+                ))}
+              </tr>
+            </thead>
+            <tbody>
+              {vehicles.map((vehicle) => (
+                <Row
+                  key={vehicle.vehicle_id}
+                  vehicle={vehicle}
+                  snapshotAge_s={snapshotAge_s}
+                  isSelected={selection.ids.has(vehicle.vehicle_id)}
+                  onPick={pick}
+                />
+              ))}
+            </tbody>
+          </table>
+        </div>
+      )}
+    </Panel>
+  );
+}
+
+interface RowProps {
+  vehicle: Vehicle;
+  snapshotAge_s: number;
+  isSelected: boolean;
+  onPick(id: number, isRange: boolean): void;
+}
+
+function Row({ vehicle, snapshotAge_s, isSelected, onPick }: RowProps) {
+  const { vehicle_id: id, position, battery_percent: battery, packet_loss_percent: loss } = vehicle;
+  const age_s = linkAge_s(vehicle, snapshotAge_s);
+  const stale = isStale(vehicle, snapshotAge_s);
+  const problem = vehicle.refusal ?? vehicle.text;
+  return (
+    <tr
+      class={`${isSelected ? "is-selected" : ""} ${stale ? "is-stale" : ""}`}
+      data-testid={`vehicle-${id}`}
+      data-stale={stale}
+      data-east={position?.east_m.toFixed(2)}
+      data-north={position?.north_m.toFixed(2)}
+      onClick={(event) => onPick(id, event.shiftKey)}
+    >
+      <td class="col-select">
+        <input
+          type="checkbox"
+          data-testid={`select-${id}`}
+          aria-label={texts.fleet.selectRow(id)}
+          checked={isSelected}
+          onClick={(event) => {
+            event.stopPropagation();
+            onPick(id, event.shiftKey);
+          }}
+        />
+      </td>
+      <th scope="row" class="col-id">
+        <i class="swatch" style={{ background: vehicleColour(id) }} />
+        {id}
+      </th>
+      <td title={vehicle.mode_name}>{vehicle.mode === "unknown" ? <NoData /> : vehicle.mode}</td>
+      <td data-testid={`task-${id}`}>{words(vehicle.task)}</td>
+      <td>{armedWord(vehicle)}</td>
+      <Quantity value={battery} unit="%" isBad={battery !== null && battery < LOW_BATTERY_PERCENT} />
+      <td>{gpsWords(vehicle)}</td>
+      <td class="number" data-testid={`link-${id}`}>
+        {age_s === null ? texts.fleet.neverHeard : age(age_s)}
+      </td>
+      <Quantity value={loss} unit="%" isBad={loss !== null && loss > HIGH_LOSS_PERCENT} />
+      <Quantity value={vehicle.height_above_home_m} decimals={1} unit="m" testId={`height-${id}`} />
+      <Quantity value={vehicle.ground_speed_mps} decimals={1} unit="m/s" />
+      <td class={`col-message ${problem ? "is-warning" : ""}`} title={problem}>
+        {problem}
+      </td>
+    </tr>
+  );
+}
+
+interface QuantityProps {
+  value: number | null;
+  decimals?: number;
+  unit: string;
+  isBad?: boolean;
+  testId?: string;
+}
+
+function Quantity({ value, decimals = 0, unit, isBad = false, testId }: QuantityProps) {
+  return (
+    <td class={`number ${isBad ? "is-bad" : ""}`} data-testid={testId}>
+      {value === null ? <NoData /> : quantity(value, decimals, unit)}
+    </td>
+  );
+}
+
+/** A dash to the eye, words to a screen reader: never reported, which is not zero. */
+function NoData() {
+  return (
+    <span class="no-data" role="img" aria-label={texts.fleet.noData} title={texts.fleet.noData}>
+      {UNKNOWN}
+    </span>
+  );
+}
+
+function armedWord({ armed }: Vehicle) {
+  if (armed === null) return <NoData />;
+  return armed ? texts.fleet.armed : texts.fleet.disarmed;
+}
+
+function gpsWords({ gps_fix: fix, satellites }: Vehicle) {
+  if (fix === null) return <NoData />;
+  return satellites === null ? gpsFix(fix) : `${gpsFix(fix)} · ${satellites}`;
+}

@@ -1,0 +1,61 @@
+/** What stands against the launch, and the button for it. */
+import type { Phase, PreflightCheck } from "../../api/types";
+import { useShell } from "../../shell/context";
+import { isOffered } from "../../state/commands";
+import { texts } from "../../texts";
+import { Panel } from "../../ui/panel";
+import { keyOf, nameOf, subjectOf } from "./checks";
+
+const BEFORE_START: ReadonlySet<Phase> = new Set<Phase>(["connect", "preflight", "ready"]);
+
+interface Props {
+  checks: readonly PreflightCheck[];
+  onChoose(key: string): void;
+}
+
+export function LaunchPanel({ checks, onChoose }: Props) {
+  const { state, isConnected, isOperator, commands } = useShell();
+  const { mission } = state;
+  const blockers = checks.filter((check) => check.blocks);
+  const isAllowed = isConnected && isOffered("start", mission, new Set());
+  if (mission !== null && !BEFORE_START.has(mission.phase)) {
+    return (
+      <Panel title={texts.prepare.launch} testId="launch-panel">
+        <p class="empty">{texts.prepare.inFlight}</p>
+      </Panel>
+    );
+  }
+  return (
+    <Panel title={texts.prepare.launch} testId="launch-panel" class="launch">
+      <div class="scroll">
+        <h3>{texts.prepare.blockers}</h3>
+        <ul data-testid="preflight-problems" aria-live="polite">
+          {checks.length === 0 && <li>{texts.prepare.none}</li>}
+          {checks.length > 0 && blockers.length === 0 && <li class="is-done">{texts.prepare.noBlockers}</li>}
+          {blockers.map((check) => (
+            <li key={keyOf(check)}>
+              <button type="button" class="link" onClick={() => onChoose(keyOf(check))}>
+                <b class="is-bad">
+                  {subjectOf(check.vehicle_id)}, {nameOf(check.name)}:
+                </b>{" "}
+                {check.text}
+              </button>
+            </li>
+          ))}
+        </ul>
+      </div>
+      {isOperator && (
+        <button
+          type="button"
+          class="action action-start launch-button"
+          data-testid="launch"
+          disabled={!isAllowed}
+          title={isAllowed ? undefined : texts.actions.unavailable}
+          onClick={() => commands.request("start")}
+        >
+          {texts.prepare.launch}
+        </button>
+      )}
+    </Panel>
+  );
+}

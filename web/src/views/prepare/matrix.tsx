@@ -1,0 +1,89 @@
+/** The matrix vehicle x check; the arrow keys lead from cell to cell. */
+import type { PreflightCheck } from "../../api/types";
+import { texts } from "../../texts";
+import { keyOf, type Matrix, nameOf, subjectOf, type Verdict, verdictOf } from "./checks";
+
+const SIGNS: Readonly<Record<Verdict, string>> = { pass: "✓", warn: "!", fail: "✗", overridden: "⊘" };
+const STEPS: Readonly<Record<string, readonly [number, number]>> = {
+  ArrowUp: [-1, 0],
+  ArrowDown: [1, 0],
+  ArrowLeft: [0, -1],
+  ArrowRight: [0, 1],
+};
+
+interface Props {
+  matrix: Matrix;
+  chosen: string | null;
+  onChoose(key: string): void;
+}
+
+export function PreflightMatrix({ matrix: { names, rows }, chosen, onChoose }: Props) {
+  return (
+    <div class="scroll" onKeyDown={moveFocus}>
+      <table class="matrix">
+        <thead>
+          <tr>
+            <th scope="col">{texts.prepare.vehicle}</th>
+            {names.map((name) => (
+              <th key={name} scope="col">
+                {nameOf(name)}
+              </th>
+            ))}
+          </tr>
+        </thead>
+        <tbody>
+          {rows.map(({ id, checks }) => (
+            <tr key={id}>
+              <th scope="row">{id === 0 ? texts.prepare.mission : id}</th>
+              {checks.map((check, column) => (
+                <td key={names[column]}>
+                  {check && <Cell check={check} isChosen={keyOf(check) === chosen} onChoose={onChoose} />}
+                </td>
+              ))}
+            </tr>
+          ))}
+        </tbody>
+      </table>
+    </div>
+  );
+}
+
+interface CellProps {
+  check: PreflightCheck;
+  isChosen: boolean;
+  onChoose(key: string): void;
+}
+
+function Cell({ check, isChosen, onChoose }: CellProps) {
+  const verdict = verdictOf(check);
+  const word = verdict === "overridden" ? texts.prepare.overridden : texts.prepare.status[verdict];
+  const choose = (): void => onChoose(keyOf(check));
+  return (
+    <button
+      type="button"
+      class={`cell is-${verdict}`}
+      data-testid={`check-${check.vehicle_id}-${check.name}`}
+      data-verdict={verdict}
+      aria-pressed={isChosen}
+      aria-label={texts.prepare.cell(nameOf(check.name), subjectOf(check.vehicle_id), word)}
+      title={check.text}
+      onFocus={choose}
+      onClick={choose}
+    >
+      {SIGNS[verdict]}
+    </button>
+  );
+}
+
+function moveFocus(event: KeyboardEvent): void {
+  const step = STEPS[event.key];
+  const cell = event.target instanceof HTMLElement ? event.target.closest("td") : null;
+  const row = cell?.closest("tr");
+  if (step === undefined || !cell || !row) return;
+  const table = row.closest("tbody");
+  const next = table?.rows[row.sectionRowIndex + step[0]]?.cells[cell.cellIndex + step[1]];
+  const button = next?.querySelector("button");
+  if (!button) return;
+  event.preventDefault();
+  button.focus();
+}

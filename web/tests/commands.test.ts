@@ -1,0 +1,30 @@
+import { expect, test } from "vitest";
+import { isOffered, makeCommand, targets } from "../src/state/commands";
+import { mission, vehicle } from "./samples";
+
+test("the selection is the scope, but start and abort concern all", () => {
+  const selected = new Set([10, 3]);
+  expect(targets("hold", selected)).toEqual([3, 10]);
+  expect(targets("hold", new Set())).toBeNull();
+  expect(targets("start", selected)).toBeNull();
+  expect(targets("abort", selected)).toBeNull();
+});
+
+test("a command names its scope", () => {
+  const fleet = mission({ vehicles: [1, 4, 7, 9].map((id) => vehicle(id)) });
+  expect(makeCommand("hold", fleet, new Set([7, 1, 4])).label).toBe("Hold 3 of 4: 1, 4, 7");
+  expect(makeCommand("return", fleet, new Set()).label).toBe("Return all 4");
+  expect(makeCommand("abort", fleet, new Set([1])).label).toBe("Abort the mission");
+});
+
+test("only what the service allows is offered", () => {
+  expect(isOffered("hold", mission(), new Set())).toBe(true);
+  expect(isOffered("start", mission(), new Set())).toBe(false);
+  expect(isOffered("hold", null, new Set())).toBe(false);
+});
+
+test("a single vehicle can be paused while the mission is", () => {
+  const paused = mission({ suspension: "paused", allowed_actions: ["resume", "hold"] });
+  expect(isOffered("pause", paused, new Set())).toBe(false);
+  expect(isOffered("pause", paused, new Set([1]))).toBe(true);
+});

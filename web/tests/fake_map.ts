@@ -1,0 +1,56 @@
+/** As much of a MapLibre map as layers of features need. */
+import type { Feature, FeatureCollection } from "geojson";
+import type { Map as MapLibreMap } from "maplibre-gl";
+import type { MapLayer, Scene } from "../src/map/layer";
+import { PALETTES } from "../src/map/palette";
+import { INITIAL_STATE } from "../src/state/state";
+import { mission } from "./samples";
+
+export class FakeMap {
+  readonly sources = new Map<string, { data: FeatureCollection; changes: number }>();
+  readonly layers: string[] = [];
+
+  addSource(id: string, { data }: { data: FeatureCollection }): void {
+    this.sources.set(id, { data, changes: 0 });
+  }
+  getSource(id: string) {
+    const source = this.sources.get(id);
+    return source && { setData: (data: FeatureCollection) => this.set(id, data) };
+  }
+  removeSource(id: string): void {
+    this.sources.delete(id);
+  }
+  addLayer({ id }: { id: string }): void {
+    this.layers.push(id);
+  }
+  removeLayer(id: string): void {
+    this.layers.splice(this.layers.indexOf(id), 1);
+  }
+  attach(layer: MapLayer) {
+    return layer.attach(this as unknown as MapLibreMap, PALETTES.dark);
+  }
+  private set(id: string, data: FeatureCollection): void {
+    this.sources.set(id, { data, changes: (this.sources.get(id)?.changes ?? 0) + 1 });
+  }
+}
+
+export const ORIGIN = { latitude_deg: 48.3358, longitude_deg: 14.3263, altitude_amsl_m: 262 };
+
+export function scene(changes: Partial<Scene> = {}): Scene {
+  return {
+    origin: ORIGIN,
+    mission: mission(),
+    state: INITIAL_STATE,
+    snapshotAge_s: 0,
+    selected: new Set(),
+    overlay: null,
+    ...changes,
+  };
+}
+
+/** The features that a layer draws of a scene. */
+export function drawn(layer: MapLayer, shown: Scene): Feature[] {
+  const map = new FakeMap();
+  map.attach(layer).update(shown);
+  return map.sources.get(layer.id)?.data.features ?? [];
+}

@@ -1,0 +1,73 @@
+import { expect, test } from "vitest";
+import { areaLayer } from "../src/map/layers/area";
+import { gridLayer } from "../src/map/layers/grid";
+import { targetsLayer } from "../src/map/layers/targets";
+import { trailsLayer } from "../src/map/layers/trails";
+import { waypointsLayer } from "../src/map/layers/waypoints";
+import { INITIAL_STATE } from "../src/state/state";
+import { drawn, FakeMap, scene } from "./fake_map";
+import { mission, position, step, target, vehicle } from "./samples";
+
+const square = (half_m: number) =>
+  [
+    [-1, -1],
+    [1, -1],
+    [1, 1],
+    [-1, 1],
+  ].map(([e = 0, n = 0]) => ({ east_m: e * half_m, north_m: n * half_m, latitude_deg: null, longitude_deg: null }));
+
+test("data goes to the map only when its own part of the scene has changed", () => {
+  const map = new FakeMap();
+  const layer = map.attach(trailsLayer);
+  const flown = { ...INITIAL_STATE, trails: new Map([[1, [[0, 0] as const, [5, 0] as const]]]) };
+  layer.update(scene({ state: flown }));
+  layer.update(scene({ state: { ...flown, steps: [step(1)] }, snapshotAge_s: 3 }));
+  expect(map.sources.get("trails")?.changes).toBe(1);
+  layer.update(scene({ state: { ...flown, trails: new Map(flown.trails) } }));
+  expect(map.sources.get("trails")?.changes).toBe(2);
+});
+
+test("a layer that is removed leaves nothing behind", () => {
+  const map = new FakeMap();
+  map.attach(areaLayer).remove();
+  expect(map.layers).toEqual([]);
+  expect(map.sources.size).toBe(0);
+});
+
+test("area and fence are closed rings; incomplete ones are not drawn", () => {
+  const features = drawn(areaLayer, scene({ mission: mission({ area: square(9), fence: square(20).slice(0, 2) }) }));
+  expect(features.map((feature) => feature.properties?.["role"])).toEqual(["area"]);
+  const ring = (features[0]?.geometry as unknown as { coordinates: unknown[][] }).coordinates[0] ?? [];
+  expect(ring).toHaveLength(5);
+  expect(ring[0]).toEqual(ring[4]);
+});
+
+test("the grid stays small over large areas", () => {
+  const lines = drawn(gridLayer, scene({ mission: mission({ area: square(9000) }) }));
+  expect(lines.length).toBeGreaterThan(50);
+  expect(lines.length).toBeLessThan(500);
+});
+
+test("refused waypoints carry the reason, sent ones a way", () => {
+  const requested = position(1, 1);
+  const refused = step(1, {
+    waypoints: [
+      { vehicle_id: 1, requested, sent: requested, verdict: "sent", reason: "" },
+      { vehicle_id: 2, requested, sent: null, verdict: "held", reason: "outside the fence" },
+    ],
+  });
+  const shown = scene({
+    mission: mission({ vehicles: [vehicle(1, { waypoint: position(5, 5) }), vehicle(2)] }),
+    state: { ...INITIAL_STATE, steps: [refused] },
+  });
+  const features = drawn(waypointsLayer, shown);
+  expect(features.map((feature) => feature.properties?.["role"])).toEqual(["sent", "way", "refused"]);
+  expect(features.at(-1)?.properties?.["reason"]).toBe("held: outside the fence");
+});
+
+test("targets have an ellipse where their uncertainty is known", () => {
+  const error = { semi_major_m: 2, semi_minor_m: 1, heading_deg: 30 };
+  const targets = [target({ ellipse: error }), target({ track_id: 2, ellipse: null })];
+  const features = drawn(targetsLayer, scene({ mission: mission({ targets }) }));
+  expect(features.map((feature) => feature.geometry.type)).toEqual(["Polygon", "Point", "Point"]);
+});
