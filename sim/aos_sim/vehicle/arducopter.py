@@ -16,6 +16,7 @@ from aos_sim.vehicle.flight import FlightSettings
 from aos_sim.vehicle.kinematics import Kinematics
 from aos_sim.vehicle.parameters import Parameter, ParameterEncoding, ParameterType
 from aos_sim.vehicle.telemetry import COMMON_MESSAGES, MessageBuilder, ekf_status_report
+from aos_sim.vehicle.true_state import sim_state
 
 
 class CopterMode(IntEnum):
@@ -63,6 +64,7 @@ class ArduCopter(Autopilot):
     MESSAGES: ClassVar[Mapping[int, MessageBuilder]] = {
         **COMMON_MESSAGES,
         mavlink.MAVLINK_MSG_ID_EKF_STATUS_REPORT: ekf_status_report,
+        mavlink.MAVLINK_MSG_ID_SIM_STATE: sim_state,
     }
     PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
         Parameter("MAV_SYSID", 1, INT16),

@@ -16,6 +16,7 @@ from aos_sim.vehicle.flight import FlightEvent, FlightSettings
 from aos_sim.vehicle.kinematics import Kinematics
 from aos_sim.vehicle.parameters import Parameter, ParameterEncoding, ParameterType
 from aos_sim.vehicle.telemetry import COMMON_MESSAGES, MessageBuilder, estimator_status
+from aos_sim.vehicle.true_state import hil_state_quaternion
 
 
 def _custom_mode(main: int, sub: int = 0) -> int:
@@ -60,6 +61,7 @@ class Px4(Autopilot):
     MESSAGES: ClassVar[Mapping[int, MessageBuilder]] = {
         **COMMON_MESSAGES,
         mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS: estimator_status,
+        mavlink.MAVLINK_MSG_ID_HIL_STATE_QUATERNION: hil_state_quaternion,
     }
     DEFAULT_INTERVALS_US: ClassVar[Mapping[int, int]] = {
         mavlink.MAVLINK_MSG_ID_SYS_STATUS: SECOND_US,

@@ -134,12 +134,12 @@ def attitude(readings: Readings) -> mavlink.MAVLink_message:
 def attitude_quaternion(readings: Readings) -> mavlink.MAVLink_message:
     """ATTITUDE_QUATERNION: body forward-right-down to NED."""
     kinematics = readings.kinematics
-    quaternion = _quaternion(kinematics.roll_rad, kinematics.pitch_rad, kinematics.heading_rad)
+    quaternion = body_quaternion(kinematics.roll_rad, kinematics.pitch_rad, kinematics.heading_rad)
     return mavlink.MAVLink_attitude_quaternion_message(readings.now.boot_ms, *quaternion, *kinematics.rates_radps)
 
 
-def _quaternion(roll_rad: float, pitch_rad: float, yaw_rad: float) -> tuple[float, float, float, float]:
-    """Return (w, x, y, z) of the rotations about z, y, x; spelt out because 50 Hz telemetry needs it often."""
+def body_quaternion(roll_rad: float, pitch_rad: float, yaw_rad: float) -> tuple[float, float, float, float]:
+    """Return (w, x, y, z) of body to NED: the rotations about z, y, x; spelt out, as 50 Hz telemetry needs it often."""
     cr, sr = math.cos(roll_rad / 2), math.sin(roll_rad / 2)
     cp, sp = math.cos(pitch_rad / 2), math.sin(pitch_rad / 2)
     cy, sy = math.cos(yaw_rad / 2), math.sin(yaw_rad / 2)
