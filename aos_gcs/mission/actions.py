@@ -6,10 +6,9 @@ import asyncio
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from typing import Protocol
 
-import numpy as np
-
 from aos_gcs.errors import MissionError
 from aos_gcs.mission.context import MissionContext
+from aos_gcs.mission.errands import Errands
 from aos_gcs.mission.homing import Homing
 from aos_gcs.mission.model import Action, ActionRecord, ActionResult, Outcome, Phase, Suspension, Task
 from aos_gcs.mission.phases import ENDING, ON_GROUND, check_action
@@ -44,8 +43,9 @@ class Flow(Protocol):
 class Operator:
     """Carries out actions. Every one is written to the audit log, refused ones too."""
 
-    def __init__(self, context: MissionContext, homing: Homing, vision: Vision, flow: Flow) -> None:
+    def __init__(self, context: MissionContext, errands: Errands, homing: Homing, vision: Vision, flow: Flow) -> None:
         self._context = context
+        self._errands = errands
         self._homing = homing
         self._vision = vision
         self._flow = flow
@@ -139,8 +139,10 @@ class Operator:
 
     async def _hold(self) -> Sequence[ActionResult]:
         self._tell("hold all")
-        self._flow.suspend(Suspension.HELD)
-        self._context.message = "Held: all vehicles stop where they are."
+        self._errands.stop_all()
+        if self._flow.heading not in ON_GROUND:
+            self._flow.suspend(Suspension.HELD)
+            self._context.message = "Held: all vehicles stop where they are."
         airborne = self._context.roster.airborne()
         ours = [member for member in airborne if not _has_pilot(member)]
         reasons = await self._context.flight.command_each(ours, lambda _: Hold())
@@ -231,6 +233,7 @@ class Operator:
         return None
 
     async def _hold_one(self, member: Member) -> str | None:
+        self._errands.stop(member.vehicle_id)
         member.task = Task.HELD
         return await self._context.flight.command(member, Hold())
 
@@ -238,23 +241,12 @@ class Operator:
         return await self._homing.send_home(member, "told by the operator")
 
     async def _land_one(self, member: Member) -> str | None:
-        below = self._vehicle_below(member)
+        below = self._context.flight.in_the_way_down(member)
         if below is not None:
-            return f"vehicle {below} flies below it; hold or return it, or land all"
+            return f"vehicle {below} flies below it, or will; hold or return it, or land all"
+        self._errands.stop(member.vehicle_id)
         member.task = Task.LANDING
         return await self._context.flight.command(member, Land())
-
-    def _vehicle_below(self, member: Member) -> int | None:
-        roster, limits = self._context.roster, self._context.flight.limits
-        position_enu_m = roster.position_enu_m(member)
-        for other in roster.airborne():
-            other_enu_m = roster.position_enu_m(other)
-            if other is member or position_enu_m is None or other_enu_m is None or limits is None:
-                continue
-            beside_m = float(np.linalg.norm((position_enu_m - other_enu_m)[:2]))
-            if other_enu_m[2] < position_enu_m[2] and beside_m < limits.separation_m:
-                return other.vehicle_id
-        return None
 
     def _tell(self, text: str) -> None:
         self._context.journal.notice(Severity.INFO, f"operator: {text}")

@@ -12,6 +12,7 @@ import numpy as np
 from aos_gcs.errors import AosError, MissionError
 from aos_gcs.mission.actions import Operator
 from aos_gcs.mission.context import MissionContext
+from aos_gcs.mission.errands import Errands
 from aos_gcs.mission.flight import FlightControl
 from aos_gcs.mission.gallery import Gallery
 from aos_gcs.mission.health import LoopMonitor
@@ -74,9 +75,10 @@ class Coordinator:
         self._context = MissionContext(settings, clock, roster, journal, flight, recorder, loop_monitor)
         self._gallery = Gallery(journal)
         self._vision = Vision(self._context)
-        self._homing = Homing(self._context)
+        self._errands = Errands()
+        self._homing = Homing(self._context, self._errands)
         self._monitor = Monitor(self._context, self._homing, self.snapshot, self._end_without_vehicles)
-        self._operator = Operator(self._context, self._homing, self._vision, self)
+        self._operator = Operator(self._context, self._errands, self._homing, self._vision, self)
         self._follow_plan()
         self.phase = Phase.CONNECT
         self.suspension = Suspension.NONE
@@ -225,6 +227,7 @@ class Coordinator:
         try:
             async with asyncio.TaskGroup() as group:
                 helpers = (
+                    group.create_task(self._errands.run()),
                     group.create_task(self._monitor.run()),
                     group.create_task(self._context.loop_monitor.run()),
                 )

@@ -15,10 +15,13 @@ from aos_gcs.mission.journal import Journal
 from aos_gcs.mission.model import Task, Verdict, WaypointRecord
 from aos_gcs.mission.roster import Member, Roster
 from aos_gcs.mission.safety import Mover, Obstacle, SafetyLimits, as_enu_point, vet_waypoints
+from aos_gcs.mission.separation import segment_distance
 from aos_gcs.mission.settings import Deadlines, FlightSettings
-from aos_gcs.ports import Clock, Command, FlightMode, Goto, Land, ReturnToLaunch, Severity
+from aos_gcs.ports import Clock, Command, FlightMode, Goto, Hold, Land, ReturnToLaunch, Severity, Takeoff
 
 _POLL_S = 0.1
+_RETRY_S = 1.0
+"""Between two attempts to send a vehicle that has refused."""
 _SWARM = frozenset({Task.SWARM})
 
 
@@ -48,8 +51,11 @@ class FlightControl:
 
     async def command(self, member: Member, command: Command, timeout_s: float | None = None) -> str | None:
         """Have one vehicle do something; return None when it is confirmed, else the reason, which is also reported."""
-        deadline_s = self._clock.now_s() + (timeout_s if timeout_s is not None else self._deadlines.command_s)
+        now_s = self._clock.now_s()
+        deadline_s = now_s + (timeout_s if timeout_s is not None else self._deadlines.command_s)
         member.last_command = command
+        if not isinstance(command, Hold):
+            member.sent_at_s = now_s
         try:
             await member.vehicle.execute(command, deadline_s)
         except CommandError as error:
@@ -109,6 +115,7 @@ class FlightControl:
                 position_age_s=self._roster.position_age_s(member),
                 battery_fraction=None if homing else member.state.battery_fraction,
                 home_enu_m=member.home_enu_m,
+                battery_per_m=self._battery_per_m(member),
             )
             for member in members
             if _is_ours(member, tasks) and (position_enu_m := self._roster.position_enu_m(member)) is not None
@@ -121,7 +128,8 @@ class FlightControl:
     def _obstacles(self, moving_ids: set[int]) -> list[Obstacle]:
         """Return the others in the air: where they hover, or the column in which they may be sinking.
 
-        Who returns by its autopilot, or is lost and probably does, also has the way to its launch point.
+        Who was sent somewhere has the way there; who returns by its autopilot, or is lost and probably does, also has
+        the way to its launch point.
         """
         obstacles = []
         for member in self._roster.members():
@@ -130,14 +138,34 @@ class FlightControl:
                 continue
             is_lost, command = member.task is Task.LOST, member.last_command
             goes_home = is_lost or member.state.mode is FlightMode.RETURN or isinstance(command, ReturnToLaunch)
+            climbs = isinstance(command, Takeoff) and not self._roster.is_in_layer(member)
             obstacle = Obstacle(
                 member.vehicle_id,
                 position_enu_m,
-                column=goes_home or not member.follows_us or isinstance(command, Land),
+                waypoint_enu_m=member.waypoint_enu_m if isinstance(command, Goto) else None,
+                column=goes_home or climbs or not member.follows_us or isinstance(command, Land),
+                top_m=member.layer_height_m if climbs else None,
                 home_enu_m=member.home_enu_m if goes_home else None,
             )
             obstacles.append(obstacle)
         return obstacles
+
+    def in_the_way_down(self, member: Member) -> int | None:
+        """Return the id of a vehicle that is, or may come, too near to the column below; None if that is free."""
+        position_enu_m = self._roster.position_enu_m(member)
+        if position_enu_m is None or self._limits is None:
+            return None
+        ground_enu_m = np.array([*position_enu_m[:2], min(0.0, position_enu_m[2])])
+        for obstacle in self._obstacles({member.vehicle_id}):
+            segments = obstacle.segments()
+            distances_m = segment_distance(position_enu_m, ground_enu_m, segments[:, 0], segments[:, 1])
+            if distances_m.min() < self._limits.separation_m:
+                return obstacle.vehicle_id
+        return None
+
+    def _battery_per_m(self, member: Member) -> float | None:
+        per_s = member.battery.per_s
+        return None if per_s is None else per_s / self._settings.cruise_speed_mps
 
     async def send(
         self,
@@ -201,8 +229,11 @@ class FlightControl:
 
         while (members := pending()) and (left_s := deadline_s - self._clock.now_s()) > 0.0:
             planned = {member.vehicle_id: places_enu_m[member.vehicle_id] for member in members}
-            await self.send(self.vet(planned, tasks, homing=homing), tasks=tasks)
-            await self.wait_until(pending, self.has_arrived, min(left_s, self._deadlines.move_s))
+            results = await self.send(self.vet(planned, tasks, homing=homing), tasks=tasks)
+            refused = [vehicle_id for vehicle_id, reason in results.items() if reason is not None]
+            # Who refuses is asked again soon, whoever else is still under way.
+            patience_s = _RETRY_S if refused else self._deadlines.move_s
+            await self.wait_until(pending, self.has_arrived, min(left_s, patience_s))
             await self._clock.sleep(_POLL_S)
         return pending()
 

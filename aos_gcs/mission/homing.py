@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.mission.context import MissionContext
+from aos_gcs.mission.errands import Errands
 from aos_gcs.mission.model import Outcome, Phase, Task
 from aos_gcs.mission.roster import Member
 from aos_gcs.mission.separation import spread_apart
@@ -15,13 +16,17 @@ from aos_gcs.ports import Command, Disarm, FlightMode, Land, ReturnToLaunch, Sev
 
 _COMING_DOWN = frozenset({FlightMode.RETURN, FlightMode.LAND})
 _LAND_ATTEMPTS = 3
+_POLL_S = 0.2
 
 
 class Homing:
     """The way down. Every handler can be entered again after an interruption."""
 
-    def __init__(self, context: MissionContext) -> None:
+    def __init__(self, context: MissionContext, errands: Errands) -> None:
         self._context = context
+        self._errands = errands
+        self.leads_all = False
+        """Whether the whole mission is on its way down, so that nobody is led alone."""
 
     async def return_home(self) -> Phase:
         """Fly all to their launch points, each in its own altitude layer, before anyone descends.
@@ -31,12 +36,14 @@ class Homing:
         like that is handed to its autopilot; who is coming down already or is flown by a pilot is left alone.
         """
         context = self._context
+        self._lead_all()
         context.message = "Returning: flying to the launch points in the altitude layers."
         led = [member for member in self._still_flying() if self._can_be_led(member)]
         for member in led:
             member.task = Task.RETURNING
         await self._fly(led, self._climb)
         await self._fly(led, self._above_home)
+        await self._fetch_the_held()
         astray = [member for member in self._still_flying() if member.airborne and self._is_astray(member)]
         for member in astray:
             context.journal.notice(Severity.WARNING, "handed to its autopilot's own return", member.vehicle_id)
@@ -46,6 +53,7 @@ class Homing:
     async def land(self) -> Phase:
         """Land all where they are, once nobody hovers above another, and wait until their motors stand still."""
         context = self._context
+        self._lead_all()
         context.message = "Landing."
         await self._clear_columns()
         for member in self._still_flying():
@@ -77,14 +85,62 @@ class Homing:
         return len(left) < len(lost)
 
     async def send_home(self, member: Member, reason: str) -> str | None:
-        """Have one vehicle leave the swarm by its autopilot's own return; return why it does not, if so."""
-        member.task = Task.RETURNING
+        """Have one vehicle leave the swarm; return why it does not, if so.
+
+        It is led home in its own layer, where nobody else flies, and lands once the column below it is free. Who cannot
+        be led is handed to its autopilot's own return.
+        """
         self._context.journal.notice(Severity.WARNING, f"returns alone: {reason}", member.vehicle_id)
+        if self._can_be_led(member):
+            member.task = Task.RETURNING
+            self._errands.start(member.vehicle_id, self._lead_home(member))
+            return None
+        return await self._hand_over(member)
+
+    def let_go(self, member: Member) -> None:
+        """Lead a vehicle no further; what it was told last remains."""
+        self._errands.stop(member.vehicle_id)
+
+    def is_led(self, member: Member) -> bool:
+        """Whether a vehicle is on an errand of its own, such as the way home."""
+        return self._errands.is_out(member.vehicle_id)
+
+    def _lead_all(self) -> None:
+        self.leads_all = True
+        self._errands.stop_all()
+
+    async def _lead_home(self, member: Member) -> None:
+        """Fly one vehicle home and land it, unless it is told something else or is taken over on the way."""
+        context = self._context
+        await self._fly([member], self._climb)
+        await self._fly([member], self._above_home)
+        if member.task is not Task.RETURNING or not member.follows_us:
+            return
+        if self._is_astray(member):
+            await self._hand_over(member)
+            return
+        while (other_id := context.flight.in_the_way_down(member)) is not None:
+            member.refusal = f"held: vehicle {other_id} may come below it"
+            await context.clock.sleep(_POLL_S)
+        if member.task is Task.RETURNING and member.follows_us:
+            member.task = Task.LANDING
+            await context.flight.command(member, Land())
+
+    async def _hand_over(self, member: Member) -> str | None:
+        member.task = Task.RETURNING
         command = ReturnToLaunch()
         refusal = await self._context.flight.command(member, command)
         if refusal is not None and member.last_command in (None, command):
             member.task = Task.HELD
         return refusal
+
+    async def _fetch_the_held(self) -> None:
+        """Lead home who was held on the way, such as for the sake of the separation, once the others are there."""
+        held = [m for m in self._context.roster.members(Task.HELD) if self._can_be_led(m)]
+        for member in held:
+            member.task = Task.RETURNING
+        await self._fly(held, self._climb)
+        await self._fly(held, self._above_home)
 
     def _still_flying(self) -> list[Member]:
         return [

@@ -5,14 +5,13 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 
-import numpy as np
-
 from aos_gcs.mission.context import MissionContext
+from aos_gcs.mission.energy import time_home_s
 from aos_gcs.mission.homing import Homing
 from aos_gcs.mission.model import EventKind, MissionSnapshot, Task
+from aos_gcs.mission.proximity import ProximityWatch
 from aos_gcs.mission.roster import FLYING, Member
-from aos_gcs.mission.separation import minimum_separation
-from aos_gcs.ports import Goto, LandedState, Severity
+from aos_gcs.ports import Goto, Hold, LandedState, Severity
 
 _PERIOD_S = 0.1
 _SNAPSHOT_PERIOD_S = 0.2
@@ -35,11 +34,15 @@ class Monitor:
         self._homing = homing
         self._snapshot = snapshot
         self._on_all_lost = on_all_lost
-        self._too_close: set[tuple[int, int]] = set()
+        self._proximity = ProximityWatch(context.roster, context.clock, context.journal)
         self._all_lost_since_s: float | None = None
         self._send_home_at_s: dict[int, float] = {}
         """When a vehicle that must leave may be told so again, by id."""
-        self.min_separation_m: float | None = None
+
+    @property
+    def min_separation_m(self) -> float | None:
+        """The smallest 3-D distance measured between two vehicles in the air so far."""
+        return self._proximity.min_separation_m
 
     async def run(self) -> None:
         """Watch until cancelled."""
@@ -51,11 +54,13 @@ class Monitor:
                 for member in self._context.roster.members():
                     self._watch_link(member)
                     self._watch_landing(member)
+                    self._measure_battery(member)
                     if (reason := self._must_leave(member)) is not None:
                         group.create_task(self._homing.send_home(member, reason))
                     self._watch_take_over(member)
                 self._watch_all_lost()
-                self._watch_separation()
+                for member in self._proximity.look(self._context.flight.limits):
+                    group.create_task(self._hold(member))
                 if loop.time() >= next_snapshot_s:
                     next_snapshot_s = loop.time() + _SNAPSHOT_PERIOD_S
                     self._context.journal.publish(EventKind.SNAPSHOT, self._snapshot())
@@ -86,17 +91,51 @@ class Monitor:
                 Severity.CRITICAL, "left the swarm: it is on the ground and its motors have stopped", member.vehicle_id
             )
 
+    def _measure_battery(self, member: Member) -> None:
+        if not member.airborne:
+            member.battery.reset()
+        elif member.state.battery_fraction is not None:
+            member.battery.take(self._context.clock.now_s(), member.state.battery_fraction)
+
     def _must_leave(self, member: Member) -> str | None:
-        limits, battery = self._context.flight.limits, member.state.battery_fraction
-        if limits is None or battery is None or not member.airborne or not member.follows_us:
+        """Return why a vehicle has to be sent home now, if it has to."""
+        if not member.airborne or not member.follows_us or self._homing.is_led(member):
             return None
-        if member.task not in {Task.SWARM, Task.HELD} or battery >= limits.min_battery_fraction:
-            return None
+        reason = self._why_home(member)
         now_s = self._context.clock.now_s()
-        if now_s < self._send_home_at_s.get(member.vehicle_id, now_s):
+        if reason is None or now_s < self._send_home_at_s.get(member.vehicle_id, now_s):
             return None
         self._send_home_at_s[member.vehicle_id] = now_s + _REPEAT_S
-        return f"battery at {100 * battery:.0f} %"
+        return reason
+
+    def _why_home(self, member: Member) -> str | None:
+        if member.task is Task.RETURNING:
+            stopped = self._homing.leads_all or isinstance(member.last_command, Hold)
+            return None if stopped else "it is still on its way"
+        limits, battery = self._context.flight.limits, member.state.battery_fraction
+        if limits is None or battery is None or member.task not in {Task.SWARM, Task.HELD}:
+            return None
+        way_home = self._battery_home(member)
+        if battery >= limits.min_battery_fraction + way_home:
+            return None
+        if battery < limits.min_battery_fraction:
+            return f"battery at {battery:.0%}"
+        return (
+            f"battery at {battery:.0%}: {way_home:.0%} are needed to come home with {limits.min_battery_fraction:.0%}"
+        )
+
+    def _battery_home(self, member: Member) -> float:
+        """Return the battery fraction that the way home takes at the measured rate; 0 while it is not known."""
+        position_enu_m, per_s = self._context.roster.position_enu_m(member), member.battery.per_s
+        if per_s is None or position_enu_m is None or member.home_enu_m is None:
+            return 0.0
+        return per_s * time_home_s(position_enu_m, member.home_enu_m, self._context.settings.flight.cruise_speed_mps)
+
+    async def _hold(self, member: Member) -> None:
+        """Stop one of two that are too close, whatever it was doing; the operator resumes it."""
+        self._homing.let_go(member)
+        member.task = Task.HELD
+        await self._context.flight.command(member, Hold())
 
     def _watch_take_over(self, member: Member) -> None:
         if member.task is Task.SWARM and member.airborne and not member.follows_us:
@@ -118,29 +157,3 @@ class Monitor:
         elif now_s - self._all_lost_since_s > context.settings.deadlines.all_lost_s:
             self._all_lost_since_s = None
             self._on_all_lost()
-
-    def _watch_separation(self) -> None:
-        """Measure the smallest distance in the air, on positions carried forward by their age."""
-        context = self._context
-        members, positions = [], []
-        for member in context.roster.airborne():
-            position_enu_m = context.roster.position_enu_m(member)
-            if position_enu_m is None:
-                continue
-            age_s = context.roster.position_age_s(member) or 0.0
-            members.append(member)
-            positions.append(position_enu_m + age_s * np.array(member.state.velocity_enu_mps or (0.0, 0.0, 0.0)))
-        if len(members) < 2:
-            return
-        distance_m, rows = minimum_separation(np.array(positions))
-        if self.min_separation_m is None or distance_m < self.min_separation_m:
-            self.min_separation_m = distance_m
-        limits = context.flight.limits
-        if limits is None or distance_m >= limits.separation_m:
-            self._too_close.clear()
-            return
-        pair = members[rows[0]].vehicle_id, members[rows[1]].vehicle_id
-        if pair not in self._too_close:
-            self._too_close.add(pair)
-            text = f"only {distance_m:.1f} m from vehicle {pair[1]}, below the {limits.separation_m:.1f} m allowed"
-            context.journal.notice(Severity.CRITICAL, text, pair[0])

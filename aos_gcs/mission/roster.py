@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.errors import MissionError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.mission.energy import BatteryMeter
 from aos_gcs.mission.model import Task, VehicleSnapshot
 from aos_gcs.mission.safety import as_enu_point
 from aos_gcs.ports import Clock, Command, Fleet, FlightMode, LandedState, Takeoff, Vehicle, VehicleState
@@ -37,6 +39,9 @@ class Member:
     refusal: str | None = None
     last_command: Command | None = None
     """Handed to the link last and not refused; telemetry shows its effect up to seconds later."""
+    sent_at_s: float = -math.inf
+    """When it was last told to move."""
+    battery: BatteryMeter = field(default_factory=BatteryMeter)
 
     @property
     def state(self) -> VehicleState:

@@ -45,6 +45,10 @@ class SafetyLimits:
     v^2 / 2a is a good choice."""
     separation_m: float = 1.5
     """Smallest 3-D distance between two ways; below the spacing of the altitude layers by what heights err."""
+    hold_horizontal_m: float = 1.0
+    """Two vehicles measured nearer than this beside each other ..."""
+    hold_vertical_m: float = 1.0
+    """... and nearer than this above each other are too close: one is held. Both lie within ``separation_m``."""
     max_link_age_s: float = 3.0
     max_position_age_s: float = 3.0
     min_battery_fraction: float = 0.2
@@ -54,13 +58,18 @@ class SafetyLimits:
 
     def __post_init__(self) -> None:
         self.boundaries()
-        positive = ("separation_m", "max_link_age_s", "max_position_age_s")
+        positive = ("separation_m", "hold_horizontal_m", "hold_vertical_m", "max_link_age_s", "max_position_age_s")
         for name in (*positive, "margin_m", "floor_m", "ceiling_m", "min_battery_fraction", "battery_per_m"):
             value = getattr(self, name)
             if value is not None and not math.isfinite(value):
                 raise ConfigurationError(f"{name} must be a finite number, but is {value}.")
             if name in positive and value <= 0.0:
                 raise ConfigurationError(f"{name} must be above 0, but is {value:g}.")
+        if math.hypot(self.hold_horizontal_m, self.hold_vertical_m) > self.separation_m:
+            raise ConfigurationError(
+                f"hold_horizontal_m ({self.hold_horizontal_m:g}) and hold_vertical_m ({self.hold_vertical_m:g}) must "
+                f"lie within separation_m ({self.separation_m:g}), else granted ways end in a hold; lower them."
+            )
         if self.floor_m >= self.ceiling_m:
             raise ConfigurationError(f"floor_m ({self.floor_m:g}) must be below ceiling_m ({self.ceiling_m:g}).")
         if self.margin_m < 0.0:
@@ -99,6 +108,8 @@ class Mover:
     reports its battery at all is for preflight to see to."""
     home_enu_m: FloatArray | None = None
     """Shape (3,); needed when the energy to return is limited."""
+    battery_per_m: float | None = None
+    """Battery fraction that a metre of its flight costs, as measured; None leaves it to the limits."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -108,6 +119,8 @@ class Obstacle:
     vehicle_id: int
     position_enu_m: FloatArray
     """Shape (3,)."""
+    waypoint_enu_m: FloatArray | None = None
+    """Where it was sent, shape (3,): the way there is taken too."""
     column: bool = False
     """It returns, lands or climbs: everything between the ground and ``top_m`` is taken."""
     top_m: float | None = None
@@ -119,6 +132,8 @@ class Obstacle:
         """Return the segments on which the vehicle may be, shape (k, 2, 3)."""
         here = np.array(self.position_enu_m, dtype=np.float64)
         segments = [_column(here, self.top_m) if self.column else np.array([here, here])]
+        if self.waypoint_enu_m is not None:
+            segments.append(np.array([here, self.waypoint_enu_m]))
         if self.home_enu_m is not None:
             above_home = np.array([*self.home_enu_m[:2], here[2]])
             segments += [np.array([here, above_home]), _column(above_home, self.top_m)]
@@ -256,12 +271,13 @@ def _reason_to_hold(mover: Mover, limits: SafetyLimits) -> str:  # noqa: PLR0911
         return ""
     if mover.battery_fraction < limits.min_battery_fraction:
         return f"battery at {mover.battery_fraction:.0%}, limit {limits.min_battery_fraction:.0%}"
-    if limits.battery_per_m is None:
+    battery_per_m = limits.battery_per_m if mover.battery_per_m is None else mover.battery_per_m
+    if battery_per_m is None:
         return ""
     if mover.home_enu_m is None:
         return "its home is unknown, so the energy to return is too"
     way_m = math.dist(mover.position_enu_m, mover.requested_enu_m) + math.dist(mover.requested_enu_m, mover.home_enu_m)
-    needed = limits.min_battery_fraction + limits.battery_per_m * way_m
+    needed = limits.min_battery_fraction + battery_per_m * way_m
     if mover.battery_fraction < needed:
         return f"battery at {mover.battery_fraction:.0%}, but {needed:.0%} are needed to go there and return home"
     return ""

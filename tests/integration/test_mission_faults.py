@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import dataclasses
 from collections.abc import Callable
+from types import UnionType
 
 import numpy as np
 import pytest
@@ -60,9 +61,9 @@ async def in_a_capture(flight: Flight) -> None:
 
 
 @pytest.mark.parametrize(
-    ("action", "command"), [(Action.HOLD, Hold), (Action.RETURN, ReturnToLaunch), (Action.LAND, Land)]
+    ("action", "command"), [(Action.HOLD, Hold), (Action.RETURN, Goto | Land), (Action.LAND, Land)]
 )
-async def test_a_step_in_hand_does_not_command_who_left_meanwhile(action: Action, command: type) -> None:
+async def test_a_step_in_hand_does_not_command_who_left_meanwhile(action: Action, command: type | UnionType) -> None:
     flight = prepare()
     slow_cameras(flight)
     async with flying(flight) as run:
@@ -144,7 +145,7 @@ async def test_who_is_coming_down_already_is_not_led_up_again() -> None:
     flight = prepare()
     async with flying(flight) as run:
         await flight.until(lambda: len(flight.mission.steps()) == 2)
-        await flight.mission.act(Action.RETURN, (1,))
+        await flight.fleet.members[1].execute(ReturnToLaunch(), 0.0)  # as its failsafe would
         await flight.mission.act(Action.LAND, (2,))
         await flight.clock.sleep(0.5)
         await flight.mission.act(Action.RETURN, None)
@@ -304,11 +305,10 @@ async def test_who_was_on_its_way_down_alone_goes_on_after_a_hold_of_all() -> No
         assert all(isinstance(vehicle.commands[-1], Hold) for vehicle in flight.fleet.members.values())
         results = await flight.mission.act(Action.RESUME, None)
         assert {result.vehicle_id: result.accepted for result in results} == {1: True, 4: True}
-        assert returning.commands[-1] == ReturnToLaunch()
+        await flight.until(lambda: isinstance(returning.commands[-1], Goto))
         assert landing.commands[-1] == Land()
-        await flight.until(lambda: flight.task(4) is Task.LANDED and flight.task(1) is Task.LANDED)
-        await flight.mission.act(Action.ABORT, None)
         await run
+    assert [flight.task(number) for number in (1, 2, 3, 4)] == [Task.LANDED] * 4
 
 
 async def test_actions_on_all_leave_a_pilot_alone_and_say_so() -> None:
@@ -422,7 +422,7 @@ async def test_a_defect_sends_everybody_home_and_is_reported(culprit: str) -> No
             pilot.mode = FlightMode.MANUAL
             owner, name = {
                 "handler": (flight.mission._search, "_choose"),
-                "monitor": (flight.mission._monitor, "_watch_separation"),
+                "monitor": (flight.mission._monitor._proximity, "look"),
             }[culprit]
             setattr(owner, name, fail)
             await run
@@ -451,20 +451,86 @@ async def test_a_farewell_that_fails_still_closes_the_record() -> None:
 # --- batteries and motors -------------------------------------------------------------------------------------------
 
 
-async def test_a_vehicle_with_a_low_battery_that_refuses_to_return_is_told_again() -> None:
+async def test_a_vehicle_with_a_low_battery_that_refuses_to_fly_home_is_told_again() -> None:
     flight = prepare()
     async with flying(flight) as run:
         await flight.until(lambda: len(flight.mission.steps()) == 2)
         vehicle: FakeVehicle = flight.fleet.members[3]
         await flight.mission.act(Action.PAUSE, None)  # or the mission would be over before the vehicle gives in
-        vehicle.refuses, vehicle.battery_fraction = frozenset({ReturnToLaunch}), 0.1
+        told = len(vehicle.commands)
+        vehicle.refuses, vehicle.battery_fraction = frozenset({Goto}), 0.1
         await flight.clock.sleep(12.0)
-        assert 2 <= vehicle.commands.count(ReturnToLaunch()) <= 4
+        assert 4 <= len(vehicle.commands) - told <= 14
         vehicle.refuses = frozenset()
+        await flight.until(lambda: flight.task(3) is Task.LANDED)
+        assert vehicle.position_enu_m() == pytest.approx(vehicle.home_enu_m, abs=0.6)
+        await flight.mission.act(Action.ABORT, None)
+        await run
+
+
+async def test_who_cannot_be_led_home_in_time_is_handed_to_its_autopilot() -> None:
+    flight = prepare(deadlines=Deadlines(connect_s=5.0, preflight_s=5.0, capture_s=5.0, transfer_s=15.0))
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.mission.steps()) == 2)
+        vehicle: FakeVehicle = flight.fleet.members[3]
+        vehicle.refuses, vehicle.battery_fraction = frozenset({Goto}), 0.1
+        await flight.mission.act(Action.PAUSE, None)
         await flight.until(lambda: vehicle.mode is FlightMode.RETURN)
         await flight.mission.act(Action.ABORT, None)
         await run
     assert flight.task(3) is Task.LANDED
+
+
+async def test_a_battery_that_empties_fast_brings_its_vehicle_home_in_time() -> None:
+    """At 0.2 % per second and some 40 m away, home is about 9 % away: below 29 % the vehicle leaves."""
+    flight = prepare()
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.mission.steps()) == 2)
+        await flight.mission.act(Action.PAUSE, None)
+        vehicle: FakeVehicle = flight.fleet.members[2]
+        started_s = flight.clock.now_s()
+        while flight.task(2) is Task.SWARM:
+            vehicle.battery_fraction = 0.9 - 0.002 * (flight.clock.now_s() - started_s)
+            await flight.clock.sleep(0.5)
+        assert 0.25 < vehicle.battery_fraction < 0.32
+        assert any("are needed to come home with 20%" in text for text in flight.texts())
+        await flight.mission.act(Action.ABORT, None)
+        await run
+
+
+# --- distances in the air ------------------------------------------------------------------------------------------
+
+
+async def test_of_two_that_come_too_close_the_later_mover_is_held() -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.mission.steps()) == 2)
+        await flight.mission.act(Action.PAUSE, None)
+        await flight.until(lambda: not any(vehicle.is_moving() for vehicle in flight.fleet.members.values()))
+        still, drifting = flight.fleet.members[2], flight.fleet.members[3]
+        flight.mission._context.roster.select([3])[0].sent_at_s = flight.clock.now_s()
+        drifting.speed_mps = 2.0
+        drifting.fly_to(still.position_enu_m())
+        await flight.until(lambda: isinstance(drifting.commands[-1], Hold))
+        await flight.clock.sleep(1.0)
+        offset_m = drifting.position_enu_m() - still.position_enu_m()
+        assert not isinstance(still.commands[-1], Hold)
+        assert 0.0 < np.linalg.norm(offset_m) < 1.5
+        assert flight.task(3) is Task.HELD
+        assert any("vehicle 3 is held" in text for text in flight.texts())
+        await flight.mission.act(Action.ABORT, None)
+        await run
+
+
+async def test_a_position_that_is_old_is_told_of_and_not_trusted() -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.mission.steps()) == 2)
+        flight.fleet.members[2].silent_since_s = flight.clock.now_s()
+        await flight.clock.sleep(4.0)
+        assert sum("its distance to others is not watched" in text for text in flight.texts()) == 1
+        await flight.mission.act(Action.ABORT, None)
+        await run
 
 
 async def test_a_vehicle_whose_motors_stop_leaves_the_swarm() -> None:

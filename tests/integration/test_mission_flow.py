@@ -189,7 +189,11 @@ async def test_a_low_battery_sends_a_vehicle_home() -> None:
         await flight.until(lambda: len(flight.mission.steps()) == 2)
         flight.fleet.members[3].battery_fraction = 0.1
         assert await run is Outcome.FOUND
-    assert ReturnToLaunch() in flight.fleet.members[3].commands
+    vehicle = flight.fleet.members[3]
+    assert ReturnToLaunch() not in vehicle.commands
+    assert vehicle.commands[-1] == Land()
+    assert vehicle.position_enu_m() == pytest.approx(vehicle.home_enu_m, abs=0.6)
+    assert any("returns alone: battery at 10%" in text for text in flight.texts())
 
 
 async def test_two_vehicles_left_go_on_but_one_returns() -> None:
@@ -214,7 +218,8 @@ async def test_actions_out_of_place_are_refused_and_logged() -> None:
     async with flying(flight) as run:
         await flight.until(lambda: flight.mission.phase is Phase.READY)
         with pytest.raises(MissionError, match="no vehicle is flying"):
-            await flight.mission.act(Action.HOLD, None)
+            await flight.mission.act(Action.LAND, None)
+        assert await flight.mission.act(Action.HOLD, None) == ()
         await flight.mission.act(Action.START, None)
         await flight.until(lambda: flight.mission.phase is Phase.SCAN)
         with pytest.raises(MissionError, match="started already"):
@@ -223,7 +228,7 @@ async def test_actions_out_of_place_are_refused_and_logged() -> None:
             await flight.mission.act(Action.HOLD, (9,))
         await flight.mission.act(Action.ABORT, None)
         await run
-    assert [bool(record.refusal) for record in flight.recorder.actions] == [True, False, True, True, False]
+    assert [bool(record.refusal) for record in flight.recorder.actions] == [True, False, False, True, True, False]
 
 
 async def test_cancelling_a_flying_mission_sends_everybody_home() -> None:

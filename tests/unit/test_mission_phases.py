@@ -61,7 +61,7 @@ def test_transitions_outside_the_table_are_defects() -> None:
         (Phase.SCAN, Action.START, "has started already"),
         (Phase.CONNECT, Action.OVERRIDE, "there are no checks yet"),
         (Phase.SCAN, Action.OVERRIDE, "has started already"),
-        (Phase.READY, Action.HOLD, "Cannot hold: no vehicle is flying yet"),
+        (Phase.READY, Action.LAND, "Cannot land: no vehicle is flying yet"),
         (Phase.TAKEOFF, Action.PAUSE, "Cannot pause in phase takeoff"),
         (Phase.DONE, Action.RETURN, "the mission is over"),
         (Phase.DONE, Action.ABORT, "the mission is over"),

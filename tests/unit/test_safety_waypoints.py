@@ -240,6 +240,7 @@ def test_ids_must_differ_and_positions_be_known() -> None:
         ({"floor_m": 60.0}, "floor_m .* must be below ceiling_m"),
         ({"margin_m": -1.0}, "margin_m"),
         ({"separation_m": 0.0}, "separation_m"),
+        ({"hold_vertical_m": 1.2}, "hold_vertical_m .* must lie within separation_m"),
         ({"max_link_age_s": float("nan")}, "max_link_age_s"),
         ({"min_battery_fraction": 1.0}, "min_battery_fraction"),
         ({"battery_per_m": 0.0}, "battery_per_m"),

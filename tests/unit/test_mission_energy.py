@@ -1,0 +1,35 @@
+"""Batteries empty at the rate that is measured, and jumps are no discharge."""
+
+import numpy as np
+import pytest
+
+from aos_gcs.mission.energy import BatteryMeter, time_home_s
+
+
+def test_whole_percents_still_give_the_rate() -> None:
+    meter = BatteryMeter()
+    for now_s in range(120):
+        meter.take(float(now_s), round(0.9 - 0.001 * now_s, 2))
+    assert meter.per_s == pytest.approx(0.001, rel=0.1)
+
+
+def test_nothing_is_known_before_half_a_minute_or_on_the_ground() -> None:
+    meter = BatteryMeter()
+    for now_s in range(29):
+        meter.take(float(now_s), 0.9 - 0.001 * now_s)
+    assert meter.per_s is None
+    meter.take(40.0, 0.86)
+    assert meter.per_s is not None
+    meter.reset()
+    assert meter.per_s is None
+
+
+def test_one_report_that_jumps_is_no_discharge() -> None:
+    meter = BatteryMeter()
+    for now_s in range(60):
+        meter.take(float(now_s), 0.3 if now_s == 50 else 0.9)
+    assert meter.per_s == 0.0
+
+
+def test_home_is_level_flight_and_a_slow_descent() -> None:
+    assert time_home_s(np.array([30.0, 40.0, 35.0]), np.array([0.0, 0.0, 5.0]), 10.0) == pytest.approx(35.0)
