@@ -86,6 +86,26 @@ class LinkQuality:
 
 
 @dataclass(frozen=True, slots=True)
+class CameraState:
+    """What has become of the frames of a vehicle's camera since its link was opened."""
+
+    source: str = ""
+    """How they come, in the driver's own word, such as ``component``."""
+    frames: int = 0
+    """That were delivered."""
+    refused: int = 0
+    """That came, but with a pose or a time that cannot be trusted."""
+    late: int = 0
+    """That were not there by the deadline."""
+    torn: int = 0
+    """That were not whole by the deadline."""
+    failed: int = 0
+    """That failed otherwise: the camera did not expose, or the file cannot be used."""
+    problem: str = ""
+    """Why the latest one that is missing is missing."""
+
+
+@dataclass(frozen=True, slots=True)
 class VehicleState:
     """The latest values a vehicle has reported; ``None`` means that it never did."""
 
@@ -115,6 +135,7 @@ class VehicleState:
     packet_loss_fraction: float | None = None
     """Share of the vehicle's messages that never arrived, from gaps in its sequence numbers."""
     link: LinkQuality | None = None
+    camera: CameraState | None = None
     text: str = ""
     """The latest status text of severity warning or worse."""
 
@@ -180,6 +201,8 @@ class Capture:
     R_cam2enu: NDArray[np.float64]
     """Orientation at exposure, shape (3, 3), into the ENU axes at ``position``."""
     camera: CameraModel
+    time_sigma_s: float | None = None
+    """Standard deviation of the time that the pose is of; None where the source tells none."""
 
 
 class Vehicle(Protocol):

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import cast
 
 from aos_drivers.frames.fetching import ImageFetcher
+from aos_drivers.frames.settings import CameraPlan
 from aos_drivers.mavlink.address import PeerAddress
 from aos_drivers.mavlink.exposure import CaptureTools
 from aos_drivers.mavlink.service import MavlinkFleet
@@ -57,15 +58,16 @@ class Network:
 
 @asynccontextmanager
 async def open_network(
-    *vehicles: FakeVehicle, fetcher: object = None, camera_fov_rad: float | None = None
+    *vehicles: FakeVehicle, fetcher: object = None, cameras: CameraPlan | None = None
 ) -> AsyncIterator[Network]:
     """Join vehicles with a running driver; every vehicle has been heard when this yields."""
     clock = LoopClock()
     peers = {PeerAddress(0, f"10.0.0.{number}", 5000): vehicle for number, vehicle in enumerate(vehicles, 1)}
     network = Network(peers, clock)
     context = DriverContext(clock, lambda: network.is_healthy, network.notices.append)
-    tools = CaptureTools(clock, cast("ImageFetcher", fetcher), camera_fov_rad)
-    network.fleet = MavlinkFleet(Session(254, 5.0), context, tools, None)
+    cameras = cameras or CameraPlan()
+    tools = CaptureTools(clock, cast("ImageFetcher", fetcher), cameras, network.notices.append)
+    network.fleet = MavlinkFleet(Session(254, 5.0, cameras=cameras), context, tools, None)
     network.fleet.add_endpoint(0, network, None)
     tasks = [asyncio.create_task(network.talk()), asyncio.create_task(network.fleet.run())]
     try:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import gzip
 from collections.abc import AsyncIterator
 from dataclasses import dataclass
 
@@ -12,7 +13,8 @@ import numpy as np
 import pytest
 from aiohttp import web
 
-from aos_drivers.frames.fetching import ImageFetcher
+from aos_drivers.frames.errors import PendingImageError, TornFrameError
+from aos_drivers.frames.fetching import ImageFetcher, ImageLimits
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import CaptureError
 
@@ -56,6 +58,20 @@ async def serve_cut(request: web.Request) -> web.StreamResponse:
     return response
 
 
+async def serve_bomb(_request: web.Request) -> web.Response:
+    body = bytes(cv2.imencode(".png", np.zeros((101, 100), np.uint8))[1])
+    return web.Response(body=body)
+
+
+async def serve_packed(_request: web.Request) -> web.Response:
+    return web.Response(body=gzip.compress(PNG), headers={"Content-Encoding": "gzip"})
+
+
+async def serve_dated(_request: web.Request) -> web.Response:
+    dates = {"Date": "Fri, 20 Nov 2026 10:00:09 GMT", "Last-Modified": "Fri, 20 Nov 2026 10:00:02 GMT"}
+    return web.Response(body=PNG, headers=dates)
+
+
 @pytest.fixture
 async def bench() -> AsyncIterator[Bench]:
     app = web.Application()
@@ -64,6 +80,9 @@ async def bench() -> AsyncIterator[Bench]:
     app.router.add_get("/large", serve_large)
     app.router.add_get("/never", serve_never)
     app.router.add_get("/cut", serve_cut)
+    app.router.add_get("/bomb", serve_bomb)
+    app.router.add_get("/packed", serve_packed)
+    app.router.add_get("/dated", serve_dated)
     runner = web.AppRunner(app, shutdown_timeout=0.1)
     await runner.setup()
     site = web.TCPSite(runner, HOST, 0)
@@ -71,7 +90,9 @@ async def bench() -> AsyncIterator[Bench]:
     port = runner.addresses[0][1]
     async with aiohttp.ClientSession() as session:
         clock = LoopClock()
-        yield Bench(ImageFetcher(session, clock, 2**20, ("files.example",)), clock, f"http://{HOST}:{port}")
+        yield Bench(
+            ImageFetcher(session, clock, ImageLimits(2**20, 10_000), ("files.example",)), clock, f"http://{HOST}:{port}"
+        )
     await runner.cleanup()
 
 
@@ -88,6 +109,8 @@ async def test_an_image_of_the_vehicles_own_host_is_fetched(bench: Bench) -> Non
         ("/redirect", "status 302"),
         ("/large", "larger than 1 MiB"),
         ("/cut", "cannot be fetched"),
+        ("/bomb", "megapixels.*max_image_megapixels"),
+        ("/packed", "compressed"),
     ],
 )
 async def test_bad_answers_are_named(bench: Bench, path: str, words: str) -> None:
@@ -103,6 +126,9 @@ async def test_bad_answers_are_named(bench: Bench, path: str, words: str) -> Non
         ("ftp://127.0.0.1/a", "not http"),
         ("http://192.168.0.9/a.png", "own host"),
         ("http://printer/a.png", "own host"),
+        (f"http://{HOST}@printer/a.png", "own host"),
+        ("http://[::ffff:127.0.0.1]/a.png", "own host"),
+        ("http://2130706433/a.png", "own host"),
         ("http://[::1", "cannot be understood"),
         ("http:///a.png", "not http|understood"),
     ],
@@ -121,3 +147,16 @@ async def test_localhost_is_a_loopback_vehicle_only(bench: Bench) -> None:
 async def test_the_deadline_ends_a_slow_download(bench: Bench) -> None:
     with pytest.raises(CaptureError, match="in time"):
         await bench.fetcher.fetch(f"{bench.base}/never", HOST, bench.clock.now_s() + 0.1)
+
+
+async def test_the_kind_of_failure_says_whether_another_look_is_worth_it(bench: Bench) -> None:
+    with pytest.raises(PendingImageError):
+        await bench.fetch(f"{bench.base}/missing")
+    with pytest.raises(TornFrameError):
+        await bench.fetch(f"{bench.base}/cut")
+
+
+async def test_the_age_of_a_file_is_that_by_the_servers_clock(bench: Bench) -> None:
+    deadline_s = bench.clock.now_s() + 5.0
+    assert (await bench.fetcher.download(f"{bench.base}/dated", HOST, deadline_s)).age_s == 7.0
+    assert (await bench.fetcher.download(f"{bench.base}/good.png", HOST, deadline_s)).age_s is None

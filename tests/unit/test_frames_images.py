@@ -1,9 +1,15 @@
 from __future__ import annotations
 
+import contextlib
+import struct
+
 import cv2
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from aos_drivers.frames.headers import picture_sizes
 from aos_drivers.frames.images import decode_image
 from aos_gcs.errors import CaptureError
 
@@ -70,3 +76,49 @@ def test_pages_of_different_size_are_refused() -> None:
     data = bytes(cv2.imencodemulti(".tiff", [RGB, THERMAL[:12]])[1])
     with pytest.raises(CaptureError, match="not understood"):
         decode_image(data)
+
+
+@pytest.mark.parametrize("kind", [".png", ".jpg", ".tiff"])
+def test_sizes_are_read_from_the_headers(kind: str) -> None:
+    assert picture_sizes(encoded(kind, RGB)) == [(32, 24)]
+    assert picture_sizes(two_pages()) == [(32, 24)] * 2
+
+
+def claiming(data: bytes, offset: int, layout: str, *values: int) -> bytes:
+    return data[:offset] + struct.pack(layout, *values) + data[offset + struct.calcsize(layout) :]
+
+
+def test_a_bomb_is_refused_before_it_is_decoded(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cv2, "imdecodemulti", lambda *_: pytest.fail("it was decoded"))
+    jpeg = encoded(".jpg", RGB)
+    frame = jpeg.index(b"\xff\xc0")
+    for data in (
+        claiming(encoded(".png", RGB), 16, ">II", 100_000, 100_000),
+        claiming(jpeg, frame + 5, ">HH", 65_000, 65_000),
+    ):
+        with pytest.raises(CaptureError, match="max_image_megapixels"):
+            decode_image(data)
+    with pytest.raises(CaptureError, match=r"0\.0 megapixels"):
+        decode_image(two_pages(), max_pixels=1000)
+
+
+def test_a_tiff_that_points_to_itself_ends() -> None:
+    page = struct.pack("<HHHIIHHIII", 2, 256, 4, 1, 1, 257, 4, 1, 1, 8)
+    with pytest.raises(CaptureError, match="more than 8 pages"):
+        picture_sizes(b"II*\0" + struct.pack("<I", 8) + page)
+
+
+@given(st.sampled_from([b"\x89PNG\r\n\x1a\n", b"\xff\xd8", b"II*\0", b"MM\0*", b""]), st.binary(max_size=200))
+def test_any_bytes_give_sizes_or_a_clear_error(start: bytes, rest: bytes) -> None:
+    with contextlib.suppress(CaptureError):
+        assert isinstance(picture_sizes(start + rest), list)
+
+
+@given(st.sampled_from([".png", ".jpg", ".tiff"]), st.integers(0, 2**32))
+def test_a_damaged_file_is_an_image_or_a_clear_error(kind: str, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    data = bytearray(encoded(kind, RGB))
+    for position in rng.integers(0, len(data), 6):
+        data[position] = rng.integers(0, 256)
+    with contextlib.suppress(CaptureError):
+        decode_image(bytes(data), max_pixels=100_000)

@@ -9,6 +9,7 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.frames.images import Image
+from aos_drivers.frames.settings import CameraPlan, CameraSettings
 from aos_gcs.errors import CaptureError
 from aos_gcs.geometry.poses import mavlink_quaternion_from_R_cam2enu, nadir_pose
 from tests.fakes.mavlink_fleet import Network, open_network
@@ -160,7 +161,7 @@ async def test_the_image_of_a_failed_capture_is_not_taken_for_the_next() -> None
         ("position_e7", (0, 0), "no position"),
         ("capture_result", 0, "exposure failed"),
         ("result", mavlink.MAV_RESULT_DENIED, "denied"),
-        ("focal_mm", math.nan, "camera_fov_deg"),
+        ("focal_mm", math.nan, "camera.fov_deg"),
     ],
 )
 async def test_what_makes_an_image_useless_is_named(attribute: str, value: object, words: str) -> None:
@@ -175,7 +176,9 @@ async def test_what_makes_an_image_useless_is_named(attribute: str, value: objec
 async def test_the_field_of_view_can_be_set_by_the_user() -> None:
     vehicle = CameraVehicle()
     vehicle.focal_mm = 0.0
-    async with open_network(vehicle, fetcher=RecordedFetcher(), camera_fov_rad=0.8) as network:
+    async with open_network(
+        vehicle, fetcher=RecordedFetcher(), cameras=CameraPlan(CameraSettings(fov_rad=0.8))
+    ) as network:
         await settle(network)
         assert (await network.vehicle().capture(10.0)).camera.horizontal_fov_rad == pytest.approx(0.8)
 

@@ -16,7 +16,6 @@ from tests.fakes.mavlink_vehicle import FakeVehicle
         ({"position_rate": 5}, "position_rate"),
         ({"position_hz": 0}, "position_hz"),
         ({"position_hz": True}, "position_hz"),
-        ({"camera_fov_deg": "wide"}, "camera_fov_deg"),
         ({"image_hosts": "10.0.0.1"}, "image_hosts"),
         ({"max_image_mib": -1}, "max_image_mib"),
     ],
@@ -28,8 +27,8 @@ def test_bad_options_are_named(options: dict[str, object], words: str) -> None:
 
 def test_options_have_defaults_and_are_taken_over() -> None:
     assert MavlinkOptions.parse({}) == MavlinkOptions()
-    options = MavlinkOptions.parse({"position_hz": 10, "camera_fov_deg": 50, "image_hosts": ["cam1"]})
-    assert (options.position_hz, options.camera_fov_deg, options.image_hosts) == (10.0, 50.0, ("cam1",))
+    options = MavlinkOptions.parse({"position_hz": 10, "image_hosts": ["cam1"], "max_image_mib": 2})
+    assert (options.position_hz, options.image_hosts, options.image_limits.max_bytes) == (10.0, ("cam1",), 2**21)
 
 
 def test_a_recording_is_a_timestamp_and_a_packet_each_and_goes_on_where_it_ended(tmp_path: Path) -> None:

@@ -4,27 +4,51 @@ from __future__ import annotations
 
 import asyncio
 import ipaddress
+from dataclasses import dataclass
+from email.utils import parsedate_to_datetime
 
 import aiohttp
 from yarl import URL
 
-from aos_drivers.frames.images import Image, decode_image
+from aos_drivers.frames.errors import LateFrameError, PendingImageError, TornFrameError
+from aos_drivers.frames.images import MAX_PIXELS, Image, decode_image
 from aos_gcs.errors import CaptureError
 from aos_gcs.ports import Clock
 
 _CHUNK_BYTES = 64 * 1024
+_NOT_THERE = frozenset({404, 410, 425, 503})
+"""Answers of a server that may have the file a moment later."""
+
+
+@dataclass(frozen=True, slots=True)
+class ImageLimits:
+    """What is refused before it is decoded."""
+
+    max_bytes: int = 64 * 2**20
+    """Of a file."""
+    max_pixels: int = MAX_PIXELS
+    """Of all its pages."""
+
+
+@dataclass(frozen=True, slots=True)
+class Download:
+    """A file that was fetched."""
+
+    data: bytes
+    age_s: float | None
+    """How long ago it was written, by the server's own clock; None where the server does not tell."""
 
 
 class ImageFetcher:
     """Downloads and decodes images over one shared HTTP session."""
 
     def __init__(
-        self, session: aiohttp.ClientSession, clock: Clock, max_bytes: int, allowed_hosts: tuple[str, ...]
+        self, session: aiohttp.ClientSession, clock: Clock, limits: ImageLimits, allowed_hosts: tuple[str, ...]
     ) -> None:
-        """Fetch at most ``max_bytes`` per image, from a vehicle's own host or one of ``allowed_hosts``."""
+        """Fetch within ``limits``, from a vehicle's own host or one of ``allowed_hosts``."""
         self._session = session
         self._clock = clock
-        self._max_bytes = max_bytes
+        self.limits = limits
         self._allowed_hosts = allowed_hosts
 
     async def fetch(self, url_text: str, vehicle_host: str, deadline_s: float) -> tuple[Image, tuple[str, ...]]:
@@ -33,13 +57,26 @@ class ImageFetcher:
         Raises:
             CaptureError: the address is not allowed, or the file is too large, damaged or late.
         """
+        download = await self.download(url_text, vehicle_host, deadline_s)
+        return await asyncio.to_thread(decode_image, download.data, self.limits.max_pixels)
+
+    async def download(self, url_text: str, vehicle_host: str, deadline_s: float) -> Download:
+        """Return a file that the vehicle at ``vehicle_host`` names, as it is.
+
+        Raises:
+            PendingImageError: the server does not have it, or not yet.
+            TornFrameError: the transfer ended before the file did.
+            LateFrameError: it did not arrive by the deadline.
+            CaptureError: the address is not allowed, the file is too large, or the server answers with something else.
+        """
         url = self._checked(url_text, vehicle_host)
         try:
             async with self._clock.timeout_at(deadline_s):
-                data = await self._download(url)
-                return await asyncio.to_thread(decode_image, data)
+                return await self._download(url)
         except TimeoutError:
-            raise CaptureError(f"{url_text} did not arrive in time") from None
+            raise LateFrameError(f"{url_text} did not arrive in time") from None
+        except aiohttp.ClientPayloadError as error:
+            raise TornFrameError(f"{url_text} cannot be fetched whole: {error}") from error
         except aiohttp.ClientError as error:
             raise CaptureError(f"{url_text} cannot be fetched: {error}") from error
 
@@ -59,16 +96,31 @@ class ImageFetcher:
             )
         return url
 
-    async def _download(self, url: URL) -> bytes:
-        async with self._session.get(url, allow_redirects=False) as response:
+    async def _download(self, url: URL) -> Download:
+        # Compressed transfers are refused: their size is not that of what they hold.
+        headers = {"Accept-Encoding": "identity"}
+        async with self._session.get(url, allow_redirects=False, headers=headers) as response:
+            if response.status in _NOT_THERE:
+                raise PendingImageError(f"{url} answers with HTTP status {response.status}")
             if response.status != 200:
                 raise CaptureError(f"{url} answers with HTTP status {response.status}")
+            if response.headers.get("Content-Encoding", "identity") != "identity":
+                raise CaptureError(f"{url} is compressed for the transfer: switch that off in the server")
             data = bytearray()
             async for chunk in response.content.iter_chunked(_CHUNK_BYTES):
                 data += chunk
-                if len(data) > self._max_bytes:
-                    raise CaptureError(f"{url} is larger than {self._max_bytes / 2**20:.0f} MiB (max_image_mib)")
-            return bytes(data)
+                if len(data) > self.limits.max_bytes:
+                    raise CaptureError(f"{url} is larger than {self.limits.max_bytes / 2**20:.0f} MiB (max_image_mib)")
+            return Download(bytes(data), _age_s(response.headers.get("Date"), response.headers.get("Last-Modified")))
+
+
+def _age_s(date: str | None, last_modified: str | None) -> float | None:
+    if date is None or last_modified is None:
+        return None
+    try:
+        return (parsedate_to_datetime(date) - parsedate_to_datetime(last_modified)).total_seconds()
+    except (TypeError, ValueError):
+        return None
 
 
 def _is_same_host(host: str, vehicle_host: str) -> bool:

@@ -8,17 +8,21 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from aos_drivers.frames.errors import TornFrameError
+from aos_drivers.frames.headers import JPEG_START, PNG_START, picture_sizes
 from aos_gcs.errors import CaptureError
 from aos_gcs.radiometry import celsius_from_centikelvin
 
 Image = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32]
 
 _COLOURS = ("red", "green", "blue")
-_JPEG_START, _JPEG_END = b"\xff\xd8", b"\xff\xd9"
-_PNG_START, _PNG_END = b"\x89PNG", b"IEND\xaeB`\x82"
+MAX_PIXELS = 100_000_000
+"""Of all pages of an image together, unless configured."""
+_JPEG_END = b"\xff\xd9"
+_PNG_END = b"IEND\xaeB`\x82"
 
 
-def decode_image(data: bytes) -> tuple[Image, tuple[str, ...]]:
+def decode_image(data: bytes, max_pixels: int = MAX_PIXELS) -> tuple[Image, tuple[str, ...]]:
     """Decode a PNG, JPEG or TIFF file of 8 or 16 bits.
 
     Returns:
@@ -27,10 +31,16 @@ def decode_image(data: bytes) -> tuple[Image, tuple[str, ...]]:
         degrees Celsius. Everything else keeps its type and is ``grey`` or ``red, green, blue``.
 
     Raises:
-        CaptureError: the file is damaged or of another kind.
+        TornFrameError: the end of the file is missing.
+        CaptureError: the file is damaged or of another kind, or has more than ``max_pixels``; then none is decoded.
     """
+    pixels = sum(width * height for width, height in picture_sizes(data))
+    if not 0 < pixels <= max_pixels:
+        raise CaptureError(
+            f"the image has {pixels / 1e6:.1f} megapixels; the limit is {max_pixels / 1e6:g} (max_image_megapixels)"
+        )
     if _is_truncated(data):
-        raise CaptureError(f"the image file of {len(data)} bytes is incomplete")
+        raise TornFrameError(f"the image file of {len(data)} bytes is incomplete")
     try:
         is_decoded, pages = cv2.imdecodemulti(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
     except cv2.error as error:
@@ -42,11 +52,11 @@ def decode_image(data: bytes) -> tuple[Image, tuple[str, ...]]:
 
 def _is_truncated(data: bytes) -> bool:
     """Whether the end mark of the format is missing: decoders fill the rest of such a picture with grey."""
-    if data.startswith(_JPEG_START):
+    if data.startswith(JPEG_START):
         return _JPEG_END not in data[-64:]
-    if data.startswith(_PNG_START):
+    if data.startswith(PNG_START):
         return not data.endswith(_PNG_END)
-    return not data
+    return False
 
 
 def _bands(pages: list[NDArray[Any]]) -> tuple[Image, tuple[str, ...]]:

@@ -57,14 +57,29 @@ class CameraMount:
 
 
 def camera_pose(
-    track: PoseTrack, mount: CameraMount, at_s: float, max_age_s: float
+    track: PoseTrack,
+    mount: CameraMount,
+    at_s: float,
+    max_age_s: float,
+    *,
+    vehicle: GeodeticPosition | None = None,
+    R_body2ned: NDArray[np.float64] | None = None,
 ) -> tuple[GeodeticPosition, NDArray[np.float64]]:
     """Return projection centre and ``R_cam2enu``, shape (3, 3), at a time of the track's clock.
+
+    Args:
+        track: what the vehicle has reported.
+        mount: of the camera.
+        at_s: time of exposure.
+        max_age_s: between that time and the nearest report.
+        vehicle: where it was then, if it said so for this very exposure; else the track tells.
+        R_body2ned: how it was turned then, likewise.
 
     Raises:
         FrameRefusedError: the vehicle or its gimbal did not report within ``max_age_s`` of that time.
     """
-    R_body2ned = track.R_body2ned_at(at_s, max_age_s)
+    if R_body2ned is None:
+        R_body2ned = track.R_body2ned_at(at_s, max_age_s)
     match mount.carrier:
         case Carrier.BODY:
             R_carrier2ned = R_body2ned
@@ -72,5 +87,5 @@ def camera_pose(
             R_carrier2ned = R_heading2ned(heading_of(R_body2ned))
         case Carrier.GIMBAL:
             R_carrier2ned = track.R_gimbal2ned_at(at_s, max_age_s)
-    position = mount.camera_position(track.position_at(at_s, max_age_s), R_body2ned)
-    return position, mount.R_cam2enu(R_carrier2ned)
+    position = vehicle if vehicle is not None else track.position_at(at_s, max_age_s)
+    return mount.camera_position(position, R_body2ned), mount.R_cam2enu(R_carrier2ned)

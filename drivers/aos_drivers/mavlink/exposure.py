@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from aos_drivers.frames.fetching import ImageFetcher
+from aos_drivers.frames.plausibility import check_quaternion
+from aos_drivers.frames.settings import CameraPlan
+from aos_drivers.mavlink.commands import Send
+from aos_drivers.mavlink.record import VehicleRecord
+from aos_drivers.mavlink.waiting import Changes
 from aos_gcs.errors import CaptureError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.geometry.poses import R_cam2enu_from_mavlink
-from aos_gcs.ports import Capture, Clock
+from aos_gcs.ports import Capture, Clock, Notice
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,8 +27,19 @@ class CaptureTools:
 
     clock: Clock
     fetcher: ImageFetcher
-    camera_fov_rad: float | None
-    """Overrides the field of view that the cameras report."""
+    cameras: CameraPlan
+    notify: Callable[[Notice], None]
+
+
+@dataclass(frozen=True, slots=True)
+class VehicleAccess:
+    """How one vehicle is heard and spoken to, in whichever driver."""
+
+    record: VehicleRecord
+    send: Send
+    changes: Changes
+    host_of: Callable[[int], str]
+    """Where a component is; empty on a serial link, or before anything was heard."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,20 +68,15 @@ async def collect_capture(
     """
     index = exposure.image_index
     if not exposure.is_success:
-        raise capture_error(vehicle_id, index, "the camera reports that the exposure failed")
+        raise capture_error(vehicle_id, index, CaptureError("the camera reports that the exposure failed"))
     if exposure.position is None:
-        raise capture_error(vehicle_id, index, "the camera gives no position")
+        raise capture_error(vehicle_id, index, CaptureError("the camera gives no position"))
     try:
-        R_cam2enu = R_cam2enu_from_mavlink(exposure.q_wxyz)
-    except ValueError as error:
-        raise capture_error(vehicle_id, index, "the camera gives no orientation") from error
-    fov_rad = tools.camera_fov_rad or exposure.fov_rad
-    if fov_rad is None:
-        raise capture_error(vehicle_id, index, "the camera does not report its lens: set the option camera_fov_deg")
-    try:
+        R_cam2enu = _orientation(exposure.q_wxyz)
+        fov_rad = lens_of(tools.cameras.of(vehicle_id).fov_rad or exposure.fov_rad)
         image, bands = await tools.fetcher.fetch(exposure.file_url, host, deadline_s)
     except CaptureError as error:
-        raise capture_error(vehicle_id, index, str(error)) from error
+        raise capture_error(vehicle_id, index, error) from error
     return Capture(
         vehicle_id=vehicle_id,
         image_index=index,
@@ -75,7 +89,26 @@ async def collect_capture(
     )
 
 
-def capture_error(vehicle_id: int, index: int | None, reason: str) -> CaptureError:
-    """Return the error of an image that did not arrive; ``index`` is None where it was never known."""
+def lens_of(fov_rad: float | None) -> float:
+    """Return the full horizontal field of view.
+
+    Raises:
+        CaptureError: it is not known.
+    """
+    if fov_rad is None:
+        raise CaptureError("the camera does not report its lens: set the option camera.fov_deg")
+    return fov_rad
+
+
+def capture_error(vehicle_id: int, index: int | None, reason: CaptureError) -> CaptureError:
+    """Return the error, of the same kind, of an image that did not arrive; ``index`` is None where it is not known."""
     which = f"image {index}" if index is not None else "the image"
-    return CaptureError(f"no {which} from vehicle {vehicle_id}: {reason}")
+    return type(reason)(f"no {which} from vehicle {vehicle_id}: {reason}")
+
+
+def _orientation(q_wxyz: Sequence[float]) -> NDArray[np.float64]:
+    quaternion = np.asarray(q_wxyz, dtype=np.float64)
+    if not np.isfinite(quaternion).all() or not quaternion.any():
+        raise CaptureError("the camera gives no orientation")
+    check_quaternion(quaternion)
+    return R_cam2enu_from_mavlink(quaternion)

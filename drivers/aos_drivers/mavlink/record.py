@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from aos_drivers.frames.counts import FrameCounts
+from aos_drivers.frames.settings import CameraSettings
 from aos_drivers.mavlink.address import PeerAddress
 from aos_drivers.mavlink.autopilots import Autopilot, Target, autopilot_of
 from aos_drivers.mavlink.camera import CameraRecord
 from aos_drivers.mavlink.identity import Identity
+from aos_drivers.mavlink.payload import PayloadRecord, motion_rates_hz
 from aos_drivers.mavlink.routes import ComponentRoute, DuplicateFilter
 from aos_drivers.mavlink.status_text import StatusTexts
 from aos_drivers.mavlink.streams import OneTimeRequests, StreamKeeper
@@ -28,15 +32,25 @@ _CAMERA_IDS = range(mavlink.MAV_COMP_ID_CAMERA, mavlink.MAV_COMP_ID_CAMERA6 + 1)
 class VehicleRecord:
     """One vehicle: its autopilot component, its camera, its addresses and what is being asked of it."""
 
-    def __init__(self, target: Target, heartbeat: mavlink.MAVLink_heartbeat_message, position_hz: float) -> None:
+    def __init__(
+        self,
+        target: Target,
+        heartbeat: mavlink.MAVLink_heartbeat_message,
+        position_hz: float,
+        camera: CameraSettings | None = None,
+    ) -> None:
+        """Ask for positions at ``position_hz``, and for what the ``camera`` needs."""
+        camera = camera or CameraSettings()
         self.target = target
         self.autopilot: Autopilot = autopilot_of(heartbeat)
         self.telemetry = Telemetry()
         self.identity = Identity()
         self.texts = StatusTexts()
-        self.streams = StreamKeeper(self.autopilot.stream_rates_hz(position_hz))
+        self.streams = StreamKeeper(_together(self.autopilot.stream_rates_hz(position_hz), motion_rates_hz(camera)))
         self.requests = OneTimeRequests()
         self.camera: CameraRecord | None = None
+        self.payload = PayloadRecord()
+        self.frames = FrameCounts(camera.source)
         self.transactions: set[CommandTransaction] = set()
         """Commands that wait for an answer."""
         self.duplicates = DuplicateFilter()
@@ -60,6 +74,11 @@ class VehicleRecord:
         """Return where a component is spoken to; one that was never heard, where the autopilot is."""
         return self._routes.get(component_id, self.route).address
 
+    def host_of(self, component_id: int) -> str:
+        """Return the host where a component is; empty on a serial link, or before anything was heard."""
+        address = self.address_of(component_id)
+        return address.host if address is not None else ""
+
     def hear(self, component_id: int, sequence: int, peer: PeerAddress, now_s: float) -> bool:
         """Note a packet; return whether its component is from now on spoken to at another address."""
         self.heard_at_s = now_s
@@ -81,6 +100,11 @@ class VehicleRecord:
         """Ask for the identity of the board."""
         message_id = mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION
         self.requests.want(self.target.component_id, message_id, _PAUSE_S, _ATTEMPTS)
+
+    def take_payload(self, message: mavlink.MAVLink_message, now_s: float) -> None:
+        """Take over what tells of poses and exposures."""
+        of_autopilot = message.get_srcComponent() == self.target.component_id
+        self.payload.update(message, now_s, self.clock.offset_s, of_autopilot=of_autopilot)
 
     def find_camera(self, message: mavlink.MAVLink_message) -> None:
         """Take the sender of ``message`` as the camera if it is one; the lowest component id wins."""
@@ -141,6 +165,7 @@ class VehicleRecord:
             heard_at_s=self.heard_at_s,
             packet_loss_fraction=self.loss_fraction(),
             link=self.link_quality(now_s),
+            camera=self.frames.state(),
             text=telemetry.text,
         )
 
@@ -148,3 +173,8 @@ class VehicleRecord:
         component_id = self.target.component_id
         self.requests.want(component_id, mavlink.MAVLINK_MSG_ID_HOME_POSITION, _HOME_PAUSE_S, math.inf)
         self.request_version()
+
+
+def _together(rates_hz: Mapping[int, float], more_hz: Mapping[int, float]) -> dict[int, float]:
+    """Return the higher of both rates of each message."""
+    return {key: max(rates_hz.get(key, 0.0), more_hz.get(key, 0.0)) for key in [*rates_hz, *more_hz]}

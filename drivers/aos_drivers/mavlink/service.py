@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import math
 from collections.abc import AsyncIterator, Mapping, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager
 from types import MappingProxyType
@@ -14,9 +13,10 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from aos_drivers.frames.fetching import ImageFetcher
 from aos_drivers.mavlink.address import PeerAddress, parse_link
 from aos_drivers.mavlink.background import BackgroundTasks
-from aos_drivers.mavlink.capture import CaptureRunner
+from aos_drivers.mavlink.capture import CaptureRunner, make_source
 from aos_drivers.mavlink.commands import CommandRunner, Send
-from aos_drivers.mavlink.exposure import CaptureTools
+from aos_drivers.mavlink.component import ComponentSource
+from aos_drivers.mavlink.exposure import CaptureTools, VehicleAccess
 from aos_drivers.mavlink.keyring import Keyring
 from aos_drivers.mavlink.links import Endpoint, LinkOpener
 from aos_drivers.mavlink.options import MavlinkOptions
@@ -38,7 +38,9 @@ class MavlinkVehicle:
         self._record = record
         self._clock = tools.clock
         self._commands = CommandRunner(record, send, changes, tools.clock)
-        self._captures = CaptureRunner(record, send, changes, tools)
+        access = VehicleAccess(record, send, changes, record.host_of)
+        source = make_source(access, tools, lambda: ComponentSource(access, tools))
+        self._captures = CaptureRunner(record, tools, source)
 
     @property
     def state(self) -> VehicleState:
@@ -137,12 +139,12 @@ async def open_mavlink(links: Sequence[str], context: DriverContext) -> AsyncIte
     async with AsyncExitStack() as stack:
         recorder = await open_recorder(stack, context)
         http = await stack.enter_async_context(aiohttp.ClientSession())
-        fetcher = ImageFetcher(http, context.clock, int(options.max_image_mib * 2**20), options.image_hosts)
-        fov_rad = math.radians(options.camera_fov_deg) if options.camera_fov_deg is not None else None
+        fetcher = ImageFetcher(http, context.clock, options.image_limits, options.image_hosts)
+        tools = CaptureTools(context.clock, fetcher, options.cameras, context.notify)
         keyring = await asyncio.to_thread(Keyring, addresses, context.clock)
         stack.push_async_callback(asyncio.to_thread, keyring.close)
-        session = Session(context.system_id, options.position_hz, keyring.signers)
-        fleet = MavlinkFleet(session, context, CaptureTools(context.clock, fetcher, fov_rad), recorder)
+        session = Session(context.system_id, options.position_hz, keyring.signers, options.cameras)
+        fleet = MavlinkFleet(session, context, tools, recorder)
         tasks = await stack.enter_async_context(BackgroundTasks(lambda error: _report_failure(context, error)))
         opener = LinkOpener(
             stack, tasks, context.clock, fleet.receive, lambda text: context.notify(Notice(Severity.WARNING, text))

@@ -9,6 +9,7 @@ from types import MappingProxyType
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from aos_drivers.frames.settings import CameraPlan
 from aos_drivers.mavlink.address import PeerAddress
 from aos_drivers.mavlink.autopilots import Target, autopilot_of
 from aos_drivers.mavlink.framing import is_signed
@@ -61,9 +62,17 @@ class Session:
     """The vehicles that peers carry, what they say, and what is asked of them."""
 
     def __init__(
-        self, system_id: int, position_hz: float, signers: Mapping[int, LinkSigner] = MappingProxyType({})
+        self,
+        system_id: int,
+        position_hz: float,
+        signers: Mapping[int, LinkSigner] = MappingProxyType({}),
+        cameras: CameraPlan | None = None,
     ) -> None:
-        """Speak as ``system_id``, ask vehicles for positions at ``position_hz``, sign on the links in ``signers``."""
+        """Speak as ``system_id``, ask vehicles for positions at ``position_hz``, sign on the links in ``signers``.
+
+        Vehicles are also asked for what their ``cameras`` need.
+        """
+        self._cameras = cameras or CameraPlan()
         self._system_id = system_id
         self._position_hz = position_hz
         self._told_refusals: set[tuple[int, int, Verdict]] = set()
@@ -184,7 +193,9 @@ class Session:
         if system_id in (0, self._system_id) or not is_autopilot_heartbeat(message):
             return None
         target = Target(system_id, message.get_srcComponent())
-        record = self.records[system_id] = VehicleRecord(target, message, self._position_hz)
+        record = self.records[system_id] = VehicleRecord(
+            target, message, self._position_hz, self._cameras.of(system_id)
+        )
         self._events.append(VehicleFound(record))
         text = f"heard at {peer}, autopilot {record.autopilot.name}"
         self._events.append(Notice(Severity.INFO, text, system_id))
@@ -205,6 +216,7 @@ class Session:
             record.telemetry.update(message, now_s)
             record.streams.on_message(message.get_msgId())
         record.requests.on_message(component_id, message.get_msgId())
+        record.take_payload(message, now_s)
         record.find_camera(message)
         if record.camera is not None and component_id == record.camera.component_id:
             record.camera.update(message)

@@ -17,15 +17,16 @@ from aos_drivers.frames.fetching import ImageFetcher
 from aos_drivers.mavlink.address import LinkAddress, PeerAddress, parse_link
 from aos_drivers.mavlink.autopilots import Target
 from aos_drivers.mavlink.background import BackgroundTasks
+from aos_drivers.mavlink.capture import CaptureRunner, make_source
 from aos_drivers.mavlink.commands import CommandRunner
-from aos_drivers.mavlink.exposure import CaptureTools
+from aos_drivers.mavlink.exposure import CaptureTools, VehicleAccess
 from aos_drivers.mavlink.links import LinkOpener
 from aos_drivers.mavlink.options import MavlinkOptions
 from aos_drivers.mavlink.record import VehicleRecord
 from aos_drivers.mavlink.recorder import open_recorder
 from aos_drivers.mavlink.session import HEARTBEAT_PERIOD_S, is_autopilot_heartbeat
 from aos_drivers.mavlink.waiting import Changes
-from aos_drivers.mavsdk.capture import CaptureRunner
+from aos_drivers.mavsdk.component import ComponentSource
 from aos_drivers.mavsdk.core import Postman, direct_from_message, open_core
 from aos_drivers.mavsdk.telemetry import TelemetryFeed
 from aos_drivers.mavsdk.wire import ANY_COMPONENT, Wire
@@ -51,7 +52,7 @@ class MavsdkVehicle:
     ) -> None:
         self._record = record
         self._clock = context.clock
-        changes = Changes(context.clock)
+        changes = self._changes = Changes(context.clock)
         direct = MavlinkDirect(system)
         self._direct = direct
         self._feed = TelemetryFeed(
@@ -64,16 +65,11 @@ class MavsdkVehicle:
             notify=context.notify,
         )
         self._commands = CommandRunner(record, self._send, changes, context.clock)
-        self._captures = CaptureRunner(
-            system,
-            direct,
-            record,
-            changes=changes,
-            tools=tools,
-            postman=postman,
-            host_of=lambda component_id: wire.host_of(record.vehicle_id, component_id),
-            request=self._request,
+        access = VehicleAccess(
+            record, self._send, changes, lambda component_id: wire.host_of(record.vehicle_id, component_id)
         )
+        source = make_source(access, tools, lambda: ComponentSource(system, direct, access, tools, postman))
+        self._captures = CaptureRunner(record, tools, source)
 
     @property
     def state(self) -> VehicleState:
@@ -87,6 +83,10 @@ class MavsdkVehicle:
     async def capture(self, deadline_s: float) -> Capture:
         """Expose one image and fetch it; see the port."""
         return await self._captures.run(deadline_s)
+
+    def announce(self) -> None:
+        """Have those look again who wait for something about the vehicle."""
+        self._changes.announce()
 
     def poll(self, now_s: float) -> None:
         """Ask for streams and facts that are due. Call it several times a second."""
@@ -141,11 +141,16 @@ class MavsdkFleet:
             if system_id in (0, self._context.system_id) or not is_autopilot_heartbeat(message):
                 return
             target = Target(system_id, message.get_srcComponent())
-            record = self._records[system_id] = VehicleRecord(target, message, self._position_hz)
+            record = self._records[system_id] = VehicleRecord(
+                target, message, self._position_hz, self._tools.cameras.of(system_id)
+            )
         record.heard_at_s = now_s
         component_id = message.get_srcComponent()
         wire.route(system_id, component_id, peer)
         record.requests.on_message(component_id, message.get_msgId())
+        record.take_payload(message, now_s)
+        if system_id in self._vehicles:
+            self._vehicles[system_id].announce()
         if component_id != record.target.component_id:
             return
         wire.route(system_id, ANY_COMPONENT, peer)
@@ -212,10 +217,10 @@ async def open_mavsdk(links: Sequence[str], context: DriverContext) -> AsyncIter
     async with AsyncExitStack() as stack:
         recorder = await open_recorder(stack, context)
         http = await stack.enter_async_context(aiohttp.ClientSession())
-        fetcher = ImageFetcher(http, context.clock, int(options.max_image_mib * 2**20), options.image_hosts)
-        fov_rad = math.radians(options.camera_fov_deg) if options.camera_fov_deg is not None else None
+        fetcher = ImageFetcher(http, context.clock, options.image_limits, options.image_hosts)
+        tools = CaptureTools(context.clock, fetcher, options.cameras, context.notify)
         core, feeder = await stack.enter_async_context(open_core(context.system_id))
-        fleet = MavsdkFleet(core, context, CaptureTools(context.clock, fetcher, fov_rad), options.position_hz)
+        fleet = MavsdkFleet(core, context, tools, options.position_hz)
         postman = Postman()
         stack.callback(postman.close)
 

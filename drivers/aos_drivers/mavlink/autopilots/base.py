@@ -82,6 +82,10 @@ class Autopilot(ABC):
             CommandRefusedError: the command must not be sent.
         """
 
+    def shutter_command(self, target: Target) -> CommandMessage:
+        """Return the command by which it has its own camera take one image."""
+        return command_long(target, mavlink.MAV_CMD_IMAGE_START_CAPTURE, 0.0, 0.0, 1.0)
+
     def stream_rates_hz(self, position_hz: float) -> Mapping[int, float]:
         """Return the wanted rate of each message; 0 switches one off."""
         rates = {

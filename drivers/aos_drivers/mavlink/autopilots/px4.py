@@ -81,6 +81,10 @@ class Px4(MulticopterAutopilot):
         """See the base class."""
         return {**super().stream_rates_hz(position_hz), mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS: 1.0}
 
+    def shutter_command(self, target: Target) -> CommandMessage:
+        """See the base class. PX4's camera trigger knows the command of the older camera protocol alone."""
+        return command_long(target, mavlink.MAV_CMD_DO_DIGICAM_CONTROL, 0.0, 0.0, 0.0, 0.0, 1.0)
+
     def set_mode(self, mode: FlightMode, target: Target) -> Step:
         """See the base class."""
         flag = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED

@@ -1,18 +1,15 @@
-"""Taking one image with MAVSDK's camera plugin."""
+"""Frames of a MAVLink camera component, with MAVSDK's camera plugin."""
 
 from __future__ import annotations
-
-from collections.abc import Callable
 
 from mavsdk.plugins.camera import Camera, CameraList, CameraResult, CaptureInfo, Information
 from mavsdk.plugins.mavlink_direct import MavlinkDirect, MavlinkMessage
 from mavsdk.system import System
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from aos_drivers.frames.errors import LateFrameError
 from aos_drivers.mavlink.camera import fov_from_lens
-from aos_drivers.mavlink.exposure import CaptureTools, Exposure, capture_error, collect_capture
-from aos_drivers.mavlink.record import VehicleRecord
-from aos_drivers.mavlink.waiting import Changes
+from aos_drivers.mavlink.exposure import CaptureTools, Exposure, VehicleAccess, capture_error, collect_capture
 from aos_drivers.mavsdk.core import Postman, message_from_direct
 from aos_drivers.mavsdk.telemetry import geodetic
 from aos_gcs.errors import CaptureError
@@ -22,44 +19,33 @@ _ASK_AGAIN_S = 1.0
 """After this time without the message about an image, the camera is asked how many it has taken."""
 
 
-class CaptureRunner:
-    """Takes the images of one vehicle. Policy: one at a time, a second call fails at once."""
+class ComponentSource:
+    """Commands the camera component of one vehicle and fetches what it names."""
 
     def __init__(
-        self,
-        system: System,
-        direct: MavlinkDirect,
-        record: VehicleRecord,
-        *,
-        changes: Changes,
-        tools: CaptureTools,
-        postman: Postman,
-        host_of: Callable[[int], str],
-        request: Callable[[int, int, int], None],
+        self, system: System, direct: MavlinkDirect, vehicle: VehicleAccess, tools: CaptureTools, postman: Postman
     ) -> None:
-        """``host_of`` says where a component is; ``request`` asks it for a message, with a parameter."""
-        self._record = record
-        self._changes = changes
+        self._vehicle = vehicle
         self._tools = tools
         self._postman = postman
-        self._host_of = host_of
-        self._request = request
         self._plugin = Camera(system)
         self._information: Information | None = None
         self._newest: CaptureInfo | None = None
-        self._is_busy = False
+        self._is_exposing = False
         self._plugin.subscribe_camera_list(postman.to_loop(self._take_list))
         self._plugin.subscribe_capture_info(postman.to_loop(self._take_capture))
         direct.subscribe_message("CAMERA_CAPTURE_STATUS", postman.to_loop(self._take_status))
 
-    async def run(self, deadline_s: float) -> Capture:
+    async def capture(self, deadline_s: float) -> Capture:
         """See ``Vehicle.capture``."""
-        information = self._ready_camera()
-        self._is_busy = True
+        vehicle_id, information = self._vehicle.record.vehicle_id, self._information
+        if information is None:
+            raise CaptureError(f"vehicle {vehicle_id} has no camera that speaks MAVLink")
+        self._is_exposing = True
         try:
             info = await self._expose(information.component_id, deadline_s)
         finally:
-            self._is_busy = False
+            self._is_exposing = False
         exposure = Exposure(
             image_index=info.index,
             is_success=info.is_success,
@@ -69,18 +55,8 @@ class CaptureRunner:
             file_url=info.file_url,
             fov_rad=fov_from_lens(information.focal_length_mm, information.horizontal_sensor_size_mm),
         )
-        host = self._host_of(information.component_id)
-        return await collect_capture(self._record.vehicle_id, exposure, host, self._tools, deadline_s)
-
-    def _ready_camera(self) -> Information:
-        record = self._record
-        if record.identity.is_ambiguous(self._tools.clock.now_s()):
-            raise CaptureError(f"two vehicles use system id {record.vehicle_id}: give one of them another id")
-        if self._information is None:
-            raise CaptureError(f"vehicle {record.vehicle_id} has no camera that speaks MAVLink")
-        if self._is_busy:
-            raise CaptureError(f"vehicle {record.vehicle_id} is already taking an image")
-        return self._information
+        host = self._vehicle.host_of(information.component_id)
+        return await collect_capture(vehicle_id, exposure, host, self._tools, deadline_s)
 
     async def _expose(self, component_id: int, deadline_s: float) -> CaptureInfo:
         """Command one exposure and return what the camera says about it."""
@@ -91,21 +67,29 @@ class CaptureRunner:
         def is_decided() -> bool:
             return self._newest is not before or any(result is not CameraResult.SUCCESS for result in results)
 
-        while not await self._changes.wait_for(is_decided, min(deadline_s, clock.now_s() + _ASK_AGAIN_S)):
+        while not await self._vehicle.changes.wait_for(is_decided, min(deadline_s, clock.now_s() + _ASK_AGAIN_S)):
             if clock.now_s() >= deadline_s:
                 problem = "it was exposed, but its pose and address did not arrive" if results else "no answer"
-                raise capture_error(self._record.vehicle_id, None, problem)
+                raise capture_error(self._vehicle.record.vehicle_id, None, LateFrameError(problem))
             if results:
                 self._request(component_id, mavlink.MAVLINK_MSG_ID_CAMERA_CAPTURE_STATUS, 0)
         if self._newest is None or self._newest is before:
-            reason = f"the camera refuses: {results[0].name.lower().replace('_', ' ')}"
-            raise capture_error(self._record.vehicle_id, None, reason)
+            reason = CaptureError(f"the camera refuses: {results[0].name.lower().replace('_', ' ')}")
+            raise capture_error(self._vehicle.record.vehicle_id, None, reason)
         return self._newest
+
+    def _request(self, component_id: int, message_id: int, index: int) -> None:
+        system_id = self._vehicle.record.vehicle_id
+        command = mavlink.MAV_CMD_REQUEST_MESSAGE
+        message = mavlink.MAVLink_command_long_message(
+            system_id, component_id, command, 0, float(message_id), float(index), 0.0, 0.0, 0.0, 0.0, 0.0
+        )
+        self._vehicle.send(system_id, component_id, message)
 
     def _take(self, results: list[CameraResult], result: CameraResult) -> None:
         if result is not CameraResult.IN_PROGRESS:
             results.append(result)
-        self._changes.announce()
+        self._vehicle.changes.announce()
 
     def _take_list(self, cameras: CameraList) -> None:
         """Use the camera of the lowest component id."""
@@ -115,7 +99,7 @@ class CaptureRunner:
         """Ask for the message about the last image if it got lost; MAVSDK does not."""
         index = message_from_direct(status).image_count - 1
         is_missing = self._newest is None or self._newest.index < index
-        if self._is_busy and index >= 0 and is_missing:
+        if self._is_exposing and index >= 0 and is_missing:
             self._request(status.component_id, mavlink.MAVLINK_MSG_ID_CAMERA_IMAGE_CAPTURED, index)
 
     def _take_capture(self, info: CaptureInfo) -> None:
@@ -123,7 +107,7 @@ class CaptureRunner:
         is_ours = self._information is not None and info.component_id == self._information.component_id
         if is_ours and (self._newest is None or _order(info) > _order(self._newest)):
             self._newest = info
-            self._changes.announce()
+            self._vehicle.changes.announce()
 
 
 def _order(info: CaptureInfo) -> tuple[int, int]:

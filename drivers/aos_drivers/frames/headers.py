@@ -1,0 +1,90 @@
+"""Sizes of the pictures in an image file, read from its headers alone, before anything is decoded.
+
+A few kilobytes can claim, and compress, billions of pixels. Only PNG, JPEG and TIFF are known; what is none of them is
+refused, so that the decoders of other formats are never reached.
+
+Sources: PNG (W3C, 3rd edition) 11.2.1; JPEG (ITU-T T.81) B.1.1 and B.2.2; TIFF 6.0 section 2, BigTIFF is not read.
+"""
+
+from __future__ import annotations
+
+import struct
+
+from aos_drivers.frames.errors import TornFrameError
+from aos_gcs.errors import CaptureError
+
+PNG_START, JPEG_START = b"\x89PNG\r\n\x1a\n", b"\xff\xd8"
+_TIFF_ORDERS = {b"II*\0": "<", b"MM\0*": ">"}
+_MAX_TIFF_PAGES = 8
+_TIFF_WIDTH, _TIFF_HEIGHT = 256, 257
+_TIFF_INTEGERS = {1: "B", 3: "H", 4: "I"}
+"""Struct's code by type of a field: byte, short, long."""
+_NO_JPEG_FRAME = frozenset({0xC4, 0xC8, 0xCC})
+"""Of the markers C0 to CF, those that start no frame: tables and extensions."""
+_JPEG_STANDALONE = frozenset({0x01, *range(0xD0, 0xD8)})
+
+
+def picture_sizes(data: bytes) -> list[tuple[int, int]]:
+    """Return width and height of each page of a file.
+
+    Raises:
+        TornFrameError: it ends within its headers.
+        CaptureError: it is none of PNG, JPEG and TIFF, or its headers make no sense.
+    """
+    try:
+        if data.startswith(PNG_START):
+            return [_png_size(data)]
+        if data.startswith(JPEG_START):
+            return [_jpeg_size(data)]
+        if data[:4] in _TIFF_ORDERS:
+            return _tiff_sizes(data, _TIFF_ORDERS[data[:4]])
+    except struct.error as error:
+        raise TornFrameError(f"the image file of {len(data)} bytes is incomplete") from error
+    if not data:
+        raise TornFrameError("the image file of 0 bytes is incomplete")
+    raise CaptureError(f"the image file of {len(data)} bytes is none of PNG, JPEG and TIFF")
+
+
+def _png_size(data: bytes) -> tuple[int, int]:
+    width, height = struct.unpack_from(">II", data, 16)
+    return width, height
+
+
+def _jpeg_size(data: bytes) -> tuple[int, int]:
+    """Walk from marker to marker to the first frame header."""
+    offset = 2
+    while True:
+        prefix, marker = struct.unpack_from(">BB", data, offset)
+        if prefix != 0xFF:
+            raise CaptureError("the JPEG file has no frame header where one must be")
+        if marker == 0xFF:  # padding
+            offset += 1
+        elif marker in _JPEG_STANDALONE:
+            offset += 2
+        elif 0xC0 <= marker <= 0xCF and marker not in _NO_JPEG_FRAME:
+            height, width = struct.unpack_from(">HH", data, offset + 5)
+            return width, height
+        else:
+            offset += 2 + max(2, struct.unpack_from(">H", data, offset + 2)[0])
+
+
+def _tiff_sizes(data: bytes, order: str) -> list[tuple[int, int]]:
+    sizes: list[tuple[int, int]] = []
+    offset = struct.unpack_from(f"{order}I", data, 4)[0]
+    while offset:
+        if len(sizes) == _MAX_TIFF_PAGES:
+            raise CaptureError(f"the TIFF file has more than {_MAX_TIFF_PAGES} pages")
+        count = struct.unpack_from(f"{order}H", data, offset)[0]
+        fields = dict(_tiff_field(data, order, offset + 2 + 12 * index) for index in range(count))
+        sizes.append((fields.get(_TIFF_WIDTH, 0), fields.get(_TIFF_HEIGHT, 0)))
+        offset = struct.unpack_from(f"{order}I", data, offset + 2 + 12 * count)[0]
+    return sizes
+
+
+def _tiff_field(data: bytes, order: str, offset: int) -> tuple[int, int]:
+    """Return tag and value of a field that holds one integer; 0 for others, whose values lie elsewhere."""
+    tag, kind, count = struct.unpack_from(f"{order}HHI", data, offset)
+    code = _TIFF_INTEGERS.get(kind)
+    if code is None or count != 1:
+        return tag, 0
+    return tag, struct.unpack_from(f"{order}{code}", data, offset + 8)[0]

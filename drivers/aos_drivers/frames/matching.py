@@ -1,0 +1,88 @@
+"""Which of the files that have appeared is the image of an exposure."""
+
+from __future__ import annotations
+
+import os.path
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from aos_drivers.frames.errors import FrameRefusedError
+
+_IMAGE_SUFFIXES = frozenset({".jpg", ".jpeg", ".png", ".tif", ".tiff"})
+
+
+@dataclass(frozen=True, slots=True)
+class FileStamp:
+    """What changes when a file is written."""
+
+    size_bytes: int | None
+    """None where a server's listing does not tell."""
+    modified_utc_s: float | None
+
+
+Listing = Mapping[str, FileStamp]
+"""The files at one moment, by name."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """The image that is looked for."""
+
+    before: Listing
+    """What was there before the exposure: never the image, unless it has been written anew."""
+    index: int | None = None
+    """In the names of the files; None where it is not known."""
+    utc_s: float | None = None
+    """Of the exposure; None where it is not known."""
+    tolerance_s: float = 1.0
+    file_name: str | None = None
+    """With ``{index}`` in it; None: the name says nothing."""
+
+    @property
+    def name(self) -> str | None:
+        """What the file must be called, where that is known."""
+        if self.file_name is None or self.index is None:
+            return None
+        return self.file_name.format(index=self.index)
+
+
+def is_image_name(name: str) -> bool:
+    """Return whether a name is that of an image, in this folder, that is not being written under another name."""
+    is_plain = "/" not in name and "\\" not in name and "\0" not in name and not name.startswith(".")
+    return is_plain and os.path.splitext(name)[1].lower() in _IMAGE_SUFFIXES  # noqa: PTH122 (a name, not a path)
+
+
+def choose(now: Listing, wanted: Wanted) -> str | None:
+    """Return the name of the wanted image, or None while it is not there.
+
+    By its name where that holds the index. Otherwise it is the one file that is new; of several, the one whose time is
+    that of the exposure.
+
+    Raises:
+        FrameRefusedError: several new files could be the image.
+    """
+    fresh = {name: stamp for name, stamp in now.items() if wanted.before.get(name) != stamp}
+    if wanted.name is not None:
+        return wanted.name if wanted.name in fresh else None
+    if len(fresh) <= 1:
+        return next(iter(fresh), None)
+    by_distance = sorted((_distance_s(stamp, wanted), name) for name, stamp in fresh.items())
+    within = [name for distance_s, name in by_distance if distance_s <= wanted.tolerance_s]
+    if len(within) != 1:
+        raise FrameRefusedError(
+            f"{len(fresh)} new files ({', '.join(sorted(fresh)[:3])} …), {len(within)} of them from within "
+            f"{wanted.tolerance_s:g} s of the exposure: name them with the index (file_name), or expose less often"
+        )
+    return within[0]
+
+
+def newest(now: Listing, before: Listing) -> str | None:
+    """Return the file that was written last of those that were not there before; None where there is none."""
+    fresh = [(stamp.modified_utc_s or 0.0, name) for name, stamp in now.items() if before.get(name) != stamp]
+    return max(fresh)[1] if fresh else None
+
+
+def _distance_s(stamp: FileStamp, wanted: Wanted) -> float:
+    if stamp.modified_utc_s is None or wanted.utc_s is None:
+        return float("inf")
+    return abs(stamp.modified_utc_s - wanted.utc_s)

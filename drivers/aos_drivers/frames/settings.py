@@ -1,0 +1,218 @@
+"""Where the frames of each vehicle come from: the tables ``camera`` and ``cameras.ID`` of a driver's options."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from pathlib import Path
+from types import MappingProxyType
+from typing import TypeVar
+
+from aos_drivers.frames.mount import CameraMount, Carrier
+from aos_drivers.option_table import OptionTable
+from aos_gcs.errors import CaptureError, ConfigurationError
+
+
+class SourceKind(StrEnum):
+    """How frames come."""
+
+    COMPONENT = "component"
+    """A MAVLink camera component that names a URL."""
+    REPORTED = "reported"
+    """The autopilot tells of exposures (CAMERA_FEEDBACK, CAMERA_IMAGE_CAPTURED); files come by another way."""
+    PHOTOS = "photos"
+    """Geotagged photographs."""
+    VIDEO = "video"
+    """A stream, RTSP or RTP."""
+
+
+@dataclass(frozen=True, slots=True)
+class ImagePlace:
+    """Where image files appear: a folder or a web server, one of them."""
+
+    folder: str | None = None
+    """May hold ``{vehicle_id}``."""
+    url: str | None = None
+    """May hold ``{vehicle_id}``, ``{host}`` (the vehicle's own) and ``{index}``; without the last, of a listing."""
+    file_name: str | None = None
+    """Of the image with an index, as ``DSC{index:05d}.JPG``; None: files are told apart by their times."""
+
+    @property
+    def has_index(self) -> bool:
+        """Whether the address itself names the image."""
+        return self.url is not None and "{index" in self.url
+
+    def folder_of(self, vehicle_id: int) -> Path | None:
+        """Return the folder of one vehicle."""
+        return None if self.folder is None else Path(self.folder.format(vehicle_id=vehicle_id)).expanduser()
+
+    def url_of(self, vehicle_id: int, host: str, index: int = 0) -> str:
+        """Return the address on one vehicle's host, an IPv6 one in brackets.
+
+        Raises:
+            CaptureError: the vehicle has no host, as on a serial link, and the address needs it.
+        """
+        if not host and "{host}" in (self.url or ""):
+            raise CaptureError(f"vehicle {vehicle_id} has no host of its own: write that of its images into url")
+        host = f"[{host}]" if ":" in host else host
+        return (self.url or "").format(vehicle_id=vehicle_id, host=host, index=index)
+
+
+@dataclass(frozen=True, slots=True)
+class CameraSettings:
+    """How the frames of one vehicle are obtained."""
+
+    source: SourceKind = SourceKind.COMPONENT
+    place: ImagePlace = field(default_factory=ImagePlace)
+    """Of the images, or of the stream."""
+    is_triggered: bool = True
+    """Whether each frame is commanded; else the camera takes them by itself, and the next one is waited for."""
+    index_offset: int = 0
+    """The number in the name of a file minus the index that the autopilot gives."""
+    match_tolerance_s: float = 1.0
+    """How far the time of a file may be from that of its exposure."""
+    fov_rad: float | None = None
+    """Full horizontal field of view; None: as the camera says."""
+    mount: CameraMount = field(default_factory=CameraMount)
+    max_pose_age_s: float = 0.5
+    """Between a frame and the nearest report of the vehicle's motion."""
+    max_pose_offset_m: float = 50.0
+    """Between the position of a frame and those that the vehicle reports."""
+    pose_hz: float = 10.0
+    """Rate of attitudes and positions that are asked for, where poses are interpolated."""
+    latency_s: float = 0.2
+    """Of a stream without times, from exposure to arrival."""
+    latency_sigma_s: float = 0.1
+
+    @property
+    def needs_motion(self) -> bool:
+        """Whether poses are made of what the vehicle reports of its motion."""
+        return self.source in (SourceKind.REPORTED, SourceKind.VIDEO)
+
+
+@dataclass(frozen=True, slots=True)
+class CameraPlan:
+    """The settings of all vehicles."""
+
+    default: CameraSettings = field(default_factory=CameraSettings)
+    by_vehicle: Mapping[int, CameraSettings] = field(default_factory=lambda: MappingProxyType({}))
+
+    def of(self, vehicle_id: int) -> CameraSettings:
+        """Return the settings of one vehicle."""
+        return self.by_vehicle.get(vehicle_id, self.default)
+
+
+_FIELDS = (
+    "source",
+    "folder",
+    "url",
+    "file_name",
+    "trigger",
+    "index_offset",
+    "match_tolerance_s",
+    "fov_deg",
+    "carrier",
+    "mount_deg",
+    "lever_arm_m",
+    "max_pose_age_s",
+    "max_pose_offset_m",
+    "pose_hz",
+    "latency_s",
+    "latency_sigma_s",
+)
+Choice = TypeVar("Choice", bound=StrEnum)
+_STREAM_SCHEMES = ("rtsp://", "rtsps://", "rtp://", "udp://", "tcp://")
+
+
+def parse_cameras(options: OptionTable) -> CameraPlan:
+    """Return the cameras of a driver's options: ``camera`` for all vehicles, ``cameras.ID`` for what differs in one.
+
+    Raises:
+        ConfigurationError: an option is unknown, out of range, or does not fit the source.
+    """
+    common, tables = options.mapping("camera"), options.table("cameras")
+    by_vehicle = {}
+    for name, own in options.mapping("cameras").items():
+        if not name.isdecimal() or not 1 <= int(name) <= 255 or not isinstance(own, Mapping):
+            raise ConfigurationError(f"{tables.place}.{name} must be a table named by a system id, such as cameras.3")
+        by_vehicle[int(name)] = _parse_camera(OptionTable({**common, **own}, f"{tables.place}.{name}"))
+    return CameraPlan(_parse_camera(options.table("camera")), MappingProxyType(by_vehicle))
+
+
+def _parse_camera(table: OptionTable) -> CameraSettings:
+    table.refuse_unknown(_FIELDS)
+    source = _choice(table, "source", SourceKind, SourceKind.COMPONENT)
+    defaults = CameraSettings()
+    fov_deg = table.optional_number("fov_deg", 1.0, 179.0)
+    return CameraSettings(
+        source=source,
+        place=_parse_place(table, source),
+        is_triggered=table.flag("trigger", default=True),
+        index_offset=table.integer("index_offset", 0),
+        match_tolerance_s=table.number("match_tolerance_s", defaults.match_tolerance_s, 0.01, 60.0),
+        fov_rad=None if fov_deg is None else math.radians(fov_deg),
+        mount=_parse_mount(table),
+        max_pose_age_s=table.number("max_pose_age_s", defaults.max_pose_age_s, 0.01, 10.0),
+        max_pose_offset_m=table.number("max_pose_offset_m", defaults.max_pose_offset_m, 1.0, 10_000.0),
+        pose_hz=table.number("pose_hz", defaults.pose_hz, 1.0, 50.0),
+        latency_s=table.number("latency_s", defaults.latency_s, 0.0, 10.0),
+        latency_sigma_s=table.number("latency_sigma_s", defaults.latency_sigma_s, 0.0, 10.0),
+    )
+
+
+def _parse_place(table: OptionTable, source: SourceKind) -> ImagePlace:
+    place = ImagePlace(table.text("folder"), table.text("url"), table.text("file_name"))
+    if source is SourceKind.COMPONENT:
+        for name in ("folder", "url", "file_name"):
+            if name in table:
+                raise ConfigurationError(
+                    f"{table.place}.{name} has no meaning for a camera that names its images itself: "
+                    f'set {table.place}.source to "reported", "photos" or "video"'
+                )
+        return place
+    if source is SourceKind.VIDEO:
+        if place.folder is not None or place.url is None or not _is_stream(place.url):
+            raise ConfigurationError(f"{table.place}.url must be a stream ({', '.join(_STREAM_SCHEMES)} or FILE.sdp)")
+    elif (place.folder is None) == (place.url is None):
+        raise ConfigurationError(f"{table.place} needs one of folder and url, where the images appear")
+    elif place.url is not None and not place.url.startswith(("http://", "https://")):
+        raise table.error("url", "an address of http or https")
+    _check_template(table, "folder", place.folder, {"vehicle_id": 1})
+    _check_template(table, "url", place.url, {"vehicle_id": 1, "host": "h", "index": 1})
+    _check_template(table, "file_name", place.file_name, {"vehicle_id": 1, "index": 1})
+    if place.file_name is not None and "{index" not in place.file_name:
+        raise table.error("file_name", "a name with {index} in it, such as DSC{index:05d}.JPG")
+    return place
+
+
+def _is_stream(url: str) -> bool:
+    return url.startswith(_STREAM_SCHEMES) or url.endswith(".sdp")
+
+
+def _check_template(table: OptionTable, name: str, template: str | None, values: Mapping[str, object]) -> None:
+    try:
+        (template or "").format(**values)
+    except (KeyError, IndexError, ValueError, AttributeError, TypeError) as error:
+        known = ", ".join(f"{{{value}}}" for value in values)
+        raise ConfigurationError(f"{table.place}.{name}: {template!r} cannot be filled in: use {known}") from error
+
+
+def _parse_mount(table: OptionTable) -> CameraMount:
+    carrier = _choice(table, "carrier", Carrier, Carrier.BODY)
+    # A gimbal that reports its attitude reports that of the camera.
+    default_deg = (0.0, 0.0, 0.0) if carrier is Carrier.GIMBAL else (0.0, -90.0, 0.0)
+    yaw_deg, pitch_deg, roll_deg = table.triple("mount_deg", default_deg, 360.0)
+    angles_rad = (math.radians(yaw_deg), math.radians(pitch_deg), math.radians(roll_deg))
+    return CameraMount(carrier, angles_rad, table.triple("lever_arm_m", (0.0, 0.0, 0.0), 10.0))
+
+
+def _choice(table: OptionTable, name: str, kind: type[Choice], default: Choice) -> Choice:
+    text = table.text(name)
+    if text is None:
+        return default
+    try:
+        return kind(text)
+    except ValueError as error:
+        raise table.error(name, f"one of {', '.join(kind)}") from error

@@ -1,0 +1,92 @@
+"""Frames of a MAVLink camera component that names a URL (https://mavlink.io/en/services/camera.html)."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from aos_drivers.mavlink.camera import CameraRecord
+from aos_drivers.mavlink.exposure import CaptureTools, Exposure, VehicleAccess, capture_error, collect_capture
+from aos_drivers.mavlink.shutter import LostReportError, Shutter
+from aos_drivers.mavlink.telemetry import position_from_e7
+from aos_gcs.errors import CaptureError
+from aos_gcs.ports import Capture
+
+CapturedMessage: TypeAlias = mavlink.MAVLink_camera_image_captured_message
+
+
+class ComponentSource:
+    """Commands the camera component of one vehicle and fetches what it names."""
+
+    def __init__(self, vehicle: VehicleAccess, tools: CaptureTools) -> None:
+        self._vehicle = vehicle
+        self._record = vehicle.record
+        self._tools = tools
+        self._shutter = Shutter(vehicle, tools.clock)
+
+    async def capture(self, deadline_s: float) -> Capture:
+        """See ``Vehicle.capture``."""
+        camera = self._record.camera
+        if camera is None:
+            raise CaptureError(f"vehicle {self._record.vehicle_id} has no camera that speaks MAVLink")
+        message = await self._expose(camera, deadline_s)
+        exposure = Exposure(
+            image_index=message.image_index,
+            is_success=message.capture_result == 1,
+            utc_s=message.time_utc / 1e6 if message.time_utc else None,
+            position=position_from_e7(message.lat, message.lon, message.alt / 1000),
+            q_wxyz=message.q,
+            file_url=message.file_url,
+            fov_rad=camera.horizontal_fov_rad,
+        )
+        host = self._vehicle.host_of(camera.component_id)
+        return await collect_capture(self._record.vehicle_id, exposure, host, self._tools, deadline_s)
+
+    async def _expose(self, camera: CameraRecord, deadline_s: float) -> CapturedMessage:
+        """Command one exposure and return the message about it."""
+        awaited_index, before = camera.next_index, camera.known_indices()
+        command = mavlink.MAVLink_command_long_message(
+            self._record.vehicle_id,
+            camera.component_id,
+            mavlink.MAV_CMD_IMAGE_START_CAPTURE,
+            0,
+            0.0,
+            0.0,
+            1.0,
+            float(camera.next_sequence()),
+            0.0,
+            0.0,
+            0.0,
+        )
+        try:
+            return await self._shutter.press(
+                command,
+                lambda: camera.find_capture(awaited_index, before),
+                lambda: self._ask_again(camera, awaited_index),
+                deadline_s,
+            )
+        except CaptureError as error:
+            if isinstance(error, LostReportError) and awaited_index is not None:
+                camera.give_up(awaited_index)
+            raise capture_error(self._record.vehicle_id, awaited_index, error) from error
+
+    def _ask_again(self, camera: CameraRecord, index: int | None) -> None:
+        requests = [(mavlink.MAVLINK_MSG_ID_CAMERA_CAPTURE_STATUS, 0)]
+        if index is not None:
+            requests.append((mavlink.MAVLINK_MSG_ID_CAMERA_IMAGE_CAPTURED, index))
+        for message_id, param2 in requests:
+            request = mavlink.MAVLink_command_long_message(
+                self._record.vehicle_id,
+                camera.component_id,
+                mavlink.MAV_CMD_REQUEST_MESSAGE,
+                0,
+                float(message_id),
+                float(param2),
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+            )
+            self._vehicle.send(self._record.vehicle_id, camera.component_id, request)

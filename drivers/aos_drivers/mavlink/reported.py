@@ -1,0 +1,96 @@
+"""Frames whose exposures the autopilot reports, while their files come by another way.
+
+ArduPilot sends CAMERA_FEEDBACK, PX4 CAMERA_IMAGE_CAPTURED without a URL. A companion computer serves the files or drops
+them into a folder.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+
+from aos_drivers.frames.images import decode_image
+from aos_drivers.frames.matching import Listing, Wanted
+from aos_drivers.frames.mount import Carrier, camera_pose
+from aos_drivers.frames.settings import CameraSettings
+from aos_drivers.frames.stores import ImageFinder
+from aos_drivers.mavlink.exposure import CaptureTools, VehicleAccess, capture_error, lens_of
+from aos_drivers.mavlink.payload import ShutterReport
+from aos_drivers.mavlink.shutter import Shutter
+from aos_gcs.errors import CaptureError
+from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.ports import Capture
+
+
+class ReportedSource:
+    """Triggers the autopilot's camera, waits for its report, and finds the file that goes with it."""
+
+    def __init__(self, vehicle: VehicleAccess, tools: CaptureTools, settings: CameraSettings) -> None:
+        self._vehicle = vehicle
+        self._record = vehicle.record
+        self._clock = tools.clock
+        self._settings = settings
+        self._limits = tools.fetcher.limits
+        self._shutter = Shutter(vehicle, tools.clock)
+        self._finder = ImageFinder(settings.place, vehicle.record.vehicle_id, tools.clock, tools.fetcher)
+
+    async def capture(self, deadline_s: float) -> Capture:
+        """See ``Vehicle.capture``."""
+        record, host = self._record, self._vehicle.host_of(self._record.target.component_id)
+        index: int | None = None
+        try:
+            before = await self._finder.before(host, deadline_s)
+            report = await self._expose(deadline_s)
+            index = report.index
+            if not report.is_success:
+                raise CaptureError("the autopilot reports that the exposure failed")
+            return await self._collect(report, before, host, deadline_s)
+        except CaptureError as error:
+            raise capture_error(record.vehicle_id, index, error) from error
+
+    async def _expose(self, deadline_s: float) -> ShutterReport:
+        payload, record = self._record.payload, self._record
+        reports_before = payload.reports
+
+        def find() -> ShutterReport | None:
+            return payload.latest_report if payload.reports > reports_before else None
+
+        if not self._settings.is_triggered:
+            return await self._shutter.wait(find, deadline_s)
+        command = record.autopilot.shutter_command(record.target)
+        return await self._shutter.press(command, find, lambda: None, deadline_s)
+
+    async def _collect(self, report: ShutterReport, before: Listing, host: str, deadline_s: float) -> Capture:
+        settings, clock, payload = self._settings, self._clock, self._record.payload
+        boot_now_s = payload.boot_now_s(clock.now_s(), self._record.clock.offset_s)
+        age_s = 0.0 if boot_now_s is None else boot_now_s - report.time.boot_s
+        utc_s = clock.utc_s() - age_s
+        wanted = Wanted(
+            before, report.index + settings.index_offset, utc_s, settings.match_tolerance_s, settings.place.file_name
+        )
+        decode = partial(decode_image, max_pixels=self._limits.max_pixels)
+        (image, bands), _ = await self._finder.find(wanted, decode, host=host, deadline_s=deadline_s)
+        with_gimbal = settings.mount.carrier is Carrier.GIMBAL
+        # Reports from both sides of the exposure make its pose better than the latest one before it.
+        await self._vehicle.changes.wait_for(
+            lambda: payload.track.covers(report.time.boot_s, with_gimbal=with_gimbal),
+            min(deadline_s, clock.now_s() + settings.max_pose_age_s),
+        )
+        position, R_cam2enu = camera_pose(
+            payload.track,
+            settings.mount,
+            report.time.boot_s,
+            settings.max_pose_age_s,
+            vehicle=report.position,
+            R_body2ned=report.R_body2ned,
+        )
+        return Capture(
+            vehicle_id=self._record.vehicle_id,
+            image_index=report.index,
+            utc_s=utc_s,
+            image=image,
+            bands=bands,
+            position=position,
+            R_cam2enu=R_cam2enu,
+            camera=CameraModel.from_fov(image.shape[1], image.shape[0], lens_of(settings.fov_rad)),
+            time_sigma_s=report.time.sigma_s,
+        )
