@@ -1,0 +1,133 @@
+"""Cameras beside vehicles that have none: over real sockets, in a flight and in a whole mission."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import socket
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+
+import pytest
+
+from aos_gcs.errors import LinkError
+from aos_gcs.mission.settings import Deadlines, FlightSettings
+from aos_gcs.scripting import SwarmOptions, open_swarm
+from aos_sim.attached.service import AttachedCameras, AttachedOptions
+from aos_sim.camera.synthetic import CheckerboardGround
+from aos_sim.swarm import SimulatedSwarm
+from aos_sim.swarm import SwarmOptions as SimulatorOptions
+
+HOST = "127.0.0.1"
+SPEED = 10.0
+
+
+def free_ports(count: int) -> list[int]:
+    probes = [socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(count)]
+    for probe in probes:
+        probe.bind((HOST, 0))
+    ports = [probe.getsockname()[1] for probe in probes]
+    for probe in probes:
+        probe.close()
+    return ports
+
+
+async def until(condition: Callable[[], bool]) -> None:
+    async with asyncio.timeout(10.0):
+        while not condition():  # noqa: ASYNC110 - nothing announces what is waited for
+            await asyncio.sleep(0.05)
+
+
+def script_options(vehicles: int) -> SwarmOptions:
+    """Deadlines and ages are in clock seconds; what takes real time is given many times as many."""
+    return SwarmOptions(
+        vehicles=vehicles,
+        area_enu_m=((0.0, 0.0), (30.0, 0.0), (30.0, 30.0), (0.0, 30.0)),
+        flight=FlightSettings(lowest_layer_m=12.0, layer_spacing_m=3.0),
+        deadlines=Deadlines(connect_s=600.0, preflight_s=600.0, command_s=200.0, takeoff_s=300.0, capture_s=400.0),
+        safety={"max_link_age_s": 60.0, "max_position_age_s": 60.0},
+        clock_speed=SPEED,
+    )
+
+
+@asynccontextmanager
+async def flying(autopilot: str, vehicles: int) -> AsyncIterator[tuple[SimulatedSwarm, AttachedCameras, str]]:
+    """Vehicles without cameras, cameras beside them, and the link of a ground station for both."""
+    gcs_port, camera_port = free_ports(2)
+    simulated = SimulatorOptions(
+        vehicles=vehicles,
+        links=(f"udpout://{HOST}:{gcs_port}", f"udpout://{HOST}:{camera_port}"),
+        autopilot=autopilot,
+        speed=SPEED,
+        start_up_s=2.0,
+        cameras=False,
+    )
+    attached = AttachedOptions(
+        links=(f"udpin://{HOST}:{camera_port}",), gcs=f"udpout://{HOST}:{gcs_port}", image_size_px=32
+    )
+    cameras = AttachedCameras(attached, CheckerboardGround())
+    async with SimulatedSwarm(simulated, CheckerboardGround()) as swarm, asyncio.TaskGroup() as group:
+        serving = group.create_task(cameras.run())
+        yield swarm, cameras, f"udpin://{HOST}:{gcs_port}"
+        serving.cancel()
+
+
+@pytest.mark.parametrize("autopilot", [pytest.param("arducopter", marks=pytest.mark.slow), "px4"])
+async def test_vehicles_without_cameras_deliver_what_the_cameras_beside_them_see(autopilot: str) -> None:
+    async with flying(autopilot, 2) as (simulated, cameras, link), open_swarm([link], script_options(2)) as swarm:
+        await swarm.take_off()
+        await swarm.fly_to({1: (-2.5, 5.0), 2: (2.5, 5.0)})
+        result = await swarm.capture()
+        assert {capture.vehicle_id for capture in result.captures} == {1, 2}
+        for capture in result.captures:
+            assert capture.image.shape == (32, 32, 4)
+            true_enu_m = simulated.kinematics(capture.vehicle_id).position_enu_m
+            assert math.dist(simulated.frame.to_enu(capture.position), true_enu_m) < 1.5
+        report = cameras.report()
+        assert [(camera.images, camera.refused) for camera in report.cameras] == [(1, 0), (1, 0)]
+        assert all(camera.tells_true_pose for camera in report.cameras)
+        assert report.min_separation_m == pytest.approx(5.0, abs=0.5)
+        assert cameras.frame is not None
+        assert cameras.homes_enu_m()[1] == pytest.approx((0.0, 0.0, 0.0), abs=0.02)
+
+
+async def test_two_vehicles_with_one_system_id_get_no_images(caplog: pytest.LogCaptureFixture) -> None:
+    first_port, second_port, gcs_port = free_ports(3)
+    attached = AttachedOptions(
+        links=(f"udpin://{HOST}:{first_port}", f"udpin://{HOST}:{second_port}"), gcs=f"udpout://{HOST}:{gcs_port}"
+    )
+    cameras = AttachedCameras(attached, CheckerboardGround())
+
+    def alone(port: int) -> SimulatedSwarm:
+        options = SimulatorOptions(vehicles=1, links=(f"udpout://{HOST}:{port}",), cameras=False, start_up_s=0.0)
+        return SimulatedSwarm(options, CheckerboardGround())
+
+    async with alone(first_port), alone(second_port), asyncio.TaskGroup() as group:
+        serving = group.create_task(cameras.run())
+        await until(lambda: "give each vehicle its own id" in caplog.text)
+        serving.cancel()
+    assert "system id 1 is heard from" in caplog.text
+
+
+async def test_a_link_is_tried_until_somebody_answers_and_again_when_it_is_lost() -> None:
+    with socket.create_server((HOST, 0)) as probe:
+        port = probe.getsockname()[1]
+    cameras = AttachedCameras(AttachedOptions(links=(f"tcpout://{HOST}:{port}",)), CheckerboardGround())
+    async with asyncio.TaskGroup() as group:
+        serving = group.create_task(cameras.run())
+        await asyncio.sleep(0.1)
+        for system_id in (1, 2):
+            options = SimulatorOptions(
+                vehicles=1, first_system_id=system_id, links=(f"tcpin://{HOST}:{port}",), cameras=False
+            )
+            async with SimulatedSwarm(options, CheckerboardGround()):
+                await until(lambda heard=system_id: heard in {camera.system_id for camera in cameras.report().cameras})
+        serving.cancel()
+
+
+async def test_a_taken_port_ends_the_service_with_its_name() -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
+        taken.bind((HOST, 0))
+        link = f"udpin://{HOST}:{taken.getsockname()[1]}"
+        with pytest.raises(LinkError, match=link):
+            await AttachedCameras(AttachedOptions(links=(link,)), CheckerboardGround()).run()
