@@ -66,6 +66,8 @@ def _parse_json(text: str) -> dict[str, FileStamp]:
 def _parse_entry(entry: Any) -> tuple[str, FileStamp]:
     if isinstance(entry, str):
         return entry, FileStamp(None, None)
+    if not isinstance(entry, dict):
+        raise TypeError(f"an entry is {entry!r}")
     size, modified = entry.get("size"), entry.get("mtime")
     modified_utc_s = parsedate_to_datetime(modified).timestamp() if isinstance(modified, str) else None
     return str(entry["name"]), FileStamp(size if isinstance(size, int) else None, modified_utc_s)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
+from string import Formatter
 from types import MappingProxyType
 from typing import TypeVar
 
@@ -104,11 +105,9 @@ class CameraPlan:
         return self.by_vehicle.get(vehicle_id, self.default)
 
 
+_PLACE = ("source", "folder", "url", "file_name")
 _FIELDS = (
-    "source",
-    "folder",
-    "url",
-    "file_name",
+    *_PLACE,
     "trigger",
     "index_offset",
     "match_tolerance_s",
@@ -137,7 +136,9 @@ def parse_cameras(options: OptionTable) -> CameraPlan:
     for name, own in options.mapping("cameras").items():
         if not name.isdecimal() or not 1 <= int(name) <= 255 or not isinstance(own, Mapping):
             raise ConfigurationError(f"{tables.place}.{name} must be a table named by a system id, such as cameras.3")
-        by_vehicle[int(name)] = _parse_camera(OptionTable({**common, **own}, f"{tables.place}.{name}"))
+        # Another source or place is a new one: nothing of the common one fits it.
+        inherited = {key: common[key] for key in common if own.keys().isdisjoint(_PLACE) or key not in _PLACE}
+        by_vehicle[int(name)] = _parse_camera(OptionTable({**inherited, **own}, f"{tables.place}.{name}"))
     return CameraPlan(_parse_camera(options.table("camera")), MappingProxyType(by_vehicle))
 
 
@@ -165,7 +166,7 @@ def _parse_camera(table: OptionTable) -> CameraSettings:
 def _parse_place(table: OptionTable, source: SourceKind) -> ImagePlace:
     place = ImagePlace(table.text("folder"), table.text("url"), table.text("file_name"))
     if source is SourceKind.COMPONENT:
-        for name in ("folder", "url", "file_name"):
+        for name in _PLACE[1:]:
             if name in table:
                 raise ConfigurationError(
                     f"{table.place}.{name} has no meaning for a camera that names its images itself: "
@@ -179,9 +180,9 @@ def _parse_place(table: OptionTable, source: SourceKind) -> ImagePlace:
         raise ConfigurationError(f"{table.place} needs one of folder and url, where the images appear")
     elif place.url is not None and not place.url.startswith(("http://", "https://")):
         raise table.error("url", "an address of http or https")
-    _check_template(table, "folder", place.folder, {"vehicle_id": 1})
-    _check_template(table, "url", place.url, {"vehicle_id": 1, "host": "h", "index": 1})
-    _check_template(table, "file_name", place.file_name, {"vehicle_id": 1, "index": 1})
+    _check_template(table, "folder", place.folder, ["vehicle_id"])
+    _check_template(table, "url", place.url, ["vehicle_id", "host", "index"])
+    _check_template(table, "file_name", place.file_name, ["index"])
     if place.file_name is not None and "{index" not in place.file_name:
         raise table.error("file_name", "a name with {index} in it, such as DSC{index:05d}.JPG")
     return place
@@ -191,12 +192,15 @@ def _is_stream(url: str) -> bool:
     return url.startswith(_STREAM_SCHEMES) or url.endswith(".sdp")
 
 
-def _check_template(table: OptionTable, name: str, template: str | None, values: Mapping[str, object]) -> None:
+def _check_template(table: OptionTable, name: str, template: str | None, known: Collection[str]) -> None:
+    """Refuse all but plain fields of the known names, with at most a width of three digits."""
     try:
-        (template or "").format(**values)
-    except (KeyError, IndexError, ValueError, AttributeError, TypeError) as error:
-        known = ", ".join(f"{{{value}}}" for value in values)
-        raise ConfigurationError(f"{table.place}.{name}: {template!r} cannot be filled in: use {known}") from error
+        fields = [part[1:] for part in Formatter().parse(template or "") if part[1] is not None]
+    except ValueError:
+        fields = [("", "", "")]
+    if any(field not in known or conversion or len(width or "") > 4 for field, width, conversion in fields):
+        wanted = ", ".join(f"{{{value}}}" for value in known)
+        raise ConfigurationError(f"{table.place}.{name}: {template!r} cannot be filled in: use {wanted}")
 
 
 def _parse_mount(table: OptionTable) -> CameraMount:
