@@ -108,6 +108,8 @@ class ApiConfig(BaseModel):
     port: Annotated[int, Field(ge=0, le=65535)] = 8080
     operator_code_file: Path | None = None
     """Holds the code that makes a client an operator; by default a random one is made at each start."""
+    plans_folder: Path = Path("plans")
+    """Where operators save plans."""
 
 
 class PreflightConfig(BaseModel):

@@ -10,7 +10,7 @@ from aos_gcs.api.access import random_code, read_code
 from aos_gcs.api.app import create_app
 from aos_gcs.api.server import serve
 from aos_gcs.config import ApiConfig
-from aos_gcs.mission.model import MissionControl
+from aos_gcs.mission.model import MissionControl, PlanControl
 
 _log = logging.getLogger(__name__)
 
@@ -25,8 +25,16 @@ def operator_code(config: ApiConfig) -> str:
 
 
 @asynccontextmanager
-async def open_dashboard(mission: MissionControl, config: ApiConfig, code: str) -> AsyncIterator[None]:
+async def open_dashboard(
+    mission: MissionControl, config: ApiConfig, code: str, *, planning: PlanControl | None = None
+) -> AsyncIterator[None]:
     """Serve the dashboard for as long as the context is entered, unless it is switched off.
+
+    Args:
+        mission: what is shown.
+        config: where it is served.
+        code: what makes a client an operator.
+        planning: of the mission; None where there is nothing to plan.
 
     Raises:
         LinkError: its port cannot be opened.
@@ -34,7 +42,8 @@ async def open_dashboard(mission: MissionControl, config: ApiConfig, code: str) 
     if not config.enabled:
         yield
         return
-    async with serve(create_app(mission, operator_code=code), config.host, config.port) as address:
+    app = create_app(mission, operator_code=code, planning=planning, plans_folder=config.plans_folder)
+    async with serve(app, config.host, config.port) as address:
         _log.info("Dashboard for observers: %s", address.url)
         if config.operator_code_file is None:
             # Behind the #, it is sent to no server and stands in no log of requests.

@@ -82,7 +82,7 @@ async def open_service(config: ServiceConfig) -> AsyncIterator[Service]:
                     recorder=recorder,
                     loop_monitor=loop_monitor,
                 )
-                async with open_dashboard(mission, config.api, code):
+                async with open_dashboard(mission, config.api, code, planning=mission):
                     opened = True
                     yield Service(mission, folder, journal, recorder)
     finally:

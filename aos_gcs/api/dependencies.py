@@ -9,7 +9,9 @@ from starlette.requests import HTTPConnection
 
 from aos_gcs.api.access import Access, Session
 from aos_gcs.api.hub import EventHub
-from aos_gcs.mission.model import MissionControl
+from aos_gcs.errors import MissionError
+from aos_gcs.mission.model import MissionControl, PlanControl
+from aos_gcs.store.plan_folder import PlanFolder
 
 
 def _get_mission(connection: HTTPConnection) -> MissionControl:
@@ -30,5 +32,20 @@ def _get_session(connection: HTTPConnection) -> Session:
 
 Mission = Annotated[MissionControl, Depends(_get_mission)]
 Hub = Annotated[EventHub, Depends(_get_hub)]
+
+
+def _get_planning(connection: HTTPConnection) -> PlanControl:
+    planning = cast("PlanControl | None", connection.app.state.planning)
+    if planning is None:
+        raise MissionError("This is the record of a mission: its plan cannot be changed any more.")
+    return planning
+
+
+def _get_plans(connection: HTTPConnection) -> PlanFolder:
+    return cast("PlanFolder", connection.app.state.plans)
+
+
+Planning = Annotated[PlanControl, Depends(_get_planning)]
+Plans = Annotated[PlanFolder, Depends(_get_plans)]
 OperatorAccess = Annotated[Access, Depends(_get_access)]
 CurrentSession = Annotated[Session, Depends(_get_session)]

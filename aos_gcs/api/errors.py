@@ -11,17 +11,24 @@ from starlette.exceptions import HTTPException
 
 from aos_gcs.api.access import AccessDeniedError, WrongCodeError
 from aos_gcs.api.models import ErrorModel
-from aos_gcs.errors import AosError, CommandError, LinkError, MissionError
+from aos_gcs.errors import AosError, CommandError, ConfigurationError, InputDataError, LinkError, MissionError
 
 
 class NotFoundError(AosError):
     """A resource that does not exist, or not yet."""
 
 
+class TooLargeError(AosError):
+    """A body that is larger than anything useful."""
+
+
 _STATUS_AND_ID: dict[type[AosError], tuple[int, str]] = {
     NotFoundError: (HTTPStatus.NOT_FOUND, "not_found"),
     WrongCodeError: (HTTPStatus.FORBIDDEN, "wrong_code"),
     AccessDeniedError: (HTTPStatus.FORBIDDEN, "operators_only"),
+    TooLargeError: (HTTPStatus.REQUEST_ENTITY_TOO_LARGE, "too_large"),
+    InputDataError: (HTTPStatus.UNPROCESSABLE_ENTITY, "unusable_data"),
+    ConfigurationError: (HTTPStatus.UNPROCESSABLE_ENTITY, "unusable_setting"),
     MissionError: (HTTPStatus.CONFLICT, "action_not_allowed"),
     LinkError: (HTTPStatus.BAD_GATEWAY, "link_failed"),
     CommandError: (HTTPStatus.BAD_GATEWAY, "command_failed"),

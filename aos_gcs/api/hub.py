@@ -15,6 +15,7 @@ from aos_gcs.mission.model import (
     MissionSnapshot,
     NoticeRecord,
     PictureKind,
+    PlanRecord,
     StepRecord,
 )
 
@@ -98,5 +99,7 @@ class EventHub:
             notice = convert.notice(data)
             self._notices.append(notice)
             return messages.NoticeMessage(seq=0, utc_s=utc_s, notice=notice)
+        if isinstance(data, PlanRecord):
+            return messages.PlanMessage(seq=0, utc_s=utc_s, operator=data.operator)
         origin = self._mission.snapshot().origin
         return messages.PicturesMessage(seq=0, utc_s=utc_s, pictures=convert.pictures(data.kinds, data, origin))

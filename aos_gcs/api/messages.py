@@ -62,6 +62,15 @@ class PicturesMessage(WireModel):
     pictures: list[PictureModel]
 
 
+class PlanMessage(WireModel):
+    """The mission flies by another plan; ``GET /api/plan`` has it."""
+
+    kind: Literal["plan"] = "plan"
+    seq: int
+    utc_s: float
+    operator: str = Field(description="Who has applied it.")
+
+
 class HeartbeatMessage(WireModel):
     """The connection is alive although nothing has happened. Does not count: ``seq`` is that of the message before."""
 
@@ -69,10 +78,10 @@ class HeartbeatMessage(WireModel):
     seq: int
 
 
-EventMessage = SnapshotMessage | StepMessage | NoticeMessage | PicturesMessage
+EventMessage = SnapshotMessage | StepMessage | NoticeMessage | PicturesMessage | PlanMessage
 
 ServerMessage = Annotated[
-    HelloMessage | SnapshotMessage | StepMessage | NoticeMessage | PicturesMessage | HeartbeatMessage,
+    HelloMessage | SnapshotMessage | StepMessage | NoticeMessage | PicturesMessage | PlanMessage | HeartbeatMessage,
     Field(discriminator="kind"),
 ]
 

@@ -13,8 +13,10 @@ import numpy as np
 
 from aos_gcs.errors import MissionError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.imaging.step import ImagingSettings
 from aos_gcs.mission.checks import failed, passed
 from aos_gcs.mission.events import EventStream
+from aos_gcs.mission.mission_plan import MissionPlan, apply_plan
 from aos_gcs.mission.model import (
     Action,
     ActionResult,
@@ -32,6 +34,7 @@ from aos_gcs.mission.model import (
     Picture,
     PictureKind,
     PicturesRecord,
+    PlanRecord,
     PreflightCheck,
     StepRecord,
     Suspension,
@@ -42,6 +45,7 @@ from aos_gcs.mission.model import (
     WaypointRecord,
 )
 from aos_gcs.mission.phases import check_action
+from aos_gcs.mission.settings import MissionSettings
 from aos_gcs.ports import Clock, FlightMode, LandedState, Severity, VehicleState
 
 ORIGIN = GeodeticPosition(48.3358, 14.3263, 262.0)
@@ -103,6 +107,7 @@ class ScriptedMission:
         self.suspension = Suspension.NONE
         self.focus = FocusSnapshot(0.0, FocusSource.CONFIGURED, None)
         self.elapsed_s = 0.0
+        self._settings = MissionSettings(vehicles, AREA_ENU_M, ImagingSettings())
         self._phase_s = 0.0
         self._since_step_s = 0.0
         self._steps: list[StepRecord] = []
@@ -132,7 +137,7 @@ class ScriptedMission:
             elapsed_s=self.elapsed_s,
             step=len(self._steps),
             origin=ORIGIN,
-            area_enu_m=AREA_ENU_M,
+            area_enu_m=self._settings.area_enu_m,
             fence_enu_m=FENCE_ENU_M,
             vehicles=tuple(self._vehicle(body) for body in self._bodies),
             preflight=self._preflight(),
@@ -192,6 +197,18 @@ class ScriptedMission:
         if reason is not None:
             self.overrides[key] = CheckOverride(reason, operator, 0.0)
         return replace(found, overridden=self.overrides.get(key))
+
+    @property
+    def settings(self) -> MissionSettings:
+        """What the mission flies by."""
+        return self._settings
+
+    async def apply_plan(self, plan: MissionPlan, *, operator: str = "") -> None:
+        """Fly by another plan."""
+        if self.phase is not Phase.READY:
+            raise MissionError("The plan can no longer be changed: the mission has started.")
+        self._settings = apply_plan(self._settings, plan)
+        self.stream.publish(EventKind.PLAN, PlanRecord(plan, operator))
 
     def subscribe(self) -> AbstractContextManager[AsyncIterator[Event]]:
         """Follow the events."""

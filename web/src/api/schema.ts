@@ -80,6 +80,154 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/plan": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Plan
+     * @description Return the plan that the mission flies by.
+     */
+    get: operations["read_plan_api_plan_get"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/plan/apply": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Apply
+     * @description Let the mission fly by this plan; only before the start. Connecting and preflight start anew.
+     */
+    post: operations["apply_api_plan_apply_post"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/plan/check": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Check
+     * @description Say what is wrong with a plan, what it will take, and what would be better.
+     */
+    post: operations["check_api_plan_check_post"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/plan/import": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Import File
+     * @description Return the shapes of a file (GeoJSON, KML, QGroundControl's .plan), which is the body as it is.
+     */
+    post: operations["import_file_api_plan_import_post"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/plan/strategies": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Strategies
+     * @description Return the names of the strategies to choose from.
+     */
+    get: operations["read_strategies_api_plan_strategies_get"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/plans": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * List Plans
+     * @description Return the names of the saved plans.
+     */
+    get: operations["list_plans_api_plans_get"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/plans/{name}": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Saved Plan
+     * @description Return a saved plan.
+     */
+    get: operations["read_saved_plan_api_plans__name__get"];
+    /**
+     * Save Plan
+     * @description Keep a plan, finished or not; one of the same name is replaced.
+     */
+    put: operations["save_plan_api_plans__name__put"];
+    post?: never;
+    /**
+     * Delete Plan
+     * @description Remove a saved plan.
+     */
+    delete: operations["delete_plan_api_plans__name__delete"];
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
   "/api/preflight/override": {
     parameters: {
       query?: never;
@@ -250,6 +398,23 @@ export interface components {
      */
     FocusSource: "configured" | "autofocus" | "operator";
     /**
+     * ForestModel
+     * @description What hides the ground; heights are above the focal plane.
+     */
+    ForestModel: {
+      /** Canopy Height M */
+      canopy_height_m: number;
+      /** Crown Base M */
+      crown_base_m: number;
+      /** Occluder Size M */
+      occluder_size_m: number;
+      /**
+       * Occlusion
+       * @description Share of the ground that one image does not see, below 1.
+       */
+      occlusion: number;
+    };
+    /**
      * GeodeticModel
      * @description A WGS84 position with its altitude above mean sea level.
      */
@@ -295,6 +460,18 @@ export interface components {
       seq: number;
       /** Steps */
       steps: components["schemas"]["StepModel"][];
+    };
+    /**
+     * ImportedShapeModel
+     * @description A polygon or a point of a file.
+     */
+    ImportedShapeModel: {
+      /** Name */
+      name: string;
+      /** Places */
+      places: components["schemas"]["PlaceModel"][];
+      /** @description A guess. */
+      role: components["schemas"]["ShapeRole"];
     };
     /**
      * LandedState
@@ -481,6 +658,217 @@ export interface components {
       utc_s: number;
     };
     /**
+     * PlaceModel
+     * @description A point on the map.
+     */
+    PlaceModel: {
+      /** Latitude Deg */
+      latitude_deg: number;
+      /** Longitude Deg */
+      longitude_deg: number;
+    };
+    /**
+     * PlanEstimateModel
+     * @description What becomes of a plan when nothing is found.
+     */
+    PlanEstimateModel: {
+      /** Area M2 */
+      area_m2: number;
+      /**
+       * Battery Percent
+       * @description Of a full battery.
+       */
+      battery_percent: number;
+      /**
+       * Covered Percent
+       * @description Of the whole area.
+       */
+      covered_percent: number;
+      /**
+       * Flight S
+       * @description From the first take-off to the last landing.
+       */
+      flight_s: number;
+      /**
+       * Free Area M2
+       * @description Without the no-go areas.
+       */
+      free_area_m2: number;
+      /** Legs */
+      legs: components["schemas"]["ScanLegModel"][];
+      /** Scan S */
+      scan_s: number;
+      /**
+       * Swath M
+       * @description Width that the swarm's line sees.
+       */
+      swath_m: number;
+      /** Way M */
+      way_m: number;
+    };
+    /**
+     * PlanMessage
+     * @description The mission flies by another plan; ``GET /api/plan`` has it.
+     */
+    PlanMessage: {
+      /**
+       * @description discriminator enum property added by openapi-typescript
+       * @enum {string}
+       */
+      kind: "plan";
+      /**
+       * Operator
+       * @description Who has applied it.
+       */
+      operator: string;
+      /** Seq */
+      seq: number;
+      /** Utc S */
+      utc_s: number;
+    };
+    /**
+     * PlanModel
+     * @description What is searched, where not, from where, how high and how. Fields that are left out take their defaults.
+     */
+    PlanModel: {
+      /**
+       * Area
+       * @default []
+       */
+      area: components["schemas"]["PlaceModel"][];
+      /**
+       * Battery Reserve Percent
+       * @default 20
+       */
+      battery_reserve_percent: number;
+      /**
+       * Camera Fov Deg
+       * @description Horizontal.
+       * @default 50
+       */
+      camera_fov_deg: number;
+      /** Ceiling M */
+      ceiling_m?: number | null;
+      /**
+       * Cruise Speed Mps
+       * @default 10
+       */
+      cruise_speed_mps: number;
+      /**
+       * Endurance Min
+       * @description Of a full battery in the air.
+       * @default 25
+       */
+      endurance_min: number;
+      /**
+       * Fence
+       * @description Null: around area and launch points.
+       */
+      fence?: components["schemas"]["PlaceModel"][] | null;
+      /**
+       * Fence Margin M
+       * @default 0
+       */
+      fence_margin_m: number;
+      /** Floor M */
+      floor_m?: number | null;
+      /** @description For the engine's proposals of spacing and number. */
+      forest?: components["schemas"]["ForestModel"] | null;
+      /** @description Known from the vehicles once they are heard. */
+      launch?: components["schemas"]["PlaceModel"] | null;
+      /**
+       * Layer Spacing M
+       * @default 3
+       */
+      layer_spacing_m: number;
+      /**
+       * Lowest Layer M
+       * @description Above the origin, as all heights.
+       * @default 35
+       */
+      lowest_layer_m: number;
+      /**
+       * No Go
+       * @default []
+       */
+      no_go: components["schemas"]["PlaceModel"][][];
+      /** @description Null: where they have started. */
+      return_point?: components["schemas"]["PlaceModel"] | null;
+      /**
+       * Scan Heading Deg
+       * @default 0
+       */
+      scan_heading_deg: number;
+      /**
+       * Spacing M
+       * @description Of the vehicles in line (c4); null: as in the strategy's parameters.
+       */
+      spacing_m?: number | null;
+      /**
+       * Strategy
+       * @default aos-apso
+       */
+      strategy: string;
+      /**
+       * Strategy Parameters
+       * @default {}
+       */
+      strategy_parameters: {
+        [key: string]: unknown;
+      };
+      /** Vehicles */
+      vehicles: number;
+    };
+    /**
+     * PlanProblemModel
+     * @description Something to be mended, or at least known.
+     */
+    PlanProblemModel: {
+      /**
+       * Blocking
+       * @description False for advice: the plan can be flown.
+       */
+      blocking: boolean;
+      /**
+       * Field
+       * @description Of PlanModel; an element of a list has its index behind: no_go[0].
+       */
+      field: string;
+      /** Text */
+      text: string;
+    };
+    /**
+     * PlanProposalModel
+     * @description Another value for one field, and why.
+     */
+    PlanProposalModel: {
+      /** Field */
+      field: string;
+      /** Reason */
+      reason: string;
+      /** Value */
+      value: number;
+    };
+    /**
+     * PlanReportModel
+     * @description What is to be said of a plan.
+     */
+    PlanReportModel: {
+      /** @description Null as long as something blocks. */
+      estimate: components["schemas"]["PlanEstimateModel"] | null;
+      /** Flyable */
+      flyable: boolean;
+      /**
+       * Layers M
+       * @description Height of each vehicle's layer.
+       */
+      layers_m: number[];
+      /** Problems */
+      problems: components["schemas"]["PlanProblemModel"][];
+      /** Proposals */
+      proposals: components["schemas"]["PlanProposalModel"][];
+    };
+    /**
      * PositionModel
      * @description A point in the mission's ENU frame, with its place on the globe when the origin is known.
      */
@@ -537,12 +925,31 @@ export interface components {
      * @enum {string}
      */
     Role: "operator" | "observer";
+    /**
+     * SavedPlanModel
+     * @description A plan in the folder.
+     */
+    SavedPlanModel: {
+      /** Name */
+      name: string;
+      /** Saved Utc S */
+      saved_utc_s: number;
+    };
+    /**
+     * ScanLegModel
+     * @description One sweep of the swarm's line, by the way of its middle.
+     */
+    ScanLegModel: {
+      end: components["schemas"]["VertexModel"];
+      start: components["schemas"]["VertexModel"];
+    };
     ServerMessage:
       | components["schemas"]["HelloMessage"]
       | components["schemas"]["SnapshotMessage"]
       | components["schemas"]["StepMessage"]
       | components["schemas"]["NoticeMessage"]
       | components["schemas"]["PicturesMessage"]
+      | components["schemas"]["PlanMessage"]
       | components["schemas"]["HeartbeatMessage"];
     /**
      * SessionModel
@@ -567,6 +974,12 @@ export interface components {
      * @enum {string}
      */
     Severity: "info" | "warning" | "critical";
+    /**
+     * ShapeRole
+     * @description What a shape may be meant for.
+     * @enum {string}
+     */
+    ShapeRole: "area" | "no_go" | "fence" | "launch" | "return";
     /**
      * SignInRequest
      * @description The operators' code, and who it is that signs in.
@@ -942,6 +1355,350 @@ export interface operations {
         };
         content: {
           "application/json": components["schemas"]["StepModel"][];
+        };
+      };
+    };
+  };
+  read_plan_api_plan_get: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["PlanModel"];
+        };
+      };
+      /** @description Conflict */
+      409: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+    };
+  };
+  apply_api_plan_apply_post: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["PlanModel"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["PlanModel"];
+        };
+      };
+      /** @description Forbidden */
+      403: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Conflict */
+      409: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Unprocessable Entity */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+    };
+  };
+  check_api_plan_check_post: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["PlanModel"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["PlanReportModel"];
+        };
+      };
+      /** @description Forbidden */
+      403: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Unprocessable Entity */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+    };
+  };
+  import_file_api_plan_import_post: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/octet-stream": unknown;
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ImportedShapeModel"][];
+        };
+      };
+      /** @description Forbidden */
+      403: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Request Entity Too Large */
+      413: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Unprocessable Entity */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+    };
+  };
+  read_strategies_api_plan_strategies_get: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": string[];
+        };
+      };
+    };
+  };
+  list_plans_api_plans_get: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["SavedPlanModel"][];
+        };
+      };
+    };
+  };
+  read_saved_plan_api_plans__name__get: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        name: string;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["PlanModel"];
+        };
+      };
+      /** @description Not Found */
+      404: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Unprocessable Entity */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+    };
+  };
+  save_plan_api_plans__name__put: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        name: string;
+      };
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["PlanModel"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["PlanModel"];
+        };
+      };
+      /** @description Forbidden */
+      403: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Unprocessable Entity */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+    };
+  };
+  delete_plan_api_plans__name__delete: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        name: string;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      204: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content?: never;
+      };
+      /** @description Forbidden */
+      403: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Not Found */
+      404: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Unprocessable Entity */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
         };
       };
     };

@@ -1,0 +1,181 @@
+"""Between plans on the wire, in degrees, and the core's, in metres about the mission's origin."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from typing import Final
+
+from aos_gcs.api import convert
+from aos_gcs.api import plan_models as wire
+from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.mission.mission_plan import MissionPlan
+from aos_gcs.mission.plan import altitude_layers
+from aos_gcs.mission.plan_advice import Proposal
+from aos_gcs.mission.plan_check import PlanProblem
+from aos_gcs.mission.plan_estimate import PlanEstimate
+from aos_gcs.mission.plan_import import ImportedShape
+from aos_gcs.mission.polygon import Polygon
+from aos_gcs.mission.settings import ForestSettings
+
+NO_ORIGIN: Final = GeodeticPosition(0.0, 0.0, 0.0)
+"""For plans without any place."""
+
+_WIRE_NAMES: Final = {
+    "area_enu_m": "area",
+    "no_go_enu_m": "no_go",
+    "launch_enu_m": "launch",
+    "return_enu_m": "return_point",
+    "fence_enu_m": "fence",
+    "scan_heading_rad": "scan_heading_deg",
+    "camera_fov_rad": "camera_fov_deg",
+    "min_battery_fraction": "battery_reserve_percent",
+    "endurance_s": "endurance_min",
+}
+"""Of the core's fields; the others have the same name here."""
+
+
+def plan_origin(plan: wire.PlanModel, origin: GeodeticPosition | None) -> GeodeticPosition:
+    """Return the mission's origin, or a place of the plan that can stand for it until that is known."""
+    if origin is not None:
+        return origin
+    places = [place for place in (plan.launch, *plan.area) if place is not None]
+    if not places:
+        return NO_ORIGIN
+    return GeodeticPosition(places[0].latitude_deg, places[0].longitude_deg, 0.0)
+
+
+def plan_from_wire(plan: wire.PlanModel, origin: GeodeticPosition) -> MissionPlan:
+    """Convert a plan."""
+    frame = LocalFrame(origin)
+
+    def point(place: wire.PlaceModel) -> tuple[float, float]:
+        position = GeodeticPosition(place.latitude_deg, place.longitude_deg, origin.altitude_amsl_m)
+        east_m, north_m, _ = frame.to_enu(position)
+        return float(east_m), float(north_m)
+
+    def polygon(places: Sequence[wire.PlaceModel]) -> Polygon:
+        return tuple(point(place) for place in places)
+
+    return MissionPlan(
+        vehicles=plan.vehicles,
+        area_enu_m=polygon(plan.area),
+        no_go_enu_m=tuple(polygon(zone) for zone in plan.no_go),
+        launch_enu_m=point(plan.launch) if plan.launch else None,
+        return_enu_m=point(plan.return_point) if plan.return_point else None,
+        fence_enu_m=polygon(plan.fence) if plan.fence is not None else None,
+        scan_heading_rad=math.radians(plan.scan_heading_deg),
+        camera_fov_rad=math.radians(plan.camera_fov_deg),
+        lowest_layer_m=plan.lowest_layer_m,
+        layer_spacing_m=plan.layer_spacing_m,
+        spacing_m=plan.spacing_m,
+        strategy=plan.strategy,
+        strategy_parameters=plan.strategy_parameters,
+        floor_m=plan.floor_m,
+        ceiling_m=plan.ceiling_m,
+        fence_margin_m=plan.fence_margin_m,
+        cruise_speed_mps=plan.cruise_speed_mps,
+        min_battery_fraction=plan.battery_reserve_percent / 100.0,
+        endurance_s=60.0 * plan.endurance_min,
+        forest=ForestSettings(**plan.forest.model_dump()) if plan.forest else None,
+    )
+
+
+def plan_to_wire(plan: MissionPlan, origin: GeodeticPosition) -> wire.PlanModel:
+    """Convert a plan."""
+
+    def place(point_enu_m: tuple[float, float]) -> wire.PlaceModel:
+        position = LocalFrame(origin).to_geodetic((*point_enu_m, 0.0))
+        return wire.PlaceModel(latitude_deg=position.latitude_deg, longitude_deg=position.longitude_deg)
+
+    def ring(polygon_enu_m: Polygon) -> list[wire.PlaceModel]:
+        return [place(point_enu_m) for point_enu_m in polygon_enu_m]
+
+    forest = plan.forest
+    return wire.PlanModel(
+        vehicles=plan.vehicles,
+        area=ring(plan.area_enu_m),
+        no_go=[ring(zone) for zone in plan.no_go_enu_m],
+        launch=place(plan.launch_enu_m) if plan.launch_enu_m else None,
+        return_point=place(plan.return_enu_m) if plan.return_enu_m else None,
+        fence=ring(plan.fence_enu_m) if plan.fence_enu_m is not None else None,
+        scan_heading_deg=math.degrees(plan.scan_heading_rad) % 360.0,
+        camera_fov_deg=math.degrees(plan.camera_fov_rad),
+        lowest_layer_m=plan.lowest_layer_m,
+        layer_spacing_m=plan.layer_spacing_m,
+        spacing_m=plan.spacing_m,
+        strategy=plan.strategy,
+        strategy_parameters=dict(plan.strategy_parameters),
+        floor_m=plan.floor_m,
+        ceiling_m=plan.ceiling_m,
+        fence_margin_m=plan.fence_margin_m,
+        cruise_speed_mps=plan.cruise_speed_mps,
+        battery_reserve_percent=100.0 * plan.min_battery_fraction,
+        endurance_min=plan.endurance_s / 60.0,
+        forest=wire.ForestModel(
+            canopy_height_m=forest.canopy_height_m,
+            crown_base_m=forest.crown_base_m,
+            occluder_size_m=forest.occluder_size_m,
+            occlusion=forest.occlusion,
+        )
+        if forest
+        else None,
+    )
+
+
+def report(
+    plan: MissionPlan,
+    problems: Sequence[PlanProblem],
+    proposals: Sequence[Proposal],
+    estimate: PlanEstimate | None,
+    origin: GeodeticPosition,
+) -> wire.PlanReportModel:
+    """Convert what is to be said of a plan."""
+    return wire.PlanReportModel(
+        flyable=estimate is not None,
+        problems=[
+            wire.PlanProblemModel(field=_wire_name(one.field), text=one.text, blocking=one.blocking) for one in problems
+        ],
+        proposals=[_proposal(one) for one in proposals],
+        estimate=_estimate(estimate, origin) if estimate else None,
+        layers_m=list(altitude_layers(plan.vehicles, plan.lowest_layer_m, plan.layer_spacing_m)),
+    )
+
+
+def _proposal(proposal: Proposal) -> wire.PlanProposalModel:
+    value = math.degrees(proposal.value) if proposal.field.endswith("_rad") else proposal.value
+    return wire.PlanProposalModel(field=_wire_name(proposal.field), value=value, reason=proposal.reason)
+
+
+def _estimate(estimate: PlanEstimate, origin: GeodeticPosition) -> wire.PlanEstimateModel:
+    return wire.PlanEstimateModel(
+        legs=[
+            wire.ScanLegModel(start=convert.vertex(leg.start_enu_m, origin), end=convert.vertex(leg.end_enu_m, origin))
+            for leg in estimate.legs
+        ],
+        swath_m=estimate.swath_m,
+        area_m2=estimate.area_m2,
+        free_area_m2=estimate.free_area_m2,
+        covered_percent=100.0 * estimate.covered_fraction,
+        way_m=estimate.way_m,
+        scan_s=estimate.scan_s,
+        flight_s=estimate.flight_s,
+        battery_percent=100.0 * estimate.battery_fraction,
+    )
+
+
+def imported(shape: ImportedShape) -> wire.ImportedShapeModel:
+    """Convert a shape of a file."""
+    return wire.ImportedShapeModel(
+        role=shape.role,
+        name=shape.name,
+        places=[
+            wire.PlaceModel(latitude_deg=place.latitude_deg, longitude_deg=place.longitude_deg)
+            for place in shape.places
+        ],
+    )
+
+
+def _wire_name(field: str) -> str:
+    return re.sub(r"^\w+", lambda match: _WIRE_NAMES.get(match[0], match[0]), field)

@@ -1,0 +1,131 @@
+"""Wire models of plans: shapes in degrees, so that a saved plan needs no origin.
+
+Plans are checked in two stages: types and ranges here, and whether they can be flown by ``POST /api/plan/check``, which
+tells every problem with its field.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import ConfigDict, Field
+
+from aos_gcs.api.models import VertexModel, WireModel
+from aos_gcs.mission.plan_import import ShapeRole
+
+Latitude = Annotated[float, Field(ge=-90.0, le=90.0)]
+Longitude = Annotated[float, Field(ge=-180.0, le=180.0)]
+
+
+class _FiniteModel(WireModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class PlaceModel(_FiniteModel):
+    """A point on the map."""
+
+    latitude_deg: Latitude
+    longitude_deg: Longitude
+
+
+PolygonModel = Annotated[list[PlaceModel], Field(max_length=500)]
+
+
+class ForestModel(_FiniteModel):
+    """What hides the ground; heights are above the focal plane."""
+
+    canopy_height_m: float
+    crown_base_m: float
+    occluder_size_m: float
+    occlusion: float = Field(description="Share of the ground that one image does not see, below 1.")
+
+
+class PlanModel(_FiniteModel):
+    """What is searched, where not, from where, how high and how. Fields that are left out take their defaults."""
+
+    vehicles: Annotated[int, Field(ge=2, le=250)]
+    area: PolygonModel = Field(default=[])
+    no_go: Annotated[list[PolygonModel], Field(max_length=100)] = Field(default=[])
+    launch: PlaceModel | None = Field(default=None, description="Known from the vehicles once they are heard.")
+    return_point: PlaceModel | None = Field(default=None, description="Null: where they have started.")
+    fence: PolygonModel | None = Field(default=None, description="Null: around area and launch points.")
+    scan_heading_deg: Annotated[float, Field(ge=0.0, lt=360.0)] = 0.0
+    camera_fov_deg: Annotated[float, Field(gt=1.0, lt=170.0)] = Field(default=50.0, description="Horizontal.")
+    lowest_layer_m: Annotated[float, Field(gt=0.0)] = Field(
+        default=35.0, description="Above the origin, as all heights."
+    )
+    layer_spacing_m: Annotated[float, Field(gt=0.0)] = 3.0
+    spacing_m: Annotated[float, Field(gt=0.0)] | None = Field(
+        default=None, description="Of the vehicles in line (c4); null: as in the strategy's parameters."
+    )
+    strategy: str = "aos-apso"
+    strategy_parameters: dict[str, Any] = Field(default={})
+    floor_m: float | None = None
+    ceiling_m: float | None = None
+    fence_margin_m: Annotated[float, Field(ge=0.0)] = 0.0
+    cruise_speed_mps: Annotated[float, Field(gt=0.0)] = 10.0
+    battery_reserve_percent: Annotated[float, Field(ge=0.0, lt=90.0)] = 20.0
+    endurance_min: Annotated[float, Field(gt=0.0)] = Field(default=25.0, description="Of a full battery in the air.")
+    forest: ForestModel | None = Field(default=None, description="For the engine's proposals of spacing and number.")
+
+
+class PlanProblemModel(WireModel):
+    """Something to be mended, or at least known."""
+
+    field: str = Field(description="Of PlanModel; an element of a list has its index behind: no_go[0].")
+    text: str
+    blocking: bool = Field(description="False for advice: the plan can be flown.")
+
+
+class PlanProposalModel(WireModel):
+    """Another value for one field, and why."""
+
+    field: str
+    value: float
+    reason: str
+
+
+class ScanLegModel(WireModel):
+    """One sweep of the swarm's line, by the way of its middle."""
+
+    start: VertexModel
+    end: VertexModel
+
+
+class PlanEstimateModel(WireModel):
+    """What becomes of a plan when nothing is found."""
+
+    legs: list[ScanLegModel]
+    swath_m: float = Field(description="Width that the swarm's line sees.")
+    area_m2: float
+    free_area_m2: float = Field(description="Without the no-go areas.")
+    covered_percent: float = Field(description="Of the whole area.")
+    way_m: float
+    scan_s: float
+    flight_s: float = Field(description="From the first take-off to the last landing.")
+    battery_percent: float = Field(description="Of a full battery.")
+
+
+class PlanReportModel(WireModel):
+    """What is to be said of a plan."""
+
+    flyable: bool
+    problems: list[PlanProblemModel]
+    proposals: list[PlanProposalModel]
+    estimate: PlanEstimateModel | None = Field(description="Null as long as something blocks.")
+    layers_m: list[float] = Field(description="Height of each vehicle's layer.")
+
+
+class ImportedShapeModel(WireModel):
+    """A polygon or a point of a file."""
+
+    role: ShapeRole = Field(description="A guess.")
+    name: str
+    places: list[PlaceModel]
+
+
+class SavedPlanModel(WireModel):
+    """A plan in the folder."""
+
+    name: str
+    saved_utc_s: float

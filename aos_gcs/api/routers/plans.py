@@ -1,0 +1,125 @@
+"""Planning: check, import, save and apply."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Annotated, Any
+
+import pydantic
+from fastapi import APIRouter, Path, Request
+
+from aos_gcs.api import plan_convert
+from aos_gcs.api.dependencies import CurrentSession, Mission, Planning, Plans
+from aos_gcs.api.errors import NotFoundError, TooLargeError
+from aos_gcs.api.models import ErrorModel
+from aos_gcs.api.plan_models import ImportedShapeModel, PlanModel, PlanReportModel, SavedPlanModel
+from aos_gcs.errors import InputDataError, MissionError
+from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.mission.mission_plan import MissionPlan, plan_of
+from aos_gcs.mission.plan_advice import propose
+from aos_gcs.mission.plan_check import check_plan
+from aos_gcs.mission.plan_estimate import estimate_plan
+from aos_gcs.mission.plan_import import MAX_FILE_BYTES, import_shapes
+from aos_gcs.mission.settings import MissionSettings
+from aos_gcs.swarm.registry import available_strategies
+
+router = APIRouter(tags=["plans"])
+
+_REFUSED: dict[int | str, dict[str, Any]] = {403: {"model": ErrorModel}, 422: {"model": ErrorModel}}
+PlanName = Annotated[str, Path(max_length=64)]
+
+
+@router.get("/api/plan", responses={409: {"model": ErrorModel}})
+async def read_plan(mission: Mission, planning: Planning) -> PlanModel:
+    """Return the plan that the mission flies by."""
+    origin, plan = mission.snapshot().origin, plan_of(planning.settings)
+    if origin is None and plan.area_enu_m:
+        raise MissionError("The plan cannot be shown in degrees before a vehicle has reported its home.")
+    return plan_convert.plan_to_wire(plan, origin or plan_convert.NO_ORIGIN)
+
+
+@router.get("/api/plan/strategies")
+async def read_strategies() -> list[str]:
+    """Return the names of the strategies to choose from."""
+    return list(available_strategies())
+
+
+@router.post("/api/plan/check", responses=_REFUSED)
+async def check(body: PlanModel, mission: Mission, planning: Planning) -> PlanReportModel:
+    """Say what is wrong with a plan, what it will take, and what would be better."""
+    origin = plan_convert.plan_origin(body, mission.snapshot().origin)
+    plan = plan_convert.plan_from_wire(body, origin)
+    # A tenth of a second and more: too long for the loop that commands vehicles.
+    return await asyncio.to_thread(_report, plan, planning.settings, origin)
+
+
+@router.post("/api/plan/apply", responses=_REFUSED | {409: {"model": ErrorModel}})
+async def apply(body: PlanModel, mission: Mission, planning: Planning, session: CurrentSession) -> PlanModel:
+    """Let the mission fly by this plan; only before the start. Connecting and preflight start anew."""
+    origin = mission.snapshot().origin
+    if origin is None:
+        raise MissionError(
+            "The mission's origin is not known yet: wait until a vehicle has reported its home, or give "
+            "mission.origin_deg in the configuration."
+        )
+    await planning.apply_plan(plan_convert.plan_from_wire(body, origin), operator=session.name)
+    return plan_convert.plan_to_wire(plan_of(planning.settings), origin)
+
+
+@router.post(
+    "/api/plan/import",
+    responses=_REFUSED | {413: {"model": ErrorModel}},
+    openapi_extra={"requestBody": {"required": True, "content": {"application/octet-stream": {}}}},
+)
+async def import_file(request: Request) -> list[ImportedShapeModel]:
+    """Return the shapes of a file (GeoJSON, KML, QGroundControl's .plan), which is the body as it is."""
+    content = bytearray()
+    async for chunk in request.stream():
+        content += chunk
+        if len(content) > MAX_FILE_BYTES:
+            megabytes = MAX_FILE_BYTES // 1024**2
+            raise TooLargeError(f"The file is larger than {megabytes} MiB; leave out what is not needed.")
+    shapes = await asyncio.to_thread(import_shapes, bytes(content))
+    return [plan_convert.imported(shape) for shape in shapes]
+
+
+@router.get("/api/plans")
+async def list_plans(plans: Plans) -> list[SavedPlanModel]:
+    """Return the names of the saved plans."""
+    entries = await asyncio.to_thread(plans.entries)
+    return [SavedPlanModel(name=entry.name, saved_utc_s=entry.saved_utc_s) for entry in entries]
+
+
+@router.get("/api/plans/{name}", responses={404: {"model": ErrorModel}, 422: {"model": ErrorModel}})
+async def read_saved_plan(name: PlanName, plans: Plans) -> PlanModel:
+    """Return a saved plan."""
+    text = await asyncio.to_thread(plans.read, name)
+    if text is None:
+        raise NotFoundError(f"There is no plan '{name}'.")
+    try:
+        return PlanModel.model_validate_json(text)
+    except pydantic.ValidationError as error:
+        raise InputDataError(f"The plan '{name}' is damaged: {error}.") from error
+
+
+@router.put("/api/plans/{name}", responses=_REFUSED)
+async def save_plan(name: PlanName, body: PlanModel, plans: Plans) -> PlanModel:
+    """Keep a plan, finished or not; one of the same name is replaced."""
+    await asyncio.to_thread(plans.write, name, body.model_dump_json(indent=2))
+    return body
+
+
+@router.delete("/api/plans/{name}", status_code=204, responses=_REFUSED | {404: {"model": ErrorModel}})
+async def delete_plan(name: PlanName, plans: Plans) -> None:
+    """Remove a saved plan."""
+    if not await asyncio.to_thread(plans.delete, name):
+        raise NotFoundError(f"There is no plan '{name}'.")
+
+
+def _report(plan: MissionPlan, settings: MissionSettings, origin: GeodeticPosition) -> PlanReportModel:
+    problems = check_plan(plan, settings)
+    if any(problem.blocking for problem in problems):
+        return plan_convert.report(plan, problems, (), None, origin)
+    plane_height_m = settings.imaging.plane_height_m
+    proposals = propose(plan, plane_height_m)
+    return plan_convert.report(plan, problems, proposals, estimate_plan(plan, plane_height_m), origin)

@@ -1,0 +1,215 @@
+"""Shapes from the files of other programs: GeoJSON, KML and QGroundControl's plans.
+
+What a shape is meant for is guessed from its place in the file or from its name; the operator decides. Files come from
+anywhere: they are never trusted to be small, well formed or harmless.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any, Final
+from xml.etree.ElementTree import Element, ParseError
+
+from defusedxml import DefusedXmlException
+from defusedxml.ElementTree import fromstring
+
+from aos_gcs.errors import InputDataError
+
+MAX_FILE_BYTES: Final = 4 * 1024 * 1024
+MAX_SHAPES: Final = 200
+MAX_POINTS: Final = 500
+"""Of a shape."""
+
+_CIRCLE_CORNERS = 32
+_METRES_PER_DEGREE = 111_320.0
+_NO_GO = re.compile(r"no.?go|no.?fly|exclusion|keep.?out|forbidden", re.IGNORECASE)
+_FENCE = re.compile(r"fence", re.IGNORECASE)
+
+
+class ShapeRole(StrEnum):
+    """What a shape may be meant for."""
+
+    AREA = "area"
+    NO_GO = "no_go"
+    FENCE = "fence"
+    LAUNCH = "launch"
+    RETURN = "return"
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A point on the map."""
+
+    latitude_deg: float
+    longitude_deg: float
+
+
+@dataclass(frozen=True, slots=True)
+class ImportedShape:
+    """A polygon, or a single point."""
+
+    role: ShapeRole
+    name: str
+    places: tuple[Place, ...]
+
+
+def import_shapes(content: bytes) -> tuple[ImportedShape, ...]:
+    """Return the polygons and points of a file; its format is seen from its content.
+
+    Raises:
+        InputDataError: the file is too large, damaged, of another format, or holds no shapes.
+    """
+    if len(content) > MAX_FILE_BYTES:
+        raise InputDataError(f"The file is larger than {MAX_FILE_BYTES // 1024**2} MiB; leave out what is not needed.")
+    if content.startswith(b"PK"):
+        raise InputDataError("The file is a ZIP archive (KMZ?); unpack it and import the .kml in it.")
+    try:
+        shapes = _bounded(_from_kml(content) if content.lstrip()[:1] == b"<" else _from_json(content))
+    except (ValueError, TypeError, KeyError, IndexError, AttributeError, RecursionError) as error:
+        raise InputDataError(f"The file is damaged, or no GeoJSON, KML or QGroundControl plan: {error}.") from error
+    if not shapes:
+        raise InputDataError("The file holds neither polygons nor points.")
+    return shapes
+
+
+def _bounded(shapes: Iterator[ImportedShape]) -> tuple[ImportedShape, ...]:
+    found: list[ImportedShape] = []
+    for shape in shapes:
+        if len(found) == MAX_SHAPES:
+            raise InputDataError(f"The file holds more than {MAX_SHAPES} shapes; leave out what is not needed.")
+        if len(shape.places) > MAX_POINTS:
+            raise InputDataError(
+                f"The shape '{shape.name}' has {len(shape.places)} points; simplify it to {MAX_POINTS} or fewer."
+            )
+        found.append(shape)
+    return tuple(found)
+
+
+def _place(latitude_deg: object, longitude_deg: object) -> Place:
+    place = Place(float(str(latitude_deg)), float(str(longitude_deg)))
+    if not (abs(place.latitude_deg) <= 90.0 and abs(place.longitude_deg) <= 180.0):
+        raise InputDataError(f"{latitude_deg}, {longitude_deg} is no latitude and longitude in degrees.")
+    return place
+
+
+def _ring(places: Sequence[Place]) -> tuple[Place, ...]:
+    """Drop the repetition of the first point with which rings end in GeoJSON and KML."""
+    return tuple(places[:-1] if len(places) > 1 and places[0] == places[-1] else places)
+
+
+def _guessed(name: str) -> ShapeRole:
+    if _NO_GO.search(name):
+        return ShapeRole.NO_GO
+    return ShapeRole.FENCE if _FENCE.search(name) else ShapeRole.AREA
+
+
+# --- JSON -------------------------------------------------------------------------------------------------------------
+
+
+def _from_json(content: bytes) -> Iterator[ImportedShape]:
+    document = json.loads(content)
+    if document.get("fileType") == "Plan":
+        yield from _from_qgc(document)
+    else:
+        yield from _from_geojson(document, "")
+
+
+def _from_geojson(value: Mapping[str, Any], name: str) -> Iterator[ImportedShape]:
+    kind = value["type"]
+    if kind == "FeatureCollection":
+        for feature in value["features"]:
+            yield from _from_geojson(feature, "")
+    elif kind == "Feature":
+        if value["geometry"] is not None:
+            yield from _from_geojson(value["geometry"], str((value.get("properties") or {}).get("name") or ""))
+    elif kind == "GeometryCollection":
+        for geometry in value["geometries"]:
+            yield from _from_geojson(geometry, name)
+    elif kind in {"Polygon", "MultiPolygon"}:
+        polygons = [value["coordinates"]] if kind == "Polygon" else value["coordinates"]
+        for outer, *holes in polygons:
+            yield ImportedShape(_guessed(name), name, _geojson_ring(outer))
+            for hole in holes:
+                yield ImportedShape(ShapeRole.NO_GO, name, _geojson_ring(hole))
+    elif kind == "Point":
+        longitude_deg, latitude_deg, *_ = value["coordinates"]
+        yield ImportedShape(ShapeRole.LAUNCH, name, (_place(latitude_deg, longitude_deg),))
+
+
+def _geojson_ring(coordinates: Sequence[Sequence[float]]) -> tuple[Place, ...]:
+    return _ring([_place(latitude_deg, longitude_deg) for longitude_deg, latitude_deg, *_ in coordinates])
+
+
+def _from_qgc(document: Mapping[str, Any]) -> Iterator[ImportedShape]:
+    mission, fence = document.get("mission", {}), document.get("geoFence", {})
+    for item in mission.get("items", []):
+        if item.get("type") == "ComplexItem" and item.get("polygon"):
+            yield ImportedShape(ShapeRole.AREA, str(item.get("complexItemType", "")), _qgc_ring(item["polygon"]))
+    for polygon in fence.get("polygons", []):
+        yield ImportedShape(_qgc_role(polygon), "geofence", _qgc_ring(polygon["polygon"]))
+    for circle in fence.get("circles", []):
+        centre = _place(*circle["circle"]["center"])
+        yield ImportedShape(_qgc_role(circle), "geofence", _circle(centre, float(circle["circle"]["radius"])))
+    home = mission.get("plannedHomePosition")
+    if home:
+        yield ImportedShape(ShapeRole.LAUNCH, "planned home", (_place(*home[:2]),))
+    for point in document.get("rallyPoints", {}).get("points", []):
+        yield ImportedShape(ShapeRole.RETURN, "rally point", (_place(*point[:2]),))
+
+
+def _qgc_role(shape: Mapping[str, Any]) -> ShapeRole:
+    return ShapeRole.FENCE if shape.get("inclusion", True) else ShapeRole.NO_GO
+
+
+def _qgc_ring(points: Sequence[Sequence[float]]) -> tuple[Place, ...]:
+    return _ring([_place(latitude_deg, longitude_deg) for latitude_deg, longitude_deg, *_ in points])
+
+
+def _circle(centre: Place, radius_m: float) -> tuple[Place, ...]:
+    """Return the polygon about a circle, so that what is kept out of it is kept out of the circle as well."""
+    outer_m = radius_m / math.cos(math.pi / _CIRCLE_CORNERS)
+    east_deg = outer_m / (_METRES_PER_DEGREE * math.cos(math.radians(centre.latitude_deg)))
+    north_deg = outer_m / _METRES_PER_DEGREE
+    angles_rad = (math.tau * corner / _CIRCLE_CORNERS for corner in range(_CIRCLE_CORNERS))
+    return tuple(
+        _place(centre.latitude_deg + north_deg * math.sin(angle), centre.longitude_deg + east_deg * math.cos(angle))
+        for angle in angles_rad
+    )
+
+
+# --- KML --------------------------------------------------------------------------------------------------------------
+
+
+def _from_kml(content: bytes) -> Iterator[ImportedShape]:
+    try:
+        root = fromstring(content, forbid_dtd=True)
+    except DefusedXmlException as error:
+        text = "The file declares a document type or entities, which are refused; remove them."
+        raise InputDataError(text) from error
+    except ParseError as error:
+        raise InputDataError(f"The file is no well-formed KML: {error}.") from error
+    for placemark in root.iterfind(".//{*}Placemark"):
+        name = (placemark.findtext("{*}name") or "").strip()
+        for polygon in placemark.iterfind(".//{*}Polygon"):
+            for outer in polygon.iterfind("{*}outerBoundaryIs"):
+                yield ImportedShape(_guessed(name), name, _ring(_kml_places(outer)))
+            for hole in polygon.iterfind("{*}innerBoundaryIs"):
+                yield ImportedShape(ShapeRole.NO_GO, name, _ring(_kml_places(hole)))
+        for point in placemark.iterfind(".//{*}Point"):
+            yield ImportedShape(ShapeRole.LAUNCH, name, tuple(_kml_places(point)[:1]))
+
+
+def _kml_places(element: Element) -> list[Place]:
+    places = []
+    for coordinates in element.iterfind(".//{*}coordinates"):
+        for entry in (coordinates.text or "").split():
+            longitude_deg, latitude_deg, *_ = entry.split(",")
+            places.append(_place(latitude_deg, longitude_deg))
+    if not places:
+        raise InputDataError("A shape of the file has no coordinates.")
+    return places

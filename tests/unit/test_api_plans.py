@@ -1,0 +1,159 @@
+"""Plans through the API: checked, imported, saved, applied."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+
+from aos_gcs.api.app import create_app
+from aos_gcs.api.plan_models import PlanModel, PlanReportModel
+from aos_gcs.clock import LoopClock
+from aos_gcs.mission.model import Action
+from aos_gcs.mission.plan_import import MAX_FILE_BYTES
+from tests.fakes.mission import ORIGIN, ScriptedMission
+
+
+def rectangle(south: float, west: float, north: float, east: float) -> list[dict[str, float]]:
+    """Corners, in thousandths of a degree from the origin."""
+    corners = ((south, west), (south, east), (north, east), (north, west))
+    return [
+        {
+            "latitude_deg": ORIGIN.latitude_deg + 1e-3 * north_mdeg,
+            "longitude_deg": ORIGIN.longitude_deg + 1e-3 * east_mdeg,
+        }
+        for north_mdeg, east_mdeg in corners
+    ]
+
+
+PLAN: dict[str, Any] = {"vehicles": 6, "area": rectangle(0, 0, 1, 1), "layer_spacing_m": 3.0}
+
+
+@pytest.fixture
+async def mission() -> ScriptedMission:
+    return ScriptedMission(LoopClock())
+
+
+@pytest.fixture
+async def client(mission: ScriptedMission, tmp_path: Path) -> AsyncIterator[httpx.AsyncClient]:
+    app = create_app(mission, planning=mission, plans_folder=tmp_path / "plans")
+    async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://127.0.0.1:8080") as client:
+        yield client
+
+
+async def check(client: httpx.AsyncClient, **changes: Any) -> PlanReportModel:
+    response = await client.post("/api/plan/check", json=PLAN | changes)
+    assert response.status_code == 200, response.text
+    return PlanReportModel.model_validate_json(response.content)
+
+
+async def test_a_good_plan_comes_back_with_its_estimate(client: httpx.AsyncClient) -> None:
+    report = await check(client)
+    assert report.flyable
+    assert report.problems == []
+    assert report.estimate is not None
+    assert report.estimate.area_m2 == pytest.approx(111.2 * 74.1, rel=0.02)
+    assert report.estimate.legs[0].start.latitude_deg == pytest.approx(ORIGIN.latitude_deg, abs=2e-3)
+    assert 0.0 < report.estimate.battery_percent < 100.0
+    assert report.layers_m == [35.0, 38.0, 41.0, 44.0, 47.0, 50.0]
+
+
+async def test_problems_name_the_fields_of_the_request(client: httpx.AsyncClient) -> None:
+    report = await check(client, area=[], no_go=[rectangle(0, 0, 1, 1)[:2]], layer_spacing_m=0.5, strategy="magic")
+    assert not report.flyable
+    assert report.estimate is None
+    assert {problem.field for problem in report.problems} == {"area", "no_go[0]", "layer_spacing_m", "strategy"}
+
+
+async def test_the_engine_proposes_in_the_units_of_the_request(client: httpx.AsyncClient) -> None:
+    report = await check(client, area=rectangle(0, 0, 0.3, 4.0), layer_spacing_m=2.0)
+    proposals = {proposal.field: proposal.value for proposal in report.proposals}
+    assert proposals["scan_heading_deg"] == pytest.approx(90.0, abs=10.0)
+    assert proposals["layer_spacing_m"] == 3.0
+
+
+@pytest.mark.parametrize(
+    ("changes", "place"),
+    [
+        ({"vehicles": 1}, "vehicles"),
+        ({"area": [{"latitude_deg": 91.0, "longitude_deg": 0.0}]}, "area.0.latitude_deg"),
+        ({"area": [[48.0, 14.0]]}, "area.0"),
+        ({"scan_heading_deg": 400}, "scan_heading_deg"),
+        ({"altitude": 30}, "altitude"),
+    ],
+)
+async def test_what_is_no_plan_is_refused(client: httpx.AsyncClient, changes: dict[str, Any], place: str) -> None:
+    response = await client.post("/api/plan/check", json=PLAN | changes)
+    assert response.status_code == 422
+    assert place in response.json()["message"]
+
+
+async def test_numbers_that_json_does_not_know_are_refused(client: httpx.AsyncClient) -> None:
+    body = '{"vehicles": 3, "ceiling_m": NaN}'
+    response = await client.post("/api/plan/check", content=body, headers={"Content-Type": "application/json"})
+    assert response.status_code == 422
+
+
+async def test_a_plan_is_applied_and_shown_until_the_start(client: httpx.AsyncClient, mission: ScriptedMission) -> None:
+    applied = await client.post("/api/plan/apply", json=PLAN)
+    assert applied.status_code == 200
+    shown = PlanModel.model_validate_json((await client.get("/api/plan")).content)
+    assert shown == PlanModel.model_validate_json(applied.content)
+    assert shown.area[2].latitude_deg == pytest.approx(PLAN["area"][2]["latitude_deg"], abs=1e-9)
+    assert (await client.get("/api/mission")).json()["area"][1]["east_m"] == pytest.approx(74.1, abs=0.5)
+
+    await mission.act(Action.START, None)
+    late = await client.post("/api/plan/apply", json=PLAN)
+    assert (late.status_code, late.json()["id"]) == (409, "action_not_allowed")
+
+
+async def test_plans_are_saved_listed_and_deleted(client: httpx.AsyncClient) -> None:
+    assert (await client.get("/api/plans")).json() == []
+    for name in ("Überlingen 2", "a"):
+        assert (await client.put(f"/api/plans/{name}", json=PLAN)).status_code == 200
+    assert [entry["name"] for entry in (await client.get("/api/plans")).json()] == ["a", "Überlingen 2"]
+    saved = PlanModel.model_validate_json((await client.get("/api/plans/a")).content)
+    assert saved == PlanModel.model_validate(PLAN)
+    assert (await client.delete("/api/plans/a")).status_code == 204
+    assert (await client.delete("/api/plans/a")).status_code == 404
+    assert (await client.get("/api/plans/a")).status_code == 404
+
+
+@pytest.mark.parametrize("name", [".hidden", "..", "a%2Fb", "..%2F..%2Fetc", "x" * 60, "a%00b", "a:b"])
+async def test_names_that_leave_the_folder_are_refused(client: httpx.AsyncClient, name: str, tmp_path: Path) -> None:
+    response = await client.put(f"/api/plans/{name}", json=PLAN)
+    assert response.status_code in {404, 405, 422}
+    assert await asyncio.to_thread(lambda: list(tmp_path.iterdir())) == []
+
+
+async def test_a_damaged_saved_plan_is_told(client: httpx.AsyncClient, tmp_path: Path) -> None:
+    (tmp_path / "plans").mkdir()
+    (tmp_path / "plans" / "broken.json").write_text('{"vehicles": "many"}')
+    response = await client.get("/api/plans/broken")
+    assert (response.status_code, response.json()["id"]) == (422, "unusable_data")
+
+
+async def test_shapes_of_a_file_are_returned(client: httpx.AsyncClient) -> None:
+    ring = [[14.0, 48.0], [14.1, 48.0], [14.1, 48.1], [14.0, 48.0]]
+    response = await client.post("/api/plan/import", json={"type": "Polygon", "coordinates": [ring]})
+    (shape,) = response.json()
+    assert (shape["role"], len(shape["places"])) == ("area", 3)
+    assert shape["places"][0] == {"latitude_deg": 48.0, "longitude_deg": 14.0}
+
+
+async def test_files_that_are_huge_or_broken_are_refused(client: httpx.AsyncClient) -> None:
+    huge = await client.post("/api/plan/import", content=b" " * (MAX_FILE_BYTES + 1))
+    assert (huge.status_code, huge.json()["id"]) == (413, "too_large")
+    broken = await client.post("/api/plan/import", content=b"\x00\x01")
+    assert (broken.status_code, broken.json()["id"]) == (422, "unusable_data")
+
+
+async def test_the_record_of_a_mission_takes_no_plan(mission: ScriptedMission) -> None:
+    transport = httpx.ASGITransport(create_app(mission))
+    async with httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1:8080") as client:
+        assert (await client.get("/api/plan")).status_code == 409
+        assert (await client.post("/api/plan/apply", json=PLAN)).status_code == 409

@@ -1,0 +1,145 @@
+"""Shapes from files of other programs, and files that mean harm."""
+
+from __future__ import annotations
+
+import json
+import math
+from contextlib import suppress
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from aos_gcs.errors import InputDataError
+from aos_gcs.mission.plan_import import MAX_POINTS, MAX_SHAPES, Place, ShapeRole, import_shapes
+
+RING = [[14.0, 48.0], [14.1, 48.0], [14.1, 48.1], [14.0, 48.0]]
+HOLE = [[14.05, 48.01], [14.06, 48.01], [14.06, 48.02], [14.05, 48.01]]
+PLACES = (Place(48.0, 14.0), Place(48.0, 14.1), Place(48.1, 14.1))
+
+KML = """<?xml version="1.0" encoding="UTF-8"?>
+<kml xmlns="http://www.opengis.net/kml/2.2"><Document>
+  <Placemark><name>No-fly over the farm</name><Polygon><outerBoundaryIs><LinearRing><coordinates>
+    14.0,48.0,0 14.1,48.0,0 14.1,48.1,0 14.0,48.0,0
+  </coordinates></LinearRing></outerBoundaryIs></Polygon></Placemark>
+  <Placemark><name>Car park</name><Point><coordinates>14.02,48.03</coordinates></Point></Placemark>
+</Document></kml>"""
+
+QGC = {
+    "fileType": "Plan",
+    "mission": {
+        "plannedHomePosition": [48.03, 14.02, 262.0],
+        "items": [
+            {"type": "SimpleItem", "command": 22},
+            {"type": "ComplexItem", "complexItemType": "survey", "polygon": [[48.0, 14.0], [48.0, 14.1], [48.1, 14.1]]},
+        ],
+    },
+    "geoFence": {
+        "polygons": [{"inclusion": True, "polygon": [[48.0, 14.0], [48.0, 14.1], [48.1, 14.1]]}],
+        "circles": [{"inclusion": False, "circle": {"center": [48.05, 14.05], "radius": 50.0}}],
+    },
+    "rallyPoints": {"points": [[48.0, 14.01, 50.0]]},
+}
+
+
+def as_bytes(document: Any) -> bytes:
+    return json.dumps(document).encode()
+
+
+def feature(properties: dict[str, str] | None, geometry: dict[str, Any] | None) -> dict[str, Any]:
+    return {"type": "Feature", "properties": properties, "geometry": geometry}
+
+
+def test_geojson_with_holes_and_names() -> None:
+    document = {
+        "type": "FeatureCollection",
+        "features": [
+            feature({"name": "wood"}, {"type": "Polygon", "coordinates": [RING, HOLE]}),
+            feature(None, {"type": "Point", "coordinates": [14.0, 48.0, 300.0]}),
+            feature({"name": "Geofence"}, {"type": "MultiPolygon", "coordinates": [[RING]]}),
+            feature({}, None),
+        ],
+    }
+    shapes = import_shapes(as_bytes(document))
+    assert [shape.role for shape in shapes] == [ShapeRole.AREA, ShapeRole.NO_GO, ShapeRole.LAUNCH, ShapeRole.FENCE]
+    assert shapes[0].places == PLACES
+    assert shapes[0].name == "wood"
+
+
+def test_kml_placemarks() -> None:
+    zone, car_park = import_shapes(KML.encode())
+    assert (zone.role, zone.places) == (ShapeRole.NO_GO, PLACES)
+    assert (car_park.role, car_park.name, car_park.places) == (ShapeRole.LAUNCH, "Car park", (Place(48.03, 14.02),))
+
+
+def test_qgroundcontrol_plans() -> None:
+    shapes = import_shapes(as_bytes(QGC))
+    roles = [shape.role for shape in shapes]
+    assert roles == [ShapeRole.AREA, ShapeRole.FENCE, ShapeRole.NO_GO, ShapeRole.LAUNCH, ShapeRole.RETURN]
+    assert shapes[0].places == PLACES
+    circle = shapes[2].places
+    north_m = [111_320.0 * (place.latitude_deg - 48.05) for place in circle]
+    assert max(north_m) == pytest.approx(50.0 / math.cos(math.pi / 32), rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"", "damaged"),
+        (b"[]", "damaged"),
+        (b"{}", "damaged"),
+        (b"null", "damaged"),
+        (b"PK\x03\x04", "ZIP"),
+        (b"<kml><Placemark>", "well-formed"),
+        (b"<html></html>", "neither polygons nor points"),
+        (b'{"type": "FeatureCollection", "features": []}', "neither polygons nor points"),
+        (b'{"type": "Polygon", "coordinates": [[[1e9, 48], [14, 48], [14, 49]]]}', "no latitude"),
+        (b'{"type": "Point", "coordinates": [NaN, NaN]}', "no latitude"),
+        (b'{"type": "Polygon", "coordinates": 7}', "damaged"),
+        (b'{"type":"GeometryCollection","geometries":' * 50_000, "damaged"),
+        (b"[" * 1_000_000, "damaged"),
+        (KML.replace("14.1,48.0,0", "east").encode(), "damaged"),
+    ],
+)
+def test_broken_files_are_refused_with_the_reason(content: bytes, words: str) -> None:
+    with pytest.raises(InputDataError, match=words):
+        import_shapes(content)
+
+
+@pytest.mark.parametrize(
+    "declaration",
+    [
+        '<!DOCTYPE kml [<!ENTITY a "boom">]>',
+        '<!DOCTYPE kml [<!ENTITY file SYSTEM "file:///etc/passwd">]>',
+        '<!DOCTYPE kml SYSTEM "http://127.0.0.1/evil.dtd">',
+    ],
+)
+def test_entities_and_document_types_are_refused(declaration: str) -> None:
+    with pytest.raises(InputDataError, match="document type or entities"):
+        import_shapes(KML.replace("<kml", f"{declaration}<kml", 1).encode())
+
+
+def test_too_many_shapes_and_points_are_refused() -> None:
+    many = {"type": "MultiPolygon", "coordinates": [[RING]] * (MAX_SHAPES + 1)}
+    with pytest.raises(InputDataError, match="more than 200 shapes"):
+        import_shapes(as_bytes(many))
+    long = {"type": "Polygon", "coordinates": [[[14.0 + 1e-6 * i, 48.0] for i in range(MAX_POINTS + 1)]]}
+    with pytest.raises(InputDataError, match="simplify"):
+        import_shapes(as_bytes(long))
+
+
+json_values = st.recursive(
+    st.none() | st.booleans() | st.floats() | st.text(max_size=8),
+    lambda inner: (
+        st.lists(inner, max_size=3)
+        | st.dictionaries(st.sampled_from(["type", "features", "geometry", "coordinates", "mission", "x"]), inner)
+    ),
+    max_leaves=12,
+)
+
+
+@given(st.binary(max_size=200) | json_values.map(as_bytes))
+def test_whatever_comes_is_read_or_refused(content: bytes) -> None:
+    with suppress(InputDataError):
+        assert import_shapes(content)
