@@ -76,6 +76,10 @@ def sim(
     param: Annotated[
         list[str] | None, typer.Option(help="Autopilot parameter NAME=VALUE for all vehicles. May be repeated.")
     ] = None,
+    factory_settings: Annotated[
+        bool,
+        typer.Option("--factory-settings", help="Leave failsafes and fence as manufacturers deliver them: mostly off."),
+    ] = False,
     world_file: Annotated[
         Path | None, typer.Option(help="Write the truth about the world here, as JSON, before the first heartbeat.")
     ] = None,
@@ -97,6 +101,7 @@ def sim(
         cameras=not no_camera,
         http_port=http_port,
         parameters=_parse_parameters(param or []),
+        factory_settings=factory_settings,
     )
     scene = build_scene(
         SceneParameters(seed=seed, trees_per_ha=trees_per_ha, animals=animals, stones=stones, cloths=cloths)

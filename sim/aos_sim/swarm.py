@@ -77,6 +77,8 @@ class SwarmOptions:
     """Simulated seconds until the vehicles can be armed; None: what the autopilot usually needs."""
     parameters: Mapping[str, float] = field(default_factory=dict)
     """Autopilot parameters that differ from the simulator's settings."""
+    factory_settings: bool = False
+    """Failsafes and fence as the manufacturer delivers them (mostly off), not as a careful operator sets them up."""
 
     def __post_init__(self) -> None:
         _check(1 <= self.vehicles <= MAX_VEHICLES, f"--vehicles must lie within 1 and 100, got {self.vehicles}.")
@@ -188,15 +190,17 @@ class SimulatedSwarm:
 
     def _make_vehicle(self, index: int) -> SimulatedVehicle:
         options, kinematics = self.options, self._kinematics[index]
+        autopilot = AUTOPILOTS[options.autopilot]
+        factory = autopilot.FACTORY if options.factory_settings else {}
         identity = VehicleIdentity(
             system_id=options.first_system_id + index,
             frame=self.frame,
             uid=int(self._rng.integers(1, 2**62)),
             start_up_s=options.start_up_s,
-            parameters=options.parameters,
+            parameters={**factory, **options.parameters},
         )
         camera = CameraComponent(identity.system_id, self._darkroom.camera) if options.cameras else None
-        return SimulatedVehicle(AUTOPILOTS[options.autopilot](identity, kinematics), camera)
+        return SimulatedVehicle(autopilot(identity, kinematics), camera)
 
     async def _run(self) -> None:
         pacer = Pacer(self.options.speed)

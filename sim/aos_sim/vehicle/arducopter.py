@@ -11,7 +11,8 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_sim.vehicle.autopilot import Autopilot
 from aos_sim.vehicle.commands import AMSL_FRAMES, RELATIVE_FRAMES, TERRAIN_FRAMES, CommandRequest
-from aos_sim.vehicle.configuration import Fence, VehicleIdentity
+from aos_sim.vehicle.configuration import VehicleIdentity
+from aos_sim.vehicle.fence import Fence
 from aos_sim.vehicle.flight import FlightSettings
 from aos_sim.vehicle.kinematics import Kinematics
 from aos_sim.vehicle.parameters import Parameter, ParameterEncoding, ParameterType
@@ -59,6 +60,7 @@ class ArduCopter(Autopilot):
         mavlink.MAV_PROTOCOL_CAPABILITY_PARAM_FLOAT
         | mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_INT
         | mavlink.MAV_PROTOCOL_CAPABILITY_COMMAND_INT
+        | mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_FENCE
         | mavlink.MAV_PROTOCOL_CAPABILITY_MAVLINK2
     )
     MESSAGES: ClassVar[Mapping[int, MessageBuilder]] = {
@@ -74,7 +76,7 @@ class ArduCopter(Autopilot):
         Parameter("FS_GCS_TIMEOUT", 5),
         Parameter("FS_OPTIONS", 0, INT32),
         Parameter("FENCE_ENABLE", 1, INT8),
-        Parameter("FENCE_TYPE", 3, INT8),
+        Parameter("FENCE_TYPE", 7, INT8),
         Parameter("FENCE_ACTION", 1, INT8),
         Parameter("FENCE_ALT_MAX", 120),
         Parameter("FENCE_RADIUS", 500),
@@ -91,6 +93,7 @@ class ArduCopter(Autopilot):
         Parameter("DISARM_DELAY", 10, INT8),
         Parameter("ARMING_CHECK", 1, INT32),
         Parameter("BATT_CAPACITY", 10000, INT32),
+        Parameter("BATT_LOW_VOLT", 0),
         Parameter("BATT_LOW_MAH", 2000),
         Parameter("BATT_FS_LOW_ACT", 2, INT8),
         Parameter("INS_GYROFFS_X", 0.001),
@@ -99,6 +102,17 @@ class ArduCopter(Autopilot):
         Parameter("CAM1_TYPE", 0, INT8),
         Parameter("FRAME_CLASS", 1, INT8),
     )
+    FACTORY: ClassVar[Mapping[str, float]] = {
+        "MAV_GCS_SYSID": 255,
+        "MAV_GCS_SYSID_HI": 0,
+        "FS_GCS_ENABLE": 0,
+        "FENCE_ENABLE": 0,
+        "FENCE_ALT_MAX": 100,
+        "FENCE_RADIUS": 300,
+        "RTL_ALT": 1500,
+        "BATT_FS_LOW_ACT": 0,
+        "BATT_LOW_MAH": 0,
+    }
 
     def __init__(self, identity: VehicleIdentity, kinematics: Kinematics) -> None:
         super().__init__(identity, kinematics)
@@ -132,10 +146,15 @@ class ArduCopter(Autopilot):
         """Return the fence that the parameters say."""
         value = self.parameters
         kinds = int(value["FENCE_TYPE"]) if value["FENCE_ENABLE"] else 0
-        return Fence(
-            radius_m=value["FENCE_RADIUS"] if kinds & 2 else math.inf,
-            ceiling_m=value["FENCE_ALT_MAX"] if kinds & 1 else math.inf,
-        )
+        radius_m = value["FENCE_RADIUS"] if kinds & 2 else math.inf
+        ceiling_m = value["FENCE_ALT_MAX"] if kinds & 1 else math.inf
+        return self.fence_service.polygons(radius_m, ceiling_m) if kinds & 4 else Fence(radius_m, ceiling_m)
+
+    def on_breach(self, limit: str) -> None:
+        """Tell, and return home unless the fence is for reports only."""
+        self.tell(mavlink.MAV_SEVERITY_NOTICE, f"{limit} fence breached")
+        if self.parameters["FENCE_ACTION"] and self._mode not in MODES_GOING_HOME:
+            self.select_mode(CopterMode.RTL)
 
     def base_mode(self) -> int:
         """Return the heartbeat's base mode without the armed flag."""
@@ -225,7 +244,7 @@ class ArduCopter(Autopilot):
             return int(RESULT_UNSUPPORTED_FRAME)
         east_m, north_m, up_m = self.identity.frame.to_enu(request.geodetic(altitude_amsl_m))
         target_enu_m = (float(east_m), float(north_m), float(up_m))
-        if not self.fence().contains(target_enu_m, self.flight.home_enu_m):
+        if self.fence().breach(target_enu_m, self.flight.home_enu_m):
             return None
         if self.select_mode(CopterMode.GUIDED) != mavlink.MAV_RESULT_ACCEPTED:
             return int(mavlink.MAV_RESULT_FAILED)

@@ -15,7 +15,9 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from aos_sim.clock import TICK_S, SimTime
 from aos_sim.vehicle.battery import Battery
 from aos_sim.vehicle.commands import CommandRequest
-from aos_sim.vehicle.configuration import Fence, VehicleIdentity
+from aos_sim.vehicle.configuration import VehicleIdentity
+from aos_sim.vehicle.fence import Fence
+from aos_sim.vehicle.fence_service import FenceService
 from aos_sim.vehicle.flight import (
     FlightController,
     FlightEvent,
@@ -33,6 +35,9 @@ FORCE_MAGIC = 21196
 """Second parameter of an arm or disarm command that overrides the checks."""
 
 SECOND_US = 1_000_000
+
+FENCE_TICKS = 10
+"""Between two looks at the fence."""
 
 LANDED_STATES: Mapping[Manoeuvre, int] = {
     Manoeuvre.GROUNDED: mavlink.MAV_LANDED_STATE_ON_GROUND,
@@ -53,6 +58,8 @@ class Autopilot(ABC):
 
     MAV_AUTOPILOT: ClassVar[int]
     PARAMETERS: ClassVar[tuple[Parameter, ...]]
+    FACTORY: ClassVar[Mapping[str, float]]
+    """The manufacturer's values where ``PARAMETERS`` has a careful operator's."""
     ENCODING: ClassVar[ParameterEncoding]
     MESSAGES: ClassVar[Mapping[int, MessageBuilder]]
     DEFAULT_INTERVALS_US: ClassVar[Mapping[int, int]]
@@ -75,7 +82,9 @@ class Autopilot(ABC):
             {mavlink.MAVLINK_MSG_ID_HEARTBEAT: SECOND_US, **self.DEFAULT_INTERVALS_US}, phase_ticks=identity.system_id
         )
         self._parameter_service = ParameterService(self.parameters, self.ENCODING, self.send, self._on_parameter_set)
+        self.fence_service = FenceService(identity.frame, self.send)
         self._position_announced = False
+        self._breached = False
         self._handlers: dict[str, Callable[[mavlink.MAVLink_message], None]] = {
             "HEARTBEAT": self.on_heartbeat,
             "COMMAND_LONG": self._on_command,
@@ -84,7 +93,11 @@ class Autopilot(ABC):
             "PARAM_REQUEST_LIST": self._parameter_service.on_request_list,
             "PARAM_REQUEST_READ": self._parameter_service.on_request_read,
             "PARAM_SET": self._parameter_service.on_set,
-            "MISSION_REQUEST_LIST": self._on_mission_request_list,
+            "MISSION_REQUEST_LIST": self.fence_service.on_request_list,
+            "MISSION_REQUEST_INT": self.fence_service.on_request,
+            "MISSION_COUNT": lambda message: self.fence_service.on_count(message, self.now.s),
+            "MISSION_ITEM_INT": lambda message: self.fence_service.on_item(message, self.now.s),
+            "MISSION_CLEAR_ALL": lambda message: self.fence_service.on_clear(message, self.now.s),
             "TIMESYNC": self._on_timesync,
         }
         self._commands: dict[int, Callable[[CommandRequest], int | None]] = {
@@ -115,6 +128,10 @@ class Autopilot(ABC):
     @abstractmethod
     def fence(self) -> Fence:
         """Return the fence that the parameters say."""
+
+    @abstractmethod
+    def on_breach(self, limit: str) -> None:
+        """Act on having left the fence, once each time."""
 
     @abstractmethod
     def base_mode(self) -> int:
@@ -197,6 +214,9 @@ class Autopilot(ABC):
             self.send(self._build(mavlink.MAVLINK_MSG_ID_HOME_POSITION))
         if self.flight.armed:
             self.check_failsafes()
+            if now.tick % FENCE_TICKS == 0:
+                self._check_fence()
+        self.fence_service.update(now.s)
         for event in self.flight.update(kinematics, now.s):
             self.on_flight_event(event)
         for message_id in self._streams.due(now.tick):
@@ -241,12 +261,11 @@ class Autopilot(ABC):
     def _on_set_mode(self, message: mavlink.MAVLink_message) -> None:
         self.select_mode(message.custom_mode)
 
-    def _on_mission_request_list(self, message: mavlink.MAVLink_message) -> None:
-        self.send(
-            mavlink.MAVLink_mission_count_message(
-                message.get_srcSystem(), message.get_srcComponent(), 0, message.mission_type
-            )
-        )
+    def _check_fence(self) -> None:
+        limit = self.fence().breach(self.kinematics.position_enu_m, self.flight.home_enu_m)
+        if limit is not None and self.flight.airborne and not self._breached:
+            self.on_breach(limit)
+        self._breached = limit is not None
 
     def _on_timesync(self, message: mavlink.MAVLink_message) -> None:
         if message.tc1 == 0:

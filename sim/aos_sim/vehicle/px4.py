@@ -11,7 +11,8 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_sim.vehicle.autopilot import SECOND_US, Autopilot
 from aos_sim.vehicle.commands import CommandRequest
-from aos_sim.vehicle.configuration import Fence, VehicleIdentity
+from aos_sim.vehicle.configuration import VehicleIdentity
+from aos_sim.vehicle.fence import Fence
 from aos_sim.vehicle.flight import FlightEvent, FlightSettings
 from aos_sim.vehicle.kinematics import Kinematics
 from aos_sim.vehicle.parameters import Parameter, ParameterEncoding, ParameterType
@@ -56,6 +57,7 @@ class Px4(Autopilot):
         mavlink.MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_BYTEWISE
         | mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_INT
         | mavlink.MAV_PROTOCOL_CAPABILITY_COMMAND_INT
+        | mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_FENCE
         | mavlink.MAV_PROTOCOL_CAPABILITY_MAVLINK2
     )
     MESSAGES: ClassVar[Mapping[int, MessageBuilder]] = {
@@ -106,6 +108,13 @@ class Px4(Autopilot):
         Parameter("CAL_MAG0_ID", 197388, INT32),
         Parameter("SYS_HITL", 0, INT32),
     )
+    FACTORY: ClassVar[Mapping[str, float]] = {
+        "NAV_DLL_ACT": 0,
+        "COM_LOW_BAT_ACT": 0,
+        "GF_MAX_HOR_DIST": 0,
+        "GF_MAX_VER_DIST": 0,
+        "RTL_RETURN_ALT": 60,
+    }
 
     def __init__(self, identity: VehicleIdentity, kinematics: Kinematics) -> None:
         super().__init__(identity, kinematics)
@@ -140,7 +149,16 @@ class Px4(Autopilot):
         value = self.parameters
         if not value["GF_ACTION"]:
             return Fence()
-        return Fence(value["GF_MAX_HOR_DIST"] or math.inf, value["GF_MAX_VER_DIST"] or math.inf)
+        return self.fence_service.polygons(value["GF_MAX_HOR_DIST"] or math.inf, value["GF_MAX_VER_DIST"] or math.inf)
+
+    def on_breach(self, limit: str) -> None:
+        """Tell, and do what GF_ACTION says."""
+        self.tell(mavlink.MAV_SEVERITY_CRITICAL, f"Geofence violation: {limit}")
+        mode = {2: Px4Mode.HOLD, 3: Px4Mode.RETURN, 5: Px4Mode.LAND}.get(int(self.parameters["GF_ACTION"]))
+        if mode is Px4Mode.HOLD:
+            self._pause()
+        elif mode is not None:
+            self.select_mode(mode)
 
     def base_mode(self) -> int:
         """Return the heartbeat's base mode without the armed flag."""
@@ -257,7 +275,7 @@ class Px4(Autopilot):
             altitude_amsl_m = self.kinematics.geodetic.altitude_amsl_m
         east_m, north_m, up_m = self.identity.frame.to_enu(request.geodetic(altitude_amsl_m))
         target_enu_m = (float(east_m), float(north_m), float(up_m))
-        if not self.fence().contains(target_enu_m, self.flight.home_enu_m):
+        if self.fence().breach(target_enu_m, self.flight.home_enu_m):
             self.tell(mavlink.MAV_SEVERITY_CRITICAL, "Reposition is outside geofence")
             return int(mavlink.MAV_RESULT_ACCEPTED)
         self.select_mode(Px4Mode.HOLD)
