@@ -96,7 +96,7 @@ async def test_alerts_stay_until_they_are_acknowledged(page, service) -> None:
 
 async def test_a_failed_check_is_overridden_with_a_reason(page, service) -> None:
     await open_page(page, service.url, "prepare")
-    cell = page.get_by_test_id(f"check-{SILENT_ID}-link")
+    cell = page.get_by_test_id(f"check-{SILENT_ID}-camera")
     await expect(cell).to_have_attribute("data-verdict", "fail")
     await cell.focus()
     await expect(page.get_by_test_id("check-remedy")).to_have_text("check its power and radio")

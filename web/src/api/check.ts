@@ -70,6 +70,7 @@ const FIELDS: Record<Kind, Record<string, Check>> = {
   step: { step },
   notice: { notice },
   pictures: { pictures: listOf(picture) },
+  plan: {},
   heartbeat: {},
 };
 

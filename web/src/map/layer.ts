@@ -45,12 +45,14 @@ interface FeatureLayer {
   /** What the features depend on; they are made again only when one of these is another object or value. */
   inputs(scene: Scene): readonly unknown[];
   features(scene: Scene): readonly Feature[];
+  /** Draw again at most so often; what is seen at a glance need not be exact to a fraction of a second. */
+  readonly interval_ms?: number;
   /** Called with the property `id` of a feature that was clicked. */
   onClick?(id: number, event: MouseEvent): void;
 }
 
 /** A layer of GeoJSON features in a source of its own, so that only what has changed is sent to the map's worker. */
-export function featureLayer({ id, paint, inputs, features, onClick }: FeatureLayer): MapLayer {
+export function featureLayer({ id, paint, inputs, features, interval_ms = 0, onClick }: FeatureLayer): MapLayer {
   return {
     id,
     attach(map, palette) {
@@ -62,11 +64,15 @@ export function featureLayer({ id, paint, inputs, features, onClick }: FeatureLa
       });
       const stopClicks = onClick === undefined ? () => undefined : followClicks(map, layerIds, onClick);
       let drawn: readonly unknown[] | null = null;
+      let drawnAtMs = -Infinity;
       return {
         update(scene) {
           const wanted = inputs(scene);
           if (drawn !== null && wanted.every((value, index) => Object.is(value, drawn?.[index]))) return;
+          const nowMs = performance.now();
+          if (nowMs - drawnAtMs < interval_ms) return; // the next update is not far
           drawn = wanted;
+          drawnAtMs = nowMs;
           map.getSource<GeoJSONSource>(id)?.setData(collection(features(scene)));
         },
         remove() {

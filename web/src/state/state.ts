@@ -15,6 +15,8 @@ export interface State {
   readonly notices: readonly Notice[];
   readonly pictures: Readonly<Partial<Record<PictureKind, Picture>>>;
   readonly trails: ReadonlyMap<number, readonly EnuPoint[]>;
+  /** Counts the plans that the mission has flown by: what was read of one before is old when it changes. */
+  readonly planRevision: number;
 }
 
 export const INITIAL_STATE: State = {
@@ -25,6 +27,7 @@ export const INITIAL_STATE: State = {
   notices: [],
   pictures: {},
   trails: new Map(),
+  planRevision: 0,
 };
 
 const NOTICES_KEPT = 200;
@@ -44,6 +47,8 @@ export function reduce(state: State, message: ServerMessage, nowMs: number): Sta
         notices: message.notices,
         pictures: indexPictures({}, message.pictures),
         trails: extendTrails(isSame ? state.trails : new Map(), message.mission),
+        // It may have changed while there was no connection.
+        planRevision: state.planRevision + 1,
       };
     }
     case "snapshot":
@@ -59,6 +64,8 @@ export function reduce(state: State, message: ServerMessage, nowMs: number): Sta
       return { ...state, notices: [...state.notices, message.notice].slice(-NOTICES_KEPT) };
     case "pictures":
       return { ...state, pictures: indexPictures(state.pictures, message.pictures) };
+    case "plan":
+      return { ...state, planRevision: state.planRevision + 1 };
     case "heartbeat":
       return state;
   }

@@ -5,6 +5,7 @@ import { vehicleColourExpression } from "../palette";
 
 export const trailsLayer = featureLayer({
   id: "trails",
+  interval_ms: 1000,
   paint: () => [
     { type: "line", paint: { "line-color": vehicleColourExpression(), "line-width": 2, "line-opacity": 0.6 } },
   ],

@@ -93,12 +93,14 @@ function Row({ vehicle, snapshotAge_s, isSelected, onPick }: RowProps) {
       <td>{armedWord(vehicle)}</td>
       <Quantity value={battery} unit="%" isBad={battery !== null && battery < LOW_BATTERY_PERCENT} />
       <td>{gpsWords(vehicle)}</td>
-      <td class="number" data-testid={`link-${id}`}>
-        {age_s === null ? texts.fleet.neverHeard : age(age_s)}
+      <td
+        class={`number ${loss !== null && loss > HIGH_LOSS_PERCENT ? "is-bad" : ""}`}
+        title={texts.fleet.linkHint}
+        data-testid={`link-${id}`}
+      >
+        {age_s === null ? texts.fleet.neverHeard : linkWords(age_s, loss)}
       </td>
-      <Quantity value={loss} unit="%" isBad={loss !== null && loss > HIGH_LOSS_PERCENT} />
       <Quantity value={vehicle.height_above_home_m} decimals={1} unit="m" testId={`height-${id}`} />
-      <Quantity value={vehicle.ground_speed_mps} decimals={1} unit="m/s" />
       <td class={`col-message ${problem ? "is-warning" : ""}`} title={problem}>
         {problem}
       </td>
@@ -139,4 +141,8 @@ function armedWord({ armed }: Vehicle) {
 function gpsWords({ gps_fix: fix, satellites }: Vehicle) {
   if (fix === null) return <NoData />;
   return satellites === null ? gpsFix(fix) : `${gpsFix(fix)} · ${satellites}`;
+}
+
+function linkWords(age_s: number, loss_percent: number | null): string {
+  return loss_percent === null ? age(age_s) : `${age(age_s)} · ${quantity(loss_percent, 0, "%")}`;
 }

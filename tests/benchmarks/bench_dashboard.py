@@ -1,0 +1,122 @@
+"""The dashboard with a large fleet: what its page costs, and how old the values on the screen are.
+
+A scripted mission flies many vehicles behind the real server, Chromium shows the view Fly without a display. Needs the
+built page and Chromium (AOS_GCS_CHROMIUM, or one on the PATH).
+
+Usage: ``python tests/benchmarks/bench_dashboard.py [VEHICLES] [SECONDS]``, by default 100 vehicles for 20 s.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import gzip
+import json
+import os
+import shutil
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from playwright.async_api import Page, async_playwright
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+from aos_gcs.api.app import create_app
+from aos_gcs.api.page import STATIC_FOLDER
+from aos_gcs.api.server import serve
+from aos_gcs.clock import LoopClock
+from aos_gcs.mission.model import Action, MissionSnapshot
+from tests.fakes.mission import ScriptedMission
+
+RATE_HZ = 5.0
+LOADS = 5
+SETTLING_S = 8.0
+"""Take-off and the first steps, with the pictures' first loading."""
+ARGUMENTS = ["--headless", "--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader"]
+WATCH = """() => {
+    window.longTasks = [];
+    new PerformanceObserver(list => window.longTasks.push(...list.getEntries().map(entry => entry.duration)))
+        .observe({ type: 'longtask' });
+    window.delays = [];
+    const shown = document.querySelector('[data-testid=message]');
+    new MutationObserver(() => window.delays.push(Date.now() - Number(shown.textContent)))
+        .observe(shown, { childList: true, characterData: true, subtree: true });
+}"""
+LOADED = "count => document.querySelectorAll('[data-testid^=vehicle-]').length === count"
+
+
+class StampedMission(ScriptedMission):
+    """Says in its message when a snapshot was made, so that the page can tell how late it shows it."""
+
+    def snapshot(self) -> MissionSnapshot:
+        """Return the present state."""
+        return replace(super().snapshot(), message=f"{time.time() * 1000:.0f}")
+
+
+def page_size() -> tuple[float, float]:
+    """Return the bytes of the page's files, as they are and compressed, in kilobytes."""
+    contents = [path.read_bytes() for path in STATIC_FOLDER.rglob("*") if path.is_file()]
+    return sum(map(len, contents)) / 1000, sum(len(gzip.compress(content, 9)) for content in contents) / 1000
+
+
+async def load_s(page: Page, url: str, vehicles: int) -> float:
+    """Return how long the page takes from the request to a table with all vehicles."""
+    await page.goto("about:blank")
+    begun_s = time.perf_counter()
+    await page.goto(f"{url}#/fly")
+    await page.wait_for_function(LOADED, arg=vehicles)
+    return time.perf_counter() - begun_s
+
+
+async def measure(page: Page, seconds: float) -> dict[str, float]:
+    """Return what the page's main thread has done meanwhile: shares of a core, long tasks and delays, milliseconds."""
+    session = await page.context.new_cdp_session(page)
+    await session.send("Performance.enable", {"timeDomain": "threadTicks"})
+    await page.evaluate(WATCH)
+    before, begun_s = await metrics(session), time.perf_counter()
+    await asyncio.sleep(seconds)
+    after, wall_s = await metrics(session), time.perf_counter() - begun_s
+    delays_ms, long_tasks_ms = await page.evaluate("[window.delays, window.longTasks]")
+    names = ("TaskDuration", "ScriptDuration", "LayoutDuration", "RecalcStyleDuration")
+    shares = {name: 100 * (after[name] - before[name]) / wall_s for name in names}
+    return shares | {
+        "updates_hz": len(delays_ms) / wall_s,
+        "delay_median_ms": float(np.median(delays_ms)),
+        "delay_p95_ms": float(np.percentile(delays_ms, 95)),
+        "long_tasks": len(long_tasks_ms),
+        "longest_task_ms": max(long_tasks_ms, default=0.0),
+        "heap_mb": after["JSHeapUsedSize"] / 1e6,
+    }
+
+
+async def metrics(session: object) -> dict[str, float]:
+    """Return Chromium's counters."""
+    answer = await session.send("Performance.getMetrics")  # type: ignore[attr-defined]
+    return {metric["name"]: metric["value"] for metric in answer["metrics"]}
+
+
+async def run(vehicles: int, seconds: float) -> None:
+    """Print the figures."""
+    raw_kb, compressed_kb = page_size()
+    print(f"page: {raw_kb:.0f} kB, compressed {compressed_kb:.0f} kB")
+    chromium = os.environ.get("AOS_GCS_CHROMIUM") or shutil.which("chromium") or shutil.which("google-chrome")
+    mission = StampedMission(LoopClock(), vehicles)
+    async with serve(create_app(mission), port=0) as address, async_playwright() as playwright:
+        flying = asyncio.create_task(mission.run(1 / RATE_HZ))
+        browser = await playwright.chromium.launch(executable_path=chromium, args=ARGUMENTS)
+        page = await browser.new_page(viewport={"width": 1280, "height": 800})
+        loads_s = [await load_s(page, address.url, vehicles) for _ in range(LOADS)]
+        print(f"load: first {loads_s[0]:.2f} s, median of {LOADS} {np.median(loads_s):.2f} s")
+        await mission.act(Action.START, None)
+        await asyncio.sleep(SETTLING_S)
+        figures = await measure(page, seconds)
+        print(f"{vehicles} vehicles at {RATE_HZ:g} Hz for {seconds:g} s; shares are percent of a core:")
+        print(json.dumps({name: round(value, 1) for name, value in figures.items()}, indent=2))
+        await browser.close()
+        flying.cancel()
+
+
+if __name__ == "__main__":
+    asyncio.run(run(int(sys.argv[1]) if len(sys.argv) > 1 else 100, float(sys.argv[2]) if len(sys.argv) > 2 else 20.0))
