@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from datetime import datetime
 from typing import Any
 
 FULL_FRAME_DIAGONAL_MM = math.hypot(36.0, 24.0)
@@ -18,6 +19,8 @@ _MILLIMETRES = {2: 25.4, 3: 10.0, 4: 1.0, 5: 0.001}
 _ORIENTATION = 0x0112
 _FOCAL_LENGTH, _FOCAL_LENGTH_35MM, _DIGITAL_ZOOM = 0x920A, 0xA405, 0xA404
 _FOCAL_PLANE_X, _FOCAL_PLANE_UNIT, _ORIGINAL_WIDTH = 0xA20E, 0xA210, 0xA002
+_TAKEN_AT, _TAKEN_AT_FRACTION, _TAKEN_AT_ZONE = 0x9003, 0x9291, 0x9011
+_GPS_TIME, _GPS_DATE = 7, 29
 _LATITUDE_REF, _LATITUDE, _LONGITUDE_REF, _LONGITUDE, _ALTITUDE_REF, _ALTITUDE = range(1, 7)
 
 
@@ -37,6 +40,8 @@ class ExifTags:
     """Focal length divided by the width of the sensor."""
     focal_per_diagonal: float | None
     """Focal length divided by the diagonal of the sensor."""
+    utc_s: float | None
+    """When it was taken, since the Unix epoch: by the camera where it tells its time zone, else by the GPS."""
 
 
 def exif_tags(exif: Any, width_px: int) -> ExifTags:
@@ -62,6 +67,7 @@ def exif_tags(exif: Any, width_px: int) -> ExifTags:
         digital_zoom=_positive(camera.get(_DIGITAL_ZOOM)) or 1.0,
         focal_per_width=_focal_per_width(camera, original_width_px),
         focal_per_diagonal=None if equivalent_mm is None else equivalent_mm / FULL_FRAME_DIAGONAL_MM,
+        utc_s=_camera_utc_s(camera) or _gps_utc_s(gps),
     )
 
 
@@ -71,6 +77,29 @@ def _focal_per_width(camera: Mapping[int, Any], width_px: int) -> float | None:
     if focal_mm is None or pixels_per_unit is None or unit_mm is None:
         return None
     return focal_mm / (width_px / pixels_per_unit * unit_mm)
+
+
+def _camera_utc_s(camera: Mapping[int, Any]) -> float | None:
+    """Return the camera's time; without a zone it is that of a place nobody knows."""
+    text, fraction = f"{camera.get(_TAKEN_AT)} {camera.get(_TAKEN_AT_ZONE)}", camera.get(_TAKEN_AT_FRACTION)
+    digits = fraction.strip() if isinstance(fraction, str) and fraction.strip().isdecimal() else "0"
+    try:
+        return datetime.strptime(text, "%Y:%m:%d %H:%M:%S %z").timestamp() + float(f"0.{digits}")
+    except ValueError:
+        return None
+
+
+def _gps_utc_s(gps: Mapping[int, Any]) -> float | None:
+    parts = gps.get(_GPS_TIME)
+    numbers = [_number(part) for part in parts] if isinstance(parts, tuple | list) else []
+    try:
+        day = datetime.strptime(f"{gps.get(_GPS_DATE)} +0000", "%Y:%m:%d %z")
+    except ValueError:
+        return None
+    if len(numbers) != 3 or any(number is None for number in numbers):
+        return None
+    hours, minutes, seconds = (number or 0.0 for number in numbers)
+    return day.timestamp() + 3600.0 * hours + 60.0 * minutes + seconds
 
 
 def _angle(parts: Any, reference: Any, negative: str) -> float | None:

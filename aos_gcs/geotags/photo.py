@@ -18,7 +18,7 @@ import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,7 +35,7 @@ R_CAM2NADIR_FRD: NDArray[np.float64] = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.
 """OpenCV camera axes to those of a body that carries a camera looking down, its upper edge forward."""
 
 _BROKEN = (OSError, ValueError, SyntaxError, KeyError, IndexError, TypeError, ArithmeticError, struct.error)
-"""What Pillow raises for files that are not what they should be."""
+"""What Pillow raises, SyntaxError among it, for files that are not what they should be."""
 
 _LATITUDE = ("GpsLatitude", "GPSLatitude", "Latitude")
 _LONGITUDE = ("GpsLongitude", "GPSLongitude", "GpsLongtitude", "GPSLongtitude", "Longitude")
@@ -66,6 +66,8 @@ class Geotag:
     width_px: int
     height_px: int
     focal_px: float | None
+    utc_s: float | None
+    """When it was taken, since the Unix epoch; None where it does not tell, or not in which time zone."""
 
     def camera(self, horizontal_fov_rad: float | None = None) -> CameraModel:
         """Return the camera; a field of view takes the place of the focal length that the photograph tells.
@@ -83,8 +85,8 @@ class Geotag:
         return CameraModel.from_fov(self.width_px, self.height_px, horizontal_fov_rad)
 
 
-def read_geotag(path: Path) -> Geotag:
-    """Read the geotag of a photograph without decoding its pixels.
+def read_geotag(source: Path | BinaryIO) -> Geotag:
+    """Read the geotag of a photograph, a file or its bytes, without decoding its pixels.
 
     Raises:
         InputDataError: with the reason alone, so that it can stand behind the file's name.
@@ -92,20 +94,11 @@ def read_geotag(path: Path) -> Geotag:
     """
     pil: Any = load_extra("PIL.Image", "geo", "Reading the position of a photograph")
     try:
-        with warnings.catch_warnings(action="ignore"), pil.open(path) as image:
+        with warnings.catch_warnings(action="ignore"), pil.open(source) as image:
             width_px, height_px = image.size
             exif = exif_tags(image.getexif(), width_px)
             packet = image.info.get("xmp", b"")
-    # Pillow reports broken files by errors of many kinds, SyntaxError and struct.error among them.
-    except (
-        OSError,
-        ValueError,
-        SyntaxError,
-        KeyError,
-        TypeError,
-        ArithmeticError,
-        pil.DecompressionBombError,
-    ) as error:
+    except (*_BROKEN, pil.DecompressionBombError) as error:
         raise InputDataError("it is no image that can be read") from error
     return geotag(exif, parse_xmp(packet) if packet else {}, width_px, height_px)
 
@@ -135,6 +128,7 @@ def geotag(exif: ExifTags, xmp: Mapping[str, str], width_px: int, height_px: int
         width_px=width_px,
         height_px=height_px,
         focal_px=_focal_px(exif, xmp, width_px, height_px),
+        utc_s=exif.utc_s,
     )
 
 

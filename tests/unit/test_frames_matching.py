@@ -46,8 +46,8 @@ def test_of_several_new_files_the_one_of_the_right_time_is_taken_or_none() -> No
 
 def test_the_newest_is_that_written_last() -> None:
     new = {"b.jpg": FileStamp(9, 305.0), "a.jpg": FileStamp(9, 306.0)}
-    assert newest(OLD | new, OLD) == "a.jpg"
-    assert newest(OLD, OLD) is None
+    assert newest(OLD | new, Wanted(OLD)) == "a.jpg"
+    assert newest(OLD, Wanted(OLD)) is None
 
 
 @pytest.mark.parametrize(

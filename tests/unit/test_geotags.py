@@ -196,3 +196,30 @@ def test_a_missing_library_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(extras.importlib, "import_module", absent)
     with pytest.raises(ConfigurationError, match=r"needs PIL.*pip install 'aos-gcs\[geo\]'"):
         read_geotag(tmp_path / "photo.jpg")
+
+
+NOON_UTC_S = 1_795_176_000.25
+"""2026-11-20 12:00:00.25 UTC."""
+
+
+@pytest.mark.parametrize(
+    ("camera", "gps", "expected"),
+    [
+        ({0x9003: "2026:11:20 14:00:00", 0x9011: "+02:00", 0x9291: "25"}, {}, NOON_UTC_S),
+        ({0x9003: "2026:11:20 14:00:00"}, {29: "2026:11:20", 7: (12, 0, 0.25)}, NOON_UTC_S),
+        ({0x9003: "2026:11:20 14:00:00", 0x9291: "25"}, {}, None),
+        ({0x9003: "0000:00:00 00:00:00", 0x9011: "+02:00"}, {29: "yesterday", 7: (12, 0, 0)}, None),
+        ({}, {29: "2026:11:20", 7: (12, 0)}, None),
+    ],
+)
+def test_the_time_is_known_where_its_zone_is(
+    camera: dict[int, Any], gps: dict[int, Any], expected: float | None
+) -> None:
+    class Tags:
+        def get(self, _tag: int) -> None:
+            return None
+
+        def get_ifd(self, tag: int) -> dict[int, Any]:
+            return camera if tag == 0x8769 else gps
+
+    assert exif_tags(Tags(), WIDTH).utc_s == (None if expected is None else pytest.approx(expected))

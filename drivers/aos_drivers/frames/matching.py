@@ -76,9 +76,9 @@ def choose(now: Listing, wanted: Wanted) -> str | None:
     return within[0]
 
 
-def newest(now: Listing, before: Listing) -> str | None:
+def newest(now: Listing, wanted: Wanted) -> str | None:
     """Return the file that was written last of those that were not there before; None where there is none."""
-    fresh = [(stamp.modified_utc_s or 0.0, name) for name, stamp in now.items() if before.get(name) != stamp]
+    fresh = [(stamp.modified_utc_s or 0.0, name) for name, stamp in now.items() if wanted.before.get(name) != stamp]
     return max(fresh)[1] if fresh else None
 
 

@@ -14,6 +14,7 @@ from typing import TypeVar
 from aos_drivers.frames.mount import CameraMount, Carrier
 from aos_drivers.option_table import OptionTable
 from aos_gcs.errors import CaptureError, ConfigurationError
+from aos_gcs.extras import load_extra
 
 
 class SourceKind(StrEnum):
@@ -129,7 +130,8 @@ def parse_cameras(options: OptionTable) -> CameraPlan:
     """Return the cameras of a driver's options: ``camera`` for all vehicles, ``cameras.ID`` for what differs in one.
 
     Raises:
-        ConfigurationError: an option is unknown, out of range, or does not fit the source.
+        ConfigurationError: an option is unknown, out of range, or does not fit the source; or a library for the
+            source is not installed.
     """
     common, tables = options.mapping("camera"), options.table("cameras")
     by_vehicle = {}
@@ -139,7 +141,18 @@ def parse_cameras(options: OptionTable) -> CameraPlan:
         # Another source or place is a new one: nothing of the common one fits it.
         inherited = {key: common[key] for key in common if own.keys().isdisjoint(_PLACE) or key not in _PLACE}
         by_vehicle[int(name)] = _parse_camera(OptionTable({**inherited, **own}, f"{tables.place}.{name}"))
-    return CameraPlan(_parse_camera(options.table("camera")), MappingProxyType(by_vehicle))
+    plan = CameraPlan(_parse_camera(options.table("camera")), MappingProxyType(by_vehicle))
+    for settings in (plan.default, *by_vehicle.values()):
+        _check_libraries(settings.source)
+    return plan
+
+
+def _check_libraries(source: SourceKind) -> None:
+    """Name a library that is missing before anything is opened, rather than at the first frame."""
+    if source is SourceKind.PHOTOS:
+        load_extra("PIL.Image", "geo", "Reading geotagged photographs")
+    elif source is SourceKind.VIDEO:
+        load_extra("av", "video", "Receiving video")
 
 
 def _parse_camera(table: OptionTable) -> CameraSettings:

@@ -8,6 +8,7 @@ from typing import Protocol
 from aos_drivers.frames.plausibility import check_pose
 from aos_drivers.frames.settings import SourceKind
 from aos_drivers.mavlink.exposure import CaptureTools, VehicleAccess, capture_error
+from aos_drivers.mavlink.photos import PhotoSource
 from aos_drivers.mavlink.record import VehicleRecord
 from aos_drivers.mavlink.reported import ReportedSource
 from aos_gcs.errors import CaptureError
@@ -69,4 +70,6 @@ def make_source(
             return make_component_source()
         case SourceKind.REPORTED:
             return ReportedSource(vehicle, tools, settings)
+        case SourceKind.PHOTOS:
+            return PhotoSource(vehicle, tools, settings)
     raise CaptureError(f"the source {settings.source} is not known")

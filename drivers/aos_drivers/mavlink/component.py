@@ -62,7 +62,7 @@ class ComponentSource:
         try:
             return await self._shutter.press(
                 command,
-                lambda: camera.find_capture(awaited_index, before),
+                lambda _: camera.find_capture(awaited_index, before),
                 lambda: self._ask_again(camera, awaited_index),
                 deadline_s,
             )

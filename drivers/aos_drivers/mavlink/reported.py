@@ -57,7 +57,7 @@ class ReportedSource:
         if not self._settings.is_triggered:
             return await self._shutter.wait(find, deadline_s)
         command = record.autopilot.shutter_command(record.target)
-        return await self._shutter.press(command, find, lambda: None, deadline_s)
+        return await self._shutter.press(command, lambda _: find(), lambda: None, deadline_s)
 
     async def _collect(self, report: ShutterReport, before: Listing, host: str, deadline_s: float) -> Capture:
         settings, clock, payload = self._settings, self._clock, self._record.payload

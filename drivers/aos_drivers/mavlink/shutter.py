@@ -31,13 +31,17 @@ class Shutter:
         self._clock = clock
 
     async def press(
-        self, command: CommandMessage, find: Callable[[], T | None], ask_again: Callable[[], None], deadline_s: float
+        self,
+        command: CommandMessage,
+        find: Callable[[Answer], T | None],
+        ask_again: Callable[[], None],
+        deadline_s: float,
     ) -> T:
         """Send the command until it is answered, and return what ``find`` finds.
 
         Args:
             command: for one exposure.
-            find: looks for the message about the image.
+            find: looks for the message about the image; told how the command has been answered.
             ask_again: asks for that message; called every second once the command has been accepted.
             deadline_s: when to give up.
 
@@ -51,11 +55,11 @@ class Shutter:
 
         def is_news() -> bool:
             is_accepted = transaction.answer is Answer.ACCEPTED and math.isinf(asked_at_s)
-            return find() is not None or transaction.answer is Answer.REFUSED or is_accepted
+            return find(transaction.answer) is not None or transaction.answer is Answer.REFUSED or is_accepted
 
         self._vehicle.record.transactions.add(transaction)
         try:
-            while (found := find()) is None:
+            while (found := find(transaction.answer)) is None:
                 now_s = self._clock.now_s() + CLOCK_RESOLUTION_S
                 if transaction.answer is Answer.REFUSED:
                     raise CaptureError(f"the camera refuses: {result_text(transaction.result)}")

@@ -1,0 +1,73 @@
+"""Geotagged photographs as frames: they bring their own poses."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from aos_drivers.frames.errors import FrameRefusedError
+from aos_drivers.frames.images import Image, decode_image
+from aos_gcs.errors import CaptureError, InputDataError
+from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.geotags.photo import Geotag, read_geotag
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Photograph:
+    """One decoded photograph with its geotag."""
+
+    image: Image
+    bands: tuple[str, ...]
+    tag: Geotag
+
+
+def photograph_reader(max_pixels: int) -> Callable[[bytes], Photograph]:
+    """Return a function that reads the content of a file.
+
+    It raises TornFrameError where the end is missing, and CaptureError where it is no image of at most ``max_pixels``
+    or has no complete geotag.
+    """
+
+    def read(data: bytes) -> Photograph:
+        image, bands = decode_image(data, max_pixels)
+        try:
+            return Photograph(image, bands, read_geotag(io.BytesIO(data)))
+        except InputDataError as error:
+            raise CaptureError(f"its tags cannot be used: {error}") from error
+
+    return read
+
+
+def position_of(tag: Geotag, home: GeodeticPosition | None) -> GeodeticPosition:
+    """Return the position of a photograph.
+
+    Heights above the place of takeoff come first: altitudes in tags are often tens of metres off, or above the
+    ellipsoid.
+
+    Raises:
+        CaptureError: it tells no altitude, or the one above takeoff alone and no home is known.
+    """
+    if home is not None and tag.relative_altitude_m is not None:
+        altitude_amsl_m = home.altitude_amsl_m + tag.relative_altitude_m
+    elif tag.altitude_amsl_m is not None:
+        altitude_amsl_m = tag.altitude_amsl_m
+    else:
+        raise CaptureError("its tags tell no altitude (RelativeAltitude, AbsoluteAltitude or GPSAltitude)")
+    return GeodeticPosition(tag.latitude_deg, tag.longitude_deg, altitude_amsl_m)
+
+
+def check_moment(tag: Geotag, asked_at_utc_s: float, tolerance_s: float) -> None:
+    """Refuse a photograph that was taken before it was asked for, however late its file appears.
+
+    Raises:
+        FrameRefusedError: with how old it is. One that tells no time of day is let through.
+    """
+    if tag.utc_s is None:
+        return
+    early_s = asked_at_utc_s - tag.utc_s
+    if early_s > tolerance_s:
+        raise FrameRefusedError(
+            f"it was taken {early_s:.1f} s before it was asked for, by its own time; the limit is {tolerance_s:g} s "
+            "(match_tolerance_s)"
+        )
