@@ -128,6 +128,17 @@ def test_a_true_pose_that_falls_silent_is_not_replaced_by_the_belief():
     assert telemetry.pose_at(3.0) is None
 
 
+def test_a_true_pose_after_a_pause_is_not_taken_to_be_of_the_future():
+    telemetry = PoseTelemetry()
+    telemetry.hear(belief(1.0), 0.0)
+    telemetry.hear(sim_state(0.0, 0.0, 0.0), 0.0)
+    telemetry.hear(sim_state(1.0, 0.0, 0.0), 3.0)
+    for tick in range(1, 20):
+        telemetry.hear(belief(1.0 + tick * 0.1), 3.0)
+        telemetry.hear(sim_state(2.0, 0.0, 0.0), 3.0)
+    assert telemetry.pose_at(2.0) is not None
+
+
 def test_positions_that_mean_unknown_are_no_poses():
     telemetry = PoseTelemetry()
     telemetry.hear(mavlink.MAVLink_global_position_int_message(1000, 0, 0, 0, 0, 0, 0, 0, 65535), 0.0)

@@ -17,6 +17,8 @@ from aos_sim.attached.pose_track import PoseTrack, TimedPose
 from aos_sim.camera.component import CameraView
 
 _UNKNOWN_HEADING = 65535
+_MAX_AHEAD_S = 0.1
+"""A vehicle's clock is not taken to be farther ahead of its last message: it may be slower than ours, or late."""
 _REBOOT_MARGIN_S = 2.0
 
 
@@ -59,7 +61,7 @@ class PoseTelemetry:
         """Return the vehicle's time since its start at ``now_s``, or None before it has told any."""
         if self.believed.is_empty:
             return None
-        return self._boot_s + now_s - self._boot_heard_at_s
+        return self._boot_s + min(now_s - self._boot_heard_at_s, _MAX_AHEAD_S)
 
     def pose_at(self, moment_s: float) -> VehiclePose | None:
         """Return the pose at a moment of the vehicle's time, or None where it is not known (or not yet)."""
