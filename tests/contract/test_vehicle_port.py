@@ -17,7 +17,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.mavlink.framing import FrameParser
 from aos_gcs.clock import LoopClock
-from aos_gcs.errors import CommandRefusedError
+from aos_gcs.errors import CommandRefusedError, CommandTimeoutError
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.ports import (
     Arm,
@@ -27,6 +27,7 @@ from aos_gcs.ports import (
     DriverContext,
     Fleet,
     FlightMode,
+    Geofence,
     Goto,
     Hold,
     Land,
@@ -147,7 +148,12 @@ async def mute_vehicles(bench: Bench, system_ids: range) -> AsyncIterator[Ear]:
 
 @asynccontextmanager
 async def open_bench(
-    driver: Driver, autopilot: str, vehicles: int = 3, log_folder: Path | None = None
+    driver: Driver,
+    autopilot: str,
+    vehicles: int = 3,
+    log_folder: Path | None = None,
+    *,
+    factory_settings: bool = False,
 ) -> AsyncIterator[Bench]:
     async with AsyncExitStack() as stack:
         clock = LoopClock(SPEED)
@@ -166,6 +172,7 @@ async def open_bench(
             image_size_px=SIZE_PX,
             start_up_s=2.0,
             parameters=PATIENT[autopilot],
+            factory_settings=factory_settings,
         )
         swarm = await stack.enter_async_context(SimulatedSwarm(options, CheckerboardGround()))
         yield Bench(fleet, swarm, clock, port, health, notices)
@@ -331,3 +338,68 @@ async def test_a_hold_before_the_lift_off_is_safe_and_can_be_repeated(driver: Dr
         else:
             await vehicle.execute(Goto(bench.swarm.frame.to_geodetic((0.0, 0.0, 20.0)), 5.0), bench.after(30.0))
         await bench.until(lambda: bench.swarm.kinematics(1).position_enu_m[2] > 19.0)
+
+
+def fence_of(bench: Bench, half_width_m: float = 60.0, corners: int = 8) -> Geofence:
+    """A regular polygon about the origin with a triangle left out, and a ceiling."""
+    angles_rad = [2 * math.pi * corner / corners for corner in range(corners)]
+    rings_enu_m = (
+        [(half_width_m * math.cos(angle), half_width_m * math.sin(angle)) for angle in angles_rad],
+        [(20.0, 20.0), (30.0, 20.0), (25.0, 30.0)],
+    )
+    places = [[bench.swarm.frame.to_geodetic((*corner, 0.0)) for corner in ring] for ring in rings_enu_m]
+    inclusion, exclusion = (tuple((place.latitude_deg, place.longitude_deg) for place in ring) for ring in places)
+    return Geofence(inclusion, (exclusion,), ceiling_above_home_m=45.5)
+
+
+@pairs(("mavsdk", "px4"))
+async def test_a_fence_is_uploaded_read_back_and_kept(driver: Driver, autopilot: str) -> None:
+    async with open_bench(driver, autopilot, vehicles=2) as bench:
+        await bench.all_ready()
+        vehicle, other = bench.vehicle(1), bench.vehicle(2)
+        facts = await vehicle.inspect(bench.after(100.0))
+        assert facts.fence is None
+        assert facts.firmware == {"arducopter": "4.7.0 dev", "px4": "1.16.0"}[autopilot]
+        assert len(facts.board_id) > 4
+        assert facts.link_loss.is_on
+        assert facts.link_loss.text.startswith("return after")
+        assert facts.low_battery.is_on
+        assert facts.return_height_m == 30.0
+
+        fence = fence_of(bench)
+        await vehicle.upload_fence(fence, bench.after(100.0))
+        facts, others = await asyncio.gather(*[one.inspect(bench.after(100.0)) for one in (vehicle, other)])
+        assert facts.fence is not None
+        assert facts.fence.is_same_as(fence)
+        assert facts.at_fence.is_on
+        assert others.fence is None, "a fence is for one vehicle"
+        assert others.board_id != facts.board_id
+
+        with pytest.raises(CommandRefusedError, match=r"refuses a geofence of 153 points: no space"):
+            await vehicle.upload_fence(fence_of(bench, corners=150), bench.after(100.0))
+        assert (await vehicle.inspect(bench.after(100.0))).fence == facts.fence
+
+        await bench.fly(1)
+        outside = vehicle.execute(Goto(bench.swarm.frame.to_geodetic((0.0, 80.0, 10.0)), 5.0), bench.after(8.0))
+        with pytest.raises(CommandTimeoutError):
+            await outside
+        assert bench.swarm.kinematics(1).position_enu_m[1] < 5.0
+
+
+async def test_failsafes_that_are_off_are_told_with_their_remedy(driver: Driver) -> None:
+    async with open_bench(driver, "arducopter", vehicles=1, factory_settings=True) as bench:
+        await bench.all_ready()
+        facts = await bench.vehicle(1).inspect(bench.after(100.0))
+        assert (facts.link_loss.is_on, facts.low_battery.is_on, facts.at_fence.is_on) == (False, False, False)
+        assert facts.link_loss.remedy == "set FS_GCS_ENABLE to 1 (return)"
+        assert facts.return_height_m == 15.0
+
+
+async def test_a_vehicle_that_does_not_answer_cannot_be_inspected(driver: Driver) -> None:
+    async with open_bench(driver, "arducopter", vehicles=1) as bench, mute_vehicles(bench, range(50, 51)):
+        await bench.until(lambda: 50 in bench.fleet.vehicles())
+        mute = bench.vehicle(50)
+        with pytest.raises(CommandTimeoutError, match="vehicle 50 does not tell its parameters in time"):
+            await mute.inspect(bench.after(5.0))
+        with pytest.raises(CommandTimeoutError, match="vehicle 50 does not take the geofence in time"):
+            await mute.upload_fence(fence_of(bench), bench.after(5.0))

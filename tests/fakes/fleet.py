@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from aos_gcs.errors import CaptureError, CommandRefusedError
+from aos_gcs.errors import CaptureError, CommandRefusedError, CommandTimeoutError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.geometry.poses import nadir_pose
@@ -21,12 +22,15 @@ from aos_gcs.ports import (
     Command,
     Disarm,
     FlightMode,
+    Geofence,
     Goto,
     Hold,
     Land,
     LandedState,
     ReturnToLaunch,
+    Safeguard,
     Takeoff,
+    VehicleFacts,
     VehicleState,
 )
 
@@ -35,6 +39,15 @@ FRAME = LocalFrame(ORIGIN)
 CAMERA = CameraModel.from_fov(96, 96, math.radians(50.0))
 BANDS = ("red", "green", "blue", "thermal")
 TARGET_RADIUS_M = 0.7
+GOOD_FACTS = VehicleFacts(
+    firmware="4.7.0",
+    board_id="",
+    link_loss=Safeguard(True, "return after 5 s"),
+    low_battery=Safeguard(True, "return at 20 %"),
+    fence=None,
+    at_fence=Safeguard(True, "return"),
+    return_height_m=30.0,
+)
 
 
 @lru_cache
@@ -63,6 +76,11 @@ class FakeVehicle:
     refuses: frozenset[type] = frozenset()
     commands: list[Command] = field(default_factory=list)
     images: int = 0
+    fence: Geofence | None = None
+    facts: dict[str, Any] = field(default_factory=dict)
+    """Fields of its facts that differ from good ones."""
+    inspections: int = 0
+    uploads: int = 0
 
     def __post_init__(self) -> None:
         self.start_enu_m = self.goal_enu_m = self.home_enu_m
@@ -144,6 +162,22 @@ class FakeVehicle:
             case Land():
                 self.mode = FlightMode.LAND
                 self.fly_to(np.array([*position_enu_m[:2], self.home_enu_m[2]]))
+
+    async def inspect(self, deadline_s: float) -> VehicleFacts:
+        if self.silent_since_s is not None:
+            await self.clock.sleep(max(0.0, deadline_s - self.clock.now_s()))
+            raise CommandTimeoutError("no answer")
+        self.inspections += 1
+        return replace(GOOD_FACTS, board_id=f"{self.vehicle_id:04x}", fence=self.fence, **self.facts)
+
+    async def upload_fence(self, fence: Geofence, deadline_s: float) -> None:
+        if Geofence in self.refuses:
+            raise CommandRefusedError("no space")
+        if self.silent_since_s is not None:
+            await self.clock.sleep(max(0.0, deadline_s - self.clock.now_s()))
+            raise CommandTimeoutError("no answer")
+        self.uploads += 1
+        self.fence = fence
 
     async def capture(self, deadline_s: float) -> Capture:
         if not self.camera_works or self.silent_since_s is not None:

@@ -12,6 +12,7 @@ from aos_drivers.frames.settings import CameraSettings
 from aos_drivers.mavlink.address import PeerAddress
 from aos_drivers.mavlink.autopilots import Autopilot, Target, autopilot_of
 from aos_drivers.mavlink.camera import CameraRecord
+from aos_drivers.mavlink.conversation import Conversation
 from aos_drivers.mavlink.identity import Identity
 from aos_drivers.mavlink.payload import PayloadRecord, motion_rates_hz
 from aos_drivers.mavlink.routes import ComponentRoute, DuplicateFilter
@@ -53,6 +54,8 @@ class VehicleRecord:
         self.frames = FrameCounts(camera.source)
         self.transactions: set[CommandTransaction] = set()
         """Commands that wait for an answer."""
+        self.conversations: set[Conversation] = set()
+        """Longer exchanges that are under way."""
         self.duplicates = DuplicateFilter()
         self.clock = ClockEstimator()
         self._routes = {target.component_id: ComponentRoute()}
@@ -167,6 +170,8 @@ class VehicleRecord:
             link=self.link_quality(now_s),
             camera=self.frames.state(),
             text=telemetry.text,
+            hdop=telemetry.hdop,
+            is_ambiguous=self.identity.is_ambiguous(now_s),
         )
 
     def _request_facts(self) -> None:

@@ -23,9 +23,20 @@ from aos_drivers.mavlink.options import MavlinkOptions
 from aos_drivers.mavlink.record import VehicleRecord
 from aos_drivers.mavlink.recorder import TlogRecorder, open_recorder
 from aos_drivers.mavlink.session import Event, PacketReceived, Session, VehicleFound
+from aos_drivers.mavlink.setup import SetupRunner
 from aos_drivers.mavlink.waiting import Changes
 from aos_gcs.errors import ConfigurationError
-from aos_gcs.ports import Capture, Command, DriverContext, Notice, Severity, Vehicle, VehicleState
+from aos_gcs.ports import (
+    Capture,
+    Command,
+    DriverContext,
+    Geofence,
+    Notice,
+    Severity,
+    Vehicle,
+    VehicleFacts,
+    VehicleState,
+)
 
 TICK_S = 0.1
 """Clock seconds between two looks at what is due; a late one is skipped."""
@@ -34,10 +45,13 @@ TICK_S = 0.1
 class MavlinkVehicle:
     """A vehicle of the fleet (``aos_gcs.ports.Vehicle``)."""
 
-    def __init__(self, record: VehicleRecord, send: Send, changes: Changes, tools: CaptureTools) -> None:
+    def __init__(
+        self, record: VehicleRecord, send: Send, changes: Changes, tools: CaptureTools, our_system_id: int
+    ) -> None:
         self._record = record
         self._clock = tools.clock
         self._commands = CommandRunner(record, send, changes, tools.clock)
+        self._setup = SetupRunner(record, send, changes, tools.clock, our_system_id)
         access = VehicleAccess(record, send, changes, record.host_of)
         source = make_source(access, tools, lambda: ComponentSource(access, tools))
         self._captures = CaptureRunner(record, tools, source)
@@ -50,6 +64,14 @@ class MavlinkVehicle:
     async def execute(self, command: Command, deadline_s: float) -> None:
         """Carry the command out; see the port."""
         await self._commands.run(command, deadline_s)
+
+    async def inspect(self, deadline_s: float) -> VehicleFacts:
+        """Ask the vehicle how it is set up; see the port."""
+        return await self._setup.inspect(deadline_s)
+
+    async def upload_fence(self, fence: Geofence, deadline_s: float) -> None:
+        """Replace the vehicle's fence; see the port."""
+        await self._setup.upload_fence(fence, deadline_s)
 
     async def capture(self, deadline_s: float) -> Capture:
         """Expose one image and fetch it; see the port."""
@@ -110,7 +132,8 @@ class MavlinkFleet:
                         self._changes[vehicle_id].announce()
                 case VehicleFound(record):
                     changes = self._changes[record.vehicle_id] = Changes(self._context.clock)
-                    vehicle = MavlinkVehicle(record, self._send, changes, self._tools)
+                    our_id = self._context.system_id
+                    vehicle = MavlinkVehicle(record, self._send, changes, self._tools, our_id)
                     self._vehicles[record.vehicle_id] = vehicle
                 case Notice():
                     self._context.notify(event)

@@ -215,6 +215,8 @@ class Session:
             self._watch_boot_time(record, message, peer, now_s)
             record.telemetry.update(message, now_s)
             record.streams.on_message(message.get_msgId())
+            for conversation in record.conversations:
+                conversation.on_message(message)
         record.requests.on_message(component_id, message.get_msgId())
         record.take_payload(message, now_s)
         record.find_camera(message)

@@ -13,6 +13,8 @@ from aos_gcs.ports import FlightMode, LandedState
 
 _UNKNOWN_UINT16 = 0xFFFF
 _RELATIVE_FRAMES = frozenset({mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT, mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT})
+_STAGES = {0: "dev", 64: "alpha", 128: "beta", 192: "rc"}
+"""Of a firmware's version; FIRMWARE_VERSION_TYPE."""
 _IGNORES_POSITION = 0b111
 _LANDED = {
     mavlink.MAV_LANDED_STATE_ON_GROUND: LandedState.ON_GROUND,
@@ -55,6 +57,11 @@ class Telemetry:
         self.battery_voltage_v: float | None = None
         self.gps_fix: int | None = None
         self.satellites: int | None = None
+        self.hdop: float | None = None
+        self.firmware = ""
+        """Version of the autopilot: "4.7.0 dev"; empty until it is told."""
+        self.board_id = ""
+        """Hexadecimal; empty when the board has none."""
         self.target: PositionTarget | None = None
         self.text = ""
         self.text_at_s: float | None = None
@@ -117,6 +124,15 @@ def _take_battery(telemetry: Telemetry, message: mavlink.MAVLink_battery_status_
 def _take_gps(telemetry: Telemetry, message: mavlink.MAVLink_gps_raw_int_message, _now_s: float) -> None:
     telemetry.gps_fix = message.fix_type
     telemetry.satellites = message.satellites_visible if message.satellites_visible != 255 else None
+    telemetry.hdop = message.eph / 100 if message.eph != _UNKNOWN_UINT16 else None
+
+
+def _take_version(telemetry: Telemetry, message: mavlink.MAVLink_autopilot_version_message, _now_s: float) -> None:
+    major, minor, patch, stage = message.flight_sw_version.to_bytes(4, "big")
+    name = _STAGES.get(stage, "")
+    telemetry.firmware = f"{major}.{minor}.{patch} {name}".rstrip()
+    uid = bytes(message.uid2) if any(message.uid2) else message.uid.to_bytes(8, "little")
+    telemetry.board_id = uid.rstrip(b"\0").hex()
 
 
 def _take_home(telemetry: Telemetry, message: mavlink.MAVLink_home_position_message, _now_s: float) -> None:
@@ -159,6 +175,7 @@ _HANDLERS: dict[int, _Handler] = {
     mavlink.MAVLINK_MSG_ID_BATTERY_STATUS: _take_battery,
     mavlink.MAVLINK_MSG_ID_GPS_RAW_INT: _take_gps,
     mavlink.MAVLINK_MSG_ID_HOME_POSITION: _take_home,
+    mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION: _take_version,
     mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: _take_extended_state,
     mavlink.MAVLINK_MSG_ID_EKF_STATUS_REPORT: _take_ekf,
     mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS: _take_estimator,

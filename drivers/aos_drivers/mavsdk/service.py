@@ -25,13 +25,23 @@ from aos_drivers.mavlink.options import MavlinkOptions
 from aos_drivers.mavlink.record import VehicleRecord
 from aos_drivers.mavlink.recorder import open_recorder
 from aos_drivers.mavlink.session import HEARTBEAT_PERIOD_S, is_autopilot_heartbeat
+from aos_drivers.mavlink.setup import SetupRunner
 from aos_drivers.mavlink.waiting import Changes
 from aos_drivers.mavsdk.component import ComponentSource
 from aos_drivers.mavsdk.core import Postman, direct_from_message, open_core
 from aos_drivers.mavsdk.telemetry import TelemetryFeed
 from aos_drivers.mavsdk.wire import ANY_COMPONENT, Wire
 from aos_gcs.errors import ConfigurationError
-from aos_gcs.ports import Capture, Command, DriverContext, Notice, Severity, VehicleState
+from aos_gcs.ports import (
+    Capture,
+    Command,
+    DriverContext,
+    Geofence,
+    Notice,
+    Severity,
+    VehicleFacts,
+    VehicleState,
+)
 
 TICK_S = 0.1
 """Clock seconds between two looks at what is due; a late one is skipped."""
@@ -65,6 +75,7 @@ class MavsdkVehicle:
             notify=context.notify,
         )
         self._commands = CommandRunner(record, self._send, changes, context.clock)
+        self._setup = SetupRunner(record, self._send, changes, context.clock, context.system_id)
         access = VehicleAccess(
             record, self._send, changes, lambda component_id: wire.host_of(record.vehicle_id, component_id)
         )
@@ -79,6 +90,14 @@ class MavsdkVehicle:
     async def execute(self, command: Command, deadline_s: float) -> None:
         """Carry the command out; see the port."""
         await self._commands.run(command, deadline_s)
+
+    async def inspect(self, deadline_s: float) -> VehicleFacts:
+        """Ask the vehicle how it is set up; see the port."""
+        return await self._setup.inspect(deadline_s)
+
+    async def upload_fence(self, fence: Geofence, deadline_s: float) -> None:
+        """Replace the vehicle's fence; see the port."""
+        await self._setup.upload_fence(fence, deadline_s)
 
     async def capture(self, deadline_s: float) -> Capture:
         """Expose one image and fetch it; see the port."""
@@ -156,12 +175,15 @@ class MavsdkFleet:
         wire.route(system_id, ANY_COMPONENT, peer)
         record.streams.on_message(message.get_msgId())
         record.identity.hear(peer, now_s)
+        for conversation in record.conversations:
+            conversation.on_message(message)
         if message.get_msgId() == mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT:
             if record.identity.hear_boot_time(peer, message.time_boot_ms, now_s):
                 record.restart()
                 self._context.notify(Notice(Severity.WARNING, "has restarted", system_id))
         elif message.get_msgId() == mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION:
             record.identity.hear_uid(peer, bytes(message.uid2) + message.uid.to_bytes(8, "little"), now_s)
+            record.telemetry.update(message, now_s)
 
     async def run(self, wire: Wire, postman: Postman) -> None:
         """Do what is due, until cancelled."""

@@ -23,8 +23,16 @@ _LANDED = {
     plugin.LandedState.TAKING_OFF: LandedState.TAKING_OFF,
     plugin.LandedState.LANDING: LandedState.LANDING,
 }
-_DIRECT = ("HEARTBEAT", "COMMAND_ACK", "EKF_STATUS_REPORT", "ESTIMATOR_STATUS", "POSITION_TARGET_GLOBAL_INT")
-"""What the telemetry plugin does not tell: the autopilot's own mode and target, and the state of its estimator."""
+_DIRECT = (
+    "HEARTBEAT",
+    "COMMAND_ACK",
+    "EKF_STATUS_REPORT",
+    "ESTIMATOR_STATUS",
+    "GPS_RAW_INT",
+    "POSITION_TARGET_GLOBAL_INT",
+)
+"""What the telemetry plugin does not tell: the autopilot's own mode and target, the state of its estimator, and how
+good its satellites are."""
 
 
 class TelemetryFeed:
@@ -56,7 +64,6 @@ class TelemetryFeed:
             self._plugin.subscribe_heading: self._take_heading,
             self._plugin.subscribe_home: self._take_home,
             self._plugin.subscribe_landed_state: self._take_landed,
-            self._plugin.subscribe_gps_info: self._take_gps,
             self._plugin.subscribe_battery: self._take_battery,
             self._plugin.subscribe_health: self._take_health,
             self._plugin.subscribe_status_text: self._take_text,
@@ -98,11 +105,6 @@ class TelemetryFeed:
         telemetry = self._record.telemetry
         telemetry.landed = _LANDED.get(landed, LandedState.UNKNOWN)
         telemetry.landed_at_s = self._clock.now_s()
-
-    def _take_gps(self, gps: plugin.GpsInfo) -> None:
-        telemetry = self._record.telemetry
-        telemetry.gps_fix = int(gps.fix_type)
-        telemetry.satellites = gps.num_satellites
 
     def _take_battery(self, battery: plugin.Battery) -> None:
         telemetry = self._record.telemetry

@@ -7,9 +7,10 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from aos_drivers.mavlink.autopilots.arducopter import ArduCopter
 from aos_drivers.mavlink.autopilots.base import Autopilot, Step, Target
 from aos_drivers.mavlink.autopilots.px4 import Px4
+from aos_drivers.mavlink.autopilots.setup import Setup
 from aos_drivers.mavlink.autopilots.unknown import UnknownAutopilot
 
-__all__ = ["Autopilot", "Step", "Target", "autopilot_of"]
+__all__ = ["Autopilot", "Setup", "Step", "Target", "autopilot_of"]
 
 _MULTICOPTERS = frozenset(
     {

@@ -7,6 +7,7 @@ from typing import ClassVar
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from aos_drivers.mavlink.autopilots.arducopter_setup import ArduCopterSetup
 from aos_drivers.mavlink.autopilots.base import (
     REPEAT_S,
     MulticopterAutopilot,
@@ -46,6 +47,7 @@ class ArduCopter(MulticopterAutopilot):
     """ArduCopter 4.1 and newer (DO_REPOSITION)."""
 
     name = "arducopter"
+    setup = ArduCopterSetup()
     arming_mode: ClassVar[FlightMode] = FlightMode.GUIDED
 
     def mode(self, heartbeat: mavlink.MAVLink_heartbeat_message) -> tuple[FlightMode, str]:

@@ -11,6 +11,7 @@ from typing import ClassVar
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.mavlink.autopilots.goto import TargetTakenOver, goto_refusal
+from aos_drivers.mavlink.autopilots.setup import Setup
 from aos_drivers.mavlink.telemetry import Telemetry
 from aos_drivers.mavlink.transaction import CommandMessage
 from aos_gcs.errors import CommandRefusedError
@@ -65,6 +66,8 @@ class Autopilot(ABC):
     name: ClassVar[str]
     quiet_message_ids: ClassVar[tuple[int, ...]] = ()
     """Streams that are on by default and that we do not want."""
+    setup: ClassVar[Setup | None] = None
+    """The meaning of its parameters; None where they are not known."""
 
     @abstractmethod
     def mode(self, heartbeat: mavlink.MAVLink_heartbeat_message) -> tuple[FlightMode, str]:

@@ -15,6 +15,7 @@ from aos_drivers.mavlink.autopilots.base import (
     command_long,
     has_position_and_home,
 )
+from aos_drivers.mavlink.autopilots.px4_setup import Px4Setup
 from aos_drivers.mavlink.telemetry import Telemetry
 from aos_drivers.mavlink.transaction import CommandMessage
 from aos_gcs.geometry.geodesy import GeodeticPosition
@@ -49,6 +50,7 @@ class Px4(MulticopterAutopilot):
     """PX4 1.14 and newer. It flies to our positions in its Hold mode, so GUIDED is never seen."""
 
     name = "px4"
+    setup = Px4Setup()
     arming_mode: ClassVar[FlightMode] = FlightMode.HOLD
     quiet_message_ids = (
         mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION,

@@ -1,0 +1,348 @@
+"""Parameters, fences and what they mean: without any link."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from aos_drivers.mavlink.autopilots import Target
+from aos_drivers.mavlink.autopilots.arducopter_setup import ArduCopterSetup
+from aos_drivers.mavlink.autopilots.px4_setup import Px4Setup
+from aos_drivers.mavlink.conversation import Conversation
+from aos_drivers.mavlink.fence_items import items_of, polygons_of
+from aos_drivers.mavlink.fence_transfer import FenceDownload, FenceUpload
+from aos_drivers.mavlink.parameter_transfer import ParameterRead, ParameterWrite
+from aos_drivers.mavlink.parameters import Parameter, ParameterEncoding
+from aos_gcs.errors import CommandRefusedError
+from aos_gcs.ports import Geofence
+from aos_sim.vehicle.arducopter import ArduCopter
+from aos_sim.vehicle.autopilot import Autopilot as SimulatedAutopilot
+from aos_sim.vehicle.px4 import Px4
+
+TARGET = Target(7, 1)
+OURS = 254
+INT32, REAL32 = mavlink.MAV_PARAM_TYPE_INT32, mavlink.MAV_PARAM_TYPE_REAL32
+SQUARE = ((48.0, 14.0), (48.0, 14.001), (48.001, 14.001), (48.001, 14.0))
+NOTCH = ((48.0002, 14.0002), (48.0002, 14.0004), (48.0004, 14.0003))
+FENCE = Geofence(SQUARE, (NOTCH,))
+CAST, BYTEWISE = ParameterEncoding.CAST, ParameterEncoding.BYTEWISE
+
+degrees = st.tuples(st.floats(-80.0, 80.0), st.floats(-179.0, 179.0))
+rings = st.lists(degrees, min_size=3, max_size=9).map(tuple)
+
+
+def over_the_wire(message: mavlink.MAVLink_message, system_id: int = 7) -> mavlink.MAVLink_message:
+    """Encode and decode, as a link does."""
+    packet = message.pack(mavlink.MAVLink(None, system_id, 1))
+    (decoded,) = mavlink.MAVLink(None).parse_buffer(packet)
+    return decoded
+
+
+def value_of(name: str, value: float, kind: int = REAL32) -> mavlink.MAVLink_message:
+    return over_the_wire(mavlink.MAVLink_param_value_message(name.encode(), value, kind, 1, 0))
+
+
+def parameters(**values: float) -> dict[str, Parameter]:
+    return {name: Parameter(value, REAL32) for name, value in values.items()}
+
+
+# --- parameters -----------------------------------------------------------------------------------------------------
+
+
+@given(st.integers(-(2**31), 2**31 - 1))
+def test_an_integer_travels_bytewise_to_the_last_bit(value: int) -> None:
+    # A signalling NaN becomes a quiet one in Python's conversion, which changes the bit that tells them apart.
+    carrier = np.frombuffer(np.int32(value).tobytes(), np.float32)[0]
+    if np.isnan(carrier) and not value & 0x00400000:
+        return
+    sent = mavlink.MAVLink_param_set_message(7, 1, b"P", BYTEWISE.encode(value, INT32), INT32)
+    assert BYTEWISE.decode(over_the_wire(sent).param_value, INT32) == value
+
+
+@pytest.mark.parametrize("encoding", ParameterEncoding)
+def test_floats_travel_as_they_are(encoding: ParameterEncoding) -> None:
+    assert encoding.decode(encoding.encode(1.5, REAL32), REAL32) == 1.5
+
+
+def test_integers_of_ardupilot_travel_as_floats() -> None:
+    assert CAST.encode(254.0, INT32) == 254.0
+    assert CAST.decode(254.0, INT32) == 254.0
+
+
+def test_reading_asks_again_for_what_is_missing_alone() -> None:
+    read = ParameterRead(TARGET, CAST, [("NEW", "OLD"), ("B",)], ["MAYBE"])
+    assert names(read.poll(0.0)) == ["NEW", "OLD", "B", "MAYBE"]
+    assert read.poll(0.1) == []
+    read.on_message(value_of("OLD", 3.0))
+    read.on_message(value_of("OTHER", 3.0))
+    assert names(read.poll(1.0)) == ["B", "MAYBE"]
+    read.on_message(value_of("B", 4.0))
+    assert not read.is_done
+    for second in range(2, 20):
+        read.poll(float(second))
+    assert read.is_done, "a parameter that may be missing must not be waited for without end"
+    assert {name: parameter.value for name, parameter in read.found.items()} == {"OLD": 3.0, "B": 4.0}
+
+
+def test_reading_never_gives_up_what_has_to_exist() -> None:
+    read = ParameterRead(TARGET, CAST, [("A",)])
+    for second in range(100):
+        assert names(read.poll(float(second))) == ["A"]
+    assert not read.is_done
+
+
+def test_writing_waits_for_the_value_and_repeats() -> None:
+    write = ParameterWrite(TARGET, BYTEWISE, {"GF_ACTION": Parameter(2.0, INT32), "ALT": Parameter(45.1, REAL32)})
+    assert names(write.poll(0.0)) == ["GF_ACTION", "ALT"]
+    write.on_message(value_of("GF_ACTION", BYTEWISE.encode(2.0, INT32), INT32))
+    assert names(write.poll(1.0)) == ["ALT"]
+    write.on_message(value_of("ALT", 45.1))
+    assert write.is_done
+
+
+def test_a_vehicle_that_keeps_its_value_is_not_asked_without_end() -> None:
+    write = ParameterWrite(TARGET, CAST, parameters(FENCE_TYPE=5.0))
+    for second in range(3):
+        write.poll(float(second))
+        write.on_message(value_of("FENCE_TYPE", 7.0))
+    with pytest.raises(CommandRefusedError, match="does not take FENCE_TYPE = 5"):
+        write.poll(10.0)
+
+
+def names(messages: list[mavlink.MAVLink_message]) -> list[str]:
+    return [message.param_id for message in messages]
+
+
+# --- fences ---------------------------------------------------------------------------------------------------------
+
+
+@given(rings, st.lists(rings, max_size=3))
+def test_polygons_survive_as_items(inclusion: tuple, exclusions: list) -> None:
+    items = [over_the_wire(item) for item in items_of(Geofence(inclusion, tuple(exclusions)), TARGET)]
+    assert [item.seq for item in items] == list(range(len(items)))
+    stays_in, stays_out, others = polygons_of(items)
+    assert (len(stays_in), others) == (1, 0)
+    assert Geofence(stays_in[0], tuple(stays_out)).is_same_as(Geofence(inclusion, tuple(exclusions)))
+
+
+@given(st.lists(st.tuples(st.sampled_from([5001, 5002, 5003, 5004, 16]), st.floats(width=16)), max_size=8))
+def test_items_of_others_never_break_the_reading(found: list[tuple[int, float]]) -> None:
+    items = [
+        mavlink.MAVLink_mission_item_int_message(254, 190, seq, 0, command, 0, 0, count, 0, 0, 0, 0, 0, 0, 1)
+        for seq, (command, count) in enumerate(found)
+    ]
+    stays_in, stays_out, others = polygons_of(items)
+    assert sum(map(len, stays_in)) + sum(map(len, stays_out)) + others == len(items)
+
+
+def test_fences_differ_by_what_limits_a_flight() -> None:
+    fence = Geofence(SQUARE, (NOTCH,), 45.0)
+    assert fence.is_same_as(Geofence(tuple((a + 1e-7, b) for a, b in SQUARE), (NOTCH,), 45.05))
+    for other in (
+        Geofence(SQUARE, (), 45.0),
+        Geofence(SQUARE, (NOTCH,), 46.0),
+        Geofence(SQUARE, (NOTCH,)),
+        Geofence(SQUARE, (NOTCH,), 45.0, radius_about_home_m=100.0),
+        Geofence(SQUARE, (NOTCH,), 45.0, other_items=1),
+        Geofence(tuple((a + 1e-6, b) for a, b in SQUARE), (NOTCH,), 45.0),
+        Geofence(SQUARE[:3], (NOTCH,), 45.0),
+    ):
+        assert not fence.is_same_as(other)
+
+
+def request(seq: int, mission_type: int = 1, target: int = OURS) -> mavlink.MAVLink_message:
+    return over_the_wire(mavlink.MAVLink_mission_request_int_message(target, 190, seq, mission_type))
+
+
+def acknowledge(result: int, mission_type: int = 1) -> mavlink.MAVLink_message:
+    return over_the_wire(mavlink.MAVLink_mission_ack_message(OURS, 190, result, mission_type))
+
+
+def test_an_upload_answers_every_request_once() -> None:
+    upload = FenceUpload(TARGET, items_of(FENCE, TARGET), OURS)
+    (count,) = upload.poll(0.0)
+    assert (count.count, count.mission_type) == (7, 1)
+    upload.on_message(request(0, target=99))
+    upload.on_message(request(0, mission_type=0))
+    assert upload.poll(0.5) == [], "requests of others are none of ours"
+    for seq in (0, 1, 1, 2, 3, 4, 5, 6):
+        upload.on_message(request(seq))
+        assert [item.seq for item in upload.poll(1.0)] == [seq]
+        assert upload.poll(3.0) == [], "an item that comes unasked is out of sequence"
+        upload.on_message(acknowledge(mavlink.MAV_MISSION_INVALID_SEQUENCE))
+        if seq < 6:
+            upload.on_message(acknowledge(mavlink.MAV_MISSION_ACCEPTED))
+            assert not upload.is_done
+    upload.on_message(acknowledge(mavlink.MAV_MISSION_ACCEPTED))
+    assert upload.is_done
+
+
+def test_an_upload_starts_over_when_nobody_asks_any_more() -> None:
+    upload = FenceUpload(TARGET, items_of(FENCE, TARGET), OURS)
+    upload.poll(0.0)
+    upload.on_message(request(0))
+    upload.poll(0.1)
+    assert upload.poll(4.0) == []
+    assert [message.get_type() for message in upload.poll(6.0)] == ["MISSION_COUNT"]
+
+
+def test_a_refused_upload_says_why() -> None:
+    upload = FenceUpload(TARGET, items_of(FENCE, TARGET), OURS)
+    upload.poll(0.0)
+    upload.on_message(acknowledge(mavlink.MAV_MISSION_NO_SPACE))
+    with pytest.raises(CommandRefusedError, match="vehicle 7 refuses a geofence of 7 points: no space"):
+        upload.poll(0.1)
+
+
+def test_a_download_asks_again_for_lost_items() -> None:
+    items = items_of(FENCE, Target(OURS, 190))
+    download = FenceDownload(TARGET, OURS)
+    assert [message.get_type() for message in download.poll(0.0)] == ["MISSION_REQUEST_LIST"]
+    download.on_message(over_the_wire(mavlink.MAVLink_mission_count_message(OURS, 190, 7, 1)))
+    for seq, item in enumerate(items):
+        assert [message.seq for message in download.poll(10.0 * seq)] == [seq]
+        assert download.poll(10.0 * seq + 0.1) == []
+        assert [message.seq for message in download.poll(10.0 * seq + 5.0)] == [seq]
+        download.on_message(over_the_wire(item))
+        download.on_message(over_the_wire(item))
+    assert [message.get_type() for message in download.poll(100.0)] == ["MISSION_ACK"]
+    assert download.is_done
+    assert polygons_of(download.items)[2] == 0
+
+
+@pytest.mark.parametrize(
+    ("answer", "text"),
+    [
+        (mavlink.MAVLink_mission_ack_message(OURS, 190, mavlink.MAV_MISSION_UNSUPPORTED, 1), "unsupported"),
+        (mavlink.MAVLink_mission_count_message(OURS, 190, 60_000, 1), "more than any autopilot"),
+    ],
+)
+def test_a_download_that_cannot_be_is_refused(answer: mavlink.MAVLink_message, text: str) -> None:
+    download = FenceDownload(TARGET, OURS)
+    download.poll(0.0)
+    download.on_message(over_the_wire(answer))
+    with pytest.raises(CommandRefusedError, match=text):
+        download.poll(0.1)
+
+
+MESSAGES = st.one_of(
+    st.builds(request, st.integers(0, 65535), st.integers(0, 255)),
+    st.builds(acknowledge, st.integers(0, 255), st.integers(0, 3)),
+    st.builds(
+        lambda count: over_the_wire(mavlink.MAVLink_mission_count_message(OURS, 190, count, 1)), st.integers(0, 65535)
+    ),
+    st.builds(
+        lambda seq, command, x, count: over_the_wire(
+            mavlink.MAVLink_mission_item_int_message(OURS, 190, seq, 0, command, 0, 0, count, 0, 0, 0, x, x, 0, 1)
+        ),
+        st.integers(0, 65535),
+        st.integers(0, 65535),
+        st.integers(-(2**31), 2**31 - 1),
+        st.floats(width=32),
+    ),
+    st.builds(lambda value, kind: value_of("A", value, kind), st.floats(width=32), st.integers(0, 255)),
+)
+
+
+@given(st.lists(MESSAGES, max_size=30))
+def test_no_message_breaks_a_conversation(messages: list[mavlink.MAVLink_message]) -> None:
+    for conversation in _conversations():
+        for second, message in enumerate(messages):
+            conversation.on_message(message)
+            try:
+                sent = conversation.poll(float(second))
+            except CommandRefusedError:
+                break
+            assert len(sent) <= 2
+        if isinstance(conversation, FenceDownload):
+            polygons_of(conversation.items)
+
+
+def _conversations() -> Iterator[Conversation]:
+    yield FenceUpload(TARGET, items_of(FENCE, TARGET), OURS)
+    yield FenceDownload(TARGET, OURS)
+    yield ParameterRead(TARGET, BYTEWISE, [("A",)])
+    yield ParameterWrite(TARGET, BYTEWISE, parameters(A=1.0))
+
+
+# --- meanings -------------------------------------------------------------------------------------------------------
+
+
+def defaults(autopilot: type[SimulatedAutopilot], **changes: float) -> dict[str, Parameter]:
+    table = {parameter.name: parameter.default for parameter in autopilot.PARAMETERS}
+    return parameters(**(table | changes))
+
+
+COPTER, PX4 = ArduCopterSetup(), Px4Setup()
+
+
+def copter(**changes: float) -> dict[str, Parameter]:
+    return defaults(ArduCopter, **changes)
+
+
+def px4(**changes: float) -> dict[str, Parameter]:
+    return defaults(Px4, **changes)
+
+
+@pytest.mark.parametrize(
+    ("safeguard", "is_on", "text"),
+    [
+        (COPTER.link_loss(copter(), OURS), True, "return after 5 s (FS_GCS_ENABLE = 1)"),
+        (COPTER.link_loss(copter(FS_GCS_ENABLE=5), OURS), True, "land after 5 s (FS_GCS_ENABLE = 5)"),
+        (COPTER.link_loss(copter(FS_GCS_ENABLE=0), OURS), False, "none (FS_GCS_ENABLE = 0)"),
+        (COPTER.link_loss(copter(), 99), False, "when ids 254 to 255 fall silent, not ours, 99"),
+        (COPTER.link_loss(copter(MAV_GCS_SYSID=255, MAV_GCS_SYSID_HI=0), OURS), False, "when ids 255 fall silent"),
+        (COPTER.link_loss(parameters(FS_GCS_ENABLE=1, SYSID_MYGCS=254), OURS), True, "return after 5 s"),
+        (PX4.link_loss(px4(), OURS), True, "return after 10 s (NAV_DLL_ACT = 2)"),
+        (PX4.link_loss(px4(NAV_DLL_ACT=0), OURS), False, "none (NAV_DLL_ACT = 0)"),
+        (COPTER.low_battery(copter()), True, "return at BATT_LOW_MAH = 2000"),
+        (COPTER.low_battery(copter(BATT_FS_LOW_ACT=0)), False, "none"),
+        (COPTER.low_battery(copter(BATT_LOW_MAH=0)), False, "without a threshold"),
+        (COPTER.low_battery({}), False, "none"),
+        (PX4.low_battery(px4()), True, "return when critical"),
+        (PX4.low_battery(px4(COM_LOW_BAT_ACT=0)), False, "a warning only"),
+        (COPTER.at_fence(copter()), True, "return, or land (FENCE_ACTION = 1)"),
+        (COPTER.at_fence(copter(FENCE_ENABLE=0)), False, "none (FENCE_ENABLE = 0)"),
+        (COPTER.at_fence(copter(FENCE_TYPE=3)), False, "none (FENCE_TYPE = 3)"),
+        (COPTER.at_fence(copter(FENCE_ACTION=0)), False, "report only"),
+        (PX4.at_fence(px4()), True, "hold (GF_ACTION = 2)"),
+        (PX4.at_fence(px4(GF_ACTION=1)), False, "a warning only"),
+        (PX4.at_fence(px4(GF_ACTION=0)), False, "none (GF_ACTION = 0)"),
+    ],
+)
+def test_what_a_vehicle_does_by_itself(safeguard, is_on: bool, text: str) -> None:
+    assert safeguard.is_on is is_on
+    assert text in safeguard.text
+    assert bool(safeguard.remedy) is not is_on
+
+
+def test_limits_and_the_way_home_are_in_metres() -> None:
+    assert COPTER.return_height_m(copter(RTL_ALT=3000)) == 30.0
+    assert COPTER.return_height_m(parameters(RTL_ALT_M=15.0)) == 15.0
+    assert PX4.return_height_m(px4()) == 30.0
+    assert (COPTER.ceiling_m(copter()), COPTER.radius_m(copter())) == (120.0, 500.0)
+    assert (COPTER.ceiling_m(copter(FENCE_TYPE=4)), COPTER.radius_m(copter(FENCE_TYPE=4))) == (None, None)
+    assert (PX4.ceiling_m(px4(GF_MAX_VER_DIST=0)), PX4.radius_m(px4(GF_MAX_HOR_DIST=0))) == (None, None)
+
+
+@pytest.mark.parametrize("ceiling_m", [None, 45.5])
+@pytest.mark.parametrize(
+    ("setup", "found"),
+    [
+        (COPTER, copter(FENCE_ENABLE=0, FENCE_ACTION=0)),
+        (COPTER, copter(FENCE_ACTION=4)),
+        (PX4, px4(GF_ACTION=1)),
+        (PX4, px4(GF_ACTION=5)),
+    ],
+)
+def test_our_fence_is_kept_and_nothing_else_limits_the_flight(setup, found, ceiling_m: float | None) -> None:
+    written = found | parameters(**setup.fence_parameters(found, ceiling_m))
+    assert setup.at_fence(written).is_on
+    assert (setup.ceiling_m(written), setup.radius_m(written)) == (ceiling_m, None)
+    if setup.at_fence(found).is_on:
+        assert setup.at_fence(written).text == setup.at_fence(found).text, "the owner's choice"
