@@ -253,6 +253,17 @@ def test_an_exposure_without_a_pose_is_refused_once_and_told(caplog):
     assert "vehicle 3: image 0 is refused" in caplog.text
 
 
+def test_a_pause_of_the_program_is_no_silence_of_the_vehicle():
+    bench = Bench()
+    bench.fly(1.0)
+    bench.shoot()
+    bench.now_s += POSE_WAIT_S + 0.5
+    bench.camera.poll(bench.now_s)
+    bench.camera.hear(belief(91.5, up_m=20.0), bench.now_s)
+    bench.camera.poll(bench.now_s)
+    assert len(bench.camera.take_shots()) == 1
+
+
 def test_a_vehicle_that_was_never_heard_gives_no_image():
     bench = Bench()
     bench.shoot()

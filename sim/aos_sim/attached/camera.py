@@ -21,7 +21,9 @@ from aos_sim.vehicle.commands import is_addressed_to
 _LOGGER = logging.getLogger(__name__)
 
 POSE_WAIT_S = 1.0
-"""An exposure whose pose has not been told after this time is refused."""
+"""An exposure whose pose has not been told after this time is refused, ..."""
+_LEAST_POLLS = 10
+"""... but not before so many looks: after a pause of this program, messages may wait unread."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +34,7 @@ class Shot:
     pose: VehiclePose
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class _Waiting:
     """An exposure whose pose is still to come."""
 
@@ -40,6 +42,7 @@ class _Waiting:
     moment_s: float | None
     """On the vehicle's clock, None if the vehicle has not told its time."""
     expires_at_s: float
+    polls: int = 0
 
 
 class AttachedCamera:
@@ -92,11 +95,12 @@ class AttachedCamera:
         self._component.update(self._sim_time(now_s))
         self._note_exposures(now_s)
         for waiting in tuple(self._waiting):
+            waiting.polls += 1
             pose = self.telemetry.pose_at(waiting.moment_s) if waiting.moment_s is not None else None
             if pose is not None:
                 self._shots.append(Shot(waiting.exposure, pose))
                 self._waiting.remove(waiting)
-            elif now_s >= waiting.expires_at_s:
+            elif now_s >= waiting.expires_at_s and waiting.polls >= _LEAST_POLLS:
                 self._waiting.remove(waiting)
                 self.refuse(waiting.exposure, f"the vehicle has not told its pose for {POSE_WAIT_S:g} s")
 
