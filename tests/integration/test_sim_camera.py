@@ -3,20 +3,27 @@
 from __future__ import annotations
 
 import asyncio
+import dataclasses
 import math
 import socket
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
+from pathlib import Path
 
+import numpy as np
 import pytest
 
+from aos_gcs.config import parse_config
 from aos_gcs.errors import LinkError
+from aos_gcs.mission.model import Outcome
 from aos_gcs.mission.settings import Deadlines, FlightSettings
 from aos_gcs.scripting import SwarmOptions, open_swarm
+from aos_gcs.service import open_service
 from aos_sim.attached.service import AttachedCameras, AttachedOptions
 from aos_sim.camera.synthetic import CheckerboardGround
 from aos_sim.swarm import SimulatedSwarm
 from aos_sim.swarm import SwarmOptions as SimulatorOptions
+from aos_sim.world.scene import SceneParameters, build_scene
 
 HOST = "127.0.0.1"
 SPEED = 10.0
@@ -131,3 +138,52 @@ async def test_a_taken_port_ends_the_service_with_its_name() -> None:
         link = f"udpin://{HOST}:{taken.getsockname()[1]}"
         with pytest.raises(LinkError, match=link):
             await AttachedCameras(AttachedOptions(links=(link,)), CheckerboardGround()).run()
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(400)
+async def test_a_mission_finds_a_person_with_cameras_beside_the_vehicles(tmp_path: Path) -> None:
+    renderer = pytest.importorskip("aos_sim.render", reason="needs the optional ray tracer").Renderer
+    vehicles, speed = 5, 5.0
+    gcs_port, camera_port = free_ports(2)
+    simulated = SimulatorOptions(
+        vehicles=vehicles,
+        links=(f"udpout://{HOST}:{gcs_port}", f"udpout://{HOST}:{camera_port}"),
+        speed=speed,
+        start_up_s=5.0,
+        cameras=False,
+    )
+    attached = AttachedOptions(
+        links=(f"udpin://{HOST}:{camera_port}",),
+        gcs=f"udpout://{HOST}:{gcs_port}",
+        origin=simulated.origin,
+        image_size_px=256,
+    )
+    scene = build_scene(SceneParameters(trees_per_ha=20.0))
+    cameras = AttachedCameras(attached, renderer(scene))
+    settings = {
+        "clock_speed": speed,
+        "link": {"urls": [f"udpin://{HOST}:{gcs_port}"]},
+        "mission": {
+            "vehicles": vehicles,
+            "origin_deg": dataclasses.astuple(simulated.origin),
+            "area_enu_m": [[-25.0, 8.0], [25.0, 8.0], [25.0, 88.0], [-25.0, 88.0]],
+            "auto_start": True,
+            "auto_return": True,
+        },
+        "deadlines": {"capture_s": 50.0, "connect_s": 100.0},
+        "safety": {"max_link_age_s": 15.0, "max_position_age_s": 15.0},
+        "api": {"enabled": False},
+        "record": {"folder": tmp_path},
+    }
+    async with SimulatedSwarm(simulated, CheckerboardGround()) as swarm, asyncio.TaskGroup() as group:
+        serving = group.create_task(cameras.run())
+        async with open_service(parse_config(settings, source="test")) as service:
+            snapshot = await service.run()
+        assert swarm.report().landed == vehicles
+        serving.cancel()
+    assert snapshot.outcome is Outcome.FOUND
+    assert snapshot.target is not None
+    error_m = np.linalg.norm(scene.persons[0].position_enu_m[:2] - snapshot.target.position_enu_m[:2])
+    assert error_m < 1.0
+    assert cameras.report().images > 0.8 * vehicles * snapshot.step
