@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from aos_gcs.errors import ConfigurationError
+from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.mission.model import MissionSnapshot, Outcome, Task
 from aos_gcs.mission.sampling import to_frame
@@ -44,16 +45,27 @@ class Score:
     """Smallest true 3-D distance between two vehicles."""
     mission_dir: str
 
+    def lines(self) -> list[str]:
+        """Return one line of text per value."""
+        return [
+            f"{name.replace('_', ' ')}: {f'{value:.2f}' if isinstance(value, float) else value}"
+            for name, value in asdict(self).items()
+        ]
 
-def score_mission(snapshot: MissionSnapshot, folder: Path, world_file: Path, report_file: Path) -> Score:
+
+def score_mission(snapshot: MissionSnapshot, folder: Path, world_file: Path, report_file: Path | None) -> Score:
     """Compare a mission with the files that the simulator has written.
 
+    Mission and world may have origins of their own.
+
     Raises:
-        InputDataError: the mission folder cannot be read.
+        InputDataError: the mission folder or the world file cannot be read.
     """
-    world: dict[str, Any] = json.loads(world_file.read_text(encoding="utf-8"))
-    report: dict[str, Any] = json.loads(report_file.read_text(encoding="utf-8")) if report_file.exists() else {}
-    persons_enu_m = np.array([target["position_enu_m"][:2] for target in world["targets"]])
+    world = _read_world(world_file)
+    report: dict[str, Any] = {}
+    if report_file is not None and report_file.exists():
+        report = json.loads(report_file.read_text(encoding="utf-8"))
+    persons_enu_m = _persons_enu_m(world, snapshot.origin)
     error_m = None
     if snapshot.target is not None:
         offsets_m = persons_enu_m - np.array(snapshot.target.position_enu_m[:2])
@@ -61,7 +73,7 @@ def score_mission(snapshot: MissionSnapshot, folder: Path, world_file: Path, rep
     with MissionReader(folder) as reader:
         visibilities = _visibilities(reader, world, persons_enu_m)
         outcome = reader.outcome()
-    found_at_s = None if outcome is None else outcome.summary["time_to_detection_s"]
+    found_at_s = None if outcome is None else outcome.summary.get("time_to_detection_s")
     return Score(
         found=snapshot.outcome is Outcome.FOUND,
         target_error_m=error_m,
@@ -76,7 +88,28 @@ def score_mission(snapshot: MissionSnapshot, folder: Path, world_file: Path, rep
     )
 
 
-def _visibilities(reader: MissionReader, world: Mapping[str, Any], persons_enu_m: np.ndarray[Any, Any]) -> list[float]:
+def _read_world(path: Path) -> dict[str, Any]:
+    try:
+        world: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        missing = {"origin", "seed", "trees_per_ha", "targets"} - world.keys()
+    except OSError as error:
+        raise InputDataError(f"The world file {path} cannot be read: {error.strerror}.") from error
+    except (ValueError, AttributeError) as error:
+        raise InputDataError(f"{path} is no world file of the simulator: {error}.") from error
+    if missing:
+        raise InputDataError(f"{path} is no world file of the simulator: it lacks {', '.join(sorted(missing))}.")
+    return world
+
+
+def _persons_enu_m(world: Mapping[str, Any], mission_origin: GeodeticPosition | None) -> NDArray[np.float64]:
+    """Return where the persons are in the mission's frame, shape (n, 2)."""
+    frame = LocalFrame(GeodeticPosition(**world["origin"]))
+    mission_frame = frame if mission_origin is None else LocalFrame(mission_origin)
+    places = [mission_frame.to_enu(frame.to_geodetic(target["position_enu_m"])) for target in world["targets"]]
+    return np.array(places).reshape(-1, 3)[:, :2]
+
+
+def _visibilities(reader: MissionReader, world: Mapping[str, Any], persons_enu_m: NDArray[np.float64]) -> list[float]:
     """Return the normalised visibility of each step."""
     frame = LocalFrame(GeodeticPosition(**world["origin"]))
     steps = reader.steps()

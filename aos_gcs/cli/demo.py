@@ -72,9 +72,4 @@ async def _fly(options: DemoOptions, as_json: bool, stay: bool) -> Score:
 
 
 def _print(score: Score, as_json: bool) -> None:
-    fields = dataclasses.asdict(score)
-    if as_json:
-        typer.echo(json.dumps(fields))
-        return
-    for name, value in fields.items():
-        typer.echo(f"{name.replace('_', ' ')}: {f'{value:.2f}' if isinstance(value, float) else value}")
+    typer.echo(json.dumps(dataclasses.asdict(score)) if as_json else "\n".join(score.lines()))

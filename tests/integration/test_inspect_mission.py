@@ -170,3 +170,19 @@ def test_a_damaged_mission_is_one_sentence(tmp_path: Path, capsys: pytest.Captur
     assert inspect(tmp_path) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert "damaged" in line
+
+
+def test_the_estimate_is_judged_by_the_truth_of_a_simulator(
+    finished: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    truth = tmp_path / "world.json"
+    origin = {"latitude_deg": 48.3, "longitude_deg": 14.3, "altitude_amsl_m": 260.0}
+    person = {"name": "person-1", "position_enu_m": [3.0, 5.0, 0.0], "height_m": 1.8}
+    world = {"origin": origin, "seed": 1, "trees_per_ha": 0.0, "targets": [person]}
+    truth.write_text(json.dumps(world), encoding="utf-8")
+    assert inspect(finished, "--json", "--truth", truth) == 0
+    assert json.loads(capsys.readouterr().out)["score"]["target_error_m"] == pytest.approx(1.0, abs=0.01)
+    assert inspect(finished, "--truth", truth) == 0
+    assert "target error m: 1.00" in capsys.readouterr().out
+    assert inspect(finished, "--truth", tmp_path / "no.json") == 2
+    assert "no.json cannot be read" in capsys.readouterr().err

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from aos_gcs.errors import InputDataError
 from aos_gcs.evaluation import Score, score_mission
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
@@ -99,10 +100,12 @@ class Recorded:
     pictured_m2: float
     """What that camera would see of the person without a forest."""
 
-    def score(self, of: MissionSnapshot, report: bool = True) -> Score:
+    def score(self, of: MissionSnapshot, report: bool = True, origin: GeodeticPosition = ORIGIN) -> Score:
+        """``origin`` is the world's."""
+        offset_enu_m = LocalFrame(origin).to_enu(ORIGIN)
         world, truth = self.folder.parent / "world.json", self.folder.parent / "report.json"
-        targets = (Target("person", tuple(map(float, self.person_enu_m)), 1.8),)
-        write_world_file(world, World((), targets, SEED, TREES_PER_HA), ORIGIN, {})
+        targets = (Target("person", tuple(map(float, self.person_enu_m + offset_enu_m)), 1.8),)
+        write_world_file(world, World((), targets, SEED, TREES_PER_HA), origin, {})
         if report:
             truth.write_text(json.dumps({"min_separation_m": 2.5}), encoding="utf-8")
         return score_mission(of, self.folder, world, truth)
@@ -168,3 +171,18 @@ async def test_a_mission_without_steps_has_nothing_to_measure(tmp_path: Path, pe
     score = recorded.score(replace(snapshot(None, (Task.LOST,), Outcome.FAILED), step=0))
     assert (score.visibility_max, score.visibility_final, score.time_to_detection_s) == (None, None, None)
     assert (score.steps, score.landed) == (0, 0)
+
+
+async def test_mission_and_world_may_have_origins_of_their_own(tmp_path: Path, person_enu_m: np.ndarray) -> None:
+    recorded = await record(tmp_path, person_enu_m, (0.5, 0.5), [beside(person_enu_m, 0.0)] * 2)
+    world_origin = LocalFrame(ORIGIN).to_geodetic((30.0, -20.0, 2.0))
+    score = recorded.score(snapshot(beside(person_enu_m, 0.6), (Task.LANDED,), Outcome.FOUND), origin=world_origin)
+    assert score.target_error_m == pytest.approx(0.6, abs=1e-3)
+
+
+@pytest.mark.parametrize("content", ["{", "[]", '{"origin": {}}'])
+async def test_what_is_no_world_file_is_named(tmp_path: Path, content: str) -> None:
+    path = tmp_path / "other.json"
+    path.write_text(content, encoding="utf-8")
+    with pytest.raises(InputDataError, match=r"other.json is no world file"):
+        score_mission(snapshot(None, (), Outcome.FAILED), tmp_path, path, None)
