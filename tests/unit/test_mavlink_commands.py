@@ -18,6 +18,7 @@ SET_MODE = mavlink.MAV_CMD_DO_SET_MODE
 ARM = mavlink.MAV_CMD_COMPONENT_ARM_DISARM
 TAKEOFF = mavlink.MAV_CMD_NAV_TAKEOFF
 REPOSITION = mavlink.MAV_CMD_DO_REPOSITION
+CHANGE_SPEED = mavlink.MAV_CMD_DO_CHANGE_SPEED
 THERE = GeodeticPosition(48.0005, 14.0005, 335.0)
 GOTO = Goto(THERE, 5.0)
 PX4_HOLD = 4 << 16 | 3 << 24
@@ -303,6 +304,34 @@ async def test_without_an_echo_the_vehicle_has_to_come_closer() -> None:
         await going
 
 
+async def test_a_wrong_echo_of_arducopter_is_no_proof_against_it_and_its_acceptance_is_needed() -> None:
+    vehicle = copter(flying=True)
+    vehicle._act = lambda _message: None  # type: ignore[method-assign]
+    vehicle.target = (480000050, 140000050, 300.35)
+    vehicle.obeys = lambda _message: None
+    async with open_network(vehicle) as network:
+        going = asyncio.create_task(network.vehicle().execute(GOTO, 20.0))
+        await network.clock.sleep(1.0)
+        vehicle.latitude_deg -= 0.00005
+        await network.clock.sleep(1.0)
+        vehicle.latitude_deg += 0.00004
+        await network.clock.sleep(1.0)
+        assert not going.done()
+        vehicle.obeys = lambda _message: True
+        await network.clock.sleep(1.0)
+        assert going.done()
+        await going
+
+
+async def test_arducopter_is_told_its_speed_after_it_has_taken_a_goto_over() -> None:
+    vehicle = copter(flying=True)
+    async with open_network(vehicle) as network:
+        await network.vehicle().execute(GOTO, 10.0)
+    sent = [message for message in vehicle.commands if message.command in (REPOSITION, CHANGE_SPEED)]
+    assert [message.command for message in sent] == [REPOSITION, CHANGE_SPEED]
+    assert (sent[-1].param1, sent[-1].param2) == (mavlink.SPEED_TYPE_GROUNDSPEED, GOTO.speed_mps)
+
+
 # --- several commands and vehicles ----------------------------------------------------------------------------------
 
 
@@ -333,7 +362,7 @@ async def test_a_newer_command_of_the_same_value_supersedes_too() -> None:
 
 async def test_a_refused_command_does_not_supersede_a_running_one() -> None:
     vehicle = copter(flying=True)
-    vehicle.obeys = lambda message: True if message.command == REPOSITION and len(vehicle.commands) > 2 else None
+    vehicle.obeys = lambda message: True if len(vehicle.commands) > 2 else None
     async with open_network(vehicle) as network:
         going = asyncio.create_task(network.vehicle().execute(GOTO, 10.0))
         await network.clock.sleep(0.1)

@@ -71,12 +71,12 @@ class CommandRunner:
         record = self._record
         started_s = self._clock.now_s()
         transaction = CommandTransaction(step.message, step.repeat_s)
-        was_done = step.is_done(record.telemetry, started_s)
+        needs_acceptance = step.needs_acceptance or step.is_done(record.telemetry, started_s)
 
         def is_done() -> bool:
             check()
-            is_acknowledged = transaction.answer is Answer.ACCEPTED
-            return (is_acknowledged or not was_done) and step.is_done(record.telemetry, self._clock.now_s())
+            is_shown = step.is_done(record.telemetry, self._clock.now_s())
+            return is_shown and (transaction.answer is Answer.ACCEPTED or not needs_acceptance)
 
         def is_decided() -> bool:
             return is_done() or transaction.answer is Answer.REFUSED

@@ -15,11 +15,13 @@ from aos_drivers.mavlink.autopilots.base import (
     Target,
     command_long,
     has_position_and_home,
+    reposition,
 )
+from aos_drivers.mavlink.autopilots.goto import TargetTakenOver
 from aos_drivers.mavlink.telemetry import Telemetry
 from aos_drivers.mavlink.transaction import CommandMessage
 from aos_gcs.geometry.geodesy import GeodeticPosition
-from aos_gcs.ports import FlightMode
+from aos_gcs.ports import FlightMode, Goto
 
 _MODES: dict[int, FlightMode] = {
     mavlink.COPTER_MODE_GUIDED: FlightMode.GUIDED,
@@ -81,3 +83,19 @@ class ArduCopter(MulticopterAutopilot):
         del home
         nan = math.nan
         return command_long(target, mavlink.MAV_CMD_NAV_TAKEOFF, 0.0, 0.0, 0.0, nan, 0.0, 0.0, height_above_home_m)
+
+    def goto(self, command: Goto, target: Target, telemetry: Telemetry, now_s: float) -> list[Step]:
+        """See the base class.
+
+        ArduCopter ignores the speed of DO_REPOSITION and takes the one of WPNAV_SPEED whenever it enters GUIDED, so the
+        speed comes afterwards. What it acknowledges it has taken over: its own target is not needed as evidence, and
+        that of 4.7-dev (September 2025) is a hundred times too near to its origin.
+        """
+        taken_over = TargetTakenOver(command.position, telemetry, now_s, is_echo_reliable=False)
+        change_speed = command_long(
+            target, mavlink.MAV_CMD_DO_CHANGE_SPEED, mavlink.SPEED_TYPE_GROUNDSPEED, command.speed_mps, -1.0
+        )
+        return [
+            Step("goto", reposition(command, target), taken_over, REPEAT_S, needs_acceptance=True),
+            Step("change its speed", change_speed, lambda _state, _now_s: True, needs_acceptance=True),
+        ]

@@ -58,6 +58,8 @@ class Step:
     """Asked with the telemetry and the time, again and again."""
     repeat_s: float = math.inf
     """Send again this long after the acceptance, while not done."""
+    needs_acceptance: bool = False
+    """Whether what telemetry shows counts only once the command has been accepted."""
 
 
 class Autopilot(ABC):
@@ -128,6 +130,11 @@ class MulticopterAutopilot(Autopilot):
         del now_s
         return self.set_mode(FlightMode.HOLD, target)
 
+    def goto(self, command: Goto, target: Target, telemetry: Telemetry, now_s: float) -> list[Step]:
+        """Return the steps that have the vehicle fly to a position."""
+        taken_over = TargetTakenOver(command.position, telemetry, now_s)
+        return [Step("goto", reposition(command, target), taken_over, REPEAT_S)]
+
     @abstractmethod
     def takeoff(self, height_above_home_m: float, target: Target, home: GeodeticPosition) -> CommandMessage:
         """Return the command that climbs to a height above home."""
@@ -142,7 +149,10 @@ class MulticopterAutopilot(Autopilot):
             case Takeoff(height_above_home_m):
                 return self._takeoff_steps(height_above_home_m, target, telemetry)
             case Goto():
-                return [_goto(command, target, telemetry, now_s)]
+                refusal = goto_refusal(command, telemetry)
+                if refusal:
+                    raise CommandRefusedError(f"vehicle {target.system_id} cannot go there: {refusal}")
+                return self.goto(command, target, telemetry, now_s)
             case Hold():
                 return [self.stop(target, now_s)]
             case ReturnToLaunch() | Land():
@@ -176,6 +186,26 @@ def command_long(target: Target, command: int, *params: float) -> mavlink.MAVLin
     return mavlink.MAVLink_command_long_message(target.system_id, target.component_id, command, 0, *values)
 
 
+def reposition(command: Goto, target: Target) -> mavlink.MAVLink_command_int_message:
+    """Return the DO_REPOSITION that PX4 and ArduCopter understand alike: with the mode change, above mean sea level."""
+    position = command.position
+    return mavlink.MAVLink_command_int_message(
+        target.system_id,
+        target.component_id,
+        mavlink.MAV_FRAME_GLOBAL_INT,
+        mavlink.MAV_CMD_DO_REPOSITION,
+        0,
+        0,
+        command.speed_mps,
+        mavlink.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE,
+        0.0,
+        math.nan,  # keep the heading
+        round(position.latitude_deg * 1e7),
+        round(position.longitude_deg * 1e7),
+        position.altitude_amsl_m,
+    )
+
+
 def _is_fresh(at_s: float | None, now_s: float) -> bool:
     return at_s is not None and now_s - at_s <= _FRESH_S
 
@@ -192,26 +222,3 @@ def _disarm(target: Target, telemetry: Telemetry, now_s: float) -> Step:
         )
     message = command_long(target, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0.0)
     return Step("disarm", message, lambda state, _now_s: not state.armed)
-
-
-def _goto(command: Goto, target: Target, telemetry: Telemetry, now_s: float) -> Step:
-    refusal = goto_refusal(command, telemetry)
-    if refusal:
-        raise CommandRefusedError(f"vehicle {target.system_id} cannot go there: {refusal}")
-    position = command.position
-    message = mavlink.MAVLink_command_int_message(
-        target.system_id,
-        target.component_id,
-        mavlink.MAV_FRAME_GLOBAL_INT,
-        mavlink.MAV_CMD_DO_REPOSITION,
-        0,
-        0,
-        command.speed_mps,
-        mavlink.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE,
-        0.0,
-        math.nan,  # keep the heading
-        round(position.latitude_deg * 1e7),
-        round(position.longitude_deg * 1e7),
-        position.altitude_amsl_m,
-    )
-    return Step("goto", message, TargetTakenOver(position, telemetry, now_s), REPEAT_S)

@@ -37,28 +37,38 @@ def goto_refusal(command: Goto, telemetry: Telemetry) -> str | None:
 class TargetTakenOver:
     """Whether the vehicle flies to ``position``, asked again and again after ``started_s``.
 
-    The autopilot's own target (POSITION_TARGET_GLOBAL_INT) decides where it is reported; otherwise the vehicle has
-    to be there or to come measurably closer.
+    The autopilot's own target (POSITION_TARGET_GLOBAL_INT) proves it. Otherwise the vehicle has to be there or to come
+    measurably closer, which counts only while no such target is reported, or where it may be a wrong one.
     """
 
-    def __init__(self, position: GeodeticPosition, telemetry: Telemetry, started_s: float) -> None:
+    def __init__(
+        self, position: GeodeticPosition, telemetry: Telemetry, started_s: float, *, is_echo_reliable: bool = True
+    ) -> None:
         self._frame = LocalFrame(position)
         self._started_s = started_s
+        self._is_echo_reliable = is_echo_reliable
         echo = telemetry.target
-        self._echo_heard_s = echo.at_s if echo is not None else -math.inf
-        self._start_distance_m = self._distance_m(telemetry.position)
+        self._echo_heard_s = echo.at_s if echo is not None and is_echo_reliable else -math.inf
+        self._farthest_m = 0.0 if telemetry.position is None else self._distance_m(telemetry.position)
 
     def __call__(self, telemetry: Telemetry, now_s: float) -> bool:
         """Return whether telemetry shows it."""
         echo = telemetry.target
         if echo is not None and echo.at_s > self._started_s:
-            return self._distance_m(echo.position) <= TARGET_TOLERANCE_M
-        if now_s - max(self._started_s, self._echo_heard_s) < ECHO_SILENCE_S:
+            is_ours = self._distance_m(echo.position) <= TARGET_TOLERANCE_M
+            if is_ours or self._is_echo_reliable:
+                return is_ours
+        if self._is_echo_reliable and now_s - max(self._started_s, self._echo_heard_s) < ECHO_SILENCE_S:
             return False
-        if telemetry.position_at_s is None or telemetry.position_at_s <= self._started_s:
-            return False
-        distance_m = self._distance_m(telemetry.position)
-        return distance_m <= TARGET_TOLERANCE_M or distance_m <= self._start_distance_m - MOVEMENT_M
+        return self._comes_closer(telemetry)
 
-    def _distance_m(self, position: GeodeticPosition | None) -> float:
-        return float(np.linalg.norm(self._frame.to_enu(position))) if position is not None else math.inf
+    def _comes_closer(self, telemetry: Telemetry) -> bool:
+        position, position_at_s = telemetry.position, telemetry.position_at_s
+        if position is None or position_at_s is None or position_at_s <= self._started_s:
+            return False
+        distance_m = self._distance_m(position)
+        self._farthest_m = max(self._farthest_m, distance_m)  # it may have to turn round first
+        return distance_m <= TARGET_TOLERANCE_M or distance_m <= self._farthest_m - MOVEMENT_M
+
+    def _distance_m(self, position: GeodeticPosition) -> float:
+        return float(np.linalg.norm(self._frame.to_enu(position)))
