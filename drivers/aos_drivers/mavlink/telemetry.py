@@ -107,9 +107,8 @@ def _take_attitude(telemetry: Telemetry, message: mavlink.MAVLink_attitude_messa
 
 
 def _take_sys_status(telemetry: Telemetry, message: mavlink.MAVLink_sys_status_message, _now_s: float) -> None:
-    prearm = mavlink.MAV_SYS_STATUS_PREARM_CHECK
-    if message.onboard_control_sensors_present & prearm:
-        telemetry.prearm_healthy = bool(message.onboard_control_sensors_health & prearm)
+    # PX4 never says that the check is present.
+    telemetry.prearm_healthy = bool(message.onboard_control_sensors_health & mavlink.MAV_SYS_STATUS_PREARM_CHECK)
     if message.voltage_battery not in (0, _UNKNOWN_UINT16):
         telemetry.battery_voltage_v = message.voltage_battery / 1000
     if 0 <= message.battery_remaining <= 100:
