@@ -5,6 +5,7 @@ import signal
 import sqlite3
 import subprocess
 import sys
+from dataclasses import asdict
 from pathlib import Path
 
 import pytest
@@ -176,7 +177,8 @@ def test_the_estimate_is_judged_by_the_truth_of_a_simulator(
     finished: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     truth = tmp_path / "world.json"
-    origin = {"latitude_deg": 48.3, "longitude_deg": 14.3, "altitude_amsl_m": 260.0}
+    with MissionReader(finished) as reader:
+        origin = asdict(reader.last_snapshot().origin)
     person = {"name": "person-1", "position_enu_m": [3.0, 5.0, 0.0], "height_m": 1.8}
     world = {"origin": origin, "seed": 1, "trees_per_ha": 0.0, "targets": [person]}
     truth.write_text(json.dumps(world), encoding="utf-8")
