@@ -1,4 +1,4 @@
-"""Hands the mission's events to all connected clients."""
+"""Hands the mission's events and state to all connected clients."""
 
 from __future__ import annotations
 
@@ -7,50 +7,57 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from aos_gcs.api import convert, messages
-from aos_gcs.api.models import SCHEMA_VERSION, NoticeModel, PictureModel, StepModel
+from aos_gcs.api.models import SCHEMA_VERSION, MissionModel, NoticeModel, PictureModel, StepModel
 from aos_gcs.api.outbox import DEFAULT_CAPACITY, Outbox
+from aos_gcs.api.state import MissionState
 from aos_gcs.mission.model import (
     Event,
     MissionControl,
     MissionSnapshot,
     NoticeRecord,
     PictureKind,
+    PicturesRecord,
     PlanRecord,
     StepRecord,
 )
 
 NOTICES_KEPT = 200
+EVENTS_KEPT = 1024
+"""For clients that come back; minutes of a mission."""
 
 
 class EventHub:
-    """The mission's one subscriber on behalf of all clients: each event is converted once.
+    """The mission's one subscriber on behalf of all clients: everything is converted once, whoever looks.
 
-    It keeps the latest notices, so that a page that is loaded again still shows what has gone wrong.
+    It keeps the latest notices, so that a page that is loaded again still shows what has gone wrong, and the latest
+    events, so that one that was away misses none.
     """
 
     def __init__(self, mission: MissionControl, outbox_capacity: int = DEFAULT_CAPACITY) -> None:
         self._mission = mission
         self._outbox_capacity = outbox_capacity
         self._outboxes: set[Outbox] = set()
+        self._state = MissionState()
         self._notices: deque[NoticeModel] = deque(maxlen=NOTICES_KEPT)
+        self._events: deque[messages.EventMessage] = deque(maxlen=EVENTS_KEPT)
         self._steps: dict[int, StepModel] = {}
+        self._seq = 0
 
     async def run(self) -> None:
         """Distribute events until cancelled."""
         previous_seq: int | None = None
         with self._mission.subscribe() as events:
             async for event in events:
-                lost = event.seq - previous_seq - 1 if previous_seq is not None else 0
+                if previous_seq is not None and event.seq > previous_seq + 1:
+                    # Lost before they came here. A number that nobody gets tells clients to ask, and they get it all.
+                    self._seq += 1
                 previous_seq = event.seq
-                message = self._convert(event)
-                for outbox in self._outboxes:
-                    outbox.lose(lost)
-                    outbox.put(message)
+                self._distribute(event)
 
     @contextmanager
     def connect(self) -> Iterator[Outbox]:
-        """Collect events for a client for as long as the context is entered."""
-        outbox = Outbox(self._outbox_capacity)
+        """Collect messages for a client for as long as the context is entered; the first one is ``hello``."""
+        outbox = Outbox(self._state, self._hello_text, self._outbox_capacity)
         self._outboxes.add(outbox)
         try:
             yield outbox
@@ -60,17 +67,54 @@ class EventHub:
     def hello(self) -> messages.HelloMessage:
         """Return the state that a client needs before its first event."""
         return messages.HelloMessage(
-            seq=1,
+            seq=self._seq,
             schema_version=SCHEMA_VERSION,
-            mission=convert.mission(self._mission.snapshot()),
+            mission=self.mission(),
             steps=self.steps(),
             notices=list(self._notices),
             pictures=self._pictures(),
         )
 
+    def mission(self) -> MissionModel:
+        """Return the mission at this moment."""
+        return convert.mission(self._mission.snapshot())
+
     def steps(self) -> list[StepModel]:
         """Return all steps so far, oldest first."""
         return [self._step(record) for record in self._mission.steps()]
+
+    def missed(self, after: int) -> messages.MissedEventsModel:
+        """Return the events after a number; where some of them are no longer kept, the whole state."""
+        found = [event for event in self._events if event.seq > after]
+        complete = len(found) == self._seq - after
+        hello = None if complete else self.hello()
+        mission_id = self._mission.snapshot().mission_id
+        return messages.MissedEventsModel(
+            mission_id=mission_id, seq=self._seq, events=found if complete else [], hello=hello
+        )
+
+    def _hello_text(self) -> tuple[int, str]:
+        hello = self.hello()
+        # The changes that follow must start from exactly what this message says.
+        self._take_state(hello.mission, 0.0)
+        return hello.seq, hello.model_dump_json()
+
+    def _take_state(self, mission: MissionModel, utc_s: float) -> None:
+        if self._state.update(mission, utc_s):
+            for outbox in self._outboxes:
+                outbox.nudge()
+
+    def _distribute(self, event: Event) -> None:
+        if isinstance(event.data, MissionSnapshot):
+            if self._outboxes:
+                self._take_state(convert.mission(event.data), event.utc_s)
+            return
+        self._seq += 1
+        message = self._convert(event)
+        self._events.append(message)
+        text = message.model_dump_json() if self._outboxes else ""
+        for outbox in self._outboxes:
+            outbox.put(message.seq, text)
 
     def _step(self, record: StepRecord) -> StepModel:
         """Convert a step, once: doing it for a whole mission when a client connects would block the loop."""
@@ -89,17 +133,16 @@ class EventHub:
         ]
 
     def _convert(self, event: Event) -> messages.EventMessage:
-        """Convert an event; its number is given to it when a client's turn comes."""
-        data, utc_s = event.data, event.utc_s
-        if isinstance(data, MissionSnapshot):
-            return messages.SnapshotMessage(seq=0, utc_s=utc_s, mission=convert.mission(data))
+        data, utc_s, seq = event.data, event.utc_s, self._seq
         if isinstance(data, StepRecord):
-            return messages.StepMessage(seq=0, utc_s=utc_s, step=self._step(data))
+            return messages.StepMessage(seq=seq, utc_s=utc_s, step=self._step(data))
         if isinstance(data, NoticeRecord):
             notice = convert.notice(data)
             self._notices.append(notice)
-            return messages.NoticeMessage(seq=0, utc_s=utc_s, notice=notice)
+            return messages.NoticeMessage(seq=seq, utc_s=utc_s, notice=notice)
         if isinstance(data, PlanRecord):
-            return messages.PlanMessage(seq=0, utc_s=utc_s, operator=data.operator)
-        origin = self._mission.snapshot().origin
-        return messages.PicturesMessage(seq=0, utc_s=utc_s, pictures=convert.pictures(data.kinds, data, origin))
+            return messages.PlanMessage(seq=seq, utc_s=utc_s, operator=data.operator)
+        if isinstance(data, PicturesRecord):
+            origin = self._mission.snapshot().origin
+            return messages.PicturesMessage(seq=seq, utc_s=utc_s, pictures=convert.pictures(data.kinds, data, origin))
+        raise TypeError(f"{event.kind} is no event for clients")

@@ -1,13 +1,16 @@
 """Messages of the WebSocket ``/api/events``, a union discriminated by ``kind``.
 
-A client receives ``hello`` first and then the mission's events. ``seq`` counts the messages of one connection from 1;
-a gap says that events were lost to the client's own slowness, and that it should connect again for a new ``hello``.
-Snapshots that a newer one has replaced before they could be sent leave no gap: nothing is lost with them.
+A client receives ``hello`` first: the whole state. Then come *events* (``step``, ``notice``, ``pictures``, ``plan``),
+which are never repeated, and the *state*, of which only changes are sent.
+
+``seq`` counts events from 1 and is the same for all clients; every other message carries the number of the event
+before it. A step of more than one says that events were lost to the client's own slowness, or while it was away: it
+fetches them with ``GET /api/events?after=SEQ``. State is never lost: whoever is slow gets fewer and larger changes.
 """
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, TypeAdapter
 
@@ -15,7 +18,7 @@ from aos_gcs.api.models import MissionModel, NoticeModel, PictureModel, StepMode
 
 
 class HelloMessage(WireModel):
-    """All that a client has to know to follow the events after it."""
+    """All that a client has to know to follow the messages after it. Comes again when a replay has jumped."""
 
     kind: Literal["hello"] = "hello"
     seq: int
@@ -27,12 +30,25 @@ class HelloMessage(WireModel):
 
 
 class SnapshotMessage(WireModel):
-    """The mission now."""
+    """The whole mission now, for a client that has missed too many changes."""
 
     kind: Literal["snapshot"] = "snapshot"
     seq: int
     utc_s: float
     mission: MissionModel
+
+
+class ChangesMessage(WireModel):
+    """What has changed in the mission since the message before; fields that are not named are as they were."""
+
+    kind: Literal["changes"] = "changes"
+    seq: int
+    utc_s: float
+    mission: dict[str, Any] = Field(description="Fields of MissionModel, vehicles left out, with their new values.")
+    vehicles: list[dict[str, Any]] = Field(
+        description="For each vehicle that has changed: vehicle_id, and the fields of VehicleModel with new values. "
+        "An id that was not there before is a new vehicle with all of its fields."
+    )
 
 
 class StepMessage(WireModel):
@@ -72,17 +88,33 @@ class PlanMessage(WireModel):
 
 
 class HeartbeatMessage(WireModel):
-    """The connection is alive although nothing has happened. Does not count: ``seq`` is that of the message before."""
+    """The connection is alive although nothing has happened."""
 
     kind: Literal["heartbeat"] = "heartbeat"
     seq: int
 
 
-EventMessage = SnapshotMessage | StepMessage | NoticeMessage | PicturesMessage | PlanMessage
+EventMessage = StepMessage | NoticeMessage | PicturesMessage | PlanMessage
 
 ServerMessage = Annotated[
-    HelloMessage | SnapshotMessage | StepMessage | NoticeMessage | PicturesMessage | PlanMessage | HeartbeatMessage,
+    HelloMessage
+    | SnapshotMessage
+    | ChangesMessage
+    | StepMessage
+    | NoticeMessage
+    | PicturesMessage
+    | PlanMessage
+    | HeartbeatMessage,
     Field(discriminator="kind"),
 ]
 
 SERVER_MESSAGE: TypeAdapter[ServerMessage] = TypeAdapter(ServerMessage)
+
+
+class MissedEventsModel(WireModel):
+    """The events after a number, or where these are no longer kept the whole state instead."""
+
+    mission_id: str = Field(description="Numbers of another mission mean nothing here.")
+    seq: int = Field(description="Of the latest event.")
+    events: list[Annotated[EventMessage, Field(discriminator="kind")]]
+    hello: HelloMessage | None = Field(description="Null where events are complete.")

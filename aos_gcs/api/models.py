@@ -24,7 +24,7 @@ from aos_gcs.mission.model import (
 )
 from aos_gcs.ports import FlightMode, LandedState, Severity
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 """Raised when a client written for the earlier number would misread a message."""
 
 

@@ -4,56 +4,72 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
+from collections.abc import Callable
 
-from aos_gcs.api.messages import EventMessage, SnapshotMessage
+from aos_gcs.api.state import MissionState
 
 DEFAULT_CAPACITY = 128
 
 
 class Outbox:
-    """Events for one client, numbered when they are taken. ``hello`` has number 1, so the first event has 2.
+    """Messages for one client, as text.
 
-    Bounded; ``put`` never waits, so that a slow client never slows the mission. Of the snapshots only the newest is
-    kept, and nothing is lost with the older ones. When full of other events: drops the oldest, which leaves a gap in
-    the numbers.
+    Bounded; nothing here ever waits for the client, so that a slow one never slows the mission. When full of events:
+    drops the oldest, which the client sees in their numbers. Of the state only the client's revision is kept.
+
+    Args:
+        state: of the mission, shared by all clients.
+        hello: makes the first message, and its ``seq``.
+        capacity: events that may wait.
     """
 
-    def __init__(self, capacity: int = DEFAULT_CAPACITY) -> None:
-        self._capacity = capacity
-        self._events: deque[EventMessage] = deque()
-        self._snapshot: SnapshotMessage | None = None
+    def __init__(
+        self, state: MissionState, hello: Callable[[], tuple[int, str]], capacity: int = DEFAULT_CAPACITY
+    ) -> None:
+        self._state = state
+        self._hello = hello
+        self._events: deque[tuple[int, str]] = deque(maxlen=capacity)
         self._ready = asyncio.Event()
-        self._unseen_losses = 0
-        self.seq = 1
+        self._greeted = False
+        self._revision = 0
+        self.seq = 0
+        """Of the latest event that was taken."""
 
-    def put(self, message: EventMessage) -> None:
-        """Add a message; returns at once."""
-        if isinstance(message, SnapshotMessage):
-            self._snapshot = message
-        else:
-            if len(self._events) >= self._capacity:
-                self._events.popleft()
-                self.lose(1)
-            self._events.append(message)
+    def put(self, seq: int, text: str) -> None:
+        """Add an event."""
+        self._events.append((seq, text))
         self._ready.set()
 
-    def lose(self, count: int) -> None:
-        """Note that ``count`` events will never come, so that the next message leaves a gap."""
-        self._unseen_losses += count
+    def nudge(self) -> None:
+        """Note that the state has changed."""
+        self._ready.set()
 
-    async def take(self) -> EventMessage:
-        """Wait for the next message and number it."""
-        message = self._pop()
-        while message is None:
+    def start_over(self) -> None:
+        """Greet the client again: what it knows is no longer so."""
+        self._greeted = False
+        self._ready.set()
+
+    async def take(self) -> str:
+        """Wait for the next message."""
+        text = self._pop()
+        while text is None:
             self._ready.clear()
             await self._ready.wait()
-            message = self._pop()
-        self.seq += 1 + self._unseen_losses
-        self._unseen_losses = 0
-        return message.model_copy(update={"seq": self.seq})
+            text = self._pop()
+        return text
 
-    def _pop(self) -> EventMessage | None:
+    def _pop(self) -> str | None:
+        if not self._greeted:
+            self._greeted = True
+            self._events.clear()
+            self.seq, text = self._hello()
+            self._revision = self._state.revision
+            return text
         if self._events:
-            return self._events.popleft()
-        snapshot, self._snapshot = self._snapshot, None
-        return snapshot
+            self.seq, text = self._events.popleft()
+            return text
+        if self._revision == self._state.revision:
+            return None
+        text = self._state.message_since(self._revision, self.seq)
+        self._revision = self._state.revision
+        return text

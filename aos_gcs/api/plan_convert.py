@@ -7,8 +7,8 @@ import re
 from collections.abc import Sequence
 from typing import Final
 
-from aos_gcs.api import convert
 from aos_gcs.api import plan_models as wire
+from aos_gcs.api.places import vertex
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.mission.mission_plan import MissionPlan
 from aos_gcs.mission.plan import altitude_layers
@@ -151,7 +151,7 @@ def _proposal(proposal: Proposal) -> wire.PlanProposalModel:
 def _estimate(estimate: PlanEstimate, origin: GeodeticPosition) -> wire.PlanEstimateModel:
     return wire.PlanEstimateModel(
         legs=[
-            wire.ScanLegModel(start=convert.vertex(leg.start_enu_m, origin), end=convert.vertex(leg.end_enu_m, origin))
+            wire.ScanLegModel(start=vertex(leg.start_enu_m, origin), end=vertex(leg.end_enu_m, origin))
             for leg in estimate.legs
         ],
         swath_m=estimate.swath_m,

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 
 from aos_gcs.mission.polygon import Polygon
 from aos_gcs.mission.settings import FlightSettings, ForestSettings, MissionSettings
+from aos_gcs.swarm.registry import available_strategies
 
 SPACING_PARAMETER = "c4_m"
 """The strategies' parameter for the distance of the drones."""
@@ -58,6 +59,11 @@ class MissionPlan:
         if self.spacing_m is None:
             return self.strategy_parameters
         return {**self.strategy_parameters, SPACING_PARAMETER: self.spacing_m}
+
+
+def strategy_names() -> tuple[str, ...]:
+    """Return what a plan can name as its strategy."""
+    return available_strategies()
 
 
 _LIMITS = ("fence_enu_m", "floor_m", "ceiling_m")

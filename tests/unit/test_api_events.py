@@ -3,25 +3,31 @@
 from __future__ import annotations
 
 import asyncio
+import functools
 import json
 import socket
+from collections.abc import Callable
 from typing import Any
 
+import httpx
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
+from aos_gcs.api import convert
 from aos_gcs.api.app import create_app
-from aos_gcs.api.convert import mission as convert_mission
-from aos_gcs.api.convert import notice as convert_notice
-from aos_gcs.api.hub import EventHub
-from aos_gcs.api.messages import SERVER_MESSAGE, NoticeMessage, SnapshotMessage
+from aos_gcs.api.hub import EVENTS_KEPT, EventHub
+from aos_gcs.api.messages import SERVER_MESSAGE
+from aos_gcs.api.models import MissionModel
 from aos_gcs.api.openapi import make_document
 from aos_gcs.api.outbox import Outbox
 from aos_gcs.api.server import serve
+from aos_gcs.api.state import REVISIONS_KEPT, MissionState
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import LinkError
-from aos_gcs.mission.model import EventKind, NoticeRecord
+from aos_gcs.mission.model import EventKind
 from aos_gcs.ports import Severity
 from tests.fakes.mission import ScriptedMission
 
@@ -29,15 +35,6 @@ from tests.fakes.mission import ScriptedMission
 @pytest.fixture
 async def mission() -> ScriptedMission:
     return ScriptedMission(LoopClock())
-
-
-def notice(number: int) -> NoticeMessage:
-    record = NoticeRecord(Severity.INFO, f"notice {number}", None, 0.0)
-    return NoticeMessage(seq=0, utc_s=0.0, notice=convert_notice(record))
-
-
-def snapshot(mission: ScriptedMission, utc_s: float) -> SnapshotMessage:
-    return SnapshotMessage(seq=0, utc_s=utc_s, mission=convert_mission(mission.snapshot()))
 
 
 async def receive(websocket: ClientConnection) -> dict[str, Any]:
@@ -50,44 +47,154 @@ async def receive(websocket: ClientConnection) -> dict[str, Any]:
             return message
 
 
-async def test_outbox_numbers_without_gaps_while_the_client_keeps_up() -> None:
-    outbox = Outbox()
-    outbox.put(notice(1))
-    outbox.put(notice(2))
-    assert [(await outbox.take()).seq, (await outbox.take()).seq] == [2, 3]
+def greeting(seq: int = 0) -> Callable[[], tuple[int, str]]:
+    return lambda: (seq, "hello")
 
 
-async def test_full_outbox_drops_its_oldest_and_leaves_a_gap() -> None:
-    outbox = Outbox(capacity=2)
-    for number in range(1, 6):
-        outbox.put(notice(number))
-    first, second = await outbox.take(), await outbox.take()
-    assert isinstance(first, NoticeMessage)
-    assert first.notice.text == "notice 4"
-    assert (first.seq, second.seq) == (5, 6)
+async def test_outbox_greets_first_and_then_hands_events_on_in_order() -> None:
+    outbox = Outbox(MissionState(), greeting(5))
+    assert await outbox.take() == "hello"
+    outbox.put(6, "one")
+    outbox.put(7, "two")
+    assert [await outbox.take(), await outbox.take()] == ["one", "two"]
+    assert outbox.seq == 7
 
 
-async def test_only_the_newest_snapshot_waits_and_none_is_missed(mission: ScriptedMission) -> None:
-    outbox = Outbox(capacity=2)
-    for utc_s in range(100):
-        outbox.put(snapshot(mission, float(utc_s)))
-    outbox.put(notice(1))
-    first, second = await outbox.take(), await outbox.take()
-    assert first.kind == "notice"
-    assert isinstance(second, SnapshotMessage)
-    assert (second.utc_s, second.seq) == (99.0, 3)
+async def test_full_outbox_drops_its_oldest_events() -> None:
+    outbox = Outbox(MissionState(), greeting(), capacity=2)
+    await outbox.take()
+    for seq in range(1, 6):
+        outbox.put(seq, f"event {seq}")
+    assert [await outbox.take(), await outbox.take()] == ["event 4", "event 5"]
 
 
-async def test_events_lost_before_the_hub_leave_a_gap_too(mission: ScriptedMission) -> None:
+async def test_changes_of_the_state_are_joined_while_a_client_is_busy(mission: ScriptedMission) -> None:
+    state = MissionState()
+    outbox = Outbox(state, lambda: (0, "hello" if state.update(shown(mission), 0.0) else ""))
+    await outbox.take()
+    first = shown(mission)
+    vehicle = first.vehicles[0]
+    for revision in range(1, 6):
+        changed = vehicle.model_copy(update={"link_age_s": float(revision)})
+        state.update(first.model_copy(update={"vehicles": [changed, *first.vehicles[1:]]}), float(revision))
+    state.update(first.model_copy(update={"vehicles": [changed, *first.vehicles[1:]], "message": "wind"}), 6.0)
+    outbox.put(1, "event")
+    assert await outbox.take() == "event"
+    assert json.loads(await outbox.take()) == {
+        "seq": 1,
+        "kind": "changes",
+        "utc_s": 6.0,
+        "mission": {"message": "wind"},
+        "vehicles": [{"vehicle_id": 1, "link_age_s": 5.0}],
+    }
+
+
+def shown(mission: ScriptedMission) -> MissionModel:
+    return convert.mission(mission.snapshot())
+
+
+def test_a_state_that_is_the_same_makes_no_message(mission: ScriptedMission) -> None:
+    state = MissionState()
+    assert state.update(shown(mission), 0.0)
+    assert not state.update(shown(mission), 1.0)
+
+
+def test_who_is_far_behind_gets_the_whole_state(mission: ScriptedMission) -> None:
+    state, model = MissionState(), shown(mission)
+    for revision in range(REVISIONS_KEPT + 2):
+        state.update(model.model_copy(update={"elapsed_s": float(revision)}), 0.0)
+    assert json.loads(state.message_since(2, 0))["kind"] == "changes"
+    whole = json.loads(state.message_since(1, 0))
+    assert whole["kind"] == "snapshot"
+    assert len(whole["mission"]["vehicles"]) == len(model.vehicles)
+
+
+def test_a_vehicle_that_is_gone_is_told_with_the_whole_state(mission: ScriptedMission) -> None:
+    state, model = MissionState(), shown(mission)
+    state.update(model, 0.0)
+    state.update(model.model_copy(update={"vehicles": model.vehicles[1:]}), 0.0)
+    assert json.loads(state.message_since(1, 0))["kind"] == "snapshot"
+
+
+@given(st.lists(st.lists(st.tuples(st.integers(1, 4), st.integers(0, 2)), max_size=4), min_size=1), st.data())
+def test_changes_lead_from_any_revision_to_the_present_one(
+    revisions: list[list[tuple[int, int]]], data: st.DataObject
+) -> None:
+    state, values, told = MissionState(), dict.fromkeys(range(1, 5), 0), []
+    for changes in [[], *revisions]:
+        values |= dict(changes)
+        state.update(mission_of(values), 0.0)
+        told.append((state.revision, dict(values)))
+    revision, known = data.draw(st.sampled_from(told))
+    if revision == state.revision:
+        return
+    message = json.loads(state.message_since(revision, 0))
+    SERVER_MESSAGE.validate_python(message)
+    changed = message["vehicles"] if message["kind"] == "changes" else message["mission"]["vehicles"]
+    assert known | {one["vehicle_id"]: one["satellites"] for one in changed} == values
+
+
+class StillClock(LoopClock):
+    def __init__(self) -> None:
+        pass
+
+    def utc_s(self) -> float:
+        return 0.0
+
+
+@functools.cache
+def any_mission() -> MissionModel:
+    return shown(ScriptedMission(StillClock(), vehicles=1))
+
+
+def mission_of(satellites: dict[int, int]) -> MissionModel:
+    snapshot = any_mission()
+    template = snapshot.vehicles[0]
+    vehicles = [template.model_copy(update={"vehicle_id": key, "satellites": n}) for key, n in satellites.items()]
+    return snapshot.model_copy(update={"vehicles": vehicles})
+
+
+async def test_events_lost_before_the_hub_bring_the_whole_state(mission: ScriptedMission) -> None:
     hub = EventHub(mission)
     running = asyncio.create_task(hub.run())
     with hub.connect() as outbox:
+        await outbox.take()
         await asyncio.sleep(0)
+        mission.notify(Severity.INFO, "the first one")
+        await outbox.take()
         for number in range(300):  # the mission keeps 256 for each subscriber
             mission.notify(Severity.INFO, f"notice {number}")
-        first = await outbox.take()
-        mission.notify(Severity.INFO, "one more")
-        assert first.seq > 2
+        await outbox.take()
+        assert outbox.seq > 2, "the client must see that something is missing"
+        assert hub.missed(1).hello is not None
+    running.cancel()
+
+
+async def test_a_client_that_was_away_fetches_what_it_has_missed(mission: ScriptedMission) -> None:
+    async with serve(create_app(mission), port=0) as address, httpx.AsyncClient(base_url=address.url) as client:
+        for number in range(5):
+            mission.notify(Severity.INFO, f"notice {number}")
+        await asyncio.sleep(0.05)
+        missed = (await client.get("/api/events", params={"after": 3})).json()
+        assert [event["notice"]["text"] for event in missed["events"]] == ["notice 3", "notice 4"]
+        assert [event["seq"] for event in missed["events"]] == [4, 5]
+        assert (missed["seq"], missed["hello"], missed["mission_id"]) == (5, None, "scripted-1")
+        assert (await client.get("/api/events", params={"after": 5})).json()["events"] == []
+        from_elsewhere = (await client.get("/api/events", params={"after": 99})).json()
+        assert from_elsewhere["hello"]["seq"] == 5
+        assert (await client.get("/api/events", params={"after": -1})).status_code == 422
+
+
+async def test_after_a_gap_beyond_the_store_the_whole_state_comes(mission: ScriptedMission) -> None:
+    hub = EventHub(mission)
+    running = asyncio.create_task(hub.run())
+    await asyncio.sleep(0)
+    for number in range(EVENTS_KEPT + 1):
+        mission.notify(Severity.INFO, f"notice {number}")
+        await asyncio.sleep(0)
+    await asyncio.sleep(0.01)
+    assert hub.missed(0).hello is not None
+    assert len(hub.missed(1).events) == EVENTS_KEPT
     running.cancel()
 
 
@@ -96,14 +203,14 @@ async def test_hello_brings_the_state_and_events_follow(mission: ScriptedMission
     async with serve(create_app(mission), port=0) as address:
         async with connect(f"ws://127.0.0.1:{address.port}/api/events") as websocket:
             hello = await receive(websocket)
-            assert (hello["kind"], hello["seq"], hello["schema_version"]) == ("hello", 1, 1)
+            assert (hello["kind"], hello["seq"], hello["schema_version"]) == ("hello", 0, 2)
             assert [step["step"] for step in hello["steps"]] == [1]
             assert {picture["kind"] for picture in hello["pictures"]} == {"integral", "thermal", "anomaly"}
             mission.make_step()
             mission.notify(Severity.WARNING, "wind", 2)
             received = [await receive(websocket) for _ in range(3)]
             assert [message["kind"] for message in received] == ["step", "pictures", "notice"]
-            assert [message["seq"] for message in received] == [2, 3, 4]
+            assert [message["seq"] for message in received] == [1, 2, 3]
         async with connect(f"ws://127.0.0.1:{address.port}/api/events") as websocket:
             hello = await receive(websocket)
             assert [one["text"] for one in hello["notices"]] == ["wind"]
@@ -120,12 +227,12 @@ async def test_slow_client_does_not_hold_up_the_others(mission: ScriptedMission)
                 mission.notify(Severity.INFO, f"notice {number} " + 50_000 * "x")
                 latest = await receive(quick)
                 assert latest["notice"]["text"].startswith(f"notice {number} ")
-                assert latest["seq"] == number + 2
+                assert latest["seq"] == number + 1
             numbers = []
             async with asyncio.timeout(30):
-                while not numbers or numbers[-1] < message_count + 1:
+                while not numbers or numbers[-1] < message_count:
                     numbers.append((await receive(slow))["seq"])
-            assert len(numbers) < message_count + 1, "the slow client must have lost some"
+            assert len(numbers) < message_count, "the slow client must have lost some"
             assert numbers == sorted(numbers)
 
 
@@ -135,7 +242,7 @@ async def test_silence_is_filled_with_heartbeats(mission: ScriptedMission) -> No
         connect(f"ws://127.0.0.1:{address.port}/api/events") as websocket,
     ):
         await receive(websocket)
-        assert json.loads(await websocket.recv()) == {"kind": "heartbeat", "seq": 1}
+        assert json.loads(await websocket.recv()) == {"kind": "heartbeat", "seq": 0}
 
 
 async def test_foreign_pages_cannot_listen(mission: ScriptedMission) -> None:
@@ -173,6 +280,6 @@ async def test_host_that_is_not_ours_is_told(mission: ScriptedMission) -> None:
 def test_document_publishes_the_messages() -> None:
     schemas = make_document()["components"]["schemas"]
     kinds = set(schemas["ServerMessage"]["discriminator"]["mapping"])
-    assert kinds == {"hello", "heartbeat"} | {str(kind) for kind in EventKind}
+    assert kinds == {"hello", "changes", "heartbeat"} | {str(kind) for kind in EventKind}
     for reference in schemas["ServerMessage"]["oneOf"]:
         assert reference["$ref"].removeprefix("#/components/schemas/") in schemas

@@ -1,13 +1,13 @@
 import { afterEach, beforeEach, describe, expect, test, vi } from "vitest";
 import { ProtocolError, parseServerMessage } from "../src/api/check";
-import { backoffMs, type Connection, EventSocket, isGap } from "../src/api/socket";
+import { backoffMs, type Connection, EventSocket, isGap, type PageMessage } from "../src/api/socket";
 import type { ServerMessage } from "../src/api/types";
 import { mission, step } from "./samples";
 
 const HELLO = {
   kind: "hello",
   seq: 1,
-  schema_version: 1,
+  schema_version: 2,
   mission: mission(),
   steps: [step(1)],
   notices: [],
@@ -23,21 +23,25 @@ describe("parseServerMessage", () => {
     ["no JSON", "{"],
     ["an unknown kind", '{"kind":"toString","seq":1}'],
     ["no number", '{"kind":"heartbeat"}'],
-    ["another version", JSON.stringify({ ...HELLO, schema_version: 2 })],
+    ["another version", JSON.stringify({ ...HELLO, schema_version: 1 })],
     ["a vehicle without an id", JSON.stringify({ ...HELLO, mission: { ...mission(), vehicles: [{}] } })],
   ])("refuses %s", (_, text) => {
     expect(() => parseServerMessage(text)).toThrow(ProtocolError);
   });
 });
 
-test("gaps are seen, heartbeats do not count", () => {
+test("gaps are seen; state and heartbeats do not count", () => {
   const heartbeat = (seq: number): ServerMessage => ({ kind: "heartbeat", seq });
   const snapshot = (seq: number): ServerMessage => ({ kind: "snapshot", seq, utc_s: 0, mission: mission() });
   expect(isGap(null, HELLO as unknown as ServerMessage)).toBe(false);
+  const noticed = (seq: number) => ({ kind: "notice", seq }) as unknown as ServerMessage;
   expect(isGap(null, snapshot(2))).toBe(true);
-  expect(isGap(1, snapshot(2))).toBe(false);
+  expect(isGap(2, snapshot(2))).toBe(false);
   expect(isGap(2, heartbeat(2))).toBe(false);
   expect(isGap(2, snapshot(4))).toBe(true);
+  expect(isGap(2, noticed(3))).toBe(false);
+  expect(isGap(2, noticed(4))).toBe(true);
+  expect(isGap(7, HELLO as unknown as ServerMessage)).toBe(false);
 });
 
 test("waits longer and longer, up to five seconds", () => {
@@ -62,6 +66,7 @@ class FakeSocket {
 
 describe("EventSocket", () => {
   const connections: Connection[] = [];
+  const heard: PageMessage[] = [];
   let events: EventSocket;
   const latest = (): FakeSocket => FakeSocket.opened.at(-1) as FakeSocket;
 
@@ -70,8 +75,9 @@ describe("EventSocket", () => {
     vi.stubGlobal("WebSocket", FakeSocket);
     FakeSocket.opened = [];
     connections.length = 0;
+    heard.length = 0;
     events = new EventSocket("ws://test", {
-      onMessage: () => undefined,
+      onMessage: (message) => heard.push(message),
       onConnection: (connection) => connections.push(connection),
     });
   });
@@ -93,6 +99,12 @@ describe("EventSocket", () => {
     vi.advanceTimersByTime(250);
     latest().say(HELLO);
     expect(connections).toEqual(["open", "lost", "open"]);
+  });
+
+  test("tells changes as the snapshot that they lead to", () => {
+    latest().say(HELLO);
+    latest().say({ kind: "changes", seq: 1, utc_s: 7, mission: { elapsed_s: 42 }, vehicles: [] });
+    expect(heard.at(-1)).toEqual({ kind: "snapshot", seq: 1, utc_s: 7, mission: { ...mission(), elapsed_s: 42 } });
   });
 
   test("asks for the whole state again after a gap", () => {

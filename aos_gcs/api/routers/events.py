@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import asyncio
-from typing import NoReturn
+from typing import Annotated, NoReturn
 
-from fastapi import APIRouter, WebSocket, WebSocketDisconnect
+from fastapi import APIRouter, Query, WebSocket, WebSocketDisconnect
 
 from aos_gcs.api.dependencies import Hub
 from aos_gcs.api.hub import EventHub
-from aos_gcs.api.messages import HeartbeatMessage, ServerMessage
+from aos_gcs.api.messages import HeartbeatMessage, MissedEventsModel
 from aos_gcs.api.outbox import Outbox
 
 router = APIRouter()
@@ -20,9 +20,15 @@ SEND_TIMEOUT_S = 10.0
 """A client that takes nothing for so long is gone."""
 
 
+@router.get("/api/events")
+async def read_missed_events(after: Annotated[int, Query(ge=0)], hub: Hub) -> MissedEventsModel:
+    """Return the events after a number, for a client that was away; if that is too long ago, the whole state."""
+    return hub.missed(after)
+
+
 @router.websocket("/api/events")
 async def follow_events(websocket: WebSocket, hub: Hub) -> None:
-    """Send ``hello`` and then every event, until the client leaves or the service ends."""
+    """Send ``hello``, then events and changes, until the client leaves or the service ends."""
     await websocket.accept()
     try:
         async with asyncio.TaskGroup() as group:
@@ -42,19 +48,18 @@ async def _wait_for_disconnect(websocket: WebSocket) -> NoReturn:
 
 async def _send_events(websocket: WebSocket, hub: EventHub) -> NoReturn:
     with hub.connect() as outbox:
-        await _send(websocket, hub.hello())
         while True:
             await _send(websocket, await _next_message(outbox))
 
 
-async def _next_message(outbox: Outbox) -> ServerMessage:
+async def _next_message(outbox: Outbox) -> str:
     try:
         async with asyncio.timeout(HEARTBEAT_INTERVAL_S):
             return await outbox.take()
     except TimeoutError:
-        return HeartbeatMessage(seq=outbox.seq)
+        return HeartbeatMessage(seq=outbox.seq).model_dump_json()
 
 
-async def _send(websocket: WebSocket, message: ServerMessage) -> None:
+async def _send(websocket: WebSocket, text: str) -> None:
     async with asyncio.timeout(SEND_TIMEOUT_S):
-        await websocket.send_text(message.model_dump_json())
+        await websocket.send_text(text)

@@ -17,9 +17,9 @@ router = APIRouter(prefix="/api/mission", tags=["mission"])
 
 
 @router.get("")
-async def read_mission(mission: Mission) -> MissionModel:
+async def read_mission(hub: Hub) -> MissionModel:
     """Return the whole mission at this moment."""
-    return convert.mission(mission.snapshot())
+    return hub.mission()
 
 
 @router.get("/steps")

@@ -15,13 +15,12 @@ from aos_gcs.api.models import ErrorModel
 from aos_gcs.api.plan_models import ImportedShapeModel, PlanModel, PlanReportModel, SavedPlanModel
 from aos_gcs.errors import InputDataError, MissionError
 from aos_gcs.geometry.geodesy import GeodeticPosition
-from aos_gcs.mission.mission_plan import MissionPlan, plan_of
+from aos_gcs.mission.mission_plan import MissionPlan, plan_of, strategy_names
 from aos_gcs.mission.plan_advice import propose
 from aos_gcs.mission.plan_check import check_plan
 from aos_gcs.mission.plan_estimate import estimate_plan
 from aos_gcs.mission.plan_import import MAX_FILE_BYTES, import_shapes
 from aos_gcs.mission.settings import MissionSettings
-from aos_gcs.swarm.registry import available_strategies
 
 router = APIRouter(tags=["plans"])
 
@@ -41,7 +40,7 @@ async def read_plan(mission: Mission, planning: Planning) -> PlanModel:
 @router.get("/api/plan/strategies")
 async def read_strategies() -> list[str]:
     """Return the names of the strategies to choose from."""
-    return list(available_strategies())
+    return list(strategy_names())
 
 
 @router.post("/api/plan/check", responses=_REFUSED)

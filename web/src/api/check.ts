@@ -1,7 +1,7 @@
 /** The runtime check at the socket: text in, typed message out, or an error that says what is wrong with it. */
-import type { ServerMessage } from "./types";
+import type { Mission, ServerMessage } from "./types";
 
-export const SCHEMA_VERSION = 1;
+export const SCHEMA_VERSION = 2;
 
 /** A message that this page cannot understand. */
 export class ProtocolError extends Error {}
@@ -67,6 +67,7 @@ const picture = shape({ kind: isString, step: isNumber, url: isString, corners: 
 const FIELDS: Record<Kind, Record<string, Check>> = {
   hello: { schema_version: isNumber, mission, steps: listOf(step), notices: listOf(notice), pictures: listOf(picture) },
   snapshot: { mission },
+  changes: { mission: isObject, vehicles: listOf(shape({ vehicle_id: isNumber })) },
   step: { step },
   notice: { notice },
   pictures: { pictures: listOf(picture) },
@@ -75,6 +76,12 @@ const FIELDS: Record<Kind, Record<string, Check>> = {
 };
 
 const isKind = (value: unknown): value is Kind => isString(value) && Object.hasOwn(FIELDS, value as string);
+
+/** Return the mission, or say that changes have made something of it that the page cannot understand. */
+export function checkedMission(value: Mission): Mission {
+  if (!mission(value)) throw new ProtocolError("changes of the mission do not fit to what was known of it");
+  return value;
+}
 
 /** Parse and check one message of the event stream. */
 export function parseServerMessage(text: string): ServerMessage {

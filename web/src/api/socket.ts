@@ -1,11 +1,15 @@
 /** The event stream: one WebSocket that comes back by itself. */
-import { ProtocolError, parseServerMessage } from "./check";
-import type { ServerMessage } from "./types";
+import { applyChanges } from "./changes";
+import { checkedMission, ProtocolError, parseServerMessage } from "./check";
+import type { Changes, Mission, ServerMessage } from "./types";
 
 export type Connection = "connecting" | "open" | "lost" | "incompatible";
 
+/** What the page is told: changes come as the snapshot that they lead to. */
+export type PageMessage = Exclude<ServerMessage, Changes>;
+
 export interface SocketEvents {
-  onMessage(message: ServerMessage): void;
+  onMessage(message: PageMessage): void;
   onConnection(connection: Connection): void;
 }
 
@@ -20,10 +24,13 @@ export function backoffMs(attempt: number): number {
   return Math.min(LONGEST_DELAY_MS, FIRST_DELAY_MS * 2 ** attempt);
 }
 
-/** Whether events were lost between two messages of one connection. Heartbeats repeat the number before them. */
+const STATE_KINDS: ReadonlySet<ServerMessage["kind"]> = new Set(["snapshot", "changes", "heartbeat"]);
+
+/** Whether events were lost between two messages of one connection. State repeats the number of the event before it. */
 export function isGap(previousSeq: number | null, message: ServerMessage): boolean {
-  if (previousSeq === null) return message.kind !== "hello";
-  return message.kind === "heartbeat" ? message.seq !== previousSeq : message.seq !== previousSeq + 1;
+  if (message.kind === "hello") return false;
+  if (previousSeq === null) return true;
+  return message.seq !== (STATE_KINDS.has(message.kind) ? previousSeq : previousSeq + 1);
 }
 
 /** Follows the service's events until closed; every (re)connection begins with a hello that brings the whole state. */
@@ -31,6 +38,7 @@ export class EventSocket {
   private socket: WebSocket | null = null;
   private attempt = 0;
   private seq: number | null = null;
+  private mission: Mission | null = null;
   private heardAtMs = 0;
   private timer: ReturnType<typeof setTimeout> | undefined;
   private readonly watch: ReturnType<typeof setInterval>;
@@ -51,6 +59,7 @@ export class EventSocket {
 
   private connect(): void {
     this.seq = null;
+    this.mission = null;
     this.heardAtMs = performance.now();
     const socket = new WebSocket(this.url);
     this.socket = socket;
@@ -72,13 +81,23 @@ export class EventSocket {
         this.attempt = 0;
         this.events.onConnection("open");
       }
-      this.events.onMessage(message);
+      this.events.onMessage(this.expanded(message));
     } catch (error) {
       if (!(error instanceof ProtocolError)) throw error;
       console.error(error.message);
       this.close();
       this.events.onConnection("incompatible");
     }
+  }
+
+  private expanded(message: ServerMessage): PageMessage {
+    if (message.kind !== "changes") {
+      if (message.kind === "hello" || message.kind === "snapshot") this.mission = message.mission;
+      return message;
+    }
+    if (this.mission === null) throw new ProtocolError("changes came before the mission");
+    this.mission = checkedMission(applyChanges(this.mission, message));
+    return { kind: "snapshot", seq: message.seq, utc_s: message.utc_s, mission: this.mission };
   }
 
   private checkSilence(): void {

@@ -1,6 +1,7 @@
 /** What the page knows of the mission: a pure reducer over the service's messages. */
 import type { Connection } from "../api/socket";
-import type { Mission, Notice, Picture, PictureKind, ServerMessage, Step } from "../api/types";
+import type { PageMessage } from "../api/socket";
+import type { Mission, Notice, Picture, PictureKind, Step } from "../api/types";
 
 /** East and north, metres. */
 export type EnuPoint = readonly [number, number];
@@ -35,7 +36,7 @@ const TRAIL_POINTS_KEPT = 240;
 const TRAIL_SPACING_M = 0.7;
 
 /** Apply one message; the state given is not changed. */
-export function reduce(state: State, message: ServerMessage, nowMs: number): State {
+export function reduce(state: State, message: PageMessage, nowMs: number): State {
   switch (message.kind) {
     case "hello": {
       const isSame = state.mission?.mission_id === message.mission.mission_id;

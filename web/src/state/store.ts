@@ -1,6 +1,5 @@
 /** Holds the state and tells its readers of changes, at most a few times per second. */
-import type { Connection } from "../api/socket";
-import type { ServerMessage } from "../api/types";
+import type { Connection, PageMessage } from "../api/socket";
 import { INITIAL_STATE, reduce, type State } from "./state";
 
 const NOTIFY_INTERVAL_MS = 200;
@@ -14,7 +13,7 @@ export class Store {
     return this.current;
   }
 
-  receive(message: ServerMessage): void {
+  receive(message: PageMessage): void {
     if (message.kind === "heartbeat") return;
     this.current = reduce(this.current, message, performance.now());
     this.timer ??= setTimeout(() => this.notify(), NOTIFY_INTERVAL_MS);

@@ -1,0 +1,74 @@
+"""From the mission's vehicles to wire models, to as many decimals as mean something."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import Final
+
+from aos_gcs.api import models as wire
+from aos_gcs.api.places import optional_position, place_model, position, rounded
+from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.mission import model
+
+AGE_STEP_S: Final = 0.5
+"""Of ages on the wire: that of a living link would otherwise change with every snapshot, often as the only field."""
+
+
+def vehicle(vehicle: model.VehicleSnapshot, origin: GeodeticPosition | None) -> wire.VehicleModel:
+    """Convert one vehicle."""
+    state = vehicle.telemetry
+    heard = state.heard_at_s is not None
+    velocity_enu_mps = state.velocity_enu_mps
+    position_age_s = None
+    if vehicle.link_age_s is not None and state.heard_at_s is not None and state.position_at_s is not None:
+        position_age_s = vehicle.link_age_s + state.heard_at_s - state.position_at_s
+    return wire.VehicleModel(
+        vehicle_id=state.vehicle_id,
+        autopilot=state.autopilot,
+        mode=state.mode,
+        mode_name=state.mode_name,
+        task=vehicle.task,
+        landed=state.landed,
+        armed=state.armed if heard else None,
+        ready_to_arm=state.ready_to_arm,
+        position=_position(vehicle),
+        position_age_s=_age_s(position_age_s),
+        altitude_amsl_m=rounded(state.position.altitude_amsl_m, 2) if state.position else None,
+        height_above_home_m=rounded(state.height_above_home_m, 2),
+        ground_speed_mps=rounded(math.hypot(*velocity_enu_mps[:2]), 1) if velocity_enu_mps else None,
+        climb_rate_mps=rounded(velocity_enu_mps[2], 1) if velocity_enu_mps else None,
+        heading_deg=round(math.degrees(state.heading_rad), 1) % 360.0 if state.heading_rad is not None else None,
+        home=position(_to_enu(origin, state.home), origin) if origin and state.home else None,
+        battery_percent=_percent(state.battery_fraction),
+        battery_voltage_v=rounded(state.battery_voltage_v, 2),
+        gps_fix=state.gps_fix,
+        satellites=state.satellites,
+        link_age_s=_age_s(vehicle.link_age_s),
+        packet_loss_percent=_percent(state.packet_loss_fraction),
+        layer_height_m=vehicle.layer_height_m,
+        waypoint=optional_position(vehicle.waypoint_enu_m, origin),
+        refusal=vehicle.refusal,
+        text=state.text,
+    )
+
+
+def _position(vehicle: model.VehicleSnapshot) -> wire.PositionModel | None:
+    """Join the ENU position with the reported degrees, which need no conversion."""
+    if vehicle.position_enu_m is None:
+        return None
+    return place_model(vehicle.position_enu_m, vehicle.telemetry.position)
+
+
+def _age_s(age_s: float | None) -> float | None:
+    return None if age_s is None else AGE_STEP_S * round(age_s / AGE_STEP_S)
+
+
+def _percent(fraction: float | None) -> float | None:
+    return None if fraction is None else round(100.0 * fraction, 1)
+
+
+@lru_cache(maxsize=1024)
+def _to_enu(origin: GeodeticPosition, position: GeodeticPosition) -> model.EnuPoint:
+    east_m, north_m, up_m = LocalFrame(origin).to_enu(position)
+    return float(east_m), float(north_m), float(up_m)

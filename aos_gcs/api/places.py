@@ -1,0 +1,69 @@
+"""Points of the mission's frame on the wire: metres, and degrees beside them."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+from aos_gcs.api import models as wire
+from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.mission import model
+
+_PLACES_KEPT = 8192
+"""Polygons, homes and waypoints come again with every snapshot; converting them each time would cost the loop."""
+
+
+@lru_cache(maxsize=_PLACES_KEPT)
+def _to_geodetic(origin: GeodeticPosition, point_enu_m: model.EnuPoint) -> GeodeticPosition:
+    return LocalFrame(origin).to_geodetic(point_enu_m)
+
+
+def finite(value: float | None) -> float | None:
+    """Return the value, or ``None`` for one that JSON cannot carry."""
+    return value if value is not None and math.isfinite(value) else None
+
+
+def rounded(value: float | None, digits: int) -> float | None:
+    """Return a finite value to as many decimals as mean something: shorter text, and fewer changes to send."""
+    return round(value, digits) if value is not None and math.isfinite(value) else None
+
+
+def geodetic(position: GeodeticPosition) -> wire.GeodeticModel:
+    """Convert a geodetic position."""
+    return wire.GeodeticModel(
+        latitude_deg=position.latitude_deg,
+        longitude_deg=position.longitude_deg,
+        altitude_amsl_m=position.altitude_amsl_m,
+    )
+
+
+def position(point_enu_m: model.EnuPoint, origin: GeodeticPosition | None) -> wire.PositionModel:
+    """Convert an ENU point, with its place on the globe when the origin is known."""
+    east_m, north_m, up_m = (float(coordinate) for coordinate in point_enu_m)
+    place = _to_geodetic(origin, (east_m, north_m, up_m)) if origin else None
+    return place_model((east_m, north_m, up_m), place)
+
+
+def place_model(point_enu_m: model.EnuPoint, place: GeodeticPosition | None) -> wire.PositionModel:
+    """Join a point in both frames, to the centimetre."""
+    east_m, north_m, up_m = point_enu_m
+    return wire.PositionModel(
+        east_m=round(east_m, 2),
+        north_m=round(north_m, 2),
+        up_m=round(up_m, 2),
+        latitude_deg=round(place.latitude_deg, 7) if place else None,
+        longitude_deg=round(place.longitude_deg, 7) if place else None,
+    )
+
+
+def vertex(point_enu_m: tuple[float, float], origin: GeodeticPosition | None) -> wire.VertexModel:
+    """Convert a corner on the ground plane."""
+    full = position((*point_enu_m, 0.0), origin)
+    return wire.VertexModel(
+        east_m=full.east_m, north_m=full.north_m, latitude_deg=full.latitude_deg, longitude_deg=full.longitude_deg
+    )
+
+
+def optional_position(point_enu_m: model.EnuPoint | None, origin: GeodeticPosition | None) -> wire.PositionModel | None:
+    """Convert an ENU point that may be unknown."""
+    return position(point_enu_m, origin) if point_enu_m is not None else None

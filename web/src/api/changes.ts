@@ -1,0 +1,16 @@
+/** Puts what has changed onto what the page knows of the mission. */
+import type { Changes, Mission, Vehicle } from "./types";
+
+/** Return the mission after the changes. What has not changed stays the same object, so that nobody draws it again. */
+export function applyChanges(mission: Mission, changes: Changes): Mission {
+  const byId = new Map<number, Vehicle>(mission.vehicles.map((vehicle) => [vehicle.vehicle_id, vehicle]));
+  for (const fields of changes.vehicles) {
+    const id = fields["vehicle_id"] as number;
+    byId.set(id, { ...byId.get(id), ...fields } as Vehicle);
+  }
+  const vehicles =
+    changes.vehicles.length === 0
+      ? mission.vehicles
+      : [...byId.values()].sort((one, other) => one.vehicle_id - other.vehicle_id);
+  return { ...mission, ...changes.mission, vehicles };
+}

@@ -1,0 +1,28 @@
+import { expect, test } from "vitest";
+import { applyChanges } from "../src/api/changes";
+import { mission, vehicle } from "./samples";
+
+const before = mission({ vehicles: [vehicle(1), vehicle(2)] });
+const changes = { kind: "changes", seq: 1, utc_s: 0 } as const;
+
+test("changes only what is named, and keeps the rest as the same objects", () => {
+  const after = applyChanges(before, {
+    ...changes,
+    mission: { elapsed_s: 9 },
+    vehicles: [{ vehicle_id: 2, link_age_s: 4.5 }],
+  });
+  expect(after.elapsed_s).toBe(9);
+  expect(after.phase).toBe(before.phase);
+  expect(after.vehicles[0]).toBe(before.vehicles[0]);
+  expect(after.vehicles[1]).toEqual({ ...before.vehicles[1], link_age_s: 4.5 });
+  expect(before.vehicles[1]?.link_age_s).not.toBe(4.5);
+});
+
+test("takes in new vehicles in the order of their ids", () => {
+  const after = applyChanges(before, { ...changes, mission: {}, vehicles: [{ ...vehicle(3) }, { ...vehicle(0) }] });
+  expect(after.vehicles.map((one) => one.vehicle_id)).toEqual([0, 1, 2, 3]);
+});
+
+test("without a change of vehicles their list stays the same", () => {
+  expect(applyChanges(before, { ...changes, mission: {}, vehicles: [] }).vehicles).toBe(before.vehicles);
+});
