@@ -1,0 +1,155 @@
+"""Whole missions of the real driver with simulated autopilots over a radio with faults, in virtual time."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from aos_drivers.frames.fetching import Download, ImageFetcher
+from aos_drivers.mavlink.service import open_mavlink
+from aos_gcs.clock import LoopClock
+from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.geometry.poses import Pose
+from aos_gcs.mission.coordinator import Coordinator
+from aos_gcs.mission.health import LoopMonitor
+from aos_gcs.mission.journal import Journal
+from aos_gcs.mission.model import Outcome, Task
+from aos_gcs.mission.settings import Deadlines
+from aos_gcs.ports import DriverContext
+from aos_sim.camera.server import ImageServer
+from aos_sim.camera.synthetic import SyntheticImage
+from aos_sim.clock import Pacer
+from aos_sim.swarm import SimulatedSwarm, SwarmOptions
+from tests.fakes.air import GCS, Air, targets
+from tests.fakes.mission_flight import InlineExecutor, MemoryRecorder, settings
+
+SEPARATION_M = 1.5
+"""The default of ``safety.separation_m``."""
+TARGET_ENU_M = (2.0, 30.0)
+_TARGET_RADIUS_M = 0.7
+AREA_ENU_M = ((-8.0, 10.0), (8.0, 10.0), (8.0, 45.0), (-8.0, 45.0))
+
+
+class WarmSpot:
+    """Cool ground with one warm disc."""
+
+    def render(self, pose: Pose, camera: CameraModel, rng: np.random.Generator) -> SyntheticImage:
+        """Return what a camera that looks straight down sees."""
+        shape = camera.height_px, camera.width_px
+        rows, columns = np.indices(shape)
+        rays = np.stack([(columns - camera.cx_px) / camera.fx_px, (rows - camera.cy_px) / camera.fy_px], axis=-1)
+        rays_enu = np.dstack([rays, np.ones(shape)]) @ pose.R_cam2enu.T
+        ground_m = pose.position_enu_m[:2] - rays_enu[..., :2] * (pose.position_enu_m[2] / rays_enu[..., 2:])
+        warm = np.hypot(*np.moveaxis(ground_m - np.array(TARGET_ENU_M), -1, 0)) < _TARGET_RADIUS_M
+        rgb = rng.normal([70.0, 90.0, 50.0], 6.0, (*shape, 3))
+        rgb[warm] = [200.0, 40.0, 160.0]
+        thermal = rng.normal(12.0, 0.5, shape)
+        thermal[warm] = 28.0
+        return SyntheticImage(rgb.clip(0, 255).astype(np.uint8), thermal.astype(np.float32))
+
+
+@dataclass
+class AirFlight:
+    """A mission and the world it flies in."""
+
+    mission: Coordinator
+    swarm: SimulatedSwarm
+    air: Air
+    recorder: MemoryRecorder
+    clock: LoopClock
+    run: asyncio.Task[Outcome]
+    images: dict[str, bytes]
+
+    def texts(self) -> list[str]:
+        """Return all notices so far."""
+        return [event.data.text for event in self.recorder.events if event.kind == "notice"]
+
+    def assert_nobody_was_endangered(self) -> None:
+        """Look at the true distances, and at whom everything sent to each vehicle's address was meant for."""
+        smallest_m = self.swarm.report().min_separation_m
+        assert smallest_m is not None
+        assert smallest_m >= SEPARATION_M
+        for index, datagrams in self.air.sent_to.items():
+            assert targets(datagrams) <= {0, self.swarm.vehicles[index].system_id}
+
+    def task(self, vehicle_id: int) -> Task:
+        """Return what a vehicle is doing, as the mission sees it."""
+        return {v.telemetry.vehicle_id: v.task for v in self.mission.snapshot().vehicles}[vehicle_id]
+
+    async def until(self, condition: Callable[[], bool], timeout_s: float = 300.0) -> None:
+        """Wait in virtual time."""
+        async with self.clock.timeout_at(self.clock.now_s() + timeout_s):
+            while not condition():
+                await self.clock.sleep(0.05)
+
+    async def until_step(self, number: int) -> None:
+        """Wait for the end of a step."""
+        await self.until(lambda: len(self.mission.steps()) >= number)
+
+
+@asynccontextmanager
+async def flying_over(
+    monkeypatch: pytest.MonkeyPatch, air: Air, vehicles: int = 3, autopilot: str = "arducopter", **changes: object
+) -> AsyncIterator[AirFlight]:
+    """Fly a mission over ``air``; it has been started when this yields, and is over when it ends."""
+    loop = asyncio.get_running_loop()
+    air.install(loop)
+    loop.set_default_executor(InlineExecutor(1))
+    images: dict[str, bytes] = {}
+    publish = ImageServer.publish
+
+    def remember(server: ImageServer, system_id: int, index: int, data: bytes) -> str:
+        url = publish(server, system_id, index, data)
+        images[url] = data
+        return url
+
+    async def download(_fetcher: ImageFetcher, url: str, _host: str, _deadline_s: float) -> Download:
+        return Download(images[url], None)
+
+    monkeypatch.setattr(ImageServer, "publish", remember)
+    monkeypatch.setattr(ImageFetcher, "download", download)
+    monkeypatch.setattr("aos_sim.camera.darkroom.ThreadPoolExecutor", InlineExecutor)
+    # Virtual time has a resolution of its own, below which it would stand still.
+    delay_s = Pacer.delay_s
+    monkeypatch.setattr(Pacer, "delay_s", lambda pacer, real_s: delay_s(pacer, real_s) + 1e-4)
+    simulated = SwarmOptions(
+        vehicles=vehicles,
+        links=(f"udpout://{GCS[0]}:{GCS[1]}",),
+        autopilot=autopilot,
+        image_size_px=96,
+        start_up_s=1.0,
+        parameters=changes.pop("parameters", {}),  # type: ignore[arg-type]
+    )
+    clock = LoopClock()
+    journal, recorder, pulse = Journal(clock), MemoryRecorder(), LoopMonitor(period_s=0.5)
+    context = DriverContext(clock=clock, is_healthy=pulse.is_healthy, notify=journal.take)
+    async with (
+        open_mavlink([f"udpin://{GCS[0]}:{GCS[1]}"], context) as fleet,
+        SimulatedSwarm(simulated, WarmSpot()) as swarm,
+        journal.recorded(recorder),
+        asyncio.TaskGroup() as group,
+    ):
+        mission = Coordinator(
+            "m",
+            settings(
+                vehicles,
+                **{
+                    "area_enu_m": AREA_ENU_M,
+                    "origin": simulated.origin,
+                    "deadlines": Deadlines(preflight_s=60.0, capture_s=8.0),
+                    **changes,
+                },
+            ),
+            fleet=fleet,
+            clock=clock,
+            journal=journal,
+            recorder=recorder,
+            loop_monitor=pulse,
+        )
+        run = group.create_task(mission.run())
+        yield AirFlight(mission, swarm, air, recorder, clock, run, images)
