@@ -66,7 +66,14 @@ async def open_network(
     network = Network(peers, clock)
     context = DriverContext(clock, lambda: network.is_healthy, network.notices.append)
     cameras = cameras or CameraPlan()
-    tools = CaptureTools(clock, cast("ImageFetcher", fetcher), cameras, network.notices.append)
+    receivers: list[asyncio.Task[None]] = []
+    tools = CaptureTools(
+        clock,
+        cast("ImageFetcher", fetcher),
+        cameras,
+        network.notices.append,
+        lambda work: receivers.append(asyncio.ensure_future(work)),
+    )
     network.fleet = MavlinkFleet(Session(254, 5.0, cameras=cameras), context, tools, None)
     network.fleet.add_endpoint(0, network, None)
     tasks = [asyncio.create_task(network.talk()), asyncio.create_task(network.fleet.run())]
@@ -75,6 +82,6 @@ async def open_network(
         await clock.sleep(0.01)
         yield network
     finally:
-        for task in tasks:
+        for task in (*tasks, *receivers):
             task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
+        await asyncio.gather(*tasks, *receivers, return_exceptions=True)

@@ -46,6 +46,7 @@ class ShutterVehicle(FakeVehicle):
         self.velocity_ned_cmps = (0, 0, 0)
 
     def telemetry(self) -> bytes:
+        self.boot_ms += 100  # and as much by the base class: the period of the network
         attitude = mavlink.MAVLink_attitude_message(
             self.boot_ms + 100, 0.0, math.radians(PITCH_DEG), math.radians(YAW_DEG), 0.0, 0.0, 0.0
         )

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from aos_drivers.frames.clocks import BootClock, unwrap_us
+from aos_drivers.frames.clocks import BootClock, LeastDelay, unwrap_us
 from aos_drivers.frames.errors import FrameRefusedError
 from aos_drivers.frames.gimbal import (
     YAW_IN_EARTH_FRAME,
@@ -238,8 +238,20 @@ def test_the_least_delayed_message_gives_the_offset_until_timesync_does() -> Non
     assert clock.offset_s() == pytest.approx(49.98, abs=1e-3)
     assert clock.offset_s(50.0) == 50.0
     assert clock.offset_s(1.7e9) == pytest.approx(49.98, abs=1e-3)
-    clock.hear_boot(1.0, 11.0)
-    assert clock.offset_s() == pytest.approx(-10.0)
+    clock.hear_boot(1.0, 101.0)
+    assert clock.offset_s() == pytest.approx(-100.0)
+
+
+def test_a_stall_is_a_delay_and_a_lasting_one_another_clock() -> None:
+    clock = LeastDelay()
+    for now_s in np.arange(0.0, 10.0, 0.1):
+        clock.hear(now_s, now_s)
+    for now_s in np.arange(10.0, 13.0, 0.1):
+        clock.hear(8.0, now_s)
+    assert clock.offset_s == pytest.approx(0.0, abs=2e-3)
+    for now_s in np.arange(13.0, 30.0, 0.1):
+        clock.hear(now_s - 3.0, now_s)
+    assert clock.offset_s == pytest.approx(-3.0, abs=2e-3)
 
 
 # --- plausibility ----------------------------------------------------------------------------------------------------

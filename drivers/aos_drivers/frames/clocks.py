@@ -14,6 +14,9 @@ _EPOCH_FROM_US = 10**15
 _LEAK = 1e-4
 """How much a vehicle's clock may be slower than ours; crystals are a hundred times better than one in a hundred."""
 _JUMP_S = 1.0
+_STALL_S = 0.5
+_LONGEST_STALL_S = 10.0
+_REBOOT_S = 60.0
 _LONGEST_DELAY_S = 10.0
 """Between an exposure and the message about it; what says otherwise is a clock that is wrong."""
 _AHEAD_S = 0.5
@@ -31,6 +34,34 @@ class ExposureTime:
     """Standard deviation."""
 
 
+class LeastDelay:
+    """Another clock against ours, from messages that carry its time: the least delayed of them tells most."""
+
+    def __init__(self) -> None:
+        self.offset_s: float | None = None
+        """Their clock minus ours, at least; it is less by the least delay of a message."""
+        self._heard_at_s = 0.0
+        self._late_since_s: float | None = None
+
+    def hear(self, theirs_s: float, ours_s: float) -> None:
+        """Note a message with their time that arrived at our time."""
+        offset_s, before_s = theirs_s - ours_s, self.offset_s
+        if before_s is not None:
+            leaked_s = before_s - _LEAK * (ours_s - self._heard_at_s)
+            late_by_s = leaked_s - offset_s
+            if late_by_s <= _STALL_S:
+                self._late_since_s = None
+            elif self._late_since_s is None:
+                self._late_since_s = ours_s
+            lasted_s = 0.0 if self._late_since_s is None else ours_s - self._late_since_s
+            # Late for ever, or later than any link delays: not delayed, but another clock, as after a reboot.
+            if lasted_s <= _LONGEST_STALL_S and late_by_s <= _REBOOT_S:
+                offset_s = max(offset_s, leaked_s)
+            else:
+                self._late_since_s = None
+        self.offset_s, self._heard_at_s = offset_s, ours_s
+
+
 class BootClock:
     """The vehicle's time since boot against our clock and against UTC.
 
@@ -38,19 +69,12 @@ class BootClock:
     """
 
     def __init__(self) -> None:
-        self._arrival_offset_s: float | None = None
-        self._heard_at_s = 0.0
+        self._arrivals = LeastDelay()
         self._utc_minus_boot_s: float | None = None
 
     def hear_boot(self, boot_s: float, now_s: float) -> None:
         """Note the time since boot of a message that arrived at ``now_s``."""
-        offset_s = boot_s - now_s
-        if self._arrival_offset_s is not None:
-            leaked_s = self._arrival_offset_s - _LEAK * (now_s - self._heard_at_s)
-            # A message that was delayed says less than an earlier, quicker one; a jump is a reboot.
-            if offset_s > leaked_s - _JUMP_S:
-                offset_s = max(offset_s, leaked_s)
-        self._arrival_offset_s, self._heard_at_s = offset_s, now_s
+        self._arrivals.hear(boot_s, now_s)
 
     def hear_utc(self, utc_s: float, boot_s: float) -> None:
         """Note a SYSTEM_TIME: the vehicle's UTC at a time since its boot."""
@@ -59,7 +83,7 @@ class BootClock:
 
     def offset_s(self, timesync_offset_s: float | None = None) -> float | None:
         """Return boot time minus our clock; TIMESYNC's where that counts from the boot, too."""
-        arrival_s = self._arrival_offset_s
+        arrival_s = self._arrivals.offset_s
         if arrival_s is not None and timesync_offset_s is not None and abs(timesync_offset_s - arrival_s) <= _JUMP_S:
             return timesync_offset_s
         return arrival_s

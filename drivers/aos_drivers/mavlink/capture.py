@@ -11,8 +11,9 @@ from aos_drivers.mavlink.exposure import CaptureTools, VehicleAccess, capture_er
 from aos_drivers.mavlink.photos import PhotoSource
 from aos_drivers.mavlink.record import VehicleRecord
 from aos_drivers.mavlink.reported import ReportedSource
+from aos_drivers.mavlink.video import VideoSource
 from aos_gcs.errors import CaptureError
-from aos_gcs.ports import Capture, Notice, Severity
+from aos_gcs.ports import Capture, DriverContext, Notice, Severity
 
 
 class FrameSource(Protocol):
@@ -60,6 +61,13 @@ class CaptureRunner:
             raise capture_error(capture.vehicle_id, capture.image_index, error) from error
 
 
+def report_receiver(context: DriverContext, error: BaseException) -> None:
+    """Tell of a receiver of streams that has failed for good; everything else goes on."""
+    context.notify(
+        Notice(Severity.CRITICAL, f"a camera's stream is no longer received: {error!r}; restart the service")
+    )
+
+
 def make_source(
     vehicle: VehicleAccess, tools: CaptureTools, make_component_source: Callable[[], FrameSource]
 ) -> FrameSource:
@@ -72,4 +80,5 @@ def make_source(
             return ReportedSource(vehicle, tools, settings)
         case SourceKind.PHOTOS:
             return PhotoSource(vehicle, tools, settings)
-    raise CaptureError(f"the source {settings.source} is not known")
+        case SourceKind.VIDEO:
+            return VideoSource(vehicle, tools, settings)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Coroutine, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,6 +29,8 @@ class CaptureTools:
     fetcher: ImageFetcher
     cameras: CameraPlan
     notify: Callable[[Notice], None]
+    start: Callable[[Coroutine[object, object, None]], None]
+    """Runs work in the background for as long as the driver is open."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from aos_drivers.frames.fetching import ImageFetcher
 from aos_drivers.mavlink.address import PeerAddress, parse_link
 from aos_drivers.mavlink.background import BackgroundTasks
-from aos_drivers.mavlink.capture import CaptureRunner, make_source
+from aos_drivers.mavlink.capture import CaptureRunner, make_source, report_receiver
 from aos_drivers.mavlink.commands import CommandRunner, Send
 from aos_drivers.mavlink.component import ComponentSource
 from aos_drivers.mavlink.exposure import CaptureTools, VehicleAccess
@@ -163,7 +163,8 @@ async def open_mavlink(links: Sequence[str], context: DriverContext) -> AsyncIte
         recorder = await open_recorder(stack, context)
         http = await stack.enter_async_context(aiohttp.ClientSession())
         fetcher = ImageFetcher(http, context.clock, options.image_limits, options.image_hosts)
-        tools = CaptureTools(context.clock, fetcher, options.cameras, context.notify)
+        receivers = await stack.enter_async_context(BackgroundTasks(lambda error: report_receiver(context, error)))
+        tools = CaptureTools(context.clock, fetcher, options.cameras, context.notify, receivers.start)
         keyring = await asyncio.to_thread(Keyring, addresses, context.clock)
         stack.push_async_callback(asyncio.to_thread, keyring.close)
         session = Session(context.system_id, options.position_hz, keyring.signers, options.cameras)

@@ -17,7 +17,7 @@ from aos_drivers.frames.fetching import ImageFetcher
 from aos_drivers.mavlink.address import LinkAddress, PeerAddress, parse_link
 from aos_drivers.mavlink.autopilots import Target
 from aos_drivers.mavlink.background import BackgroundTasks
-from aos_drivers.mavlink.capture import CaptureRunner, make_source
+from aos_drivers.mavlink.capture import CaptureRunner, make_source, report_receiver
 from aos_drivers.mavlink.commands import CommandRunner
 from aos_drivers.mavlink.exposure import CaptureTools, VehicleAccess
 from aos_drivers.mavlink.links import LinkOpener
@@ -240,7 +240,8 @@ async def open_mavsdk(links: Sequence[str], context: DriverContext) -> AsyncIter
         recorder = await open_recorder(stack, context)
         http = await stack.enter_async_context(aiohttp.ClientSession())
         fetcher = ImageFetcher(http, context.clock, options.image_limits, options.image_hosts)
-        tools = CaptureTools(context.clock, fetcher, options.cameras, context.notify)
+        receivers = await stack.enter_async_context(BackgroundTasks(lambda error: report_receiver(context, error)))
+        tools = CaptureTools(context.clock, fetcher, options.cameras, context.notify, receivers.start)
         core, feeder = await stack.enter_async_context(open_core(context.system_id))
         fleet = MavsdkFleet(core, context, tools, options.position_hz)
         postman = Postman()

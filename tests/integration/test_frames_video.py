@@ -1,0 +1,199 @@
+"""Video as the frames of a vehicle: RTP with RTCP, MPEG-TS without times, and RTSP, all served by PyAV."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import socket
+import threading
+from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import asynccontextmanager, contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from aos_drivers.frames.errors import FrameRefusedError, LateFrameError
+from aos_drivers.frames.settings import CameraSettings, ImagePlace, SourceKind
+from aos_drivers.frames.stream_clock import SENDER_SIGMA_S
+from aos_drivers.frames.video import KEPT_FRAMES, VideoReceiver
+from aos_gcs.clock import LoopClock
+from tests.integration.test_frames_reported import PITCH_DEG, ShutterVehicle, bench, deadline_s
+
+av = pytest.importorskip("av", reason="needs the extra video")
+
+WIDTH, HEIGHT, RATE_HZ = 64, 48, 20
+FOV_RAD = 0.9
+
+
+def free_port() -> int:
+    """An even port whose successor is likely to be free, too: RTCP uses it."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1]) // 2 * 2
+
+
+@contextmanager
+def sending(send: Callable[[threading.Event], None]) -> Iterator[None]:
+    """Call ``send`` again and again, in a thread, until its event is set."""
+    end = threading.Event()
+
+    def run() -> None:
+        while not end.is_set():
+            try:
+                send(end)
+            except (av.FFmpegError, OSError):
+                end.wait(0.05)
+
+    thread = threading.Thread(target=run, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        end.set()
+        thread.join(5.0)
+
+
+def rtp(port: int) -> Callable[[threading.Event], None]:
+    return lambda end: encode(f"rtp://127.0.0.1:{port}", "rtp", end)
+
+
+def mpeg_ts(port: int) -> Callable[[threading.Event], None]:
+    """Serve one client at a time."""
+
+    def send(end: threading.Event) -> None:
+        with socket.create_server(("127.0.0.1", port)) as server:
+            server.settimeout(0.1)
+            connection, _ = server.accept()
+            with connection, connection.makefile("wb") as file:
+                encode(file, "mpegts", end)
+
+    return send
+
+
+def encode(target: Any, kind: str, end: threading.Event) -> None:
+    """Send H.264 in real time, whose grey grows by 5 per frame."""
+    with av.open(target, "w", format=kind) as output:
+        stream: Any = output.add_stream("libx264", rate=RATE_HZ, options={"preset": "ultrafast", "tune": "zerolatency"})
+        stream.width, stream.height, stream.pix_fmt, stream.gop_size = WIDTH, HEIGHT, "yuv420p", 5
+        for number in range(10_000):
+            picture = av.VideoFrame.from_ndarray(np.full((HEIGHT, WIDTH, 3), number * 5 % 256, np.uint8), "rgb24")
+            for packet in stream.encode(picture):
+                output.mux(packet)
+            if end.wait(1.0 / RATE_HZ):
+                return
+
+
+def session_description(folder: Path, port: int) -> str:
+    path = folder / "stream.sdp"
+    path.write_text(
+        "v=0\no=- 0 0 IN IP4 127.0.0.1\ns=x\nc=IN IP4 127.0.0.1\nt=0 0\n"
+        f"m=video {port} RTP/AVP 96\na=rtpmap:96 H264/90000\na=fmtp:96 packetization-mode=1\n",
+        encoding="utf-8",
+    )
+    return str(path)
+
+
+def settings_of(address: str, **changes: object) -> CameraSettings:
+    values = {"source": SourceKind.VIDEO, "place": ImagePlace(url=address), "fov_rad": FOV_RAD}
+    return CameraSettings(**(values | changes))  # type: ignore[arg-type]
+
+
+async def test_rtp_gives_frames_with_the_senders_times_and_interpolated_poses(tmp_path: Path) -> None:
+    port = free_port()
+    settings = settings_of(session_description(tmp_path, port))
+    with sending(rtp(port)):
+        async with bench(ShutterVehicle(lambda _: None), settings) as network:
+            first = await network.vehicle().capture(deadline_s(network, 20.0))
+            asked_at_utc_s = network.clock.utc_s()
+            second = await network.vehicle().capture(deadline_s(network, 20.0))
+            late_s = network.clock.utc_s() - second.utc_s
+            state = network.vehicle().state.camera
+    assert first.image.shape == (HEIGHT, WIDTH, 3)
+    assert first.bands == ("red", "green", "blue")
+    assert second.image_index > first.image_index
+    assert second.time_sigma_s == SENDER_SIGMA_S
+    assert asked_at_utc_s <= second.utc_s
+    assert late_s < 2.0
+    tilt = math.radians(PITCH_DEG)
+    assert second.R_cam2enu[:, 2] == pytest.approx([math.sin(tilt), 0.0, -math.cos(tilt)], abs=1e-4)
+    assert state is not None
+    assert (state.source, state.frames) == ("video", 2)
+
+
+@asynccontextmanager
+async def receiving(settings: CameraSettings, max_pixels: int = 10_000) -> AsyncIterator[tuple[VideoReceiver, Any]]:
+    clock = LoopClock()
+    receiver = VideoReceiver(lambda: settings.place.url or "", clock, settings, max_pixels, lambda: None)
+    task = asyncio.create_task(receiver.run())
+    try:
+        yield receiver, clock
+    finally:
+        task.cancel()
+        await asyncio.gather(task, return_exceptions=True)
+
+
+async def until(clock: LoopClock, condition: Any, within_s: float = 20.0) -> None:
+    async with clock.timeout_at(clock.now_s() + within_s):
+        while not condition():
+            await clock.sleep(0.02)
+
+
+@pytest.mark.slow
+async def test_a_stream_without_times_arrives_a_latency_late_and_is_found_again_after_its_end() -> None:
+    port = free_port()
+    settings = settings_of(f"tcp://127.0.0.1:{port}", latency_s=0.3, latency_sigma_s=0.12)
+    async with receiving(settings) as (receiver, clock):
+        with sending(mpeg_ts(port)):
+            await until(clock, lambda: receiver.first_since(-math.inf) is not None)
+            frame = receiver.first_since(-math.inf)
+            assert frame is not None
+            assert not frame.time.by_sender
+            assert frame.time.sigma_s == 0.12
+            assert 0.25 < clock.now_s() - frame.time.at_s < 1.5
+            image, bands = frame.image()
+            assert (image.shape, bands) == ((HEIGHT, WIDTH, 3), ("red", "green", "blue"))
+            await until(clock, lambda: receiver._received > 2 * KEPT_FRAMES)
+            assert len(receiver._frames) == KEPT_FRAMES
+        await until(clock, lambda: "stream" in receiver.problem)
+        ended_at_s = clock.now_s()
+        with sending(mpeg_ts(port)):
+            await until(clock, lambda: receiver.first_since(ended_at_s) is not None)
+
+
+async def test_pictures_beyond_the_limit_are_refused() -> None:
+    port = free_port()
+    with sending(mpeg_ts(port)):
+        async with receiving(settings_of(f"tcp://127.0.0.1:{port}"), max_pixels=1000) as (receiver, clock):
+            await until(clock, lambda: "64 x 48 pixels" in receiver.problem)
+            assert receiver.first_since(-math.inf) is None
+
+
+async def test_a_stream_that_is_not_there_is_named_at_the_deadline() -> None:
+    settings = settings_of(f"tcp://127.0.0.1:{free_port()}")
+    async with bench(ShutterVehicle(lambda _: None), settings) as network:
+        with pytest.raises(LateFrameError, match=r"from vehicle 1: the stream fails: .*refused"):
+            await network.vehicle().capture(deadline_s(network, 0.5))
+
+
+async def test_a_stream_cannot_lead_to_a_file(tmp_path: Path) -> None:
+    secret = tmp_path / "secret.ts"
+    secret.write_bytes(b"x")
+    async with receiving(settings_of(f"rtsp:file://{secret}".replace("rtsp:", "udp://", 1))) as (receiver, clock):
+        await until(clock, lambda: receiver.problem.startswith("the stream fails"))
+
+
+async def test_a_frame_without_a_pose_of_its_time_is_refused(tmp_path: Path) -> None:
+    port = free_port()
+    settings = settings_of(session_description(tmp_path, port), max_pose_age_s=0.3)
+    with sending(rtp(port)):
+        async with bench(ShutterVehicle(lambda _: None), settings) as network:
+            await network.vehicle().capture(deadline_s(network, 20.0))
+            network.silent.add(1)
+            await network.clock.sleep(1.0)
+            with pytest.raises(FrameRefusedError, match=r"max_pose_age_s"):
+                await network.vehicle().capture(deadline_s(network, 20.0))
+            state = network.vehicle().state.camera
+    assert state is not None
+    assert state.refused == 1
