@@ -195,6 +195,7 @@ class ArduCopter(Autopilot):
     def _begin_manoeuvre(self) -> None:
         if not self.flight.airborne:
             return
+        self.flight.restore_speeds()
         match self._mode:
             case CopterMode.RTL:
                 self.flight.return_home(self.kinematics, self.now.s)
@@ -224,17 +225,18 @@ class ArduCopter(Autopilot):
         allowed = self.flight.armed and not self.flight.airborne and self._mode is CopterMode.GUIDED
         if not allowed or height_m is None or height_m <= 0.0:
             return int(mavlink.MAV_RESULT_FAILED)
+        self.flight.restore_speeds()
         self.flight.take_off(height_m, self.kinematics, self.now.s)
         return int(mavlink.MAV_RESULT_ACCEPTED)
 
-    def reposition(self, request: CommandRequest) -> int | None:
+    def reposition(self, request: CommandRequest) -> int:
         """Fly to a place in GUIDED.
 
-        Only as COMMAND_INT; parameter 2 must ask for the mode change unless the vehicle is in GUIDED. A place outside
-        the fence is dropped in silence.
+        Only as COMMAND_INT; parameter 2 must ask for the mode change unless the vehicle is in GUIDED. The speed in
+        parameter 1 is ignored. A place outside the fence is refused without a text.
         """
         if request.frame is None:
-            return int(mavlink.MAV_RESULT_COMMAND_INT_ONLY)
+            return int(mavlink.MAV_RESULT_UNSUPPORTED)
         change_mode = int(request.finite_or_none(2) or 0) & mavlink.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE
         altitude_m = request.finite_or_none(7)
         if not (change_mode or self._mode is CopterMode.GUIDED) or altitude_m is None or not request.place_valid():
@@ -245,13 +247,11 @@ class ArduCopter(Autopilot):
         east_m, north_m, up_m = self.identity.frame.to_enu(request.geodetic(altitude_amsl_m))
         target_enu_m = (float(east_m), float(north_m), float(up_m))
         if self.fence().breach(target_enu_m, self.flight.home_enu_m):
-            return None
+            return int(mavlink.MAV_RESULT_FAILED)
         if self.select_mode(CopterMode.GUIDED) != mavlink.MAV_RESULT_ACCEPTED:
             return int(mavlink.MAV_RESULT_FAILED)
         if self.flight.airborne:
-            speed_mps = request.finite_or_none(1)
-            speed_mps = speed_mps if speed_mps is not None and speed_mps > 0.0 else None
-            self.flight.fly_to(target_enu_m, self.kinematics, self.now.s, speed_mps)
+            self.flight.fly_to(target_enu_m, self.kinematics, self.now.s)
         return int(mavlink.MAV_RESULT_ACCEPTED)
 
     def _altitude_amsl_m(self, frame: int, altitude_m: float) -> float | None:

@@ -100,7 +100,7 @@ class Autopilot(ABC):
             "MISSION_CLEAR_ALL": lambda message: self.fence_service.on_clear(message, self.now.s),
             "TIMESYNC": self._on_timesync,
         }
-        self._commands: dict[int, Callable[[CommandRequest], int | None]] = {
+        self._commands: dict[int, Callable[[CommandRequest], int]] = {
             mavlink.MAV_CMD_COMPONENT_ARM_DISARM: self._arm_or_disarm,
             mavlink.MAV_CMD_NAV_TAKEOFF: self.take_off,
             mavlink.MAV_CMD_NAV_LAND: lambda _: self.select_mode(self.land_mode()),
@@ -174,8 +174,8 @@ class Autopilot(ABC):
         """Carry out NAV_TAKEOFF; return a MAV_RESULT."""
 
     @abstractmethod
-    def reposition(self, request: CommandRequest) -> int | None:
-        """Carry out DO_REPOSITION; return a MAV_RESULT, or None for silence."""
+    def reposition(self, request: CommandRequest) -> int:
+        """Carry out DO_REPOSITION; return a MAV_RESULT."""
 
     @abstractmethod
     def on_heartbeat(self, message: mavlink.MAVLink_message) -> None:
@@ -254,9 +254,7 @@ class Autopilot(ABC):
     def _on_command(self, message: mavlink.MAVLink_message) -> None:
         request = CommandRequest.of(message)
         command = self._commands.get(request.command)
-        result = mavlink.MAV_RESULT_UNSUPPORTED if command is None else command(request)
-        if result is not None:
-            self.acknowledge(request, result)
+        self.acknowledge(request, mavlink.MAV_RESULT_UNSUPPORTED if command is None else command(request))
 
     def _on_set_mode(self, message: mavlink.MAVLink_message) -> None:
         self.select_mode(message.custom_mode)

@@ -114,7 +114,7 @@ class FlightController:
     def disarm(self, kinematics: Kinematics, now_s: float) -> None:
         """Stop the motors at once, also in the air."""
         self.armed = False
-        self._speed_override_mps = self._climb_override_mps = self._descent_override_mps = None
+        self.restore_speeds()
         self._hold_here(kinematics)
         self._enter(Manoeuvre.GROUNDED, now_s)
 
@@ -167,10 +167,14 @@ class FlightController:
     def change_speed(
         self, speed_mps: float | None = None, climb_mps: float | None = None, descent_mps: float | None = None
     ) -> None:
-        """Replace the speeds of the settings until the vehicle is disarmed."""
+        """Replace the speeds of the settings until they are restored, at the latest by disarming."""
         self._speed_override_mps = speed_mps or self._speed_override_mps
         self._climb_override_mps = climb_mps or self._climb_override_mps
         self._descent_override_mps = descent_mps or self._descent_override_mps
+
+    def restore_speeds(self) -> None:
+        """Go back to the speeds of the settings."""
+        self._speed_override_mps = self._climb_override_mps = self._descent_override_mps = None
 
     def update(self, kinematics: Kinematics, now_s: float) -> list[FlightEvent]:
         """Advance the manoeuvre and the set-point; return what happened."""

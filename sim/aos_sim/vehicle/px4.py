@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from enum import IntEnum
+from functools import partial
 from typing import ClassVar
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
@@ -16,7 +17,7 @@ from aos_sim.vehicle.fence import Fence
 from aos_sim.vehicle.flight import FlightEvent, FlightSettings
 from aos_sim.vehicle.kinematics import Kinematics
 from aos_sim.vehicle.parameters import Parameter, ParameterEncoding, ParameterType
-from aos_sim.vehicle.telemetry import COMMON_MESSAGES, MessageBuilder, estimator_status
+from aos_sim.vehicle.telemetry import COMMON_MESSAGES, SENSORS, MessageBuilder, estimator_status, sys_status
 from aos_sim.vehicle.true_state import hil_state_quaternion
 
 
@@ -62,6 +63,7 @@ class Px4(Autopilot):
     )
     MESSAGES: ClassVar[Mapping[int, MessageBuilder]] = {
         **COMMON_MESSAGES,
+        mavlink.MAVLINK_MSG_ID_SYS_STATUS: partial(sys_status, present=SENSORS & ~mavlink.MAV_SYS_STATUS_PREARM_CHECK),
         mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS: estimator_status,
         mavlink.MAVLINK_MSG_ID_HIL_STATE_QUATERNION: hil_state_quaternion,
     }

@@ -166,14 +166,14 @@ def vfr_hud(readings: Readings) -> mavlink.MAVLink_message:
     )
 
 
-def sys_status(readings: Readings) -> mavlink.MAVLink_message:
-    """SYS_STATUS; the bit for the pre-arm checks follows ``ready_to_arm``."""
+def sys_status(readings: Readings, present: int = SENSORS) -> mavlink.MAVLink_message:
+    """SYS_STATUS; the bit for the pre-arm checks follows ``ready_to_arm``, whether it is ``present`` or not."""
     health = SENSORS
     if not readings.ready_to_arm:
         health &= ~(mavlink.MAV_SYS_STATUS_PREARM_CHECK | mavlink.MAV_SYS_STATUS_AHRS)
     return mavlink.MAVLink_sys_status_message(
-        onboard_control_sensors_present=SENSORS,
-        onboard_control_sensors_enabled=SENSORS,
+        onboard_control_sensors_present=present,
+        onboard_control_sensors_enabled=present,
         onboard_control_sensors_health=health,
         load=250,
         voltage_battery=round(readings.voltage_v * 1e3),

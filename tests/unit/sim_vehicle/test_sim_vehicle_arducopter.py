@@ -109,7 +109,7 @@ def test_reposition_flies_to_the_altitude_of_its_frame(flying, frame, altitude):
 def test_reposition_rules(flying):
     place = flying.frame.to_geodetic((5, 5, 20))
     as_long = (-1, 1, 0, 0, place.latitude_deg, place.longitude_deg, place.altitude_amsl_m)
-    assert flying.long(mavlink.MAV_CMD_DO_REPOSITION, *as_long) == [mavlink.MAV_RESULT_COMMAND_INT_ONLY]
+    assert flying.long(mavlink.MAV_CMD_DO_REPOSITION, *as_long) == [mavlink.MAV_RESULT_UNSUPPORTED]
     assert flying.reposition(5, 5, 20, altitude=math.nan) == [DENIED]
     assert flying.reposition(5, 5, 20, frame=mavlink.MAV_FRAME_LOCAL_NED) == [RESULT_UNSUPPORTED_FRAME]
     assert flying.reposition(5, 5, 20, flags=0) == [ACCEPTED], "GUIDED already"
@@ -120,8 +120,10 @@ def test_reposition_rules(flying):
 
 
 @pytest.mark.parametrize("place", [(600, 0, 20), (0, 0, 130)])
-def test_place_outside_the_fence_is_dropped_in_silence(flying, place):
-    assert flying.reposition(*place) == []
+def test_place_outside_the_fence_is_refused_without_a_text(flying, place):
+    texts = flying.texts()
+    assert flying.reposition(*place) == [FAILED]
+    assert flying.texts() == texts
     flying.advance(3)
     assert flying.distance_to(0, 0, 20) < 0.3
     flying.set_parameter("FENCE_ENABLE", 0)
@@ -136,13 +138,20 @@ def test_reposition_on_the_ground_does_not_lift_off(bench):
     assert bench.height_m == 0.0
 
 
-def test_speed_of_reposition_and_of_change_speed_is_flown(flying):
-    flying.reposition(0, 100, 20, speed=4.0)
-    flying.advance(5)
-    assert flying.state.velocity_enu_mps[0, 1] == pytest.approx(4.0, abs=0.01)
+def test_speed_of_change_speed_is_flown_in_this_mode_and_that_of_reposition_is_not(flying):
+    def speed_mps():
+        flying.advance(5)
+        return flying.state.velocity_enu_mps[0, 1]
+
+    flying.reposition(0, 300, 20, speed=4.0)
+    assert speed_mps() == pytest.approx(10.0, abs=0.01)
     assert flying.long(mavlink.MAV_CMD_DO_CHANGE_SPEED, 1, 7.0, -1) == [ACCEPTED]
-    flying.advance(5)
-    assert flying.state.velocity_enu_mps[0, 1] == pytest.approx(7.0, abs=0.01)
+    assert speed_mps() == pytest.approx(7.0, abs=0.01)
+    flying.reposition(0, 400, 20)
+    assert speed_mps() == pytest.approx(7.0, abs=0.01)
+    flying.long(SET_MODE, 1, BRAKE)
+    flying.reposition(0, 450, 20)
+    assert speed_mps() == pytest.approx(10.0, abs=0.01)
     assert flying.long(mavlink.MAV_CMD_DO_CHANGE_SPEED, 1, 0.0, -1) == [DENIED]
 
 
