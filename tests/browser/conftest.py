@@ -6,10 +6,13 @@ import asyncio
 import os
 import shutil
 from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 from typing import NoReturn
 
 import pytest
+import pytest_asyncio
+from fastapi import FastAPI
 from playwright.async_api import Browser, ConsoleMessage, Page, Request, async_playwright
 
 from aos_gcs.api.app import create_app
@@ -29,7 +32,8 @@ _CHROMIUM_ARGUMENTS = [
     "--disable-sync",
     "--no-first-run",
 ]
-_MISSION_SPEED = 4.0
+_MISSION_SPEED = 8.0
+OPERATOR_CODE = "correct-horse"
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -62,7 +66,7 @@ def dashboard_build() -> None:
         _unavailable("the dashboard is not built: run npm ci and npm run build in web/")
 
 
-@pytest.fixture
+@pytest_asyncio.fixture(scope="session", loop_scope="session")
 async def browser(chromium_path: str) -> AsyncIterator[Browser]:
     async with async_playwright() as playwright:
         browser = await playwright.chromium.launch(executable_path=chromium_path, args=_CHROMIUM_ARGUMENTS)
@@ -97,8 +101,26 @@ def page_record() -> PageRecord:
     return PageRecord()
 
 
-@pytest.fixture
+@pytest_asyncio.fixture(loop_scope="session")
+async def map_page(browser: Browser, page_record: PageRecord) -> AsyncIterator[Page]:
+    async with _new_page(browser, page_record) as page:
+        yield page
+
+
+@pytest_asyncio.fixture(loop_scope="session")
 async def page(browser: Browser, page_record: PageRecord) -> AsyncIterator[Page]:
+    """A page in a browser without WebGL: everything but the map is as it is, and much faster without a GPU."""
+    async with _new_page(browser, page_record) as page:
+        await page.add_init_script(
+            "const get = HTMLCanvasElement.prototype.getContext;"
+            "HTMLCanvasElement.prototype.getContext = function (kind, ...more) {"
+            "  return kind.startsWith('webgl') ? null : get.call(this, kind, ...more); };"
+        )
+        yield page
+
+
+@asynccontextmanager
+async def _new_page(browser: Browser, page_record: PageRecord) -> AsyncIterator[Page]:
     context = await browser.new_context(viewport={"width": 1280, "height": 800})
     page = await context.new_page()
     page_record.watch(page)
@@ -109,9 +131,10 @@ async def page(browser: Browser, page_record: PageRecord) -> AsyncIterator[Page]
 class Service:
     """A scripted mission behind the real server; can be stopped and started again on the same port."""
 
-    def __init__(self, mission: ScriptedMission) -> None:
+    def __init__(self, mission: ScriptedMission, operator_code: str | None = None) -> None:
         self.mission = mission
         self.url = ""
+        self._operator_code = operator_code
         self._stop = asyncio.Event()
         self._task: asyncio.Task[None] | None = None
         self._port = 0
@@ -133,19 +156,36 @@ class Service:
             await self._task
             self._task = None
 
+    def _make_app(self) -> FastAPI:
+        return create_app(self.mission, operator_code=self._operator_code)
+
     async def _serve(self, ready: asyncio.Event) -> None:
-        async with serve(create_app(self.mission), port=self._port) as address:
+        async with serve(self._make_app(), port=self._port) as address:
             self.url, self._port = address.url, address.port
             ready.set()
             await self._stop.wait()
 
 
-@pytest.fixture
-async def service(dashboard_build: None) -> AsyncIterator[Service]:  # noqa: ARG001 - asked for its check only
+@asynccontextmanager
+async def _serving(operator_code: str | None = None) -> AsyncIterator[Service]:
     mission = ScriptedMission(LoopClock())
-    service = Service(mission)
+    service = Service(mission, operator_code)
     await service.start()
     running = asyncio.create_task(mission.run(speed=_MISSION_SPEED))
     yield service
     running.cancel()
     await service.stop()
+
+
+@pytest_asyncio.fixture(loop_scope="session")
+async def service(dashboard_build: None) -> AsyncIterator[Service]:  # noqa: ARG001 - asked for its check only
+    """A mission that everybody may command."""
+    async with _serving() as service:
+        yield service
+
+
+@pytest_asyncio.fixture(loop_scope="session")
+async def guarded_service(dashboard_build: None) -> AsyncIterator[Service]:  # noqa: ARG001 - asked for its check only
+    """A mission that only operators may command."""
+    async with _serving(OPERATOR_CODE) as service:
+        yield service

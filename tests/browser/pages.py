@@ -15,6 +15,14 @@ async def open_page(page: Page, url: str, view: str = "fly") -> None:
     await expect(page.get_by_test_id("connection")).to_have_attribute("data-state", "open", timeout=START_TIMEOUT_MS)
 
 
+async def sign_in(page: Page, name: str, code: str | None = None) -> None:
+    """Fill in the open question for a name and the operators' code; without one, it came with the address."""
+    await page.get_by_test_id("sign-in-name").fill(name)
+    if code is not None:
+        await page.get_by_test_id("sign-in-code").fill(code)
+    await page.get_by_test_id("sign-in-ok").click()
+
+
 async def confirm(page: Page) -> None:
     """Keep the button of the open question pressed until the command is sent."""
     await page.get_by_test_id("confirm-ok").click(delay=KEEP_PRESSED_MS)

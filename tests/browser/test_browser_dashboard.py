@@ -5,33 +5,44 @@ from __future__ import annotations
 import asyncio
 
 import pytest
-from playwright.async_api import Browser, Page, expect
+from playwright.async_api import Page, expect
 
 from aos_gcs.mission.model import Action
 from aos_gcs.ports import Severity
-from tests.browser.pages import START_TIMEOUT_MS, confirm, open_page, place_m, start_mission, wait_for_visibility
+from tests.browser.conftest import OPERATOR_CODE
+from tests.browser.pages import (
+    START_TIMEOUT_MS,
+    confirm,
+    open_page,
+    place_m,
+    sign_in,
+    start_mission,
+    wait_for_visibility,
+)
 from tests.fakes.mission import REFUSING_ID, SILENT_ID
+
+pytestmark = pytest.mark.asyncio(loop_scope="session")
 
 VIEWS = ("plan", "prepare", "fly", "see", "understand", "decide")
 
 
-async def test_page_shows_a_mission_without_errors_or_foreign_requests(page, service, page_record) -> None:
-    await open_page(page, service.url)
-    await expect(page.get_by_test_id("phase")).to_have_text("ready")
-    await expect(page.get_by_test_id(f"link-{SILENT_ID}")).to_have_text("never heard")
-    await expect(page.get_by_test_id(f"height-{SILENT_ID}")).to_have_text("\N{EN DASH}")
-    before = await place_m(page, 1)
+async def test_page_shows_a_mission_without_errors_or_foreign_requests(map_page, service, page_record) -> None:
+    await open_page(map_page, service.url)
+    await expect(map_page.get_by_test_id("phase")).to_have_text("ready")
+    await expect(map_page.get_by_test_id(f"link-{SILENT_ID}")).to_have_text("never heard")
+    await expect(map_page.get_by_test_id(f"height-{SILENT_ID}")).to_have_text("\N{EN DASH}")
+    before = await place_m(map_page, 1)
 
-    await start_mission(page)
-    await page.keyboard.press("u")
-    await wait_for_visibility(page, 0.3, 40_000)
-    await page.keyboard.press("s")
-    await expect(page.get_by_test_id("picture")).to_be_visible()
-    await page.keyboard.press("d")
-    await expect(page.get_by_test_id("target-position")).to_contain_text("E ")
-    await page.keyboard.press("f")
-    await expect(page.locator(".map-canvas canvas")).to_be_visible()
-    assert await place_m(page, 1) != before
+    await start_mission(map_page)
+    await map_page.keyboard.press("u")
+    await wait_for_visibility(map_page, 0.3, 40_000)
+    await map_page.keyboard.press("s")
+    await expect(map_page.get_by_test_id("picture")).to_be_visible()
+    await map_page.keyboard.press("d")
+    await expect(map_page.get_by_test_id("target-position")).to_contain_text("E ")
+    await map_page.keyboard.press("f")
+    await expect(map_page.locator(".map-canvas canvas")).to_be_visible()
+    assert await place_m(map_page, 1) != before
     assert page_record.errors == []
     assert page_record.foreign_requests == []
 
@@ -119,26 +130,46 @@ async def test_banner_says_disconnected_and_goes_when_the_service_is_back(page, 
     await expect(page.get_by_test_id("connection")).to_have_attribute("data-state", "open")
 
 
-async def test_without_webgl_everything_else_works(browser: Browser, service) -> None:
-    context = await browser.new_context()
-    await context.add_init_script("HTMLCanvasElement.prototype.getContext = () => null")
-    page = await context.new_page()
+async def test_without_webgl_a_sentence_stands_in_the_place_of_the_map(page, service) -> None:
     await open_page(page, service.url)
     await expect(page.get_by_test_id("map-message")).to_contain_text("WebGL")
     await expect(page.get_by_test_id("vehicle-1")).to_be_visible()
-    await start_mission(page)
-    await context.close()
 
 
 @pytest.mark.parametrize("size", [(1280, 800), (800, 1280)], ids=str)
-async def test_every_view_fits_the_screen(page: Page, service, size: tuple[int, int]) -> None:
-    await page.set_viewport_size({"width": size[0], "height": size[1]})
-    await open_page(page, service.url)
-    await asyncio.wait_for(page.evaluate("document.fonts.ready.then(() => true)"), 5)
+async def test_every_view_fits_the_screen(map_page: Page, service, size: tuple[int, int]) -> None:
+    await map_page.set_viewport_size({"width": size[0], "height": size[1]})
+    await open_page(map_page, service.url)
+    await asyncio.wait_for(map_page.evaluate("document.fonts.ready.then(() => true)"), 5)
     for view in VIEWS:
-        await page.get_by_test_id(f"view-{view}").click()
-        await expect(page.get_by_test_id(f"view-{view}")).to_have_attribute("aria-current", "page")
-        overflow = await page.evaluate(
+        await map_page.get_by_test_id(f"view-{view}").click()
+        await expect(map_page.get_by_test_id(f"view-{view}")).to_have_attribute("aria-current", "page")
+        overflow = await map_page.evaluate(
             "[document.documentElement.scrollWidth - innerWidth, document.documentElement.scrollHeight - innerHeight]"
         )
         assert max(overflow) <= 0, view
+
+
+async def test_observers_see_the_same_and_cannot_command_until_they_sign_in(page, guarded_service, page_record) -> None:
+    url = guarded_service.url
+    await open_page(page, url)
+    await expect(page.get_by_test_id("observer")).to_be_visible()
+    await expect(page.get_by_test_id("vehicle-1")).to_be_visible()
+    for command in ("hold-all", "action-hold", "action-start"):
+        await expect(page.get_by_test_id(command)).to_have_count(0)
+    await page.keyboard.press("h")
+    assert guarded_service.mission.actions == []
+
+    await page.get_by_test_id("sign-in-open").click()
+    await sign_in(page, "Ada", code="not-the-code")
+    await expect(page.get_by_test_id("sign-in-refusal")).to_contain_text("code is wrong")
+    page_record.errors.clear()  # the browser's word on the refusal
+    await page.goto(f"{url}#code={OPERATOR_CODE}")
+    await page.reload()
+    await sign_in(page, "Ada")
+    await start_mission(page)
+    assert guarded_service.mission.operators == ["Ada"]
+    assert OPERATOR_CODE not in page.url
+    await page.reload()
+    await expect(page.get_by_test_id("hold-all")).to_be_visible()
+    assert page_record.errors == []

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import re
 import signal
 import socket
 from collections.abc import AsyncIterator
 from pathlib import Path
 
 import pytest
+import pytest_asyncio
 from playwright.async_api import Page, expect
 
 from aos_gcs.mission.settings import DetectionSettings
+from tests.browser.pages import confirm, place_m, sign_in, wait_for_visibility
 from tests.fakes.program import Program, running
+
+pytestmark = pytest.mark.asyncio(loop_scope="session")
 
 VEHICLES = 3
 SMALL = ("--vehicles", str(VEHICLES), "--image-size", "128", "--trees-per-ha", "30", "--seed", "2", "--speed", "4")
@@ -23,7 +28,7 @@ STILL_MS = 2000
 """Longer than vehicles hover at the waypoints of a mission that goes on."""
 
 
-@pytest.fixture
+@pytest_asyncio.fixture(loop_scope="session")
 async def demo(tmp_path: Path, dashboard_build: None) -> AsyncIterator[tuple[Program, str]]:  # noqa: ARG001 - its check
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
@@ -37,28 +42,20 @@ async def wait_for(page: Page, condition: str, argument: object) -> None:
     await page.wait_for_function(condition, arg=argument, timeout=TIMEOUT_MS)
 
 
-async def place_m(page: Page, vehicle_id: int) -> tuple[float, float]:
-    marker = page.get_by_test_id(f"marker-{vehicle_id}")
-    return (
-        float(await marker.get_attribute("data-east") or "nan"),
-        float(await marker.get_attribute("data-north") or "nan"),
-    )
-
-
 async def wait_until_moved(page: Page, vehicle_id: int, place: tuple[float, float], distance_m: float) -> None:
     condition = """([id, east, north, distance]) => {
-        const place = document.querySelector(`[data-testid=marker-${id}]`)?.dataset;
+        const place = document.querySelector(`[data-testid=vehicle-${id}]`)?.dataset;
         return place && Math.hypot(place.east - east, place.north - north) > distance;
     }"""
     await wait_for(page, condition, [vehicle_id, *place, distance_m])
 
 
 async def wait_until_still(page: Page) -> None:
-    """Wait until no marker has left its place for a while."""
+    """Wait until no vehicle has left its place for a while."""
     condition = """([count, distance, duration]) => {
-        const places = [...document.querySelectorAll("[data-testid^=marker-]")]
-            .filter(marker => marker.dataset.east !== undefined)
-            .map(marker => [Number(marker.dataset.east), Number(marker.dataset.north)]);
+        const places = [...document.querySelectorAll("[data-testid^=vehicle-]")]
+            .filter(row => row.dataset.east !== undefined)
+            .map(row => [Number(row.dataset.east), Number(row.dataset.north)]);
         const seen = window.stillPlaces;
         const isStill = seen?.places.length === places.length && places.every(([east, north], i) =>
             Math.hypot(east - seen.places[i][0], north - seen.places[i][1]) <= distance);
@@ -69,19 +66,23 @@ async def wait_until_still(page: Page) -> None:
 
 
 @pytest.mark.timeout(300)
-async def test_an_operator_watches_holds_resumes_and_returns_a_swarm(page: Page, demo, page_record) -> None:
+async def test_an_operator_watches_holds_resumes_and_returns_a_swarm(map_page: Page, demo, page_record) -> None:
+    page = map_page
     program, url = demo
     phase = page.get_by_test_id("phase")
     await page.goto(url)
+    await sign_in(page, "Ada")
     await expect(page.get_by_test_id("connection")).to_have_attribute("data-state", "open", timeout=TIMEOUT_MS)
     for vehicle_id in range(1, VEHICLES + 1):
-        await expect(page.get_by_test_id(f"marker-{vehicle_id}")).to_be_visible(timeout=TIMEOUT_MS)
+        row = page.get_by_test_id(f"vehicle-{vehicle_id}")
+        await expect(row).to_have_attribute("data-east", re.compile(r"\d"), timeout=TIMEOUT_MS)
     home = await place_m(page, 1)
     await wait_until_moved(page, 1, home, 5.0)
-    visible = "lowest => Number(document.querySelector('[data-testid=visibility]')?.dataset.value) > lowest"
-    await wait_for(page, visible, DetectionSettings().threshold_m2)
+    await page.keyboard.press("u")
+    await wait_for_visibility(page, DetectionSettings().threshold_m2, TIMEOUT_MS)
+    await page.keyboard.press("f")
 
-    await page.get_by_test_id("action-hold").click()
+    await page.get_by_test_id("hold-all").click()
     await expect(page.get_by_test_id("suspension")).to_have_text("held", timeout=TIMEOUT_MS)
     for vehicle_id in range(1, VEHICLES + 1):
         result = page.get_by_test_id(f"result-{vehicle_id}")
@@ -96,7 +97,7 @@ async def test_an_operator_watches_holds_resumes_and_returns_a_swarm(page: Page,
     await wait_for(page, next_step, step)
 
     await page.get_by_test_id("action-return").click()
-    await page.get_by_test_id("confirm-ok").click()
+    await confirm(page)
     await expect(phase).to_have_text("return", timeout=TIMEOUT_MS)
     for vehicle_id in range(1, VEHICLES + 1):
         await expect(page.get_by_test_id(f"task-{vehicle_id}")).to_have_text("landed", timeout=TIMEOUT_MS)

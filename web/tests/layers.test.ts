@@ -1,4 +1,4 @@
-import { expect, test } from "vitest";
+import { afterEach, expect, test, vi } from "vitest";
 import { areaLayer } from "../src/map/layers/area";
 import { gridLayer } from "../src/map/layers/grid";
 import { targetsLayer } from "../src/map/layers/targets";
@@ -16,15 +16,25 @@ const square = (half_m: number) =>
     [-1, 1],
   ].map(([e = 0, n = 0]) => ({ east_m: e * half_m, north_m: n * half_m, latitude_deg: null, longitude_deg: null }));
 
-test("data goes to the map only when its own part of the scene has changed", () => {
+afterEach(() => vi.useRealTimers());
+
+test("data goes to the map only when its own part of the scene has changed, and not too often", () => {
+  vi.useFakeTimers({ toFake: ["performance"] });
   const map = new FakeMap();
   const layer = map.attach(trailsLayer);
+  const changes = (): number | undefined => map.sources.get("trails")?.changes;
   const flown = { ...INITIAL_STATE, trails: new Map([[1, [[0, 0] as const, [5, 0] as const]]]) };
+  const flownOn = { ...flown, trails: new Map(flown.trails) };
   layer.update(scene({ state: flown }));
+  vi.advanceTimersByTime(5000);
   layer.update(scene({ state: { ...flown, steps: [step(1)] }, snapshotAge_s: 3 }));
-  expect(map.sources.get("trails")?.changes).toBe(1);
-  layer.update(scene({ state: { ...flown, trails: new Map(flown.trails) } }));
-  expect(map.sources.get("trails")?.changes).toBe(2);
+  expect(changes()).toBe(1);
+  layer.update(scene({ state: flownOn }));
+  layer.update(scene({ state: flown }));
+  expect(changes()).toBe(2);
+  vi.advanceTimersByTime(5000);
+  layer.update(scene({ state: flown }));
+  expect(changes()).toBe(3);
 });
 
 test("a layer that is removed leaves nothing behind", () => {

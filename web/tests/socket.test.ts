@@ -30,18 +30,13 @@ describe("parseServerMessage", () => {
   });
 });
 
-test("gaps are seen; state and heartbeats do not count", () => {
+test("events count on by one, all other messages repeat the number before them", () => {
   const heartbeat = (seq: number): ServerMessage => ({ kind: "heartbeat", seq });
-  const snapshot = (seq: number): ServerMessage => ({ kind: "snapshot", seq, utc_s: 0, mission: mission() });
-  expect(isGap(null, HELLO as unknown as ServerMessage)).toBe(false);
-  const noticed = (seq: number) => ({ kind: "notice", seq }) as unknown as ServerMessage;
-  expect(isGap(null, snapshot(2))).toBe(true);
-  expect(isGap(2, snapshot(2))).toBe(false);
-  expect(isGap(2, heartbeat(2))).toBe(false);
-  expect(isGap(2, snapshot(4))).toBe(true);
-  expect(isGap(2, noticed(3))).toBe(false);
-  expect(isGap(2, noticed(4))).toBe(true);
-  expect(isGap(7, HELLO as unknown as ServerMessage)).toBe(false);
+  const changes = (seq: number): ServerMessage => ({ kind: "changes", seq, utc_s: 0, mission: {}, vehicles: [] });
+  const event = (seq: number): ServerMessage => ({ kind: "step", seq, utc_s: 0, step: step(2) });
+  expect(isGap(4, HELLO as unknown as ServerMessage)).toBe(false);
+  expect([event(5), changes(4), heartbeat(4)].map((message) => isGap(4, message))).toEqual([false, false, false]);
+  expect([event(6), changes(5), heartbeat(5)].map((message) => isGap(4, message))).toEqual([true, true, true]);
 });
 
 test("waits longer and longer, up to five seconds", () => {
@@ -107,10 +102,28 @@ describe("EventSocket", () => {
     expect(heard.at(-1)).toEqual({ kind: "snapshot", seq: 1, utc_s: 7, mission: { ...mission(), elapsed_s: 42 } });
   });
 
-  test("asks for the whole state again after a gap", () => {
+  test("fetches the events that it has missed, once, and takes each once", async () => {
+    const event = (seq: number) => ({ kind: "step", seq, utc_s: 0, step: step(seq) });
+    const missed = { mission_id: "m1", seq: 4, events: [event(2), event(3), event(4)], hello: null };
+    const fetched = vi.fn().mockResolvedValue(new Response(JSON.stringify(missed)));
+    vi.stubGlobal("fetch", fetched);
     latest().say(HELLO);
-    latest().say({ kind: "step", seq: 5, utc_s: 0, step: step(2) });
-    expect(FakeSocket.opened).toHaveLength(2);
+    latest().say(event(4));
+    latest().say(event(4));
+    const numbers = (): number[] => heard.map((message) => message.seq);
+    await vi.waitFor(() => expect(numbers()).toEqual([1, 2, 3, 4]));
+    expect(fetched.mock.calls.map(([path]) => path as string)).toEqual(["/api/events?after=1"]);
+    latest().say(event(5));
+    expect(numbers().at(-1)).toBe(5);
+    expect(FakeSocket.opened).toHaveLength(1);
+  });
+
+  test("connects again when what was missed is no longer kept", async () => {
+    const missed = { mission_id: "m1", seq: 900, events: [], hello: HELLO };
+    vi.stubGlobal("fetch", vi.fn().mockResolvedValue(new Response(JSON.stringify(missed))));
+    latest().say(HELLO);
+    latest().say({ kind: "heartbeat", seq: 900 });
+    await vi.waitFor(() => expect(FakeSocket.opened).toHaveLength(2));
     expect(FakeSocket.opened[0]?.isClosed).toBe(true);
     expect(connections).toEqual(["open"]);
   });

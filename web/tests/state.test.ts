@@ -10,7 +10,7 @@ type Hello = Extract<ServerMessage, { kind: "hello" }>;
 const hello = (changes: Partial<Hello> = {}): Hello => ({
   kind: "hello",
   seq: 1,
-  schema_version: 1,
+  schema_version: 2,
   mission: mission(),
   steps: [step(1)],
   notices: [],
@@ -32,6 +32,12 @@ describe("reduce", () => {
     ]);
     const other = reduce(again, hello({ mission: mission({ mission_id: "m2" }) }), 6);
     expect(other.trails.get(1)).toEqual([[10, 0]]);
+  });
+
+  test("a hello in mid-connection is a jump: trails begin anew", () => {
+    const flown = { ...reduce(INITIAL_STATE, hello(), 0), connection: "open" } as const;
+    const moved = mission({ vehicles: [vehicle(1, { position: position(50, 0) })] });
+    expect(reduce(flown, hello({ mission: moved }), 5).trails.get(1)).toEqual([[50, 0]]);
   });
 
   test("trails grow with movement alone and stay bounded", () => {
@@ -69,6 +75,10 @@ describe("reduce", () => {
 });
 
 describe("freshness", () => {
+  test("a heartbeat says that nothing has changed, so that ages do not grow", () => {
+    const known = reduce(INITIAL_STATE, hello(), 1000);
+    expect(reduce(known, { kind: "heartbeat", seq: 1 }, 9000)).toEqual({ ...known, missionAtMs: 9000 });
+  });
   test("ages go on while no snapshot comes", () => {
     expect(linkAge_s(vehicle(1), 2)).toBeCloseTo(2.2);
     expect(isStale(vehicle(1), 2)).toBe(false);

@@ -1,5 +1,5 @@
 /** The runtime check at the socket: text in, typed message out, or an error that says what is wrong with it. */
-import type { Mission, ServerMessage } from "./types";
+import type { MissedEvents, Mission, ServerMessage } from "./types";
 
 export const SCHEMA_VERSION = 2;
 
@@ -91,6 +91,11 @@ export function parseServerMessage(text: string): ServerMessage {
   } catch {
     throw new ProtocolError("a message of the service is not JSON");
   }
+  return checkedMessage(value);
+}
+
+/** Return the message, or say what is wrong with it. */
+function checkedMessage(value: unknown): ServerMessage {
   if (!isObject(value) || !isKind(value["kind"])) throw new ProtocolError("a message of the service has no known kind");
   const kind = value["kind"];
   if (kind === "hello" && value["schema_version"] !== SCHEMA_VERSION) {
@@ -103,4 +108,15 @@ export function parseServerMessage(text: string): ServerMessage {
     if (!check(value[name])) throw new ProtocolError(`the field '${name}' of a '${kind}' message is not as expected`);
   }
   return value as unknown as ServerMessage;
+}
+
+/** Whether an answer holds missed events, each of them as on the stream. */
+export function isMissedEvents(value: unknown): value is MissedEvents {
+  if (!isObject(value) || !isNumber(value["seq"]) || !Array.isArray(value["events"])) return false;
+  try {
+    value["events"].forEach(checkedMessage);
+    return true;
+  } catch {
+    return false;
+  }
 }

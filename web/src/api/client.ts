@@ -1,6 +1,7 @@
 /** Requests to the service. Refusals and a lost connection are values, since the operator has to read them. */
 import { texts } from "../texts";
-import type { Action, ActionResponse, ErrorBody, PreflightCheck, Session } from "./types";
+import { isMissedEvents } from "./check";
+import type { Action, ActionResponse, ErrorBody, MissedEvents, PreflightCheck, Session } from "./types";
 
 export type Answer<T> =
   { readonly ok: true; readonly value: T } | { readonly ok: false; readonly message: string; readonly status?: number };
@@ -62,3 +63,7 @@ export const signIn = (code: string, name: string): Promise<Answer<Session>> =>
 
 /** Become an observer again. */
 export const signOut = (): Promise<Answer<Session>> => request("DELETE", "/api/session", isSession);
+
+/** The events after a number, for a page that was away or too slow. */
+export const readMissedEvents = (after: number): Promise<Answer<MissedEvents>> =>
+  request("GET", `/api/events?after=${after}`, isMissedEvents);

@@ -268,6 +268,30 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/replay": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Replay
+     * @description Return where the replay is, and what lies where in it.
+     */
+    get: operations["read_replay_api_replay_get"];
+    put?: never;
+    /**
+     * Control Replay
+     * @description Go to a time, play or stop; all clients see the same. After a jump each of them is greeted anew.
+     */
+    post: operations["control_replay_api_replay_post"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
   "/api/session": {
     parameters: {
       query?: never;
@@ -305,7 +329,7 @@ export interface components {
      * @description What an operator can ask for.
      * @enum {string}
      */
-    Action: "start" | "pause" | "resume" | "hold" | "return" | "land" | "abort" | "focus" | "override";
+    Action: "start" | "pause" | "resume" | "hold" | "return" | "land" | "abort" | "focus" | "join" | "override";
     /**
      * ActionRequest
      * @description An operator's action for the vehicles named, or for the whole mission when ``vehicle_ids`` is null.
@@ -596,6 +620,8 @@ export interface components {
       phase: components["schemas"]["Phase"];
       /** Preflight */
       preflight: components["schemas"]["PreflightCheckModel"][];
+      /** @description Of the record that is shown; null for a mission that is flown. */
+      replay: components["schemas"]["ReplayModel"] | null;
       /** Step */
       step: number;
       /** Strategy */
@@ -999,6 +1025,57 @@ export interface components {
       vehicle_id: number;
     };
     /**
+     * ReplayModel
+     * @description Where a replay is in the recorded mission.
+     */
+    ReplayModel: {
+      /** Duration S */
+      duration_s: number;
+      /** Playing */
+      playing: boolean;
+      /**
+       * Speed
+       * @description Recorded seconds per second.
+       */
+      speed: number;
+      /**
+       * Time S
+       * @description Since the recording began.
+       */
+      time_s: number;
+    };
+    /**
+     * ReplayPhaseModel
+     * @description When a phase began.
+     */
+    ReplayPhaseModel: {
+      phase: components["schemas"]["Phase"];
+      /** Time S */
+      time_s: number;
+    };
+    /**
+     * ReplayRequest
+     * @description What is to change in a replay; null leaves it as it is.
+     */
+    ReplayRequest: {
+      /** Playing */
+      playing?: boolean | null;
+      /** Speed */
+      speed?: number | null;
+      /** Time S */
+      time_s?: number | null;
+    };
+    /**
+     * ReplayStepModel
+     * @description When a step was decided.
+     */
+    ReplayStepModel: {
+      /** Step */
+      step: number;
+      /** Time S */
+      time_s: number;
+    };
+    /**
      * Role
      * @description What a client may do.
      * @enum {string}
@@ -1185,7 +1262,20 @@ export interface components {
      * @description What the coordinator has a vehicle do.
      * @enum {string}
      */
-    Task: "idle" | "swarm" | "held" | "returning" | "landing" | "landed" | "lost";
+    Task: "idle" | "joining" | "swarm" | "held" | "returning" | "landing" | "landed" | "lost";
+    /**
+     * TimelineModel
+     * @description A replay, and what lies where in it.
+     */
+    TimelineModel: {
+      /** Phases */
+      phases: components["schemas"]["ReplayPhaseModel"][];
+      replay: components["schemas"]["ReplayModel"];
+      /** Start Utc S */
+      start_utc_s: number;
+      /** Steps */
+      steps: components["schemas"]["ReplayStepModel"][];
+    };
     /** ValidationError */
     ValidationError: {
       /** Context */
@@ -1860,6 +1950,86 @@ export interface operations {
       };
       /** @description Conflict */
       409: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Unprocessable Entity */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+    };
+  };
+  read_replay_api_replay_get: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["TimelineModel"];
+        };
+      };
+      /** @description Not Found */
+      404: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+    };
+  };
+  control_replay_api_replay_post: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["ReplayRequest"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ReplayModel"];
+        };
+      };
+      /** @description Forbidden */
+      403: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Not Found */
+      404: {
         headers: {
           [name: string]: unknown;
         };

@@ -1,6 +1,7 @@
 /** The event stream: one WebSocket that comes back by itself. */
 import { applyChanges } from "./changes";
 import { checkedMission, ProtocolError, parseServerMessage } from "./check";
+import { readMissedEvents } from "./client";
 import type { Changes, Mission, ServerMessage } from "./types";
 
 export type Connection = "connecting" | "open" | "lost" | "incompatible";
@@ -26,18 +27,21 @@ export function backoffMs(attempt: number): number {
 
 const STATE_KINDS: ReadonlySet<ServerMessage["kind"]> = new Set(["snapshot", "changes", "heartbeat"]);
 
-/** Whether events were lost between two messages of one connection. State repeats the number of the event before it. */
-export function isGap(previousSeq: number | null, message: ServerMessage): boolean {
+/** Whether events are missing before a message. State repeats the number of the event before it. */
+export function isGap(previousSeq: number, message: ServerMessage): boolean {
   if (message.kind === "hello") return false;
-  if (previousSeq === null) return true;
-  return message.seq !== (STATE_KINDS.has(message.kind) ? previousSeq : previousSeq + 1);
+  return message.seq > (STATE_KINDS.has(message.kind) ? previousSeq : previousSeq + 1);
 }
 
-/** Follows the service's events until closed; every (re)connection begins with a hello that brings the whole state. */
+/**
+ * Follows the service's events until closed. Every (re)connection begins with a hello that brings the whole state; events
+ * that are missing afterwards, because this client was too slow, are fetched by their numbers.
+ */
 export class EventSocket {
   private socket: WebSocket | null = null;
   private attempt = 0;
   private seq: number | null = null;
+  private isCatchingUp = false;
   private mission: Mission | null = null;
   private heardAtMs = 0;
   private timer: ReturnType<typeof setTimeout> | undefined;
@@ -59,6 +63,7 @@ export class EventSocket {
 
   private connect(): void {
     this.seq = null;
+    this.isCatchingUp = false;
     this.mission = null;
     this.heardAtMs = performance.now();
     const socket = new WebSocket(this.url);
@@ -69,19 +74,46 @@ export class EventSocket {
 
   private receive(text: string): void {
     this.heardAtMs = performance.now();
-    try {
-      const message = parseServerMessage(text);
-      if (isGap(this.seq, message)) {
-        this.drop();
-        this.connect();
-        return;
-      }
+    this.guard(() => this.take(parseServerMessage(text)));
+  }
+
+  private take(message: ServerMessage): void {
+    if (message.kind === "hello") {
+      this.attempt = 0;
       this.seq = message.seq;
-      if (message.kind === "hello") {
-        this.attempt = 0;
-        this.events.onConnection("open");
-      }
       this.events.onMessage(this.expanded(message));
+      this.events.onConnection("open");
+      return;
+    }
+    if (this.seq === null) throw new ProtocolError("the first message of the service is not a hello");
+    if (isGap(this.seq, message) && !this.isCatchingUp) void this.catchUp(this.seq);
+    if (STATE_KINDS.has(message.kind)) this.events.onMessage(this.expanded(message));
+    // An event waits for those before it: the answer that is on its way brings it too.
+    else if (message.seq > this.seq && !this.isCatchingUp) {
+      this.seq = message.seq;
+      this.events.onMessage(this.expanded(message));
+    }
+  }
+
+  /** Fetch the events after a number; where they are no longer kept, connect again for the whole state. */
+  private async catchUp(after: number): Promise<void> {
+    this.isCatchingUp = true;
+    const { socket } = this;
+    const answer = await readMissedEvents(after);
+    if (this.socket !== socket) return;
+    this.isCatchingUp = false;
+    if (answer.ok && answer.value.hello === null) {
+      this.guard(() => answer.value.events.forEach((event) => this.take(event)));
+    } else {
+      this.drop();
+      this.connect();
+    }
+  }
+
+  /** A message that this page does not understand ends the connection for good. */
+  private guard(action: () => void): void {
+    try {
+      action();
     } catch (error) {
       if (!(error instanceof ProtocolError)) throw error;
       console.error(error.message);

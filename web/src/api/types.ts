@@ -23,3 +23,4 @@ export type Severity = Schemas["Severity"];
 export type Phase = Schemas["Phase"];
 export type Session = Schemas["SessionModel"];
 export type CheckStatus = Schemas["CheckStatus"];
+export type MissedEvents = Schemas["MissedEventsModel"];

@@ -1,7 +1,7 @@
 /** The top bar: where the mission is, whether what is shown is live, and the button that stops everything. */
 import type { Connection } from "../api/socket";
 import type { Mission, Session } from "../api/types";
-import { duration, words } from "../format";
+import { duration, quantity, words } from "../format";
 import { texts } from "../texts";
 
 interface Props {
@@ -68,7 +68,8 @@ function Facts({ mission }: { mission: Mission }) {
       </div>
       <Fact name={header.elapsed} value={duration(mission.elapsed_s)} testId="elapsed" />
       {mission.outcome !== "open" && <Fact name={header.outcome} value={words(mission.outcome)} testId="outcome" />}
-      <Fact name={header.strategy} value={mission.strategy} testId="strategy" />
+      <Fact name={header.step} value={String(mission.step)} testId="step" />
+      <Fact name={header.separation} value={quantity(mission.min_separation_m, 1, "m")} testId="separation" />
     </dl>
   );
 }

@@ -1,6 +1,5 @@
 /** What the page knows of the mission: a pure reducer over the service's messages. */
-import type { Connection } from "../api/socket";
-import type { PageMessage } from "../api/socket";
+import type { Connection, PageMessage } from "../api/socket";
 import type { Mission, Notice, Picture, PictureKind, Step } from "../api/types";
 
 /** East and north, metres. */
@@ -9,7 +8,7 @@ export type EnuPoint = readonly [number, number];
 export interface State {
   readonly connection: Connection;
   readonly mission: Mission | null;
-  /** When the mission's snapshot arrived, in the page's own milliseconds. */
+  /** When the service last told the mission's state, in the page's own milliseconds. */
   readonly missionAtMs: number;
   readonly steps: readonly Step[];
   /** Oldest first. */
@@ -39,7 +38,8 @@ const TRAIL_SPACING_M = 0.7;
 export function reduce(state: State, message: PageMessage, nowMs: number): State {
   switch (message.kind) {
     case "hello": {
-      const isSame = state.mission?.mission_id === message.mission.mission_id;
+      // While connected, a hello tells that a replay has jumped to another time.
+      const isSame = state.mission?.mission_id === message.mission.mission_id && state.connection !== "open";
       return {
         connection: state.connection,
         mission: message.mission,
@@ -68,7 +68,8 @@ export function reduce(state: State, message: PageMessage, nowMs: number): State
     case "plan":
       return { ...state, planRevision: state.planRevision + 1 };
     case "heartbeat":
-      return state;
+      // Nothing has changed: what was told before is true now.
+      return { ...state, missionAtMs: nowMs };
   }
 }
 
@@ -82,18 +83,19 @@ function indexPictures(known: State["pictures"], added: readonly Picture[]): Sta
   return { ...known, ...Object.fromEntries(added.map((picture) => [picture.kind, picture])) };
 }
 
+/** The same map when nobody has moved. */
 function extendTrails(trails: State["trails"], mission: Mission): State["trails"] {
-  const extended = new Map(trails);
+  let extended: Map<number, readonly EnuPoint[]> | null = null;
   for (const { vehicle_id: id, position } of mission.vehicles) {
     if (position === null) continue;
     const trail = trails.get(id) ?? [];
     const last = trail.at(-1);
     const moved =
       last === undefined || Math.hypot(position.east_m - last[0], position.north_m - last[1]) > TRAIL_SPACING_M;
-    if (moved) {
-      const point: EnuPoint = [position.east_m, position.north_m];
-      extended.set(id, [...trail, point].slice(-TRAIL_POINTS_KEPT));
-    }
+    if (!moved) continue;
+    const point: EnuPoint = [position.east_m, position.north_m];
+    extended ??= new Map(trails);
+    extended.set(id, [...trail, point].slice(-TRAIL_POINTS_KEPT));
   }
-  return extended;
+  return extended ?? trails;
 }

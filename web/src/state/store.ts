@@ -14,7 +14,6 @@ export class Store {
   }
 
   receive(message: PageMessage): void {
-    if (message.kind === "heartbeat") return;
     this.current = reduce(this.current, message, performance.now());
     this.timer ??= setTimeout(() => this.notify(), NOTIFY_INTERVAL_MS);
   }
