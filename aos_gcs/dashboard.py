@@ -10,7 +10,7 @@ from aos_gcs.api.access import random_code, read_code
 from aos_gcs.api.app import create_app
 from aos_gcs.api.server import serve
 from aos_gcs.config import ApiConfig
-from aos_gcs.mission.model import MissionControl, PlanControl
+from aos_gcs.mission.model import MissionControl, PlanControl, ReplayControl
 
 _log = logging.getLogger(__name__)
 
@@ -26,7 +26,12 @@ def operator_code(config: ApiConfig) -> str:
 
 @asynccontextmanager
 async def open_dashboard(
-    mission: MissionControl, config: ApiConfig, code: str, *, planning: PlanControl | None = None
+    mission: MissionControl,
+    config: ApiConfig,
+    code: str,
+    *,
+    planning: PlanControl | None = None,
+    replay: ReplayControl | None = None,
 ) -> AsyncIterator[None]:
     """Serve the dashboard for as long as the context is entered, unless it is switched off.
 
@@ -35,6 +40,7 @@ async def open_dashboard(
         config: where it is served.
         code: what makes a client an operator.
         planning: of the mission; None where there is nothing to plan.
+        replay: of the mission; None where it is flown.
 
     Raises:
         LinkError: its port cannot be opened.
@@ -42,7 +48,7 @@ async def open_dashboard(
     if not config.enabled:
         yield
         return
-    app = create_app(mission, operator_code=code, planning=planning, plans_folder=config.plans_folder)
+    app = create_app(mission, operator_code=code, planning=planning, replay=replay, plans_folder=config.plans_folder)
     async with serve(app, config.host, config.port) as address:
         _log.info("Dashboard for observers: %s", address.url)
         if config.operator_code_file is None:

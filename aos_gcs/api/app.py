@@ -15,7 +15,7 @@ from aos_gcs.api.hub import EventHub
 from aos_gcs.api.openapi import add_routes, make_document
 from aos_gcs.api.page import add_page
 from aos_gcs.api.security import OperatorsOnlyMiddleware, SameOriginMiddleware, SecurityHeadersMiddleware
-from aos_gcs.mission.model import MissionControl, PlanControl
+from aos_gcs.mission.model import MissionControl, PlanControl, ReplayControl
 from aos_gcs.store.plan_folder import PlanFolder
 
 
@@ -34,6 +34,7 @@ def create_app(
     allowed_hosts: Collection[str] = (),
     operator_code: str | None = None,
     planning: PlanControl | None = None,
+    replay: ReplayControl | None = None,
     plans_folder: Path = Path("plans"),
 ) -> FastAPI:
     """Make the application for one mission.
@@ -44,14 +45,16 @@ def create_app(
         allowed_hosts: host names, beside localhost and IP addresses, under which the page may be opened.
         operator_code: what makes a client an operator; without one everybody commands.
         planning: of the mission; None where there is nothing to plan.
+        replay: of the mission; None where it is flown.
         plans_folder: where plans are saved.
     """
     # The interactive documentation of FastAPI loads scripts from the internet, which a field laptop has not.
     app = FastAPI(title="aos-gcs", docs_url=None, redoc_url=None, openapi_url="/api/openapi.json", lifespan=_lifespan)
     app.state.mission = mission
     app.state.planning = planning
+    app.state.replay = replay
     app.state.plans = PlanFolder(plans_folder)
-    app.state.hub = EventHub(mission)
+    app.state.hub = EventHub(mission, replay=replay)
     app.state.access = Access(operator_code)
     app.add_middleware(OperatorsOnlyMiddleware, access=app.state.access)
     app.add_middleware(SameOriginMiddleware, allowed_hosts=allowed_hosts)

@@ -69,8 +69,8 @@ def preflight_check(check: model.PreflightCheck) -> wire.PreflightCheckModel:
     )
 
 
-def mission(snapshot: model.MissionSnapshot) -> wire.MissionModel:
-    """Convert a whole snapshot."""
+def mission(snapshot: model.MissionSnapshot, replay: model.ReplayState | None = None) -> wire.MissionModel:
+    """Convert a whole snapshot; in a replay there is nothing to command."""
     origin = snapshot.origin
     return wire.MissionModel(
         mission_id=snapshot.mission_id,
@@ -90,7 +90,28 @@ def mission(snapshot: model.MissionSnapshot) -> wire.MissionModel:
         targets=[target(one, origin) for one in snapshot.targets],
         min_separation_m=rounded(snapshot.min_separation_m, 2),
         focus=focus(snapshot.focus) if snapshot.focus else None,
-        allowed_actions=allowed_actions(snapshot),
+        replay=replay_state(replay) if replay else None,
+        allowed_actions=[] if replay else allowed_actions(snapshot),
+    )
+
+
+def replay_state(state: model.ReplayState) -> wire.ReplayModel:
+    """Convert where a replay is."""
+    return wire.ReplayModel(
+        time_s=round(state.time_s, 1),
+        duration_s=round(state.duration_s, 1),
+        speed=state.speed,
+        playing=state.playing,
+    )
+
+
+def timeline(state: model.ReplayState, line: model.Timeline) -> wire.TimelineModel:
+    """Convert a replay, and what lies where in it."""
+    return wire.TimelineModel(
+        replay=replay_state(state),
+        start_utc_s=line.start_utc_s,
+        phases=[wire.ReplayPhaseModel(time_s=round(time_s, 1), phase=phase) for time_s, phase in line.phases],
+        steps=[wire.ReplayStepModel(time_s=round(time_s, 1), step=step) for time_s, step in line.steps],
     )
 
 

@@ -8,9 +8,10 @@ from fastapi import Depends
 from starlette.requests import HTTPConnection
 
 from aos_gcs.api.access import Access, Session
+from aos_gcs.api.errors import NotFoundError
 from aos_gcs.api.hub import EventHub
 from aos_gcs.errors import MissionError
-from aos_gcs.mission.model import MissionControl, PlanControl
+from aos_gcs.mission.model import MissionControl, PlanControl, ReplayControl
 from aos_gcs.store.plan_folder import PlanFolder
 
 
@@ -41,11 +42,19 @@ def _get_planning(connection: HTTPConnection) -> PlanControl:
     return planning
 
 
+def _get_replay(connection: HTTPConnection) -> ReplayControl:
+    replay = cast("ReplayControl | None", connection.app.state.replay)
+    if replay is None:
+        raise NotFoundError("This mission is flown now; there is no replay to control.")
+    return replay
+
+
 def _get_plans(connection: HTTPConnection) -> PlanFolder:
     return cast("PlanFolder", connection.app.state.plans)
 
 
 Planning = Annotated[PlanControl, Depends(_get_planning)]
+Replay = Annotated[ReplayControl, Depends(_get_replay)]
 Plans = Annotated[PlanFolder, Depends(_get_plans)]
 OperatorAccess = Annotated[Access, Depends(_get_access)]
 CurrentSession = Annotated[Session, Depends(_get_session)]

@@ -12,12 +12,14 @@ from aos_gcs.api.outbox import DEFAULT_CAPACITY, Outbox
 from aos_gcs.api.state import MissionState
 from aos_gcs.mission.model import (
     Event,
+    JumpRecord,
     MissionControl,
     MissionSnapshot,
     NoticeRecord,
     PictureKind,
     PicturesRecord,
     PlanRecord,
+    ReplayControl,
     StepRecord,
 )
 
@@ -33,8 +35,14 @@ class EventHub:
     events, so that one that was away misses none.
     """
 
-    def __init__(self, mission: MissionControl, outbox_capacity: int = DEFAULT_CAPACITY) -> None:
+    def __init__(
+        self,
+        mission: MissionControl,
+        outbox_capacity: int = DEFAULT_CAPACITY,
+        replay: ReplayControl | None = None,
+    ) -> None:
         self._mission = mission
+        self._replay = replay
         self._outbox_capacity = outbox_capacity
         self._outboxes: set[Outbox] = set()
         self._state = MissionState()
@@ -77,7 +85,7 @@ class EventHub:
 
     def mission(self) -> MissionModel:
         """Return the mission at this moment."""
-        return convert.mission(self._mission.snapshot())
+        return self._model(self._mission.snapshot())
 
     def steps(self) -> list[StepModel]:
         """Return all steps so far, oldest first."""
@@ -107,14 +115,26 @@ class EventHub:
     def _distribute(self, event: Event) -> None:
         if isinstance(event.data, MissionSnapshot):
             if self._outboxes:
-                self._take_state(convert.mission(event.data), event.utc_s)
+                self._take_state(self._model(event.data), event.utc_s)
             return
         self._seq += 1
+        if isinstance(event.data, JumpRecord):
+            self._start_over(event.data)
+            return
         message = self._convert(event)
         self._events.append(message)
         text = message.model_dump_json() if self._outboxes else ""
         for outbox in self._outboxes:
             outbox.put(message.seq, text)
+
+    def _start_over(self, jump: JumpRecord) -> None:
+        self._notices = deque(map(convert.notice, jump.notices), maxlen=NOTICES_KEPT)
+        self._events.clear()
+        for outbox in self._outboxes:
+            outbox.start_over()
+
+    def _model(self, snapshot: MissionSnapshot) -> MissionModel:
+        return convert.mission(snapshot, self._replay.replay() if self._replay else None)
 
     def _step(self, record: StepRecord) -> StepModel:
         """Convert a step, once: doing it for a whole mission when a client connects would block the loop."""

@@ -152,6 +152,46 @@ class FocusModel(WireModel):
     sigma_m: float | None = Field(description="Standard deviation of what autofocus has found.")
 
 
+class ReplayModel(WireModel):
+    """Where a replay is in the recorded mission."""
+
+    time_s: float = Field(description="Since the recording began.")
+    duration_s: float
+    speed: float = Field(description="Recorded seconds per second.")
+    playing: bool
+
+
+class ReplayPhaseModel(WireModel):
+    """When a phase began."""
+
+    time_s: float
+    phase: Phase
+
+
+class ReplayStepModel(WireModel):
+    """When a step was decided."""
+
+    time_s: float
+    step: int
+
+
+class TimelineModel(WireModel):
+    """A replay, and what lies where in it."""
+
+    replay: ReplayModel
+    start_utc_s: float
+    phases: list[ReplayPhaseModel]
+    steps: list[ReplayStepModel]
+
+
+class ReplayRequest(WireModel):
+    """What is to change in a replay; null leaves it as it is."""
+
+    time_s: Annotated[float, Field(allow_inf_nan=False)] | None = None
+    speed: Annotated[float, Field(gt=0.0, allow_inf_nan=False)] | None = None
+    playing: bool | None = None
+
+
 class MissionModel(WireModel):
     """The whole mission at one moment."""
 
@@ -172,6 +212,7 @@ class MissionModel(WireModel):
     targets: list[TargetModel] = Field(description="All that are confirmed, and the target.")
     min_separation_m: float | None
     focus: FocusModel | None
+    replay: ReplayModel | None = Field(description="Of the record that is shown; null for a mission that is flown.")
     allowed_actions: list[Action] = Field(description="What makes sense to offer now; a request can still be refused.")
 
 

@@ -26,6 +26,7 @@ BUILT_IN: dict[str, str] = {
     "integrate": "aos_gcs.cli.integrate:integrate",
     "plan-aperture": "aos_gcs.cli.plan_aperture:plan_aperture",
     "inspect": "aos_gcs.cli.inspect:inspect",
+    "replay": "aos_gcs.cli.replay:replay",
     "lab": "aos_gcs.cli.lab:lab",
 }
 """Command name to ``module:function``, in the order in which the help lists them."""

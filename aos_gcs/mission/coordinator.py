@@ -73,7 +73,7 @@ class Coordinator:
         roster = Roster(fleet, clock)
         flight = FlightControl(roster, clock, journal, settings.flight, settings.deadlines)
         self._context = MissionContext(settings, clock, roster, journal, flight, recorder, loop_monitor)
-        self._gallery = Gallery(journal)
+        self._gallery = Gallery(self._context)
         self._vision = Vision(self._context)
         self._errands = Errands()
         self._homing = Homing(self._context, self._errands)

@@ -18,6 +18,7 @@ from aos_gcs.mission.model import (
     MissionSnapshot,
     NoticeRecord,
     OutcomeRecord,
+    Picture,
     StepRecord,
 )
 from aos_gcs.ports import Capture, Clock, Notice, Severity
@@ -42,6 +43,10 @@ class Recorder(Protocol):
 
     async def record_frame(self, step: int, frame: Capture) -> None:
         """Store one frame."""
+        ...
+
+    async def record_picture(self, picture: Picture) -> None:
+        """Store a raster as it is shown."""
         ...
 
     async def record_step(self, step: StepRecord, strategy_state: Mapping[str, object]) -> None:

@@ -360,6 +360,14 @@ class PlanRecord:
     """Who has applied it."""
 
 
+@dataclass(frozen=True, slots=True)
+class JumpRecord:
+    """A replay has gone to another time, and what was told before is no longer so."""
+
+    notices: tuple[NoticeRecord, ...]
+    """Of the mission up to that time."""
+
+
 class EventKind(StrEnum):
     """What an event carries in ``data``."""
 
@@ -373,6 +381,8 @@ class EventKind(StrEnum):
     """PicturesRecord: new rasters can be fetched."""
     PLAN = "plan"
     """PlanRecord."""
+    JUMP = "jump"
+    """JumpRecord; in replays alone."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -397,7 +407,7 @@ class PicturesRecord:
     north_m: float
 
 
-EventData = MissionSnapshot | StepRecord | NoticeRecord | PicturesRecord | PlanRecord
+EventData = MissionSnapshot | StepRecord | NoticeRecord | PicturesRecord | PlanRecord | JumpRecord
 
 
 @dataclass(frozen=True, slots=True)
@@ -477,4 +487,43 @@ class PlanControl(Protocol):
         Raises:
             MissionError: the mission has started, or the plan cannot be flown.
         """
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class ReplayState:
+    """Where a replay is in the recorded mission."""
+
+    time_s: float
+    """Clock seconds since the recording began."""
+    duration_s: float
+    speed: float
+    """Recorded seconds per second."""
+    playing: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Timeline:
+    """What lies where in a recorded mission; times as in ``ReplayState``."""
+
+    start_utc_s: float
+    phases: tuple[tuple[float, Phase], ...]
+    """When each phase began."""
+    steps: tuple[tuple[float, int], ...]
+    """When each step was decided."""
+
+
+class ReplayControl(Protocol):
+    """What the API may do with a replay, beside reading it as a mission."""
+
+    def replay(self) -> ReplayState:
+        """Return where the replay is."""
+        ...
+
+    def timeline(self) -> Timeline:
+        """Return what lies where."""
+        ...
+
+    def seek(self, *, time_s: float | None = None, speed: float | None = None, playing: bool | None = None) -> None:
+        """Change what is given. A time outside of the recording is moved to its nearest end."""
         ...

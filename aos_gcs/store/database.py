@@ -9,11 +9,20 @@ from contextlib import suppress
 from pathlib import Path
 
 from aos_gcs.geometry.poses import quaternion_from_R
-from aos_gcs.mission.model import ActionRecord, Event, OutcomeRecord, StepRecord
+from aos_gcs.mission.model import ActionRecord, Event, OutcomeRecord, Picture, StepRecord
 from aos_gcs.ports import Capture
 from aos_gcs.store.codec import encode
 from aos_gcs.store.images import encode_image
-from aos_gcs.store.schema import DATABASE_NAME, FRAMES_NAME, MANIFEST_NAME, MAVLINK_NAME, SCHEMA_VERSION, TABLES
+from aos_gcs.store.schema import (
+    DATABASE_NAME,
+    FRAMES_NAME,
+    MANIFEST_NAME,
+    MAVLINK_NAME,
+    PICTURES_NAME,
+    SCHEMA_VERSION,
+    TABLES,
+    picture_path,
+)
 
 Write = Callable[["MissionDatabase"], None]
 
@@ -24,6 +33,7 @@ class MissionDatabase:
     def __init__(self, folder: Path, manifest: Mapping[str, object]) -> None:
         folder.mkdir(parents=True)
         (folder / FRAMES_NAME).mkdir()
+        (folder / PICTURES_NAME).mkdir()
         (folder / MAVLINK_NAME).mkdir()
         _replace(folder / MANIFEST_NAME, dump(manifest, indent=2).encode() + b"\n")
         self._folder = folder
@@ -101,6 +111,10 @@ class MissionDatabase:
             frame.image.dtype.name,
             f"{FRAMES_NAME}/{name}",
         )
+
+    def add_picture(self, picture: Picture) -> None:
+        """Write the file of a raster; the event that has announced it says where it lies on the ground."""
+        _replace(self._folder / picture_path(picture.step, picture.kind), picture.png)
 
     def close(self) -> None:
         """Make the database one plain file, which opens on a read-only medium too."""

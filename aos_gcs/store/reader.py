@@ -25,6 +25,8 @@ from aos_gcs.mission.model import (
     NoticeRecord,
     Outcome,
     OutcomeRecord,
+    Phase,
+    PictureKind,
     PicturesRecord,
     PlanRecord,
     StepRecord,
@@ -32,7 +34,7 @@ from aos_gcs.mission.model import (
 from aos_gcs.ports import Capture
 from aos_gcs.store.codec import decode
 from aos_gcs.store.images import EncodedImage, decode_image
-from aos_gcs.store.schema import DATABASE_NAME, MANIFEST_NAME, SCHEMA_VERSION
+from aos_gcs.store.schema import DATABASE_NAME, MANIFEST_NAME, SCHEMA_VERSION, picture_path
 
 T = TypeVar("T")
 
@@ -77,6 +79,15 @@ class FrameEntry:
             R_cam2enu=np.array(json.loads(row["R_cam2enu"])),
             camera=decode(CameraModel, json.loads(row["camera"])),
         )
+
+
+@dataclass(frozen=True, slots=True)
+class EventEntry:
+    """A recorded event, its content still on the disk."""
+
+    seq: int
+    utc_s: float
+    kind: EventKind
 
 
 class MissionReader:
@@ -128,11 +139,48 @@ class MissionReader:
     def events(self, kind: EventKind | None = None) -> Iterator[Event]:
         """Go through the events, oldest first; those of one kind, or all."""
         query = "SELECT * FROM events WHERE ?1 IS NULL OR kind = ?1 ORDER BY seq"
-        for row in self._rows(query, None if kind is None else kind.value):
+        yield from self._events(query, None if kind is None else kind.value)
+
+    def _events(self, query: str, *values: object) -> Iterator[Event]:
+        for row in self._rows(query, *values):
             with self._explained(f"event {row['seq']}"):
                 row_kind = EventKind(row["kind"])
                 data = decode(EVENT_TYPES[row_kind], json.loads(row["data"]))
             yield Event(row["seq"], row["utc_s"], row_kind, data)
+
+    def event_index(self) -> tuple[EventEntry, ...]:
+        """Return what happened when, without what it was."""
+        rows = self._rows("SELECT seq, utc_s, kind FROM events ORDER BY seq")
+        with self._explained("events"):
+            return tuple(EventEntry(row["seq"], row["utc_s"], EventKind(row["kind"])) for row in rows)
+
+    def event(self, seq: int) -> Event:
+        """Return one event.
+
+        Raises:
+            InputDataError: there is none of that number.
+        """
+        for event in self._events("SELECT * FROM events WHERE seq = ?", seq):
+            return event
+        raise InputDataError(f"{self._folder} has no event {seq}")
+
+    def phases(self) -> tuple[tuple[float, Phase], ...]:
+        """Return when each phase began, as of the first recorded snapshot in it: UTC seconds."""
+        query = "SELECT utc_s, json_extract(data, '$.phase') AS phase FROM events WHERE kind = ? ORDER BY seq"
+        found: list[tuple[float, Phase]] = []
+        for row in self._rows(query, EventKind.SNAPSHOT.value):
+            with self._explained("phase"):
+                phase = Phase(row["phase"])
+            if not found or found[-1][1] is not phase:
+                found.append((row["utc_s"], phase))
+        return tuple(found)
+
+    def picture(self, step: int, kind: PictureKind) -> bytes | None:
+        """Return a raster as it was shown, a PNG; None where it was not recorded."""
+        try:
+            return (self._folder / picture_path(step, kind)).read_bytes()
+        except OSError:
+            return None
 
     def last_snapshot(self) -> MissionSnapshot | None:
         """Return the latest recorded state of the whole mission."""

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Final
 
 from aos_gcs.errors import ConfigurationError, RecordingError
-from aos_gcs.mission.model import ActionRecord, Event, OutcomeRecord, StepRecord
+from aos_gcs.mission.model import ActionRecord, Event, OutcomeRecord, Picture, StepRecord
 from aos_gcs.ports import Capture, Notice, Severity
 from aos_gcs.store.database import MissionDatabase, Write
 from aos_gcs.store.schema import MAVLINK_NAME
@@ -107,6 +107,10 @@ class MissionRecorder:
     async def record_frame(self, step: int, frame: Capture) -> None:
         """Record a frame with its pose; the image must not be changed afterwards."""
         await self._queue.put(lambda database: database.add_frame(step, frame))
+
+    async def record_picture(self, picture: Picture) -> None:
+        """Record a raster as it is shown."""
+        await self._queue.put(lambda database: database.add_picture(picture))
 
     async def record_step(self, step: StepRecord, strategy_state: Mapping[str, object]) -> None:
         """Record a step; a second record of the same step replaces the first.

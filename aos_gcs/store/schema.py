@@ -7,9 +7,16 @@ from typing import Final
 DATABASE_NAME: Final = "mission.sqlite"
 MANIFEST_NAME: Final = "manifest.json"
 FRAMES_NAME: Final = "frames"
+PICTURES_NAME: Final = "pictures"
 MAVLINK_NAME: Final = "mavlink"
 
 SCHEMA_VERSION: Final = 1
+
+
+def picture_path(step: int, kind: str) -> str:
+    """Return where in the mission's folder a step's raster of a kind lies."""
+    return f"{PICTURES_NAME}/{step:05d}_{kind}.png"
+
 
 TABLES: Final = """
 CREATE TABLE events (

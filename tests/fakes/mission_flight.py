@@ -13,8 +13,8 @@ from aos_gcs.imaging.step import ImagingSettings
 from aos_gcs.mission.coordinator import Coordinator
 from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal
-from aos_gcs.mission.model import ActionRecord, Event, Outcome, OutcomeRecord, StepRecord, Task
-from aos_gcs.mission.settings import Deadlines, DetectionSettings, MissionSettings
+from aos_gcs.mission.model import ActionRecord, Event, Outcome, OutcomeRecord, Picture, StepRecord, Task
+from aos_gcs.mission.settings import Deadlines, DetectionSettings, MissionSettings, PreflightSettings
 from aos_gcs.ports import Capture
 from tests.fakes.fleet import ORIGIN, FakeFleet
 
@@ -39,6 +39,7 @@ class MemoryRecorder:
 
     events: list[Event] = field(default_factory=list)
     frames: list[tuple[int, Capture]] = field(default_factory=list)
+    pictures: list[Picture] = field(default_factory=list)
     steps: dict[int, StepRecord] = field(default_factory=dict)
     actions: list[ActionRecord] = field(default_factory=list)
     outcome: OutcomeRecord | None = None
@@ -49,6 +50,9 @@ class MemoryRecorder:
 
     async def record_frame(self, step: int, frame: Capture) -> None:
         self.frames.append((step, frame))
+
+    async def record_picture(self, picture: Picture) -> None:
+        self.pictures.append(picture)
 
     async def record_step(self, step: StepRecord, strategy_state: Mapping[str, object]) -> None:
         assert strategy_state
@@ -72,6 +76,7 @@ def settings(n: int, **changes: object) -> MissionSettings:
         imaging=ImagingSettings(rx_quantile=0.998),
         origin=ORIGIN,
         deadlines=Deadlines(connect_s=5.0, preflight_s=5.0, capture_s=5.0),
+        preflight=PreflightSettings(upload_fence=True),
         detection=DetectionSettings(threshold_m2=0.3, found_min_count=2),
         auto_start=True,
         auto_return=True,

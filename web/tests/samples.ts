@@ -56,6 +56,7 @@ export function mission(changes: Partial<Mission> = {}): Mission {
     targets: [],
     min_separation_m: null,
     focus: { height_m: 0, source: "configured", sigma_m: null },
+    replay: null,
     allowed_actions: ["pause", "hold", "return", "land", "abort"],
     ...changes,
   };

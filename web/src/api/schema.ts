@@ -329,7 +329,7 @@ export interface components {
      * @description What an operator can ask for.
      * @enum {string}
      */
-    Action: "start" | "pause" | "resume" | "hold" | "return" | "land" | "abort" | "focus" | "join" | "override";
+    Action: "start" | "pause" | "resume" | "hold" | "return" | "land" | "abort" | "focus" | "override";
     /**
      * ActionRequest
      * @description An operator's action for the vehicles named, or for the whole mission when ``vehicle_ids`` is null.
@@ -1262,7 +1262,7 @@ export interface components {
      * @description What the coordinator has a vehicle do.
      * @enum {string}
      */
-    Task: "idle" | "joining" | "swarm" | "held" | "returning" | "landing" | "landed" | "lost";
+    Task: "idle" | "swarm" | "held" | "returning" | "landing" | "landed" | "lost";
     /**
      * TimelineModel
      * @description A replay, and what lies where in it.

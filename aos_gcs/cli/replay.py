@@ -1,0 +1,43 @@
+"""``aos-gcs replay``: the dashboard on a recorded mission."""
+
+from __future__ import annotations
+
+import asyncio
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from aos_gcs.cli.run import CODE_FILE_HELP, run_until_terminated
+
+if TYPE_CHECKING:
+    from aos_gcs.config import ApiConfig
+
+
+def replay(
+    mission_dir: Annotated[Path, typer.Argument(help="Folder of one mission, which holds mission.sqlite.")],
+    *,
+    host: Annotated[str, typer.Option(help="Address of the dashboard.")] = "127.0.0.1",
+    port: Annotated[int, typer.Option(help="Port of the dashboard.", min=0, max=65535)] = 8080,
+    operator_code_file: Annotated[Path | None, typer.Option(help=CODE_FILE_HELP, dir_okay=False)] = None,
+) -> None:
+    """Show a recorded mission on the dashboard, at any time of it.
+
+    Operators move in it and all others see the same; nothing can be commanded. Ctrl-C ends it.
+    """
+    from aos_gcs.config import ApiConfig  # noqa: PLC0415 - heavy, only for this command
+
+    run_until_terminated(_show(mission_dir, ApiConfig(host=host, port=port, operator_code_file=operator_code_file)))
+
+
+async def _show(folder: Path, config: ApiConfig) -> None:
+    from aos_gcs.clock import LoopClock  # noqa: PLC0415 - heavy, only for this command
+    from aos_gcs.dashboard import open_dashboard, operator_code  # noqa: PLC0415
+    from aos_gcs.store.reader import MissionReader  # noqa: PLC0415
+    from aos_gcs.store.replay import MissionReplay  # noqa: PLC0415
+
+    code = operator_code(config)
+    with MissionReader(folder) as reader:
+        mission = MissionReplay(reader, LoopClock())
+        async with open_dashboard(mission, config, code, replay=mission), asyncio.TaskGroup() as group:
+            group.create_task(mission.run())

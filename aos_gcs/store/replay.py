@@ -1,0 +1,181 @@
+"""A recorded mission that is shown like a flying one, at any time of it."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import AsyncIterator, Sequence
+from contextlib import AbstractContextManager
+from typing import Final, NoReturn
+
+from aos_gcs.errors import ConfigurationError, InputDataError, MissionError
+from aos_gcs.mission.events import EventStream
+from aos_gcs.mission.model import (
+    Action,
+    Event,
+    EventKind,
+    JumpRecord,
+    MissionSnapshot,
+    NoticeRecord,
+    Picture,
+    PictureKind,
+    PicturesRecord,
+    ReplayState,
+    StepRecord,
+    Timeline,
+)
+from aos_gcs.ports import Clock
+from aos_gcs.store.reader import EventEntry, MissionReader
+
+TICK_S: Final = 0.2
+MIN_SPEED: Final = 0.1
+MAX_SPEED: Final = 50.0
+NOTICES_SHOWN: Final = 200
+"""The latest ones before a time that was jumped to."""
+
+_REFUSAL = "This is the record of a mission: nothing in it can be commanded."
+
+
+class MissionReplay:
+    """Implements ``MissionControl`` and ``ReplayControl`` on a mission folder.
+
+    What is large stays on the disk: a jump reads one snapshot, whatever the length of the mission.
+
+    Args:
+        reader: of the mission; must stay open.
+        clock: of the replay.
+
+    Raises:
+        InputDataError: the recording holds no state to show, or is damaged.
+    """
+
+    def __init__(self, reader: MissionReader, clock: Clock) -> None:
+        self._reader = reader
+        self._clock = clock
+        self._stream = EventStream(clock)
+        index = reader.event_index()
+        self._snapshots = [entry for entry in index if entry.kind is EventKind.SNAPSHOT]
+        if not self._snapshots:
+            raise InputDataError(f"{reader.folder} holds no snapshot of the mission; it ended before it began")
+        self._start_utc_s, self._end_utc_s = index[0].utc_s, index[-1].utc_s
+        self._events = [event for event in reader.events() if event.kind is not EventKind.SNAPSHOT]
+        self._event_times = [event.utc_s for event in self._events]
+        self._snapshot_times = [entry.utc_s for entry in self._snapshots]
+        self._shown: tuple[EventEntry, MissionSnapshot] | None = None
+        self._utc_s = self._start_utc_s
+        self._speed = 1.0
+        self._playing = False
+
+    # --- MissionControl -----------------------------------------------------------------------------------------------
+
+    def snapshot(self) -> MissionSnapshot:
+        """Return the state at the present time of the replay; before the first recorded one, that."""
+        entry = self._snapshots[max(0, bisect_right(self._snapshot_times, self._utc_s) - 1)]
+        if self._shown is None or self._shown[0] is not entry:
+            data = self._reader.event(entry.seq).data
+            if not isinstance(data, MissionSnapshot):
+                raise InputDataError(f"event {entry.seq} of {self._reader.folder} is no snapshot")
+            self._shown = entry, data
+        return self._shown[1]
+
+    def steps(self) -> Sequence[StepRecord]:
+        """Return all steps up to the present time, oldest first."""
+        return [event.data for event in self._past() if isinstance(event.data, StepRecord)]
+
+    def picture(self, kind: PictureKind) -> Picture | None:
+        """Return the latest raster of a kind, if one was recorded."""
+        for event in reversed(self._past()):
+            data = event.data
+            if isinstance(data, PicturesRecord) and kind in data.kinds:
+                png = self._reader.picture(data.step, kind)
+                if png is None:
+                    return None
+                return Picture(kind, data.step, png, data.west_m, data.south_m, data.east_m, data.north_m)
+        return None
+
+    async def act(
+        self,
+        action: Action,  # noqa: ARG002 - of a protocol
+        vehicle_ids: tuple[int, ...] | None,  # noqa: ARG002
+        focal_height_m: float | None = None,  # noqa: ARG002
+        *,
+        operator: str = "",  # noqa: ARG002
+    ) -> NoReturn:
+        """Refuse."""
+        raise MissionError(_REFUSAL)
+
+    async def override_check(
+        self,
+        vehicle_id: int,  # noqa: ARG002 - of a protocol
+        check: str,  # noqa: ARG002
+        reason: str | None,  # noqa: ARG002
+        *,
+        operator: str = "",  # noqa: ARG002
+    ) -> NoReturn:
+        """Refuse."""
+        raise MissionError(_REFUSAL)
+
+    def subscribe(self) -> AbstractContextManager[AsyncIterator[Event]]:
+        """Follow what is replayed."""
+        return self._stream.subscribe()
+
+    # --- ReplayControl ------------------------------------------------------------------------------------------------
+
+    def replay(self) -> ReplayState:
+        """Return where the replay is."""
+        return ReplayState(
+            time_s=self._utc_s - self._start_utc_s,
+            duration_s=self._end_utc_s - self._start_utc_s,
+            speed=self._speed,
+            playing=self._playing,
+        )
+
+    def timeline(self) -> Timeline:
+        """Return what lies where."""
+        start_utc_s = self._start_utc_s
+        return Timeline(
+            start_utc_s=start_utc_s,
+            phases=tuple((utc_s - start_utc_s, phase) for utc_s, phase in self._reader.phases()),
+            steps=tuple(
+                (event.utc_s - start_utc_s, event.data.step)
+                for event in self._events
+                if isinstance(event.data, StepRecord)
+            ),
+        )
+
+    def seek(self, *, time_s: float | None = None, speed: float | None = None, playing: bool | None = None) -> None:
+        """Go to another time, change the speed, play or stop.
+
+        Raises:
+            ConfigurationError: the speed is out of range.
+        """
+        if speed is not None:
+            if not MIN_SPEED <= speed <= MAX_SPEED:
+                raise ConfigurationError(f"speed must lie within {MIN_SPEED:g} and {MAX_SPEED:g}, but is {speed:g}.")
+            self._speed = speed
+        if time_s is not None:
+            self._utc_s = min(max(self._start_utc_s + time_s, self._start_utc_s), self._end_utc_s)
+            notices = [event.data for event in self._past() if isinstance(event.data, NoticeRecord)]
+            self._stream.publish(EventKind.JUMP, JumpRecord(tuple(notices[-NOTICES_SHOWN:])))
+        if playing is not None:
+            self._playing = playing
+        self._stream.publish(EventKind.SNAPSHOT, self.snapshot())
+
+    async def run(self) -> None:
+        """Let the time of the replay pass until cancelled."""
+        while True:
+            before_s = self._clock.now_s()
+            await self._clock.sleep(TICK_S)
+            if self._playing:
+                self._advance(self._speed * (self._clock.now_s() - before_s))
+
+    def _advance(self, duration_s: float) -> None:
+        """Tell everything that has happened in a span of the recording."""
+        known = len(self._past())
+        self._utc_s = min(self._utc_s + duration_s, self._end_utc_s)
+        self._playing = self._utc_s < self._end_utc_s
+        for event in self._past()[known:]:
+            self._stream.publish(event.kind, event.data)
+        self._stream.publish(EventKind.SNAPSHOT, self.snapshot())
+
+    def _past(self) -> list[Event]:
+        return self._events[: bisect_right(self._event_times, self._utc_s)]

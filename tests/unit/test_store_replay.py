@@ -1,0 +1,209 @@
+"""A recorded mission at any time of it, directly and through the API."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+
+from aos_gcs.api.app import create_app
+from aos_gcs.api.hub import EventHub
+from aos_gcs.clock import LoopClock
+from aos_gcs.errors import ConfigurationError, InputDataError, MissionError
+from aos_gcs.mission.model import Action, Event, EventKind, JumpRecord, PictureKind
+from aos_gcs.ports import Severity
+from aos_gcs.store.database import MissionDatabase
+from aos_gcs.store.reader import MissionReader
+from aos_gcs.store.replay import MissionReplay
+from tests.fakes.mission import STEP_INTERVAL_S, ScriptedMission
+
+LENGTH_S = 40
+START_UTC_S = 1.7e9
+
+
+class HandClock(LoopClock):
+    """Stands still until it is moved."""
+
+    def __init__(self) -> None:
+        self.utc = START_UTC_S
+
+    def utc_s(self) -> float:
+        return self.utc
+
+
+async def record(folder: Path) -> list[Event]:
+    """Record a scripted mission, one snapshot per second, and return its events."""
+    clock = HandClock()
+    mission = ScriptedMission(clock)
+    database = MissionDatabase(folder, {})
+    with mission.stream.subscribe(10_000) as subscription:
+        await mission.act(Action.START, None)
+        for second in range(LENGTH_S):
+            clock.utc += 1.0
+            mission.advance(1.0)
+            if second % 10 == 0:
+                mission.notify(Severity.INFO, f"second {second}")
+            pictures = [picture for kind in PictureKind if (picture := mission.picture(kind))]
+            database.write([partial(MissionDatabase.add_picture, picture=picture) for picture in pictures])
+        subscription.close()
+        events = [event async for event in subscription]
+    database.write([partial(MissionDatabase.add_event, event=event) for event in events])
+    database.close()
+    return events
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[Event]]:
+    folder = tmp_path_factory.mktemp("missions") / "recorded"
+    return folder, asyncio.run(record(folder))
+
+
+@pytest.fixture
+async def replay(recording: tuple[Path, list[Event]]) -> AsyncIterator[MissionReplay]:
+    with MissionReader(recording[0]) as reader:
+        yield MissionReplay(reader, LoopClock())
+
+
+def before(events: list[Event], kind: EventKind, time_s: float) -> list[Any]:
+    start_utc_s = events[0].utc_s
+    return [event.data for event in events if event.kind is kind and event.utc_s <= start_utc_s + time_s]
+
+
+@pytest.mark.parametrize("time_s", [0.0, 12.3, 39.9, 17.0, 1.0, 1e9, -5.0])
+async def test_everything_is_as_of_that_time(
+    replay: MissionReplay, recording: tuple[Path, list[Event]], time_s: float
+) -> None:
+    events = recording[1]
+    replay.seek(time_s=25.0)
+    replay.seek(time_s=time_s)
+    known_s = min(max(time_s, 0.0), float(LENGTH_S))
+    assert replay.replay().time_s == pytest.approx(known_s)
+    assert replay.snapshot() == before(events, EventKind.SNAPSHOT, known_s)[-1]
+    assert list(replay.steps()) == before(events, EventKind.STEP, known_s)
+    shown = before(events, EventKind.PICTURES, known_s)
+    picture = replay.picture(PictureKind.THERMAL)
+    assert (picture.step if picture else None) == (shown[-1].step if shown else None)
+
+
+async def test_the_timeline_names_phases_and_steps(replay: MissionReplay) -> None:
+    line = replay.timeline()
+    assert line.start_utc_s == START_UTC_S
+    phases = [str(phase) for _, phase in line.phases]
+    assert phases[:4] == ["arm", "takeoff", "line", "scan"]
+    assert [step for _, step in line.steps] == list(range(1, len(line.steps) + 1))
+    times_s = [time_s for time_s, _ in line.steps]
+    assert times_s[1] - times_s[0] == pytest.approx(STEP_INTERVAL_S)
+
+
+async def test_nothing_can_be_commanded(replay: MissionReplay) -> None:
+    with pytest.raises(MissionError, match="record of a mission"):
+        await replay.act(Action.HOLD, None)
+    with pytest.raises(MissionError, match="record of a mission"):
+        await replay.override_check(1, "battery", "because")
+
+
+@pytest.mark.looptime
+async def test_what_is_played_comes_once_and_in_order(
+    replay: MissionReplay, recording: tuple[Path, list[Event]]
+) -> None:
+    running = asyncio.create_task(replay.run())
+    with replay.subscribe() as events:
+        replay.seek(speed=10.0, playing=True)
+        await asyncio.sleep(5.0)
+        assert replay.replay().time_s == float(LENGTH_S)
+        assert not replay.replay().playing
+        replay.seek(time_s=0.0)
+        heard = []
+        async for event in events:
+            if event.kind is EventKind.JUMP:
+                break
+            if event.kind is not EventKind.SNAPSHOT:
+                heard.append(event.data)
+    running.cancel()
+    recorded = [event.data for event in recording[1] if event.kind is not EventKind.SNAPSHOT]
+    assert heard == [data for data in recorded if data not in before(recording[1], EventKind.NOTICE, 0.0)]
+
+
+async def test_a_jump_brings_the_notices_before_it(replay: MissionReplay) -> None:
+    with replay.subscribe() as events:
+        replay.seek(time_s=15.0)
+        jump = await anext(events)
+    assert isinstance(jump.data, JumpRecord)
+    assert [notice.text for notice in jump.data.notices][-2:] == ["second 0", "second 10"]
+
+
+@pytest.mark.parametrize("speed", [0.0, 1e3, float("nan")])
+async def test_speeds_out_of_range_are_refused(replay: MissionReplay, speed: float) -> None:
+    with pytest.raises(ConfigurationError, match="speed"):
+        replay.seek(speed=speed)
+
+
+async def test_older_recordings_have_no_pictures(recording: tuple[Path, list[Event]], tmp_path: Path) -> None:
+    database = MissionDatabase(tmp_path / "old", {})
+    database.write([partial(MissionDatabase.add_event, event=event) for event in recording[1]])
+    database.close()
+    with MissionReader(tmp_path / "old") as reader:
+        old = MissionReplay(reader, LoopClock())
+        old.seek(time_s=30.0)
+        assert old.picture(PictureKind.INTEGRAL) is None
+
+
+async def test_a_recording_without_state_cannot_be_shown(tmp_path: Path) -> None:
+    MissionDatabase(tmp_path / "empty", {}).close()
+    with MissionReader(tmp_path / "empty") as reader, pytest.raises(InputDataError, match="no snapshot"):
+        MissionReplay(reader, LoopClock())
+
+
+@asynccontextmanager
+async def client_of(replay: MissionReplay) -> AsyncIterator[httpx.AsyncClient]:
+    transport = httpx.ASGITransport(create_app(replay, replay=replay))
+    async with httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1:8080") as client:
+        yield client
+
+
+async def test_the_api_shows_and_moves_the_replay(replay: MissionReplay) -> None:
+    async with client_of(replay) as client:
+        moved = await client.post("/api/replay", json={"time_s": 20.0, "speed": 4.0})
+        assert moved.json() == {"time_s": 20.0, "duration_s": 40.0, "speed": 4.0, "playing": False}
+        mission = (await client.get("/api/mission")).json()
+        assert mission["replay"] == moved.json()
+        assert mission["allowed_actions"] == []
+        assert len((await client.get("/api/mission/steps")).json()) == len(replay.steps()) > 0
+        assert (await client.get("/api/mission/pictures/integral.png")).status_code == 200
+        timeline = (await client.get("/api/replay")).json()
+        assert timeline["replay"]["time_s"] == 20.0
+        assert timeline["phases"][0]["phase"] == "arm"
+
+        refused = await client.post("/api/mission/actions", json={"action": "hold"})
+        assert (refused.status_code, refused.json()["id"]) == (409, "action_not_allowed")
+        for body in ({"time_s": "soon"}, {"speed": -1}, {"speed": 1e6}, {"rewind": True}):
+            assert (await client.post("/api/replay", json=body)).status_code == 422
+
+
+async def test_a_mission_that_is_flown_has_no_replay() -> None:
+    mission = ScriptedMission(LoopClock())
+    transport = httpx.ASGITransport(create_app(mission))
+    async with httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1:8080") as client:
+        assert (await client.get("/api/replay")).status_code == 404
+        assert (await client.get("/api/mission")).json()["replay"] is None
+
+
+async def test_clients_are_greeted_anew_after_a_jump(replay: MissionReplay) -> None:
+    hub = EventHub(replay, replay=replay)
+    running = asyncio.create_task(hub.run())
+    with hub.connect() as outbox:
+        await outbox.take()
+        await asyncio.sleep(0)
+        replay.seek(time_s=20.0)
+        hello = await outbox.take()
+        assert '"kind":"hello"' in hello
+        assert len(hub.hello().steps) == len(replay.steps())
+        assert [notice.text for notice in hub.hello().notices][-1] == "second 10"
+        assert hub.missed(0).hello is not None
+    running.cancel()
