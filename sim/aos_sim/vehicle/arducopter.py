@@ -12,6 +12,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from aos_sim.vehicle.autopilot import Autopilot
 from aos_sim.vehicle.commands import AMSL_FRAMES, RELATIVE_FRAMES, TERRAIN_FRAMES, CommandRequest
 from aos_sim.vehicle.configuration import VehicleIdentity
+from aos_sim.vehicle.data_streams import requested_intervals_us
 from aos_sim.vehicle.fence import Fence
 from aos_sim.vehicle.flight import FlightSettings
 from aos_sim.vehicle.kinematics import Kinematics
@@ -116,6 +117,7 @@ class ArduCopter(Autopilot):
 
     def __init__(self, identity: VehicleIdentity, kinematics: Kinematics) -> None:
         super().__init__(identity, kinematics)
+        self._handlers["REQUEST_DATA_STREAM"] = self._on_request_data_stream
         self.parameters["MAV_SYSID"] = identity.system_id
         self._mode = CopterMode.STABILIZE
         self._operator_heard_s: float | None = None
@@ -261,6 +263,10 @@ class ArduCopter(Autopilot):
         if frame in RELATIVE_FRAMES:
             return origin_amsl_m + self.flight.home_enu_m[2] + altitude_m
         return origin_amsl_m + altitude_m if frame in TERRAIN_FRAMES else None
+
+    def _on_request_data_stream(self, message: mavlink.MAVLink_message) -> None:
+        for message_id, interval_us in requested_intervals_us(message):
+            self.set_interval(message_id, interval_us)
 
     def on_heartbeat(self, message: mavlink.MAVLink_message) -> None:
         """Count heartbeats of the operator's system ids only."""

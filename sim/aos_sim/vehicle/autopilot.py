@@ -18,6 +18,7 @@ from aos_sim.vehicle.commands import CommandRequest
 from aos_sim.vehicle.configuration import VehicleIdentity
 from aos_sim.vehicle.fence import Fence
 from aos_sim.vehicle.fence_service import FenceService
+from aos_sim.vehicle.file_transfer import refusal
 from aos_sim.vehicle.flight import (
     FlightController,
     FlightEvent,
@@ -98,6 +99,7 @@ class Autopilot(ABC):
             "MISSION_COUNT": lambda message: self.fence_service.on_count(message, self.now.s),
             "MISSION_ITEM_INT": lambda message: self.fence_service.on_item(message, self.now.s),
             "MISSION_CLEAR_ALL": lambda message: self.fence_service.on_clear(message, self.now.s),
+            "FILE_TRANSFER_PROTOCOL": lambda message: self.send(refusal(message)),
             "TIMESYNC": self._on_timesync,
         }
         self._commands: dict[int, Callable[[CommandRequest], int]] = {
@@ -319,8 +321,12 @@ class Autopilot(ABC):
         message_id = round(request.param(1))
         if message_id != mavlink.MAVLINK_MSG_ID_HEARTBEAT and message_id not in self.MESSAGES:
             return int(mavlink.MAV_RESULT_FAILED)
-        self._streams.set_interval(message_id, round(request.param(2)), self.now.tick)
+        self.set_interval(message_id, round(request.param(2)))
         return int(mavlink.MAV_RESULT_ACCEPTED)
+
+    def set_interval(self, message_id: int, interval_us: int) -> None:
+        """Send a message in this interval; see :meth:`StreamSchedule.set_interval`."""
+        self._streams.set_interval(message_id, interval_us, self.now.tick)
 
     def _get_message_interval(self, request: CommandRequest) -> int:
         message_id = round(request.param(1))

@@ -74,6 +74,39 @@ def test_every_message_can_be_requested(make_bench, flavour):
     assert version.capabilities & mavlink.MAV_PROTOCOL_CAPABILITY_COMMAND_INT
 
 
+def test_arducopter_takes_rates_by_group(make_bench):
+    bench = make_bench("arducopter")
+
+    def ask(group: int, rate_hz: int, starts: int) -> None:
+        bench.send(mavlink.MAVLink_request_data_stream_message(7, 1, group, rate_hz, starts))
+        bench.sent.clear()
+        bench.advance(1.0)
+
+    ask(mavlink.MAV_DATA_STREAM_POSITION, 4, 1)
+    assert bench.count("GLOBAL_POSITION_INT") == 4
+    assert bench.count("ATTITUDE") == 0
+    ask(mavlink.MAV_DATA_STREAM_ALL, 2, 1)
+    assert (bench.count("GLOBAL_POSITION_INT"), bench.count("ATTITUDE"), bench.count("SYS_STATUS")) == (2, 2, 2)
+    ask(mavlink.MAV_DATA_STREAM_ALL, 2, 0)
+    assert {message.get_type() for message in bench.sent} <= {"HEARTBEAT", "HOME_POSITION"}
+
+
+@pytest.mark.parametrize("flavour", ["arducopter", "px4"])
+def test_requests_for_files_are_refused(make_bench, flavour):
+    bench = make_bench(flavour)
+    open_file = bytes([5, 0, 9, 4, 3, 0, 0, 0, 0, 0, 0, 0]) + b"abc"
+    (answer,) = [
+        message
+        for message in bench.send(
+            mavlink.MAVLink_file_transfer_protocol_message(0, 7, 1, list(open_file.ljust(251, b"\0")))
+        )
+        if message.get_type() == "FILE_TRANSFER_PROTOCOL"
+    ]
+    assert (answer.target_system, answer.target_component) == (254, 190)
+    assert answer.payload[:6] == [6, 0, 9, 129, 1, 4]
+    assert answer.payload[12] == 7
+
+
 @pytest.mark.parametrize("flavour", ["arducopter", "px4"])
 def test_parameter_list_is_complete_and_spread_over_ticks(make_bench, flavour):
     bench = make_bench(flavour)
