@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 from aos_gcs.api import models as wire
 from aos_gcs.api.convert_vehicle import vehicle
-from aos_gcs.api.places import finite, geodetic, optional_position, position, rounded, vertex
+from aos_gcs.api.places import finite, geodetic, optional_position, percent, position, rounded, scan_leg, vertex
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.mission import model
 from aos_gcs.mission.phases import ACTIONS
@@ -84,6 +84,10 @@ def mission(snapshot: model.MissionSnapshot, replay: model.ReplayState | None = 
         origin=geodetic(origin) if origin else None,
         area=[vertex(point, origin) for point in snapshot.area_enu_m],
         fence=[vertex(point, origin) for point in snapshot.fence_enu_m],
+        no_go=[[vertex(point, origin) for point in zone] for zone in snapshot.no_go_enu_m],
+        legs=[scan_leg(start, end, origin) for start, end in snapshot.legs_enu_m],
+        leg=snapshot.leg,
+        covered_percent=percent(snapshot.covered_fraction),
         vehicles=[vehicle(one, origin) for one in snapshot.vehicles],
         preflight=[preflight_check(check) for check in snapshot.preflight],
         target=target(snapshot.target, origin) if snapshot.target else None,

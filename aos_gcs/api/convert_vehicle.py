@@ -7,9 +7,10 @@ from functools import lru_cache
 from typing import Final
 
 from aos_gcs.api import models as wire
-from aos_gcs.api.places import optional_position, place_model, position, rounded
+from aos_gcs.api.places import optional_position, percent, place_model, position, rounded, vertex
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.mission import model
+from aos_gcs.ports import LinkQuality
 
 AGE_STEP_S: Final = 0.5
 """Of ages on the wire: that of a living link would otherwise change with every snapshot, often as the only field."""
@@ -40,16 +41,18 @@ def vehicle(vehicle: model.VehicleSnapshot, origin: GeodeticPosition | None) -> 
         climb_rate_mps=rounded(velocity_enu_mps[2], 1) if velocity_enu_mps else None,
         heading_deg=round(math.degrees(state.heading_rad), 1) % 360.0 if state.heading_rad is not None else None,
         home=position(_to_enu(origin, state.home), origin) if origin and state.home else None,
-        battery_percent=_percent(state.battery_fraction),
+        battery_percent=percent(state.battery_fraction),
         battery_voltage_v=rounded(state.battery_voltage_v, 2),
         gps_fix=state.gps_fix,
         satellites=state.satellites,
         link_age_s=_age_s(vehicle.link_age_s),
-        packet_loss_percent=_percent(state.packet_loss_fraction),
+        packet_loss_percent=percent(state.packet_loss_fraction),
         layer_height_m=vehicle.layer_height_m,
         waypoint=optional_position(vehicle.waypoint_enu_m, origin),
         refusal=vehicle.refusal,
         text=state.text,
+        link=_link(state.link) if state.link else None,
+        camera=_camera(vehicle.camera, origin) if vehicle.camera else None,
     )
 
 
@@ -64,8 +67,28 @@ def _age_s(age_s: float | None) -> float | None:
     return None if age_s is None else AGE_STEP_S * round(age_s / AGE_STEP_S)
 
 
-def _percent(fraction: float | None) -> float | None:
-    return None if fraction is None else round(100.0 * fraction, 1)
+def _link(link: LinkQuality) -> wire.LinkModel:
+    return wire.LinkModel(
+        address=link.address,
+        living_addresses=link.living_addresses,
+        round_trip_ms=_scaled(link.round_trip_s, 1e3),
+        clock_offset_ms=_scaled(link.clock_offset_s, 1e3),
+        clock_drift_ppm=_scaled(link.clock_drift, 1e6),
+    )
+
+
+def _camera(camera: model.CameraSnapshot, origin: GeodeticPosition | None) -> wire.CameraModel:
+    return wire.CameraModel(
+        frames=camera.frames,
+        failures=camera.failures,
+        last_step=camera.last_step,
+        footprint=[vertex(corner, origin) for corner in camera.footprint_enu_m],
+        failure=camera.failure,
+    )
+
+
+def _scaled(value: float | None, factor: float) -> float | None:
+    return None if value is None else rounded(factor * value, 1)
 
 
 @lru_cache(maxsize=1024)

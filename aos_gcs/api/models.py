@@ -61,6 +61,35 @@ class VertexModel(WireModel):
     longitude_deg: float | None
 
 
+class LinkModel(WireModel):
+    """How well a vehicle is reached; its packet loss and age stand in VehicleModel."""
+
+    address: str = Field(description="Where it is spoken to now.")
+    living_addresses: int = Field(description="At how many addresses, on all links together, it is being heard.")
+    round_trip_ms: float | None
+    clock_offset_ms: float | None = Field(description="The vehicle's clock minus ours.")
+    clock_drift_ppm: float | None = Field(description="What the vehicle's clock gains on ours.")
+
+
+class CameraModel(WireModel):
+    """What a vehicle's camera has delivered in this mission."""
+
+    frames: int = Field(description="That could be used.")
+    failures: int = Field(description="Steps that went on without its frame.")
+    last_step: int | None
+    footprint: list[VertexModel] = Field(
+        description="What its latest frame shows of the focal plane; empty before the first one."
+    )
+    failure: str | None = Field(description="Why its frame is missing in the latest step.")
+
+
+class ScanLegModel(WireModel):
+    """One sweep of the swarm's line, by the way of its middle."""
+
+    start: VertexModel
+    end: VertexModel
+
+
 class VehicleModel(WireModel):
     """One vehicle in the mission. Everything but its id is ``null`` until the vehicle has reported it."""
 
@@ -90,6 +119,8 @@ class VehicleModel(WireModel):
     waypoint: PositionModel | None = Field(description="Where it was last sent.")
     refusal: str | None = Field(description="Why its last planned waypoint was shortened or held.")
     text: str = Field(description="Its latest status text of severity warning or worse.")
+    link: LinkModel | None
+    camera: CameraModel | None
 
 
 class OverrideModel(WireModel):
@@ -206,6 +237,10 @@ class MissionModel(WireModel):
     origin: GeodeticModel | None
     area: list[VertexModel]
     fence: list[VertexModel]
+    no_go: list[list[VertexModel]]
+    legs: list[ScanLegModel] = Field(description="Of the scan; empty before they are planned.")
+    leg: int = Field(description="Index of the leg being flown.")
+    covered_percent: float | None = Field(description="Of the search area, in a frame at least once.")
     vehicles: list[VehicleModel]
     preflight: list[PreflightCheckModel]
     target: TargetModel | None = Field(description="The one in view, or else the one that was seen last.")
@@ -323,6 +358,12 @@ class SignInRequest(WireModel):
     name: Annotated[str, Field(min_length=1, max_length=40, pattern=r"^\S(.*\S)?$")] = Field(
         description="For the audit log."
     )
+
+
+class BasemapModel(WireModel):
+    """The map of the ground below everything that flies."""
+
+    url: str | None = Field(description="Of a PMTiles file; null where there is none.")
 
 
 class ErrorModel(WireModel):

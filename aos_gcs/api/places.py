@@ -28,6 +28,11 @@ def rounded(value: float | None, digits: int) -> float | None:
     return round(value, digits) if value is not None and math.isfinite(value) else None
 
 
+def percent(fraction: float | None) -> float | None:
+    """Return a share in per cent."""
+    return None if fraction is None else round(100.0 * fraction, 1)
+
+
 def geodetic(position: GeodeticPosition) -> wire.GeodeticModel:
     """Convert a geodetic position."""
     return wire.GeodeticModel(
@@ -62,6 +67,13 @@ def vertex(point_enu_m: tuple[float, float], origin: GeodeticPosition | None) ->
     return wire.VertexModel(
         east_m=full.east_m, north_m=full.north_m, latitude_deg=full.latitude_deg, longitude_deg=full.longitude_deg
     )
+
+
+def scan_leg(
+    start_enu_m: tuple[float, float], end_enu_m: tuple[float, float], origin: GeodeticPosition | None
+) -> wire.ScanLegModel:
+    """Convert one sweep of the swarm."""
+    return wire.ScanLegModel(start=vertex(start_enu_m, origin), end=vertex(end_enu_m, origin))
 
 
 def optional_position(point_enu_m: model.EnuPoint | None, origin: GeodeticPosition | None) -> wire.PositionModel | None:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from aos_gcs.api import plan_models as wire
-from aos_gcs.api.places import vertex
+from aos_gcs.api.places import scan_leg
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.mission.mission_plan import MissionPlan
 from aos_gcs.mission.plan import altitude_layers
@@ -150,10 +150,7 @@ def _proposal(proposal: Proposal) -> wire.PlanProposalModel:
 
 def _estimate(estimate: PlanEstimate, origin: GeodeticPosition) -> wire.PlanEstimateModel:
     return wire.PlanEstimateModel(
-        legs=[
-            wire.ScanLegModel(start=vertex(leg.start_enu_m, origin), end=vertex(leg.end_enu_m, origin))
-            for leg in estimate.legs
-        ],
+        legs=[scan_leg(leg.start_enu_m, leg.end_enu_m, origin) for leg in estimate.legs],
         swath_m=estimate.swath_m,
         area_m2=estimate.area_m2,
         free_area_m2=estimate.free_area_m2,

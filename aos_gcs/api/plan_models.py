@@ -10,7 +10,7 @@ from typing import Annotated, Any
 
 from pydantic import ConfigDict, Field
 
-from aos_gcs.api.models import VertexModel, WireModel
+from aos_gcs.api.models import ScanLegModel, WireModel
 from aos_gcs.mission.plan_import import ShapeRole
 
 Latitude = Annotated[float, Field(ge=-90.0, le=90.0)]
@@ -83,13 +83,6 @@ class PlanProposalModel(WireModel):
     field: str
     value: float
     reason: str
-
-
-class ScanLegModel(WireModel):
-    """One sweep of the swarm's line, by the way of its middle."""
-
-    start: VertexModel
-    end: VertexModel
 
 
 class PlanEstimateModel(WireModel):

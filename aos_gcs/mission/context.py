@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
+from aos_gcs.mission.cameras import CameraLog
 from aos_gcs.mission.flight import FlightControl
 from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal, Recorder
@@ -28,3 +29,4 @@ class MissionContext:
     """What the mission is doing or waiting for, in one sentence."""
     outcome: Outcome = Outcome.OPEN
     preflight: tuple[PreflightCheck, ...] = ()
+    cameras: CameraLog = field(default_factory=CameraLog)

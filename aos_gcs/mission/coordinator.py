@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncIterator, Callable, Coroutine, Mapping, Sequence
 from contextlib import AbstractContextManager, suppress
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -126,12 +127,19 @@ class Coordinator:
             fence_enu_m=()
             if limits is None
             else tuple((float(east), float(north)) for east, north in limits.fence_enu_m),
-            vehicles=tuple(context.roster.snapshot(member) for member in context.roster.members()),
+            vehicles=tuple(
+                replace(context.roster.snapshot(member), camera=context.cameras.of(member.vehicle_id))
+                for member in context.roster.members()
+            ),
             preflight=context.preflight,
             target=self._search.tracker.estimate(),
             targets=self._search.tracker.estimates(),
             min_separation_m=self._monitor.min_separation_m,
             focus=self._vision.focus,
+            no_go_enu_m=tuple(context.settings.safety.get("no_go_enu_m", ())),
+            legs_enu_m=tuple((leg.start_enu_m, leg.end_enu_m) for leg in self._search.legs),
+            leg=self._search.leg,
+            covered_fraction=self._search.covered_fraction,
         )
 
     def steps(self) -> Sequence[StepRecord]:

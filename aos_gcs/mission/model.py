@@ -177,6 +177,22 @@ class PreflightCheck:
 
 
 @dataclass(frozen=True, slots=True)
+class CameraSnapshot:
+    """What a vehicle's camera has delivered in this mission."""
+
+    frames: int = 0
+    """That could be used."""
+    failures: int = 0
+    """Steps that went on without its frame."""
+    last_step: int | None = None
+    """Of its latest frame."""
+    footprint_enu_m: tuple[tuple[float, float], ...] = ()
+    """What that frame shows of the focal plane; empty before the first one, and where it sees the horizon."""
+    failure: str | None = None
+    """Why its frame is missing in the latest step; None if it is not."""
+
+
+@dataclass(frozen=True, slots=True)
 class VehicleSnapshot:
     """One vehicle in the mission."""
 
@@ -191,6 +207,8 @@ class VehicleSnapshot:
     """Where it was last sent."""
     refusal: str | None
     """Why its last planned waypoint was shortened or held; None if it was sent as planned."""
+    camera: CameraSnapshot | None = None
+    """None in older records."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -272,6 +290,14 @@ class MissionSnapshot:
     """All that are confirmed, and ``target``."""
     focus: FocusSnapshot | None = None
     """None in records of missions before there was autofocus."""
+    no_go_enu_m: tuple[tuple[tuple[float, float], ...], ...] = ()
+    """Polygons that no vehicle enters."""
+    legs_enu_m: tuple[tuple[tuple[float, float], tuple[float, float]], ...] = ()
+    """Start and end of each leg of the scan, by the middle of the swarm's line; empty before they are planned."""
+    leg: int = 0
+    """Index of the leg being flown."""
+    covered_fraction: float | None = None
+    """Share of the search area that was in a frame; None before the first step."""
 
 
 class Verdict(StrEnum):
@@ -335,6 +361,10 @@ class PictureKind(StrEnum):
     THERMAL = "thermal"
     ANOMALY = "anomaly"
     """Number of frames that mark each cell."""
+    COVERAGE = "coverage"
+    """How many frames of the whole mission show each place of the search area."""
+    VISIBILITY = "visibility"
+    """What share of the ground these have seen at most, through a canopy of the configured density."""
 
 
 @dataclass(frozen=True, slots=True)

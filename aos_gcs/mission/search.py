@@ -13,14 +13,16 @@ from numpy.typing import NDArray
 
 from aos_gcs.errors import MissionFailedError, UnusableFramesError
 from aos_gcs.imaging.model import StepAnalysis
+from aos_gcs.mission.cameras import footprint_enu_m
 from aos_gcs.mission.context import MissionContext
+from aos_gcs.mission.coverage import CoverageMap
 from aos_gcs.mission.gallery import Gallery
 from aos_gcs.mission.launch import MIN_SWARM
 from aos_gcs.mission.model import Outcome, Phase, StepRecord, Task, WaypointRecord
 from aos_gcs.mission.observing import make_observation
 from aos_gcs.mission.plan import ScanLeg, leg_formation, scan_legs
 from aos_gcs.mission.roster import Member
-from aos_gcs.mission.sampling import Sample, sample
+from aos_gcs.mission.sampling import Sample, sample, to_frame
 from aos_gcs.mission.targeting import TargetTracker
 from aos_gcs.mission.vision import Vision
 from aos_gcs.ports import Severity
@@ -45,14 +47,17 @@ class Search:
         self._rng = np.random.default_rng(settings.seed)
         self._strategy: Strategy[Any] = make_strategy(settings.strategy, settings.strategy_parameters)
         self._state = self._strategy.init(np.array(settings.scan_direction_enu))
-        self._legs: tuple[ScanLeg, ...] = ()
-        self._leg = 0
+        self._coverage: CoverageMap | None = None
         self._progress_m = 0.0
         self._blind_steps = 0
         self._steps_found = 0
         self.found_at_s: float | None = None
         """Mission time of the first decision that the target is found."""
         self.step = 0
+        self.legs: tuple[ScanLeg, ...] = ()
+        """Empty before they are planned."""
+        self.leg = 0
+        """Index of the one being flown."""
         self.tracker = TargetTracker(settings)
 
     # --- LINE ---------------------------------------------------------------------------------------------------------
@@ -61,10 +66,10 @@ class Search:
         """Form the line at the present place of the present leg."""
         context = self._context
         swarm = await self._swarm()
-        if not self._legs:
-            self._legs = self._plan_legs(swarm)
-        leg = self._legs[self._leg].after(self._progress_m)
-        context.message = f"Forming the line for leg {self._leg + 1} of {len(self._legs)}."
+        if not self.legs:
+            self.legs = self._plan_legs(swarm)
+        leg = self.legs[self.leg].after(self._progress_m)
+        context.message = f"Forming the line for leg {self.leg + 1} of {len(self.legs)}."
         places_enu_m = leg_formation(leg, self._horizontal_enu_m(swarm), self._strategy.spacing_m)
         requests = self._in_layers(swarm, places_enu_m)
         late = await context.flight.transfer(requests, frozenset({Task.SWARM}))
@@ -84,6 +89,11 @@ class Search:
             spacing_m=self._strategy.spacing_m,
             footprint_m=2 * (lowest_m - settings.imaging.plane_height_m) * np.tan(settings.planning_fov_rad / 2),
         )
+
+    @property
+    def covered_fraction(self) -> float | None:
+        """Share of the search area that was in a frame; None before the first step."""
+        return None if self._coverage is None else self._coverage.covered_fraction
 
     # --- SCAN, CONVERGE, FOUND ----------------------------------------------------------------------------------------
 
@@ -115,6 +125,7 @@ class Search:
             ),
         )
         await self._gallery.hang(record.step, analysis, taken.captures[0].bands)
+        await self._survey(taken, analysis)
         async with asyncio.TaskGroup() as group:
             group.create_task(self._vision.learn(self.step, analysis))
             await self._await_arrival(record.waypoints)
@@ -255,7 +266,7 @@ class Search:
 
     def _continue_scan(self, swarm: list[Member]) -> Phase:
         """Follow the leg; after a chase that led nowhere go back to it; at its end take the next one, or return."""
-        detection, leg = self._context.settings.detection, self._legs[self._leg]
+        detection, leg = self._context.settings.detection, self.legs[self.leg]
         if self.tracker.estimate() is not None:
             if self.tracker.steps_out_of_view < detection.reacquire_steps:
                 return Phase.SCAN
@@ -266,8 +277,8 @@ class Search:
         self._progress_m = max(self._progress_m, float(offset_m @ np.array(leg.direction_enu)))
         if self._progress_m < leg.length_m:
             return Phase.SCAN
-        self._leg, self._progress_m = self._leg + 1, 0.0
-        if self._leg < len(self._legs):
+        self.leg, self._progress_m = self.leg + 1, 0.0
+        if self.leg < len(self.legs):
             return Phase.LINE
         self._context.journal.notice(Severity.INFO, "the whole area has been scanned, nothing was found")
         return Phase.RETURN
@@ -289,6 +300,19 @@ class Search:
         async with self._context.journal.patience(f"step {self.step}"):
             await self._context.recorder.record_step(record, self._strategy_state())
         self._context.journal.step(record)
+
+    async def _survey(self, taken: Sample, analysis: StepAnalysis) -> None:
+        """Note what the frames show of the area, and show it."""
+        context, plane_m = self._context, analysis.grid.height_m
+        frame = context.roster.local_frame()
+        frames = [to_frame(capture, frame) for capture in taken.captures]
+        footprints = [footprint_enu_m(one, plane_m) for one in frames]
+        context.cameras.note(self.step, frames, footprints, taken.missing)
+        if self._coverage is None:
+            forest = context.settings.forest
+            self._coverage = CoverageMap(context.settings.area_enu_m, None if forest is None else forest.occlusion)
+        await asyncio.to_thread(self._coverage.add, footprints)
+        await self._gallery.show(self.step, await asyncio.to_thread(self._coverage.render))
 
     async def _await_arrival(self, waypoints: tuple[WaypointRecord, ...]) -> None:
         sent_ids = {record.vehicle_id for record in waypoints if record.sent_enu_m is not None}

@@ -20,6 +20,7 @@ from aos_gcs.mission.mission_plan import MissionPlan, apply_plan
 from aos_gcs.mission.model import (
     Action,
     ActionResult,
+    CameraSnapshot,
     CheckOverride,
     EnuPoint,
     ErrorEllipse,
@@ -46,7 +47,7 @@ from aos_gcs.mission.model import (
 )
 from aos_gcs.mission.phases import check_action
 from aos_gcs.mission.settings import MissionSettings
-from aos_gcs.ports import Clock, FlightMode, LandedState, Severity, VehicleState
+from aos_gcs.ports import Clock, FlightMode, LandedState, LinkQuality, Severity, VehicleState
 
 ORIGIN = GeodeticPosition(48.3358, 14.3263, 262.0)
 AREA_ENU_M = ((-60.0, -20.0), (60.0, -20.0), (60.0, 110.0), (-60.0, 110.0))
@@ -402,12 +403,29 @@ class ScriptedMission:
             satellites=14 + body.vehicle_id % 4,
             heard_at_s=self.elapsed_s,
             packet_loss_fraction=0.004 * body.vehicle_id,
+            link=LinkQuality(f"udp://10.0.0.{body.vehicle_id}:14550", 2, 0.02 * body.vehicle_id, 0.004, 2e-6),
             text="EKF variance" if body.vehicle_id == 6 else "",
         )
         link_age_s = 7.5 if body.vehicle_id == 6 else 0.2
         return VehicleSnapshot(
-            state, body.task, body.layer_height_m, body.position_enu_m, link_age_s, body.waypoint_enu_m, body.refusal
+            state,
+            body.task,
+            body.layer_height_m,
+            body.position_enu_m,
+            link_age_s,
+            body.waypoint_enu_m,
+            body.refusal,
+            self._camera(body),
         )
+
+    def _camera(self, body: _Body) -> CameraSnapshot:
+        if not self._steps:
+            return CameraSnapshot()
+        east_m, north_m, up_m = body.position_enu_m
+        half_m = 0.5 * up_m
+        corners = ((-half_m, half_m), (half_m, half_m), (half_m, -half_m), (-half_m, -half_m))
+        footprint = tuple((east_m + dx_m, north_m + dy_m) for dx_m, dy_m in corners)
+        return CameraSnapshot(len(self._steps), 0, len(self._steps), footprint)
 
     def _preflight(self) -> tuple[PreflightCheck, ...]:
         names = ("link", "position", "battery", "home", "camera")
@@ -450,6 +468,8 @@ def paint(kind: PictureKind, seed: int, bounds: tuple[float, float, float, float
         PictureKind.INTEGRAL: np.stack([30 + 50 * foliage, 60 + 90 * foliage, 40 + 60 * foliage + 190 * person], -1),
         PictureKind.THERMAL: np.repeat((40 + 60 * foliage + 155 * person)[..., None], 3, axis=-1),
         PictureKind.ANOMALY: np.stack([0 * person, 180 * person, 255 * person], -1),
+        PictureKind.COVERAGE: np.stack([60 + 0 * person, 80 + 120 * foliage, 140 + 0 * person], -1),
+        PictureKind.VISIBILITY: np.stack([60 + 160 * foliage, 80 + 120 * foliage, 60 + 0 * person], -1),
     }[kind]
     covered = np.hypot(column - size / 2, row - size / 2) < 0.48 * size
     visible = covered & (person > 0.15) if kind is PictureKind.ANOMALY else covered

@@ -27,7 +27,7 @@ from aos_gcs.api.server import serve
 from aos_gcs.api.state import REVISIONS_KEPT, MissionState
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import LinkError
-from aos_gcs.mission.model import EventKind
+from aos_gcs.mission.model import EventKind, PictureKind
 from aos_gcs.ports import Severity
 from tests.fakes.mission import ScriptedMission
 
@@ -205,7 +205,7 @@ async def test_hello_brings_the_state_and_events_follow(mission: ScriptedMission
             hello = await receive(websocket)
             assert (hello["kind"], hello["seq"], hello["schema_version"]) == ("hello", 0, 2)
             assert [step["step"] for step in hello["steps"]] == [1]
-            assert {picture["kind"] for picture in hello["pictures"]} == {"integral", "thermal", "anomaly"}
+            assert {picture["kind"] for picture in hello["pictures"]} == set(PictureKind)
             mission.make_step()
             mission.notify(Severity.WARNING, "wind", 2)
             received = [await receive(websocket) for _ in range(3)]

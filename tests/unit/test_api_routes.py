@@ -49,7 +49,7 @@ async def test_mission_shows_metres_and_degrees(client: httpx.AsyncClient) -> No
     assert first.battery_percent == pytest.approx(97.0)
     assert first.home is not None
     assert first.home.east_m == pytest.approx(-21.0, abs=0.01)
-    assert shown.allowed_actions == [Action.START, Action.ABORT, Action.FOCUS, Action.OVERRIDE]
+    assert shown.allowed_actions == [Action.START, Action.HOLD, Action.ABORT, Action.FOCUS, Action.OVERRIDE]
 
 
 async def test_values_never_reported_are_null(client: httpx.AsyncClient) -> None:
@@ -104,7 +104,7 @@ async def test_action_answers_vehicle_by_vehicle(client: httpx.AsyncClient, miss
 
 
 async def test_action_that_the_phase_forbids_is_a_conflict(client: httpx.AsyncClient) -> None:
-    response = await client.post("/api/mission/actions", json={"action": "hold"})
+    response = await client.post("/api/mission/actions", json={"action": "land"})
     assert response.status_code == 409
     assert error_of(response).id == "action_not_allowed"
     assert "no vehicle is flying yet" in error_of(response).message
