@@ -399,6 +399,7 @@ class Autopilot(ABC):
             landed_state=LANDED_STATES.get(flight.manoeuvre, mavlink.MAV_LANDED_STATE_IN_AIR),
             ready_to_arm=self.not_ready() is None,
             position_known=self.position_known,
+            fence_breached=self._breached,
             voltage_v=battery.voltage_v,
             current_a=battery.current_a,
             consumed_mah=battery.consumed_mah,

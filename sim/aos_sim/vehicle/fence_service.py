@@ -20,6 +20,7 @@ REPEAT_S = 1.0
 ATTEMPTS = 5
 _INSIDE: int = mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION
 _OUTSIDE: int = mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_EXCLUSION
+_RETURN_POINT: int = mavlink.MAV_CMD_NAV_FENCE_RETURN_POINT
 _FENCE: int = mavlink.MAV_MISSION_TYPE_FENCE
 _FRAMES = frozenset({mavlink.MAV_FRAME_GLOBAL, mavlink.MAV_FRAME_GLOBAL_INT, mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT})
 _Item: TypeAlias = mavlink.MAVLink_mission_item_int_message
@@ -141,7 +142,8 @@ class FenceService:
     def _finish(self, upload: _Upload) -> None:
         self._upload = None
         try:
-            polygons = list(self._polygons(upload.items))
+            # A return point is for aeroplanes; MAVProxy sends one along, and copters keep it without using it.
+            polygons = list(self._polygons([item for item in upload.items if item.command != _RETURN_POINT]))
         except ValueError:
             self._acknowledge(upload.source, mavlink.MAV_MISSION_INVALID)
             return

@@ -55,6 +55,7 @@ class Readings:
     ready_to_arm: bool
     position_known: bool
     """The estimator has a position."""
+    fence_breached: bool
     voltage_v: float
     current_a: float
     consumed_mah: float
@@ -167,8 +168,13 @@ def vfr_hud(readings: Readings) -> mavlink.MAVLink_message:
 
 
 def sys_status(readings: Readings, present: int = SENSORS) -> mavlink.MAVLink_message:
-    """SYS_STATUS; the bit for the pre-arm checks follows ``ready_to_arm``, whether it is ``present`` or not."""
+    """SYS_STATUS; the bit for the pre-arm checks follows ``ready_to_arm``, whether it is ``present`` or not.
+
+    So does that of the fence: ground stations that know it take an unhealthy one for a breach.
+    """
     health = SENSORS
+    if not readings.fence_breached:
+        health |= mavlink.MAV_SYS_STATUS_GEOFENCE
     if not readings.ready_to_arm:
         health &= ~(mavlink.MAV_SYS_STATUS_PREARM_CHECK | mavlink.MAV_SYS_STATUS_AHRS)
     return mavlink.MAVLink_sys_status_message(

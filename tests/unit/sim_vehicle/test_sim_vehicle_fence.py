@@ -68,6 +68,15 @@ def bench(request, make_bench):
     return make_bench(request.param)
 
 
+def test_a_return_point_is_kept_and_bounds_nothing(bench):
+    return_point = mavlink.MAV_CMD_NAV_FENCE_RETURN_POINT
+    items = items_of(bench, (return_point, ((0.0, 0.0),)), (INSIDE, SQUARE))
+    assert upload(bench, items) == mavlink.MAV_MISSION_ACCEPTED
+    (count,) = bench.send(mavlink.MAVLink_mission_request_list_message(7, 1, FENCE))
+    assert count.count == 5
+    assert len(bench.autopilot.fence_service.inclusions_enu_m) == 1
+
+
 def test_what_was_uploaded_is_told_again(bench):
     items = items_of(bench, (INSIDE, SQUARE), (OUTSIDE, NOTCH))
     assert upload(bench, items) == mavlink.MAV_MISSION_ACCEPTED
@@ -133,12 +142,19 @@ def test_targets_beyond_the_polygons_are_not_flown_to(bench, place):
     bench.advance_until(lambda: bench.distance_to(0.0, 30.0, 20.0) < 1.0, 20)
 
 
+def fence_is_healthy(bench) -> bool:
+    health = bench.request(mavlink.MAVLINK_MSG_ID_SYS_STATUS).onboard_control_sensors_health
+    return bool(health & mavlink.MAV_SYS_STATUS_GEOFENCE)
+
+
 def test_a_copter_that_finds_itself_outside_returns(make_bench):
     bench = climbed(make_bench("arducopter"))
     bench.reposition(0.0, 40.0, 20.0)
     bench.advance_until(lambda: bench.distance_to(0.0, 40.0, 20.0) < 1.0, 20)
+    assert fence_is_healthy(bench)
     upload(bench, items_of(bench, (INSIDE, ((-50.0, -50.0), (50.0, -50.0), (0.0, 20.0)))))
     bench.advance(1.0)
+    assert not fence_is_healthy(bench)
     assert "Polygon fence breached" in bench.texts()
     assert bench.request(mavlink.MAVLINK_MSG_ID_HEARTBEAT).custom_mode == MODES["arducopter"]["return"]
 
