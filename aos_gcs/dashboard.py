@@ -48,7 +48,14 @@ async def open_dashboard(
     if not config.enabled:
         yield
         return
-    app = create_app(mission, operator_code=code, planning=planning, replay=replay, plans_folder=config.plans_folder)
+    app = create_app(
+        mission,
+        operator_code=code,
+        planning=planning,
+        replay=replay,
+        plans_folder=config.plans_folder,
+        basemap_file=config.basemap,
+    )
     async with serve(app, config.host, config.port) as address:
         _log.info("Dashboard for observers: %s", address.url)
         if config.operator_code_file is None:

@@ -36,6 +36,7 @@ def create_app(
     planning: PlanControl | None = None,
     replay: ReplayControl | None = None,
     plans_folder: Path = Path("plans"),
+    basemap_file: Path | None = None,
 ) -> FastAPI:
     """Make the application for one mission.
 
@@ -47,12 +48,14 @@ def create_app(
         planning: of the mission; None where there is nothing to plan.
         replay: of the mission; None where it is flown.
         plans_folder: where plans are saved.
+        basemap_file: a PMTiles file to show below the mission; without one the page has a metric grid.
     """
     # The interactive documentation of FastAPI loads scripts from the internet, which a field laptop has not.
     app = FastAPI(title="aos-gcs", docs_url=None, redoc_url=None, openapi_url="/api/openapi.json", lifespan=_lifespan)
     app.state.mission = mission
     app.state.planning = planning
     app.state.replay = replay
+    app.state.basemap_file = basemap_file
     app.state.plans = PlanFolder(plans_folder)
     app.state.hub = EventHub(mission, replay=replay)
     app.state.access = Access(operator_code)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated, cast
 
 from fastapi import Depends
@@ -53,6 +54,11 @@ def _get_plans(connection: HTTPConnection) -> PlanFolder:
     return cast("PlanFolder", connection.app.state.plans)
 
 
+def _get_basemap_file(connection: HTTPConnection) -> Path | None:
+    return cast("Path | None", connection.app.state.basemap_file)
+
+
+BasemapFile = Annotated[Path | None, Depends(_get_basemap_file)]
 Planning = Annotated[PlanControl, Depends(_get_planning)]
 Replay = Annotated[ReplayControl, Depends(_get_replay)]
 Plans = Annotated[PlanFolder, Depends(_get_plans)]

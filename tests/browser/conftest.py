@@ -5,9 +5,10 @@ from __future__ import annotations
 import asyncio
 import os
 import shutil
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from typing import NoReturn
 
 import pytest
@@ -131,10 +132,10 @@ async def _new_page(browser: Browser, page_record: PageRecord) -> AsyncIterator[
 class Service:
     """A scripted mission behind the real server; can be stopped and started again on the same port."""
 
-    def __init__(self, mission: ScriptedMission, operator_code: str | None = None) -> None:
+    def __init__(self, mission: ScriptedMission, make_app: Callable[[ScriptedMission], FastAPI] = create_app) -> None:
         self.mission = mission
         self.url = ""
-        self._operator_code = operator_code
+        self._make_app = make_app
         self._stop = asyncio.Event()
         self._task: asyncio.Task[None] | None = None
         self._port = 0
@@ -156,20 +157,18 @@ class Service:
             await self._task
             self._task = None
 
-    def _make_app(self) -> FastAPI:
-        return create_app(self.mission, operator_code=self._operator_code)
-
     async def _serve(self, ready: asyncio.Event) -> None:
-        async with serve(self._make_app(), port=self._port) as address:
+        async with serve(self._make_app(self.mission), port=self._port) as address:
             self.url, self._port = address.url, address.port
             ready.set()
             await self._stop.wait()
 
 
 @asynccontextmanager
-async def _serving(operator_code: str | None = None) -> AsyncIterator[Service]:
+async def serving(make_app: Callable[[ScriptedMission], FastAPI] = create_app) -> AsyncIterator[Service]:
+    """Serve a scripted mission for as long as the context is entered."""
     mission = ScriptedMission(LoopClock())
-    service = Service(mission, operator_code)
+    service = Service(mission, make_app)
     await service.start()
     running = asyncio.create_task(mission.run(speed=_MISSION_SPEED))
     yield service
@@ -180,12 +179,12 @@ async def _serving(operator_code: str | None = None) -> AsyncIterator[Service]:
 @pytest_asyncio.fixture(loop_scope="session")
 async def service(dashboard_build: None) -> AsyncIterator[Service]:  # noqa: ARG001 - asked for its check only
     """A mission that everybody may command."""
-    async with _serving() as service:
+    async with serving() as service:
         yield service
 
 
 @pytest_asyncio.fixture(loop_scope="session")
 async def guarded_service(dashboard_build: None) -> AsyncIterator[Service]:  # noqa: ARG001 - asked for its check only
     """A mission that only operators may command."""
-    async with _serving(OPERATOR_CODE) as service:
+    async with serving(partial(create_app, operator_code=OPERATOR_CODE)) as service:
         yield service

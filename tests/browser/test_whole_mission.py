@@ -67,40 +67,39 @@ async def wait_until_still(page: Page) -> None:
 
 @pytest.mark.timeout(300)
 async def test_an_operator_watches_holds_resumes_and_returns_a_swarm(map_page: Page, demo, page_record) -> None:
-    page = map_page
     program, url = demo
-    phase = page.get_by_test_id("phase")
-    await page.goto(url)
-    await sign_in(page, "Ada")
-    await expect(page.get_by_test_id("connection")).to_have_attribute("data-state", "open", timeout=TIMEOUT_MS)
+    phase = map_page.get_by_test_id("phase")
+    await map_page.goto(url)
+    await sign_in(map_page, "Ada")
+    await expect(map_page.get_by_test_id("connection")).to_have_attribute("data-state", "open", timeout=TIMEOUT_MS)
     for vehicle_id in range(1, VEHICLES + 1):
-        row = page.get_by_test_id(f"vehicle-{vehicle_id}")
+        row = map_page.get_by_test_id(f"vehicle-{vehicle_id}")
         await expect(row).to_have_attribute("data-east", re.compile(r"\d"), timeout=TIMEOUT_MS)
-    home = await place_m(page, 1)
-    await wait_until_moved(page, 1, home, 5.0)
-    await page.keyboard.press("u")
-    await wait_for_visibility(page, DetectionSettings().threshold_m2, TIMEOUT_MS)
-    await page.keyboard.press("f")
+    home = await place_m(map_page, 1)
+    await wait_until_moved(map_page, 1, home, 5.0)
+    await map_page.keyboard.press("u")
+    await wait_for_visibility(map_page, DetectionSettings().threshold_m2, TIMEOUT_MS)
+    await map_page.keyboard.press("f")
 
-    await page.get_by_test_id("hold-all").click()
-    await expect(page.get_by_test_id("suspension")).to_have_text("held", timeout=TIMEOUT_MS)
+    await map_page.get_by_test_id("hold-all").click()
+    await expect(map_page.get_by_test_id("suspension")).to_have_text("held", timeout=TIMEOUT_MS)
     for vehicle_id in range(1, VEHICLES + 1):
-        result = page.get_by_test_id(f"result-{vehicle_id}")
+        result = map_page.get_by_test_id(f"result-{vehicle_id}")
         await expect(result).to_have_attribute("data-accepted", "true", timeout=TIMEOUT_MS)
-    await wait_until_still(page)
-    await expect(page.get_by_test_id("connection")).to_have_attribute("data-state", "open")
-    step = int(await page.get_by_test_id("step").inner_text())
+    await wait_until_still(map_page)
+    await expect(map_page.get_by_test_id("connection")).to_have_attribute("data-state", "open")
+    step = int(await map_page.get_by_test_id("step").inner_text())
 
-    await page.get_by_test_id("action-resume").click()
-    await expect(page.get_by_test_id("suspension")).to_have_count(0, timeout=TIMEOUT_MS)
+    await map_page.get_by_test_id("action-resume").click()
+    await expect(map_page.get_by_test_id("suspension")).to_have_count(0, timeout=TIMEOUT_MS)
     next_step = "last => Number(document.querySelector('[data-testid=step]').textContent) > last"
-    await wait_for(page, next_step, step)
+    await wait_for(map_page, next_step, step)
 
-    await page.get_by_test_id("action-return").click()
-    await confirm(page)
+    await map_page.get_by_test_id("action-return").click()
+    await confirm(map_page)
     await expect(phase).to_have_text("return", timeout=TIMEOUT_MS)
     for vehicle_id in range(1, VEHICLES + 1):
-        await expect(page.get_by_test_id(f"task-{vehicle_id}")).to_have_text("landed", timeout=TIMEOUT_MS)
+        await expect(map_page.get_by_test_id(f"task-{vehicle_id}")).to_have_text("landed", timeout=TIMEOUT_MS)
     await program.until(lambda: bool(program.output), 60)
     assert program.result()["landed"] == VEHICLES
     # The dashboard is still served: a page that had lost it would have said so here.

@@ -25,6 +25,7 @@ const VERB: Readonly<Record<Action, string>> = {
   abort: "Abort",
   focus: "Focus",
   override: "Override",
+  join: "Join",
 };
 
 const CONSEQUENCE: Readonly<Partial<Record<Action, string>>> = {
@@ -38,6 +39,8 @@ const PICTURE: Readonly<Record<PictureKind, string>> = {
   integral: "Integral",
   thermal: "Thermal",
   anomaly: "Anomaly",
+  coverage: "Coverage",
+  visibility: "Visibility",
 };
 
 const SEVERITY: Readonly<Record<Severity, string>> = { info: "Info", warning: "Warning", critical: "Critical" };
@@ -77,6 +80,7 @@ export const texts = {
     holdAllKey: "Key H",
     holdAllHint: "All vehicles stop where they are. Key H, or Alt+H while typing.",
     observer: "Observer",
+    replay: "Replay",
     observerHint: "This page only watches. Open the operator's address to command.",
   },
   signIn: {
@@ -160,9 +164,12 @@ export const texts = {
     noOrigin: "The map appears when the first vehicle has reported its position.",
     cursor: "Cursor",
     layer: {
+      basemap: "Base map",
       grid: "Metric grid",
-      area: "Search area and fence",
+      area: "Search area, fence, no-go areas",
+      legs: "Scan legs",
       homes: "Launch points",
+      footprints: "Camera footprints",
       trails: "Trails",
       waypoints: "Waypoints",
       targets: "Targets",
@@ -189,7 +196,7 @@ export const texts = {
     armed: "armed",
     disarmed: "safe",
     neverHeard: "never heard",
-    linkHint: "Age of the last message, share of messages lost",
+    linkHint: "Age of the last message, share of messages lost, round trip",
     selectRow: (id: number) => `Select vehicle ${id}`,
     noData: "no data",
   },

@@ -37,6 +37,7 @@ const vehicle = shape({
   waypoint: orNull(position),
   home: orNull(position),
   link_age_s: orNull(isNumber),
+  camera: orNull(shape({ footprint: listOf(vertex) })),
 });
 const target = shape({ position, sightings: isNumber });
 const mission = shape({
@@ -48,6 +49,7 @@ const mission = shape({
   step: isNumber,
   area: listOf(vertex),
   fence: listOf(vertex),
+  no_go: listOf(listOf(vertex)),
   vehicles: listOf(vehicle),
   preflight: listOf(shape({ vehicle_id: isNumber, name: isString, status: isString })),
   target: orNull(target),

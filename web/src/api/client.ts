@@ -1,7 +1,7 @@
 /** Requests to the service. Refusals and a lost connection are values, since the operator has to read them. */
 import { texts } from "../texts";
 import { isMissedEvents } from "./check";
-import type { Action, ActionResponse, ErrorBody, MissedEvents, PreflightCheck, Session } from "./types";
+import type { Action, ActionResponse, Basemap, ErrorBody, MissedEvents, PreflightCheck, Session } from "./types";
 
 export type Answer<T> =
   { readonly ok: true; readonly value: T } | { readonly ok: false; readonly message: string; readonly status?: number };
@@ -67,3 +67,12 @@ export const signOut = (): Promise<Answer<Session>> => request("DELETE", "/api/s
 /** The events after a number, for a page that was away or too slow. */
 export const readMissedEvents = (after: number): Promise<Answer<MissedEvents>> =>
   request("GET", `/api/events?after=${after}`, isMissedEvents);
+
+const isBasemap = (value: unknown): value is Basemap =>
+  typeof value === "object" &&
+  value !== null &&
+  "url" in value &&
+  (value.url === null || typeof value.url === "string");
+
+/** Where the service's base map is, if it has one. */
+export const readBasemap = (): Promise<Answer<Basemap>> => request("GET", "/api/basemap", isBasemap);

@@ -369,7 +369,7 @@ export interface components {
      * @description What an operator can ask for.
      * @enum {string}
      */
-    Action: "start" | "pause" | "resume" | "hold" | "return" | "land" | "abort" | "focus" | "override";
+    Action: "start" | "pause" | "resume" | "hold" | "return" | "land" | "abort" | "focus" | "join" | "override";
     /**
      * ActionRequest
      * @description An operator's action for the vehicles named, or for the whole mission when ``vehicle_ids`` is null.
@@ -1386,7 +1386,7 @@ export interface components {
      * @description What the coordinator has a vehicle do.
      * @enum {string}
      */
-    Task: "idle" | "swarm" | "held" | "returning" | "landing" | "landed" | "lost";
+    Task: "idle" | "joining" | "swarm" | "held" | "returning" | "landing" | "landed" | "lost";
     /**
      * TimelineModel
      * @description A replay, and what lies where in it.

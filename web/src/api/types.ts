@@ -24,3 +24,4 @@ export type Phase = Schemas["Phase"];
 export type Session = Schemas["SessionModel"];
 export type CheckStatus = Schemas["CheckStatus"];
 export type MissedEvents = Schemas["MissedEventsModel"];
+export type Basemap = Schemas["BasemapModel"];

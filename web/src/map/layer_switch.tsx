@@ -4,8 +4,8 @@ import type { PictureKind } from "../api/types";
 import { texts } from "../texts";
 import type { MapLayer, Overlay } from "./layer";
 
-export type LayerName = keyof typeof texts.map.layer;
-export type SwitchableLayer = MapLayer & { readonly id: LayerName };
+type LayerName = keyof typeof texts.map.layer;
+const isSwitchable = (id: string): id is LayerName => Object.hasOwn(texts.map.layer, id);
 
 const KINDS = Object.keys(texts.pictures.kind) as PictureKind[];
 const OPACITY = 0.85;
@@ -18,17 +18,23 @@ export interface LayerChoice {
 
 export const ALL_LAYERS: LayerChoice = { hidden: new Set(), kind: "integral", opacity: OPACITY };
 
+export const shownOf = (layers: readonly MapLayer[], { hidden }: LayerChoice): MapLayer[] =>
+  layers.filter((layer) => !hidden.has(layer.id));
 export const overlayOf = ({ kind, opacity }: LayerChoice): Overlay | null => (kind === null ? null : { kind, opacity });
 
 interface Props {
-  /** The layers that can be switched, top down. */
-  names: readonly LayerName[];
+  /** Bottom up; those that have a name in the texts can be switched. */
+  layers: readonly MapLayer[];
   choice: LayerChoice;
   onChange(choice: LayerChoice): void;
 }
 
-export function LayerSwitch({ names, choice, onChange }: Props) {
+export function LayerSwitch({ layers, choice, onChange }: Props) {
   const [isOpen, setOpen] = useState(false);
+  const names = layers
+    .map((layer) => layer.id)
+    .filter(isSwitchable)
+    .reverse();
   const toggle = (name: LayerName): void => {
     const hidden = new Set(choice.hidden);
     if (!hidden.delete(name)) hidden.add(name);

@@ -15,6 +15,8 @@ export interface Palette {
   label: string;
   /** Around labels and arrows. */
   halo: string;
+  /** Of a base map in vectors. */
+  ground: { earth: string; wood: string; water: string; building: string; road: string };
 }
 
 export const PALETTES: Readonly<Record<Theme, Palette>> = {
@@ -30,6 +32,7 @@ export const PALETTES: Readonly<Record<Theme, Palette>> = {
     selected: "#ffffff",
     label: "#ffffff",
     halo: "#05080a",
+    ground: { earth: "#141b21", wood: "#15241c", water: "#12283a", building: "#27323b", road: "#3a4853" },
   },
   light: {
     background: "#f3f5f2",
@@ -43,6 +46,7 @@ export const PALETTES: Readonly<Record<Theme, Palette>> = {
     selected: "#000000",
     label: "#0b141a",
     halo: "#ffffff",
+    ground: { earth: "#f3f5f2", wood: "#dcebdc", water: "#c9e0f2", building: "#dcd8d2", road: "#c5bfb4" },
   },
   contrast: {
     background: "#ffffff",
@@ -56,6 +60,7 @@ export const PALETTES: Readonly<Record<Theme, Palette>> = {
     selected: "#000000",
     label: "#000000",
     halo: "#ffffff",
+    ground: { earth: "#ffffff", wood: "#dff0df", water: "#c2dcf5", building: "#d0d0d0", road: "#8c8c8c" },
   },
 };
 

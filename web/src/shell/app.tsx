@@ -39,11 +39,15 @@ export function App({ store }: { store: Store }) {
   const fleet = mission?.vehicles.map((vehicle) => vehicle.vehicle_id) ?? [];
   useEffect(() => changeSelection((before) => retain(before, fleet)), [fleet.join()]);
 
+  const isOperator = access.session?.role === "operator";
+  const isReplay = mission !== null && mission.replay !== null;
   const shell: Shell = {
     state,
-    snapshotAge_s: (performance.now() - state.missionAtMs) / 1000,
+    // Ages in a record are those of its time, however long it stands still there.
+    snapshotAge_s: isReplay ? 0 : (performance.now() - state.missionAtMs) / 1000,
     isConnected: connection === "open",
-    isOperator: access.session?.role === "operator",
+    isOperator,
+    mayCommand: isOperator && !isReplay,
     theme,
     route,
     navigate: (view, params) => (location.hash = routeHash(view, params)),
@@ -53,7 +57,7 @@ export function App({ store }: { store: Store }) {
   };
   const obey = (command: KeyCommand): void => {
     if (command.kind === "holdAll") {
-      if (shell.isOperator) commands.holdAll();
+      if (shell.mayCommand) commands.holdAll();
     } else if (command.kind === "view") shell.navigate(command.view);
     else if (command.kind === "digit")
       changeSelection((before) => typeDigit(before, command, fleet, performance.now()));

@@ -12,8 +12,9 @@ export interface Shell {
   /** Seconds since the mission's snapshot arrived: what has to be added to every age in it. */
   readonly snapshotAge_s: number;
   readonly isConnected: boolean;
-  /** Operators may command, observers not. Views hide what commands from observers. */
   readonly isOperator: boolean;
+  /** Operators may command a mission that is flown; from all others views hide whatever commands. */
+  readonly mayCommand: boolean;
   readonly theme: Theme;
   readonly route: Route;
   navigate(view: ViewName, params?: Route["params"]): void;

@@ -14,6 +14,7 @@ interface Props {
 }
 
 export function Header({ mission, connection, session, onHoldAll, onSignIn, onSettings }: Props) {
+  const isReplay = mission !== null && mission.replay !== null;
   return (
     <header class="header">
       <h1>{texts.title}</h1>
@@ -27,7 +28,12 @@ export function Header({ mission, connection, session, onHoldAll, onSignIn, onSe
       <button type="button" data-testid="settings-open" onClick={onSettings}>
         {texts.settings.open}
       </button>
-      {session?.role === "operator" && (
+      {isReplay && (
+        <span class="badge" data-testid="replay-badge">
+          {texts.header.replay}
+        </span>
+      )}
+      {session?.role === "operator" && !isReplay && (
         <button
           type="button"
           class="hold-all"

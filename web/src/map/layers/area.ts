@@ -1,10 +1,15 @@
-/** Where is searched, and what no vehicle may leave. */
+/** Where is searched, what no vehicle may leave, and what none may enter. */
 import { enu, feature, polygon } from "../geojson";
 import { featureLayer } from "../layer";
 
 export const areaLayer = featureLayer({
   id: "area",
   paint: (palette) => [
+    {
+      type: "fill",
+      filter: ["==", ["get", "role"], "no-go"],
+      paint: { "fill-color": palette.fence, "fill-opacity": 0.2, "fill-outline-color": palette.fence },
+    },
     {
       type: "fill",
       filter: ["==", ["get", "role"], "area"],
@@ -21,11 +26,12 @@ export const areaLayer = featureLayer({
       paint: { "line-color": palette.fence, "line-width": 2, "line-dasharray": [4, 2] },
     },
   ],
-  inputs: ({ origin, mission }) => [JSON.stringify([origin, mission.area, mission.fence])],
+  inputs: ({ origin, mission }) => [JSON.stringify([origin, mission.area, mission.fence, mission.no_go])],
   features: ({ origin, mission }) =>
     [
       { role: "area", corners: mission.area.map(enu) },
       { role: "fence", corners: mission.fence.map(enu) },
+      ...mission.no_go.map((zone) => ({ role: "no-go", corners: zone.map(enu) })),
     ]
       .filter(({ corners }) => corners.length > 2)
       .map(({ role, corners }) => feature(polygon(origin, corners), { role })),

@@ -1,22 +1,24 @@
 /** Decide: what was found, and where. */
+import { useMemo } from "preact/hooks";
 import { areaLayer } from "../../map/layers/area";
-import { gridLayer } from "../../map/layers/grid";
 import { pictureLayer } from "../../map/layers/picture";
 import { targetsLayer } from "../../map/layers/targets";
 import { MapPanel } from "../../map/panel";
+import { useBaseLayers } from "../../map/use_base";
 import { TargetsPanel } from "../../panels/targets";
 import { useShell } from "../../shell/context";
 import "./decide.css";
 
-const LAYERS = [gridLayer, pictureLayer, areaLayer, targetsLayer];
 const OVERLAY = { kind: "integral", opacity: 1 } as const;
 
 export function DecideView() {
   const { state } = useShell();
+  const base = useBaseLayers();
+  const layers = useMemo(() => [...base, pictureLayer, areaLayer, targetsLayer], [base]);
   return (
     <>
       <TargetsPanel targets={state.mission?.targets ?? []} />
-      <MapPanel layers={LAYERS} overlay={OVERLAY} />
+      <MapPanel layers={layers} overlay={OVERLAY} />
     </>
   );
 }

@@ -10,7 +10,7 @@ import { Panel } from "../../ui/panel";
 const ACTIONS: readonly Action[] = ["hold", "pause", "resume", "start", "return", "land", "abort"];
 
 export function Controls() {
-  const { state, isConnected, isOperator, selection, changeSelection, commands } = useShell();
+  const { state, isConnected, mayCommand, selection, changeSelection, commands } = useShell();
   const { mission } = state;
   const { ids } = selection;
   const fleet = mission?.vehicles.length ?? 0;
@@ -36,7 +36,7 @@ export function Controls() {
           {texts.scope.clear}
         </button>
       </p>
-      {isOperator && (
+      {mayCommand && (
         <div class="actions">
           {ACTIONS.map((action) => {
             const { label } = makeCommand(action, mission, ids);
@@ -58,7 +58,7 @@ export function Controls() {
           })}
         </div>
       )}
-      {isOperator && (
+      {mayCommand && (
         <section class="last-commands" aria-label={texts.actions.results}>
           <h3>{texts.actions.results}</h3>
           {commands.reports.length === 0 && <p class="small">{texts.actions.noResults}</p>}

@@ -98,7 +98,7 @@ function Row({ vehicle, snapshotAge_s, isSelected, onPick }: RowProps) {
         title={texts.fleet.linkHint}
         data-testid={`link-${id}`}
       >
-        {age_s === null ? texts.fleet.neverHeard : linkWords(age_s, loss)}
+        {age_s === null ? texts.fleet.neverHeard : linkWords(age_s, loss, vehicle.link?.round_trip_ms ?? null)}
       </td>
       <Quantity value={vehicle.height_above_home_m} decimals={1} unit="m" testId={`height-${id}`} />
       <td class={`col-message ${problem ? "is-warning" : ""}`} title={problem}>
@@ -143,6 +143,11 @@ function gpsWords({ gps_fix: fix, satellites }: Vehicle) {
   return satellites === null ? gpsFix(fix) : `${gpsFix(fix)} · ${satellites}`;
 }
 
-function linkWords(age_s: number, loss_percent: number | null): string {
-  return loss_percent === null ? age(age_s) : `${age(age_s)} · ${quantity(loss_percent, 0, "%")}`;
+function linkWords(age_s: number, loss_percent: number | null, roundTrip_ms: number | null): string {
+  const known = [
+    age(age_s),
+    ...(loss_percent === null ? [] : [quantity(loss_percent, 0, "%")]),
+    ...(roundTrip_ms === null ? [] : [quantity(roundTrip_ms, 0, "ms")]),
+  ];
+  return known.join(" · ");
 }

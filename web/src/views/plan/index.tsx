@@ -1,11 +1,12 @@
 /** Plan: where is searched and what no vehicle may leave. */
+import { useMemo } from "preact/hooks";
 import { areaLayer } from "../../map/layers/area";
-import { gridLayer } from "../../map/layers/grid";
 import { homesLayer } from "../../map/layers/homes";
 import { MapPanel } from "../../map/panel";
-
-const LAYERS = [gridLayer, areaLayer, homesLayer];
+import { useBaseLayers } from "../../map/use_base";
 
 export function PlanView() {
-  return <MapPanel layers={LAYERS} />;
+  const base = useBaseLayers();
+  const layers = useMemo(() => [...base, areaLayer, homesLayer], [base]);
+  return <MapPanel layers={layers} />;
 }

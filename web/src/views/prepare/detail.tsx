@@ -40,7 +40,7 @@ export function CheckDetail({ check }: { check: PreflightCheck | undefined }) {
 }
 
 function OverrideForm({ check }: { check: PreflightCheck }) {
-  const { state, isOperator, isConnected } = useShell();
+  const { state, mayCommand, isConnected } = useShell();
   const [reason, setReason] = useState("");
   const [refusal, setRefusal] = useState<string | null>(null);
   const isOffered = isConnected && state.mission?.allowed_actions.includes("override") === true;
@@ -49,7 +49,7 @@ function OverrideForm({ check }: { check: PreflightCheck }) {
     setRefusal(answer.ok ? null : answer.message);
     if (answer.ok) setReason("");
   };
-  if (!isOperator) return null;
+  if (!mayCommand) return null;
   if (!check.overridable) return <p class="small">{texts.prepare.notOverridable}</p>;
   return (
     <form

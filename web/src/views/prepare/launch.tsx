@@ -14,7 +14,7 @@ interface Props {
 }
 
 export function LaunchPanel({ checks, onChoose }: Props) {
-  const { state, isConnected, isOperator, commands } = useShell();
+  const { state, isConnected, mayCommand, commands } = useShell();
   const { mission } = state;
   const blockers = checks.filter((check) => check.blocks);
   const isAllowed = isConnected && isOffered("start", mission, new Set());
@@ -44,7 +44,7 @@ export function LaunchPanel({ checks, onChoose }: Props) {
           ))}
         </ul>
       </div>
-      {isOperator && (
+      {mayCommand && (
         <button
           type="button"
           class="action action-start launch-button"

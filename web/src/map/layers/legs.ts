@@ -1,0 +1,22 @@
+/** The sweeps of the scan, by the way of the line's middle; the one being flown stands out. */
+import { enu, feature, line } from "../geojson";
+import { featureLayer } from "../layer";
+
+export const legsLayer = featureLayer({
+  id: "legs",
+  paint: (palette) => [
+    {
+      type: "line",
+      paint: {
+        "line-color": palette.area,
+        "line-width": ["case", ["get", "isFlown"], 2.5, 1],
+        "line-opacity": 0.7,
+      },
+    },
+  ],
+  inputs: ({ origin, mission }) => [JSON.stringify([origin, mission.legs, mission.leg])],
+  features: ({ origin, mission }) =>
+    mission.legs.map(({ start, end }, index) =>
+      feature(line(origin, [enu(start), enu(end)]), { isFlown: index === mission.leg }),
+    ),
+});

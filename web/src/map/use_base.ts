@@ -1,0 +1,31 @@
+/** The layers below all others: the service's base map where it has one, and the metric grid. */
+import { useEffect, useState } from "preact/hooks";
+import { readBasemap } from "../api/client";
+import type { MapLayer } from "./layer";
+import { openBasemap } from "./layers/basemap";
+import { gridLayer } from "./layers/grid";
+
+const GRID_ALONE: readonly MapLayer[] = [gridLayer];
+
+/** Asked for once; a page without a base map has the grid. */
+let opened: Promise<readonly MapLayer[]> | null = null;
+
+async function open(): Promise<readonly MapLayer[]> {
+  const answer = await readBasemap();
+  if (!answer.ok || answer.value.url === null) return GRID_ALONE;
+  try {
+    return [await openBasemap(answer.value.url), gridLayer];
+  } catch (error) {
+    console.warn("The base map cannot be shown.", error);
+    return GRID_ALONE;
+  }
+}
+
+export function useBaseLayers(): readonly MapLayer[] {
+  const [layers, setLayers] = useState(GRID_ALONE);
+  useEffect(() => {
+    opened ??= open();
+    void opened.then(setLayers);
+  }, []);
+  return layers;
+}
