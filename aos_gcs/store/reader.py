@@ -35,6 +35,7 @@ from aos_gcs.ports import Capture
 from aos_gcs.store.codec import decode
 from aos_gcs.store.images import EncodedImage, decode_image
 from aos_gcs.store.schema import DATABASE_NAME, MANIFEST_NAME, SCHEMA_VERSION, picture_path
+from aos_gcs.store.upgrade import OLDEST_VERSION, upgraded
 
 T = TypeVar("T")
 
@@ -106,7 +107,7 @@ class MissionReader:
         self._folder = folder
         if not (folder / DATABASE_NAME).is_file():
             raise InputDataError(f"{folder} is no mission folder: it holds no {DATABASE_NAME}")
-        self._connection = _open(folder / DATABASE_NAME)
+        self._connection, self._version = _open(folder / DATABASE_NAME)
 
     def __enter__(self) -> Self:
         return self
@@ -145,7 +146,7 @@ class MissionReader:
         for row in self._rows(query, *values):
             with self._explained(f"event {row['seq']}"):
                 row_kind = EventKind(row["kind"])
-                data = decode(EVENT_TYPES[row_kind], json.loads(row["data"]))
+                data = decode(EVENT_TYPES[row_kind], upgraded(self._version, row_kind, json.loads(row["data"])))
             yield Event(row["seq"], row["utc_s"], row_kind, data)
 
     def event_index(self) -> tuple[EventEntry, ...]:
@@ -184,8 +185,11 @@ class MissionReader:
 
     def last_snapshot(self) -> MissionSnapshot | None:
         """Return the latest recorded state of the whole mission."""
-        query = "SELECT data FROM events WHERE kind = ? ORDER BY seq DESC LIMIT 1"
-        return self._first(query, "data", MissionSnapshot, EventKind.SNAPSHOT.value)
+        query = "SELECT * FROM events WHERE kind = ? ORDER BY seq DESC LIMIT 1"
+        for event in self._events(query, EventKind.SNAPSHOT.value):
+            if isinstance(event.data, MissionSnapshot):
+                return event.data
+        return None
 
     def steps(self) -> tuple[StepRecord, ...]:
         """Return all steps, oldest first."""
@@ -250,7 +254,7 @@ class MissionReader:
             raise InputDataError(f"{self._folder / DATABASE_NAME}: {what} cannot be read: {error}") from error
 
 
-def _open(database: Path) -> sqlite3.Connection:
+def _open(database: Path) -> tuple[sqlite3.Connection, int]:
     try:
         return _checked(sqlite3.connect(f"{database.resolve().as_uri()}?mode=ro", uri=True))
     except sqlite3.OperationalError as error:
@@ -261,7 +265,8 @@ def _open(database: Path) -> sqlite3.Connection:
         raise InputDataError(f"{database} is damaged or no mission: {error}") from error
 
 
-def _checked(connection: sqlite3.Connection) -> sqlite3.Connection:
+def _checked(connection: sqlite3.Connection) -> tuple[sqlite3.Connection, int]:
+    """Return the connection with the version of its layout."""
     connection.row_factory = sqlite3.Row
     try:
         (version,) = connection.execute("PRAGMA user_version").fetchone()
@@ -269,7 +274,7 @@ def _checked(connection: sqlite3.Connection) -> sqlite3.Connection:
     except sqlite3.Error:
         connection.close()
         raise
-    if version != SCHEMA_VERSION or not tables:
+    if not OLDEST_VERSION <= version <= SCHEMA_VERSION or not tables:
         connection.close()
-        raise sqlite3.DatabaseError(f"expected a mission of version {SCHEMA_VERSION}, found version {version}")
-    return connection
+        raise sqlite3.DatabaseError(f"expected a mission of version {SCHEMA_VERSION} or below, found version {version}")
+    return connection, version

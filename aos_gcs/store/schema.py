@@ -10,7 +10,7 @@ FRAMES_NAME: Final = "frames"
 PICTURES_NAME: Final = "pictures"
 MAVLINK_NAME: Final = "mavlink"
 
-SCHEMA_VERSION: Final = 1
+SCHEMA_VERSION: Final = 2
 
 
 def picture_path(step: int, kind: str) -> str:

@@ -250,6 +250,7 @@ async def test_a_closed_mission_is_one_plain_file(store: Store) -> None:
         "manifest.json",
         "mavlink",
         "mission.sqlite",
+        "pictures",
     ]
 
 

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import json
+import shutil
+import sqlite3
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from functools import partial
@@ -16,46 +19,12 @@ from aos_gcs.api.app import create_app
 from aos_gcs.api.hub import EventHub
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import ConfigurationError, InputDataError, MissionError
-from aos_gcs.mission.model import Action, Event, EventKind, JumpRecord, PictureKind
-from aos_gcs.ports import Severity
+from aos_gcs.mission.model import Action, CheckStatus, Event, EventKind, JumpRecord, PictureKind
 from aos_gcs.store.database import MissionDatabase
 from aos_gcs.store.reader import MissionReader
 from aos_gcs.store.replay import MissionReplay
 from tests.fakes.mission import STEP_INTERVAL_S, ScriptedMission
-
-LENGTH_S = 40
-START_UTC_S = 1.7e9
-
-
-class HandClock(LoopClock):
-    """Stands still until it is moved."""
-
-    def __init__(self) -> None:
-        self.utc = START_UTC_S
-
-    def utc_s(self) -> float:
-        return self.utc
-
-
-async def record(folder: Path) -> list[Event]:
-    """Record a scripted mission, one snapshot per second, and return its events."""
-    clock = HandClock()
-    mission = ScriptedMission(clock)
-    database = MissionDatabase(folder, {})
-    with mission.stream.subscribe(10_000) as subscription:
-        await mission.act(Action.START, None)
-        for second in range(LENGTH_S):
-            clock.utc += 1.0
-            mission.advance(1.0)
-            if second % 10 == 0:
-                mission.notify(Severity.INFO, f"second {second}")
-            pictures = [picture for kind in PictureKind if (picture := mission.picture(kind))]
-            database.write([partial(MissionDatabase.add_picture, picture=picture) for picture in pictures])
-        subscription.close()
-        events = [event async for event in subscription]
-    database.write([partial(MissionDatabase.add_event, event=event) for event in events])
-    database.close()
-    return events
+from tests.fakes.recording import LENGTH_S, START_UTC_S, record
 
 
 @pytest.fixture(scope="module")
@@ -207,3 +176,38 @@ async def test_clients_are_greeted_anew_after_a_jump(replay: MissionReplay) -> N
         assert [notice.text for notice in hub.hello().notices][-1] == "second 10"
         assert hub.missed(0).hello is not None
     running.cancel()
+
+
+def make_older(folder: Path) -> None:
+    """Rewrite a recording as version 1 has written it."""
+    connection = sqlite3.connect(folder / "mission.sqlite")
+    for seq, text in connection.execute("SELECT seq, data FROM events WHERE kind = 'snapshot'").fetchall():
+        snapshot = json.loads(text)
+        snapshot["preflight"] = [
+            {"vehicle_id": 1, "name": "link", "passed": True, "text": "heard 0.2 s ago"},
+            {"vehicle_id": 1, "name": "battery", "passed": False, "text": "change the battery"},
+        ]
+        connection.execute("UPDATE events SET data = ? WHERE seq = ?", (json.dumps(snapshot), seq))
+    connection.execute("PRAGMA user_version = 1")
+    connection.commit()
+    connection.close()
+
+
+async def test_recordings_of_older_versions_can_be_shown(recording: tuple[Path, list[Event]], tmp_path: Path) -> None:
+    shutil.copytree(recording[0], tmp_path / "older")
+    make_older(tmp_path / "older")
+    with MissionReader(tmp_path / "older") as reader:
+        snapshot = MissionReplay(reader, LoopClock()).snapshot()
+        assert [check.status for check in snapshot.preflight] == [CheckStatus.PASS, CheckStatus.FAIL]
+        last = reader.last_snapshot()
+        assert last is not None
+        assert last.preflight == snapshot.preflight
+
+
+async def test_recordings_of_newer_versions_are_refused(recording: tuple[Path, list[Event]], tmp_path: Path) -> None:
+    shutil.copytree(recording[0], tmp_path / "newer")
+    connection = sqlite3.connect(tmp_path / "newer" / "mission.sqlite")
+    connection.execute("PRAGMA user_version = 99")
+    connection.close()
+    with pytest.raises(InputDataError, match="found version 99"):
+        MissionReader(tmp_path / "newer")

@@ -1,0 +1,30 @@
+"""What older versions of the program have recorded, in the words of this one."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+from aos_gcs.mission.model import CheckStatus, EventKind
+
+OLDEST_VERSION: Final = 1
+
+
+def upgraded(version: int, kind: EventKind, data: Any) -> Any:
+    """Return the content of an event as the present version would have recorded it.
+
+    Args:
+        version: of the database.
+        kind: of the event.
+        data: as recorded.
+    """
+    if version == 1 and kind is EventKind.SNAPSHOT:
+        return data | {"preflight": [_check_with_status(check) for check in data["preflight"]]}
+    return data
+
+
+def _check_with_status(check: dict[str, Any]) -> dict[str, Any]:
+    """Version 1 had no more than passed or not."""
+    if "passed" not in check:
+        return check
+    rest = {name: value for name, value in check.items() if name != "passed"}
+    return rest | {"status": (CheckStatus.PASS if check["passed"] else CheckStatus.FAIL).value}

@@ -1,0 +1,34 @@
+"""``aos-gcs replay`` as its users start it."""
+
+from __future__ import annotations
+
+import re
+import signal
+from pathlib import Path
+
+import httpx
+
+from tests.fakes.program import running
+from tests.fakes.recording import record
+
+
+async def test_a_recorded_mission_is_served_until_ctrl_c(tmp_path: Path) -> None:
+    await record(tmp_path / "mission")
+    async with running(tmp_path / "run", "replay", str(tmp_path / "mission"), "--port", "0") as program:
+        await program.until_logged("Dashboard for operators: ", 60)
+        found = re.match(r"(http://[^/]+)/#code=(\S+)", program.operator_url)
+        assert found is not None
+        async with httpx.AsyncClient(base_url=found[1]) as client:
+            assert (await client.post("/api/replay", json={"time_s": 10.0})).status_code == 403
+            assert (await client.post("/api/session", json={"code": found[2], "name": "Ada"})).status_code == 200
+            assert (await client.post("/api/replay", json={"time_s": 10.0})).json()["time_s"] == 10.0
+            assert (await client.get("/api/mission")).json()["phase"] == "scan"
+        program.stop(signal.SIGINT)
+        assert await program.ended(10.0) == 130
+
+
+async def test_a_folder_without_a_mission_is_refused(tmp_path: Path) -> None:
+    async with running(tmp_path / "run", "replay", str(tmp_path)) as program:
+        assert await program.ended(60.0) == 2
+        assert "no mission folder" in program.log
+        assert "Traceback" not in program.log
