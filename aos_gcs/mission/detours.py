@@ -60,7 +60,10 @@ class Detours:
 
         None: the straight way is clear, or there is no way at all.
         """
-        if self._sees(start_m, end_m[None], self._required_m(start_m))[0]:
+        depth_m = self._depth_m(start_m)
+        if depth_m - math.dist(start_m, end_m) > max(self._margin_m, 2.0 * TOLERANCE_M):
+            return None  # no edge is within reach
+        if self._sees(start_m, end_m[None], self._required_m(depth_m))[0]:
             return None
         came_from, queue = {_START: _START}, [(0.0, 0.0, _START, _START)]
         settled: set[int] = set()
@@ -89,7 +92,7 @@ class Detours:
     def _legs(self, node: int, here_m: FloatArray, end_m: FloatArray) -> Iterator[tuple[int, float]]:
         """Yield what is seen from a node, the corners and the end, with the distance."""
         if node == _START:
-            seen = self._sees(here_m, self._corners_m, self._required_m(here_m))
+            seen = self._sees(here_m, self._corners_m, self._required_m(self._depth_m(here_m)))
         else:
             if node not in self._seen_from:
                 between_m = self._margin_m + self._slack_m
@@ -100,9 +103,11 @@ class Detours:
         for corner in np.flatnonzero(seen):
             yield int(corner), math.dist(here_m, self._corners_m[corner])
 
-    def _required_m(self, start_m: FloatArray) -> float:
+    def _depth_m(self, point_m: FloatArray) -> float:
+        return min(boundary.depth_m(point_m) for boundary in self._boundaries)
+
+    def _required_m(self, depth_m: float) -> float:
         """Return what a way keeps that starts nearer to an edge than the margin; infinity beyond a boundary."""
-        depth_m = min(boundary.depth_m(start_m) for boundary in self._boundaries)
         return min(self._margin_m, depth_m) if depth_m > 0.0 else math.inf
 
     def _sees(self, here_m: FloatArray, there_m: FloatArray, required_m: float) -> NDArray[np.bool_]:

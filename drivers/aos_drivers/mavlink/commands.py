@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.mavlink.autopilots import Step
+from aos_drivers.mavlink.autopilots.base import command_long
 from aos_drivers.mavlink.record import VehicleRecord
 from aos_drivers.mavlink.transaction import Answer, CommandTransaction, result_text
 from aos_drivers.mavlink.waiting import CLOCK_RESOLUTION_S, Changes
@@ -18,6 +19,7 @@ SECOND_THOUGHT_S = 0.6
 """After a refusal: the time for its reason as status text, for PX4's second answer, or for the effect to show."""
 _SILENCE_S = 5.0
 _ALWAYS_SENT = (Hold, ReturnToLaunch, Land)
+_SHOWN_BY_HEARTBEAT = frozenset({mavlink.MAV_CMD_DO_SET_MODE, mavlink.MAV_CMD_COMPONENT_ARM_DISARM})
 
 Send = Callable[[int, int, mavlink.MAVLink_message], None]
 """Sends a message to (system, component)."""
@@ -78,12 +80,18 @@ class CommandRunner:
             is_shown = step.is_done(record.telemetry, self._clock.now_s())
             return is_shown and (transaction.answer is Answer.ACCEPTED or not needs_acceptance)
 
+        awaits_heartbeat = step.message.command in _SHOWN_BY_HEARTBEAT
+
         def is_decided() -> bool:
-            return is_done() or transaction.answer is Answer.REFUSED
+            is_unseen = awaits_heartbeat and transaction.answer is Answer.ACCEPTED
+            return is_done() or is_unseen or transaction.answer is Answer.REFUSED
 
         record.transactions.add(transaction)
         try:
             while not is_done():
+                if awaits_heartbeat and transaction.answer is Answer.ACCEPTED:
+                    awaits_heartbeat = False
+                    self._ask_for_heartbeat()
                 if transaction.answer is Answer.REFUSED:
                     await self._reconsider(step, transaction, is_done, started_s, deadline_s)
                     continue
@@ -96,6 +104,12 @@ class CommandRunner:
                 await self._changes.wait_for(is_decided, min(deadline_s, transaction.due_s))
         finally:
             record.transactions.discard(transaction)
+
+    def _ask_for_heartbeat(self) -> None:
+        """Have the vehicle show its mode now; heartbeats come once a second by themselves."""
+        target = self._record.target
+        request = command_long(target, mavlink.MAV_CMD_REQUEST_MESSAGE, mavlink.MAVLINK_MSG_ID_HEARTBEAT)
+        self._send(target.system_id, target.component_id, request)
 
     async def _reconsider(
         self,

@@ -1,0 +1,379 @@
+"""Commands to many vehicles: a waypoint for 50, silent ones among healthy ones, hold for 20, memory with 100.
+
+Run: python tests/benchmarks/bench_fleet.py [goto|silent|hold|memory ...] [--rounds 10] [--minutes 1]
+
+``silent`` sets mavsdk.asyncio beside the driver, as it is delivered: it waits for answers in a pool of threads.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import math
+import multiprocessing
+import socket
+import time
+from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import asynccontextmanager, contextmanager, suppress
+from pathlib import Path
+
+import numpy as np
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from aos_drivers.mavlink import links, open_mavlink
+from aos_gcs.clock import LoopClock
+from aos_gcs.errors import CommandError
+from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.mission.coordinator import Coordinator
+from aos_gcs.mission.flight import FlightControl
+from aos_gcs.mission.health import LoopMonitor
+from aos_gcs.mission.journal import Journal
+from aos_gcs.mission.model import Action, Phase, Task
+from aos_gcs.mission.roster import Roster
+from aos_gcs.mission.safety import SafetyLimits
+from aos_gcs.mission.settings import Deadlines, FlightSettings, PreflightSettings
+from aos_gcs.ports import Clock, DriverContext, Fleet, Goto, LandedState
+from aos_gcs.swarm.model import Observation
+from aos_gcs.swarm.registry import make_strategy
+from aos_sim.camera.synthetic import CheckerboardGround
+from aos_sim.swarm import SimulatedSwarm, SwarmOptions
+from tests.fakes.mavlink_vehicle import COPTER_GUIDED, HOME, FakeVehicle
+from tests.fakes.mission_flight import MemoryRecorder, settings
+
+HOST = "127.0.0.1"
+PERIOD_S = 0.2
+ANSWER_S = 0.3
+"""After which a vehicle acknowledges, in the comparison with mavsdk."""
+LAYER_M, SPACING_M = 8.0, 2.0
+COMMANDS = (mavlink.MAVLINK_MSG_ID_COMMAND_LONG, mavlink.MAVLINK_MSG_ID_COMMAND_INT)
+MOVING = frozenset({mavlink.MAV_CMD_DO_REPOSITION, mavlink.MAV_CMD_DO_SET_MODE})
+
+
+def free_port() -> int:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind((HOST, 0))
+        return int(probe.getsockname()[1])
+
+
+# --- the other side, in a process of its own ------------------------------------------------------------------------
+
+
+def hover(
+    port: int, count: int, silent: int, answer_s: float, arrivals: multiprocessing.Queue[tuple[int, float]]
+) -> None:
+    """Be vehicles in the air, each with a socket; the last ``silent`` answer nothing. Report when commands come."""
+
+    async def run() -> None:
+        loop = asyncio.get_running_loop()
+        for number in range(1, count + 1):
+            vehicle = FakeVehicle(number)
+            vehicle.custom_mode, vehicle.armed, vehicle.landed = COPTER_GUIDED, True, mavlink.MAV_LANDED_STATE_IN_AIR
+            vehicle.height_m = 30.0 + 2.0 * number
+            vehicle.longitude_deg += 8.0 * number / 74_000.0
+            vehicle.velocity_ned_cmps = (0, 0, 0)
+            await loop.create_datagram_endpoint(
+                lambda vehicle=vehicle: _Hovering(vehicle, vehicle.system_id > count - silent, answer_s, arrivals),
+                remote_addr=(HOST, port),
+            )
+        await asyncio.Event().wait()
+
+    asyncio.run(run())
+
+
+class _Hovering(asyncio.DatagramProtocol):
+    def __init__(
+        self, vehicle: FakeVehicle, is_silent: bool, answer_s: float, arrivals: multiprocessing.Queue[tuple[int, float]]
+    ) -> None:
+        self._vehicle = vehicle
+        self._is_silent = is_silent
+        self._answer_s = answer_s
+        self._arrivals = arrivals
+
+    def connection_made(self, transport: asyncio.DatagramTransport) -> None:  # type: ignore[override]
+        self._transport = transport
+        self._talk()
+
+    def _talk(self) -> None:
+        self._transport.sendto(self._vehicle.telemetry())
+        asyncio.get_running_loop().call_later(PERIOD_S, self._talk)
+
+    def error_received(self, exc: Exception) -> None:
+        """Nobody listens yet."""
+
+    def datagram_received(self, data: bytes, _address: tuple[str, int]) -> None:
+        known = len(self._vehicle.commands)
+        answers = self._vehicle.hear(data)
+        for command in self._vehicle.commands[known:]:
+            if command.command in MOVING:
+                self._arrivals.put((self._vehicle.system_id, time.monotonic()))
+        if answers and not self._is_silent:
+            asyncio.get_running_loop().call_later(self._answer_s, self._transport.sendto, answers)
+
+
+def simulate(port: int, count: int) -> None:
+    """Be simulated autopilots with cameras."""
+
+    async def run() -> None:
+        options = SwarmOptions(vehicles=count, links=(f"udpout://{HOST}:{port}",), image_size_px=32, start_up_s=1.0)
+        async with SimulatedSwarm(options, CheckerboardGround()):
+            await asyncio.Event().wait()
+
+    asyncio.run(run())
+
+
+def chatter(port: int, count: int, rate_hz: float) -> None:
+    """Be vehicles on the ground that send ``rate_hz`` messages per second each."""
+    fleet = [(FakeVehicle(number), socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) for number in range(1, count + 1)]
+    period_s = 8 / rate_hz  # telemetry() is about eight messages
+    while True:
+        due_s = time.monotonic() + period_s
+        for vehicle, link in fleet:
+            link.sendto(vehicle.telemetry(), (HOST, port))
+        time.sleep(max(0.0, due_s - time.monotonic()))
+
+
+@contextmanager
+def other_process(target: Callable[..., None], *arguments: object) -> Iterator[None]:
+    process = multiprocessing.Process(target=target, args=arguments, daemon=True)
+    process.start()
+    try:
+        yield
+    finally:
+        process.terminate()
+        process.join()
+
+
+@asynccontextmanager
+async def fleet_of(port: int, count: int) -> AsyncIterator[tuple[Fleet, Clock]]:
+    clock = LoopClock()
+    context = DriverContext(clock, lambda: True, lambda _notice: None)
+    async with open_mavlink([f"udpin://{HOST}:{port}"], context) as fleet:
+        await _until(lambda: sum(v.state.landed is LandedState.IN_AIR for v in fleet.vehicles().values()) == count)
+        await asyncio.sleep(2.0)
+        yield fleet, clock
+
+
+async def _until(condition: Callable[[], bool], pause_s: float = 0.1) -> None:
+    while not condition():  # noqa: ASYNC110 - telemetry changes by itself
+        await asyncio.sleep(pause_s)
+
+
+@contextmanager
+def commands_on_the_wire() -> Iterator[dict[object, float]]:
+    """Note when the first command is handed to the socket of each vehicle."""
+    sent: dict[object, float] = {}
+    send = links.UdpEndpoint.send
+
+    def note(endpoint: links.UdpEndpoint, data: bytes, peer: object) -> None:
+        send(endpoint, data, peer)  # type: ignore[arg-type]
+        if int.from_bytes(data[7:10], "little") in COMMANDS:
+            sent.setdefault(peer, time.perf_counter())
+
+    links.UdpEndpoint.send = note  # type: ignore[assignment, method-assign]
+    try:
+        yield sent
+    finally:
+        links.UdpEndpoint.send = send  # type: ignore[method-assign]
+
+
+# --- measurements ---------------------------------------------------------------------------------------------------
+
+
+async def goto(rounds: int, count: int = 50) -> None:
+    """Time from the strategy's ask to the last waypoint handed to the socket, all of them vetted."""
+    port, arrivals = free_port(), multiprocessing.Queue()
+    with other_process(hover, port, count, 0, 0.0, arrivals):
+        async with fleet_of(port, count) as (fleet, clock):
+            roster = Roster(fleet, clock)
+            roster.refresh()
+            roster.frame = LocalFrame(HOME)
+            flight = FlightControl(roster, clock, Journal(clock), FlightSettings(), Deadlines())
+            flight.limits = SafetyLimits(
+                fence_enu_m=((-1e3, -1e3), (1e3, -1e3), (1e3, 1e3), (-1e3, 1e3)), floor_m=5.0, ceiling_m=500.0
+            )
+            members = roster.members()
+            for member in members:
+                member.task = Task.SWARM
+            positions_enu_m = np.array([roster.position_enu_m(member) for member in members])
+            strategy, rng = make_strategy("aos-apso", {}), np.random.default_rng(1)
+            state = strategy.init(np.array([0.0, 1.0]))
+            ids = tuple(member.vehicle_id for member in members)
+            seen = Observation(ids, positions_enu_m[:, :2], rng.random(count), target_in_view=False)
+            spent_ms, cpu_ms = [], []
+            for _ in range(rounds):
+                state = strategy.tell(state, seen)
+                with commands_on_the_wire() as sent:
+                    start_s, cpu_s = time.perf_counter(), time.process_time()
+                    places_m, state = strategy.ask(state, rng)
+                    requests = {
+                        vehicle_id: np.array([*place_m, height_m])
+                        for vehicle_id, place_m, height_m in zip(ids, places_m, positions_enu_m[:, 2], strict=True)
+                    }
+                    records = flight.vet(requests)
+                    sending = asyncio.create_task(flight.send(records))
+                    sent_count = sum(record.sent_enu_m is not None for record in records)
+                    await _until(lambda sent=sent, count=sent_count: len(sent) == count, pause_s=0.0)
+                    spent_ms.append(1e3 * (max(sent.values()) - start_s))
+                    cpu_ms.append(1e3 * (time.process_time() - cpu_s))
+                    await sending
+    print(
+        f"goto: ask to the last of {sent_count} waypoints on the wire, {count} vehicles: "
+        f"median {np.median(spent_ms):.1f} ms, worst {max(spent_ms):.1f} ms of {rounds} rounds; "
+        f"of the processor, median {np.median(cpu_ms):.1f} ms"
+    )
+
+
+async def silent(rounds: int, healthy: int = 14, mute: int = 6) -> None:
+    """Delay of the first command of each healthy vehicle while others answer nothing; ours beside mavsdk.asyncio."""
+    count = healthy + mute
+    await _silent_ours(rounds, count, mute)
+    try:
+        await _silent_mavsdk(count, mute)
+    except ImportError:
+        print("silent: mavsdk is not installed; nothing to compare with")
+
+
+async def _silent_ours(rounds: int, count: int, mute: int) -> None:
+    port, arrivals = free_port(), multiprocessing.Queue()
+    worst_ms = []
+    with other_process(hover, port, count, mute, ANSWER_S, arrivals):
+        async with fleet_of(port, count) as (fleet, clock):
+
+            async def send(vehicle_id: int) -> None:
+                place = GeodeticPosition(HOME.latitude_deg + 1e-4, HOME.longitude_deg, HOME.altitude_amsl_m + 50.0)
+                with suppress(CommandError):
+                    await fleet.vehicles()[vehicle_id].execute(Goto(place, 5.0), clock.now_s() + 3.0)
+
+            for _ in range(min(rounds, 5)):
+                start_s = time.monotonic()
+                # The silent ones first, as the worst case.
+                await asyncio.gather(*(send(vehicle_id) for vehicle_id in range(count, 0, -1)))
+                worst_ms.append(_last_healthy_ms(arrivals, start_s, count - mute))
+    print(
+        f"silent: {mute} of {count} answer nothing; the last healthy one hears its waypoint after "
+        f"{np.median(worst_ms):.1f} ms (median of {len(worst_ms)} rounds, worst {max(worst_ms):.1f} ms)"
+    )
+
+
+async def _silent_mavsdk(count: int, mute: int) -> None:
+    from mavsdk.asyncio import ComponentType, Configuration, Mavsdk  # noqa: PLC0415 - an optional peer
+    from mavsdk.asyncio.plugins.action import ActionAsync, ActionError  # noqa: PLC0415
+
+    port, arrivals = free_port(), multiprocessing.Queue()
+    with other_process(hover, port, count, mute, ANSWER_S, arrivals):
+        core = Mavsdk(Configuration.create_with_component_type(ComponentType.GROUND_STATION))
+        await core.add_any_connection(f"udpin://{HOST}:{port}")
+        await asyncio.sleep(5.0)
+        systems = await core.get_systems()
+        actions = {await system.get_system_id(): ActionAsync(system) for system in systems}
+
+        async def send(vehicle_id: int) -> None:
+            with suppress(ActionError):
+                await actions[vehicle_id].goto_location(
+                    HOME.latitude_deg + 1e-4, HOME.longitude_deg, HOME.altitude_amsl_m + 50.0, math.nan
+                )
+
+        start_s = time.monotonic()
+        await asyncio.gather(*(send(vehicle_id) for vehicle_id in range(count, 0, -1)))
+        last_ms = _last_healthy_ms(arrivals, start_s, count - mute)
+        core.destroy()
+    print(f"silent: mavsdk.asyncio, one round: after {last_ms:.0f} ms")
+
+
+def _last_healthy_ms(arrivals: multiprocessing.Queue[tuple[int, float]], start_s: float, healthy: int) -> float:
+    first: dict[int, float] = {}
+    while not arrivals.empty():
+        vehicle_id, at_s = arrivals.get()
+        if at_s >= start_s:
+            first.setdefault(vehicle_id, at_s)
+    return 1e3 * max(first.get(vehicle_id, math.inf) - start_s for vehicle_id in range(1, healthy + 1))
+
+
+async def hold(rounds: int, count: int = 20) -> None:
+    """Time from the operator's hold of all, in the middle of a procedure, to the wire and to the last mode shown."""
+    port = free_port()
+    with other_process(simulate, port, count):
+        async with _mission(port, count, auto_start=True) as (mission, _):
+            await _until(lambda: mission.phase is Phase.LINE)
+            await asyncio.sleep(2.0)
+            wire_ms, shown_ms = [], []
+            for _ in range(rounds):
+                with commands_on_the_wire() as sent:
+                    start_s = time.perf_counter()
+                    results = await mission.act(Action.HOLD, None)
+                    shown_ms.append(1e3 * (time.perf_counter() - start_s))
+                if len(sent) < count or not all(result.accepted for result in results):
+                    raise RuntimeError(f"only {len(sent)} of {count} were told to hold: {results}")
+                wire_ms.append(1e3 * (max(sent.values()) - start_s))
+                await mission.act(Action.RESUME, None)
+                await asyncio.sleep(2.0)
+    print(
+        f"hold: request to the last of {count} holds on the wire, median {np.median(wire_ms):.1f} ms, worst "
+        f"{max(wire_ms):.1f} ms; to the last mode shown, median {np.median(shown_ms):.0f} ms, worst "
+        f"{max(shown_ms):.0f} ms ({rounds} rounds)"
+    )
+
+
+async def memory(minutes: float, count: int = 100, rate_hz: float = 20.0) -> None:
+    """Growth of our process with vehicles that send all the time and a mission that watches them."""
+    port = free_port()
+    with other_process(chatter, port, count, rate_hz):
+        async with _mission(port, count, auto_start=False) as (mission, recorder):
+            await _until(lambda: len(mission.snapshot().vehicles) == count)
+            await asyncio.sleep(20.0)
+            samples = []
+            start_s = time.monotonic()
+            while (now_s := time.monotonic() - start_s) < 60.0 * minutes:
+                recorder.events.clear()
+                samples.append((now_s / 60.0, _resident_mib()))
+                await asyncio.sleep(2.0)
+    times_min, resident_mib = np.array(samples).T
+    slope = np.polyfit(times_min, resident_mib, 1)[0]
+    print(
+        f"memory: {count} vehicles at {rate_hz:.0f} messages/s for {minutes:g} min: {resident_mib[0]:.1f} MiB at "
+        f"first, {resident_mib[-1]:.1f} MiB at last, {slope:+.2f} MiB per minute"
+    )
+
+
+@asynccontextmanager
+async def _mission(port: int, count: int, *, auto_start: bool) -> AsyncIterator[tuple[Coordinator, MemoryRecorder]]:
+    clock = LoopClock()
+    journal, recorder, pulse = Journal(clock), MemoryRecorder(), LoopMonitor()
+    context = DriverContext(clock=clock, is_healthy=pulse.is_healthy, notify=journal.take)
+    plan = settings(
+        count,
+        origin=None,
+        area_enu_m=((-60.0, 40.0), (60.0, 40.0), (60.0, 400.0), (-60.0, 400.0)),
+        flight=FlightSettings(lowest_layer_m=LAYER_M, layer_spacing_m=SPACING_M, cruise_speed_mps=3.0),
+        deadlines=Deadlines(preflight_s=120.0),
+        preflight=PreflightSettings(upload_fence=True),
+        auto_start=auto_start,
+    )
+    async with open_mavlink([f"udpin://{HOST}:{port}"], context) as fleet, journal.recorded(recorder):
+        mission = Coordinator(
+            "bench", plan, fleet=fleet, clock=clock, journal=journal, recorder=recorder, loop_monitor=pulse
+        )
+        run = asyncio.create_task(mission.run())
+        try:
+            yield mission, recorder
+        finally:
+            run.cancel()
+            await asyncio.gather(run, return_exceptions=True)
+
+
+def _resident_mib() -> float:
+    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
+    return pages * 4096 / 2**20
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("what", nargs="*", default=["goto", "silent", "hold", "memory"])
+    parser.add_argument("--rounds", type=int, default=10)
+    parser.add_argument("--minutes", type=float, default=1.0)
+    chosen = parser.parse_args()
+    for name in chosen.what:
+        if name == "memory":
+            asyncio.run(memory(chosen.minutes))
+        else:
+            asyncio.run({"goto": goto, "silent": silent, "hold": hold}[name](chosen.rounds))
