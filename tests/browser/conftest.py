@@ -33,6 +33,10 @@ _CHROMIUM_ARGUMENTS = [
     "--disable-sync",
     "--no-first-run",
 ]
+WITHOUT_WEBGL = """const get = HTMLCanvasElement.prototype.getContext;
+HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
+    return kind.startsWith("webgl") ? null : get.call(this, kind, ...more);
+};"""
 _MISSION_SPEED = 8.0
 OPERATOR_CODE = "correct-horse"
 
@@ -43,7 +47,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(pytest.mark.browser)
 
 
-def _unavailable(reason: str) -> NoReturn:
+def unavailable(reason: str) -> NoReturn:
     """Skip on a user's machine; on CI a browser test that cannot run is a failure."""
     if os.environ.get("CI") == "true":
         pytest.fail(f"{reason} (required with CI=true)")
@@ -56,7 +60,7 @@ def chromium_path() -> str:
     candidates = (os.environ.get("AOS_GCS_CHROMIUM"), *map(shutil.which, _CHROMIUM_NAMES))
     path = next((candidate for candidate in candidates if candidate), None)
     if path is None or shutil.which(path) is None:
-        _unavailable("no Chromium found: install it, or name it in AOS_GCS_CHROMIUM")
+        unavailable("no Chromium found: install it, or name it in AOS_GCS_CHROMIUM")
     return path
 
 
@@ -64,7 +68,7 @@ def chromium_path() -> str:
 def dashboard_build() -> None:
     """The dashboard must have been built, as make does before the tests."""
     if not (STATIC_FOLDER / "index.html").is_file():
-        _unavailable("the dashboard is not built: run npm ci and npm run build in web/")
+        unavailable("the dashboard is not built: run npm ci and npm run build in web/")
 
 
 @pytest_asyncio.fixture(scope="session", loop_scope="session")
@@ -112,11 +116,7 @@ async def map_page(browser: Browser, page_record: PageRecord) -> AsyncIterator[P
 async def page(browser: Browser, page_record: PageRecord) -> AsyncIterator[Page]:
     """A page in a browser without WebGL: everything but the map is as it is, and much faster without a GPU."""
     async with _new_page(browser, page_record) as page:
-        await page.add_init_script(
-            "const get = HTMLCanvasElement.prototype.getContext;"
-            "HTMLCanvasElement.prototype.getContext = function (kind, ...more) {"
-            "  return kind.startsWith('webgl') ? null : get.call(this, kind, ...more); };"
-        )
+        await page.add_init_script(WITHOUT_WEBGL)
         yield page
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from playwright.async_api import Page, expect
 
+VIEWS = ("plan", "prepare", "fly", "see", "understand", "decide")
 START_TIMEOUT_MS = 15_000
 KEEP_PRESSED_MS = 1000
 """Longer than the page asks for before a dangerous command."""

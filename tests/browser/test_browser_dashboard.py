@@ -12,6 +12,7 @@ from aos_gcs.ports import Severity
 from tests.browser.conftest import OPERATOR_CODE
 from tests.browser.pages import (
     START_TIMEOUT_MS,
+    VIEWS,
     confirm,
     open_page,
     place_m,
@@ -22,8 +23,6 @@ from tests.browser.pages import (
 from tests.fakes.mission import REFUSING_ID, SILENT_ID
 
 pytestmark = pytest.mark.asyncio(loop_scope="session")
-
-VIEWS = ("plan", "prepare", "fly", "see", "understand", "decide")
 
 
 async def test_page_shows_a_mission_without_errors_or_foreign_requests(map_page, service, page_record) -> None:

@@ -1,0 +1,86 @@
+"""Every view for everybody: axe finds nothing serious, and all of it works by keyboard."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import pytest_asyncio
+from playwright.async_api import Browser, Page, expect
+
+from aos_gcs.mission.model import Action
+from aos_gcs.ports import Severity
+from tests.browser.conftest import WITHOUT_WEBGL, unavailable
+from tests.browser.pages import VIEWS, open_page
+
+pytestmark = pytest.mark.asyncio(loop_scope="session")
+
+AXE = Path(__file__).parents[2] / "web" / "node_modules" / "axe-core" / "axe.min.js"
+THEMES = ("dark", "light", "contrast")
+KEEP_PRESSED_MS = 1000
+
+
+@pytest_asyncio.fixture(loop_scope="session")
+async def checked_page(browser: Browser) -> AsyncIterator[Page]:
+    """A page that axe may be loaded into; ours lets in no other scripts."""
+    if not AXE.is_file():
+        unavailable("axe is not installed: run npm ci in web/")
+    context = await browser.new_context(viewport={"width": 1280, "height": 800}, bypass_csp=True)
+    page = await context.new_page()
+    await page.add_init_script(WITHOUT_WEBGL)
+    yield page
+    await context.close()
+
+
+async def serious_issues(page: Page) -> list[str]:
+    """Return what axe holds against the page as it is now, with the elements."""
+    result: dict[str, Any] = await page.evaluate("axe.run()")
+    return [
+        f"{violation['id']}: {node['html'][:160]} {node['failureSummary']}"
+        for violation in result["violations"]
+        if violation["impact"] in {"serious", "critical"}
+        for node in violation["nodes"]
+    ]
+
+
+async def test_axe_finds_nothing_serious_in_any_view_and_theme(checked_page: Page, service) -> None:
+    page = checked_page
+    await open_page(page, service.url)
+    await page.add_script_tag(path=AXE)
+    await service.mission.act(Action.START, None)
+    service.mission.notify(Severity.CRITICAL, "link lost", 6)
+    service.mission.notify(Severity.WARNING, "battery at 24 %", 2)
+    await expect(page.get_by_test_id("alert-bar")).to_be_visible()
+    for view in VIEWS:
+        await page.get_by_test_id(f"view-{view}").click()
+        await expect(page.get_by_test_id(f"view-{view}")).to_have_attribute("aria-current", "page")
+        assert await serious_issues(page) == [], view
+    await page.get_by_test_id("view-fly").click()
+    for theme in THEMES:
+        await page.get_by_test_id("settings-open").click()
+        await page.get_by_test_id(f"theme-{theme}").click()
+        assert await serious_issues(page) == [], f"settings, {theme}"
+        await page.get_by_test_id("settings-close").click()
+        assert await serious_issues(page) == [], theme
+
+
+async def test_a_mission_is_launched_by_keyboard_alone(page: Page, service) -> None:
+    await open_page(page, service.url)
+    await page.keyboard.press("r")
+    await page.get_by_test_id("check-1-link").focus()
+    await page.keyboard.press("ArrowRight")
+    await page.keyboard.press("ArrowDown")
+    await expect(page.get_by_test_id("check-2-position")).to_be_focused()
+    for _ in range(200):
+        await page.keyboard.press("Tab")
+        if await page.evaluate("document.activeElement.dataset.testid") == "launch":
+            break
+    await page.keyboard.press("Enter")
+    await expect(page.get_by_test_id("confirm-cancel")).to_be_focused()
+    await page.keyboard.press("Tab")
+    await expect(page.get_by_test_id("confirm-ok")).to_be_focused()
+    await page.keyboard.press("Enter", delay=KEEP_PRESSED_MS)
+    await expect(page.get_by_test_id("phase")).not_to_have_text("ready")
+    assert service.mission.actions == [(Action.START, None)]
