@@ -72,6 +72,13 @@ def sim(
     no_camera: Annotated[
         bool, typer.Option("--no-camera", help="No cameras on board; aos-gcs sim-camera can attach some.")
     ] = False,
+    image_folder: Annotated[
+        Path | None,
+        typer.Option(
+            help="Have the autopilots trigger the cameras and report each exposure (CAMERA_FEEDBACK, or "
+            "CAMERA_IMAGE_CAPTURED without a URL), and drop the images here: ID/00000.tiff and so on."
+        ),
+    ] = None,
     http_port: HttpPort = 0,
     param: Annotated[
         list[str] | None, typer.Option(help="Autopilot parameter NAME=VALUE for all vehicles. May be repeated.")
@@ -99,6 +106,7 @@ def sim(
         fov_rad=math.radians(fov),
         wind_mps=wind,
         cameras=not no_camera,
+        image_folder=image_folder,
         http_port=http_port,
         parameters=_parse_parameters(param or []),
         factory_settings=factory_settings,

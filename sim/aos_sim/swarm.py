@@ -9,6 +9,7 @@ from collections.abc import Coroutine, Mapping, Sequence
 from contextlib import AsyncExitStack
 from dataclasses import dataclass, field
 from functools import partial
+from pathlib import Path
 from types import TracebackType
 from typing import Self
 
@@ -22,7 +23,10 @@ from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.geometry.poses import Pose, nadir_pose
 from aos_sim.camera.component import CameraComponent, CameraView, Exposure
 from aos_sim.camera.darkroom import Darkroom
+from aos_sim.camera.folder import ImageFolder
 from aos_sim.camera.image import ImageSource
+from aos_sim.camera.server import ImageServer
+from aos_sim.camera.shutter import ArduPilotShutter, Px4Shutter, ShutterCamera
 from aos_sim.clock import TICK_S, Pacer, SimTime
 from aos_sim.links import Address, Endpoint, LinkAddress, open_endpoint
 from aos_sim.report import SeparationMonitor, SwarmReport
@@ -35,6 +39,7 @@ from aos_sim.vehicle.px4 import Px4
 from aos_sim.vehicle.vehicle import SimulatedVehicle
 
 AUTOPILOTS: Mapping[str, type[Autopilot]] = {"arducopter": ArduCopter, "px4": Px4}
+SHUTTERS: Mapping[str, type[ShutterCamera]] = {"arducopter": ArduPilotShutter, "px4": Px4Shutter}
 
 MAX_VEHICLES = 100
 MAX_SYSTEM_ID = 250
@@ -71,6 +76,8 @@ class SwarmOptions:
     """Mean wind, from the west, with gusts."""
     cameras: bool = True
     """Whether the vehicles have cameras of their own."""
+    image_folder: Path | None = None
+    """Where images are dropped, by system id; the autopilots then trigger the cameras, and there is no component."""
     http_port: int = 0
     """Of the image server; 0: any free one."""
     start_up_s: float | None = None
@@ -93,7 +100,15 @@ class SwarmOptions:
             self.first_system_id >= 1 and self.first_system_id + self.vehicles - 1 <= MAX_SYSTEM_ID,
             f"System ids must lie within 1 and {MAX_SYSTEM_ID}; lower --first-system-id or --vehicles.",
         )
+        _check(
+            self.cameras or self.image_folder is None,
+            "--image-folder needs cameras on board: leave --no-camera out.",
+        )
         _check(bool(self.links), "At least one --link is needed.")
+
+
+def _publisher(options: SwarmOptions) -> ImageServer | ImageFolder:
+    return ImageServer(options.http_port) if options.image_folder is None else ImageFolder(options.image_folder)
 
 
 def _check(valid: bool, message: str) -> None:
@@ -127,7 +142,7 @@ class SimulatedSwarm:
         self.frame = LocalFrame(options.origin)
         self._addresses = [LinkAddress.parse(link) for link in options.links]
         camera = CameraModel.from_fov(options.image_size_px, options.image_size_px, options.fov_rad)
-        self._darkroom = Darkroom(image_source, camera, options.seed, options.http_port)
+        self._darkroom = Darkroom(image_source, camera, options.seed, _publisher(options))
         self._rng = np.random.default_rng(options.seed)
         self._wind = Wind((options.wind_mps, 0.0, 0.0))
         self._limits = AirframeLimits()
@@ -199,8 +214,14 @@ class SimulatedSwarm:
             start_up_s=options.start_up_s,
             parameters={**factory, **options.parameters},
         )
-        camera = CameraComponent(identity.system_id, self._darkroom.camera) if options.cameras else None
-        return SimulatedVehicle(autopilot(identity, kinematics), camera)
+        return self._with_camera(autopilot(identity, kinematics))
+
+    def _with_camera(self, autopilot: Autopilot) -> SimulatedVehicle:
+        if not self.options.cameras:
+            return SimulatedVehicle(autopilot, None)
+        if self.options.image_folder is not None:
+            return SimulatedVehicle(autopilot, SHUTTERS[self.options.autopilot](autopilot))
+        return SimulatedVehicle(autopilot, CameraComponent(autopilot.identity.system_id, self._darkroom.camera))
 
     async def _run(self) -> None:
         pacer = Pacer(self.options.speed)
@@ -238,7 +259,7 @@ class SimulatedSwarm:
                 self._start(self._develop(index, vehicle.camera, exposure, pose, vehicle.view()))
 
     async def _develop(
-        self, index: int, camera: CameraComponent, exposure: Exposure, pose: Pose, view: CameraView
+        self, index: int, camera: CameraComponent | ShutterCamera, exposure: Exposure, pose: Pose, view: CameraView
     ) -> None:
         """Make the image of an exposure and announce it."""
         url = await self._darkroom.develop(exposure, pose)

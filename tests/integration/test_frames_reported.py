@@ -43,6 +43,7 @@ class ShutterVehicle(FakeVehicle):
         self.on_exposure = on_exposure
         self.shot = 41
         self.offset_m = 0.0
+        self.is_deaf = False
         self.velocity_ned_cmps = (0, 0, 0)
 
     def telemetry(self) -> bytes:
@@ -70,6 +71,8 @@ class ShutterVehicle(FakeVehicle):
         return self.encoder.pack(message)
 
     def _on_command(self, message: mavlink.MAVLink_message) -> bytes:
+        if self.is_deaf:
+            return b""
         answer = super()._on_command(message)
         is_px4 = self.autopilot == mavlink.MAV_AUTOPILOT_PX4
         shutter = mavlink.MAV_CMD_DO_DIGICAM_CONTROL if is_px4 else mavlink.MAV_CMD_IMAGE_START_CAPTURE
@@ -200,6 +203,36 @@ async def test_a_camera_that_fires_by_itself_is_waited_for(tmp_path: Path) -> No
         with pytest.raises(LateFrameError, match="no exposure was reported"):
             await network.vehicle().capture(deadline_s(network, 0.2))
     assert not vehicle.sent(mavlink.MAV_CMD_IMAGE_START_CAPTURE)
+
+
+async def test_the_second_image_of_a_repeated_command_serves_the_next_frame(tmp_path: Path) -> None:
+    """It was exposed after the telemetry that the next frame is asked for with."""
+    vehicle = ShutterVehicle(lambda shot: (tmp_path / f"{shot}.png").write_bytes(picture(shot)) and None)
+    async with bench(vehicle, in_folder(tmp_path, file_name="{index}.png")) as network:
+        await network.clock.sleep(0.3)
+        assert (await network.vehicle().capture(deadline_s(network))).image_index == 42
+        vehicle.shot += 1
+        vehicle.on_exposure(vehicle.shot)
+        vehicle.is_deaf = True
+        await network.clock.sleep(0.3)
+        second = asyncio.create_task(network.vehicle().capture(deadline_s(network)))
+        await network.clock.sleep(0.02)
+        vehicle.boot_ms += 50
+        network.deliver(vehicle.report(), next(iter(network.vehicles)))
+        assert (await second).image[0, 0, 0] == 43
+
+
+async def test_a_report_from_before_the_command_is_that_of_another_exposure(tmp_path: Path) -> None:
+    vehicle = ShutterVehicle(lambda shot: (tmp_path / f"{shot}.png").write_bytes(picture(shot)) and None)
+    async with bench(vehicle, in_folder(tmp_path, file_name="{index}.png")) as network:
+        await network.clock.sleep(0.3)
+        earlier = vehicle.report()
+        vehicle.shot += 1
+        await network.clock.sleep(0.7)
+        capturing = asyncio.create_task(network.vehicle().capture(deadline_s(network)))
+        await network.clock.sleep(0.01)
+        network.deliver(earlier, next(iter(network.vehicles)))
+        assert (await capturing).image_index == 43
 
 
 async def test_motion_is_asked_for_at_the_rate_that_poses_need(tmp_path: Path) -> None:

@@ -5,18 +5,18 @@ Everything is brought to seconds since the vehicle's boot, the clock of its tele
 
 from __future__ import annotations
 
+from collections import deque
 from dataclasses import dataclass
 
 _WRAP_US = 2**32
 """Microseconds since boot, as ArduPilot gives them with a camera's feedback pin, wrap after 71.6 minutes."""
 _EPOCH_FROM_US = 10**15
 """2001: what is later is a time of day, what is earlier one since boot."""
-_LEAK = 1e-4
-"""How much a vehicle's clock may be slower than ours; crystals are a hundred times better than one in a hundred."""
-_JUMP_S = 1.0
-_STALL_S = 0.5
-_LONGEST_STALL_S = 10.0
-_REBOOT_S = 60.0
+_WINDOW_S = 5.0
+_JUMP_S = 0.5
+"""Between TIMESYNC and arrivals: more is not the delay of a link, but another clock."""
+_REBOOT_S = 30.0
+"""No message is delayed so long."""
 _LONGEST_DELAY_S = 10.0
 """Between an exposure and the message about it; what says otherwise is a clock that is wrong."""
 _AHEAD_S = 0.5
@@ -35,31 +35,30 @@ class ExposureTime:
 
 
 class LeastDelay:
-    """Another clock against ours, from messages that carry its time: the least delayed of them tells most."""
+    """Another clock against ours, from messages that carry its time: the least delayed of the last 5 s counts.
+
+    Not longer, because simulated vehicles slow down when their machine is busy.
+    """
 
     def __init__(self) -> None:
-        self.offset_s: float | None = None
-        """Their clock minus ours, at least; it is less by the least delay of a message."""
-        self._heard_at_s = 0.0
-        self._late_since_s: float | None = None
+        self._best: deque[tuple[float, float]] = deque()
+        """Arrival and offset, of those alone that no later one outdoes: the first is the best."""
+
+    @property
+    def offset_s(self) -> float | None:
+        """Their clock minus ours, less the least delay; None before a message was heard."""
+        return self._best[0][1] if self._best else None
 
     def hear(self, theirs_s: float, ours_s: float) -> None:
         """Note a message with their time that arrived at our time."""
-        offset_s, before_s = theirs_s - ours_s, self.offset_s
-        if before_s is not None:
-            leaked_s = before_s - _LEAK * (ours_s - self._heard_at_s)
-            late_by_s = leaked_s - offset_s
-            if late_by_s <= _STALL_S:
-                self._late_since_s = None
-            elif self._late_since_s is None:
-                self._late_since_s = ours_s
-            lasted_s = 0.0 if self._late_since_s is None else ours_s - self._late_since_s
-            # Late for ever, or later than any link delays: not delayed, but another clock, as after a reboot.
-            if lasted_s <= _LONGEST_STALL_S and late_by_s <= _REBOOT_S:
-                offset_s = max(offset_s, leaked_s)
-            else:
-                self._late_since_s = None
-        self.offset_s, self._heard_at_s = offset_s, ours_s
+        offset_s = theirs_s - ours_s
+        if self._best and offset_s < self._best[0][1] - _REBOOT_S:
+            self._best.clear()
+        while self._best and self._best[-1][1] <= offset_s:
+            self._best.pop()
+        self._best.append((ours_s, offset_s))
+        while self._best[0][0] < ours_s - _WINDOW_S:
+            self._best.popleft()
 
 
 class BootClock:

@@ -10,6 +10,7 @@ from aos_drivers.mavlink.camera import CameraRecord
 from aos_drivers.mavlink.exposure import CaptureTools, Exposure, VehicleAccess, capture_error, collect_capture
 from aos_drivers.mavlink.shutter import LostReportError, Shutter
 from aos_drivers.mavlink.telemetry import position_from_e7
+from aos_drivers.mavlink.transaction import ACK_TIMEOUT_S
 from aos_gcs.errors import CaptureError
 from aos_gcs.ports import Capture
 
@@ -65,6 +66,7 @@ class ComponentSource:
                 lambda _: camera.find_capture(awaited_index, before),
                 lambda: self._ask_again(camera, awaited_index),
                 deadline_s,
+                ack_timeout_s=ACK_TIMEOUT_S,  # its sequence number makes a repeated command harmless
             )
         except CaptureError as error:
             if isinstance(error, LostReportError) and awaited_index is not None:

@@ -32,13 +32,15 @@ class ReportedSource:
         self._limits = tools.fetcher.limits
         self._shutter = Shutter(vehicle, tools.clock)
         self._finder = ImageFinder(settings.place, vehicle.record.vehicle_id, tools.clock, tools.fetcher)
+        self._last_listing: Listing | None = None
+        self._last_name = ""
 
     async def capture(self, deadline_s: float) -> Capture:
         """See ``Vehicle.capture``."""
         record, host = self._record, self._vehicle.host_of(self._record.target.component_id)
         index: int | None = None
         try:
-            before = await self._finder.before(host, deadline_s)
+            before = await self._files_before(host, deadline_s)
             report = await self._expose(deadline_s)
             index = report.index
             if not report.is_success:
@@ -47,12 +49,32 @@ class ReportedSource:
         except CaptureError as error:
             raise capture_error(record.vehicle_id, index, error) from error
 
+    async def _files_before(self, host: str, deadline_s: float) -> Listing:
+        """Return the files that cannot be the image.
+
+        Where names hold the index, one that has appeared since the last call can be: that of a command that was sent
+        twice.
+        """
+        listing = await self._finder.before(host, deadline_s)
+        if self._settings.place.file_name is None:
+            return listing
+        last, self._last_listing = self._last_listing, listing
+        if last is None:
+            return listing
+        return {name: stamp for name, stamp in listing.items() if last.get(name) == stamp or name == self._last_name}
+
     async def _expose(self, deadline_s: float) -> ShutterReport:
         payload, record = self._record.payload, self._record
         reports_before = payload.reports
+        heard_boot_s = payload.track.motions.latest_s
 
         def find() -> ShutterReport | None:
-            return payload.latest_report if payload.reports > reports_before else None
+            report = payload.latest_report if payload.reports > reports_before else None
+            if report is None or heard_boot_s is None:
+                return report
+            # A command that was sent twice exposes twice, and the second report may come when the first frame is done:
+            # what was exposed before the vehicle's latest telemetry was not commanded after it.
+            return report if report.time.boot_s >= heard_boot_s else None
 
         if not self._settings.is_triggered:
             return await self._shutter.wait(find, deadline_s)
@@ -68,7 +90,7 @@ class ReportedSource:
             before, report.index + settings.index_offset, utc_s, settings.match_tolerance_s, settings.place.file_name
         )
         decode = partial(decode_image, max_pixels=self._limits.max_pixels)
-        (image, bands), _ = await self._finder.find(wanted, decode, host=host, deadline_s=deadline_s)
+        (image, bands), self._last_name = await self._finder.find(wanted, decode, host=host, deadline_s=deadline_s)
         with_gimbal = settings.mount.carrier is Carrier.GIMBAL
         # Reports from both sides of the exposure make its pose better than the latest one before it.
         await self._vehicle.changes.wait_for(

@@ -16,6 +16,9 @@ from aos_gcs.ports import Clock
 MESSAGE_PAUSE_S = 1.0
 """After this time without the message about an image, it is asked for again."""
 
+PATIENCE_S = 3.0
+"""Before a command is sent again that would expose a second image: autopilots do not recognise a repeated one."""
+
 T = TypeVar("T")
 
 
@@ -36,6 +39,8 @@ class Shutter:
         find: Callable[[Answer], T | None],
         ask_again: Callable[[], None],
         deadline_s: float,
+        *,
+        ack_timeout_s: float = PATIENCE_S,
     ) -> T:
         """Send the command until it is answered, and return what ``find`` finds.
 
@@ -44,13 +49,14 @@ class Shutter:
             find: looks for the message about the image; told how the command has been answered.
             ask_again: asks for that message; called every second once the command has been accepted.
             deadline_s: when to give up.
+            ack_timeout_s: without an answer for so long, the command is sent again.
 
         Raises:
             LostReportError: the command was accepted, but nothing was found by the deadline.
             LateFrameError: the command was not answered.
             CaptureError: it was refused.
         """
-        transaction = CommandTransaction(command)
+        transaction = CommandTransaction(command, ack_timeout_s=ack_timeout_s)
         asked_at_s = math.inf
 
         def is_news() -> bool:

@@ -32,9 +32,15 @@ class CommandTransaction:
     The last acknowledgement counts: PX4 sends two for some commands, the second by the part that acts on it.
     """
 
-    def __init__(self, message: CommandMessage, repeat_s: float = math.inf) -> None:
-        """Prepare ``message``; once accepted, it is sent again every ``repeat_s`` until somebody stops polling."""
+    def __init__(
+        self, message: CommandMessage, repeat_s: float = math.inf, ack_timeout_s: float = ACK_TIMEOUT_S
+    ) -> None:
+        """Prepare ``message``; it is sent again after ``ack_timeout_s`` without an answer.
+
+        Once accepted, it is sent again every ``repeat_s`` until somebody stops polling.
+        """
         self._message = message
+        self._ack_timeout_s = ack_timeout_s
         self._repeat_s = repeat_s
         self.answer = Answer.NONE
         self.result: int | None = None
@@ -49,7 +55,7 @@ class CommandTransaction:
         is_first = self.due_s == -math.inf
         if not is_first and message.get_msgId() == mavlink.MAVLINK_MSG_ID_COMMAND_LONG:
             message.confirmation = min(message.confirmation + 1, 255)
-        self.due_s = now_s + ACK_TIMEOUT_S
+        self.due_s = now_s + self._ack_timeout_s
         return message
 
     def on_ack(self, ack: mavlink.MAVLink_command_ack_message, source: tuple[int, int], now_s: float) -> bool:

@@ -23,6 +23,7 @@ from aos_sim.attached.camera import AttachedCamera, Shot
 from aos_sim.attached.senders import Sender, SenderTable
 from aos_sim.camera.darkroom import Darkroom
 from aos_sim.camera.image import ImageSource
+from aos_sim.camera.server import ImageServer
 from aos_sim.links import Address, Endpoint, LinkAddress, LinkKind, open_endpoint
 from aos_sim.report import AttachedCamerasReport, SeparationMonitor
 
@@ -78,7 +79,7 @@ class AttachedCameras:
         self._options = options
         size_px = options.image_size_px
         camera_model = CameraModel.from_fov(size_px, size_px, options.fov_rad)
-        self._darkroom = Darkroom(source, camera_model, options.seed, options.http_port)
+        self._darkroom = Darkroom(source, camera_model, options.seed, ImageServer(options.http_port))
         self._gcs = LinkAddress.parse(options.gcs) if options.gcs is not None else None
         self._cameras: dict[int, AttachedCamera] = {}
         self._senders = SenderTable()

@@ -1,4 +1,4 @@
-"""Where exposures become images that can be fetched: renderer, worker threads and image server."""
+"""Where exposures become images that can be fetched: renderer, worker threads, and image server or folder."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from typing import Self
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
 from aos_sim.camera.component import Exposure
+from aos_sim.camera.folder import ImageFolder
 from aos_sim.camera.image import ImageSource, develop
 from aos_sim.camera.server import ImageServer
 
@@ -26,24 +27,26 @@ class Darkroom:
         source: what the cameras see.
         camera: the model of all cameras.
         seed: of the sensors' noise.
-        http_port: of the image server; 0 for any free one.
+        publisher: where images are handed out.
 
     Raises:
-        LinkError: on entering, if the port is taken.
+        AosError: on entering, if the publisher cannot.
     """
 
-    def __init__(self, source: ImageSource, camera: CameraModel, seed: int, http_port: int) -> None:
+    def __init__(
+        self, source: ImageSource, camera: CameraModel, seed: int, publisher: ImageServer | ImageFolder
+    ) -> None:
         self.camera = camera
         self._source = source
         self._seed = seed
-        self._server = ImageServer(http_port)
+        self._publisher = publisher
         self._pool = ThreadPoolExecutor(_THREADS, thread_name_prefix="render")
         self._stack = AsyncExitStack()
 
     async def __aenter__(self) -> Self:
         async with AsyncExitStack() as stack:
             stack.callback(self._pool.shutdown, wait=True, cancel_futures=True)
-            await stack.enter_async_context(self._server)
+            await stack.enter_async_context(self._publisher)
             self._stack = stack.pop_all()
         return self
 
@@ -53,8 +56,8 @@ class Darkroom:
         await self._stack.aclose()
 
     async def develop(self, exposure: Exposure, pose: Pose) -> str:
-        """Return the URL of the image that the camera takes from ``pose`` in the world."""
+        """Return the URL, or the path, of the image that the camera takes from ``pose`` in the world."""
         seed = (self._seed, exposure.system_id, exposure.index)
         loop = asyncio.get_running_loop()
         data = await loop.run_in_executor(self._pool, develop, self._source, pose, self.camera, seed)
-        return self._server.publish(exposure.system_id, exposure.index, data)
+        return self._publisher.publish(exposure.system_id, exposure.index, data)
