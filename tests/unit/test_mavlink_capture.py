@@ -207,3 +207,42 @@ async def test_a_mute_camera_fails_at_the_deadline_and_a_missing_one_at_once() -
         with pytest.raises(CaptureError, match="does not answer"):
             await network.vehicle().capture(5.0)
         assert network.clock.now_s() == pytest.approx(5.0, abs=0.01)
+
+
+def gap_requests(vehicle: CameraVehicle) -> list[tuple[float, float]]:
+    """Return the parameters 2 and 3 of what was asked of lost messages about images."""
+    return [
+        (message.param2, message.param3)
+        for message in vehicle.sent(REQUEST)
+        if int(message.param1) == mavlink.MAVLINK_MSG_ID_CAMERA_IMAGE_CAPTURED
+    ]
+
+
+async def test_gaps_in_the_indices_are_asked_for_as_ranges_until_they_are_closed() -> None:
+    vehicle = CameraVehicle()
+    async with open_network(vehicle, fetcher=RecordedFetcher()) as network:
+        await settle(network)
+        peer = next(iter(network.vehicles))
+        for index in (7, 9, 13):  # a camera that takes images for somebody else, too
+            vehicle.image_index = index + 1
+            network.deliver(vehicle.captured(index), peer)
+        await network.clock.sleep(0.5)
+        assert gap_requests(vehicle) == [(8.0, 0.0)]
+        await network.clock.sleep(2.0)
+        assert gap_requests(vehicle)[1:] == [(10.0, 12.0), (11.0, 12.0)]
+        network.deliver(vehicle.captured(12), peer)
+        await network.clock.sleep(10.0)
+        asked = gap_requests(vehicle)
+        assert network.vehicle()._record.camera.poll_gaps(network.clock.now_s()) is None
+        await network.clock.sleep(10.0)
+    assert gap_requests(vehicle) == asked
+
+
+async def test_a_gap_that_stays_is_given_up() -> None:
+    vehicle = CameraVehicle()
+    async with open_network(vehicle, fetcher=RecordedFetcher()) as network:
+        await settle(network)
+        vehicle.image_index = 8  # of what it knows: the messages of 8 to 10 are lost for good
+        network.deliver(vehicle.captured(11), next(iter(network.vehicles)))
+        await network.clock.sleep(60.0)
+    assert gap_requests(vehicle) == [(7.0, 10.0), *[(8.0, 10.0)] * 3]

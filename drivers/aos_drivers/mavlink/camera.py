@@ -8,11 +8,17 @@ from collections import OrderedDict
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 _KEPT_CAPTURES = 16
+_KEPT_GAPS = 64
+_GAP_PAUSE_S = 1.0
+_GAP_ATTEMPTS = 4
 _REBOOT_MARGIN_MS = 2000
 
 
 class CameraRecord:
-    """What a camera has said about itself and its images. Keeps the latest sixteen image messages."""
+    """What a camera has said about itself and its images.
+
+    Keeps the latest sixteen image messages, and of the latest 64 indices those whose messages were lost.
+    """
 
     def __init__(self, component_id: int) -> None:
         self.component_id = component_id
@@ -20,6 +26,9 @@ class CameraRecord:
         self.next_index: int | None = None
         """Index that the next image should have; None while unknown."""
         self._captures: OrderedDict[int, mavlink.MAVLink_camera_image_captured_message] = OrderedDict()
+        self._gaps: dict[int, int] = {}
+        """How often the message of an index has been asked for."""
+        self._gaps_due_s = -math.inf
         self._boot_ms = 0
         self._sequence = 0
 
@@ -45,10 +54,26 @@ class CameraRecord:
             if self.next_index is None and not self._captures:
                 self.next_index = message.image_count
         elif message.get_msgId() == mavlink.MAVLINK_MSG_ID_CAMERA_IMAGE_CAPTURED:
+            self._gaps.pop(message.image_index, None)
+            self._note_gap(message.image_index)
             self._captures[message.image_index] = message
             self.next_index = max(self.next_index or 0, message.image_index + 1)
             while len(self._captures) > _KEPT_CAPTURES:
                 self._captures.popitem(last=False)
+
+    def poll_gaps(self, now_s: float) -> tuple[int, int] | None:
+        """Return the first and the last index of a run of lost messages when it is time to ask for them."""
+        if not self._gaps or now_s < self._gaps_due_s:
+            return None
+        self._gaps_due_s = now_s + _GAP_PAUSE_S
+        first = last = min(self._gaps)
+        while last + 1 in self._gaps:
+            last += 1
+        for index in range(first, last + 1):
+            self._gaps[index] += 1
+            if self._gaps[index] >= _GAP_ATTEMPTS:
+                del self._gaps[index]
+        return first, last
 
     def give_up(self, index: int) -> None:
         """Do not take the image of ``index``, which was exposed and never arrived, for that of a later command."""
@@ -67,10 +92,20 @@ class CameraRecord:
                 return message
         return None
 
+    def _note_gap(self, until_index: int) -> None:
+        """Note that the messages from the next expected index up to ``until_index`` have not arrived."""
+        if self.next_index is None:
+            return
+        for index in range(max(self.next_index, until_index - _KEPT_GAPS), until_index):
+            self._gaps.setdefault(index, 0)
+        while len(self._gaps) > _KEPT_GAPS:
+            del self._gaps[min(self._gaps)]
+
     def _see_time(self, time_boot_ms: int) -> None:
         if time_boot_ms + _REBOOT_MARGIN_MS < self._boot_ms:
             self.next_index = None
             self._captures.clear()
+            self._gaps.clear()
         self._boot_ms = time_boot_ms
 
 

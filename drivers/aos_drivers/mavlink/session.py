@@ -302,6 +302,12 @@ class Session:
             self._request(target.system_id, target.component_id, command, float(stream[0]), stream[1])
         for component_id, message_id in record.requests.poll(now_s):
             self._request(target.system_id, component_id, mavlink.MAV_CMD_REQUEST_MESSAGE, float(message_id))
+        gap = record.camera.poll_gaps(now_s) if record.camera is not None else None
+        if record.camera is not None and gap is not None:
+            captured, (first, last) = mavlink.MAVLINK_MSG_ID_CAMERA_IMAGE_CAPTURED, gap
+            command = mavlink.MAV_CMD_REQUEST_MESSAGE
+            params = (float(captured), float(first), float(last if last > first else 0))
+            self._request(target.system_id, record.camera.component_id, command, *params)
         sent_ns = record.clock.poll(now_s)
         if sent_ns is not None:
             self.send(target.system_id, target.component_id, mavlink.MAVLink_timesync_message(0, sent_ns))
@@ -310,8 +316,8 @@ class Session:
             command = mavlink.MAV_CMD_REQUEST_MESSAGE
             self._peers.send(_command_long(target.system_id, target.component_id, command, version), peer)
 
-    def _request(self, system_id: int, component_id: int, command: int, param1: float, param2: float = 0.0) -> None:
-        self.send(system_id, component_id, _command_long(system_id, component_id, command, param1, param2))
+    def _request(self, system_id: int, component_id: int, command: int, *params: float) -> None:
+        self.send(system_id, component_id, _command_long(system_id, component_id, command, *params))
 
 
 def is_autopilot_heartbeat(message: mavlink.MAVLink_message) -> bool:
@@ -324,11 +330,11 @@ def is_autopilot_heartbeat(message: mavlink.MAVLink_message) -> bool:
 
 
 def _command_long(
-    system_id: int, component_id: int, command: int, param1: float, param2: float = 0.0
+    system_id: int, component_id: int, command: int, *params: float
 ) -> mavlink.MAVLink_command_long_message:
-    return mavlink.MAVLink_command_long_message(
-        system_id, component_id, command, 0, param1, param2, 0.0, 0.0, 0.0, 0.0, 0.0
-    )
+    """Return the command; parameters not given are 0."""
+    values = [*params, *[0.0] * (7 - len(params))]
+    return mavlink.MAVLink_command_long_message(system_id, component_id, command, 0, *values)
 
 
 def _content(message: mavlink.MAVLink_message) -> bytes:
