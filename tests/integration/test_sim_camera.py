@@ -10,11 +10,14 @@ from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from pathlib import Path
 
+import aiohttp
+import cv2
 import numpy as np
 import pytest
 
 from aos_gcs.config import parse_config
 from aos_gcs.errors import LinkError
+from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.mission.model import Outcome
 from aos_gcs.mission.settings import Deadlines, FlightSettings
 from aos_gcs.scripting import SwarmOptions, open_swarm
@@ -27,6 +30,7 @@ from aos_sim.world.scene import SceneParameters, build_scene
 
 HOST = "127.0.0.1"
 SPEED = 10.0
+PLACE = ("latitude_deg", "longitude_deg", "absolute_altitude_m")
 
 
 def free_ports(count: int) -> list[int]:
@@ -45,10 +49,11 @@ async def until(condition: Callable[[], bool]) -> None:
             await asyncio.sleep(0.05)
 
 
-def script_options(vehicles: int) -> SwarmOptions:
+def script_options(vehicles: int, driver: str = "mavlink") -> SwarmOptions:
     """Deadlines and ages are in clock seconds; what takes real time is given many times as many."""
     return SwarmOptions(
         vehicles=vehicles,
+        driver=driver,
         area_enu_m=((0.0, 0.0), (30.0, 0.0), (30.0, 30.0), (0.0, 30.0)),
         flight=FlightSettings(lowest_layer_m=12.0, layer_spacing_m=3.0),
         deadlines=Deadlines(connect_s=600.0, preflight_s=600.0, command_s=200.0, takeoff_s=300.0, capture_s=400.0),
@@ -79,9 +84,15 @@ async def flying(autopilot: str, vehicles: int) -> AsyncIterator[tuple[Simulated
         serving.cancel()
 
 
-@pytest.mark.parametrize("autopilot", [pytest.param("arducopter", marks=pytest.mark.slow), "px4"])
-async def test_vehicles_without_cameras_deliver_what_the_cameras_beside_them_see(autopilot: str) -> None:
-    async with flying(autopilot, 2) as (simulated, cameras, link), open_swarm([link], script_options(2)) as swarm:
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("autopilot", "driver"), [("arducopter", "mavlink"), ("px4", "mavlink"), ("arducopter", "mavsdk")]
+)
+async def test_vehicles_without_cameras_deliver_what_the_cameras_beside_them_see(autopilot: str, driver: str) -> None:
+    if driver == "mavsdk":
+        pytest.importorskip("mavsdk", reason="needs the optional library mavsdk")
+    options = script_options(2, driver)
+    async with flying(autopilot, 2) as (simulated, cameras, link), open_swarm([link], options) as swarm:
         await swarm.take_off()
         await swarm.fly_to({1: (-2.5, 5.0), 2: (2.5, 5.0)})
         result = await swarm.capture()
@@ -91,11 +102,40 @@ async def test_vehicles_without_cameras_deliver_what_the_cameras_beside_them_see
             true_enu_m = simulated.kinematics(capture.vehicle_id).position_enu_m
             assert math.dist(simulated.frame.to_enu(capture.position), true_enu_m) < 1.5
         report = cameras.report()
-        assert [(camera.images, camera.refused) for camera in report.cameras] == [(1, 0), (1, 0)]
-        assert all(camera.tells_true_pose for camera in report.cameras)
+        assert [camera.refused for camera in report.cameras] == [0, 0]
+        assert all(camera.images and camera.tells_true_pose for camera in report.cameras)
         assert report.min_separation_m == pytest.approx(5.0, abs=0.5)
         assert cameras.frame is not None
         assert cameras.homes_enu_m()[1] == pytest.approx((0.0, 0.0, 0.0), abs=0.02)
+
+
+async def test_an_independent_client_takes_a_photograph_with_a_camera_beside_a_vehicle() -> None:
+    pytest.importorskip("mavsdk", reason="needs the optional client mavsdk")
+    from mavsdk.asyncio.mavsdk import Configuration, Mavsdk  # noqa: PLC0415
+    from mavsdk.asyncio.plugins.camera import CameraAsync  # noqa: PLC0415
+    from mavsdk.component_type import ComponentType  # noqa: PLC0415
+
+    configuration = Configuration.create_with_component_type(ComponentType.GROUND_STATION)
+    async with flying("arducopter", 1) as (simulated, _, link), Mavsdk(configuration) as client:
+        await client.add_any_connection(link)
+        async with asyncio.timeout(20.0):
+            while not (systems := await client.get_systems()):  # noqa: ASYNC110 - the client has no events for it
+                await asyncio.sleep(0.05)
+            camera = CameraAsync(systems[0])
+            while not (found := (await camera.camera_list()).cameras):  # noqa: ASYNC110
+                await asyncio.sleep(0.05)
+            captures = camera.subscribe_capture_info()
+            first = asyncio.ensure_future(anext(captures))
+            await asyncio.sleep(0)
+            await camera.take_photo(found[0].component_id)
+            capture = await first
+            await captures.aclose()
+        assert (found[0].component_id, found[0].model_name) == (100, "simulated RGB+thermal")
+        assert capture.is_success
+        position = GeodeticPosition(*(getattr(capture.position, name) for name in PLACE))
+        assert math.dist(simulated.frame.to_enu(position), simulated.kinematics(1).position_enu_m) < 0.1
+        async with aiohttp.ClientSession() as http, http.get(capture.file_url) as response:
+            assert len(cv2.imdecodemulti(np.frombuffer(await response.read(), np.uint8), cv2.IMREAD_UNCHANGED)[1]) == 2
 
 
 async def test_two_vehicles_with_one_system_id_get_no_images(caplog: pytest.LogCaptureFixture) -> None:
