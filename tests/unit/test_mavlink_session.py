@@ -49,6 +49,16 @@ def test_values_that_were_never_reported_are_none() -> None:
     assert state.heard_at_s == 1.0
 
 
+def test_messages_of_newer_dialects_are_no_loss() -> None:
+    session, vehicle = new_session(), FakeVehicle()
+    for number in range(60):
+        packet = bytearray(vehicle.heartbeat())
+        if number % 2:
+            packet[7:10] = b"\xff\x3f\x00"  # no dialect has a message 16383
+        session.feed(bytes(packet), A, 1.0 + number)
+    assert session.records[1].loss_fraction() == 0.0
+
+
 def test_telemetry_becomes_state_in_our_frames_and_units() -> None:
     session = new_session()
     vehicle = FakeVehicle()

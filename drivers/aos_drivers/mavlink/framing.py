@@ -56,9 +56,18 @@ class FrameParser:
         except mavlink.MAVError:
             return None
         # The checksum of an unknown message cannot be tested; a marker behind it shows that its length was true.
-        if isinstance(message, mavlink.MAVLink_unknown) and end < len(data) and data[end] not in _HEADER_SIZE:
-            return None
+        if isinstance(message, mavlink.MAVLink_unknown):
+            if end < len(data) and data[end] not in _HEADER_SIZE:
+                return None
+            _tell_sender(message)
         return message
+
+
+def _tell_sender(message: mavlink.MAVLink_unknown) -> None:
+    """Fill in who has sent a message of a newer dialect; pymavlink leaves it out."""
+    packet, header = message.get_msgbuf(), message.get_header()
+    start = 4 if packet[0] == mavlink.PROTOCOL_MARKER_V2 else 2
+    header.seq, header.srcSystem, header.srcComponent = packet[start : start + 3]
 
 
 def is_signed(data: bytes | bytearray, start: int = 0) -> bool:

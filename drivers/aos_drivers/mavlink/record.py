@@ -92,6 +92,12 @@ class VehicleRecord:
         route = self._routes.setdefault(component_id, ComponentRoute())
         return route.hear(peer, sequence, now_s, self.identity.is_same_vehicle(peer, route.address))
 
+    def count_unknown(self, component_id: int, sequence: int, peer: PeerAddress) -> None:
+        """Count a packet of a message that we do not know. Its checksum cannot be tested: it proves nothing else."""
+        route = self._routes.get(component_id)
+        if route is not None:
+            route.count(peer, sequence)
+
     def restart(self) -> None:
         """Forget what does not survive a reboot of the autopilot and ask for it again."""
         self.telemetry = Telemetry()

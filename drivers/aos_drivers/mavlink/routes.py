@@ -62,6 +62,11 @@ class ComponentRoute:
         self.address, self._chosen_at_s = address, now_s
         return had_address
 
+    def count(self, address: PeerAddress, sequence: int) -> None:
+        """Count a packet from an address that is known already, for its loss alone."""
+        if address in self._paths:
+            self._paths[address].loss.count(sequence)
+
     def living(self, now_s: float) -> int:
         """Return how many addresses were heard within the last ``SILENT_S``."""
         return sum(now_s - path.heard_at_s <= SILENT_S for path in self._paths.values())

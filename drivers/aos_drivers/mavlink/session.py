@@ -158,7 +158,16 @@ class Session:
             text = f"packets of system id {system_id} at {peer} are refused: {_REFUSALS[verdict]}"
             self._events.append(Notice(Severity.WARNING, text))
 
+    def _on_unknown(self, message: mavlink.MAVLink_unknown, peer: PeerAddress) -> None:
+        record = self.records.get(message.get_srcSystem())
+        if record is not None:
+            record.count_unknown(message.get_srcComponent(), message.get_seq(), peer)
+        self._events.append(PacketReceived(message.get_msgbuf(), None))
+
     def _on_packet(self, message: mavlink.MAVLink_message, peer: PeerAddress, now_s: float) -> None:
+        if isinstance(message, mavlink.MAVLink_unknown):
+            self._on_unknown(message, peer)
+            return
         system_id = message.get_srcSystem()
         record = self.records.get(system_id)
         if record is None:
