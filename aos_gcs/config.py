@@ -80,6 +80,10 @@ class MissionConfig(BaseModel):
     """Instead of ``area_deg``: metres east and north of the origin."""
     origin_deg: tuple[float, float, float] | None = None
     """Latitude, longitude and altitude AMSL (metres) of the launch site; by default the home of the first vehicle."""
+    return_deg: _LatLon | None = None
+    """Where the vehicles land, latitude and longitude; needs ``origin_deg``. By default each where it has started."""
+    return_enu_m: _EastNorth | None = None
+    """Instead of ``return_deg``: metres east and north of the origin."""
     scan_heading_deg: Annotated[float, Field(ge=0.0, lt=360.0)] = 0.0
     """Direction of the first scan, clockwise from north."""
     camera_fov_deg: Annotated[float, Field(gt=1.0, lt=170.0)] = 50.0
@@ -209,6 +213,7 @@ def mission_settings(config: ServiceConfig) -> MissionSettings:
         imaging=_build(ImagingSettings, "imaging", config.imaging),
         safety=_safety(config.safety, origin, area_enu_m, layers_m),
         origin=origin,
+        return_enu_m=_return_enu_m(mission, origin),
         scan_direction_enu=(math.sin(heading_rad), math.cos(heading_rad)),
         planning_fov_rad=math.radians(mission.camera_fov_deg),
         strategy=config.swarm.strategy,
@@ -239,6 +244,15 @@ def mission_settings(config: ServiceConfig) -> MissionSettings:
     if settings.forest is not None:
         _check_forest(settings, settings.forest)
     return settings
+
+
+def _return_enu_m(mission: MissionConfig, origin: GeodeticPosition | None) -> tuple[float, float] | None:
+    if mission.return_deg is None:
+        return mission.return_enu_m
+    if mission.return_enu_m is not None:
+        raise ConfigurationError("mission: give the return point either as return_deg or as return_enu_m.")
+    (point_enu_m,) = _to_enu([mission.return_deg], origin, "mission.return_deg")
+    return point_enu_m
 
 
 def _check_forest(settings: MissionSettings, forest: ForestSettings) -> None:

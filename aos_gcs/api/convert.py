@@ -19,16 +19,17 @@ def focus(state: model.FocusSnapshot) -> wire.FocusModel:
 
 
 def allowed_actions(snapshot: model.MissionSnapshot) -> list[model.Action]:
-    """Return the actions worth offering: those of the phase, and resume only when something is suspended."""
-    suspended = snapshot.suspension is not model.Suspension.NONE or any(
-        one.task is model.Task.HELD for one in snapshot.vehicles
-    )
-    useless = model.Action.PAUSE if snapshot.suspension is not model.Suspension.NONE else None
-    return [
-        action
-        for action, phases in ACTIONS.items()
-        if snapshot.phase in phases and action is not useless and (suspended or action is not model.Action.RESUME)
-    ]
+    """Return the actions of the phase that are worth offering: those that have something to act on."""
+    tasks = {one.task for one in snapshot.vehicles}
+    is_suspended = snapshot.suspension is not model.Suspension.NONE
+    useless = set()
+    if is_suspended:
+        useless.add(model.Action.PAUSE)
+    elif model.Task.HELD not in tasks:
+        useless.add(model.Action.RESUME)
+    if not tasks & {model.Task.IDLE, model.Task.LANDED}:
+        useless.add(model.Action.JOIN)
+    return [action for action, phases in ACTIONS.items() if snapshot.phase in phases and action not in useless]
 
 
 def target(estimate: model.TargetEstimate, origin: GeodeticPosition | None) -> wire.TargetModel:

@@ -10,6 +10,7 @@ from aos_gcs.errors import MissionError
 from aos_gcs.mission.context import MissionContext
 from aos_gcs.mission.errands import Errands
 from aos_gcs.mission.homing import Homing
+from aos_gcs.mission.joining import Joining
 from aos_gcs.mission.model import Action, ActionRecord, ActionResult, Outcome, Phase, Suspension, Task
 from aos_gcs.mission.phases import ENDING, ON_GROUND, check_action
 from aos_gcs.mission.roster import Member
@@ -43,9 +44,19 @@ class Flow(Protocol):
 class Operator:
     """Carries out actions. Every one is written to the audit log, refused ones too."""
 
-    def __init__(self, context: MissionContext, errands: Errands, homing: Homing, vision: Vision, flow: Flow) -> None:
+    def __init__(
+        self,
+        context: MissionContext,
+        errands: Errands,
+        *,
+        homing: Homing,
+        joining: Joining,
+        vision: Vision,
+        flow: Flow,
+    ) -> None:
         self._context = context
         self._errands = errands
+        self._joining = joining
         self._homing = homing
         self._vision = vision
         self._flow = flow
@@ -57,6 +68,7 @@ class Operator:
             Action.RETURN: self._return,
             Action.LAND: self._land,
             Action.ABORT: self._abort,
+            Action.JOIN: self._join,
         }
         self._on_one: Mapping[Action, Callable[[Member], Awaitable[str | None]]] = {
             Action.PAUSE: self._pause_one,
@@ -65,6 +77,7 @@ class Operator:
             Action.RETURN: self._return_one,
             Action.LAND: self._land_one,
             Action.ABORT: self._return_one,
+            Action.JOIN: self._joining.join,
         }
 
     async def act(
@@ -140,6 +153,8 @@ class Operator:
     async def _hold(self) -> Sequence[ActionResult]:
         self._tell("hold all")
         self._errands.stop_all()
+        for member in self._context.roster.members(Task.JOINING):
+            member.task = Task.HELD
         if self._flow.heading not in ON_GROUND:
             self._flow.suspend(Suspension.HELD)
             self._context.message = "Held: all vehicles stop where they are."
@@ -167,6 +182,12 @@ class Operator:
             results = self._go_down(Phase.RETURN, "returns to its launch point")
         self._context.outcome = Outcome.ABORTED
         return results
+
+    async def _join(self) -> Sequence[ActionResult]:
+        candidates = self._joining.candidates()
+        if not candidates:
+            raise MissionError("Cannot join: no vehicle that could stands on the ground.")
+        return await self._act_on(Action.JOIN, candidates)
 
     def _set_focus(self, vehicle_ids: tuple[int, ...] | None, focal_height_m: float | None) -> tuple[ActionResult, ...]:
         if vehicle_ids is not None:
@@ -206,7 +227,11 @@ class Operator:
             Action.RESUME: "is back in the swarm",
             Action.HOLD: "holds its position",
             Action.LAND: "lands where it is",
+            Action.JOIN: "takes off and flies to the swarm",
         }.get(action, "returns to its launch point")
+        if action is Action.JOIN:
+            # One after another: each takes a layer, and the column above its launch point.
+            return tuple([_result(member.vehicle_id, await self._joining.join(member), done) for member in members])
         return tuple(await asyncio.gather(*(self._result(self._on_one[action], member, done) for member in members)))
 
     async def _result(self, act: Callable[[Member], Awaitable[str | None]], member: Member, done: str) -> ActionResult:

@@ -18,6 +18,7 @@ from aos_gcs.mission.flight import FlightControl
 from aos_gcs.mission.gallery import Gallery
 from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.homing import Homing
+from aos_gcs.mission.joining import Joining
 from aos_gcs.mission.journal import Journal, Recorder
 from aos_gcs.mission.launch import Launch
 from aos_gcs.mission.mission_plan import MissionPlan, apply_plan
@@ -42,7 +43,7 @@ from aos_gcs.mission.monitor import Monitor
 from aos_gcs.mission.overrides import Overrides
 from aos_gcs.mission.phases import BEFORE_START, ENDING, ON_GROUND, check_action, check_transition
 from aos_gcs.mission.plan_check import check_plan
-from aos_gcs.mission.roster import Roster
+from aos_gcs.mission.roster import Member, Roster
 from aos_gcs.mission.search import Search
 from aos_gcs.mission.settings import MissionSettings
 from aos_gcs.mission.vision import Vision
@@ -79,7 +80,10 @@ class Coordinator:
         self._errands = Errands()
         self._homing = Homing(self._context, self._errands)
         self._monitor = Monitor(self._context, self._homing, self.snapshot, self._end_without_vehicles)
-        self._operator = Operator(self._context, self._errands, self._homing, self._vision, self)
+        self._joining = Joining(self._context, self._errands, self._check_one)
+        self._operator = Operator(
+            self._context, self._errands, homing=self._homing, joining=self._joining, vision=self._vision, flow=self
+        )
         self._follow_plan()
         self.phase = Phase.CONNECT
         self.suspension = Suspension.NONE
@@ -106,6 +110,9 @@ class Coordinator:
             Phase.RETURN: self._homing.return_home,
             Phase.LAND: self._homing.land,
         }
+
+    async def _check_one(self, member: Member) -> Sequence[PreflightCheck]:
+        return await self._launch.check_one(member)
 
     # --- MissionControl -----------------------------------------------------------------------------------------------
 

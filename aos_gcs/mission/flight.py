@@ -150,18 +150,32 @@ class FlightControl:
             obstacles.append(obstacle)
         return obstacles
 
-    def in_the_way_down(self, member: Member) -> int | None:
-        """Return the id of a vehicle that is, or may come, too near to the column below; None if that is free."""
-        position_enu_m = self._roster.position_enu_m(member)
-        if position_enu_m is None or self._limits is None:
+    def in_the_way(
+        self, member: Member, start_enu_m: NDArray[np.float64], end_enu_m: NDArray[np.float64]
+    ) -> int | None:
+        """Return the id of a vehicle that is, or may come, too near to a straight way; None if that is free.
+
+        Args:
+            member: who is to fly it, and does not count itself.
+            start_enu_m: shape (3,).
+            end_enu_m: shape (3,).
+        """
+        if self._limits is None:
             return None
-        ground_enu_m = np.array([*position_enu_m[:2], min(0.0, position_enu_m[2])])
         for obstacle in self._obstacles({member.vehicle_id}):
             segments = obstacle.segments()
-            distances_m = segment_distance(position_enu_m, ground_enu_m, segments[:, 0], segments[:, 1])
+            distances_m = segment_distance(start_enu_m, end_enu_m, segments[:, 0], segments[:, 1])
             if distances_m.min() < self._limits.separation_m:
                 return obstacle.vehicle_id
         return None
+
+    def in_the_way_down(self, member: Member) -> int | None:
+        """Return who is, or may come, too near to the column below a vehicle; None if that is free."""
+        position_enu_m = self._roster.position_enu_m(member)
+        if position_enu_m is None:
+            return None
+        ground_enu_m = np.array([*position_enu_m[:2], min(0.0, position_enu_m[2])])
+        return self.in_the_way(member, position_enu_m, ground_enu_m)
 
     def _battery_per_m(self, member: Member) -> float | None:
         per_s = member.battery.per_s

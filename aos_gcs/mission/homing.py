@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from aos_gcs.mission.context import MissionContext
 from aos_gcs.mission.errands import Errands
 from aos_gcs.mission.model import Outcome, Phase, Task
+from aos_gcs.mission.plan import landing_spots
 from aos_gcs.mission.roster import Member
 from aos_gcs.mission.separation import spread_apart
 from aos_gcs.ports import Command, Disarm, FlightMode, Land, ReturnToLaunch, Severity
@@ -17,6 +18,8 @@ from aos_gcs.ports import Command, Disarm, FlightMode, Land, ReturnToLaunch, Sev
 _COMING_DOWN = frozenset({FlightMode.RETURN, FlightMode.LAND})
 _LAND_ATTEMPTS = 3
 _POLL_S = 0.2
+_SPOTS_APART = 2.0
+"""Distance of two landing spots about a return point, in separations: both may err by half of one."""
 
 
 class Homing:
@@ -29,7 +32,7 @@ class Homing:
         """Whether the whole mission is on its way down, so that nobody is led alone."""
 
     async def return_home(self) -> Phase:
-        """Fly all to their launch points, each in its own altitude layer, before anyone descends.
+        """Fly all to where they land, each in its own altitude layer, before anyone descends.
 
         In the layers nobody's way crosses another's; the autopilots' own return would let early ones descend through
         the layers of those still on the way. Who is below its layer climbs straight up first. Who cannot be led home
@@ -37,7 +40,7 @@ class Homing:
         """
         context = self._context
         self._lead_all()
-        context.message = "Returning: flying to the launch points in the altitude layers."
+        context.message = "Returning: flying home in the altitude layers."
         led = [member for member in self._still_flying() if self._can_be_led(member)]
         for member in led:
             member.task = Task.RETURNING
@@ -177,11 +180,27 @@ class Homing:
         roster = self._context.roster
         return None if roster.is_in_layer(member) else roster.own_column_enu_m(member)
 
-    @staticmethod
-    def _above_home(member: Member) -> NDArray[np.float64] | None:
-        if member.home_enu_m is None or member.layer_height_m is None:
+    def _above_home(self, member: Member) -> NDArray[np.float64] | None:
+        """Return the place in its layer above where a vehicle is to land; None if that is not known."""
+        place_enu_m = self._landing_place(member)
+        if place_enu_m is None or member.layer_height_m is None:
             return None
-        return np.array([*member.home_enu_m[:2], member.layer_height_m])
+        return np.array([*place_enu_m[:2], member.layer_height_m])
+
+    def _landing_place(self, member: Member) -> NDArray[np.float64] | None:
+        """Return a vehicle's launch point, or else its own spot about the mission's return point."""
+        context, home_enu_m = self._context, member.home_enu_m
+        centre_enu_m, limits = context.settings.return_enu_m, context.flight.limits
+        if centre_enu_m is None or home_enu_m is None or limits is None:
+            return home_enu_m
+        if member.landing_enu_m is None:
+            members = context.roster.members()
+            taken = [tuple(m.landing_enu_m[:2]) for m in members if m.landing_enu_m is not None]
+            spacing_m = _SPOTS_APART * limits.separation_m
+            spots_m = landing_spots(centre_enu_m, len(members), spacing_m)
+            free_m = next(spot_m for spot_m in spots_m if tuple(spot_m) not in taken)
+            member.landing_enu_m = np.array([*free_m, home_enu_m[2]])
+        return member.landing_enu_m
 
     def _name_pilots(self) -> None:
         for member in self._still_flying():

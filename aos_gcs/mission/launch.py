@@ -10,7 +10,7 @@ from aos_gcs.errors import MissionFailedError
 from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.mission.aperture_check import check_aperture
 from aos_gcs.mission.context import MissionContext
-from aos_gcs.mission.model import Phase, Task
+from aos_gcs.mission.model import Phase, PreflightCheck, Task
 from aos_gcs.mission.overrides import Overrides
 from aos_gcs.mission.plan import altitude_layers, propose_fence
 from aos_gcs.mission.preflight import MIN_HOME_DISTANCE_M, check_all, check_area
@@ -114,6 +114,13 @@ class Launch:
             )
         return Phase.LINE
 
+    async def check_one(self, member: Member) -> tuple[PreflightCheck, ...]:
+        """Return the checks of one vehicle as they are now, such as of one that is to join in mid-mission."""
+        context = self._context
+        separation_m = context.settings.safety.get("separation_m", MIN_HOME_DISTANCE_M)
+        found = check_all(context.roster, context.settings.vehicles, separation_m)
+        return await self._overrides.apply(check for check in found if check.vehicle_id == member.vehicle_id)
+
     async def _checks_pass(self) -> bool:
         context = self._context
         self._find_origin()
@@ -141,8 +148,11 @@ class Launch:
             member.home_enu_m = frame.to_enu(member.state.home)
             member.layer_height_m = float(layer_height_m)
         homes_enu_m = np.array([member.home_enu_m for member in members])[:, :2]
+        grounds_m = list(homes_enu_m)
+        if context.settings.return_enu_m is not None:
+            grounds_m.append(np.array(context.settings.return_enu_m))
         proposal = SafetyLimits(
-            fence_enu_m=propose_fence(context.settings.area_enu_m, homes_enu_m, _FENCE_MARGIN_M),
+            fence_enu_m=propose_fence(context.settings.area_enu_m, np.array(grounds_m), _FENCE_MARGIN_M),
             floor_m=float(min(layers_m)) - _LAYER_MARGIN_M,
             ceiling_m=float(max(layers_m)) + _LAYER_MARGIN_M,
         )

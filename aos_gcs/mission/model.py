@@ -62,6 +62,8 @@ class Task(StrEnum):
     """What the coordinator has a vehicle do."""
 
     IDLE = "idle"
+    JOINING = "joining"
+    """Climbs in mid-mission and flies to the swarm."""
     SWARM = "swarm"
     HELD = "held"
     RETURNING = "returning"
@@ -83,6 +85,8 @@ class Action(StrEnum):
     ABORT = "abort"
     FOCUS = "focus"
     """Focus on a height that the operator gives, or leave it to autofocus again."""
+    JOIN = "join"
+    """Have vehicles on the ground take off and join the swarm in mid-mission."""
     OVERRIDE = "override"
     """Launch in spite of a failed check of preflight, or take that back; see ``MissionControl.override_check``."""
 

@@ -50,7 +50,7 @@ class Monitor:
         next_snapshot_s = loop.time()
         async with asyncio.TaskGroup() as group:
             while True:
-                self._context.roster.refresh()
+                self._take_in_newcomers()
                 for member in self._context.roster.members():
                     self._watch_link(member)
                     self._watch_landing(member)
@@ -66,12 +66,26 @@ class Monitor:
                     self._context.journal.publish(EventKind.SNAPSHOT, self._snapshot())
                 await self._context.clock.sleep(_PERIOD_S)
 
+    def _take_in_newcomers(self) -> None:
+        """Once the mission flies, vehicles that are heard for the first time may join; preflight needs their home."""
+        context = self._context
+        found, is_started = context.roster.refresh(), context.journal.elapsed_s() > 0.0
+        if not is_started:
+            return
+        for member in found:
+            context.journal.notice(Severity.INFO, "is heard in mid-mission; it may join", member.vehicle_id)
+        for member in context.roster.members(Task.IDLE):
+            if member.home_enu_m is None and member.state.home is not None:
+                member.home_enu_m = context.roster.local_frame().to_enu(member.state.home)
+
     def _watch_link(self, member: Member) -> None:
         context = self._context
         age_s = context.roster.link_age_s(member)
         silent = age_s is not None and age_s > context.settings.deadlines.lost_s
         if silent and member.task in FLYING:
-            member.task_before_loss, member.task = member.task, Task.LOST
+            # Nobody goes on joining by itself: heard again, it waits for the operator.
+            member.task_before_loss = Task.HELD if member.task is Task.JOINING else member.task
+            member.task = Task.LOST
             context.journal.notice(
                 Severity.CRITICAL, f"link lost for {age_s:.0f} s; its own failsafe flies it now", member.vehicle_id
             )

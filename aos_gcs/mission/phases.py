@@ -51,6 +51,7 @@ ACTIONS: Mapping[Action, frozenset[Phase]] = MappingProxyType(
         Action.LAND: _STARTED,
         Action.ABORT: frozenset(Phase) - {Phase.DONE},
         Action.FOCUS: frozenset(Phase) - ENDING - {Phase.DONE},
+        Action.JOIN: SAMPLING | {Phase.LINE},
         Action.OVERRIDE: frozenset({Phase.PREFLIGHT, Phase.READY}),
     }
 )

@@ -106,6 +106,22 @@ def leg_formation(leg: ScanLeg, positions_enu_m: FloatArray, spacing_m: float) -
     return in_projection_order(positions_enu_m, places_m)
 
 
+def landing_spots(centre_enu_m: Sequence[float], n: int, spacing_m: float) -> FloatArray:
+    """Return n spots on a square grid about a point, shape (n, 2), the nearest first; more spots begin like fewer.
+
+    Args:
+        centre_enu_m: shape (2,), metres.
+        n: how many, 0 or more.
+        spacing_m: between neighbours.
+    """
+    reach = math.isqrt(max(n, 1)) + 1
+    steps = np.arange(-reach, reach + 1)
+    grid = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
+    # Ties by angle, so that the order is the same everywhere.
+    order = np.lexsort((np.arctan2(grid[:, 1], grid[:, 0]), (grid**2).sum(axis=1)))
+    return np.asarray(np.asarray(centre_enu_m, dtype=np.float64) + spacing_m * grid[order[:n]])
+
+
 def propose_fence(
     area_enu_m: Sequence[Sequence[float]], homes_enu_m: Sequence[Sequence[float]] | FloatArray, margin_m: float
 ) -> Polygon:

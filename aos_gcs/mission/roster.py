@@ -20,7 +20,7 @@ _FOLLOWS_US = frozenset({FlightMode.GUIDED, FlightMode.HOLD, FlightMode.TAKEOFF}
 
 _LAYER_TOLERANCE_M = 1.0
 
-FLYING = frozenset({Task.SWARM, Task.HELD, Task.RETURNING, Task.LANDING})
+FLYING = frozenset({Task.JOINING, Task.SWARM, Task.HELD, Task.RETURNING, Task.LANDING})
 """Tasks of vehicles whose motors we have started and which are still heard."""
 
 
@@ -35,6 +35,9 @@ class Member:
     """What a lost vehicle goes on with when it is heard again."""
     layer_height_m: float | None = None
     home_enu_m: NDArray[np.float64] | None = None
+    """Where it has started, and where its autopilot returns to."""
+    landing_enu_m: NDArray[np.float64] | None = None
+    """Where we bring it down; None: at home."""
     waypoint_enu_m: NDArray[np.float64] | None = None
     refusal: str | None = None
     last_command: Command | None = None
@@ -69,12 +72,15 @@ class Roster:
         self._members: dict[int, Member] = {}
         self.frame: LocalFrame | None = None
 
-    def refresh(self) -> None:
-        """Take in vehicles that the fleet has found since the last call."""
-        for vehicle_id, vehicle in sorted(self._fleet.vehicles().items()):
-            if vehicle_id not in self._members:
-                self._members[vehicle_id] = Member(vehicle_id, vehicle)
-        self._members = dict(sorted(self._members.items()))
+    def refresh(self) -> list[Member]:
+        """Take in vehicles that the fleet has found since the last call, and return them."""
+        found = [
+            Member(vehicle_id, vehicle)
+            for vehicle_id, vehicle in sorted(self._fleet.vehicles().items())
+            if vehicle_id not in self._members
+        ]
+        self._members = dict(sorted((self._members | {member.vehicle_id: member for member in found}).items()))
+        return found
 
     def members(self, *tasks: Task) -> list[Member]:
         """Return the members with one of ``tasks``, or all of them."""

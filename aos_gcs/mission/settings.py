@@ -152,6 +152,8 @@ class MissionSettings:
     """Fields of ``SafetyLimits`` that differ from what preflight proposes from the area, the homes and the layers."""
     origin: GeodeticPosition | None = None
     """None: the home of the vehicle with the lowest id."""
+    return_enu_m: tuple[float, float] | None = None
+    """Where the vehicles land, side by side; None: each where it has started."""
     scan_direction_enu: tuple[float, float] = (0.0, 1.0)
     planning_fov_rad: float = math.radians(50.0)
     """Horizontal field of view that legs are planned for; images carry their own camera model."""

@@ -40,3 +40,16 @@ async def test_nobody_enters_a_no_go_zone_and_everybody_comes_home() -> None:
         assert vehicle.position_enu_m() == pytest.approx(vehicle.home_enu_m, abs=0.6)
     bent = [w for step in flight.mission.steps() for w in step.waypoints if w.verdict is not Verdict.SENT]
     assert any("no-go zone" in waypoint.reason for waypoint in bent)
+
+
+async def test_all_land_side_by_side_about_the_return_point() -> None:
+    flight = prepare(return_enu_m=(30.0, 20.0))
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.mission.steps()) == 1)
+        flight.fleet.members[2].battery_fraction = 0.1
+        assert await run is Outcome.FOUND
+    places_m = np.array([vehicle.position_enu_m()[:2] for vehicle in flight.fleet.members.values()])
+    assert (np.hypot(*(places_m - [30.0, 20.0]).T) < 5.0).all()
+    gaps_m = np.hypot(*(places_m[:, None] - places_m[None]).transpose(2, 0, 1)) + 9.0 * np.eye(4)
+    assert gaps_m.min() >= 2.0
+    assert not any(vehicle.armed for vehicle in flight.fleet.members.values())

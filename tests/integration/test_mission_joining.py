@@ -1,0 +1,145 @@
+"""Vehicles that join a mission while it is flying, on a fake fleet in virtual time."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from aos_gcs.errors import MissionError
+from aos_gcs.mission.model import Action, Outcome, Task
+from aos_gcs.ports import Arm, Hold, Takeoff
+from tests.fakes.fleet import FakeVehicle
+from tests.fakes.mission_flight import Flight, flying, prepare
+
+pytestmark = pytest.mark.looptime
+
+
+def switch_on(
+    flight: Flight, vehicle_id: int, home_enu_m: tuple[float, float, float] = (20.0, -3.0, 0.0)
+) -> FakeVehicle:
+    """Let another vehicle be heard, on the ground."""
+    vehicle = FakeVehicle(vehicle_id, flight.clock, np.array(home_enu_m), flight.fleet.members[1].target_enu_m)
+    flight.fleet.members[vehicle_id] = vehicle
+    return vehicle
+
+
+async def heard(flight: Flight, vehicle_id: int) -> None:
+    await flight.until(lambda: vehicle_id in {v.telemetry.vehicle_id for v in flight.mission.snapshot().vehicles})
+    await flight.clock.sleep(5.0)
+
+
+async def test_a_replacement_takes_the_layer_of_the_one_that_left_and_flies_with_the_swarm() -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.mission.steps()) == 1)
+        await flight.mission.act(Action.PAUSE, None)
+        layers_m = {v.telemetry.vehicle_id: v.layer_height_m for v in flight.mission.snapshot().vehicles}
+        flight.fleet.members[2].battery_fraction = 0.1
+        await flight.until(lambda: flight.task(2) is Task.LANDED)
+        switch_on(flight, 5)
+        await heard(flight, 5)
+        (result,) = await flight.mission.act(Action.JOIN, (5,))
+        assert (result.accepted, result.text) == (True, "takes off and flies to the swarm")
+        assert flight.task(5) is Task.JOINING
+        await flight.until(lambda: flight.task(5) is Task.SWARM)
+        assert flight.mission.snapshot().vehicles[4].layer_height_m == layers_m[2]
+        await flight.mission.act(Action.RESUME, None)
+        assert await run is Outcome.FOUND
+    assert set(flight.mission.steps()[-1].fitness) == {1, 3, 4, 5}
+    assert [flight.task(number) for number in (1, 2, 3, 4, 5)] == [Task.LANDED] * 5
+    smallest_m = flight.mission.snapshot().min_separation_m
+    assert smallest_m is not None
+    assert smallest_m >= 1.5
+
+
+async def test_one_more_takes_the_lowest_layer_that_is_free() -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.mission.steps()) == 1)
+        await flight.mission.act(Action.PAUSE, None)
+        switch_on(flight, 5)
+        await heard(flight, 5)
+        assert [result.vehicle_id for result in await flight.mission.act(Action.JOIN, None)] == [5]
+        await flight.until(lambda: flight.task(5) is Task.SWARM)
+        layers_m = [v.layer_height_m for v in flight.mission.snapshot().vehicles]
+        assert layers_m == [35.0, 37.0, 39.0, 41.0, 43.0]
+        await flight.mission.act(Action.ABORT, None)
+        await run
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        ({"battery_fraction": 0.3}, "battery"),
+        ({"home_enu_m": np.array([200.0, 0.0, 0.0])}, "wrong side of the fence"),
+        ({"refuses": frozenset({Arm})}, None),
+    ],
+)
+async def test_who_cannot_join_stays_on_the_ground_and_the_reason_is_told(
+    change: dict[str, object], text: str | None
+) -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.mission.steps()) == 1)
+        await flight.mission.act(Action.PAUSE, None)
+        vehicle = switch_on(flight, 5)
+        for name, value in change.items():
+            setattr(vehicle, name, value)
+        vehicle.start_enu_m = vehicle.goal_enu_m = vehicle.home_enu_m
+        await heard(flight, 5)
+        (result,) = await flight.mission.act(Action.JOIN, (5,))
+        await flight.clock.sleep(1.0)
+        assert result.accepted is (text is None)
+        assert text is None or text in result.text
+        assert flight.task(5) is Task.IDLE
+        assert not vehicle.armed
+        await flight.mission.act(Action.ABORT, None)
+        await run
+
+
+async def test_a_hold_of_all_stops_a_joining_vehicle_and_resume_makes_it_part_of_the_swarm() -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.mission.steps()) == 1)
+        await flight.mission.act(Action.PAUSE, None)
+        vehicle = switch_on(flight, 5)
+        await heard(flight, 5)
+        await flight.mission.act(Action.JOIN, (5,))
+        await flight.until(lambda: vehicle.position_enu_m()[2] > 20.0)
+        await flight.mission.act(Action.HOLD, None)
+        assert isinstance(vehicle.commands[-1], Hold)
+        assert not vehicle.is_moving()
+        await flight.clock.sleep(10.0)
+        assert isinstance(vehicle.commands[-1], Hold)
+        results = await flight.mission.act(Action.RESUME, None)
+        assert (5, True) in {(result.vehicle_id, result.accepted) for result in results}
+        assert await run is Outcome.FOUND
+    assert flight.task(5) is Task.LANDED
+
+
+async def test_a_return_brings_a_joining_vehicle_home_too() -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.mission.steps()) == 1)
+        await flight.mission.act(Action.PAUSE, None)
+        vehicle = switch_on(flight, 5)
+        await heard(flight, 5)
+        await flight.mission.act(Action.JOIN, (5,))
+        await flight.until(lambda: vehicle.position_enu_m()[2] > 20.0)
+        await flight.mission.act(Action.RETURN, None)
+        await run
+    assert flight.task(5) is Task.LANDED
+    assert sum(isinstance(command, Takeoff) for command in vehicle.commands) == 1
+    assert vehicle.position_enu_m() == pytest.approx(vehicle.home_enu_m, abs=0.6)
+
+
+async def test_without_anybody_on_the_ground_nobody_joins() -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.mission.steps()) == 1)
+        with pytest.raises(MissionError, match="no vehicle that could"):
+            await flight.mission.act(Action.JOIN, None)
+        (result,) = await flight.mission.act(Action.JOIN, (1,))
+        assert not result.accepted
+        await flight.mission.act(Action.ABORT, None)
+        await run
