@@ -44,7 +44,7 @@ class Uncertainty:
     """Of the tilt of a camera about any horizontal axis."""
     yaw_rad: float = math.radians(3.0)
     clock_s: float = 0.03
-    """Of the time of exposure; matters for cameras that move."""
+    """Of the time of exposure, for frames that do not tell their own; matters for cameras that move."""
     persistent_share: float = 0.8
     """Of the variance of position and orientation: stays with a vehicle from frame to frame, as biases of receivers,
     compasses and camera mounts do, so that averaging over steps does not reduce it."""
@@ -223,10 +223,11 @@ def _noise_m2(
     together = (frame_of_view[:, np.newaxis] == frame_of_view) & (target_of_view[:, np.newaxis] != target_of_view)
     np.fill_diagonal(together, val=True)
     white_m2 = _per_axis(together) * (1.0 - uncertainty.persistent_share) * pose_m2
-    own_m2 = uncertainty.target_extent_m**2 + (speed_mps * uncertainty.clock_s) ** 2
     for i, (view, ray_m) in enumerate(zip(views, rays_m, strict=True)):
         own = slice(2 * i, 2 * i + 2)
         per_pixel_m = pixel_jacobian(ray_m, view.camera, view.pose) * uncertainty.pixel_px
+        clock_s = uncertainty.clock_s if view.time_sigma_s is None else view.time_sigma_s
+        own_m2 = uncertainty.target_extent_m**2 + (speed_mps * clock_s) ** 2
         white_m2[own, own] += per_pixel_m @ per_pixel_m.T + own_m2 * np.eye(2)
     vehicle_ids = np.array([view.vehicle_id for view in views])
     same_vehicle = vehicle_ids[:, np.newaxis] == vehicle_ids

@@ -31,6 +31,8 @@ class Frame:
     """One name per channel: ``red, green, blue, grey, thermal``."""
     pose: Pose
     camera: CameraModel
+    time_sigma_s: float | None = None
+    """Standard deviation of the time that the pose is of; None where it is not known."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,6 +126,8 @@ class BlobView:
     camera: CameraModel
     """Without distortion."""
     pose: Pose
+    time_sigma_s: float | None = None
+    """Of the frame."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -39,4 +39,5 @@ def _view(cells: BlobCells, grid: FocalGrid, frame: Frame, marks: Marks) -> Blob
     east_m = grid.west_m + (cells.columns[own].mean() + 0.5) * grid.resolution_m
     north_m = grid.north_m - (cells.rows[own].mean() + 0.5) * grid.resolution_m
     area_m2 = own.size * grid.resolution_m**2
-    return BlobView(frame.vehicle_id, np.array([east_m, north_m]), area_m2, frame.camera.ideal(), frame.pose)
+    point_enu_m, camera = np.array([east_m, north_m]), frame.camera.ideal()
+    return BlobView(frame.vehicle_id, point_enu_m, area_m2, camera, frame.pose, frame.time_sigma_s)

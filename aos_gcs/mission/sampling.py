@@ -52,4 +52,5 @@ def to_frame(capture: Capture, frame: LocalFrame) -> Frame:
         bands=capture.bands,
         pose=Pose(frame.to_enu(capture.position), capture.R_cam2enu),
         camera=capture.camera,
+        time_sigma_s=capture.time_sigma_s,
     )

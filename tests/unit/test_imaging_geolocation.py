@@ -104,6 +104,14 @@ def test_a_moving_camera_adds_its_clock() -> None:
     assert geolocate(views, 0.0, settings, speed_mps=5.0).random_m2[1, 1] == pytest.approx(0.15**2, rel=1e-3)
 
 
+def test_a_frame_that_tells_how_well_it_knows_its_time_weighs_by_that() -> None:
+    pose = nadir_pose([0.0, 0.0, 35.0])
+    views = [exact_view(number, pose, (1.0, 2.0, 0.6)) for number in (1, 2)]
+    told = [dataclasses.replace(view, time_sigma_s=sigma_s) for view, sigma_s in zip(views, (0.3, 0.02), strict=True)]
+    (one, other) = (geolocate([view], 0.0, Uncertainty(), speed_mps=5.0).random_m2[0, 0] for view in told)
+    assert one - other == pytest.approx(5.0**2 * (0.3**2 - 0.02**2))
+
+
 def test_the_covariance_is_that_of_the_errors() -> None:
     """Errors of simulated swarms, normalised by the covariance, follow chi-square with three degrees of freedom."""
     rng = np.random.default_rng(1)
