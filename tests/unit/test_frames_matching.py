@@ -114,6 +114,7 @@ FOLDER = {"source": "reported", "folder": "/data"}
         (FOLDER | {"url": "http://{host}/"}, "needs one of folder and url"),
         ({"source": "reported", "url": "file:///data"}, r"camera\.url must be an address of http"),
         ({"folder": "/data"}, r"camera\.folder has no meaning.*source"),
+        ({"source": "photos", "url": "http://{host}/{index}.jpg"}, r"camera\.url must be that of a listing"),
         ({"source": "video", "url": "http://{host}/"}, r"camera\.url must be a stream"),
         ({"source": "video", "url": "/etc/passwd"}, r"camera\.url must be a stream"),
         (FOLDER | {"folder": "/data/{index}"}, r"camera\.folder: .*cannot be filled in: use \{vehicle_id\}"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 import os
 import stat
 from pathlib import Path
@@ -25,8 +26,8 @@ class WatchedFolder:
         self._folder = folder
         self._clock = clock
         self._limits = limits
-        self._seen: dict[str, tuple[FileStamp, float]] = {}
-        """Stamp by name, and since when it has been so."""
+        self._seen: dict[str, tuple[FileStamp, float]] | None = None
+        """Stamp by name, and since when it has been so; None before the first look."""
 
     async def listing(self, deadline_s: float) -> Listing:
         """Return the images that have not changed lately.
@@ -37,12 +38,13 @@ class WatchedFolder:
         del deadline_s
         stamps, now_s = await asyncio.to_thread(self._scan), self._clock.now_s()
         # A file that was there at the first look has had its time.
-        since_s = now_s if self._seen else float("-inf")
+        unseen_since_s = now_s if self._seen is not None else -math.inf
+        before = self._seen or {}
         self._seen = {
-            name: (stamp, self._seen[name][1] if self._seen.get(name, (None,))[0] == stamp else since_s)
+            name: before[name] if name in before and before[name][0] == stamp else (stamp, unseen_since_s)
             for name, stamp in stamps.items()
         }
-        return {name: stamp for name, (stamp, at_s) in self._seen.items() if now_s - at_s >= SETTLE_S}
+        return {name: stamp for name, (stamp, since_s) in self._seen.items() if now_s - since_s >= SETTLE_S}
 
     async def read(self, name: str, deadline_s: float) -> bytes:
         """Return a file of the listing.

@@ -193,6 +193,8 @@ def _parse_place(table: OptionTable, source: SourceKind) -> ImagePlace:
         raise ConfigurationError(f"{table.place} needs one of folder and url, where the images appear")
     elif place.url is not None and not place.url.startswith(("http://", "https://")):
         raise table.error("url", "an address of http or https")
+    elif source is SourceKind.PHOTOS and place.has_index:
+        raise table.error("url", "that of a listing: the index of a photograph is not known")
     _check_template(table, "folder", place.folder, ["vehicle_id"])
     _check_template(table, "url", place.url, ["vehicle_id", "host", "index"])
     _check_template(table, "file_name", place.file_name, ["index"])
