@@ -14,12 +14,13 @@ const check = (vehicle_id: number, name: string, changes: Partial<PreflightCheck
   ...changes,
 });
 
-test("one row per vehicle, the mission's first; a check that a vehicle lacks leaves a hole", () => {
+test("one row per vehicle, the mission's checks beside; a check that a vehicle lacks leaves a hole", () => {
   const checks = [check(2, "link"), check(2, "battery"), check(1, "link"), check(0, "area")];
-  const { names, rows } = matrixOf(checks);
-  expect(names).toEqual(["link", "battery", "area"]);
-  expect(rows.map((row) => row.id)).toEqual([0, 1, 2]);
-  expect(rows[1]?.checks.map((one) => one?.name)).toEqual(["link", undefined, undefined]);
+  const { mission, names, rows } = matrixOf(checks);
+  expect(mission.map((one) => one.name)).toEqual(["area"]);
+  expect(names).toEqual(["link", "battery"]);
+  expect(rows.map((row) => row.id)).toEqual([1, 2]);
+  expect(rows[0]?.checks.map((one) => one?.name)).toEqual(["link", undefined]);
 });
 
 test("an override does not make a failed check look passed", () => {

@@ -4,11 +4,13 @@ import { NO_SELECTION, retain, select, typeDigit } from "../state/selection";
 import type { Store } from "../state/store";
 import { texts } from "../texts";
 import { useTheme } from "../theme";
+import { DialogCorner } from "../ui/dialog";
 import { AlertBar } from "./alert_bar";
 import { Boundary } from "./boundary";
 import { useCommands } from "./commands";
 import { type Shell, ShellContext } from "./context";
 import { Header } from "./header";
+import { HoldAll } from "./hold_all";
 import type { KeyCommand } from "./keys";
 import { Nav } from "./nav";
 import { Question } from "./question";
@@ -69,51 +71,55 @@ export function App({ store }: { store: Store }) {
   const View = VIEWS[route.view];
   return (
     <ShellContext.Provider value={shell}>
-      <div class={`page ${connection === "open" ? "" : "is-disconnected"}`}>
-        <Header
-          mission={mission}
-          connection={connection}
-          session={access.session}
-          onHoldAll={commands.holdAll}
-          onSignIn={() => setSigningIn(true)}
-          onSettings={() => setSettingsOpen(true)}
-        />
-        <Nav current={route.view} />
-        {(connection === "lost" || connection === "incompatible") && (
-          <p class="banner" role="alert" data-testid="banner">
-            {connection === "lost" ? texts.connection.lostBanner : texts.connection.incompatibleBanner}
-          </p>
-        )}
-        <AlertBar alerts={alerts} onAcknowledge={onAcknowledge} />
-        <main class={`view view-${route.view}`} aria-label={texts.nav.view[route.view]}>
-          <Boundary key={route.view}>
-            <View />
-          </Boundary>
-        </main>
-        {route.view !== "fly" && commands.reports.length > 0 && (
-          <aside class="toast" aria-label={texts.actions.results}>
-            <Reports reports={commands.reports} />
-            <button type="button" data-testid="reports-dismiss" onClick={commands.dismissReports}>
-              {texts.actions.dismiss}
-            </button>
-          </aside>
-        )}
-        <Question commands={commands} />
-        {isSigningIn && <SignIn access={access} onClose={() => setSigningIn(false)} />}
-        {areSettingsOpen && (
-          <Settings
-            access={access}
-            theme={theme}
-            onTheme={setTheme}
-            voice={voice}
-            onVoice={(chosen) => {
-              storeVoice(chosen);
-              setVoice(chosen);
-            }}
-            onClose={() => setSettingsOpen(false)}
+      <DialogCorner.Provider
+        value={shell.mayCommand && <HoldAll testId="dialog-hold-all" onHoldAll={commands.holdAll} />}
+      >
+        <div class={`page ${connection === "open" ? "" : "is-disconnected"}`}>
+          <Header
+            mission={mission}
+            connection={connection}
+            session={access.session}
+            onHoldAll={commands.holdAll}
+            onSignIn={() => setSigningIn(true)}
+            onSettings={() => setSettingsOpen(true)}
           />
-        )}
-      </div>
+          <Nav current={route.view} />
+          {(connection === "lost" || connection === "incompatible") && (
+            <p class="banner" role="alert" data-testid="banner">
+              {connection === "lost" ? texts.connection.lostBanner : texts.connection.incompatibleBanner}
+            </p>
+          )}
+          <AlertBar alerts={alerts} onAcknowledge={onAcknowledge} />
+          <main class={`view view-${route.view}`} aria-label={texts.nav.view[route.view]}>
+            <Boundary key={route.view}>
+              <View />
+            </Boundary>
+          </main>
+          {route.view !== "fly" && commands.reports.length > 0 && (
+            <aside class="toast" aria-label={texts.actions.results}>
+              <Reports reports={commands.reports} isBrief />
+              <button type="button" data-testid="reports-dismiss" onClick={commands.dismissReports}>
+                {texts.actions.dismiss}
+              </button>
+            </aside>
+          )}
+          <Question commands={commands} />
+          {isSigningIn && <SignIn access={access} onClose={() => setSigningIn(false)} />}
+          {areSettingsOpen && (
+            <Settings
+              access={access}
+              theme={theme}
+              onTheme={setTheme}
+              voice={voice}
+              onVoice={(chosen) => {
+                storeVoice(chosen);
+                setVoice(chosen);
+              }}
+              onClose={() => setSettingsOpen(false)}
+            />
+          )}
+        </div>
+      </DialogCorner.Provider>
     </ShellContext.Provider>
   );
 }

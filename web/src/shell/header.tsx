@@ -3,6 +3,7 @@ import type { Connection } from "../api/socket";
 import type { Mission, Session } from "../api/types";
 import { duration, quantity, words } from "../format";
 import { texts } from "../texts";
+import { HoldAll } from "./hold_all";
 
 interface Props {
   mission: Mission | null;
@@ -33,19 +34,7 @@ export function Header({ mission, connection, session, onHoldAll, onSignIn, onSe
           {texts.header.replay}
         </span>
       )}
-      {session?.role === "operator" && !isReplay && (
-        <button
-          type="button"
-          class="hold-all"
-          data-testid="hold-all"
-          aria-keyshortcuts="H"
-          title={texts.header.holdAllHint}
-          onClick={onHoldAll}
-        >
-          {texts.header.holdAll}
-          <small>{texts.header.holdAllKey}</small>
-        </button>
-      )}
+      {session?.role === "operator" && !isReplay && <HoldAll testId="hold-all" onHoldAll={onHoldAll} />}
       {session?.role === "observer" && (
         <>
           <span class="badge" data-testid="observer">

@@ -3,18 +3,30 @@ import type { ActionResponse } from "../api/types";
 import { texts } from "../texts";
 import type { Report } from "./commands";
 
-export function Reports({ reports }: { reports: readonly Report[] }) {
+interface Props {
+  reports: readonly Report[];
+  /** Name only the vehicles that have refused. */
+  isBrief?: boolean;
+}
+
+export function Reports({ reports, isBrief = false }: Props) {
   return (
     <div class="reports" data-testid="results" role="status">
       {reports.map((report, index) => (
-        <ReportItem key={report.id} report={report} isNewest={index === 0} />
+        <ReportItem key={report.id} report={report} isNewest={index === 0} isBrief={isBrief} />
       ))}
     </div>
   );
 }
 
+interface ItemProps {
+  report: Report;
+  isNewest: boolean;
+  isBrief: boolean;
+}
+
 /** The newest report names its vehicles; older ones keep their line. */
-function ReportItem({ report: { label, answer }, isNewest }: { report: Report; isNewest: boolean }) {
+function ReportItem({ report: { label, answer }, isNewest, isBrief }: ItemProps) {
   if (answer === null) return <Line label={label} outcome={texts.actions.pending} />;
   if (!answer.ok) return <Line label={label} outcome={answer.message} isRefused testId="results-error" />;
   const results = refusedFirst(answer.value.results);
@@ -25,7 +37,7 @@ function ReportItem({ report: { label, answer }, isNewest }: { report: Report; i
       <Line label={label} outcome={outcome} isRefused={refused > 0} />
       {isNewest && (
         <ul>
-          {results.map((result) => (
+          {(isBrief ? results.slice(0, refused) : results).map((result) => (
             <li
               key={result.vehicle_id}
               class={result.accepted ? "is-done" : "is-refused"}

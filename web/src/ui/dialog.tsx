@@ -1,6 +1,9 @@
-/** A modal window inside the page; Escape closes it, and the first button has the focus. */
-import type { ComponentChildren } from "preact";
-import { useEffect, useRef } from "preact/hooks";
+/** A modal window inside the page; Escape closes it, and the first of its buttons has the focus. */
+import { type ComponentChildren, createContext } from "preact";
+import { useContext, useEffect, useRef } from "preact/hooks";
+
+/** What every window shows in its corner, because it covers what is behind it. */
+export const DialogCorner = createContext<ComponentChildren>(null);
 
 interface Props {
   title: string;
@@ -11,6 +14,7 @@ interface Props {
 
 export function Dialog({ title, testId, onClose, children }: Props) {
   const dialog = useRef<HTMLDialogElement>(null);
+  const corner = useContext(DialogCorner);
   useEffect(() => {
     const element = dialog.current;
     element?.showModal();
@@ -20,6 +24,8 @@ export function Dialog({ title, testId, onClose, children }: Props) {
     <dialog ref={dialog} class="dialog" data-testid={testId} aria-label={title} onClose={onClose}>
       <h2>{title}</h2>
       {children}
+      {/* Last, so that it does not get the first focus. */}
+      {corner && <div class="dialog-corner">{corner}</div>}
     </dialog>
   );
 }

@@ -9,18 +9,21 @@ export const MISSION_ID = 0;
 export type Verdict = "pass" | "warn" | "fail" | "overridden";
 
 export interface Matrix {
+  /** Of the mission as a whole. */
+  readonly mission: readonly PreflightCheck[];
   readonly names: readonly string[];
-  /** One for each vehicle, the mission's own first. */
   readonly rows: readonly { readonly id: number; readonly checks: readonly (PreflightCheck | undefined)[] }[];
 }
 
-/** One row per vehicle, one column per check, both in the order of their first appearance. */
+/** One row per vehicle, one column per check; these in the order of their first appearance. */
 export function matrixOf(checks: readonly PreflightCheck[]): Matrix {
-  const names = [...new Set(checks.map((check) => check.name))];
-  const ids = [...new Set(checks.map((check) => check.vehicle_id))].sort((a, b) => a - b);
+  const mission = checks.filter((check) => check.vehicle_id === MISSION_ID);
+  const ofVehicles = checks.filter((check) => check.vehicle_id !== MISSION_ID);
+  const names = [...new Set(ofVehicles.map((check) => check.name))];
+  const ids = [...new Set(ofVehicles.map((check) => check.vehicle_id))].sort((a, b) => a - b);
   const find = (id: number, name: string): PreflightCheck | undefined =>
-    checks.find((check) => check.vehicle_id === id && check.name === name);
-  return { names, rows: ids.map((id) => ({ id, checks: names.map((name) => find(id, name)) })) };
+    ofVehicles.find((check) => check.vehicle_id === id && check.name === name);
+  return { mission, names, rows: ids.map((id) => ({ id, checks: names.map((name) => find(id, name)) })) };
 }
 
 export function verdictOf({ status, overridden }: PreflightCheck): Verdict {

@@ -10,7 +10,7 @@ import { nameOf, subjectOf } from "./checks";
 export function CheckDetail({ check }: { check: PreflightCheck | undefined }) {
   if (check === undefined) {
     return (
-      <Panel title={texts.prepare.panel} testId="check-detail">
+      <Panel title={texts.prepare.detail} testId="check-detail">
         <p class="empty">{texts.prepare.choose}</p>
       </Panel>
     );

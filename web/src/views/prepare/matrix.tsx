@@ -11,22 +11,34 @@ const STEPS: Readonly<Record<string, readonly [number, number]>> = {
   ArrowRight: [0, 1],
 };
 
+/** With more columns their names are turned, so that the matrix fits the screen. */
+const UPRIGHT_NAMES = 8;
+
 interface Props {
   matrix: Matrix;
   chosen: string | null;
   onChoose(key: string): void;
 }
 
-export function PreflightMatrix({ matrix: { names, rows }, chosen, onChoose }: Props) {
+export function PreflightMatrix({ matrix: { mission, names, rows }, chosen, onChoose }: Props) {
   return (
     <div class="scroll" onKeyDown={moveFocus}>
-      <table class="matrix">
+      <div class="mission-checks" role="group" aria-label={texts.prepare.mission}>
+        <b>{texts.prepare.mission}</b>
+        {mission.map((check) => (
+          <label key={check.name}>
+            <Cell check={check} isChosen={keyOf(check) === chosen} onChoose={onChoose} />
+            {nameOf(check.name)}
+          </label>
+        ))}
+      </div>
+      <table class={`matrix ${names.length > UPRIGHT_NAMES ? "is-wide" : ""}`}>
         <thead>
           <tr>
             <th scope="col">{texts.prepare.vehicle}</th>
             {names.map((name) => (
               <th key={name} scope="col">
-                {nameOf(name)}
+                <span>{nameOf(name)}</span>
               </th>
             ))}
           </tr>
@@ -34,7 +46,7 @@ export function PreflightMatrix({ matrix: { names, rows }, chosen, onChoose }: P
         <tbody>
           {rows.map(({ id, checks }) => (
             <tr key={id}>
-              <th scope="row">{id === 0 ? texts.prepare.mission : id}</th>
+              <th scope="row">{id}</th>
               {checks.map((check, column) => (
                 <td key={names[column]}>
                   {check && <Cell check={check} isChosen={keyOf(check) === chosen} onChoose={onChoose} />}
