@@ -34,6 +34,10 @@ def rotation(yaw: float, pitch: float = 0.0, roll: float = 0.0) -> np.ndarray:
     return Rotation.from_euler("ZYX", [yaw, pitch, roll]).as_matrix()
 
 
+def angles(yaw: float, pitch: float = 0.0, roll: float = 0.0) -> tuple[float, float, float]:
+    return yaw, pitch, roll
+
+
 def quaternion(yaw: float, pitch: float = 0.0, roll: float = 0.0) -> np.ndarray:
     return Rotation.from_euler("ZYX", [yaw, pitch, roll]).as_quat(scalar_first=True)
 
@@ -46,7 +50,7 @@ def circling(times_s: np.ndarray, yaw_rate: float = 0.5) -> PoseTrack:
         place = FRAME.to_geodetic((10.0 * math.sin(angle), 10.0 * math.cos(angle), 30.0))
         speed = 10.0 * yaw_rate
         track.add_motion(at_s, Motion(place, (speed * math.cos(angle), -speed * math.sin(angle), 0.0)))
-        track.add_attitude(at_s, rotation(angle + math.pi / 2, roll=0.1 * math.sin(angle)))
+        track.add_attitude(at_s, angles(angle + math.pi / 2, roll=0.1 * math.sin(angle)))
     return track
 
 
@@ -92,7 +96,7 @@ def test_a_gap_and_silence_are_told_apart() -> None:
     with pytest.raises(FrameRefusedError, match="reports no gimbal attitude"):
         track.R_gimbal2ned_at(1.0, 1.0)
     for at_s in (0.0, 10.0):
-        track.add_attitude(at_s, np.eye(3))
+        track.add_attitude(at_s, angles(0.0))
     with pytest.raises(FrameRefusedError, match="gap"):
         track.R_body2ned_at(5.0, 1.0)
 
@@ -129,7 +133,7 @@ def test_every_form_of_a_gimbals_attitude_is_the_same_rotation(yaw: float, pitch
     ]
     for q_wxyz, flags, delta_yaw in forms:
         track = PoseTrack()
-        track.add_attitude(0.0, rotation(heading, roll=0.2))
+        track.add_attitude(0.0, angles(heading, roll=0.2))
         track.add_gimbal(0.0, gimbal_attitude(q_wxyz, flags, delta_yaw))
         assert track.R_gimbal2ned_at(0.0, 1.0) == pytest.approx(expected, abs=1e-9)
 
@@ -137,7 +141,7 @@ def test_every_form_of_a_gimbals_attitude_is_the_same_rotation(yaw: float, pitch
 def test_a_gimbal_that_follows_the_heading_turns_with_the_vehicle_between_its_reports() -> None:
     track = PoseTrack()
     for at_s in (0.0, 0.5, 1.0):
-        track.add_attitude(at_s, rotation(at_s))
+        track.add_attitude(at_s, angles(at_s))
     for at_s in (0.0, 1.0):
         track.add_gimbal(at_s, gimbal_attitude(quaternion(0.0, -1.0), YAW_IN_VEHICLE_FRAME, math.nan))
     assert track.R_gimbal2ned_at(0.25, 0.5) == pytest.approx(rotation(0.25, -1.0), abs=1e-9)
@@ -164,7 +168,7 @@ def test_both_frames_at_once_are_forbidden() -> None:
 def test_a_camera_below_a_level_vehicle_looks_down_with_its_upper_edge_forward(heading: float) -> None:
     track = PoseTrack()
     track.add_motion(0.0, Motion(HOME, None))
-    track.add_attitude(0.0, rotation(heading))
+    track.add_attitude(0.0, angles(heading))
     expected = nadir_pose([0, 0, 0], heading).R_cam2enu
     for mount in (CameraMount(), CameraMount(Carrier.LEVEL)):
         assert camera_pose(track, mount, 0.0, 0.1)[1] == pytest.approx(expected, abs=1e-9)
@@ -173,7 +177,7 @@ def test_a_camera_below_a_level_vehicle_looks_down_with_its_upper_edge_forward(h
 def test_carriers_differ_by_what_a_tilt_does_to_the_camera() -> None:
     track = PoseTrack()
     track.add_motion(0.0, Motion(HOME, None))
-    track.add_attitude(0.0, rotation(0.0, pitch=math.radians(10.0)))
+    track.add_attitude(0.0, angles(0.0, pitch=math.radians(10.0)))
     track.add_gimbal(0.0, gimbal_attitude(quaternion(0.0, -math.pi / 4), YAW_IN_EARTH_FRAME, math.nan))
 
     def axis(mount: CameraMount) -> np.ndarray:
@@ -190,7 +194,7 @@ def test_carriers_differ_by_what_a_tilt_does_to_the_camera() -> None:
 def test_the_lever_arm_turns_with_the_body() -> None:
     track = PoseTrack()
     track.add_motion(0.0, Motion(HOME, None))
-    track.add_attitude(0.0, rotation(math.pi / 2))
+    track.add_attitude(0.0, angles(math.pi / 2))
     mount = CameraMount(lever_arm_frd_m=(0.3, 0.1, 0.2))
     position, _ = camera_pose(track, mount, 0.0, 0.1)
     assert FRAME.to_enu(position) == pytest.approx([0.3, -0.1, -0.2], abs=1e-6)

@@ -8,7 +8,7 @@ their velocity and attitudes stay. All times are seconds of one clock, the vehic
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
@@ -89,7 +89,8 @@ class PoseTrack:
 
     def __init__(self) -> None:
         self.motions: Samples[Motion] = Samples()
-        self._attitudes: Samples[NDArray[np.float64]] = Samples()
+        self._attitudes: Samples[tuple[float, float, float]] = Samples()
+        """Yaw, pitch and roll: only the few that are asked for become matrices."""
         self._gimbals: Samples[NDArray[np.float64]] = Samples()
         self._gimbal_follows_heading = False
 
@@ -97,9 +98,9 @@ class PoseTrack:
         """Note where the vehicle was."""
         self.motions.add(at_s, motion)
 
-    def add_attitude(self, at_s: float, R_body2ned: NDArray[np.float64]) -> None:
-        """Note how the vehicle was turned, shape (3, 3)."""
-        self._attitudes.add(at_s, R_body2ned)
+    def add_attitude(self, at_s: float, yaw_pitch_roll_rad: tuple[float, float, float]) -> None:
+        """Note how the vehicle was turned."""
+        self._attitudes.add(at_s, yaw_pitch_roll_rad)
 
     def add_gimbal(self, at_s: float, attitude: GimbalAttitude) -> None:
         """Note how its gimbal was turned; a change of its frame starts anew."""
@@ -136,11 +137,11 @@ class PoseTrack:
 
     def R_body2ned_at(self, at_s: float, max_age_s: float) -> NDArray[np.float64]:
         """Return how the vehicle was turned, shape (3, 3); raises like :meth:`position_at`."""
-        return _rotation_at(self._attitudes, "attitude", at_s, max_age_s)
+        return _rotation_at(self._attitudes, R_from_yaw_pitch_roll, "attitude", at_s, max_age_s)
 
     def R_gimbal2ned_at(self, at_s: float, max_age_s: float) -> NDArray[np.float64]:
         """Return how the gimbal was turned, shape (3, 3); raises like :meth:`position_at`."""
-        R_gimbal2level = _rotation_at(self._gimbals, "gimbal attitude", at_s, max_age_s)
+        R_gimbal2level = _rotation_at(self._gimbals, np.asarray, "gimbal attitude", at_s, max_age_s)
         if not self._gimbal_follows_heading:
             return R_gimbal2level
         return R_heading2ned(heading_of(self.R_body2ned_at(at_s, max_age_s))) @ R_gimbal2level
@@ -151,14 +152,21 @@ def slerp(share: float, start: NDArray[np.float64], end: NDArray[np.float64]) ->
     return np.asarray(Slerp([0.0, 1.0], Rotation.from_matrix(np.stack((start, end))))(share).as_matrix())
 
 
+def R_from_yaw_pitch_roll(angles_rad: tuple[float, float, float]) -> NDArray[np.float64]:
+    """Return ``R_body2ned``, shape (3, 3), of yaw, pitch and roll."""
+    return np.asarray(Rotation.from_euler("ZYX", angles_rad).as_matrix())
+
+
 def _rotation_at(
-    samples: Samples[NDArray[np.float64]], name: str, at_s: float, max_age_s: float
+    samples: Samples[T], matrix: Callable[[T], NDArray[np.float64]], name: str, at_s: float, max_age_s: float
 ) -> NDArray[np.float64]:
     around = samples.around(at_s, max_age_s)
     if around is None:
         raise _stale(name, samples.latest_s, at_s, max_age_s)
     (before_s, before), (after_s, after) = around
-    return before if after_s == before_s else slerp((at_s - before_s) / (after_s - before_s), before, after)
+    if after_s == before_s:
+        return matrix(before)
+    return slerp((at_s - before_s) / (after_s - before_s), matrix(before), matrix(after))
 
 
 def _velocity(motion: Motion) -> NDArray[np.float64]:

@@ -9,13 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
-from scipy.spatial.transform import Rotation
 
 from aos_drivers.frames.clocks import BootClock, ExposureTime
 from aos_drivers.frames.gimbal import gimbal_attitude
 from aos_drivers.frames.mount import Carrier
 from aos_drivers.frames.settings import CameraSettings
-from aos_drivers.frames.track import Motion, PoseTrack
+from aos_drivers.frames.track import Motion, PoseTrack, R_from_yaw_pitch_roll
 from aos_drivers.mavlink.telemetry import position_from_e7
 from aos_gcs.geometry.geodesy import GeodeticPosition
 
@@ -82,7 +81,7 @@ class PayloadRecord:
         self.clock.hear_boot(boot_s, now_s)
         angles_rad = (message.yaw, message.pitch, message.roll)
         if all(map(math.isfinite, angles_rad)):
-            self.track.add_attitude(boot_s, R_from_yaw_pitch_roll(angles_rad))
+            self.track.add_attitude(boot_s, angles_rad)
 
     def take_system_time(self, message: mavlink.MAVLink_system_time_message, _now_s: float) -> None:
         """Take the vehicle's time of day."""
@@ -108,11 +107,6 @@ def motion_rates_hz(settings: CameraSettings) -> dict[int, float]:
     if settings.mount.carrier is Carrier.GIMBAL:
         rates[mavlink.MAVLINK_MSG_ID_GIMBAL_DEVICE_ATTITUDE_STATUS] = settings.pose_hz
     return rates
-
-
-def R_from_yaw_pitch_roll(angles_rad: tuple[float, float, float]) -> NDArray[np.float64]:
-    """Return ``R_body2ned``, shape (3, 3), of yaw, pitch and roll."""
-    return np.asarray(Rotation.from_euler("ZYX", angles_rad).as_matrix())
 
 
 def _from_feedback(
