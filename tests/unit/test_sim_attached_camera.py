@@ -24,6 +24,7 @@ from aos_sim.vehicle.telemetry import body_quaternion
 
 VEHICLE, CAMERA, GCS = 3, 100, 254
 ARDUPILOT, PX4 = mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA, mavlink.MAV_AUTOPILOT_PX4
+POSITION, HOME_MESSAGE = mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT, mavlink.MAVLINK_MSG_ID_HOME_POSITION
 HOME = GeodeticPosition(48.3, 14.3, 260.0)
 FRAME = LocalFrame(HOME)
 
@@ -155,6 +156,15 @@ def test_a_restart_forgets_the_poses_of_the_time_before():
     assert telemetry.pose_at(2.05) is not None
 
 
+def test_after_a_restart_the_truth_is_waited_for():
+    telemetry = PoseTelemetry()
+    telemetry.hear(belief(500.0), 0.0)
+    telemetry.hear(sim_state(0.0, 0.0, 0.0), 0.0)
+    for boot_s in (2.0, 2.1, 2.2):
+        telemetry.hear(belief(boot_s), boot_s)
+    assert telemetry.pose_at(2.05) is None
+
+
 # --- requests --------------------------------------------------------------------------------------------------------
 
 
@@ -168,15 +178,30 @@ def asked(commands) -> list[int]:
 )
 def test_poses_are_asked_for_until_they_come_and_the_truth_a_few_times(autopilot, truth):
     requests = PoseRequests(VEHICLE, autopilot)
-    position, home = mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT, mavlink.MAVLINK_MSG_ID_HOME_POSITION
-    assert asked(requests.due(0.0)) == [position, truth, home]
+    assert asked(requests.due(0.0)) == [POSITION, HOME_MESSAGE]
     assert requests.due(1.0) == []
-    requests.hear(home, 1.5)
-    for now_s in range(2, 100, 2):
-        requests.hear(position, float(now_s))
-    assert [asked(requests.due(float(now_s))) for now_s in range(100, 112, 2)] == [[position, truth]] * 4 + [
-        [position]
-    ] * 2
+    requests.hear(HOME_MESSAGE, 1.5)
+    told = []
+    for now_s in range(2, 30):
+        requests.hear(POSITION, float(now_s))
+        told += asked(requests.due(float(now_s)))
+    assert told == [truth] * 5
+    assert [asked(requests.due(float(now_s))) for now_s in (32, 33, 34)] == [[POSITION], [], [POSITION]]
+
+
+def test_a_vehicle_that_comes_back_is_asked_for_its_truth_again():
+    requests = PoseRequests(VEHICLE, PX4)
+    truth = mavlink.MAVLINK_MSG_ID_HIL_STATE_QUATERNION
+    requests.hear(HOME_MESSAGE, 0.0)
+    for start_s in range(0, 200, 20):
+        told = []
+        for now_s in range(start_s, start_s + 10):
+            requests.hear(POSITION, float(now_s))
+            told += asked(requests.due(float(now_s)))
+            if told:
+                requests.hear(truth, float(now_s))
+        assert told == [truth]
+        assert all(truth not in asked(requests.due(float(now_s))) for now_s in range(start_s + 12, start_s + 20))
 
 
 # --- the camera ------------------------------------------------------------------------------------------------------

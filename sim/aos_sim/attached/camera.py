@@ -75,7 +75,7 @@ class AttachedCamera:
             system_id=self.system_id,
             images=self._component.image_count,
             refused=self._component.failed_count,
-            tells_true_pose=not self.telemetry.true.is_empty,
+            tells_true_pose=self.telemetry.tells_truth,
             max_position_error_m=self._max_error_m,
         )
 

@@ -37,6 +37,8 @@ class PoseTelemetry:
     home: GeodeticPosition | None = None
     believed: PoseTrack = field(default_factory=PoseTrack)
     true: PoseTrack = field(default_factory=PoseTrack)
+    tells_truth: bool = False
+    """Whether the vehicle has ever told its true pose; from then on, its belief is not taken for it."""
     _home_altitude_amsl_m: float = 0.0
     _boot_s: float = -math.inf
     """The vehicle's time in its latest message that tells one, ..."""
@@ -66,7 +68,7 @@ class PoseTelemetry:
     def pose_at(self, moment_s: float) -> VehiclePose | None:
         """Return the pose at a moment of the vehicle's time, or None where it is not known (or not yet)."""
         believed = self.believed.at(moment_s)
-        true = believed if self.true.is_empty else self.true.at(moment_s)
+        true = self.true.at(moment_s) if self.tells_truth else believed
         if believed is None or true is None:
             return None
         height_m = believed.position.altitude_amsl_m - self._home_altitude_amsl_m
@@ -86,6 +88,7 @@ class PoseTelemetry:
     def _add_truth(self, place: GeodeticPosition | None, yaw_rad: float, now_s: float) -> None:
         moment_s = self.vehicle_time_s(now_s)
         if place is not None and moment_s is not None:
+            self.tells_truth = True
             self.true.add(TimedPose(moment_s, place, yaw_rad % (2 * math.pi)))
 
 
