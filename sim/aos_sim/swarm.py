@@ -25,6 +25,7 @@ from aos_sim.camera.component import CameraComponent, CameraView, Exposure
 from aos_sim.camera.darkroom import Darkroom
 from aos_sim.camera.folder import ImageFolder
 from aos_sim.camera.image import ImageSource
+from aos_sim.camera.options import check_camera_options
 from aos_sim.camera.server import ImageServer
 from aos_sim.camera.shutter import ArduPilotShutter, Px4Shutter, ShutterCamera
 from aos_sim.clock import TICK_S, Pacer, SimTime
@@ -93,9 +94,7 @@ class SwarmOptions:
         _check(0.0 < self.speed <= 100.0, f"--speed must lie above 0 and at most 100, got {self.speed}.")
         _check(self.seed >= 0, f"--seed must be 0 or more, got {self.seed}.")
         _check(self.wind_mps >= 0.0, f"--wind must be 0 or more, got {self.wind_mps}.")
-        _check(16 <= self.image_size_px <= 4096, f"--image-size must lie within 16 and 4096, got {self.image_size_px}.")
-        _check(0.0 < self.fov_rad < math.pi, f"--fov must lie within 0 and 180 degrees, got {self.fov_rad} rad.")
-        _check(0 <= self.http_port <= 65535, f"--http-port must lie within 0 and 65535, got {self.http_port}.")
+        check_camera_options(self.image_size_px, self.fov_rad, self.http_port)
         _check(
             self.first_system_id >= 1 and self.first_system_id + self.vehicles - 1 <= MAX_SYSTEM_ID,
             f"System ids must lie within 1 and {MAX_SYSTEM_ID}; lower --first-system-id or --vehicles.",

@@ -23,6 +23,7 @@ from aos_sim.attached.camera import AttachedCamera, Shot
 from aos_sim.attached.senders import Sender, SenderTable
 from aos_sim.camera.darkroom import Darkroom
 from aos_sim.camera.image import ImageSource
+from aos_sim.camera.options import check_camera_options
 from aos_sim.camera.server import ImageServer
 from aos_sim.links import Address, Endpoint, LinkAddress, LinkKind, open_endpoint
 from aos_sim.report import AttachedCamerasReport, SeparationMonitor
@@ -59,6 +60,7 @@ class AttachedOptions:
     """Of the image server; 0: any free one."""
 
     def __post_init__(self) -> None:
+        check_camera_options(self.image_size_px, self.fov_rad, self.http_port)
         if not self.links:
             raise ConfigurationError("At least one --link to the vehicles is needed.")
         for link in self.links:
