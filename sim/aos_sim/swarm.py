@@ -107,7 +107,10 @@ class SwarmOptions:
 
 
 def _publisher(options: SwarmOptions) -> ImageServer | ImageFolder:
-    return ImageServer(options.http_port) if options.image_folder is None else ImageFolder(options.image_folder)
+    if options.image_folder is None:
+        return ImageServer(options.http_port)
+    first = options.first_system_id
+    return ImageFolder(options.image_folder, range(first, first + options.vehicles))
 
 
 def _check(valid: bool, message: str) -> None:

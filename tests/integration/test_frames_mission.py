@@ -50,8 +50,6 @@ async def test_a_mission_flies_on_reported_exposures_and_files_in_a_folder(tmp_p
         probe.bind(("127.0.0.1", 0))
         port = probe.getsockname()[1]
     images = tmp_path / "images"
-    for vehicle_id in (1, 2, 3):
-        (images / str(vehicle_id)).mkdir(parents=True)
     file = tmp_path / "mission.toml"
     missions = (tmp_path / "missions").as_posix()
     file.write_text(CONFIGURATION.format(speed=SPEED, port=port, images=images.as_posix(), missions=missions))

@@ -53,8 +53,6 @@ async def test_reported_frames_have_the_true_poses(driver_name: str, autopilot: 
     }
     clock = LoopClock(SPEED)
     context = DriverContext(clock, lambda: True, lambda _: None, options={"camera": camera})
-    for vehicle_id in (1, 2):
-        (tmp_path / str(vehicle_id)).mkdir()
     async with (
         load_driver(driver_name)([f"udpin://127.0.0.1:{port}"], context) as fleet,
         SimulatedSwarm(options, CheckerboardGround()) as swarm,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -13,17 +14,18 @@ class ImageFolder:
     """Writes ``<system id>/<image index>.tiff`` below a folder; every file appears under its name when it is whole.
 
     Raises:
-        ConfigurationError: on entering, if the folder cannot be made.
+        ConfigurationError: on entering, if the folders cannot be made.
     """
 
-    def __init__(self, folder: Path) -> None:
-        self._folder = folder
+    def __init__(self, folder: Path, system_ids: Iterable[int]) -> None:
+        self._folders = {system_id: folder / str(system_id) for system_id in system_ids}
 
     async def __aenter__(self) -> Self:
         try:
-            self._folder.mkdir(parents=True, exist_ok=True)
+            for folder in self._folders.values():
+                folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise ConfigurationError(f"--image-folder {self._folder} cannot be made: {error.strerror}.") from error
+            raise ConfigurationError(f"--image-folder: {error.filename} cannot be made ({error.strerror}).") from error
         return self
 
     async def __aexit__(
@@ -33,8 +35,7 @@ class ImageFolder:
 
     def publish(self, system_id: int, index: int, data: bytes) -> str:
         """Write an image and return its path."""
-        path = self._folder / str(system_id) / f"{index:05d}.tiff"
-        path.parent.mkdir(exist_ok=True)
+        path = self._folders[system_id] / f"{index:05d}.tiff"
         unfinished = path.with_suffix(".part")
         unfinished.write_bytes(data)
         unfinished.replace(path)

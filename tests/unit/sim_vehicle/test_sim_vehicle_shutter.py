@@ -81,7 +81,7 @@ def test_a_camera_with_images_to_develop_is_busy_until_they_are() -> None:
 
 
 def test_files_appear_whole_and_replace_those_of_another_flight(tmp_path: Path) -> None:
-    folder = ImageFolder(tmp_path / "images")
+    folder = ImageFolder(tmp_path / "images", [7])
     asyncio.run(folder.__aenter__())
     for data in (b"old", b"new"):
         path = Path(folder.publish(7, 12, data))
@@ -93,7 +93,7 @@ def test_files_appear_whole_and_replace_those_of_another_flight(tmp_path: Path) 
 async def test_a_folder_that_cannot_be_made_is_named(tmp_path: Path) -> None:
     (tmp_path / "file").write_bytes(b"")
     with pytest.raises(ConfigurationError, match="--image-folder"):
-        async with ImageFolder(tmp_path / "file" / "images"):
+        async with ImageFolder(tmp_path / "file" / "images", [7]):
             pass
     with pytest.raises(ConfigurationError, match="--image-folder needs cameras"):
         SwarmOptions(cameras=False, image_folder=tmp_path)
