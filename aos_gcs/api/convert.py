@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from functools import lru_cache
 
 from aos_gcs.api import models as wire
 from aos_gcs.api.convert_vehicle import vehicle
@@ -11,6 +12,9 @@ from aos_gcs.api.places import finite, geodetic, optional_position, percent, pos
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.mission import model
 from aos_gcs.mission.phases import ACTIONS
+
+_CHECKS_KEPT = 4096
+"""The matrix of a large fleet comes again with every snapshot, and hardly changes."""
 
 
 def focus(state: model.FocusSnapshot) -> wire.FocusModel:
@@ -50,9 +54,11 @@ def target(estimate: model.TargetEstimate, origin: GeodeticPosition | None) -> w
         speed_mps=math.hypot(*velocity_enu_mps) if velocity_enu_mps else None,
         sightings=estimate.sightings,
         seen_at_s=finite(estimate.seen_at_s),
+        person_confidence=estimate.person_confidence,
     )
 
 
+@lru_cache(maxsize=_CHECKS_KEPT)
 def preflight_check(check: model.PreflightCheck) -> wire.PreflightCheckModel:
     """Convert one cell of the matrix."""
     override = check.overridden

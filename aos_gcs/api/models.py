@@ -173,6 +173,9 @@ class TargetModel(WireModel):
     speed_mps: float | None
     sightings: int
     seen_at_s: float | None = Field(description="Mission time of the latest sighting.")
+    person_confidence: float | None = Field(
+        description="Probability, 0 to 1, that it is a person rather than another warm body; null if nothing tells."
+    )
 
 
 class FocusModel(WireModel):

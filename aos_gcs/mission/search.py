@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.errors import MissionFailedError, UnusableFramesError
 from aos_gcs.imaging.model import StepAnalysis
+from aos_gcs.imaging.person import DECISION
 from aos_gcs.mission.cameras import footprint_enu_m
 from aos_gcs.mission.context import MissionContext
 from aos_gcs.mission.coverage import CoverageMap
@@ -127,9 +128,13 @@ class Search:
         await self._gallery.hang(record.step, analysis, taken.captures[0].bands)
         await self._survey(taken, analysis)
         async with asyncio.TaskGroup() as group:
-            group.create_task(self._vision.learn(self.step, analysis))
+            group.create_task(self._learn(analysis))
             await self._await_arrival(record.waypoints)
         return following
+
+    async def _learn(self, analysis: StepAnalysis) -> None:
+        await self._vision.learn(self.step, analysis)
+        self.tracker.judge(self._vision.persons.confidence_at)
 
     async def _sample(self, swarm: list[Member]) -> Sample:
         """Take the frames of those that hover; others would blur, and are named."""
@@ -256,7 +261,8 @@ class Search:
             east_m, north_m, _ = estimate.position_enu_m
             context.journal.notice(
                 Severity.INFO,
-                f"target found at {east_m:.1f} m east, {north_m:.1f} m north, give or take {estimate.sigma_m:.1f} m",
+                f"target found at {east_m:.1f} m east, {north_m:.1f} m north, give or take {estimate.sigma_m:.1f} m"
+                + _person_text(estimate.person_confidence),
             )
         context.outcome = Outcome.FOUND
         self._steps_found = 0
@@ -363,3 +369,11 @@ class Search:
 
 def _ms_since(start_s: float) -> float:
     return 1e3 * (time.perf_counter() - start_s)
+
+
+def _person_text(confidence: float | None) -> str:
+    if confidence is None:
+        return ""
+    if confidence < DECISION:
+        return f"; it does not look like a person ({100 * confidence:.0f} %)"
+    return f"; it looks like a person ({100 * confidence:.0f} %)"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,6 +45,8 @@ class TargetTracker:
         """The latest sightings of each track, without a gap."""
         self._up_m: dict[int, float] = {}
         """Height of the ground at each track."""
+        self._person: dict[int, float] = {}
+        """How much each track looks like a person, where that is known."""
         self._target: Track | None = None
         self.measured_enu_m: EnuPoint | None = None
         """Where the target stands by the latest step alone; None when it is out of view."""
@@ -85,6 +88,16 @@ class TargetTracker:
         self.steps_out_of_view = 0
         self._target = self._tracks.find(track_ids[0])
         return True
+
+    def judge(self, confidence_at: Callable[[NDArray[np.float64]], float | None]) -> None:
+        """Have every track judged by its place, horizontal, shape (2,); without a verdict the one before stays."""
+        before, self._person = self._person, {}
+        for track in self._tracks.tracks:
+            confidence = confidence_at(track.position_enu_m)
+            if confidence is None:
+                confidence = before.get(track.track_id)
+            if confidence is not None:
+                self._person[track.track_id] = confidence
 
     def give_up(self) -> None:
         """Tell of no target until one is in view again."""
@@ -131,6 +144,7 @@ class TargetTracker:
             ellipse=error_ellipse(covariance_m2),
             velocity_enu_mps=(float(east_mps), float(north_mps)),
             seen_at_s=track.seen_at_s,
+            person_confidence=self._person.get(track.track_id),
         )
 
 

@@ -14,6 +14,7 @@ from aos_gcs.imaging.registration import Registration, apply_sure, register
 from aos_gcs.imaging.step import analyse_step
 from aos_gcs.mission.context import MissionContext
 from aos_gcs.mission.model import FocusSnapshot, FocusSource
+from aos_gcs.mission.persons import PersonWatch
 from aos_gcs.mission.sampling import Sample, to_frame
 from aos_gcs.ports import Severity
 
@@ -33,6 +34,7 @@ class Vision:
         """Views of earlier steps that stay in the integral."""
         self._reported: list[Frame] = []
         """The frames of this step with the poses that the vehicles have reported."""
+        self.persons = PersonWatch()
 
     @property
     def focus(self) -> FocusSnapshot:
@@ -72,10 +74,12 @@ class Vision:
     def forget(self) -> None:
         """Drop the views of earlier steps: the target has moved."""
         self._history = ()
+        self.persons.forget()
 
     async def learn(self, step: int, analysis: StepAnalysis) -> None:
         """Learn from the step's frames for the next ones; there is time for it while the vehicles move."""
         settings = self._context.settings
+        await asyncio.to_thread(self.persons.look, self._usable(self._placed(), analysis), analysis.grid.height_m)
         if settings.registration.is_due(step):
             await self._register(analysis)
         if settings.autofocus.is_due(step):
@@ -89,8 +93,11 @@ class Vision:
             return self._reported
         return apply_sure(self._registration, self._reported, settings.min_confidence)
 
+    def _usable(self, frames: list[Frame], analysis: StepAnalysis) -> list[Frame]:
+        return [frame for frame in frames if frame.vehicle_id in analysis.vehicle_ids]
+
     async def _register(self, analysis: StepAnalysis) -> None:
-        usable = [frame for frame in self._reported if frame.vehicle_id in analysis.vehicle_ids]
+        usable = self._usable(self._reported, analysis)
         before, limit = self._registration, self._context.settings.registration.min_confidence
         try:
             self._registration = await asyncio.to_thread(register, usable, before, analysis.grid.height_m)
@@ -109,7 +116,7 @@ class Vision:
 
     async def _refocus(self, analysis: StepAnalysis) -> None:
         settings, before = self._context.settings, self._focus
-        usable = [frame for frame in self._placed() if frame.vehicle_id in analysis.vehicle_ids]
+        usable = self._usable(self._placed(), analysis)
         in_view = analysis.blob is not None and analysis.visibility_m2 >= settings.detection.threshold_m2
         target_enu_m = analysis.blob.centroid_enu_m if analysis.blob is not None and in_view else None
         low_m, high_m = settings.focus_range_m

@@ -194,3 +194,21 @@ def test_the_ellipse_of_a_covariance() -> None:
     across = np.array([along[1], -along[0]])
     ellipse = error_ellipse(4.0 * np.outer(along, along) + np.outer(across, across))
     assert (ellipse.semi_major_m, ellipse.semi_minor_m, ellipse.heading_rad) == pytest.approx((2.0, 1.0, 0.5))
+
+
+def test_a_verdict_on_a_track_stays_until_there_is_another() -> None:
+    follower = Follower()
+    follower.observe(seen(2.0, 3.0))
+    follower.tracker.judge(lambda position_enu_m: 0.9 if np.allclose(position_enu_m, [2.0, 3.0], atol=0.1) else 0.1)
+    follower.tracker.judge(lambda _: None)
+    estimate = follower.tracker.estimate()
+    assert estimate is not None
+    assert estimate.person_confidence == 0.9
+
+
+def test_without_a_verdict_nothing_is_said_about_persons() -> None:
+    follower = Follower()
+    follower.observe(seen(2.0, 3.0))
+    estimate = follower.tracker.estimate()
+    assert estimate is not None
+    assert estimate.person_confidence is None

@@ -456,11 +456,16 @@ export interface components {
       kind: "changes";
       /**
        * Mission
-       * @description Fields of MissionModel, vehicles left out, with their new values.
+       * @description Fields of MissionModel with their new values; vehicles never, preflight only where checks have come or gone.
        */
       mission: {
         [key: string]: unknown;
       };
+      /**
+       * Preflight
+       * @description Checks that have changed, to be replaced by vehicle_id and name, after what stands in mission.
+       */
+      preflight: components["schemas"]["PreflightCheckModel"][];
       /** Seq */
       seq: number;
       /** Utc S */
@@ -1363,6 +1368,11 @@ export interface components {
        */
       confirmed: boolean;
       ellipse: components["schemas"]["EllipseModel"] | null;
+      /**
+       * Person Confidence
+       * @description Probability, 0 to 1, that it is a person rather than another warm body; null if nothing tells.
+       */
+      person_confidence: number | null;
       position: components["schemas"]["PositionModel"];
       /**
        * Seen At S
