@@ -243,6 +243,8 @@ class TargetEstimate:
     """Horizontal."""
     seen_at_s: float | None = None
     """Mission time of the latest sighting."""
+    person_confidence: float | None = None
+    """Probability that it is a person rather than another warm body; None when no temperatures tell."""
 
 
 class FocusSource(StrEnum):
