@@ -127,6 +127,8 @@ class PreflightConfig(BaseModel):
     """Write the mission's geofence to the vehicles, with the parameters that make them keep it."""
     overrides: list[str] = []
     """``check: reason``: failures of this check do not stand against the launch, on any vehicle."""
+    refresh_s: Annotated[float, Field(ge=1.0)] = PreflightSettings().refresh_s
+    """Pause before a vehicle whose settings were good is asked for them again."""
 
 
 class RecordConfig(BaseModel):
@@ -313,7 +315,7 @@ def _preflight(config: PreflightConfig) -> PreflightSettings:
         if not reason:
             raise ConfigurationError(f'preflight.overrides: {name!r} needs a reason; write "{name}: why".')
         overrides[name] = reason
-    return PreflightSettings(config.upload_fence, overrides)
+    return PreflightSettings(config.upload_fence, overrides, config.refresh_s)
 
 
 def _uncertainty(table: Mapping[str, Any]) -> Uncertainty:

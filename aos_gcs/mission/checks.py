@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Final
 
 from aos_gcs.mission.model import CheckStatus, PreflightCheck
@@ -28,6 +29,26 @@ LOW_BATTERY: Final = "battery failsafe"
 RETURN_HEIGHT: Final = "return height"
 CAMERA: Final = "camera"
 
+ORDER: Final = (
+    AUTOPILOT,
+    FIRMWARE,
+    SYSTEM_ID,
+    LINK,
+    CLOCK,
+    POSITION,
+    HOME,
+    LAUNCH_POINT,
+    ALTITUDE_LAYER,
+    BATTERY,
+    READY_TO_ARM,
+    GEOFENCE,
+    LINK_LOSS,
+    LOW_BATTERY,
+    RETURN_HEIGHT,
+    CAMERA,
+)
+"""Of the columns of the matrix."""
+
 OVERRIDABLE: Final = frozenset({BATTERY, GEOFENCE, LINK_LOSS, CAMERA})
 """What an operator may answer for. Without the others a vehicle cannot be flown, or endangers its neighbours."""
 
@@ -45,3 +66,9 @@ def warned(vehicle_id: int, name: str, text: str, remedy: str) -> PreflightCheck
 def failed(vehicle_id: int, name: str, text: str, remedy: str) -> PreflightCheck:
     """Return a check that stands against the launch."""
     return PreflightCheck(vehicle_id, name, CheckStatus.FAIL, text, remedy, overridable=name in OVERRIDABLE)
+
+
+def in_order(found: Iterable[PreflightCheck]) -> tuple[PreflightCheck, ...]:
+    """Return checks by vehicle and column; those of the mission come first."""
+    columns = {name: column for column, name in enumerate(ORDER)}
+    return tuple(sorted(found, key=lambda check: (check.vehicle_id, columns.get(check.name, -1))))

@@ -18,6 +18,7 @@ from aos_gcs.mission.flight import FlightControl
 from aos_gcs.mission.gallery import Gallery
 from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.homing import Homing
+from aos_gcs.mission.inspection import Inspector
 from aos_gcs.mission.joining import Joining
 from aos_gcs.mission.journal import Journal, Recorder
 from aos_gcs.mission.launch import Launch
@@ -78,6 +79,7 @@ class Coordinator:
         self._gallery = Gallery(self._context)
         self._vision = Vision(self._context)
         self._errands = Errands()
+        self._inspector = Inspector(self._context)
         self._homing = Homing(self._context, self._errands)
         self._monitor = Monitor(self._context, self._homing, self.snapshot, self._end_without_vehicles)
         self._joining = Joining(self._context, self._errands, self._check_one)
@@ -95,7 +97,7 @@ class Coordinator:
     def _follow_plan(self) -> None:
         """Make the procedures that depend on the plan, for the settings as they are now."""
         self._overrides = Overrides(self._context)
-        self._launch = Launch(self._context, self._overrides)
+        self._launch = Launch(self._context, self._overrides, self._inspector)
         self._search = Search(self._context, self._gallery, self._vision)
         self._handlers: Mapping[Phase, Callable[[], Coroutine[Any, Any, Phase]]] = {
             Phase.CONNECT: self._launch.connect,
@@ -243,6 +245,7 @@ class Coordinator:
             async with asyncio.TaskGroup() as group:
                 helpers = (
                     group.create_task(self._errands.run()),
+                    group.create_task(self._inspector.run()),
                     group.create_task(self._monitor.run()),
                     group.create_task(self._context.loop_monitor.run()),
                 )

@@ -5,21 +5,27 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from aos_gcs.errors import MissionFailedError
 from aos_gcs.geometry.geodesy import LocalFrame
+from aos_gcs.mission import checks
 from aos_gcs.mission.aperture_check import check_aperture
 from aos_gcs.mission.context import MissionContext
+from aos_gcs.mission.inspection import Inspector
 from aos_gcs.mission.model import Phase, PreflightCheck, Task
 from aos_gcs.mission.overrides import Overrides
 from aos_gcs.mission.plan import altitude_layers, propose_fence
-from aos_gcs.mission.preflight import MIN_HOME_DISTANCE_M, check_all, check_area
+from aos_gcs.mission.preflight import MIN_HOME_DISTANCE_M, check_all, check_area, check_layers
+from aos_gcs.mission.preflight_setup import check_setup, check_system_ids
 from aos_gcs.mission.roster import Member
 from aos_gcs.mission.safety import SafetyLimits
 from aos_gcs.ports import Arm, Disarm, Severity, Takeoff
 
 MIN_SWARM = 2
 _POLL_S = 0.5
+_SAME_HOME_M = 1.0
+"""Homes that move less, as their receivers drift, leave the plan as it is."""
 _FENCE_MARGIN_M = 30.0
 _LAYER_MARGIN_M = 5.0
 """Between the lowest and highest layers and the floor and ceiling that are proposed around them."""
@@ -28,9 +34,10 @@ _LAYER_MARGIN_M = 5.0
 class Launch:
     """The phases CONNECT to TAKEOFF. Every handler can be entered again after an interruption."""
 
-    def __init__(self, context: MissionContext, overrides: Overrides) -> None:
+    def __init__(self, context: MissionContext, overrides: Overrides, inspector: Inspector) -> None:
         self._context = context
         self._overrides = overrides
+        self._inspector = inspector
         self._advice = check_aperture(context.settings)
 
     async def connect(self) -> Phase:
@@ -59,7 +66,6 @@ class Launch:
             if context.settings.auto_start and context.clock.now_s() > deadline_s:
                 raise MissionFailedError(f"Preflight did not pass in time. {context.message}")
             await context.clock.sleep(_POLL_S)
-        self._assign_layers()
         return Phase.READY
 
     async def ready(self) -> Phase:
@@ -116,18 +122,34 @@ class Launch:
 
     async def check_one(self, member: Member) -> tuple[PreflightCheck, ...]:
         """Return the checks of one vehicle as they are now, such as of one that is to join in mid-mission."""
-        context = self._context
-        separation_m = context.settings.safety.get("separation_m", MIN_HOME_DISTANCE_M)
-        found = check_all(context.roster, context.settings.vehicles, separation_m)
-        return await self._overrides.apply(check for check in found if check.vehicle_id == member.vehicle_id)
+        own = [check for check in self._check() if check.vehicle_id == member.vehicle_id]
+        return await self._overrides.apply(own)
 
     async def _checks_pass(self) -> bool:
         context = self._context
         self._find_origin()
-        separation_m = context.settings.safety.get("separation_m", MIN_HOME_DISTANCE_M)
-        found = check_all(context.roster, context.settings.vehicles, separation_m)
-        context.preflight = await self._overrides.apply(check_area(context.settings) + self._advice + found)
-        return context.roster.frame is not None and not any(check.blocks for check in context.preflight)
+        self._assign_layers()
+        context.preflight = await self._overrides.apply(check_area(context.settings) + self._advice + self._check())
+        return context.flight.limits is not None and not any(check.blocks for check in context.preflight)
+
+    def _check(self) -> tuple[PreflightCheck, ...]:
+        """Return the matrix vehicle x check as it is now."""
+        settings, roster = self._context.settings, self._context.roster
+        members = roster.members()
+        inspections = {member.vehicle_id: self._inspector.inspection(member.vehicle_id) for member in members}
+        board_ids = {key: found.facts.board_id for key, found in inspections.items() if found.facts is not None}
+        separation_m = settings.safety.get("separation_m", MIN_HOME_DISTANCE_M)
+        found = [
+            *check_all(roster, settings.vehicles, separation_m),
+            *check_layers(roster, settings.flight.layer_spacing_m),
+            *check_system_ids([member.state for member in members], board_ids),
+        ]
+        for member in members:
+            layer_m = member.layer_height_m
+            if layer_m is not None and member.home_enu_m is not None:
+                layer_m -= float(member.home_enu_m[2])
+            found += check_setup(member.state, inspections[member.vehicle_id], layer_m)
+        return checks.in_order(found)
 
     def _find_origin(self) -> None:
         roster, origin = self._context.roster, self._context.settings.origin
@@ -139,16 +161,19 @@ class Launch:
             roster.frame = LocalFrame(origin)
 
     def _assign_layers(self) -> None:
+        """Give every vehicle its layer, and propose limits, as soon as all homes are known and when one has moved."""
         context = self._context
-        members, frame, flight = context.roster.members(), context.roster.local_frame(), context.settings.flight
+        members, frame, flight = context.roster.members(), context.roster.frame, context.settings.flight
+        homes = [member.state.home for member in members]
+        if frame is None or not context.settings.area_enu_m or len(members) < context.settings.vehicles:
+            return
+        homes_enu_m = [frame.to_enu(home) for home in homes if home is not None]
+        if len(homes_enu_m) < len(members) or self._is_planned(members, homes_enu_m):
+            return
         layers_m = altitude_layers(len(members), flight.lowest_layer_m, flight.layer_spacing_m)
-        for member, layer_height_m in zip(members, layers_m, strict=True):
-            if member.state.home is None:
-                raise RuntimeError(f"preflight passed vehicle {member.vehicle_id} without a home")
-            member.home_enu_m = frame.to_enu(member.state.home)
-            member.layer_height_m = float(layer_height_m)
-        homes_enu_m = np.array([member.home_enu_m for member in members])[:, :2]
-        grounds_m = list(homes_enu_m)
+        for member, home_enu_m, layer_height_m in zip(members, homes_enu_m, layers_m, strict=True):
+            member.home_enu_m, member.layer_height_m = home_enu_m, float(layer_height_m)
+        grounds_m = [home_enu_m[:2] for home_enu_m in homes_enu_m]
         if context.settings.return_enu_m is not None:
             grounds_m.append(np.array(context.settings.return_enu_m))
         proposal = SafetyLimits(
@@ -157,6 +182,15 @@ class Launch:
             ceiling_m=float(max(layers_m)) + _LAYER_MARGIN_M,
         )
         context.flight.limits = replace(proposal, **context.settings.safety)
+
+    def _is_planned(self, members: list[Member], homes_enu_m: list[NDArray[np.float64]]) -> bool:
+        """Return whether the layers and limits in force are those of these vehicles at these homes."""
+        return self._context.flight.limits is not None and all(
+            member.home_enu_m is not None
+            and member.layer_height_m is not None
+            and float(np.linalg.norm(member.home_enu_m - home_enu_m)) <= _SAME_HOME_M
+            for member, home_enu_m in zip(members, homes_enu_m, strict=True)
+        )
 
     def _takeoff(self, member: Member) -> Takeoff:
         if member.home_enu_m is None or member.layer_height_m is None:

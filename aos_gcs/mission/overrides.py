@@ -44,7 +44,7 @@ class Overrides:
         except MissionError as error:
             await self._record(vehicle_id, name, reason, operator, str(error))
             raise
-        await self._settle(check, override)
+        await self._settle(check, override, operator)
         decided = replace(check, overridden=override)
         self._context.preflight = tuple(decided if one is check else one for one in self._context.preflight)
         return decided
@@ -63,7 +63,7 @@ class Overrides:
         if reason is None or not check.overridable or check.status is not CheckStatus.FAIL:
             return check
         override = self._override(reason, BY_CONFIGURATION)
-        await self._settle(check, override)
+        await self._settle(check, override, BY_CONFIGURATION)
         return replace(check, overridden=override)
 
     def _failed(self, vehicle_id: int, name: str) -> PreflightCheck:
@@ -84,18 +84,17 @@ class Overrides:
             raise MissionError("An override needs a reason: it is kept in the record of the mission.")
         return CheckOverride(reason.strip(), by, self._context.clock.utc_s())
 
-    async def _settle(self, check: PreflightCheck, override: CheckOverride | None) -> None:
+    async def _settle(self, check: PreflightCheck, override: CheckOverride | None, by: str) -> None:
         key, journal = (check.vehicle_id, check.name), self._context.journal
         if override is None:
             self._grants.pop(key, None)
             journal.notice(Severity.INFO, f"{check.name}: the override is taken back", check.vehicle_id or None)
-            await self._record(*key, None, "")
+            await self._record(*key, None, by)
             return
         self._grants[key] = _Grant(override, _finding(check))
-        by = override.by or "the operator"
-        text = f"{check.name} ({check.text}) is overridden by {by}: {override.reason}"
+        text = f"{check.name} ({check.text}) is overridden by {by or 'the operator'}: {override.reason}"
         journal.notice(Severity.WARNING, text, check.vehicle_id or None)
-        await self._record(*key, override.reason, override.by)
+        await self._record(*key, override.reason, by)
 
     async def _record(
         self, vehicle_id: int, name: str, reason: str | None, by: str, refusal: str | None = None

@@ -13,7 +13,14 @@ MIN_GPS_FIX = 3
 """A 3D fix."""
 MIN_START_BATTERY_FRACTION = 0.5
 MAX_LINK_AGE_S = 3.0
+MAX_LOSS_FRACTION = 0.2
+MAX_ROUND_TRIP_S = 1.0
+MAX_CLOCK_DRIFT = 1e-3
+"""A quartz is at least ten times better; more is a clock that is being set, or a link that is overloaded."""
+MIN_SATELLITES = 8
+MAX_HDOP = 2.0
 MIN_HOME_DISTANCE_M = 2.0
+_SLACK_M = 0.01
 
 
 def check_area(settings: MissionSettings) -> tuple[PreflightCheck, ...]:
@@ -38,13 +45,19 @@ def check_all(roster: Roster, expected: int, min_home_distance_m: float) -> tupl
     if len(members) < expected:
         text, remedy = f"{len(members)} of {expected} are heard", "switch the others on or lower the number"
         found.append(checks.failed(checks.MISSION, checks.VEHICLES, text, remedy))
-    return tuple(sorted(found, key=lambda check: check.vehicle_id))
+    return checks.in_order(found)
+
+
+def check_layers(roster: Roster, layer_spacing_m: float) -> list[PreflightCheck]:
+    """Return for every vehicle whether it has an altitude layer, and the layer is free."""
+    return [_check_layer(roster, member, layer_spacing_m) for member in roster.members()]
 
 
 def _check_vehicle(roster: Roster, member: Member) -> list[PreflightCheck]:
     return [
         _check_autopilot(member),
         _check_link(roster, member),
+        _check_clock(member),
         _check_position(member),
         _check_home(member),
         _check_battery(member),
@@ -65,7 +78,27 @@ def _check_link(roster: Roster, member: Member) -> PreflightCheck:
     text = "never heard" if age_s is None else f"heard {age_s:.1f} s ago"
     if age_s is None or age_s > MAX_LINK_AGE_S:
         return checks.failed(member.vehicle_id, checks.LINK, text, "check its radio and the link's address")
+    loss_fraction, link = member.state.packet_loss_fraction, member.state.link
+    round_trip_s = None if link is None else link.round_trip_s
+    text += "" if loss_fraction is None else f", {100 * loss_fraction:.0f} % lost"
+    text += "" if round_trip_s is None else f", {1000 * round_trip_s:.0f} ms there and back"
+    if (loss_fraction or 0.0) > MAX_LOSS_FRACTION or (round_trip_s or 0.0) > MAX_ROUND_TRIP_S:
+        return checks.warned(member.vehicle_id, checks.LINK, text, "bring it closer, or lower the rates of its streams")
     return checks.passed(member.vehicle_id, checks.LINK, text)
+
+
+def _check_clock(member: Member) -> PreflightCheck:
+    link = member.state.link
+    if link is None or link.clock_offset_s is None:
+        return checks.warned(
+            member.vehicle_id, checks.CLOCK, "offset not known", "wait: it is being asked for its time"
+        )
+    if link.clock_drift is None:
+        return checks.passed(member.vehicle_id, checks.CLOCK, "offset known")
+    text = f"offset known, drifts by {1e6 * link.clock_drift:+.0f} µs per second"
+    if abs(link.clock_drift) > MAX_CLOCK_DRIFT:
+        return checks.warned(member.vehicle_id, checks.CLOCK, text, "wait until its clock is set, or look at its link")
+    return checks.passed(member.vehicle_id, checks.CLOCK, text)
 
 
 def _check_position(member: Member) -> PreflightCheck:
@@ -74,6 +107,9 @@ def _check_position(member: Member) -> PreflightCheck:
     if state.position is None or state.gps_fix is None or state.gps_fix < MIN_GPS_FIX:
         remedy = "no 3D position fix: wait, or move it away from obstacles"
         return checks.failed(member.vehicle_id, checks.POSITION, text, remedy)
+    text += "" if state.hdop is None else f", HDOP {state.hdop:.1f}"
+    if (state.satellites or 0) < MIN_SATELLITES or (state.hdop or 0.0) > MAX_HDOP:
+        return checks.warned(member.vehicle_id, checks.POSITION, text, "wait for more satellites, with a free sky")
     return checks.passed(member.vehicle_id, checks.POSITION, text)
 
 
@@ -118,3 +154,20 @@ def _check_launch_point(
     if distances_m[nearest_id] < min_home_distance_m:
         return checks.failed(vehicle_id, checks.LAUNCH_POINT, text, f"put them {min_home_distance_m:.1f} m apart")
     return checks.passed(vehicle_id, checks.LAUNCH_POINT, text)
+
+
+def _check_layer(roster: Roster, member: Member, layer_spacing_m: float) -> PreflightCheck:
+    vehicle_id, layer_m = member.vehicle_id, member.layer_height_m
+    if layer_m is None:
+        return checks.failed(vehicle_id, checks.ALTITUDE_LAYER, "none yet", "wait until all homes are known")
+    text = f"{layer_m:g} m"
+    for other in roster.members():
+        if other is member:
+            continue
+        position_enu_m = roster.position_enu_m(other)
+        heights_m = [other.layer_height_m, float(position_enu_m[2]) if position_enu_m is not None else None]
+        taken_m = heights_m if other.airborne else heights_m[:1]
+        if any(height_m is not None and abs(height_m - layer_m) < layer_spacing_m - _SLACK_M for height_m in taken_m):
+            remedy = f"vehicle {other.vehicle_id} has it, or flies in it: land it first"
+            return checks.failed(vehicle_id, checks.ALTITUDE_LAYER, text, remedy)
+    return checks.passed(vehicle_id, checks.ALTITUDE_LAYER, text)

@@ -92,6 +92,8 @@ class PreflightSettings:
     """Write the mission's fence to the vehicles, with the parameters that make them keep it."""
     overrides: Mapping[str, str] = field(default_factory=dict)
     """Reason by check: failures of these checks do not stand against the launch, on any vehicle."""
+    refresh_s: float = 60.0
+    """Pause before a vehicle whose settings were good is asked for them again."""
 
 
 @dataclass(frozen=True, slots=True)

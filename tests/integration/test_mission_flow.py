@@ -9,11 +9,13 @@ import pytest
 
 from aos_gcs.errors import MissionError
 from aos_gcs.mission.model import Action, Outcome, Phase, Suspension, Task
-from aos_gcs.mission.settings import Deadlines
+from aos_gcs.mission.settings import Deadlines, PreflightSettings
 from aos_gcs.ports import Arm, Goto, Hold, Land, ReturnToLaunch
 from tests.fakes.mission_flight import TARGET, flying, prepare
 
 pytestmark = pytest.mark.looptime
+
+NO_CAMERA = PreflightSettings(upload_fence=True, overrides={"camera": "it fails on purpose"})
 
 
 async def test_a_whole_mission_finds_the_target_and_lands_all() -> None:
@@ -73,7 +75,7 @@ async def test_a_silent_vehicle_is_left_out_and_the_swarm_goes_on() -> None:
 
 
 async def test_a_camera_that_delivers_nothing_is_named_and_the_step_goes_on() -> None:
-    flight = prepare()
+    flight = prepare(preflight=NO_CAMERA)
     flight.fleet.members[3].camera_works = False
     async with flying(flight) as run:
         assert await run is Outcome.FOUND
@@ -82,7 +84,7 @@ async def test_a_camera_that_delivers_nothing_is_named_and_the_step_goes_on() ->
 
 
 async def test_without_any_frame_the_mission_fails_and_returns() -> None:
-    flight = prepare()
+    flight = prepare(preflight=NO_CAMERA)
     for vehicle in flight.fleet.members.values():
         vehicle.camera_works = False
     async with flying(flight) as run:

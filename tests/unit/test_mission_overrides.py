@@ -67,7 +67,10 @@ async def test_an_override_can_be_taken_back() -> None:
     await b.overrides.decide(3, checks.GEOFENCE, "indoor test", "Ada")
     assert (await b.overrides.decide(3, checks.GEOFENCE, None, "Bob")).blocks
     assert (await b.see(FENCE))[0].blocks
-    assert [record.reason for record in b.recorder.actions] == ["indoor test", None]
+    assert [(record.reason, record.operator) for record in b.recorder.actions] == [
+        ("indoor test", "Ada"),
+        (None, "Bob"),
+    ]
 
 
 @pytest.mark.parametrize(

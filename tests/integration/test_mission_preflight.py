@@ -1,0 +1,178 @@
+"""Preflight of whole missions on a fake fleet, in virtual time: asked vehicles, written fences, refused launches."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from aos_gcs.errors import MissionError
+from aos_gcs.geometry.geodesy import LocalFrame
+from aos_gcs.mission import checks
+from aos_gcs.mission.model import Action, CheckStatus, Outcome, Phase, PreflightCheck
+from aos_gcs.mission.overrides import BY_CONFIGURATION
+from aos_gcs.mission.settings import Deadlines, PreflightSettings
+from aos_gcs.ports import Geofence, Safeguard
+from tests.fakes.fleet import ORIGIN
+from tests.fakes.mission_flight import Flight, flying, prepare
+
+pytestmark = pytest.mark.looptime
+
+BY_HAND = {"auto_start": False, "deadlines": Deadlines(capture_s=5.0)}
+REFRESH_S = 10.0
+OFTEN = PreflightSettings(upload_fence=True, refresh_s=REFRESH_S)
+OFF = Safeguard(False, "none (FS_GCS_ENABLE = 0)", "set FS_GCS_ENABLE to 1")
+
+
+def check_of(flight: Flight, vehicle_id: int, name: str) -> PreflightCheck:
+    found = {(check.vehicle_id, check.name): check for check in flight.mission.snapshot().preflight}
+    return found[vehicle_id, name]
+
+
+async def until_ready(flight: Flight) -> None:
+    await flight.until(lambda: flight.mission.phase is Phase.READY)
+
+
+async def test_a_good_fleet_shows_every_check_of_every_vehicle() -> None:
+    flight = prepare(n=2, **BY_HAND)
+    async with flying(flight) as run:
+        await until_ready(flight)
+        matrix = flight.mission.snapshot().preflight
+        assert [(check.vehicle_id, check.name) for check in matrix] == [
+            (vehicle_id, name) for vehicle_id in (1, 2) for name in checks.ORDER
+        ]
+        assert {check.status for check in matrix if check.name != checks.CLOCK} == {CheckStatus.PASS}
+        assert check_of(flight, 1, checks.CAMERA).text == (
+            "96 x 96, red green blue thermal, 90° below the horizon, 0.0 m from the vehicle"
+        )
+        await flight.mission.act(Action.ABORT, None)
+        await run
+
+
+async def test_the_written_fence_is_the_one_that_the_mission_keeps() -> None:
+    zone = ((20.0, 20.0), (24.0, 20.0), (22.0, 24.0))
+    flight = prepare(n=2, safety={"no_go_enu_m": (zone,)}, **BY_HAND)
+    async with flying(flight) as run:
+        await until_ready(flight)
+        fences = [vehicle.fence for vehicle in flight.fleet.members.values()]
+        await flight.mission.act(Action.ABORT, None)
+        await run
+    frame = LocalFrame(ORIGIN)
+    for fence in fences:
+        assert fence is not None
+        for ring, ring_enu_m in zip(
+            (fence.inclusion_deg, *fence.exclusions_deg), (flight.mission.snapshot().fence_enu_m, zone), strict=True
+        ):
+            corners = [frame.to_geodetic(np.array([*corner, 0.0])) for corner in ring_enu_m]
+            assert ring == tuple((round(c.latitude_deg, 7), round(c.longitude_deg, 7)) for c in corners)
+        assert fence.ceiling_above_home_m == 42.0
+
+
+async def test_vehicles_are_not_asked_again_and_again() -> None:
+    flight = prepare(n=2, preflight=OFTEN, **BY_HAND)
+    async with flying(flight) as run:
+        await until_ready(flight)
+        vehicle = flight.fleet.members[1]
+        before = (vehicle.inspections, vehicle.uploads, vehicle.images)
+        await flight.clock.sleep(0.8 * REFRESH_S)
+        assert (vehicle.inspections, vehicle.uploads, vehicle.images) == before
+        assert before <= (4, 1, 1)
+        await flight.clock.sleep(0.4 * REFRESH_S)
+        assert vehicle.inspections == before[0] + 1
+        await flight.clock.sleep(0.7 * REFRESH_S)
+        await flight.mission.act(Action.START, None)
+        await run
+    assert flight.mission.snapshot().elapsed_s > REFRESH_S
+    assert vehicle.inspections == before[0] + 1, "who flies is left alone"
+
+
+async def test_a_fence_is_not_written_unless_told_to() -> None:
+    flight = prepare(n=2, preflight=PreflightSettings(), **BY_HAND)
+    async with flying(flight) as run:
+        await flight.clock.sleep(10.0)
+        check = check_of(flight, 1, checks.GEOFENCE)
+        assert (check.status, check.text, check.overridable) == (CheckStatus.FAIL, "none", True)
+        assert "preflight.upload_fence" in check.remedy
+        assert [vehicle.uploads for vehicle in flight.fleet.members.values()] == [0, 0]
+        await flight.mission.act(Action.ABORT, None)
+        await run
+
+
+async def test_what_is_off_refuses_the_launch_until_it_is_on_or_overridden() -> None:
+    flight = prepare(n=2, **BY_HAND)
+    flight.fleet.members[1].facts = {"link_loss": OFF}
+    flight.fleet.members[2].facts = {"link_loss": OFF}
+    async with flying(flight) as run:
+        await flight.clock.sleep(10.0)
+        assert check_of(flight, 1, checks.LINK_LOSS).describe() == (
+            "vehicle 1, link-loss failsafe: none (FS_GCS_ENABLE = 0); set FS_GCS_ENABLE to 1"
+        )
+        with pytest.raises(MissionError, match="preflight has not passed"):
+            await flight.mission.act(Action.START, None)
+        await flight.mission.override_check(2, checks.LINK_LOSS, "a pilot stands by", operator="Ada")
+        await flight.clock.sleep(10.0)
+        assert flight.mission.phase is Phase.PREFLIGHT, "the override is for one vehicle"
+        flight.fleet.members[1].facts = {}
+        await until_ready(flight)
+        assert "1 failed checks are overridden" in flight.mission.snapshot().message
+        assert any("is overridden by Ada: a pilot stands by" in text for text in flight.texts())
+        await flight.mission.override_check(2, checks.LINK_LOSS, None, operator="Ada")
+        await flight.until(lambda: flight.mission.phase is Phase.PREFLIGHT)
+        await flight.mission.act(Action.ABORT, None)
+        await run
+    overrides = [record for record in flight.recorder.actions if record.action is Action.OVERRIDE]
+    assert [(record.check, record.reason, record.operator) for record in overrides] == [
+        (checks.LINK_LOSS, "a pilot stands by", "Ada"),
+        (checks.LINK_LOSS, None, "Ada"),
+    ]
+
+
+async def test_an_unattended_mission_overrides_what_its_configuration_names_and_nothing_else() -> None:
+    standing = PreflightSettings(upload_fence=True, overrides={checks.LINK_LOSS: "in a net"})
+    flight = prepare(n=2, preflight=standing)
+    flight.fleet.members[1].facts = {"link_loss": OFF}
+    flight.fleet.members[2].camera_works = False
+    async with flying(flight) as run:
+        assert await run is Outcome.FAILED
+    assert "vehicle 2, camera: no frame" in flight.mission.snapshot().message
+    assert not any(vehicle.commands for vehicle in flight.fleet.members.values())
+    (record,) = [record for record in flight.recorder.actions if record.action is Action.OVERRIDE]
+    assert (record.vehicle_ids, record.check, record.operator) == ((1,), checks.LINK_LOSS, BY_CONFIGURATION)
+
+
+async def test_a_fence_that_a_vehicle_denies_is_told_in_its_words() -> None:
+    flight = prepare(n=2, **BY_HAND)
+    flight.fleet.members[2].refuses = frozenset({Geofence})
+    async with flying(flight) as run:
+        await flight.clock.sleep(10.0)
+        assert check_of(flight, 2, checks.GEOFENCE).remedy == "no space"
+        assert check_of(flight, 1, checks.GEOFENCE).status is CheckStatus.PASS
+        flight.fleet.members[2].refuses = frozenset()
+        await until_ready(flight)
+        await flight.mission.act(Action.ABORT, None)
+        await run
+
+
+async def test_a_fence_that_somebody_changes_is_noticed_and_replaced() -> None:
+    flight = prepare(n=2, preflight=OFTEN, **BY_HAND)
+    async with flying(flight) as run:
+        await until_ready(flight)
+        vehicle = flight.fleet.members[1]
+        ours = vehicle.fence
+        vehicle.fence = Geofence(((48.0, 14.0), (48.0, 14.1), (48.1, 14.1)))
+        await flight.clock.sleep(REFRESH_S + 5.0)
+        assert vehicle.fence == ours
+        assert flight.mission.phase is Phase.READY
+        await flight.mission.act(Action.ABORT, None)
+        await run
+
+
+async def test_a_vehicle_that_falls_silent_is_not_asked_but_fails() -> None:
+    flight = prepare(n=2, **BY_HAND)
+    flight.fleet.members[2].silent_since_s = flight.clock.now_s()
+    async with flying(flight) as run:
+        await flight.clock.sleep(8.0)
+        assert check_of(flight, 2, checks.LINK).status is CheckStatus.FAIL
+        assert check_of(flight, 2, checks.GEOFENCE).status is CheckStatus.FAIL
+        assert flight.fleet.members[1].uploads == 1
+        await flight.mission.act(Action.ABORT, None)
+        await run
