@@ -14,7 +14,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, TypeAdapter
 
-from aos_gcs.api.models import MissionModel, NoticeModel, PictureModel, StepModel, WireModel
+from aos_gcs.api.models import MissionModel, NoticeModel, PictureModel, PreflightCheckModel, StepModel, WireModel
 
 
 class HelloMessage(WireModel):
@@ -44,10 +44,16 @@ class ChangesMessage(WireModel):
     kind: Literal["changes"] = "changes"
     seq: int
     utc_s: float
-    mission: dict[str, Any] = Field(description="Fields of MissionModel, vehicles left out, with their new values.")
+    mission: dict[str, Any] = Field(
+        description="Fields of MissionModel with their new values; vehicles never, preflight only where checks have "
+        "come or gone."
+    )
     vehicles: list[dict[str, Any]] = Field(
         description="For each vehicle that has changed: vehicle_id, and the fields of VehicleModel with new values. "
         "An id that was not there before is a new vehicle with all of its fields."
+    )
+    preflight: list[PreflightCheckModel] = Field(
+        description="Checks that have changed, to be replaced by vehicle_id and name, after what stands in mission."
     )
 
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import json
 from collections import deque
-from dataclasses import dataclass
-from typing import Any, Final
+from dataclasses import dataclass, field
+from typing import Any, Final, TypeVar
 
 from aos_gcs.api.models import MissionModel
 
@@ -17,14 +17,29 @@ REVISIONS_KEPT: Final = 32
 """Changes that can be merged; who is further behind gets the whole state."""
 
 Fields = dict[str, Any]
+CheckKey = tuple[int, str]
+KeyT = TypeVar("KeyT")
 
 
 @dataclass(frozen=True, slots=True)
 class _Change:
-    """From one revision to the next."""
+    """From one revision to a later one."""
 
-    mission: Fields
-    vehicles: dict[int, Fields]
+    mission: Fields = field(default_factory=dict)
+    """With ``preflight`` only where checks have come or gone."""
+    vehicles: dict[int, Fields] = field(default_factory=dict)
+    checks: dict[CheckKey, Fields] = field(default_factory=dict)
+
+    def __bool__(self) -> bool:
+        return bool(self.mission or self.vehicles or self.checks)
+
+    def then(self, later: _Change) -> _Change:
+        """Return both changes in one."""
+        vehicles = dict(self.vehicles)
+        for vehicle_id, fields in later.vehicles.items():
+            vehicles[vehicle_id] = vehicles.get(vehicle_id, {}) | fields
+        checks = later.checks if "preflight" in later.mission else self.checks | later.checks
+        return _Change(self.mission | later.mission, vehicles, checks)
 
 
 class MissionState:
@@ -33,6 +48,7 @@ class MissionState:
     def __init__(self) -> None:
         self._mission: Fields = {}
         self._vehicles: dict[int, Fields] = {}
+        self._checks: dict[CheckKey, Fields] = {}
         self._changes: deque[_Change | None] = deque(maxlen=REVISIONS_KEPT)
         """None: a change that cannot be told by fields, because a vehicle is gone."""
         self._bodies: dict[int, str] = {}
@@ -44,6 +60,7 @@ class MissionState:
         """Take in the state of the mission; return whether anything has changed."""
         fields = mission.model_dump(mode="json")
         vehicles = {one["vehicle_id"]: one for one in fields.pop("vehicles")}
+        checks = {(one["vehicle_id"], one["name"]): one for one in fields.pop("preflight")}
         change = _Change(
             mission=_changed(self._mission, fields),
             vehicles={
@@ -51,12 +68,15 @@ class MissionState:
                 for vehicle_id, one in vehicles.items()
                 if (changed := _changed(self._vehicles.get(vehicle_id, {}), one))
             },
+            checks=_changed(self._checks, checks),
         )
+        if list(checks) != list(self._checks):
+            change = _Change(change.mission | {"preflight": list(checks.values())}, change.vehicles)
         gone = not self._vehicles.keys() <= vehicles.keys()
-        if not (change.mission or change.vehicles or gone):
+        if not (change or gone):
             return False
         self._changes.append(None if gone else change)
-        self._mission, self._vehicles = fields, vehicles
+        self._mission, self._vehicles, self._checks = fields, vehicles, checks
         self._bodies.clear()
         self._utc_s = utc_s
         self.revision += 1
@@ -71,21 +91,19 @@ class MissionState:
     def _body_since(self, revision: int) -> str:
         behind = self.revision - revision
         changes = list(self._changes)[-behind:] if behind <= len(self._changes) else [None]
-        mission: Fields = {}
-        vehicles: dict[int, Fields] = {}
+        whole = _Change()
         for change in changes:
             if change is None:
-                whole = self._mission | {"vehicles": list(self._vehicles.values())}
-                return self._body("snapshot", {"mission": whole})
-            mission |= change.mission
-            for vehicle_id, fields in change.vehicles.items():
-                vehicles[vehicle_id] = vehicles.get(vehicle_id, {}) | fields
-        return self._body("changes", {"mission": mission, "vehicles": list(vehicles.values())})
+                lists = {"vehicles": list(self._vehicles.values()), "preflight": list(self._checks.values())}
+                return self._body("snapshot", {"mission": self._mission | lists})
+            whole = whole.then(change)
+        vehicles, checks = list(whole.vehicles.values()), list(whole.checks.values())
+        return self._body("changes", {"mission": whole.mission, "vehicles": vehicles, "preflight": checks})
 
     def _body(self, kind: str, fields: Fields) -> str:
         return json.dumps({"kind": kind, "utc_s": self._utc_s, **fields}, separators=(",", ":"))[1:]
 
 
-def _changed(before: Fields, now: Fields) -> Fields:
-    """Return the fields with another value than before."""
+def _changed(before: dict[KeyT, Any], now: dict[KeyT, Any]) -> dict[KeyT, Any]:
+    """Return the entries with another value than before."""
     return {name: value for name, value in now.items() if name not in before or before[name] != value}

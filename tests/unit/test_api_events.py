@@ -86,6 +86,7 @@ async def test_changes_of_the_state_are_joined_while_a_client_is_busy(mission: S
         "utc_s": 6.0,
         "mission": {"message": "wind"},
         "vehicles": [{"vehicle_id": 1, "link_age_s": 5.0}],
+        "preflight": [],
     }
 
 
@@ -114,6 +115,20 @@ def test_a_vehicle_that_is_gone_is_told_with_the_whole_state(mission: ScriptedMi
     state.update(model, 0.0)
     state.update(model.model_copy(update={"vehicles": model.vehicles[1:]}), 0.0)
     assert json.loads(state.message_since(1, 0))["kind"] == "snapshot"
+
+
+def test_of_preflight_only_checks_that_have_changed_are_sent(mission: ScriptedMission) -> None:
+    state, model = MissionState(), shown(mission)
+    state.update(model, 0.0)
+    changed = model.preflight[3].model_copy(update={"text": "much better"})
+    checks = [changed if one == model.preflight[3] else one for one in model.preflight]
+    state.update(model.model_copy(update={"preflight": checks}), 1.0)
+    message = json.loads(state.message_since(1, 0))
+    assert (message["mission"], message["preflight"]) == ({}, [changed.model_dump(mode="json")])
+    state.update(model.model_copy(update={"preflight": checks[1:]}), 2.0)
+    both = json.loads(state.message_since(1, 0))
+    assert len(both["mission"]["preflight"]) == len(checks) - 1
+    assert both["preflight"] == []
 
 
 @given(st.lists(st.lists(st.tuples(st.integers(1, 4), st.integers(0, 2)), max_size=4), min_size=1), st.data())

@@ -1,9 +1,10 @@
 import { expect, test } from "vitest";
 import { applyChanges } from "../src/api/changes";
+import type { PreflightCheck } from "../src/api/types";
 import { mission, vehicle } from "./samples";
 
 const before = mission({ vehicles: [vehicle(1), vehicle(2)] });
-const changes = { kind: "changes", seq: 1, utc_s: 0 } as const;
+const changes = { kind: "changes" as const, seq: 1, utc_s: 0, preflight: [] };
 
 test("changes only what is named, and keeps the rest as the same objects", () => {
   const after = applyChanges(before, {
@@ -25,4 +26,21 @@ test("takes in new vehicles in the order of their ids", () => {
 
 test("without a change of vehicles their list stays the same", () => {
   expect(applyChanges(before, { ...changes, mission: {}, vehicles: [] }).vehicles).toBe(before.vehicles);
+});
+
+test("replaces single checks of preflight", () => {
+  const check = (name: string, text: string): PreflightCheck => ({
+    vehicle_id: 1,
+    name,
+    status: "pass",
+    text,
+    remedy: "",
+    overridable: false,
+    overridden: null,
+    blocks: false,
+  });
+  const known = mission({ preflight: [check("link", "heard"), check("home", "set")] });
+  const after = applyChanges(known, { ...changes, mission: {}, vehicles: [], preflight: [check("home", "moved")] });
+  expect(after.preflight.map((one) => one.text)).toEqual(["heard", "moved"]);
+  expect(after.preflight[0]).toBe(known.preflight[0]);
 });

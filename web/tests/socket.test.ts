@@ -32,7 +32,14 @@ describe("parseServerMessage", () => {
 
 test("events count on by one, all other messages repeat the number before them", () => {
   const heartbeat = (seq: number): ServerMessage => ({ kind: "heartbeat", seq });
-  const changes = (seq: number): ServerMessage => ({ kind: "changes", seq, utc_s: 0, mission: {}, vehicles: [] });
+  const changes = (seq: number): ServerMessage => ({
+    kind: "changes",
+    seq,
+    utc_s: 0,
+    mission: {},
+    vehicles: [],
+    preflight: [],
+  });
   const event = (seq: number): ServerMessage => ({ kind: "step", seq, utc_s: 0, step: step(2) });
   expect(isGap(4, HELLO as unknown as ServerMessage)).toBe(false);
   expect([event(5), changes(4), heartbeat(4)].map((message) => isGap(4, message))).toEqual([false, false, false]);
@@ -98,7 +105,7 @@ describe("EventSocket", () => {
 
   test("tells changes as the snapshot that they lead to", () => {
     latest().say(HELLO);
-    latest().say({ kind: "changes", seq: 1, utc_s: 7, mission: { elapsed_s: 42 }, vehicles: [] });
+    latest().say({ kind: "changes", seq: 1, utc_s: 7, mission: { elapsed_s: 42 }, vehicles: [], preflight: [] });
     expect(heard.at(-1)).toEqual({ kind: "snapshot", seq: 1, utc_s: 7, mission: { ...mission(), elapsed_s: 42 } });
   });
 

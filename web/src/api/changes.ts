@@ -1,5 +1,12 @@
 /** Puts what has changed onto what the page knows of the mission. */
-import type { Changes, Mission, Vehicle } from "./types";
+import type { Changes, Mission, PreflightCheck, Vehicle } from "./types";
+
+const keyOf = (check: PreflightCheck): string => `${check.vehicle_id} ${check.name}`;
+
+function replaced(checks: readonly PreflightCheck[], changed: readonly PreflightCheck[]): PreflightCheck[] {
+  const byKey = new Map(changed.map((check) => [keyOf(check), check]));
+  return checks.map((check) => byKey.get(keyOf(check)) ?? check);
+}
 
 /** Return the mission after the changes. What has not changed stays the same object, so that nobody draws it again. */
 export function applyChanges(mission: Mission, changes: Changes): Mission {
@@ -12,5 +19,6 @@ export function applyChanges(mission: Mission, changes: Changes): Mission {
     changes.vehicles.length === 0
       ? mission.vehicles
       : [...byId.values()].sort((one, other) => one.vehicle_id - other.vehicle_id);
-  return { ...mission, ...changes.mission, vehicles };
+  const after = { ...mission, ...changes.mission, vehicles };
+  return changes.preflight.length === 0 ? after : { ...after, preflight: replaced(after.preflight, changes.preflight) };
 }

@@ -69,7 +69,7 @@ const picture = shape({ kind: isString, step: isNumber, url: isString, corners: 
 const FIELDS: Record<Kind, Record<string, Check>> = {
   hello: { schema_version: isNumber, mission, steps: listOf(step), notices: listOf(notice), pictures: listOf(picture) },
   snapshot: { mission },
-  changes: { mission: isObject, vehicles: listOf(shape({ vehicle_id: isNumber })) },
+  changes: { mission: isObject, vehicles: listOf(shape({ vehicle_id: isNumber })), preflight: Array.isArray },
   step: { step },
   notice: { notice },
   pictures: { pictures: listOf(picture) },
