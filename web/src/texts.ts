@@ -30,6 +30,7 @@ const VERB: Readonly<Record<Action, string>> = {
 
 const CONSEQUENCE: Readonly<Partial<Record<Action, string>>> = {
   start: "The motors start: keep everybody clear of the launch points.",
+  join: "Their motors start: keep everybody clear of the launch points.",
   return: "They stop searching and fly home to their launch points.",
   land: "They descend where they are now, onto whatever is below them.",
   abort: "The mission ends and cannot be resumed; all vehicles come home.",
@@ -111,6 +112,7 @@ export const texts = {
     label: "To",
     clear: "Select none",
     mission: "the mission",
+    waiting: "all that wait on the ground",
     all: (count: number) => `all ${count}`,
     some: (ids: readonly number[], count: number) => `${ids.length} of ${count}: ${ids.join(", ")}`,
   },

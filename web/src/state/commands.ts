@@ -4,8 +4,8 @@ import { texts } from "../texts";
 
 /** These concern the whole mission, whatever is selected. */
 const MISSION_WIDE: ReadonlySet<Action> = new Set<Action>(["start", "abort", "focus"]);
-/** These move the whole swarm off the ground, end the search or bring vehicles down: they ask once. Hold never asks. */
-const DANGEROUS: ReadonlySet<Action> = new Set<Action>(["start", "return", "land", "abort"]);
+/** These start motors, end the search or bring vehicles down: they ask once. Hold never asks. */
+const DANGEROUS: ReadonlySet<Action> = new Set<Action>(["start", "join", "return", "land", "abort"]);
 
 export const asksFirst = (action: Action): boolean => DANGEROUS.has(action);
 
@@ -32,6 +32,7 @@ export function targets(action: Action, selected: ReadonlySet<number>): readonly
 
 function scope(action: Action, vehicleIds: readonly number[] | null, mission: Mission | null): string {
   if (MISSION_WIDE.has(action)) return texts.scope.mission;
+  if (action === "join" && vehicleIds === null) return texts.scope.waiting;
   const fleet = mission?.vehicles.length ?? 0;
   return vehicleIds === null ? texts.scope.all(fleet) : texts.scope.some(vehicleIds, fleet);
 }

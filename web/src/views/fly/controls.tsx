@@ -7,7 +7,8 @@ import { select } from "../../state/selection";
 import { texts } from "../../texts";
 import { Panel } from "../../ui/panel";
 
-const ACTIONS: readonly Action[] = ["hold", "pause", "resume", "start", "return", "land", "abort"];
+/** The last one is there only while it can be asked for: nothing moves under a finger when it comes or goes. */
+const ACTIONS: readonly Action[] = ["hold", "pause", "resume", "start", "return", "land", "abort", "join"];
 
 export function Controls() {
   const { state, isConnected, mayCommand, selection, changeSelection, commands } = useShell();
@@ -41,6 +42,7 @@ export function Controls() {
           {ACTIONS.map((action) => {
             const { label } = makeCommand(action, mission, ids);
             const isEnabled = isConnected && isOffered(action, mission, ids);
+            if (action === "join" && !isEnabled) return null;
             return (
               <button
                 key={action}
