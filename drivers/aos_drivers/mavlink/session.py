@@ -283,7 +283,8 @@ class Session:
             self._ask(record, now_s)
 
     def _take_text(self, record: VehicleRecord, severity: int, text: str, now_s: float) -> None:
-        if severity >= mavlink.MAV_SEVERITY_DEBUG or not text.strip():
+        text = text.strip()  # PX4 marks texts that it also sends as events with a tab
+        if severity >= mavlink.MAV_SEVERITY_DEBUG or not text:
             return
         if severity <= mavlink.MAV_SEVERITY_WARNING:
             record.telemetry.text, record.telemetry.text_at_s = text, now_s

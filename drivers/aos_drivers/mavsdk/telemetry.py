@@ -119,12 +119,13 @@ class TelemetryFeed:
     def _take_text(self, status: plugin.StatusText) -> None:
         # MAVSDK counts from debug up, MAVLink from emergency down.
         severity = mavlink.MAV_SEVERITY_DEBUG - int(status.type)
-        if severity == mavlink.MAV_SEVERITY_DEBUG or not status.text.strip():
+        text = status.text.strip()
+        if severity == mavlink.MAV_SEVERITY_DEBUG or not text:
             return
         if severity <= mavlink.MAV_SEVERITY_WARNING:
             telemetry = self._record.telemetry
-            telemetry.text, telemetry.text_at_s = status.text, self._clock.now_s()
-        self._notify(Notice(notice_severity(severity), status.text, self._record.vehicle_id))
+            telemetry.text, telemetry.text_at_s = text, self._clock.now_s()
+        self._notify(Notice(notice_severity(severity), text, self._record.vehicle_id))
 
     def _take_direct(self, direct: MavlinkMessage) -> None:
         record, now_s = self._record, self._clock.now_s()
