@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
 from aos_gcs.clock import LoopClock
-from aos_gcs.errors import CommandRefusedError
+from aos_gcs.errors import CommandError, CommandRefusedError
 from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.ports import (
     Arm,
@@ -18,6 +20,7 @@ from aos_gcs.ports import (
     Disarm,
     DriverContext,
     FlightMode,
+    Geofence,
     Goto,
     Hold,
     Land,
@@ -33,6 +36,8 @@ pytestmark = [pytest.mark.sitl, pytest.mark.timeout(600)]
 LINKS = {"arducopter": "AOS_SITL_ARDUCOPTER", "px4": "AOS_SITL_PX4"}
 HEIGHT_M = 10.0
 AWAY_ENU_M = (0.0, 20.0, HEIGHT_M + 2.0)
+FAR_ENU_M = (0.0, 55.0, HEIGHT_M)
+"""Within the fence, which the vehicle keeps from one test to the next."""
 
 
 async def until(clock: Clock, condition: Callable[[], bool], within_s: float) -> None:
@@ -46,26 +51,57 @@ def distance_m(vehicle: Vehicle, frame: LocalFrame, place_enu_m: tuple[float, fl
     return math.inf if position is None else float(np.linalg.norm(frame.to_enu(position) - place_enu_m))
 
 
-@pytest.mark.parametrize("autopilot", LINKS)
-@pytest.mark.parametrize("driver", ["mavlink", "mavsdk"])
-async def test_a_flight_from_take_off_to_landing(driver: str, autopilot: str) -> None:
+@dataclass(frozen=True)
+class Bench:
+    """The first vehicle that is ready to arm."""
+
+    vehicle: Vehicle
+    clock: Clock
+    frame: LocalFrame
+    """About its home."""
+
+    def after(self, duration_s: float) -> float:
+        """Return the deadline so many seconds from now."""
+        return self.clock.now_s() + duration_s
+
+    async def landed(self) -> None:
+        """Land, and wait until the motors stand still."""
+        state = self.vehicle.state
+        if state.armed:
+            await self.vehicle.execute(Land(), self.after(15.0))
+        await until(self.clock, lambda: _stands(self.vehicle), 120.0)
+
+
+def _stands(vehicle: Vehicle) -> bool:
+    return vehicle.state.landed is LandedState.ON_GROUND and not vehicle.state.armed
+
+
+@asynccontextmanager
+async def open_bench(driver: str, autopilot: str) -> AsyncIterator[Bench]:
     link = os.environ.get(LINKS[autopilot])
     if not link:
         pytest.skip(f"needs {LINKS[autopilot]}, such as udpin://0.0.0.0:14550")
     clock = LoopClock()
     notices: list[Notice] = []
-
-    def after(duration_s: float) -> float:
-        return clock.now_s() + duration_s
-
     async with load_driver(driver)([link], DriverContext(clock, lambda: True, notices.append)) as fleet:
         await until(clock, lambda: any(v.state.ready_to_arm for v in fleet.vehicles().values()), 180.0)
         vehicle = next(v for v in fleet.vehicles().values() if v.state.ready_to_arm)
         assert vehicle.state.autopilot == autopilot
         assert vehicle.state.home is not None
-        frame = LocalFrame(vehicle.state.home)
+        yield Bench(vehicle, clock, LocalFrame(vehicle.state.home))
+
+
+everywhere = pytest.mark.parametrize(
+    ("driver", "autopilot"), [(driver, autopilot) for driver in ("mavlink", "mavsdk") for autopilot in LINKS]
+)
+
+
+@everywhere
+async def test_a_flight_from_take_off_to_landing(driver: str, autopilot: str) -> None:
+    async with open_bench(driver, autopilot) as bench:
+        vehicle, clock, frame, after = bench.vehicle, bench.clock, bench.frame, bench.after
         with pytest.raises(CommandRefusedError, match="take off first"):
-            await vehicle.execute(Goto(vehicle.state.home, 5.0), after(5.0))
+            await vehicle.execute(Goto(frame.origin, 5.0), after(5.0))
 
         await vehicle.execute(Arm(), after(30.0))
         try:
@@ -74,12 +110,45 @@ async def test_a_flight_from_take_off_to_landing(driver: str, autopilot: str) ->
                 await vehicle.execute(Disarm(), after(5.0))
             await vehicle.execute(Goto(frame.to_geodetic(AWAY_ENU_M), 5.0), after(15.0))
             await until(clock, lambda: distance_m(vehicle, frame, AWAY_ENU_M) < 1.5, 60.0)
-            await vehicle.execute(Goto(frame.to_geodetic((0.0, 200.0, HEIGHT_M)), 5.0), after(15.0))
+            await vehicle.execute(Goto(frame.to_geodetic(FAR_ENU_M), 3.0), after(15.0))
             await clock.sleep(5.0)
+            speed_mps = math.hypot(*(vehicle.state.velocity_enu_mps or ()))
+            assert speed_mps == pytest.approx(3.0, abs=1.0)
             await vehicle.execute(Hold(), after(15.0))
             assert vehicle.state.mode is FlightMode.HOLD
             await until(clock, lambda: math.hypot(*(vehicle.state.velocity_enu_mps or (9.0,))) < 0.5, 15.0)
-            assert distance_m(vehicle, frame, (0.0, 0.0, HEIGHT_M)) < 120.0
+            assert distance_m(vehicle, frame, FAR_ENU_M) > 10.0
         finally:
-            await vehicle.execute(Land(), after(15.0))
-        await until(clock, lambda: vehicle.state.landed is LandedState.ON_GROUND and not vehicle.state.armed, 120.0)
+            await bench.landed()
+
+
+@everywhere
+async def test_a_fence_is_read_back_and_kept(driver: str, autopilot: str) -> None:
+    async with open_bench(driver, autopilot) as bench:
+        vehicle, frame, after = bench.vehicle, bench.frame, bench.after
+        before = await vehicle.inspect(after(30.0))
+        assert before.firmware
+        assert before.return_height_m > 0.0
+
+        square, notch = (
+            ((-60.0, -60.0), (60.0, -60.0), (60.0, 60.0), (-60.0, 60.0)),
+            ((20.0, 20.0), (30.0, 20.0), (20.0, 30.0)),
+        )
+        rings = [[frame.to_geodetic((*corner, 0.0)) for corner in ring] for ring in (square, notch)]
+        inclusion, exclusion = (tuple((place.latitude_deg, place.longitude_deg) for place in ring) for ring in rings)
+        fence = Geofence(inclusion, (exclusion,), ceiling_above_home_m=40.0)
+        await vehicle.upload_fence(fence, after(30.0))
+        facts = await vehicle.inspect(after(30.0))
+        assert facts.fence is not None
+        assert facts.fence.is_same_as(fence)
+        assert facts.at_fence.is_on
+
+        await vehicle.execute(Arm(), after(30.0))
+        try:
+            await vehicle.execute(Takeoff(HEIGHT_M), after(90.0))
+            for place_enu_m in ((0.0, 80.0, HEIGHT_M), (23.0, 23.0, HEIGHT_M), (0.0, 10.0, 60.0)):
+                with pytest.raises(CommandError):
+                    await vehicle.execute(Goto(frame.to_geodetic(place_enu_m), 5.0), after(8.0))
+                assert distance_m(vehicle, frame, (0.0, 0.0, HEIGHT_M)) < 5.0
+        finally:
+            await bench.landed()
