@@ -10,9 +10,13 @@ from contextlib import asynccontextmanager
 
 from rich.console import Console
 
-from aos_gcs.mission.model import EventKind, MissionControl, MissionSnapshot, StepRecord
+from aos_gcs.cli.preflight_table import preflight_table
+from aos_gcs.mission.model import EventKind, MissionControl, MissionSnapshot, Phase, StepRecord
 
 _log = logging.getLogger(__name__)
+
+_MATRIX_PAUSE_S = 10.0
+"""Least time between two prints of an unfinished preflight."""
 
 
 @asynccontextmanager
@@ -27,6 +31,7 @@ async def followed(mission: MissionControl) -> AsyncIterator[None]:
 async def _show(mission: MissionControl) -> None:
     """Follow a mission until cancelled: a status line on a terminal, and one line per step."""
     console = Console(stderr=True)
+    matrix = Matrix()
     with mission.subscribe() as events, console.status("Starting.") as status:
         if not sys.stderr.isatty():
             status.stop()
@@ -35,6 +40,28 @@ async def _show(mission: MissionControl) -> None:
                 _log.info(_describe_step(event.data))
             elif event.kind is EventKind.SNAPSHOT and isinstance(event.data, MissionSnapshot):
                 status.update(f"[bold]{event.data.phase}[/bold]  {event.data.message}")
+                if matrix.is_news(event.data, event.utc_s):
+                    console.print(preflight_table(event.data.preflight), markup=False, highlight=False, soft_wrap=True)
+
+
+class Matrix:
+    """Decides when the matrix of preflight is worth printing: when it is over, and when what is open has changed."""
+
+    def __init__(self) -> None:
+        self._shown: object = None
+        self._due_utc_s = 0.0
+
+    def is_news(self, snapshot: MissionSnapshot, utc_s: float) -> bool:
+        """Return whether to print it now. While vehicles start up much changes: that waits for some seconds."""
+        if snapshot.phase is Phase.CONNECT or not snapshot.preflight:
+            self._due_utc_s = utc_s + _MATRIX_PAUSE_S
+            return False
+        is_open = snapshot.phase is Phase.PREFLIGHT
+        state = (is_open, tuple((c.vehicle_id, c.name, c.remedy) for c in snapshot.preflight if c.blocks))
+        if state == self._shown or (is_open and utc_s < self._due_utc_s):
+            return False
+        self._shown, self._due_utc_s = state, utc_s + _MATRIX_PAUSE_S
+        return True
 
 
 def _describe_step(step: StepRecord) -> str:
