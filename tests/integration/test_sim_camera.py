@@ -15,11 +15,14 @@ import cv2
 import numpy as np
 import pytest
 
+from aos_drivers.mavlink import open_mavlink
+from aos_gcs.clock import LoopClock
 from aos_gcs.config import parse_config
-from aos_gcs.errors import LinkError
+from aos_gcs.errors import CaptureError, LinkError
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.mission.model import Outcome
 from aos_gcs.mission.settings import Deadlines, FlightSettings
+from aos_gcs.ports import Capture, DriverContext, Vehicle
 from aos_gcs.scripting import SwarmOptions, open_swarm
 from aos_gcs.service import open_service
 from aos_sim.attached.service import AttachedCameras, AttachedOptions
@@ -63,15 +66,17 @@ def script_options(vehicles: int, driver: str = "mavlink") -> SwarmOptions:
 
 
 @asynccontextmanager
-async def flying(autopilot: str, vehicles: int) -> AsyncIterator[tuple[SimulatedSwarm, AttachedCameras, str]]:
+async def flying(
+    autopilot: str, vehicles: int, speed: float = SPEED
+) -> AsyncIterator[tuple[SimulatedSwarm, AttachedCameras, str]]:
     """Vehicles without cameras, cameras beside them, and the link of a ground station for both."""
     gcs_port, camera_port = free_ports(2)
     simulated = SimulatorOptions(
         vehicles=vehicles,
         links=(f"udpout://{HOST}:{gcs_port}", f"udpout://{HOST}:{camera_port}"),
         autopilot=autopilot,
-        speed=SPEED,
-        start_up_s=2.0,
+        speed=speed,
+        start_up_s=0.2 * speed,
         cameras=False,
     )
     attached = AttachedOptions(
@@ -107,6 +112,31 @@ async def test_vehicles_without_cameras_deliver_what_the_cameras_beside_them_see
         assert report.min_separation_m == pytest.approx(5.0, abs=0.5)
         assert cameras.frame is not None
         assert cameras.homes_enu_m()[1] == pytest.approx((0.0, 0.0, 0.0), abs=0.02)
+
+
+async def test_ten_cameras_expose_at_the_same_time_again_and_again() -> None:
+    # In one event loop, ten fast vehicles would send more datagrams than it reads in time.
+    async with flying("arducopter", 10, speed=1.0) as (simulated, cameras, link):
+        clock = LoopClock()
+        async with open_mavlink([link], DriverContext(clock, lambda: True, lambda _: None)) as fleet:
+
+            async def capture(vehicle: Vehicle) -> Capture:
+                while True:
+                    try:
+                        return await vehicle.capture(clock.now_s() + 5.0)
+                    except CaptureError:  # its camera has not been heard yet
+                        await asyncio.sleep(0.1)
+
+            await until(lambda: len(fleet.vehicles()) == 10)
+            await until(lambda: simulated.vehicle(10).autopilot.position_known)
+            for index in range(3):
+                captures = await asyncio.gather(*map(capture, fleet.vehicles().values()))
+                assert sorted(capture.vehicle_id for capture in captures) == list(range(1, 11))
+                for taken in captures:
+                    home_enu_m = simulated.homes_enu_m[taken.vehicle_id]
+                    assert math.dist(simulated.frame.to_enu(taken.position), home_enu_m) < 0.1
+                    assert taken.image_index >= index
+        assert cameras.report().images >= 30
 
 
 async def test_an_independent_client_takes_a_photograph_with_a_camera_beside_a_vehicle() -> None:
@@ -211,6 +241,7 @@ async def test_a_mission_finds_a_person_with_cameras_beside_the_vehicles(tmp_pat
             "auto_start": True,
             "auto_return": True,
         },
+        "preflight": {"upload_fence": True},
         "deadlines": {"capture_s": 50.0, "connect_s": 100.0},
         "safety": {"max_link_age_s": 15.0, "max_position_age_s": 15.0},
         "api": {"enabled": False},
