@@ -70,6 +70,8 @@ class Roster:
         self._fleet = fleet
         self._clock = clock
         self._members: dict[int, Member] = {}
+        self._places: dict[int, tuple[GeodeticPosition, NDArray[np.float64]]] = {}
+        """The position that was converted last, and what came of it."""
         self.frame: LocalFrame | None = None
 
     def refresh(self) -> list[Member]:
@@ -128,7 +130,12 @@ class Roster:
         position = member.state.position
         if self.frame is None or position is None:
             return None
-        return self.frame.to_enu(position)
+        known = self._places.get(member.vehicle_id)
+        if known is None or known[0] is not position:
+            # Asked for many times between two reports, by checks of each vehicle against each other above all.
+            known = self._places[member.vehicle_id] = (position, self.frame.to_enu(position))
+            known[1].setflags(write=False)
+        return known[1]
 
     def is_in_layer(self, member: Member) -> bool:
         """Return whether a vehicle is at the height of its altitude layer."""
