@@ -15,7 +15,8 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from aos_gcs.errors import ConfigurationError, LinkError
 from aos_sim.packets import Parser
 
-MAX_PEERS = 8
+GROUND_STATIONS = 8
+"""Peers of a vehicle that listens."""
 MAX_BACKLOG_BYTES = 65_536
 
 Address = tuple[str, int]
@@ -90,10 +91,11 @@ class Endpoint(ABC):
 
 
 class UdpEndpoint(Endpoint, asyncio.DatagramProtocol):
-    """UDP, either connected to one address or answering all who have sent (the latest eight)."""
+    """UDP, either connected to one address or answering all who have sent (the latest ``max_peers``)."""
 
-    def __init__(self, on_message: OnMessage) -> None:
+    def __init__(self, on_message: OnMessage, max_peers: int) -> None:
         super().__init__()
+        self._max_peers = max_peers
         self._on_message = on_message
         self._transport: asyncio.DatagramTransport | None = None
         self._connected = False
@@ -108,7 +110,7 @@ class UdpEndpoint(Endpoint, asyncio.DatagramProtocol):
         """Parse what a peer has sent."""
         parser = self._parsers.setdefault(addr, Parser())
         self._parsers.move_to_end(addr)
-        if len(self._parsers) > MAX_PEERS:
+        if len(self._parsers) > self._max_peers:
             self._parsers.popitem(last=False)
         for message in parser.feed(data):
             self._on_message(message, addr)
@@ -187,7 +189,7 @@ class _TcpConnection(asyncio.Protocol):
         self._on_end()
 
 
-async def open_endpoint(address: LinkAddress, on_message: OnMessage) -> Endpoint:
+async def open_endpoint(address: LinkAddress, on_message: OnMessage, max_peers: int = GROUND_STATIONS) -> Endpoint:
     """Open one end of a link; the caller closes it.
 
     Raises:
@@ -198,7 +200,7 @@ async def open_endpoint(address: LinkAddress, on_message: OnMessage) -> Endpoint
     try:
         if address.kind in (LinkKind.UDP_OUT, LinkKind.UDP_IN):
             side = "remote_addr" if address.kind is LinkKind.UDP_OUT else "local_addr"
-            _, udp = await loop.create_datagram_endpoint(lambda: UdpEndpoint(on_message), **{side: where})  # type: ignore[arg-type]
+            _, udp = await loop.create_datagram_endpoint(lambda: UdpEndpoint(on_message, max_peers), **{side: where})  # type: ignore[arg-type]
             return udp
         tcp = TcpEndpoint(on_message)
         if address.kind is LinkKind.TCP_OUT:

@@ -32,6 +32,8 @@ _LOGGER = logging.getLogger(__name__)
 
 _TICK_S = 0.02
 _RETRY_S = 1.0
+_MAX_VEHICLES = 128
+"""On one link."""
 _SEPARATION_PERIOD_S = 0.1
 _SEPARATION_LAG_S = 0.3
 """Separations are those of a moment ago, of which the poses of all vehicles have arrived."""
@@ -125,7 +127,7 @@ class AttachedCameras:
             addresses = dict(enumerate(map(LinkAddress.parse, self._options.links)))
             for number, address in addresses.items():
                 if address.kind is not LinkKind.TCP_OUT:
-                    self._links[number] = await open_endpoint(address, partial(self._receive, number))
+                    self._links[number] = await open_endpoint(address, partial(self._receive, number), _MAX_VEHICLES)
                     stack.callback(self._links[number].close)
             self._group = await stack.enter_async_context(asyncio.TaskGroup())
             for number, address in addresses.items():
