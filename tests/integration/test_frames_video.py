@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import asyncio
+import io
 import math
 import socket
 import threading
 from collections.abc import AsyncIterator, Callable, Iterator
-from contextlib import asynccontextmanager, contextmanager
+from contextlib import ExitStack, asynccontextmanager, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -72,12 +73,12 @@ def mpeg_ts(port: int) -> Callable[[threading.Event], None]:
     return send
 
 
-def encode(target: Any, kind: str, end: threading.Event) -> None:
+def encode(target: Any, kind: str, end: threading.Event, frames: int = 10_000) -> None:
     """Send H.264 in real time, whose grey grows by 5 per frame."""
     with av.open(target, "w", format=kind) as output:
         stream: Any = output.add_stream("libx264", rate=RATE_HZ, options={"preset": "ultrafast", "tune": "zerolatency"})
         stream.width, stream.height, stream.pix_fmt, stream.gop_size = WIDTH, HEIGHT, "yuv420p", 5
-        for number in range(10_000):
+        for number in range(frames):
             picture = av.VideoFrame.from_ndarray(np.full((HEIGHT, WIDTH, 3), number * 5 % 256, np.uint8), "rgb24")
             for packet in stream.encode(picture):
                 output.mux(packet)
@@ -85,14 +86,50 @@ def encode(target: Any, kind: str, end: threading.Event) -> None:
                 return
 
 
-def session_description(folder: Path, port: int) -> str:
-    path = folder / "stream.sdp"
-    path.write_text(
-        "v=0\no=- 0 0 IN IP4 127.0.0.1\ns=x\nc=IN IP4 127.0.0.1\nt=0 0\n"
-        f"m=video {port} RTP/AVP 96\na=rtpmap:96 H264/90000\na=fmtp:96 packetization-mode=1\n",
-        encoding="utf-8",
+def session_description(port: int) -> str:
+    return (
+        "v=0\r\no=- 0 0 IN IP4 127.0.0.1\r\ns=x\r\nc=IN IP4 127.0.0.1\r\nt=0 0\r\n"
+        f"m=video {port} RTP/AVP 96\r\na=rtpmap:96 H264/90000\r\na=fmtp:96 packetization-mode=1\r\n"
     )
+
+
+def description_file(folder: Path, port: int) -> str:
+    path = folder / "stream.sdp"
+    path.write_text(session_description(port), encoding="utf-8")
     return str(path)
+
+
+@asynccontextmanager
+async def rtsp_server() -> AsyncIterator[tuple[str, list[str]]]:
+    """Answer as an RTSP server does (RFC 2326), and send RTP to the port that is set up; yields address and methods."""
+    methods: list[str] = []
+    with ExitStack() as senders:
+
+        async def serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+            while request := await read_request(reader):
+                methods.append(request[0].split()[0])
+                headers = dict(line.split(": ", 1) for line in request[1:])
+                lines, body = [f"CSeq: {headers['CSeq']}", "Session: 1"], ""
+                if methods[-1] == "DESCRIBE":
+                    body = session_description(0) + "a=control:track0\r\n"
+                    lines += ["Content-Type: application/sdp", f"Content-Length: {len(body)}"]
+                elif methods[-1] == "SETUP":
+                    port = int(headers["Transport"].split("client_port=")[1].split("-")[0])
+                    lines.append(f"Transport: RTP/AVP/UDP;unicast;client_port={port}-{port + 1}")
+                    senders.enter_context(sending(rtp(port)))
+                writer.write("\r\n".join(["RTSP/1.0 200 OK", *lines, "", body]).encode())
+            writer.close()
+
+        server = await asyncio.start_server(serve, "127.0.0.1", 0)
+        async with server:
+            yield f"rtsp://127.0.0.1:{server.sockets[0].getsockname()[1]}/main", methods
+
+
+async def read_request(reader: asyncio.StreamReader) -> list[str]:
+    lines = []
+    while line := (await reader.readline()).decode().strip():
+        lines.append(line)
+    return lines
 
 
 def settings_of(address: str, **changes: object) -> CameraSettings:
@@ -102,7 +139,7 @@ def settings_of(address: str, **changes: object) -> CameraSettings:
 
 async def test_rtp_gives_frames_with_the_senders_times_and_interpolated_poses(tmp_path: Path) -> None:
     port = free_port()
-    settings = settings_of(session_description(tmp_path, port))
+    settings = settings_of(description_file(tmp_path, port))
     with sending(rtp(port)):
         async with bench(ShutterVehicle(lambda _: None), settings) as network:
             first = await network.vehicle().capture(deadline_s(network, 20.0))
@@ -120,6 +157,15 @@ async def test_rtp_gives_frames_with_the_senders_times_and_interpolated_poses(tm
     assert second.R_cam2enu[:, 2] == pytest.approx([math.sin(tilt), 0.0, -math.cos(tilt)], abs=1e-4)
     assert state is not None
     assert (state.source, state.frames) == ("video", 2)
+
+
+async def test_rtsp_is_negotiated_and_received() -> None:
+    async with rtsp_server() as (address, methods), receiving(settings_of(address)) as (receiver, clock):
+        await until(clock, lambda: receiver.first_since(-math.inf) is not None)
+        frame = receiver.first_since(-math.inf)
+    assert frame is not None
+    assert frame.image()[0].shape == (HEIGHT, WIDTH, 3)
+    assert methods[:4] == ["OPTIONS", "DESCRIBE", "SETUP", "PLAY"]
 
 
 @asynccontextmanager
@@ -177,16 +223,25 @@ async def test_a_stream_that_is_not_there_is_named_at_the_deadline() -> None:
             await network.vehicle().capture(deadline_s(network, 0.5))
 
 
-async def test_a_stream_cannot_lead_to_a_file(tmp_path: Path) -> None:
-    secret = tmp_path / "secret.ts"
-    secret.write_bytes(b"x")
-    async with receiving(settings_of(f"rtsp:file://{secret}".replace("rtsp:", "udp://", 1))) as (receiver, clock):
-        await until(clock, lambda: receiver.problem.startswith("the stream fails"))
+async def test_what_is_no_stream_is_not_opened() -> None:
+    """FFmpeg knows hundreds of formats, playlists that name other addresses among them."""
+    film = io.BytesIO()
+    encode(film, "matroska", threading.Event(), frames=20)
+
+    async def serve(_reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        writer.write(film.getvalue())
+        writer.close()
+
+    async with await asyncio.start_server(serve, "127.0.0.1", 0) as server:
+        port = server.sockets[0].getsockname()[1]
+        async with receiving(settings_of(f"tcp://127.0.0.1:{port}")) as (receiver, clock):
+            await until(clock, lambda: receiver.problem.startswith("the stream fails"), 5.0)
+            assert receiver.first_since(-math.inf) is None
 
 
 async def test_a_frame_without_a_pose_of_its_time_is_refused(tmp_path: Path) -> None:
     port = free_port()
-    settings = settings_of(session_description(tmp_path, port), max_pose_age_s=0.3)
+    settings = settings_of(description_file(tmp_path, port), max_pose_age_s=0.3)
     with sending(rtp(port)):
         async with bench(ShutterVehicle(lambda _: None), settings) as network:
             await network.vehicle().capture(deadline_s(network, 20.0))

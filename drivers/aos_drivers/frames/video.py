@@ -38,6 +38,8 @@ _PROTOCOLS = {
     "sdp": "file,rtp,udp",
 }
 """What FFmpeg may use for each kind of address, so that no stream leads it to files or to other services."""
+_FORMATS = "rtsp,rtp,sdp,mpegts"
+"""No playlists: they name other addresses."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -119,6 +121,7 @@ class VideoReceiver:
         kind = "sdp" if address.endswith(".sdp") else address.partition("://")[0]
         options = {
             "protocol_whitelist": _PROTOCOLS[kind],
+            "format_whitelist": _FORMATS,
             "fflags": "nobuffer",
             "analyzeduration": str(round(_ANALYSIS_S * 1e6)),
         }
