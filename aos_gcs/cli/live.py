@@ -15,7 +15,7 @@ from aos_gcs.mission.model import EventKind, MissionControl, MissionSnapshot, Ph
 
 _log = logging.getLogger(__name__)
 
-_MATRIX_PAUSE_S = 10.0
+_MATRIX_PAUSE_S = 20.0
 """Least time between two prints of an unfinished preflight."""
 
 

@@ -22,17 +22,32 @@ def preflight_table(found: Sequence[PreflightCheck]) -> str:
     for name in names:
         signs = [_sign(cells.get((name, vehicle_id))) for vehicle_id in vehicle_ids]
         rows.append(name.ljust(width) + "".join(f"{sign:>4}" for sign in signs))
-    notes = [_note(check) for check in found if check.status is not CheckStatus.PASS]
-    return "\n".join([*(rows if names else []), *notes])
+    return "\n".join([*(rows if names else []), *_notes(found)])
+
+
+def _notes(found: Sequence[PreflightCheck]) -> list[str]:
+    """Return a line for each thing that is not as it should be; vehicles with the same problem share one."""
+    vehicles: dict[str, list[PreflightCheck]] = {}
+    for check in found:
+        if check.status is not CheckStatus.PASS:
+            vehicles.setdefault(_problem(check), []).append(check)
+    return [f"{_sign(checks[0])} {_subject(checks)}{problem}" for problem, checks in vehicles.items()]
+
+
+def _problem(check: PreflightCheck) -> str:
+    text = f"{check.name}: {check.text}; {check.remedy}" if check.remedy else f"{check.name}: {check.text}"
+    override = check.overridden
+    return text if override is None else f"{text} (overridden by {override.by or 'the operator'}: {override.reason})"
+
+
+def _subject(checks: Sequence[PreflightCheck]) -> str:
+    vehicle_ids = [check.vehicle_id for check in checks if check.vehicle_id != MISSION]
+    if not vehicle_ids:
+        return ""
+    return f"vehicle{'s' if len(vehicle_ids) > 1 else ''} {', '.join(map(str, vehicle_ids))}, "
 
 
 def _sign(check: PreflightCheck | None) -> str:
     if check is None:
         return _EMPTY
     return _OVERRIDDEN if check.overridden else _SIGNS[check.status]
-
-
-def _note(check: PreflightCheck) -> str:
-    text = f"{_sign(check)} {check.describe()}"
-    override = check.overridden
-    return text if override is None else f"{text} (overridden by {override.by or 'the operator'}: {override.reason})"

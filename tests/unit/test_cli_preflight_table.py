@@ -20,6 +20,7 @@ def test_every_check_is_a_row_and_every_problem_a_note() -> None:
         checks.warned(1, checks.CLOCK, "offset not known", "wait"),
         checks.passed(12, checks.LINK, "heard"),
         replace(fence, overridden=CheckOverride("indoors", "Ada", 0.0)),
+        checks.failed(1, checks.BATTERY, "40 %", "change it"),
         checks.failed(12, checks.BATTERY, "40 %", "change it"),
     ]
     assert preflight_table(found).splitlines() == [
@@ -27,11 +28,11 @@ def test_every_check_is_a_row_and_every_problem_a_note() -> None:
         "link       ✓   ✓",
         "clock      !   ·",
         "geofence   ·   o",
-        "battery    ·   ✗",
+        "battery    ✗   ✗",
         "! aperture: too narrow; fly higher",
         "! vehicle 1, clock: offset not known; wait",
         "o vehicle 12, geofence: none; upload it (overridden by Ada: indoors)",
-        "✗ vehicle 12, battery: 40 %; change it",
+        "✗ vehicles 1, 12, battery: 40 %; change it",
     ]
 
 
@@ -51,9 +52,9 @@ async def test_it_is_printed_when_news_are_worth_it() -> None:
     fence, link = checks.failed(1, checks.GEOFENCE, "none", "upload it"), checks.failed(1, checks.LINK, "old", "look")
     assert not is_news(Phase.CONNECT, 0.0)
     assert not is_news(Phase.PREFLIGHT, 5.0, fence, link), "vehicles that start up fail much"
-    assert is_news(Phase.PREFLIGHT, 10.0, fence, link)
+    assert is_news(Phase.PREFLIGHT, 20.0, fence, link)
     assert not is_news(Phase.PREFLIGHT, 30.0, replace(fence, text="still none"), link)
-    assert is_news(Phase.PREFLIGHT, 31.0, fence)
-    assert not is_news(Phase.PREFLIGHT, 32.0, link)
-    assert is_news(Phase.READY, 33.0, checks.passed(1, checks.LINK, "heard"))
-    assert not is_news(Phase.ARM, 34.0, checks.passed(1, checks.LINK, "heard"))
+    assert is_news(Phase.PREFLIGHT, 41.0, fence)
+    assert not is_news(Phase.PREFLIGHT, 42.0, link)
+    assert is_news(Phase.READY, 43.0, checks.passed(1, checks.LINK, "heard"))
+    assert not is_news(Phase.ARM, 44.0, checks.passed(1, checks.LINK, "heard"))
