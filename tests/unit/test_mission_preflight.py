@@ -10,10 +10,11 @@ import pytest
 
 from aos_gcs.clock import LoopClock
 from aos_gcs.geometry.geodesy import LocalFrame
+from aos_gcs.mission.checks import in_order
 from aos_gcs.mission.model import CheckStatus, PreflightCheck
-from aos_gcs.mission.preflight import check_all
+from aos_gcs.mission.preflight import check_all, check_layers
 from aos_gcs.mission.roster import Roster
-from aos_gcs.ports import VehicleState
+from aos_gcs.ports import LandedState, LinkQuality, VehicleState
 from tests.fakes.fleet import ORIGIN, FakeFleet
 
 pytestmark = pytest.mark.looptime
@@ -34,8 +35,8 @@ class FixedFleet:
         return self.members
 
 
-async def failures(expected: int = 2, distance_m: float = 2.0, **changes: Any) -> list[PreflightCheck]:
-    """Check two good vehicles 5 m apart, the second one with a changed state, and return what has failed."""
+async def two_vehicles(**changes: Any) -> Roster:
+    """Two good vehicles 5 m apart, the second one with a changed state."""
     clock = LoopClock()
     await clock.sleep(10.0)
     states = {number: vehicle.state for number, vehicle in FakeFleet(clock, 2, None).members.items()}
@@ -43,10 +44,18 @@ async def failures(expected: int = 2, distance_m: float = 2.0, **changes: Any) -
     roster = Roster(FixedFleet({number: FixedVehicle(state) for number, state in states.items()}), clock)
     roster.frame = LocalFrame(ORIGIN)
     roster.refresh()
-    checks = check_all(roster, expected, distance_m)
-    assert [check.vehicle_id for check in checks] == sorted(check.vehicle_id for check in checks)
-    assert len({(check.vehicle_id, check.name) for check in checks}) == len(checks)
-    return [check for check in checks if check.status is CheckStatus.FAIL]
+    return roster
+
+
+async def matrix(expected: int = 2, distance_m: float = 2.0, **changes: Any) -> tuple[PreflightCheck, ...]:
+    found = check_all(await two_vehicles(**changes), expected, distance_m)
+    assert found == in_order(found)
+    assert len({(check.vehicle_id, check.name) for check in found}) == len(found)
+    return found
+
+
+async def failures(expected: int = 2, distance_m: float = 2.0, **changes: Any) -> list[PreflightCheck]:
+    return [check for check in await matrix(expected, distance_m, **changes) if check.status is CheckStatus.FAIL]
 
 
 async def test_good_vehicles_pass_everything() -> None:
@@ -91,3 +100,50 @@ async def test_vehicles_that_are_not_heard_are_counted() -> None:
     (check,) = await failures(expected=4)
     assert (check.vehicle_id, check.name) == (0, "vehicles")
     assert check.describe() == "vehicles: 2 of 4 are heard; switch the others on or lower the number"
+
+
+@pytest.mark.parametrize(
+    ("changes", "name", "text"),
+    [
+        ({"packet_loss_fraction": 0.25}, "link", "25 % lost"),
+        ({"link": LinkQuality("a", round_trip_s=1.5, clock_offset_s=3.0)}, "link", "1500 ms there and back"),
+        ({"link": None}, "clock", "offset not known"),
+        ({"link": LinkQuality("a")}, "clock", "offset not known"),
+        ({"link": LinkQuality("a", clock_offset_s=3.0, clock_drift=-0.002)}, "clock", "drifts by -2000 µs per second"),
+        ({"satellites": 5}, "position", "5 satellites"),
+        ({"hdop": 3.1}, "position", "HDOP 3.1"),
+    ],
+)
+async def test_what_is_worth_knowing_is_a_warning(changes: dict[str, Any], name: str, text: str) -> None:
+    found = {check.name: check for check in await matrix(**changes) if check.vehicle_id == 2}
+    assert found[name].status is CheckStatus.WARN
+    assert not found[name].blocks
+    assert text in found[name].text
+    assert found[name].remedy
+
+
+async def test_good_links_and_clocks_are_told_with_their_numbers() -> None:
+    link = LinkQuality("a", round_trip_s=0.012, clock_offset_s=3.0, clock_drift=2e-5)
+    found = {check.name: check for check in await matrix(link=link, packet_loss_fraction=0.01, hdop=0.8)}
+    assert found["link"].text == "heard 0.0 s ago, 1 % lost, 12 ms there and back"
+    assert found["clock"].text == "offset known, drifts by +20 µs per second"
+    assert found["position"].text == "fix type 3, 12 satellites, HDOP 0.8"
+    assert {found[name].status for name in ("link", "clock", "position")} == {CheckStatus.PASS}
+
+
+async def test_layers_have_to_be_free() -> None:
+    roster = await two_vehicles()
+    first, second = roster.members()
+    assert [check.text for check in check_layers(roster, 2.0)] == ["none yet", "none yet"]
+    first.layer_height_m, second.layer_height_m = 35.0, 37.0
+    assert [check.status for check in check_layers(roster, 2.0)] == [CheckStatus.PASS] * 2
+    second.layer_height_m = 36.0
+    assert [check.remedy[:18] for check in check_layers(roster, 2.0)] == ["vehicle 2 has it, ", "vehicle 1 has it, "]
+
+
+async def test_a_layer_that_somebody_flies_in_is_not_free() -> None:
+    position = LocalFrame(ORIGIN).to_geodetic([50.0, 50.0, 35.5])
+    roster = await two_vehicles(armed=True, landed=LandedState.IN_AIR, position=position)
+    first, second = roster.members()
+    first.layer_height_m, second.layer_height_m = 35.0, 50.0
+    assert [check.status for check in check_layers(roster, 2.0)] == [CheckStatus.FAIL, CheckStatus.PASS]
