@@ -153,7 +153,7 @@ class AttachedCameras:
                 endpoint = await open_endpoint(address, partial(receive, key))
             except LinkError as error:
                 if not is_told:
-                    _LOGGER.info("%s It is tried again until somebody answers.", error)
+                    _LOGGER.info("%s It is tried again until somebody does.", error)
                 is_told = True
                 await asyncio.sleep(_RETRY_S)
                 continue
