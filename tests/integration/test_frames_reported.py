@@ -44,6 +44,7 @@ class ShutterVehicle(FakeVehicle):
         self.shot = 41
         self.offset_m = 0.0
         self.is_deaf = False
+        self.lost_reports = 0
         self.velocity_ned_cmps = (0, 0, 0)
 
     def telemetry(self) -> bytes:
@@ -76,10 +77,16 @@ class ShutterVehicle(FakeVehicle):
         answer = super()._on_command(message)
         is_px4 = self.autopilot == mavlink.MAV_AUTOPILOT_PX4
         shutter = mavlink.MAV_CMD_DO_DIGICAM_CONTROL if is_px4 else mavlink.MAV_CMD_IMAGE_START_CAPTURE
+        is_asked = message.command == mavlink.MAV_CMD_REQUEST_MESSAGE
+        if is_asked and message.param1 == mavlink.MAVLINK_MSG_ID_CAMERA_FEEDBACK:
+            return answer + self.report()
         if message.command != shutter or (is_px4 and message.param5 != 1.0):
             return answer
         self.shot += 1
         self.on_exposure(self.shot)
+        if self.lost_reports:
+            self.lost_reports -= 1
+            return answer
         return answer + self.report()
 
 
@@ -203,6 +210,15 @@ async def test_a_camera_that_fires_by_itself_is_waited_for(tmp_path: Path) -> No
         with pytest.raises(LateFrameError, match="no exposure was reported"):
             await network.vehicle().capture(deadline_s(network, 0.2))
     assert not vehicle.sent(mavlink.MAV_CMD_IMAGE_START_CAPTURE)
+
+
+async def test_a_lost_report_is_asked_for_again(tmp_path: Path) -> None:
+    vehicle = ShutterVehicle(lambda shot: (tmp_path / f"{shot}.png").write_bytes(picture(shot)) and None)
+    async with bench(vehicle, in_folder(tmp_path, file_name="{index}.png")) as network:
+        for index in (42, 43):
+            vehicle.lost_reports = 1
+            assert (await network.vehicle().capture(deadline_s(network))).image_index == index
+    assert len(vehicle.sent(mavlink.MAV_CMD_IMAGE_START_CAPTURE)) == 2
 
 
 async def test_the_second_image_of_a_repeated_command_serves_the_next_frame(tmp_path: Path) -> None:

@@ -8,11 +8,14 @@ from __future__ import annotations
 
 from functools import partial
 
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
 from aos_drivers.frames.images import decode_image
 from aos_drivers.frames.matching import Listing, Wanted
 from aos_drivers.frames.mount import Carrier, camera_pose
 from aos_drivers.frames.settings import CameraSettings
 from aos_drivers.frames.stores import ImageFinder
+from aos_drivers.mavlink.autopilots.base import command_long
 from aos_drivers.mavlink.exposure import CaptureTools, VehicleAccess, capture_error, lens_of
 from aos_drivers.mavlink.payload import ShutterReport
 from aos_drivers.mavlink.shutter import Shutter
@@ -65,21 +68,27 @@ class ReportedSource:
 
     async def _expose(self, deadline_s: float) -> ShutterReport:
         payload, record = self._record.payload, self._record
-        reports_before = payload.reports
+        before, reports_before = payload.latest_report, payload.reports
         heard_boot_s = payload.track.motions.latest_s
 
         def find() -> ShutterReport | None:
-            report = payload.latest_report if payload.reports > reports_before else None
-            if report is None or heard_boot_s is None:
-                return report
+            report = payload.latest_report
+            if report is None or payload.reports == reports_before or (before and report.index == before.index):
+                return None
             # A command that was sent twice exposes twice, and the second report may come when the first frame is done:
             # what was exposed before the vehicle's latest telemetry was not commanded after it.
-            return report if report.time.boot_s >= heard_boot_s else None
+            return report if heard_boot_s is None or report.time.boot_s >= heard_boot_s else None
 
         if not self._settings.is_triggered:
             return await self._shutter.wait(find, deadline_s)
         command = record.autopilot.shutter_command(record.target)
-        return await self._shutter.press(command, lambda _: find(), lambda: None, deadline_s)
+        return await self._shutter.press(command, lambda _: find(), self._ask_again, deadline_s)
+
+    def _ask_again(self) -> None:
+        """Ask for the report of the latest exposure, which got lost; PX4 keeps none."""
+        target, report_id = self._record.target, self._record.autopilot.shutter_report_id
+        request = command_long(target, mavlink.MAV_CMD_REQUEST_MESSAGE, float(report_id))
+        self._vehicle.send(target.system_id, target.component_id, request)
 
     async def _collect(self, report: ShutterReport, before: Listing, host: str, deadline_s: float) -> Capture:
         settings, clock, payload = self._settings, self._clock, self._record.payload
@@ -92,11 +101,12 @@ class ReportedSource:
         decode = partial(decode_image, max_pixels=self._limits.max_pixels)
         (image, bands), self._last_name = await self._finder.find(wanted, decode, host=host, deadline_s=deadline_s)
         with_gimbal = settings.mount.carrier is Carrier.GIMBAL
-        # Reports from both sides of the exposure make its pose better than the latest one before it.
-        await self._vehicle.changes.wait_for(
-            lambda: payload.track.covers(report.time.boot_s, with_gimbal=with_gimbal),
-            min(deadline_s, clock.now_s() + settings.max_pose_age_s),
-        )
+        if with_gimbal or report.R_body2ned is None or report.position is None:
+            # Reports from both sides of the exposure make its pose better than the latest one before it.
+            await self._vehicle.changes.wait_for(
+                lambda: payload.track.covers(report.time.boot_s, with_gimbal=with_gimbal),
+                min(deadline_s, clock.now_s() + settings.max_pose_age_s),
+            )
         position, R_cam2enu = camera_pose(
             payload.track,
             settings.mount,

@@ -51,6 +51,7 @@ class ArduCopter(MulticopterAutopilot):
     name = "arducopter"
     setup = ArduCopterSetup()
     arming_mode: ClassVar[FlightMode] = FlightMode.GUIDED
+    shutter_report_id = mavlink.MAVLINK_MSG_ID_CAMERA_FEEDBACK
 
     def mode(self, heartbeat: mavlink.MAVLink_heartbeat_message) -> tuple[FlightMode, str]:
         """See the base class."""

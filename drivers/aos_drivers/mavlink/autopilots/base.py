@@ -66,6 +66,8 @@ class Autopilot(ABC):
     """The quirks of one autopilot. Holds no state: one instance serves all its vehicles."""
 
     name: ClassVar[str]
+    shutter_report_id: ClassVar[int] = mavlink.MAVLINK_MSG_ID_CAMERA_IMAGE_CAPTURED
+    """By which it tells of an image of its own camera."""
     quiet_message_ids: ClassVar[tuple[int, ...]] = ()
     """Streams that are on by default and that we do not want."""
     setup: ClassVar[Setup | None] = None
