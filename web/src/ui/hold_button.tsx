@@ -13,35 +13,42 @@ const isPressing = (event: KeyboardEvent): boolean => event.key === "Enter" || e
 
 export function HoldButton({ label, testId, onConfirm }: Props) {
   const [isPressed, setPressed] = useState(false);
-  const timer = useRef<ReturnType<typeof setTimeout> | undefined>(undefined);
-  const release = (): void => {
-    clearTimeout(timer.current);
-    timer.current = undefined;
+  const press = useRef<{ atMs: number; timer: ReturnType<typeof setTimeout> } | null>(null);
+
+  const end = (): void => {
+    clearTimeout(press.current?.timer);
+    press.current = null;
     setPressed(false);
   };
-  const press = (): void => {
-    if (timer.current !== undefined) return;
-    setPressed(true);
-    timer.current = setTimeout(() => {
-      release();
-      onConfirm();
-    }, CONFIRM_AFTER_MS);
+  const confirm = (): void => {
+    end();
+    onConfirm();
   };
-  useEffect(() => () => clearTimeout(timer.current), []);
+  const begin = ({ timeStamp }: Event): void => {
+    if (press.current !== null) return;
+    setPressed(true);
+    press.current = { atMs: timeStamp, timer: setTimeout(confirm, CONFIRM_AFTER_MS) };
+  };
+  const release = ({ timeStamp }: Event): void => {
+    // A page that is busy may hear of the release before its own timer: what counts is how long it was pressed.
+    if (press.current !== null && timeStamp - press.current.atMs >= CONFIRM_AFTER_MS) confirm();
+    else end();
+  };
+  useEffect(() => () => clearTimeout(press.current?.timer), []);
   return (
     <button
       type="button"
       class={`danger hold-button ${isPressed ? "is-pressed" : ""}`}
       style={{ "--confirm-after": `${CONFIRM_AFTER_MS}ms` }}
       data-testid={testId}
-      onPointerDown={press}
+      onPointerDown={begin}
       onPointerUp={release}
-      onPointerLeave={release}
-      onPointerCancel={release}
-      onBlur={release}
+      onPointerLeave={end}
+      onPointerCancel={end}
+      onBlur={end}
       onContextMenu={(event) => event.preventDefault()}
-      onKeyDown={(event) => isPressing(event) && press()}
-      onKeyUp={(event) => isPressing(event) && release()}
+      onKeyDown={(event) => isPressing(event) && begin(event)}
+      onKeyUp={(event) => isPressing(event) && release(event)}
     >
       {label}
     </button>
