@@ -158,7 +158,9 @@ async def test_the_image_of_a_failed_capture_is_not_taken_for_the_next() -> None
     [
         ("q", (0.0, 0.0, 0.0, 0.0), "no orientation"),
         ("q", (math.nan, 0.0, 0.0, 0.0), "no orientation"),
+        ("q", (2.0, 0.0, 0.0, 0.0), "not a rotation: the norm of its quaternion is 2"),
         ("position_e7", (0, 0), "no position"),
+        ("position_e7", (480100000, 140000000), r"11\d\d m from where the vehicle was.*max_pose_offset_m"),
         ("capture_result", 0, "exposure failed"),
         ("result", mavlink.MAV_RESULT_DENIED, "denied"),
         ("focal_mm", math.nan, "camera.fov_deg"),
@@ -171,6 +173,26 @@ async def test_what_makes_an_image_useless_is_named(attribute: str, value: objec
         await settle(network)
         with pytest.raises(CaptureError, match=words):
             await network.vehicle().capture(10.0)
+
+
+async def test_frames_and_those_that_are_not_used_are_counted_by_their_reasons() -> None:
+    vehicle = CameraVehicle()
+    async with open_network(vehicle, fetcher=RecordedFetcher()) as network:
+        await settle(network)
+        await network.vehicle().capture(10.0)
+        for attribute, value in (("position_e7", (480100000, 140000000)), ("capture_result", 0)):
+            setattr(vehicle, attribute, value)
+            with pytest.raises(CaptureError):
+                await network.vehicle().capture(20.0)
+        vehicle.capture_result, vehicle.lost = 1, 99
+        with pytest.raises(CaptureError):
+            await network.vehicle().capture(network.clock.now_s() + 0.5)
+        camera = network.vehicle().state.camera
+        told = [notice.text for notice in network.notices if "no image" in notice.text]
+    assert camera is not None
+    assert (camera.source, camera.frames, camera.refused, camera.failed, camera.late) == ("component", 1, 1, 1, 1)
+    assert "did not arrive" in camera.problem
+    assert len(told) == 3
 
 
 async def test_the_field_of_view_can_be_set_by_the_user() -> None:
