@@ -1,8 +1,8 @@
 """The archive strategy: remember every view of the target, and hold those that show most of it together.
 
 The swarm scans as AOS-PSO does until the target is in view. From then on every frame goes into an archive, with its
-line of sight and its own mask of the target. Some drones hold the views that are best *together*; the others explore
-lines of sight that nobody has looked along. The more of the aperture is known, the more drones hold.
+line of sight and its own mask of the target. The drones look along the lines that are expected to show most *together*:
+lines that are known to be good, and lines that nobody has looked along, of which more is hoped for than is likely.
 See docs/archive-strategy.md.
 """
 
@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.swarm import motion
-from aos_gcs.swarm.archive_looks import Looks, no_looks, with_looks
+from aos_gcs.swarm.archive_looks import SAME_LINE_M, Looks, no_looks, with_looks
 from aos_gcs.swarm.archive_moves import HOLDS_WITHIN_M, kept_apart, stepped
 from aos_gcs.swarm.archive_parameters import ArchiveParameters
 from aos_gcs.swarm.archive_plan import plan
-from aos_gcs.swarm.archive_raster import anchor_of, resampled
+from aos_gcs.swarm.archive_raster import CELLS, anchor_of, resampled
 from aos_gcs.swarm.archive_target import (
     TargetEstimate,
     after_sighting,
@@ -37,7 +37,9 @@ from aos_gcs.swarm.state import SwarmState
 NAME = "aos-archive"
 
 FORGET_STEPS = 8
-"""Steps out of view after which the target is no longer where the archive knows it."""
+"""Steps out of view after which a moving target is no longer where the archive knows it."""
+SEARCH_STEPS = 15
+"""The same for one that stands still."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,10 +83,10 @@ class ArchiveStrategy:
         swarm = self.follower.tell(state.swarm, observation)
         heights_m, masks = _checked_heights(observation), observation.masks
         if heights_m is None:
-            return self._without_sight(replace(state, swarm=swarm, heights_m=None))
+            return self._without_sight(replace(state, swarm=swarm, heights_m=None), FORGET_STEPS)
         state = replace(state, swarm=swarm, heights_m=heights_m[np.argsort(observation.vehicle_ids)])
         if not observation.target_in_view or masks is None or not masks.marked.any():
-            return self._without_sight(state)
+            return self._with_nothing_seen(state, observation, heights_m)
         return self._with_sight(state, observation, heights_m, masks)
 
     def ask(self, state: ArchiveState, rng: np.random.Generator) -> tuple[NDArray[np.float64], ArchiveState]:
@@ -102,7 +104,6 @@ class ArchiveStrategy:
             heights_m=heights_m,
             held_enu_m=state.held_enu_m,
             parameters=self.parameters,
-            rng=rng,
         )
         # All drones go along with the target, those that hold too.
         moved_m = positions_m + target.next_way_m
@@ -118,13 +119,40 @@ class ArchiveStrategy:
             return self.follower.diagnostics(state.swarm)
         return Diagnostics(branch="archive", leader_id=state.swarm.situation.leader_id)
 
-    def _without_sight(self, state: ArchiveState) -> ArchiveState:
+    def _without_sight(self, state: ArchiveState, patience: int) -> ArchiveState:
         if state.target is None:
             return state
         target = out_of_view(state.target)
-        if target.lost_steps > FORGET_STEPS:
+        if target.lost_steps > patience:
             return replace(state, target=None, looks=no_looks(), held_enu_m=None)
         return replace(state, target=target)
+
+    def _with_nothing_seen(
+        self, state: ArchiveState, observation: Observation, heights_m: NDArray[np.float64]
+    ) -> ArchiveState:
+        """Return the state with empty looks along the lines that nobody has looked along before.
+
+        A still target must be there and only has to be seen: without them the swarm would stay where it sees nothing.
+        """
+        if state.target is None:
+            return state
+        state = self._without_sight(state, FORGET_STEPS if state.target.is_moving else SEARCH_STEPS)
+        if state.target is None:
+            return state
+        target, canopy = state.target, self.parameters.canopy
+        slopes = (observation.positions_enu_m - target.position_enu_m) / heights_m[:, None]
+        lines = canopy.lines_of_slopes(target.position_enu_m, slopes[self._is_useful(slopes, heights_m, observation)])
+        is_new = np.asarray((canopy.distances_m(lines, state.looks.lines) > SAME_LINE_M).all(axis=1))
+        lines = lines[is_new]
+        looks = with_looks(
+            state.looks,
+            canopy,
+            lines,
+            masks=np.zeros((len(lines), CELLS), dtype=np.bool_),
+            anchor=anchor_of(target.position_enu_m),
+            drift_enu_m=np.array(target.drift_enu_m),
+        )
+        return replace(state, looks=looks)
 
     def _with_sight(
         self, state: ArchiveState, observation: Observation, heights_m: NDArray[np.float64], masks: TargetMasks
@@ -134,12 +162,10 @@ class ArchiveStrategy:
         guess_m = positions_m.mean(axis=0) if observation.target_enu_m is None else observation.target_enu_m
         ground_m = ground_point(masks, positions_m, heights_m, guess_m, body_height_m)
         if state.target is not None and is_elsewhere(state.target, ground_m):
-            return self._without_sight(state)
+            return self._without_sight(state, FORGET_STEPS)
         target = first_sighting(ground_m) if state.target is None else after_sighting(state.target, ground_m)
         slopes = (positions_m - target.position_enu_m) / heights_m[:, None]
-        # Frames from far beside the aperture would only push better ones out of the archive.
-        reach = (self.parameters.aperture_radius_m + self.parameters.c4_m) / heights_m.mean()
-        useful = (np.linalg.norm(slopes, axis=1) <= reach) & ~np.isnan(observation.fitness)
+        useful = self._is_useful(slopes, heights_m, observation)
         anchor = anchor_of(target.position_enu_m)
         canopy = self.parameters.canopy
         looks = with_looks(
@@ -151,6 +177,13 @@ class ArchiveStrategy:
             drift_enu_m=np.array(target.drift_enu_m),
         )
         return replace(state, target=target, looks=looks)
+
+    def _is_useful(
+        self, slopes: NDArray[np.float64], heights_m: NDArray[np.float64], observation: Observation
+    ) -> NDArray[np.bool_]:
+        """Return whose frames to remember: not those from far beside the aperture, which push out better ones."""
+        reach = (self.parameters.aperture_radius_m + self.parameters.c4_m) / heights_m.mean()
+        return np.asarray((np.linalg.norm(slopes, axis=1) <= reach) & ~np.isnan(observation.fitness))
 
 
 def make_aos_archive(parameters: Mapping[str, object]) -> ArchiveStrategy:

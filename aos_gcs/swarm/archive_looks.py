@@ -71,6 +71,14 @@ class Sightlines:
         return Sightlines(self.slopes[rows], self.crossings_enu_m[rows])
 
 
+def joined_lines(first: Sightlines, second: Sightlines) -> Sightlines:
+    """Return the lines of both, in that order."""
+    return Sightlines(
+        np.concatenate([first.slopes, second.slopes]),
+        np.concatenate([first.crossings_enu_m, second.crossings_enu_m]),
+    )
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Looks:
     """The archive of k looks, the oldest first; plain data."""

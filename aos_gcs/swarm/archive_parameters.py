@@ -21,34 +21,32 @@ class ArchiveParameters(AosPsoParameters):
     aperture_radius_m: float = 13.0
     """Radius of the circle about the target that is looked from, at the mean height of the swarm, metres."""
     spot_pitch_m: float = 1.0
-    """Between neighbouring spots that explorers go to, metres."""
-    min_distance_m: float = 3.1
-    """Horizontal distance that waypoints keep from each other, metres."""
+    """Between neighbouring spots that nobody has looked from, metres."""
+    view_spacing_m: float = 3.1
+    """Between drones that look along the lines chosen, at the mean height of the swarm, metres."""
+    min_distance_m: float = 2.6
+    """Horizontal distance that waypoints keep from each other, metres. Smaller than the spacing of views, as low drones
+    see along the same lines from nearer to each other, and so that drones find ways between those that hold."""
     max_step_m: float = 1.0
     """Longest way of a step once the target was seen, metres, beside the target's own. Short ones take more frames per
-    metre; where a step costs time of its own, longer ones are better."""
-    explorer_share: float = 0.1
-    """Of the swarm that explores to the end, from 0 to 1."""
-    area_exponent: float = 0.6
+    metre; where a step costs time of its own, 8 m are better."""
+    optimism: float = 0.3
+    """Share of the target that a line is hoped to show of which nothing is known, from 0 to 1. More than such lines
+    show in the mean lets the swarm look for better ones."""
+    area_exponent: float = 0.0
     """Views are chosen for normalised visibility times area to this power: 0 for visibility alone."""
     hysteresis: float = 0.01
     """Share by which another view must be better for a drone to leave the one it holds."""
-    curiosity: float = 0.3
-    """What it is worth to look where nobody has looked yet, in shares of the score."""
-    history_weight: float = 3.0
-    """What it is worth to show parts of the target that were never seen, for as much of it as is seen now."""
-    travel_cost_per_m: float = 0.02
-    """What a metre of way to there costs, in shares of the score."""
-    kernel_m: float = 0.37
+    kernel_m: float = 0.5
     """Distance of two lines of sight in the canopy at which one tells little about the other, metres."""
     canopy_height_m: float = 10.0
     """Of the middle of the leaves above the focal plane, metres."""
     canopy_half_depth_m: float = 3.0
     """From there to the edges of the leaves, metres."""
     body_height_m: float = 1.75
-    """Of the target that is looked for, metres."""
+    """Of the upright body that the target is taken for before much of it was seen, metres."""
     body_radius_m: float = 0.15
-    """Half of its width, so that its area comes out right, metres."""
+    """Half of its width, metres."""
 
     def __post_init__(self) -> None:
         AosPsoParameters.__post_init__(self)
@@ -56,12 +54,17 @@ class ArchiveParameters(AosPsoParameters):
             value = getattr(self, name)
             if value <= 0.0:
                 raise ConfigurationError(f"{name} must be above 0, but is {value:g}.")
-        for name in ("area_exponent", "hysteresis", "curiosity", "history_weight", "travel_cost_per_m"):
+        for name in ("area_exponent", "hysteresis"):
             value = getattr(self, name)
             if value < 0.0:
                 raise ConfigurationError(f"{name} must be at least 0, but is {value:g}.")
-        if not 0.0 <= self.explorer_share <= 1.0:
-            raise ConfigurationError(f"explorer_share must lie between 0 and 1, but is {self.explorer_share:g}.")
+        if not 0.0 <= self.optimism <= 1.0:
+            raise ConfigurationError(f"optimism must lie between 0 and 1, but is {self.optimism:g}.")
+        if self.min_distance_m > self.view_spacing_m:
+            raise ConfigurationError(
+                f"min_distance_m must be at most view_spacing_m, {self.view_spacing_m:g}, "
+                f"but is {self.min_distance_m:g}."
+            )
         if self.body_height_m >= self.canopy_height_m:
             raise ConfigurationError(
                 f"body_height_m must be below canopy_height_m, {self.canopy_height_m:g}, but is {self.body_height_m:g}."
@@ -76,6 +79,7 @@ class ArchiveParameters(AosPsoParameters):
 _ABOVE_ZERO = (
     "aperture_radius_m",
     "spot_pitch_m",
+    "view_spacing_m",
     "min_distance_m",
     "max_step_m",
     "kernel_m",

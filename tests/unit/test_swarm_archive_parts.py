@@ -1,4 +1,4 @@
-"""The parts of the archive strategy: raster, target, looks, selection, exploration, moves."""
+"""The parts of the archive strategy: raster, body, target, looks, selection, exploration, plan, moves."""
 
 from itertools import combinations
 
@@ -9,16 +9,17 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial.distance import pdist
 
-from aos_gcs.swarm.archive_exploration import choose_goals, lattice, predicted, values
+from aos_gcs.swarm.archive_body import learnt_body
+from aos_gcs.swarm.archive_exploration import expected_masks, lattice
 from aos_gcs.swarm.archive_looks import Canopy, no_looks, with_looks
 from aos_gcs.swarm.archive_moves import assigned, kept_apart, stepped
-from aos_gcs.swarm.archive_plan import count_holding
+from aos_gcs.swarm.archive_parameters import ArchiveParameters
+from aos_gcs.swarm.archive_plan import plan
 from aos_gcs.swarm.archive_raster import (
     CELL_M,
     CELLS,
     SIDE,
     anchor_of,
-    footprints,
     packed,
     resampled,
     shifted,
@@ -27,6 +28,7 @@ from aos_gcs.swarm.archive_raster import (
 from aos_gcs.swarm.archive_selection import Outlook, Views, choose_views, still_held
 from aos_gcs.swarm.archive_target import after_sighting, first_sighting, ground_point, is_elsewhere, out_of_view
 from aos_gcs.swarm.model import TargetMasks
+from tests.fakes.silhouettes import footprints
 
 CANOPY = Canopy(height_m=14.0, half_depth_m=4.0)
 SEEDS = st.integers(0, 2**32 - 1)
@@ -79,12 +81,48 @@ class TestRaster:
         row, column = divmod(int(np.flatnonzero(shifted(masks, np.array([[3, 2]]))[0])[0]), SIDE)
         assert (row, column) == (8, 13)
 
-    def test_a_body_lies_away_from_the_camera_and_longer_the_more_oblique(self) -> None:
+
+def body_learnt_from(shown: NDArray[np.bool_], slopes: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return the footprints under the same slopes, as the looks let one expect them."""
+    body = learnt_body(
+        shown.astype(np.float32), slopes, 40.0, np.zeros(2), prior_height_m=1.75, prior_radius_m=0.15
+    )  # fmt: skip
+    return body.footprints(slopes, 40.0)
+
+
+def agreement(first: NDArray[np.bool_], second: NDArray[np.bool_]) -> float:
+    """Return the area that footprints have in common, as a share of that of either."""
+    return float((first & second).sum() / (first | second).sum())
+
+
+class TestBody:
+    def test_at_first_it_is_upright(self) -> None:
+        slopes = lattice(13.0, 4.0) / 40.0
+        upright = footprints(slopes, 40.0, body_height_m=1.75, body_radius_m=0.15)
+        body = learnt_body(
+            np.zeros((0, CELLS), np.float32), np.zeros((0, 2)), 40.0, np.zeros(2),
+            prior_height_m=1.75, prior_radius_m=0.15,
+        )  # fmt: skip
+        assert agreement(body.footprints(slopes, 40.0), upright) > 0.6
+
+    def test_it_lies_away_from_the_camera_and_longer_the_more_oblique(self) -> None:
         slopes = np.array([[0.0, 0.0], [0.2, 0.0], [0.35, 0.0]])
-        prints = footprints(slopes, 40.0, body_height_m=1.75, body_radius_m=0.2)
+        prints = body_learnt_from(np.zeros((3, CELLS), np.bool_), slopes)
         assert (np.diff(prints.sum(axis=1)) > 0).all()
         columns = np.nonzero(prints[2].reshape(SIDE, SIDE))[1]
         assert columns.mean() < SIDE / 2 - 2
+
+    @pytest.mark.parametrize("height_m", [0.5, 1.75])
+    def test_it_is_learnt_although_every_look_shows_a_part_only(self, height_m: float) -> None:
+        """Leaves leave stripes free, in another place in each look; a low broad body is told from a high one."""
+        rng, slopes = np.random.default_rng(6), lattice(13.0, 1.5) / 40.0
+        truth = footprints(slopes, 40.0, body_height_m=height_m, body_radius_m=0.35)
+        row, column = np.divmod(np.arange(CELLS), SIDE)
+        stripes = (row + column + rng.integers(0, SIDE, (len(slopes), 1))) % 12 < 4
+        before = body_learnt_from(np.zeros_like(truth), slopes)
+        learnt = body_learnt_from(truth & stripes, slopes)
+        assert agreement(learnt, truth) > 0.75
+        assert agreement(learnt, truth) > agreement(before, truth) + 0.2
 
 
 class TestTarget:
@@ -220,49 +258,57 @@ class TestExploration:
         assert pdist(points).min() == pytest.approx(1.0)
         assert len(points) == pytest.approx(np.pi * 100.0 / np.sqrt(0.75), rel=0.03)
 
-    def test_unknown_places_promise_the_prior_and_known_ones_what_was_seen(self) -> None:
-        masks, footprint = np.array([[1.0, 0.0]]), np.ones((2, 2))
-        far, near = predicted(np.array([[0.0], [100.0]]), masks, footprint)
+    def test_unknown_lines_promise_what_is_hoped_for_and_known_ones_what_was_seen(self) -> None:
+        masks, footprint = np.array([[True, False]]), np.ones((2, 2), np.bool_)
+        weights = np.array([[0.0], [100.0]], dtype=np.float32)
+        far, near = expected_masks(weights, masks, footprint, 0.2)
         assert np.allclose(far, 0.2)
         assert np.allclose(near, [1.0, 0.0], atol=0.01)
 
-    def test_what_was_never_seen_is_worth_more(self) -> None:
-        nothing_held = Outlook(np.ones(2, np.float32), np.ones(2, np.float32))
-        shown, footprint = np.array([[0.5, 0.0], [0.0, 0.5]]), np.ones((2, 2))
-        value = values(
-            nothing_held,
-            shown,
-            footprint,
-            np.zeros(2),
-            np.array([0.0, 1.0]),
-            area_exponent=0.0,
-            curiosity=0.3,
-            history_weight=1.0,
-        )
-        assert value[1] > value[0]
 
-    def test_goals_keep_apart_and_known_places_are_left_out(self) -> None:
-        places = lattice(6.0, 1.0)
-        value = np.where(places[:, 0] > 0.0, 1.0, -np.inf)
-        ways = np.tile(np.linalg.norm(places, axis=1), (4, 1))
-        taken = np.array([[2.0, 0.0]])
-        goals = choose_goals(value, places, ways, taken, spacing_m=3.0, cost_per_m=0.02)
-        chosen = places[[goal for goal in goals if goal is not None]]
-        assert len(chosen) == 4
-        assert (chosen[:, 0] > 0.0).all()
-        assert pdist(np.vstack([chosen, taken])).min() >= 3.0
+class TestPlan:
+    def planned(
+        self, slopes: NDArray[np.float64], shown: NDArray[np.bool_], optimism: float = 0.3
+    ) -> NDArray[np.float64]:
+        """Return the slopes of the lines that four drones are sent to, given looks at a target at the origin."""
+        parameters = ArchiveParameters(optimism=optimism)
+        anchor = np.zeros(2, np.int64)
+        lines = parameters.canopy.lines_of_slopes(np.zeros(2), slopes)
+        looks = with_looks(
+            no_looks(), parameters.canopy, lines, masks=shown, anchor=anchor, drift_enu_m=np.zeros(2)
+        )  # fmt: skip
+        heights_m = np.full(4, 40.0)
+        goals = plan(
+            looks, first_sighting(np.zeros(2)), positions_enu_m=lattice(8.0, 4.0)[:4], heights_m=heights_m,
+            held_enu_m=None, parameters=parameters,
+        )  # fmt: skip
+        return goals.positions_enu_m / heights_m[:, None]
 
-    def test_an_explorer_without_a_place_left_gets_none(self) -> None:
-        assert choose_goals(
-            np.array([0.0, -np.inf]), np.array([[0.0, 0.0], [9.0, 0.0]]), np.zeros((2, 2)), np.zeros((0, 2)),
-            spacing_m=3.0, cost_per_m=0.0,
-        ) == [0, None]  # fmt: skip
+    def test_good_lines_are_held_and_bad_ones_left(self) -> None:
+        slopes = lattice(13.0, 3.2) / 40.0
+        whole = footprints(slopes, 40.0, body_height_m=1.75, body_radius_m=0.2)
+        good = slopes[:, 0] > 0.2
+        planned = self.planned(slopes, whole & good[:, None])
+        assert good.sum() > 4
+        assert (planned[:, 0] > 0.1).all()
 
-    @pytest.mark.parametrize(
-        ("n", "share", "expected"), [(10, 0.0, 2), (10, 0.45, 5), (10, 1.0, 8), (2, 1.0, 1), (50, 1.0, 40)]
-    )
-    def test_more_drones_hold_the_more_is_known(self, n: int, share: float, expected: int) -> None:
-        assert count_holding(n, share, explorer_share=0.2) == expected
+    def test_where_nothing_was_seen_drones_look_elsewhere(self) -> None:
+        slopes = lattice(13.0, 1.0) / 40.0
+        west = slopes[slopes[:, 0] < 0.05]
+        planned = self.planned(west, np.zeros((len(west), CELLS), np.bool_))
+        assert (planned[:, 0] > 0.03).all()
+
+    def test_hope_draws_drones_to_unknown_lines(self) -> None:
+        slopes = lattice(13.0, 3.2) / 40.0
+        west = slopes[slopes[:, 0] < -0.1]
+        mediocre = footprints(west, 40.0, body_height_m=1.75, body_radius_m=0.2)
+        mediocre &= np.arange(CELLS) % 3 == 0
+
+        def away(optimism: float) -> int:
+            return int((self.planned(west, mediocre, optimism)[:, 0] > -0.05).sum())
+
+        assert away(0.05) == 0
+        assert away(0.9) >= 2
 
 
 class TestMoves:
