@@ -68,7 +68,7 @@ STUDIES = (
     Study(
         "dynamics",
         "Vehicles that accelerate, 0.6 s of processing per step",
-        RIVALS,
+        (*RIVALS, f"{BETTER}(max_step_m=8.0)"),
         {"time_model": str(TimeModel.DYNAMICS), "duration_s": 60.0},
         at_most=SOME,
     ),
