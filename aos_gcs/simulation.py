@@ -53,6 +53,8 @@ class DemoOptions:
     trees_per_ha: float = 300.0
     image_size_px: int = 512
     folder: Path = Path("missions")
+    wait: bool = False
+    """Leave start and return to the operator."""
 
     def __post_init__(self) -> None:
         if not 2 <= self.vehicles <= MAX_VEHICLES:
@@ -139,8 +141,8 @@ def _configuration(options: DemoOptions, link_port: int) -> ServiceConfig:
             "origin_deg": ORIGIN_DEG,
             "area_enu_m": SEARCH_AREA_ENU_M,
             "seed": options.seed,
-            "auto_start": True,
-            "auto_return": True,
+            "auto_start": not options.wait,
+            "auto_return": not options.wait,
         },
         "swarm": {"strategy": options.strategy},
         "preflight": {"upload_fence": True},

@@ -35,6 +35,7 @@ def demo(
     trees_per_ha: Annotated[float, typer.Option(help="Density of the forest.")] = 300.0,
     image_size: Annotated[int, typer.Option(help="Width and height of the images in pixels.")] = 512,
     folder: Annotated[Path, typer.Option(help="Where missions are recorded.")] = Path("missions"),
+    wait: Annotated[bool, typer.Option("--wait", help="Leave start and return to the operator.")] = False,
 ) -> None:
     """Find a person under trees with a simulated swarm, and watch it on the dashboard.
 
@@ -53,6 +54,7 @@ def demo(
         trees_per_ha=trees_per_ha,
         image_size_px=image_size,
         folder=folder,
+        wait=wait,
     )
     score = run_until_terminated(_fly(options, as_json, stay=not (headless or exit_when_done)))
     if not (score.found and score.landed == score.vehicles):

@@ -24,6 +24,23 @@ export function vehiclesLayer(onClick: (vehicleId: number, event: MouseEvent) =>
           "circle-stroke-width": 2,
         },
       },
+      // Below the arrows, because what lies above is placed first: labels keep clear of all arrows.
+      {
+        type: "symbol",
+        layout: {
+          "text-field": ["get", "label"],
+          "text-size": 12,
+          "text-variable-anchor": ["left", "right", "top", "bottom", "top-left", "top-right", "bottom-left"],
+          "text-radial-offset": 1.3,
+          "text-justify": "auto",
+        },
+        paint: {
+          "text-color": palette.label,
+          "text-opacity": ["case", ["get", "isStale"], 0.6, 1],
+          "text-halo-color": palette.halo,
+          "text-halo-width": 1.5,
+        },
+      },
       {
         type: "symbol",
         layout: {
@@ -31,20 +48,8 @@ export function vehiclesLayer(onClick: (vehicleId: number, event: MouseEvent) =>
           "icon-rotate": ["get", "heading_deg"],
           "icon-rotation-alignment": "map",
           "icon-allow-overlap": true,
-          "text-field": ["get", "label"],
-          "text-size": 12,
-          "text-variable-anchor": ["left", "right", "top", "bottom", "top-left", "top-right", "bottom-left"],
-          "text-radial-offset": 1.3,
-          "text-justify": "auto",
-          "text-optional": true,
         },
-        paint: {
-          "icon-opacity": ["case", ["get", "isStale"], 0.4, 1],
-          "text-color": palette.label,
-          "text-opacity": ["case", ["get", "isStale"], 0.6, 1],
-          "text-halo-color": palette.halo,
-          "text-halo-width": 1.5,
-        },
+        paint: { "icon-opacity": ["case", ["get", "isStale"], 0.4, 1] },
       },
     ],
     inputs: ({ origin, mission, selected, snapshotAge_s }) => [

@@ -23,15 +23,17 @@ interface Props {
 export function PreflightMatrix({ matrix: { mission, names, rows }, chosen, onChoose }: Props) {
   return (
     <div class="scroll" onKeyDown={moveFocus}>
-      <div class="mission-checks" role="group" aria-label={texts.prepare.mission}>
-        <b>{texts.prepare.mission}</b>
-        {mission.map((check) => (
-          <label key={check.name}>
-            <Cell check={check} isChosen={keyOf(check) === chosen} onChoose={onChoose} />
-            {nameOf(check.name)}
-          </label>
-        ))}
-      </div>
+      {mission.length > 0 && (
+        <div class="mission-checks" role="group" aria-label={texts.prepare.mission}>
+          <b>{texts.prepare.mission}</b>
+          {mission.map((check) => (
+            <label key={check.name}>
+              <Cell check={check} isChosen={keyOf(check) === chosen} onChoose={onChoose} />
+              {nameOf(check.name)}
+            </label>
+          ))}
+        </div>
+      )}
       <table class={`matrix ${names.length > UPRIGHT_NAMES ? "is-wide" : ""}`}>
         <thead>
           <tr>
