@@ -282,7 +282,8 @@ class TestPlan:
             looks, first_sighting(np.zeros(2)), positions_enu_m=lattice(8.0, 4.0)[:4], heights_m=heights_m,
             held_enu_m=None, parameters=parameters,
         )  # fmt: skip
-        return goals.positions_enu_m / heights_m[:, None]
+        slopes_planned: NDArray[np.float64] = goals.positions_enu_m / heights_m[:, None]
+        return slopes_planned
 
     def test_good_lines_are_held_and_bad_ones_left(self) -> None:
         slopes = lattice(13.0, 3.2) / 40.0
