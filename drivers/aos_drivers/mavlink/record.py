@@ -26,6 +26,8 @@ from aos_gcs.ports import LinkQuality, VehicleState
 _HOME_PAUSE_S = 3.0
 _PAUSE_S = 2.0
 _ATTEMPTS = 8
+_SNAPSHOT_LIFE_S = 0.05
+"""For what changes without a packet, such as addresses that fall silent."""
 _MAX_COMPONENTS = 16
 _CAMERA_IDS = range(mavlink.MAV_COMP_ID_CAMERA, mavlink.MAV_COMP_ID_CAMERA6 + 1)
 
@@ -60,6 +62,9 @@ class VehicleRecord:
         self.clock = ClockEstimator()
         self._routes = {target.component_id: ComponentRoute()}
         self.heard_at_s: float | None = None
+        self._packets = 0
+        self._snapshot: tuple[int, float, VehicleState] | None = None
+        """Packets heard and time when it was made, and the state."""
         self.was_ambiguous = False
         self._request_facts()
 
@@ -85,6 +90,7 @@ class VehicleRecord:
     def hear(self, component_id: int, sequence: int, peer: PeerAddress, now_s: float) -> bool:
         """Note a packet; return whether its component is from now on spoken to at another address."""
         self.heard_at_s = now_s
+        self._packets += 1
         if component_id == self.target.component_id:
             self.identity.hear(peer, now_s)
         if component_id not in self._routes and len(self._routes) >= _MAX_COMPONENTS:
@@ -151,7 +157,19 @@ class VehicleRecord:
         )
 
     def state(self, now_s: float) -> VehicleState:
-        """Return the snapshot that crosses the port."""
+        """Return the snapshot that crosses the port: made anew when a packet has come, and when it gets old.
+
+        The mission asks for it hundreds of times between two packets.
+        """
+        if self._snapshot is not None:
+            packets, made_at_s, state = self._snapshot
+            if packets == self._packets and 0.0 <= now_s - made_at_s < _SNAPSHOT_LIFE_S:
+                return state
+        state = self._state_now(now_s)
+        self._snapshot = self._packets, now_s, state
+        return state
+
+    def _state_now(self, now_s: float) -> VehicleState:
         telemetry = self.telemetry
         return VehicleState(
             vehicle_id=self.vehicle_id,
