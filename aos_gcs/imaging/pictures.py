@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 
@@ -25,6 +26,9 @@ CONTRAST_SAMPLES = 20_000
 MAX_CELLS = 250_000
 """Of a picture; larger rasters are reduced, because encoding takes longer than all else."""
 
+KINDS = ("integral", "thermal", "anomaly", "coverage")
+"""Colours or grey; temperatures; number of frames that mark a cell; number of frames that see it."""
+
 _PNG_OPTIONS = [cv2.IMWRITE_PNG_COMPRESSION, 1, cv2.IMWRITE_PNG_STRATEGY, cv2.IMWRITE_PNG_STRATEGY_RLE]
 """Run lengths are faster than the default search for matches, which finds next to none in noise."""
 
@@ -34,7 +38,7 @@ class RasterPicture:
     """A north-up RGBA picture of the focal plane, transparent where nothing covers."""
 
     kind: str
-    """``integral`` (colour or grey), ``thermal`` or ``anomaly`` (number of frames that mark a cell)."""
+    """One of :data:`KINDS`."""
     png: bytes = field(repr=False)
     west_m: float
     south_m: float
@@ -42,26 +46,35 @@ class RasterPicture:
     north_m: float
 
 
-def render_pictures(analysis: StepAnalysis, bands: tuple[str, ...]) -> tuple[RasterPicture, ...]:
-    """Return the pictures of a step: integral, thermal (where there is such a band) and anomaly.
+def render_pictures(
+    analysis: StepAnalysis, bands: tuple[str, ...], kinds: Sequence[str] = KINDS[:3]
+) -> tuple[RasterPicture, ...]:
+    """Return pictures of a step, those of temperatures only where there is such a band.
 
     Args:
         analysis: of the step.
         bands: of the step's frames.
+        kinds: of :data:`KINDS`.
     """
     rows, columns = analysis.coverage.shape
     scale = min(1.0, (MAX_CELLS / (rows * columns)) ** 0.5)
     size = max(1, round(columns * scale)), max(1, round(rows * scale))
-    integral = _reduce_integral(analysis.integral, size)
     # Nearest keeps counts whole.
     coverage = cv2.resize(analysis.coverage, size, interpolation=cv2.INTER_NEAREST)
     # Where few frames overlap, leaves and noise are not averaged away; they must not set the contrast.
     well_covered = coverage >= max(1, int(analysis.coverage.max()) // 2)
-    images = {"integral": shade_integral(integral, bands, well_covered)}
-    if "thermal" in bands:
-        images["thermal"] = _shade_thermal(integral[:, :, bands.index("thermal")], well_covered)
-    images["anomaly"] = shade_counts(_reduce_counts(analysis.anomaly_count, size), coverage > 0)
-    with ThreadPoolExecutor(len(images)) as pool:
+    images = {}
+    if "integral" in kinds or "thermal" in kinds:
+        integral = _reduce_integral(analysis.integral, size)
+        if "integral" in kinds:
+            images["integral"] = shade_integral(integral, bands, well_covered)
+        if "thermal" in kinds and "thermal" in bands:
+            images["thermal"] = shade_thermal(integral[:, :, bands.index("thermal")], well_covered)
+    if "anomaly" in kinds:
+        images["anomaly"] = shade_counts(_reduce_counts(analysis.anomaly_count, size), coverage > 0)
+    if "coverage" in kinds:
+        images["coverage"] = shade_counts(coverage, coverage > 0)
+    with ThreadPoolExecutor(max(1, len(images))) as pool:
         encoded = list(pool.map(encode_png, images.values()))
     grid = analysis.grid
     return tuple(
@@ -103,7 +116,13 @@ def encode_png(rgba: NDArray[np.uint8]) -> bytes:
     return cv2.imencode(".png", bgra, _PNG_OPTIONS)[1].tobytes()
 
 
-def _shade_thermal(band: NDArray[np.float32], contrast_from: NDArray[np.bool]) -> NDArray[np.uint8]:
+def shade_thermal(band: NDArray[np.float32], contrast_from: NDArray[np.bool] | None = None) -> NDArray[np.uint8]:
+    """Return temperatures, shape (H, W), as RGBA, shape (H, W, 4), from black to yellow; transparent where NaN.
+
+    Args:
+        band: in any unit.
+        contrast_from: cells that set the contrast, shape (H, W); None: all of them.
+    """
     shades = _stretch(band, contrast_from, THERMAL_CONTRAST_PERCENTILES)
     bgr = cv2.applyColorMap(shades, cv2.COLORMAP_INFERNO)
     return np.dstack((cv2.cvtColor(bgr, cv2.COLOR_BGR2RGB), _alpha(~np.isnan(band))))
