@@ -11,6 +11,7 @@ from aos_gcs.api.app import create_app
 from aos_gcs.api.server import serve
 from aos_gcs.config import ApiConfig
 from aos_gcs.mission.model import MissionControl, PlanControl, ReplayControl
+from aos_gcs.mission.viewing import ViewControl
 
 _log = logging.getLogger(__name__)
 
@@ -32,6 +33,7 @@ async def open_dashboard(
     *,
     planning: PlanControl | None = None,
     replay: ReplayControl | None = None,
+    viewer: ViewControl | None = None,
 ) -> AsyncIterator[None]:
     """Serve the dashboard for as long as the context is entered, unless it is switched off.
 
@@ -41,6 +43,7 @@ async def open_dashboard(
         code: what makes a client an operator.
         planning: of the mission; None where there is nothing to plan.
         replay: of the mission; None where it is flown.
+        viewer: of its frames.
 
     Raises:
         LinkError: its port cannot be opened.
@@ -53,6 +56,7 @@ async def open_dashboard(
         operator_code=code,
         planning=planning,
         replay=replay,
+        viewer=viewer,
         plans_folder=config.plans_folder,
         basemap_file=config.basemap,
     )

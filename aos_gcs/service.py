@@ -21,6 +21,7 @@ from aos_gcs.mission.journal import Journal
 from aos_gcs.mission.model import MissionSnapshot
 from aos_gcs.ports import Driver, DriverContext
 from aos_gcs.store.recorder import MissionRecorder
+from aos_gcs.viewer import Viewer
 
 DRIVER_GROUP = "aos_gcs.drivers"
 
@@ -82,7 +83,8 @@ async def open_service(config: ServiceConfig) -> AsyncIterator[Service]:
                     recorder=recorder,
                     loop_monitor=loop_monitor,
                 )
-                async with open_dashboard(mission, config.api, code, planning=mission):
+                viewer = Viewer(folder, settings.imaging, settings.autofocus.reach_m)
+                async with open_dashboard(mission, config.api, code, planning=mission, viewer=viewer):
                     opened = True
                     yield Service(mission, folder, journal, recorder)
     finally:

@@ -16,6 +16,7 @@ from aos_gcs.api.openapi import add_routes, make_document
 from aos_gcs.api.page import add_page
 from aos_gcs.api.security import OperatorsOnlyMiddleware, SameOriginMiddleware, SecurityHeadersMiddleware
 from aos_gcs.mission.model import MissionControl, PlanControl, ReplayControl
+from aos_gcs.mission.viewing import ViewControl
 from aos_gcs.store.plan_folder import PlanFolder
 
 
@@ -35,6 +36,7 @@ def create_app(
     operator_code: str | None = None,
     planning: PlanControl | None = None,
     replay: ReplayControl | None = None,
+    viewer: ViewControl | None = None,
     plans_folder: Path = Path("plans"),
     basemap_file: Path | None = None,
 ) -> FastAPI:
@@ -47,6 +49,7 @@ def create_app(
         operator_code: what makes a client an operator; without one everybody commands.
         planning: of the mission; None where there is nothing to plan.
         replay: of the mission; None where it is flown.
+        viewer: of its frames; None where they are not recorded.
         plans_folder: where plans are saved.
         basemap_file: a PMTiles file to show below the mission; without one the page has a metric grid.
     """
@@ -55,6 +58,7 @@ def create_app(
     app.state.mission = mission
     app.state.planning = planning
     app.state.replay = replay
+    app.state.viewer = viewer
     app.state.basemap_file = basemap_file
     app.state.plans = PlanFolder(plans_folder)
     app.state.hub = EventHub(mission, replay=replay)

@@ -13,6 +13,7 @@ from aos_gcs.api.errors import NotFoundError
 from aos_gcs.api.hub import EventHub
 from aos_gcs.errors import MissionError
 from aos_gcs.mission.model import MissionControl, PlanControl, ReplayControl
+from aos_gcs.mission.viewing import ViewControl
 from aos_gcs.store.plan_folder import PlanFolder
 
 
@@ -50,6 +51,13 @@ def _get_replay(connection: HTTPConnection) -> ReplayControl:
     return replay
 
 
+def _get_viewer(connection: HTTPConnection) -> ViewControl:
+    viewer = cast("ViewControl | None", connection.app.state.viewer)
+    if viewer is None:
+        raise NotFoundError("This mission is not recorded; there are no frames to look at.")
+    return viewer
+
+
 def _get_plans(connection: HTTPConnection) -> PlanFolder:
     return cast("PlanFolder", connection.app.state.plans)
 
@@ -61,6 +69,7 @@ def _get_basemap_file(connection: HTTPConnection) -> Path | None:
 BasemapFile = Annotated[Path | None, Depends(_get_basemap_file)]
 Planning = Annotated[PlanControl, Depends(_get_planning)]
 Replay = Annotated[ReplayControl, Depends(_get_replay)]
+Viewer = Annotated[ViewControl, Depends(_get_viewer)]
 Plans = Annotated[PlanFolder, Depends(_get_plans)]
 OperatorAccess = Annotated[Access, Depends(_get_access)]
 CurrentSession = Annotated[Session, Depends(_get_session)]

@@ -12,6 +12,7 @@ from starlette.exceptions import HTTPException
 from aos_gcs.api.access import AccessDeniedError, WrongCodeError
 from aos_gcs.api.models import ErrorModel
 from aos_gcs.errors import AosError, CommandError, ConfigurationError, InputDataError, LinkError, MissionError
+from aos_gcs.mission.viewing import ViewerBusyError
 
 
 class NotFoundError(AosError):
@@ -30,6 +31,7 @@ _STATUS_AND_ID: dict[type[AosError], tuple[int, str]] = {
     InputDataError: (HTTPStatus.UNPROCESSABLE_ENTITY, "unusable_data"),
     ConfigurationError: (HTTPStatus.UNPROCESSABLE_ENTITY, "unusable_setting"),
     MissionError: (HTTPStatus.CONFLICT, "action_not_allowed"),
+    ViewerBusyError: (HTTPStatus.SERVICE_UNAVAILABLE, "busy"),
     LinkError: (HTTPStatus.BAD_GATEWAY, "link_failed"),
     CommandError: (HTTPStatus.BAD_GATEWAY, "command_failed"),
     AosError: (HTTPStatus.INTERNAL_SERVER_ERROR, "service_failed"),

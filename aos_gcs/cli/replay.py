@@ -35,9 +35,11 @@ async def _show(folder: Path, config: ApiConfig) -> None:
     from aos_gcs.dashboard import open_dashboard, operator_code  # noqa: PLC0415
     from aos_gcs.store.reader import MissionReader  # noqa: PLC0415
     from aos_gcs.store.replay import MissionReplay  # noqa: PLC0415
+    from aos_gcs.viewer import open_viewer  # noqa: PLC0415
 
     code = operator_code(config)
     with MissionReader(folder) as reader:
         mission = MissionReplay(reader, LoopClock())
-        async with open_dashboard(mission, config, code, replay=mission), asyncio.TaskGroup() as group:
+        viewer = open_viewer(reader)
+        async with open_dashboard(mission, config, code, replay=mission, viewer=viewer), asyncio.TaskGroup() as group:
             group.create_task(mission.run())

@@ -198,6 +198,17 @@ class MissionReader:
             for row in self._rows("SELECT step, record FROM steps ORDER BY step")
         )
 
+    def step(self, step: int) -> StepRecord:
+        """Return one step.
+
+        Raises:
+            InputDataError: there is none of that number.
+        """
+        record = self._first("SELECT record FROM steps WHERE step = ?", "record", StepRecord, step)
+        if record is None:
+            raise InputDataError(f"{self._folder} has no step {step}")
+        return record
+
     def strategy_state(self, step: int) -> dict[str, object]:
         """Return what the strategy's decision of a step depends on, as plain data; ``codec.decode`` gives it its types.
 

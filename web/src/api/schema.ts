@@ -360,6 +360,86 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/viewer/{step}": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Describe
+     * @description Return what can be seen of a step.
+     */
+    get: operations["describe_api_viewer__step__get"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/viewer/{step}/autofocus": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Autofocus
+     * @description Look for the height at which a step's frames agree best on a square.
+     */
+    get: operations["autofocus_api_viewer__step__autofocus_get"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/viewer/{step}/frames/{vehicle_id}/{kind}.png": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Frame
+     * @description Return one vehicle's frame of a step, reduced to a width if it is wider.
+     */
+    get: operations["read_frame_api_viewer__step__frames__vehicle_id___kind__png_get"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/viewer/{step}/integrals/{kind}.png": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Integral
+     * @description Return the integral of a step's frames on a horizontal plane; without a height, on the mission's own.
+     */
+    get: operations["read_integral_api_viewer__step__integrals__kind__png_get"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
 }
 export type webhooks = Record<string, never>;
 export interface components {
@@ -532,6 +612,26 @@ export interface components {
      */
     FlightMode: "unknown" | "manual" | "guided" | "hold" | "takeoff" | "mission" | "return" | "land";
     /**
+     * FocusFoundModel
+     * @description The height at which frames agree best.
+     */
+    FocusFoundModel: {
+      /** Found */
+      found: boolean;
+      /** Height M */
+      height_m: number;
+      /**
+       * Reason
+       * @description Why nothing was found; empty otherwise.
+       */
+      reason: string;
+      /**
+       * Sigma M
+       * @description Standard deviation; null when nothing was found.
+       */
+      sigma_m: number | null;
+    };
+    /**
      * FocusModel
      * @description The focal plane in use.
      */
@@ -571,6 +671,12 @@ export interface components {
        */
       occlusion: number;
     };
+    /**
+     * FrameKind
+     * @description What of a frame is shown.
+     * @enum {string}
+     */
+    FrameKind: "colour" | "thermal";
     /**
      * GeodeticModel
      * @description A WGS84 position with its altitude above mean sea level.
@@ -1517,6 +1623,60 @@ export interface components {
       north_m: number;
     };
     /**
+     * ViewedFrameModel
+     * @description A frame that a step has.
+     */
+    ViewedFrameModel: {
+      /** Height Px */
+      height_px: number;
+      /** Kinds */
+      kinds: components["schemas"]["FrameKind"][];
+      /**
+       * Position Enu M
+       * @description Of the camera.
+       */
+      position_enu_m: [number, number, number];
+      /**
+       * Utc S
+       * @description When it was exposed.
+       */
+      utc_s: number;
+      /** Vehicle Id */
+      vehicle_id: number;
+      /** Width Px */
+      width_px: number;
+    };
+    /**
+     * ViewedStepModel
+     * @description What can be seen of a step.
+     */
+    ViewedStepModel: {
+      /**
+       * Focal Height M
+       * @description Of the plane that the mission has used.
+       */
+      focal_height_m: number;
+      /** Frames */
+      frames: components["schemas"]["ViewedFrameModel"][];
+      /** Kinds */
+      kinds: components["schemas"]["ViewKind"][];
+      /** Max Height M */
+      max_height_m: number;
+      /**
+       * Min Height M
+       * @description Lowest plane that can be looked at.
+       */
+      min_height_m: number;
+      /** Step */
+      step: number;
+    };
+    /**
+     * ViewKind
+     * @description What an integral shows.
+     * @enum {string}
+     */
+    ViewKind: "integral" | "thermal" | "anomaly" | "coverage";
+    /**
      * WaypointModel
      * @description One vehicle's planned waypoint of a step, and what safety has made of it.
      */
@@ -2311,6 +2471,213 @@ export interface operations {
         };
         content: {
           "application/json": components["schemas"]["SessionModel"];
+        };
+      };
+    };
+  };
+  describe_api_viewer__step__get: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        step: number;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ViewedStepModel"];
+        };
+      };
+      /** @description Not Found */
+      404: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Unprocessable Entity */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Service Unavailable */
+      503: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+    };
+  };
+  autofocus_api_viewer__step__autofocus_get: {
+    parameters: {
+      query: {
+        east_m: number;
+        half_width_m?: number;
+        north_m: number;
+      };
+      header?: never;
+      path: {
+        step: number;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["FocusFoundModel"];
+        };
+      };
+      /** @description Not Found */
+      404: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Unprocessable Entity */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Service Unavailable */
+      503: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+    };
+  };
+  read_frame_api_viewer__step__frames__vehicle_id___kind__png_get: {
+    parameters: {
+      query?: {
+        width_px?: number | null;
+      };
+      header?: never;
+      path: {
+        kind: components["schemas"]["FrameKind"];
+        step: number;
+        vehicle_id: number;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description The frame as it was taken. */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "image/png": unknown;
+        };
+      };
+      /** @description Not Found */
+      404: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Unprocessable Entity */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Service Unavailable */
+      503: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+    };
+  };
+  read_integral_api_viewer__step__integrals__kind__png_get: {
+    parameters: {
+      query?: {
+        height_m?: number | null;
+      };
+      header?: never;
+      path: {
+        kind: components["schemas"]["ViewKind"];
+        step: number;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description A north-up raster. Headers: X-Height-M, X-Visibility-M2, X-Bounds-M (west, south, east, north). */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "image/png": unknown;
+        };
+      };
+      /** @description Not Found */
+      404: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Unprocessable Entity */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Service Unavailable */
+      503: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
         };
       };
     };

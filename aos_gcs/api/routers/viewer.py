@@ -1,0 +1,80 @@
+"""Looking at a step again: on other focal planes, and frame by frame."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Path, Query, Response
+
+from aos_gcs.api import viewer_convert
+from aos_gcs.api.dependencies import Viewer
+from aos_gcs.api.models import ErrorModel
+from aos_gcs.api.viewer_models import FocusFoundModel, ViewedStepModel
+from aos_gcs.mission.viewing import FrameKind, ViewKind
+
+router = APIRouter(
+    prefix="/api/viewer",
+    tags=["viewer"],
+    responses={404: {"model": ErrorModel}, 422: {"model": ErrorModel}, 503: {"model": ErrorModel}},
+)
+
+_FOREVER = "private, max-age=86400, immutable"
+"""What a step's own frames show never changes."""
+
+StepNumber = Annotated[int, Path(ge=1, le=1_000_000)]
+Metres = Annotated[float, Query(ge=-100_000.0, le=100_000.0, allow_inf_nan=False)]
+
+
+def _png(description: str) -> dict[int | str, dict[str, Any]]:
+    return {200: {"content": {"image/png": {}}, "description": description}}
+
+
+@router.get("/{step}")
+async def describe(step: StepNumber, viewer: Viewer) -> ViewedStepModel:
+    """Return what can be seen of a step."""
+    return viewer_convert.viewed_step(await viewer.describe(step))
+
+
+@router.get(
+    "/{step}/integrals/{kind}.png",
+    response_class=Response,
+    responses=_png("A north-up raster. Headers: X-Height-M, X-Visibility-M2, X-Bounds-M (west, south, east, north)."),
+)
+async def read_integral(step: StepNumber, kind: ViewKind, viewer: Viewer, height_m: Metres | None = None) -> Response:
+    """Return the integral of a step's frames on a horizontal plane; without a height, on the mission's own."""
+    view = await viewer.view(step, kind, height_m)
+    bounds_m = (view.west_m, view.south_m, view.east_m, view.north_m)
+    headers = {
+        "Cache-Control": "no-cache",
+        "X-Height-M": f"{view.height_m:.3f}",
+        "X-Visibility-M2": f"{view.visibility_m2:.4f}",
+        "X-Bounds-M": ",".join(f"{value:.3f}" for value in bounds_m),
+    }
+    return Response(view.png, media_type="image/png", headers=headers)
+
+
+@router.get(
+    "/{step}/frames/{vehicle_id}/{kind}.png", response_class=Response, responses=_png("The frame as it was taken.")
+)
+async def read_frame(
+    step: StepNumber,
+    vehicle_id: Annotated[int, Path(ge=0, le=255)],
+    kind: FrameKind,
+    viewer: Viewer,
+    width_px: Annotated[int | None, Query(ge=16, le=8192)] = None,
+) -> Response:
+    """Return one vehicle's frame of a step, reduced to a width if it is wider."""
+    png = await viewer.frame(step, vehicle_id, kind, width_px)
+    return Response(png, media_type="image/png", headers={"Cache-Control": _FOREVER})
+
+
+@router.get("/{step}/autofocus")
+async def autofocus(
+    step: StepNumber,
+    east_m: Metres,
+    north_m: Metres,
+    viewer: Viewer,
+    half_width_m: Annotated[float, Query(gt=0.0, le=100.0)] = 10.0,
+) -> FocusFoundModel:
+    """Look for the height at which a step's frames agree best on a square."""
+    return viewer_convert.focus_found(await viewer.autofocus(step, (east_m, north_m), half_width_m))

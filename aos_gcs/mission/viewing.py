@@ -1,0 +1,132 @@
+"""What may be seen of a step beyond its pictures: other focal planes, and single frames."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Protocol
+
+from aos_gcs.errors import AosError
+from aos_gcs.mission.model import EnuPoint
+
+
+class ViewerBusyError(AosError):
+    """Others wait for pictures already; ask again when one's own has come."""
+
+
+class ViewKind(StrEnum):
+    """What an integral shows."""
+
+    INTEGRAL = "integral"
+    """Colour, or grey."""
+    THERMAL = "thermal"
+    ANOMALY = "anomaly"
+    """Number of frames that mark each cell."""
+    COVERAGE = "coverage"
+    """Number of frames that see each cell."""
+
+
+class FrameKind(StrEnum):
+    """What of a frame is shown."""
+
+    COLOUR = "colour"
+    """Or grey."""
+    THERMAL = "thermal"
+
+
+@dataclass(frozen=True, slots=True)
+class ViewedFrame:
+    """A frame that a step has."""
+
+    vehicle_id: int
+    utc_s: float
+    position_enu_m: EnuPoint
+    """Of the camera."""
+    width_px: int
+    height_px: int
+    kinds: tuple[FrameKind, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ViewedStep:
+    """What can be seen of a step."""
+
+    step: int
+    focal_height_m: float
+    """Of the plane that the mission has used."""
+    min_height_m: float
+    """Lowest plane that can be looked at."""
+    max_height_m: float
+    kinds: tuple[ViewKind, ...]
+    frames: tuple[ViewedFrame, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """A north-up raster of one focal plane."""
+
+    step: int
+    kind: ViewKind
+    height_m: float
+    visibility_m2: float
+    """Of the largest blob on this plane."""
+    png: bytes = field(repr=False)
+    """RGBA; transparent where nothing covers."""
+    west_m: float
+    south_m: float
+    east_m: float
+    north_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class FocusFound:
+    """The height at which the frames agree best."""
+
+    height_m: float
+    sigma_m: float
+    """Standard deviation; infinite when nothing was found."""
+    found: bool
+    reason: str
+    """Why nothing was found; empty otherwise."""
+
+
+class ViewControl(Protocol):
+    """What the API may ask to see; blocks nobody: all work is done in threads, one request after the other."""
+
+    async def describe(self, step: int) -> ViewedStep:
+        """Return what can be seen of a recorded step.
+
+        Raises:
+            InputDataError: its frames are not there, or damaged.
+        """
+        ...
+
+    async def view(self, step: int, kind: ViewKind, height_m: float | None) -> View:
+        """Return the integral of a step's frames on the plane of this height, None: the mission's own.
+
+        Raises:
+            ConfigurationError: the height is out of range, or the frames have no such band.
+            InputDataError: the frames are not there, or damaged.
+            ViewerBusyError: too many others wait.
+        """
+        ...
+
+    async def frame(self, step: int, vehicle_id: int, kind: FrameKind, width_px: int | None) -> bytes:
+        """Return a vehicle's frame of a step as a PNG, reduced to a width if it is wider.
+
+        Raises:
+            ConfigurationError: there is no such frame, or it has no such band.
+            InputDataError: it is damaged.
+            ViewerBusyError: too many others wait.
+        """
+        ...
+
+    async def autofocus(self, step: int, centre_enu_m: tuple[float, float], half_width_m: float) -> FocusFound:
+        """Look for the height at which the frames agree best on a square.
+
+        Raises:
+            ConfigurationError: the square cannot be used.
+            InputDataError: the frames are not there, or damaged.
+            ViewerBusyError: too many others wait.
+        """
+        ...

@@ -1,0 +1,237 @@
+"""Looks at the recorded steps of a mission again: on other focal planes, and frame by frame.
+
+The frames are those on the disk, so that a flying mission and a record are seen in the same way.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import TypeVar
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import ValidationError
+
+from aos_gcs.config import ServiceConfig, mission_settings
+from aos_gcs.errors import ConfigurationError, ImagingError, InputDataError
+from aos_gcs.geometry.geodesy import LocalFrame
+from aos_gcs.imaging.autofocus import find_focus
+from aos_gcs.imaging.focus_measure import FocusSignal
+from aos_gcs.imaging.focus_region import GroundRegion
+from aos_gcs.imaging.model import Frame, StepAnalysis
+from aos_gcs.imaging.pictures import MAX_CELLS, encode_png, render_pictures, shade_integral, shade_thermal
+from aos_gcs.imaging.step import ImagingSettings, analyse_step
+from aos_gcs.mission.sampling import to_frame
+from aos_gcs.mission.settings import AutofocusSettings
+from aos_gcs.mission.viewing import FocusFound, FrameKind, View, ViewedFrame, ViewedStep, ViewerBusyError, ViewKind
+from aos_gcs.store.reader import MissionReader
+
+T = TypeVar("T")
+
+KEPT_STEPS = 2
+"""Whose frames stay in memory: two can be compared. Ten frames of a step take 10 to 40 MB."""
+KEPT_ANALYSES = 4
+"""Planes: of two steps, another kind of picture needs no new computation."""
+MAX_WAITING = 8
+DEPTH_BELOW_M = 50.0
+"""How far below the mission's own plane one may look."""
+CLEARANCE_M = 1.0
+"""Between the highest plane and the lowest camera."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Step:
+    step: int
+    frames: tuple[Frame, ...]
+    utc_s: tuple[float, ...]
+    """Of the frames' exposures."""
+    focal_height_m: float
+
+    @property
+    def heights_m(self) -> tuple[float, float]:
+        """Lowest and highest plane that can be looked at."""
+        lowest_camera_m = min(float(frame.pose.position_enu_m[2]) for frame in self.frames)
+        return self.focal_height_m - DEPTH_BELOW_M, lowest_camera_m - CLEARANCE_M
+
+
+class Viewer:
+    """Implements ``ViewControl`` on a mission folder, be it still written to or not.
+
+    Args:
+        folder: of the mission.
+        settings: how the mission's frames are analysed.
+        focus_reach_m: how far above and below the mission's plane autofocus looks.
+    """
+
+    def __init__(self, folder: Path, settings: ImagingSettings, focus_reach_m: float) -> None:
+        self._folder = folder
+        self._settings = settings
+        self._focus_reach_m = focus_reach_m
+        self._turn = asyncio.Lock()
+        self._waiting = 0
+        self._load = lru_cache(maxsize=KEPT_STEPS)(self._read)
+        self._analyse = lru_cache(maxsize=KEPT_ANALYSES)(self._look)
+
+    async def describe(self, step: int) -> ViewedStep:
+        """Return what can be seen of a recorded step."""
+        async with self._in_turn():
+            loaded = await asyncio.to_thread(self._load, step)
+        low_m, high_m = loaded.heights_m
+        kinds = [kind for kind in ViewKind if kind is not ViewKind.THERMAL or "thermal" in loaded.frames[0].bands]
+        return ViewedStep(
+            step=step,
+            focal_height_m=loaded.focal_height_m,
+            min_height_m=low_m,
+            max_height_m=high_m,
+            kinds=tuple(kinds),
+            frames=tuple(map(_described, loaded.frames, loaded.utc_s)),
+        )
+
+    async def view(self, step: int, kind: ViewKind, height_m: float | None) -> View:
+        """Return the integral of a step's frames on the plane of this height, None: the mission's own."""
+        async with self._in_turn():
+            return await asyncio.to_thread(self._view, step, kind, height_m)
+
+    async def frame(self, step: int, vehicle_id: int, kind: FrameKind, width_px: int | None) -> bytes:
+        """Return a vehicle's frame of a step as a PNG, reduced to a width if it is wider."""
+        async with self._in_turn():
+            return await asyncio.to_thread(self._frame, step, vehicle_id, kind, width_px)
+
+    async def autofocus(self, step: int, centre_enu_m: tuple[float, float], half_width_m: float) -> FocusFound:
+        """Look for the height at which the frames agree best on a square."""
+        async with self._in_turn():
+            return await asyncio.to_thread(self._focus, step, centre_enu_m, half_width_m)
+
+    @asynccontextmanager
+    async def _in_turn(self) -> AsyncIterator[None]:
+        """One after the other: the flying mission needs the cores, too."""
+        if self._waiting >= MAX_WAITING:
+            raise ViewerBusyError(f"{MAX_WAITING} requests for pictures wait already; try again in a moment.")
+        self._waiting += 1
+        try:
+            async with self._turn:
+                yield
+        finally:
+            self._waiting -= 1
+
+    # --- in a worker thread ---------------------------------------------------------------------------------------
+
+    def _read(self, step: int) -> _Step:
+        with MissionReader(self._folder) as reader:
+            record, snapshot = reader.step(step), reader.last_snapshot()
+            captures = [entry.load() for entry in reader.frames(step)]
+        if snapshot is None or snapshot.origin is None or not captures:
+            raise InputDataError(f"{self._folder} holds no frames of step {step}")
+        frame = LocalFrame(snapshot.origin)
+        height_m = self._settings.plane_height_m if record.focal_height_m is None else record.focal_height_m
+        return _Step(
+            step=step,
+            frames=tuple(to_frame(capture, frame) for capture in captures),
+            utc_s=tuple(capture.utc_s for capture in captures),
+            focal_height_m=height_m,
+        )
+
+    def _look(self, step: int, height_m: float) -> StepAnalysis:
+        # Finer cells than a picture has would only cost time: a slider waits for this.
+        settings = replace(self._settings, plane_height_m=height_m, max_cells=MAX_CELLS)
+        return _told(lambda: analyse_step(self._load(step).frames, settings), InputDataError)
+
+    def _view(self, step: int, kind: ViewKind, height_m: float | None) -> View:
+        loaded = self._load(step)
+        low_m, high_m = loaded.heights_m
+        chosen_m = loaded.focal_height_m if height_m is None else height_m
+        if not low_m <= chosen_m <= high_m:
+            raise ConfigurationError(
+                f"height_m must lie within {low_m:.1f} and {high_m:.1f}, below the cameras, but is {chosen_m:g}."
+            )
+        analysis = self._analyse(step, chosen_m)
+        pictures = render_pictures(analysis, loaded.frames[0].bands, [kind.value])
+        if not pictures:
+            raise ConfigurationError(f"kind: the frames of step {step} have no {kind.value} band.")
+        picture = pictures[0]
+        return View(
+            step=step,
+            kind=kind,
+            height_m=chosen_m,
+            visibility_m2=analysis.visibility_m2,
+            png=picture.png,
+            west_m=picture.west_m,
+            south_m=picture.south_m,
+            east_m=picture.east_m,
+            north_m=picture.north_m,
+        )
+
+    def _frame(self, step: int, vehicle_id: int, kind: FrameKind, width_px: int | None) -> bytes:
+        frames = [frame for frame in self._load(step).frames if frame.vehicle_id == vehicle_id]
+        if not frames:
+            raise ConfigurationError(f"vehicle_id: step {step} has no frame of vehicle {vehicle_id}.")
+        frame = frames[-1]
+        if kind not in _kinds(frame):
+            raise ConfigurationError(f"kind: the frame of vehicle {vehicle_id} has no {kind.value} band.")
+        image = _reduced(frame.image.astype(np.float32), width_px)
+        if kind is FrameKind.THERMAL:
+            return encode_png(shade_thermal(image[..., frame.bands.index("thermal")]))
+        return encode_png(shade_integral(image, frame.bands))
+
+    def _focus(self, step: int, centre_enu_m: tuple[float, float], half_width_m: float) -> FocusFound:
+        loaded = self._load(step)
+        (east_m, north_m), (_, high_m) = centre_enu_m, loaded.heights_m
+        around_m, reach_m = loaded.focal_height_m, self._focus_reach_m
+
+        def search() -> FocusFound:
+            region = GroundRegion(
+                east_m - half_width_m, north_m - half_width_m, east_m + half_width_m, north_m + half_width_m
+            )
+            result = find_focus(
+                loaded.frames, region, around_m - reach_m, min(around_m + reach_m, high_m), signal=FocusSignal.TEXTURE
+            )
+            return FocusFound(result.height_m, result.sigma_m, result.found, result.reason)
+
+        return _told(search, ConfigurationError)
+
+
+def open_viewer(reader: MissionReader) -> Viewer:
+    """Return the viewer of a recorded mission, with the settings that it was flown with.
+
+    A record of another version, whose settings mean nothing to this one, is seen with the usual settings.
+    """
+    try:
+        settings = mission_settings(ServiceConfig.model_validate(reader.manifest().get("configuration")))
+    except (ValidationError, ConfigurationError):
+        return Viewer(reader.folder, ImagingSettings(), AutofocusSettings().reach_m)
+    return Viewer(reader.folder, settings.imaging, settings.autofocus.reach_m)
+
+
+def _told(compute: Callable[[], T], kind: type[InputDataError | ConfigurationError]) -> T:
+    """Return what is computed; what is wrong with frames or a square becomes an error of what was asked for."""
+    try:
+        return compute()
+    except ImagingError as error:
+        raise kind(str(error)) from error
+
+
+def _reduced(image: NDArray[np.float32], width_px: int | None) -> NDArray[np.float32]:
+    """Return an image, shape (H, W, C), at most so wide, of the same shape otherwise."""
+    rows, columns, bands = image.shape
+    if width_px is None or width_px >= columns:
+        return image
+    size = width_px, max(1, round(rows * width_px / columns))
+    reduced = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
+    return np.asarray(reduced, dtype=np.float32).reshape(*size[::-1], bands)
+
+
+def _described(frame: Frame, utc_s: float) -> ViewedFrame:
+    east_m, north_m, up_m = map(float, frame.pose.position_enu_m)
+    rows, columns = frame.image.shape[:2]
+    return ViewedFrame(frame.vehicle_id, utc_s, (east_m, north_m, up_m), columns, rows, _kinds(frame))
+
+
+def _kinds(frame: Frame) -> tuple[FrameKind, ...]:
+    has_thermal, has_other = "thermal" in frame.bands, frame.bands != ("thermal",)
+    return (FrameKind.COLOUR,) * has_other + (FrameKind.THERMAL,) * has_thermal

@@ -1,0 +1,202 @@
+"""Recorded steps on other focal planes, and their single frames, directly and through the API."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from collections.abc import AsyncIterator
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import httpx
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from aos_gcs.api.app import create_app
+from aos_gcs.errors import ConfigurationError, InputDataError
+from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.geometry.poses import nadir_pose
+from aos_gcs.imaging.step import ImagingSettings
+from aos_gcs.mission.model import Event, EventKind
+from aos_gcs.mission.viewing import FrameKind, ViewerBusyError, ViewKind
+from aos_gcs.ports import Capture
+from aos_gcs.store.reader import MissionReader
+from aos_gcs.store.recorder import MissionRecorder
+from aos_gcs.viewer import MAX_WAITING, Viewer, open_viewer
+from tests.fakes.mission import ScriptedMission
+from tests.fakes.recording import HandClock
+from tests.unit.test_store_missions import snapshot, step_record
+
+ORIGIN = GeodeticPosition(47.0, 8.0, 400.0)
+CAMERA = CameraModel.from_fov(128, 128, math.radians(50.0))
+CAMERAS_EAST_M = (-6.0, -2.0, 2.0, 6.0)
+FLYING_HEIGHT_M = 35.0
+SPOT_HEIGHT_M = 5.0
+"""Of a warm spot right above the origin of the frame, which is sharp on this plane only."""
+
+
+def capture(vehicle_id: int, east_m: float) -> Capture:
+    """Noise with a bright, warm spot above the origin."""
+    rng = np.random.default_rng(vehicle_id)
+    image = np.dstack([rng.normal(100.0, 5.0, (128, 128, 3)), rng.normal(11.0, 0.1, (128, 128))])
+    column = round(CAMERA.cx_px - east_m * CAMERA.fx_px / (FLYING_HEIGHT_M - SPOT_HEIGHT_M))
+    row = round(CAMERA.cy_px)
+    image[row - 1 : row + 2, column - 1 : column + 2] = [250.0, 20.0, 20.0, 30.0]
+    image[..., :3] = np.rint(np.clip(image[..., :3], 0, 255))
+    pose = nadir_pose([0.0, 0.0, 0.0])
+    return Capture(
+        vehicle_id=vehicle_id,
+        image_index=1,
+        utc_s=1000.0 + vehicle_id,
+        image=image.astype(np.float32),
+        bands=("red", "green", "blue", "thermal"),
+        position=LocalFrame(ORIGIN).to_geodetic(np.array([east_m, 0.0, FLYING_HEIGHT_M])),
+        R_cam2enu=pose.R_cam2enu,
+        camera=CAMERA,
+    )
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Record one step of four frames, the plane on the ground."""
+    root = tmp_path_factory.mktemp("missions")
+
+    async def record() -> None:
+        async with MissionRecorder.create(root, "m", {"configuration": {}}, notify=lambda _: None) as recorder:
+            await recorder.record_event(Event(1, 999.0, EventKind.SNAPSHOT, replace(snapshot(), origin=ORIGIN)))
+            for vehicle_id, east_m in enumerate(CAMERAS_EAST_M, start=1):
+                await recorder.record_frame(1, capture(vehicle_id, east_m))
+            await recorder.record_step(replace(step_record(1), focal_height_m=0.0), {})
+
+    asyncio.run(record())
+    return root / "m"
+
+
+@pytest.fixture
+def viewer(folder: Path) -> Viewer:
+    return Viewer(folder, ImagingSettings(), focus_reach_m=10.0)
+
+
+@pytest.fixture
+async def client(viewer: Viewer) -> AsyncIterator[httpx.AsyncClient]:
+    app = create_app(ScriptedMission(HandClock()), viewer=viewer)
+    async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://localhost") as client:
+        yield client
+
+
+def decoded(png: bytes) -> NDArray[np.uint8]:
+    image = cv2.imdecode(np.frombuffer(png, np.uint8), cv2.IMREAD_UNCHANGED)
+    assert image is not None
+    return np.asarray(image, dtype=np.uint8)
+
+
+async def test_the_spot_is_sharp_on_its_own_plane_and_parts_elsewhere(viewer: Viewer) -> None:
+    def peak(png: bytes) -> int:
+        return int(np.count_nonzero(decoded(png)[..., :3].max(axis=2) >= 240))
+
+    sharp = await viewer.view(1, ViewKind.ANOMALY, SPOT_HEIGHT_M)
+    ground = await viewer.view(1, ViewKind.ANOMALY, None)
+    assert ground.height_m == 0.0
+    # On the ground the four views lie 1.3 m apart: each is a blob of its own.
+    assert sharp.visibility_m2 < 0.5 * ground.visibility_m2 * 4
+    assert peak(sharp.png) < peak(ground.png)
+    assert sharp.west_m < 0.0 < sharp.east_m
+    assert sharp.south_m < 0.0 < sharp.north_m
+
+
+@pytest.mark.parametrize("kind", ViewKind)
+async def test_every_kind_can_be_seen(viewer: Viewer, kind: ViewKind) -> None:
+    view = await viewer.view(1, kind, SPOT_HEIGHT_M)
+    assert decoded(view.png).shape[2] == 4
+
+
+async def test_a_step_tells_what_can_be_seen_of_it(viewer: Viewer) -> None:
+    viewed = await viewer.describe(1)
+    assert (viewed.step, viewed.focal_height_m) == (1, 0.0)
+    assert viewed.max_height_m == pytest.approx(FLYING_HEIGHT_M - 1.0, abs=0.01)
+    assert [frame.vehicle_id for frame in viewed.frames] == [1, 2, 3, 4]
+    assert viewed.frames[0].kinds == (FrameKind.COLOUR, FrameKind.THERMAL)
+    np.testing.assert_allclose(viewed.frames[0].position_enu_m, [-6.0, 0.0, FLYING_HEIGHT_M], atol=0.01)
+
+
+async def test_frames_are_shown_as_they_were_taken_or_smaller(viewer: Viewer) -> None:
+    whole = decoded(await viewer.frame(1, 2, FrameKind.COLOUR, None))
+    assert whole.shape == (128, 128, 4)
+    assert decoded(await viewer.frame(1, 2, FrameKind.THERMAL, 32)).shape == (32, 32, 4)
+    redness = cv2.blur(whole[..., 2].astype(np.float32) - whole[..., 1], (3, 3))
+    row, column = np.unravel_index(redness.argmax(), redness.shape)
+    assert column == pytest.approx(CAMERA.cx_px + 2.0 * CAMERA.fx_px / 30.0, abs=2.0)
+    assert row == pytest.approx(CAMERA.cy_px, abs=2.0)
+
+
+async def test_what_is_not_there_is_refused(viewer: Viewer) -> None:
+    with pytest.raises(InputDataError, match="no step 7"):
+        await viewer.describe(7)
+    with pytest.raises(ConfigurationError, match="vehicle 9"):
+        await viewer.frame(1, 9, FrameKind.COLOUR, None)
+    with pytest.raises(ConfigurationError, match="height_m must lie within"):
+        await viewer.view(1, ViewKind.INTEGRAL, FLYING_HEIGHT_M)
+
+
+async def test_only_so_many_may_wait(viewer: Viewer) -> None:
+    waiting = [asyncio.create_task(viewer.describe(1)) for _ in range(MAX_WAITING)]
+    await asyncio.sleep(0)
+    with pytest.raises(ViewerBusyError, match="try again"):
+        await viewer.describe(1)
+    assert all(viewed.step == 1 for viewed in await asyncio.gather(*waiting))
+    await viewer.describe(1)
+
+
+def test_a_record_with_foreign_settings_is_seen_with_the_usual_ones(folder: Path) -> None:
+    with MissionReader(folder) as reader:
+        assert isinstance(open_viewer(reader), Viewer)
+
+
+async def test_the_api_shows_integrals_with_their_place(client: httpx.AsyncClient) -> None:
+    response = await client.get("/api/viewer/1/integrals/integral.png", params={"height_m": SPOT_HEIGHT_M})
+    assert response.status_code == 200
+    west_m, south_m, east_m, north_m = map(float, response.headers["X-Bounds-M"].split(","))
+    rows, columns = decoded(response.content).shape[:2]
+    assert (east_m - west_m) / (north_m - south_m) == pytest.approx(columns / rows, rel=0.02)
+    assert float(response.headers["X-Height-M"]) == SPOT_HEIGHT_M
+    described = (await client.get("/api/viewer/1")).json()
+    assert described["kinds"] == ["integral", "thermal", "anomaly", "coverage"]
+    frame = await client.get("/api/viewer/1/frames/3/colour.png", params={"width_px": 64})
+    assert decoded(frame.content).shape == (64, 64, 4)
+
+
+async def test_autofocus_answers_with_a_height_or_a_reason(client: httpx.AsyncClient) -> None:
+    answer = (await client.get("/api/viewer/1/autofocus", params={"east_m": 0, "north_m": 0, "half_width_m": 3})).json()
+    assert answer["found"] or answer["reason"]
+    assert -10.0 <= answer["height_m"] <= 10.0
+    nowhere = (await client.get("/api/viewer/1/autofocus", params={"east_m": 9000, "north_m": 0})).json()
+    assert not nowhere["found"]
+    assert nowhere["reason"]
+
+
+@pytest.mark.parametrize(
+    ("path", "status", "text"),
+    [
+        ("/api/viewer/7", 422, "no step 7"),
+        ("/api/viewer/0", 422, "step"),
+        ("/api/viewer/1/integrals/smell.png", 422, "kind"),
+        ("/api/viewer/1/integrals/integral.png?height_m=nan", 422, "height_m"),
+        ("/api/viewer/1/integrals/integral.png?height_m=99", 422, "height_m"),
+        ("/api/viewer/1/frames/1/colour.png?width_px=3", 422, "width_px"),
+        ("/api/viewer/1/frames/9/colour.png", 422, "vehicle 9"),
+        ("/api/viewer/1/autofocus?east_m=1e9&north_m=0", 422, "east_m"),
+    ],
+)
+async def test_bad_requests_name_what_is_wrong(client: httpx.AsyncClient, path: str, status: int, text: str) -> None:
+    response = await client.get(path)
+    assert response.status_code == status
+    assert text in response.json()["message"]
+
+
+async def test_a_mission_without_a_record_has_nothing_to_look_at() -> None:
+    app = create_app(ScriptedMission(HandClock()))
+    async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://localhost") as client:
+        assert (await client.get("/api/viewer/1")).status_code == 404
