@@ -77,6 +77,7 @@ export function target(changes: Partial<Target> = {}): Target {
     ellipse: null,
     speed_mps: null,
     sightings: 3,
+    person_confidence: null,
     seen_at_s: null,
     ...changes,
   };
