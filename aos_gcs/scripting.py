@@ -1,8 +1,9 @@
 """Flying a swarm from a short script: connect, take off, fly to places, take frames, come home.
 
 For what is no search: trying a vehicle, a link or a SITL, or collecting frames. Every waypoint is vetted as in a
-mission (:func:`aos_gcs.mission.safety.vet_waypoints`), every vehicle has an altitude layer of its own, and however the
-script ends, everybody is led home and lands. There is no operator and no dashboard: somebody has to watch.
+mission (:func:`aos_gcs.mission.safety.vet_waypoints`), every vehicle has an altitude layer of its own, the same monitor
+watches links, batteries and distances, and however the script ends, everybody is led home and lands. There is no
+operator and no dashboard: somebody has to watch.
 """
 
 from __future__ import annotations
@@ -20,17 +21,22 @@ from numpy.typing import NDArray
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import MissionError
 from aos_gcs.geometry.geodesy import LocalFrame
+from aos_gcs.imaging.step import ImagingSettings
+from aos_gcs.mission.context import FlightContext
+from aos_gcs.mission.errands import Errands
 from aos_gcs.mission.flight import FlightControl
 from aos_gcs.mission.health import LoopMonitor
+from aos_gcs.mission.homing import Homing
 from aos_gcs.mission.journal import Journal
 from aos_gcs.mission.model import Task
+from aos_gcs.mission.monitor import Monitor
 from aos_gcs.mission.plan import altitude_layers, propose_fence
 from aos_gcs.mission.preflight import MIN_HOME_DISTANCE_M, check_all
 from aos_gcs.mission.roster import Member, Roster
 from aos_gcs.mission.safety import SafetyLimits
 from aos_gcs.mission.sampling import Sample, sample
-from aos_gcs.mission.settings import Deadlines, FlightSettings
-from aos_gcs.ports import Arm, Clock, DriverContext, Fleet, Land, Takeoff, VehicleState
+from aos_gcs.mission.settings import Deadlines, FlightSettings, MissionSettings
+from aos_gcs.ports import Arm, Clock, DriverContext, Fleet, Severity, Takeoff, VehicleState
 from aos_gcs.service import load_driver
 
 _POLL_S = 0.2
@@ -50,6 +56,8 @@ class SwarmOptions:
     """How many to wait for."""
     area_enu_m: Sequence[GroundPoint]
     """Where they may fly, a simple polygon about the launch point of the vehicle with the lowest id."""
+    return_enu_m: GroundPoint | None = None
+    """Where they land, side by side; None: each where it has started."""
     driver: str = "mavlink"
     driver_options: Mapping[str, object] = field(default_factory=dict)
     flight: FlightSettings = field(default_factory=FlightSettings)
@@ -70,6 +78,30 @@ class Swarm:
         self._clock = clock
         self._roster = Roster(fleet, clock)
         self._flight = FlightControl(self._roster, clock, journal, options.flight, options.deadlines)
+        context = FlightContext(
+            settings=MissionSettings(
+                vehicles=options.vehicles,
+                area_enu_m=tuple(options.area_enu_m),
+                imaging=ImagingSettings(),
+                return_enu_m=options.return_enu_m,
+                flight=options.flight,
+                deadlines=options.deadlines,
+            ),
+            clock=clock,
+            roster=self._roster,
+            journal=journal,
+            flight=self._flight,
+        )
+        self._errands = Errands()
+        self._homing = Homing(context, self._errands)
+        self._monitor = Monitor(context, self._homing, publish=lambda: None, on_all_lost=self._give_up)
+        self._journal = journal
+
+    async def watch(self) -> None:
+        """See lost links, low batteries, take-overs and vehicles that come too close, until cancelled."""
+        async with asyncio.TaskGroup() as group:
+            group.create_task(self._errands.run())
+            group.create_task(self._monitor.run())
 
     @property
     def vehicle_ids(self) -> tuple[int, ...]:
@@ -137,7 +169,7 @@ class Swarm:
         await self._flight.transfer(requests, _OURS)
         for member in self._roster.select(requests):
             if not self._flight.is_at(member, requests[member.vehicle_id]):
-                reason = member.refusal or f"mode {member.state.mode_name}"
+                reason = member.refusal or f"it is {member.task}, mode {member.state.mode_name}"
                 raise MissionError(f"vehicle {member.vehicle_id} did not reach its place: {reason}")
 
     async def capture(self) -> Sample:
@@ -147,28 +179,23 @@ class Swarm:
     async def come_home(self) -> None:
         """Lead all home in their layers, land them there, and wait until their motors stand still.
 
-        Who has been taken over by a pilot or its own failsafe is left alone.
+        As at the end of a mission: who has been taken over by a pilot or its own failsafe is left alone.
 
         Raises:
             MissionError: one of them still flies at the deadline.
         """
-        flying = [member for member in self._roster.airborne() if member.follows_us]
-        homes = {
-            member.vehicle_id: np.array([*member.home_enu_m[:2], member.layer_height_m])
-            for member in flying
-            if member.home_enu_m is not None
-        }
-        await self._flight.transfer(homes, _OURS, homing=True)
-        await self._flight.command_each([member for member in flying if member.follows_us], lambda _: Land())
-        left = await self._flight.wait_until(
-            lambda: flying, lambda member: not member.state.armed, self._options.deadlines.land_s
-        )
+        await self._homing.return_home()
+        await self._homing.land()
+        left = [member for member in self._roster.members() if member.state.armed]
         if left:
-            raise MissionError(f"vehicle {left[0].vehicle_id} has not landed: mode {left[0].state.mode_name}")
+            state = "it is lost" if left[0].task is Task.LOST else f"mode {left[0].state.mode_name}"
+            raise MissionError(f"vehicle {left[0].vehicle_id} has not landed: {state}")
+
+    def _give_up(self) -> None:
+        self._journal.notice(Severity.CRITICAL, "All vehicles are lost. Their own failsafes fly them.")
 
     def _problem(self) -> str | None:
         """Return why the swarm cannot start yet."""
-        self._roster.refresh()
         members, expected = self._roster.members(), self._options.vehicles
         if len(members) < expected:
             return f"Only {len(members)} of {expected} vehicles are heard; check their power and the link's address."
@@ -187,8 +214,9 @@ class Swarm:
         homes_enu_m = np.array([frame.to_enu(home) for member in members if (home := member.state.home) is not None])
         for member, home_enu_m, layer_height_m in zip(members, homes_enu_m, layers_m, strict=True):
             member.home_enu_m, member.layer_height_m = home_enu_m, float(layer_height_m)
+        grounds_m = [*homes_enu_m[:, :2], *([self._options.return_enu_m] if self._options.return_enu_m else [])]
         proposal = SafetyLimits(
-            fence_enu_m=propose_fence(tuple(self._options.area_enu_m), homes_enu_m[:, :2], _FENCE_MARGIN_M),
+            fence_enu_m=propose_fence(tuple(self._options.area_enu_m), np.array(grounds_m), _FENCE_MARGIN_M),
             floor_m=float(min(layers_m)) - _LAYER_MARGIN_M,
             ceiling_m=float(max(layers_m)) + _LAYER_MARGIN_M,
         )
@@ -220,8 +248,8 @@ async def open_swarm(links: Sequence[str], options: SwarmOptions) -> AsyncIterat
         options=options.driver_options,
     )
     async with load_driver(options.driver)(links, context) as fleet:
-        beating = asyncio.create_task(pulse.run())
         swarm = Swarm(fleet, clock, journal, options)
+        helpers = [asyncio.create_task(pulse.run()), asyncio.create_task(swarm.watch())]
         try:
             await swarm.get_ready()
             try:
@@ -229,7 +257,11 @@ async def open_swarm(links: Sequence[str], options: SwarmOptions) -> AsyncIterat
             finally:
                 await swarm.come_home()
         finally:
-            beating.cancel()
+            for helper in helpers:
+                helper.cancel()
+            for result in await asyncio.gather(*helpers, return_exceptions=True):
+                if isinstance(result, Exception):
+                    raise result
 
 
 def _raise_first(results: Mapping[int, str | None]) -> None:

@@ -14,19 +14,25 @@ from aos_gcs.mission.settings import MissionSettings
 from aos_gcs.ports import Clock
 
 
-@dataclass(slots=True)
-class MissionContext:
-    """One mission's parts and the little state that several procedures touch."""
+@dataclass(slots=True, kw_only=True)
+class FlightContext:
+    """What it takes to fly vehicles and to watch over them, with the little state that several procedures touch."""
 
     settings: MissionSettings
     clock: Clock
     roster: Roster
     journal: Journal
     flight: FlightControl
-    recorder: Recorder
-    loop_monitor: LoopMonitor
     message: str = ""
     """What the mission is doing or waiting for, in one sentence."""
     outcome: Outcome = Outcome.OPEN
+
+
+@dataclass(slots=True, kw_only=True)
+class MissionContext(FlightContext):
+    """One mission's parts: those of a flight, and what records and checks it."""
+
+    recorder: Recorder
+    loop_monitor: LoopMonitor
     preflight: tuple[PreflightCheck, ...] = ()
     cameras: CameraLog = field(default_factory=CameraLog)

@@ -75,13 +75,21 @@ class Coordinator:
         self._mission_id = mission_id
         roster = Roster(fleet, clock)
         flight = FlightControl(roster, clock, journal, settings.flight, settings.deadlines)
-        self._context = MissionContext(settings, clock, roster, journal, flight, recorder, loop_monitor)
+        self._context = MissionContext(
+            settings=settings,
+            clock=clock,
+            roster=roster,
+            journal=journal,
+            flight=flight,
+            recorder=recorder,
+            loop_monitor=loop_monitor,
+        )
         self._gallery = Gallery(self._context)
         self._vision = Vision(self._context)
         self._errands = Errands()
         self._inspector = Inspector(self._context)
         self._homing = Homing(self._context, self._errands)
-        self._monitor = Monitor(self._context, self._homing, self.snapshot, self._end_without_vehicles)
+        self._monitor = Monitor(self._context, self._homing, self._publish_snapshot, self._end_without_vehicles)
         self._joining = Joining(self._context, self._errands, self._check_one)
         self._operator = Operator(
             self._context, self._errands, homing=self._homing, joining=self._joining, vision=self._vision, flow=self
@@ -112,6 +120,9 @@ class Coordinator:
             Phase.RETURN: self._homing.return_home,
             Phase.LAND: self._homing.land,
         }
+
+    def _publish_snapshot(self) -> None:
+        self._context.journal.publish(EventKind.SNAPSHOT, self.snapshot())
 
     async def _check_one(self, member: Member) -> Sequence[PreflightCheck]:
         return await self._launch.check_one(member)
@@ -328,7 +339,7 @@ class Coordinator:
         context = self._context
         if context.outcome is Outcome.OPEN:
             context.outcome = Outcome.ABORTED
-        context.journal.publish(EventKind.SNAPSHOT, self.snapshot())
+        self._publish_snapshot()
         async with context.journal.patience("the outcome"):
             await context.recorder.record_outcome(
                 OutcomeRecord(context.clock.utc_s(), context.outcome, self._summary())

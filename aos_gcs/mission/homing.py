@@ -7,13 +7,13 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from aos_gcs.mission.context import MissionContext
+from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.errands import Errands
 from aos_gcs.mission.model import Outcome, Phase, Task
 from aos_gcs.mission.plan import landing_spots
 from aos_gcs.mission.roster import Member
 from aos_gcs.mission.separation import spread_apart
-from aos_gcs.ports import Command, Disarm, FlightMode, Land, ReturnToLaunch, Severity
+from aos_gcs.ports import Arm, Command, Disarm, FlightMode, Land, ReturnToLaunch, Severity
 
 _COMING_DOWN = frozenset({FlightMode.RETURN, FlightMode.LAND})
 _LAND_ATTEMPTS = 3
@@ -25,7 +25,7 @@ _SPOTS_APART = 2.0
 class Homing:
     """The way down. Every handler can be entered again after an interruption."""
 
-    def __init__(self, context: MissionContext, errands: Errands) -> None:
+    def __init__(self, context: FlightContext, errands: Errands) -> None:
         self._context = context
         self._errands = errands
         self.leads_all = False
@@ -149,7 +149,9 @@ class Homing:
         return [
             member
             for member in self._context.roster.members()
-            if member.task not in {Task.LOST, Task.LANDED} and member.state.armed
+            if member.task not in {Task.LOST, Task.LANDED}
+            # Who was told to arm may be about to.
+            and (member.state.armed or isinstance(member.last_command, Arm))
         ]
 
     def _not_landed(self) -> list[Member]:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 
-from aos_gcs.mission.context import MissionContext
+from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.energy import time_home_s
 from aos_gcs.mission.homing import Homing
-from aos_gcs.mission.model import EventKind, MissionSnapshot, Task
+from aos_gcs.mission.model import Task
 from aos_gcs.mission.proximity import ProximityWatch
 from aos_gcs.mission.roster import FLYING, Member
 from aos_gcs.ports import Goto, Hold, LandedState, Severity
@@ -25,14 +25,15 @@ class Monitor:
 
     def __init__(
         self,
-        context: MissionContext,
+        context: FlightContext,
         homing: Homing,
-        snapshot: Callable[[], MissionSnapshot],
+        publish: Callable[[], None],
         on_all_lost: Callable[[], None],
     ) -> None:
+        """Watch the vehicles of ``context``; ``publish`` is called a few times per second."""
         self._context = context
         self._homing = homing
-        self._snapshot = snapshot
+        self._publish = publish
         self._on_all_lost = on_all_lost
         self._proximity = ProximityWatch(context.roster, context.clock, context.journal)
         self._all_lost_since_s: float | None = None
@@ -63,7 +64,7 @@ class Monitor:
                     group.create_task(self._hold(member))
                 if loop.time() >= next_snapshot_s:
                     next_snapshot_s = loop.time() + _SNAPSHOT_PERIOD_S
-                    self._context.journal.publish(EventKind.SNAPSHOT, self._snapshot())
+                    self._publish()
                 await self._context.clock.sleep(_PERIOD_S)
 
     def _take_in_newcomers(self) -> None:

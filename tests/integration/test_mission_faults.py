@@ -207,8 +207,8 @@ async def test_a_lost_vehicle_whose_failsafe_brings_it_home_is_left_alone() -> N
 async def told_to_climb(flight: Flight) -> None:
     """Wait for the moment in which all have been told to take off and none has left the ground."""
     async with flight.clock.timeout_at(flight.clock.now_s() + 60.0):
-        while not all(Takeoff in map(type, vehicle.commands) for vehicle in flight.fleet.members.values()):  # noqa: ASYNC110
-            await asyncio.sleep(0)
+        while not all(Takeoff in map(type, vehicle.commands) for vehicle in flight.fleet.members.values()):
+            await flight.clock.sleep(5e-4)
     assert all(vehicle.state.landed is LandedState.ON_GROUND for vehicle in flight.fleet.members.values())
 
 
@@ -241,6 +241,34 @@ async def test_every_way_down_works_in_a_climb(action: Action, after_s: float) -
     assert flight.clock.now_s() - started_s < 90.0
     assert [flight.task(number) for number in (1, 2, 3, 4)] == [Task.LANDED] * 4
     assert not any(isinstance(command, Disarm) for v in flight.fleet.members.values() for command in v.commands)
+
+
+async def test_an_abort_while_motors_start_leaves_nobody_armed() -> None:
+    """An autopilot arms a while after it was told to, whether anybody still waits for it or not."""
+    flight = prepare()
+
+    def arm_late(vehicle: FakeVehicle) -> Callable:
+        execute = vehicle.execute
+
+        async def late(command: Command, deadline_s: float) -> None:
+            if isinstance(command, Arm):
+                asyncio.get_running_loop().call_later(1.0, setattr, vehicle, "armed", True)
+                await flight.clock.sleep(1.0)
+            elif isinstance(command, Disarm):
+                await flight.clock.sleep(1.5)
+            await execute(command, deadline_s)
+
+        return late
+
+    for vehicle in flight.fleet.members.values():
+        vehicle.execute = arm_late(vehicle)  # type: ignore[method-assign]
+    async with flying(flight) as run:
+        await flight.until(lambda: flight.mission.phase is Phase.ARM)
+        await flight.clock.sleep(0.5)
+        await flight.mission.act(Action.ABORT, None)
+        assert await run is Outcome.ABORTED
+    assert not any(vehicle.armed for vehicle in flight.fleet.members.values())
+    assert not any(Takeoff in map(type, vehicle.commands) for vehicle in flight.fleet.members.values())
 
 
 async def test_motors_that_stopped_while_held_on_the_ground_are_started_again() -> None:
