@@ -69,6 +69,8 @@ class Inspection:
     frame_problem: str = ""
     planned_fence: Geofence | None = None
     """The fence it should keep; None while the limits are not known."""
+    may_upload: bool = False
+    """Whether the planned fence is written where another one, or none, is stored."""
     upload_problem: str = ""
 
     @property
@@ -128,7 +130,8 @@ class Inspector:
     def _is_due(self, member: Member, subject: _Subject) -> bool:
         fence = self._planned_fence(member)
         is_new = subject.inspection.planned_fence != fence
-        subject.inspection = replace(subject.inspection, planned_fence=fence)
+        may_upload = self._context.settings.preflight.upload_fence
+        subject.inspection = replace(subject.inspection, planned_fence=fence, may_upload=may_upload)
         state = member.state
         situation = (state.autopilot, state.home is None, None if state.link is None else state.link.address)
         if situation != subject.situation:
@@ -158,7 +161,7 @@ class Inspector:
         await self._inspect(member, subject)
         found, fence = subject.inspection, subject.inspection.planned_fence
         is_open = found.facts is not None and not (found.has_planned_fence and found.facts.at_fence.is_on)
-        if not (self._context.settings.preflight.upload_fence and is_open and fence is not None):
+        if not (found.may_upload and is_open and fence is not None):
             return
         try:
             await member.vehicle.upload_fence(fence, self._deadline_s())

@@ -85,11 +85,13 @@ def _check_fence(vehicle_id: int, inspection: Inspection) -> PreflightCheck:
         )
     if inspection.upload_problem:
         return checks.failed(vehicle_id, checks.GEOFENCE, "not taken", inspection.upload_problem)
-    write = "let preflight.upload_fence write it, or upload it with another ground station"
-    if stored is None:
-        return checks.failed(vehicle_id, checks.GEOFENCE, "none", write)
     if not inspection.has_planned_fence:
-        return checks.failed(vehicle_id, checks.GEOFENCE, "another one than the mission's", write)
+        text = "none" if stored is None else "another one than the mission's"
+        if inspection.may_upload:
+            wait = "wait, the mission's is being written"
+            return PreflightCheck(vehicle_id, checks.GEOFENCE, CheckStatus.FAIL, text, wait)
+        remedy = "let preflight.upload_fence write it, or upload it with another ground station"
+        return checks.failed(vehicle_id, checks.GEOFENCE, text, remedy)
     if not facts.at_fence.is_on:
         return checks.failed(vehicle_id, checks.GEOFENCE, f"not kept: {facts.at_fence.text}", facts.at_fence.remedy)
     corners = len(planned.inclusion_deg) + sum(map(len, planned.exclusions_deg))

@@ -111,6 +111,8 @@ def test_what_is_being_asked_for_cannot_be_overridden_yet() -> None:
     }
     assert not any(check.overridable for check in found)
     assert not check_of(checks.GEOFENCE, replace(GOOD, planned_fence=None)).overridable
+    written = check_of(checks.GEOFENCE, replace(GOOD, facts=GOOD_FACTS, may_upload=True))
+    assert (written.status, written.overridable, written.remedy[:4]) == (FAIL, False, "wait")
 
 
 def test_what_a_vehicle_does_not_tell_can_be_overridden() -> None:
