@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from aos_gcs.imaging.aperture import AperturePlan, plan_aperture, samples_for
-from aos_gcs.mission.model import CheckStatus, PreflightCheck
+from aos_gcs.mission import checks
+from aos_gcs.mission.model import PreflightCheck
 from aos_gcs.mission.settings import ForestSettings, MissionSettings
 from aos_gcs.swarm.registry import make_strategy
 
@@ -91,5 +92,5 @@ def check_aperture(settings: MissionSettings) -> tuple[PreflightCheck, ...]:
         return ()
     advice = advise(settings, settings.forest)
     if not advice.warnings:
-        return (PreflightCheck(0, CHECK_NAME, CheckStatus.PASS, advice.text),)
-    return (PreflightCheck(0, CHECK_NAME, CheckStatus.WARN, advice.seen, "; ".join(advice.warnings)),)
+        return (checks.passed(checks.MISSION, CHECK_NAME, advice.text),)
+    return (checks.warned(checks.MISSION, CHECK_NAME, advice.seen, "; ".join(advice.warnings)),)

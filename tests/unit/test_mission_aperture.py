@@ -10,6 +10,7 @@ from aos_gcs.errors import ConfigurationError
 from aos_gcs.imaging.aperture import plan_aperture, smallest_spacing_m
 from aos_gcs.imaging.step import ImagingSettings
 from aos_gcs.mission.aperture_check import advise, check_aperture
+from aos_gcs.mission.model import CheckStatus
 from aos_gcs.mission.settings import FlightSettings, ForestSettings, MissionSettings
 
 FOREST = ForestSettings(canopy_height_m=18.0, crown_base_m=6.0)
@@ -59,8 +60,9 @@ def test_too_few_vehicles_are_told_with_the_number_that_is_enough() -> None:
 
 def test_the_check_informs_and_never_fails() -> None:
     (check,) = check_aperture(mission(vehicles=3))
-    assert (check.vehicle_id, check.passed) == (0, True)
+    assert (check.vehicle_id, check.status, check.blocks) == (0, CheckStatus.WARN, False)
     assert "3 vehicles" in check.text
+    assert check.remedy == "; ".join(advise(mission(vehicles=3), FOREST).warnings)
     assert check_aperture(replace(mission(), forest=None)) == ()
 
 
