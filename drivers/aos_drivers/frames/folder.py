@@ -76,7 +76,7 @@ class WatchedFolder:
         path = self._folder / name
         try:
             # No links: what writes into the folder must not choose what is read.
-            with open(os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK), "rb") as file:  # noqa: PTH123
+            with os.fdopen(os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK), "rb") as file:
                 before = os.fstat(file.fileno())
                 if not stat.S_ISREG(before.st_mode):
                     raise CaptureError(f"{path} is no plain file")

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import os.path
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import PurePosixPath
 
 from aos_drivers.frames.errors import FrameRefusedError
 
@@ -49,7 +49,7 @@ class Wanted:
 def is_image_name(name: str) -> bool:
     """Return whether a name is that of an image, in this folder, that is not being written under another name."""
     is_plain = "/" not in name and "\\" not in name and "\0" not in name and not name.startswith(".")
-    return is_plain and os.path.splitext(name)[1].lower() in _IMAGE_SUFFIXES  # noqa: PTH122 (a name, not a path)
+    return is_plain and PurePosixPath(name).suffix.lower() in _IMAGE_SUFFIXES
 
 
 def choose(now: Listing, wanted: Wanted) -> str | None:

@@ -6,6 +6,7 @@ from typing import TypeAlias
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from aos_drivers.mavlink.autopilots.base import Target, command_long
 from aos_drivers.mavlink.camera import CameraRecord
 from aos_drivers.mavlink.exposure import CaptureTools, Exposure, VehicleAccess, capture_error, collect_capture
 from aos_drivers.mavlink.shutter import LostReportError, Shutter
@@ -47,19 +48,8 @@ class ComponentSource:
     async def _expose(self, camera: CameraRecord, deadline_s: float) -> CapturedMessage:
         """Command one exposure and return the message about it."""
         awaited_index, before = camera.next_index, camera.known_indices()
-        command = mavlink.MAVLink_command_long_message(
-            self._record.vehicle_id,
-            camera.component_id,
-            mavlink.MAV_CMD_IMAGE_START_CAPTURE,
-            0,
-            0.0,
-            0.0,
-            1.0,
-            float(camera.next_sequence()),
-            0.0,
-            0.0,
-            0.0,
-        )
+        target, sequence = Target(self._record.vehicle_id, camera.component_id), float(camera.next_sequence())
+        command = command_long(target, mavlink.MAV_CMD_IMAGE_START_CAPTURE, 0.0, 0.0, 1.0, sequence)
         try:
             return await self._shutter.press(
                 command,
@@ -78,17 +68,6 @@ class ComponentSource:
         if index is not None:
             requests.append((mavlink.MAVLINK_MSG_ID_CAMERA_IMAGE_CAPTURED, index))
         for message_id, param2 in requests:
-            request = mavlink.MAVLink_command_long_message(
-                self._record.vehicle_id,
-                camera.component_id,
-                mavlink.MAV_CMD_REQUEST_MESSAGE,
-                0,
-                float(message_id),
-                float(param2),
-                0.0,
-                0.0,
-                0.0,
-                0.0,
-                0.0,
-            )
-            self._vehicle.send(self._record.vehicle_id, camera.component_id, request)
+            target = Target(self._record.vehicle_id, camera.component_id)
+            request = command_long(target, mavlink.MAV_CMD_REQUEST_MESSAGE, float(message_id), float(param2))
+            self._vehicle.send(target.system_id, target.component_id, request)

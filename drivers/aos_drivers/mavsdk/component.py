@@ -8,6 +8,7 @@ from mavsdk.system import System
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.frames.errors import LateFrameError
+from aos_drivers.mavlink.autopilots.base import Target, command_long
 from aos_drivers.mavlink.camera import fov_from_lens
 from aos_drivers.mavlink.exposure import CaptureTools, Exposure, VehicleAccess, capture_error, collect_capture
 from aos_drivers.mavsdk.core import Postman, message_from_direct
@@ -79,12 +80,9 @@ class ComponentSource:
         return self._newest
 
     def _request(self, component_id: int, message_id: int, index: int) -> None:
-        system_id = self._vehicle.record.vehicle_id
-        command = mavlink.MAV_CMD_REQUEST_MESSAGE
-        message = mavlink.MAVLink_command_long_message(
-            system_id, component_id, command, 0, float(message_id), float(index), 0.0, 0.0, 0.0, 0.0, 0.0
-        )
-        self._vehicle.send(system_id, component_id, message)
+        target = Target(self._vehicle.record.vehicle_id, component_id)
+        request = command_long(target, mavlink.MAV_CMD_REQUEST_MESSAGE, float(message_id), float(index))
+        self._vehicle.send(target.system_id, component_id, request)
 
     def _take(self, results: list[CameraResult], result: CameraResult) -> None:
         if result is not CameraResult.IN_PROGRESS:
