@@ -6,6 +6,7 @@ import asyncio
 import dataclasses
 import math
 import socket
+import sys
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from pathlib import Path
@@ -20,7 +21,7 @@ from aos_gcs.clock import LoopClock
 from aos_gcs.config import parse_config
 from aos_gcs.errors import CaptureError, LinkError
 from aos_gcs.geometry.geodesy import GeodeticPosition
-from aos_gcs.mission.model import Outcome
+from aos_gcs.mission.model import Outcome, Task
 from aos_gcs.mission.settings import Deadlines, FlightSettings
 from aos_gcs.ports import Capture, DriverContext, Vehicle
 from aos_gcs.scripting import SwarmOptions, open_swarm
@@ -214,20 +215,15 @@ async def test_a_taken_port_ends_the_service_with_its_name() -> None:
 @pytest.mark.timeout(400)
 async def test_a_mission_finds_a_person_with_cameras_beside_the_vehicles(tmp_path: Path) -> None:
     renderer = pytest.importorskip("aos_sim.render", reason="needs the optional ray tracer").Renderer
-    vehicles, speed = 5, 5.0
+    vehicles, speed, origin = 5, 3.0, GeodeticPosition(48.3, 14.3, 260.0)
     gcs_port, camera_port = free_ports(2)
-    simulated = SimulatorOptions(
-        vehicles=vehicles,
-        links=(f"udpout://{HOST}:{gcs_port}", f"udpout://{HOST}:{camera_port}"),
-        speed=speed,
-        start_up_s=5.0,
-        cameras=False,
-    )
+    simulator = [
+        *(sys.executable, "-m", "aos_sim", "--vehicles", str(vehicles), "--speed", str(speed)),
+        *("--no-camera", "--no-render", "--trees-per-ha", "0", "--exit-with-parent"),
+        *("--link", f"udpout://{HOST}:{gcs_port}", "--link", f"udpout://{HOST}:{camera_port}"),
+    ]
     attached = AttachedOptions(
-        links=(f"udpin://{HOST}:{camera_port}",),
-        gcs=f"udpout://{HOST}:{gcs_port}",
-        origin=simulated.origin,
-        image_size_px=256,
+        links=(f"udpin://{HOST}:{camera_port}",), gcs=f"udpout://{HOST}:{gcs_port}", origin=origin, image_size_px=256
     )
     scene = build_scene(SceneParameters(trees_per_ha=20.0))
     cameras = AttachedCameras(attached, renderer(scene))
@@ -236,23 +232,34 @@ async def test_a_mission_finds_a_person_with_cameras_beside_the_vehicles(tmp_pat
         "link": {"urls": [f"udpin://{HOST}:{gcs_port}"]},
         "mission": {
             "vehicles": vehicles,
-            "origin_deg": dataclasses.astuple(simulated.origin),
+            "origin_deg": dataclasses.astuple(origin),
             "area_enu_m": [[-25.0, 8.0], [25.0, 8.0], [25.0, 88.0], [-25.0, 88.0]],
             "auto_start": True,
             "auto_return": True,
         },
         "preflight": {"upload_fence": True},
-        "deadlines": {"capture_s": 50.0, "connect_s": 100.0},
+        "deadlines": {
+            "connect_s": 200.0,
+            "preflight_s": 500.0,
+            "command_s": 60.0,
+            "capture_s": 60.0,
+            "search_s": 3600.0,
+            "lost_s": 30.0,
+            "all_lost_s": 60.0,
+        },
         "safety": {"max_link_age_s": 15.0, "max_position_age_s": 15.0},
         "api": {"enabled": False},
         "record": {"folder": tmp_path},
     }
-    async with SimulatedSwarm(simulated, CheckerboardGround()) as swarm, asyncio.TaskGroup() as group:
+    process = await asyncio.create_subprocess_exec(*simulator)
+    async with asyncio.TaskGroup() as group:
         serving = group.create_task(cameras.run())
         async with open_service(parse_config(settings, source="test")) as service:
             snapshot = await service.run()
-        assert swarm.report().landed == vehicles
         serving.cancel()
+        process.terminate()
+        await process.wait()
+    assert [vehicle.task for vehicle in snapshot.vehicles] == [Task.LANDED] * vehicles
     assert snapshot.outcome is Outcome.FOUND
     assert snapshot.target is not None
     error_m = np.linalg.norm(scene.persons[0].position_enu_m[:2] - snapshot.target.position_enu_m[:2])
