@@ -252,11 +252,13 @@ async def test_a_mission_finds_a_person_with_cameras_beside_the_vehicles(tmp_pat
         "record": {"folder": tmp_path},
     }
     process = await asyncio.create_subprocess_exec(*simulator)
-    async with asyncio.TaskGroup() as group:
-        serving = group.create_task(cameras.run())
-        async with open_service(parse_config(settings, source="test")) as service:
-            snapshot = await service.run()
-        serving.cancel()
+    try:
+        async with asyncio.TaskGroup() as group:
+            serving = group.create_task(cameras.run())
+            async with open_service(parse_config(settings, source="test")) as service:
+                snapshot = await service.run()
+            serving.cancel()
+    finally:
         process.terminate()
         await process.wait()
     assert [vehicle.task for vehicle in snapshot.vehicles] == [Task.LANDED] * vehicles
