@@ -78,6 +78,7 @@ def apply_plan(settings: MissionSettings, plan: MissionPlan) -> MissionSettings:
         settings,
         vehicles=plan.vehicles,
         area_enu_m=plan.area_enu_m,
+        return_enu_m=plan.return_enu_m,
         safety=safety
         | {
             "no_go_enu_m": plan.no_go_enu_m,
@@ -107,6 +108,7 @@ def plan_of(settings: MissionSettings) -> MissionPlan:
         vehicles=settings.vehicles,
         area_enu_m=settings.area_enu_m,
         no_go_enu_m=safety.get("no_go_enu_m", ()),
+        return_enu_m=settings.return_enu_m,
         return_enu_m=settings.return_enu_m,
         fence_enu_m=safety.get("fence_enu_m"),
         scan_heading_rad=math.atan2(east, north) % (2.0 * math.pi),

@@ -128,6 +128,7 @@ def test_settings_and_plan_go_to_and_fro() -> None:
     plan = replace(
         PLAN,
         no_go_enu_m=(((1.0, 1.0), (2.0, 1.0), (2.0, 2.0)),),
+        return_enu_m=(3.0, -4.0),
         scan_heading_rad=1.0,
         ceiling_m=60.0,
         min_battery_fraction=0.3,
