@@ -10,7 +10,7 @@ from aos_gcs.api import models as wire
 from aos_gcs.api.places import optional_position, percent, place_model, position, rounded, vertex
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.mission import model
-from aos_gcs.ports import LinkQuality
+from aos_gcs.ports import CameraState, LinkQuality
 
 AGE_STEP_S: Final = 0.5
 """Of ages on the wire: that of a living link would otherwise change with every snapshot, often as the only field."""
@@ -52,7 +52,7 @@ def vehicle(vehicle: model.VehicleSnapshot, origin: GeodeticPosition | None) -> 
         refusal=vehicle.refusal,
         text=state.text,
         link=_link(state.link) if state.link else None,
-        camera=_camera(vehicle.camera, origin) if vehicle.camera else None,
+        camera=_camera(vehicle.camera, state.camera or CameraState(), origin) if vehicle.camera else None,
     )
 
 
@@ -77,13 +77,17 @@ def _link(link: LinkQuality) -> wire.LinkModel:
     )
 
 
-def _camera(camera: model.CameraSnapshot, origin: GeodeticPosition | None) -> wire.CameraModel:
+def _camera(camera: model.CameraSnapshot, reported: CameraState, origin: GeodeticPosition | None) -> wire.CameraModel:
     return wire.CameraModel(
         frames=camera.frames,
         failures=camera.failures,
         last_step=camera.last_step,
         footprint=[vertex(corner, origin) for corner in camera.footprint_enu_m],
         failure=camera.failure,
+        source=reported.source,
+        refused=reported.refused,
+        late=reported.late,
+        torn=reported.torn,
     )
 
 

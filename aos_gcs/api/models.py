@@ -81,6 +81,10 @@ class CameraModel(WireModel):
         description="What its latest frame shows of the focal plane; empty before the first one."
     )
     failure: str | None = Field(description="Why its frame is missing in the latest step.")
+    source: str = Field(description="How frames come, in the driver's own word; empty if not known.")
+    refused: int = Field(description="That came with a pose or a time that cannot be trusted.")
+    late: int = Field(description="That were not there by the deadline.")
+    torn: int = Field(description="That were not whole by the deadline.")
 
 
 class ScanLegModel(WireModel):

@@ -523,6 +523,26 @@ export interface components {
       frames: number;
       /** Last Step */
       last_step: number | null;
+      /**
+       * Late
+       * @description That were not there by the deadline.
+       */
+      late: number;
+      /**
+       * Refused
+       * @description That came with a pose or a time that cannot be trusted.
+       */
+      refused: number;
+      /**
+       * Source
+       * @description How frames come, in the driver's own word; empty if not known.
+       */
+      source: string;
+      /**
+       * Torn
+       * @description That were not whole by the deadline.
+       */
+      torn: number;
     };
     /**
      * ChangesMessage
