@@ -6,7 +6,7 @@ import asyncio
 import math
 from collections.abc import AsyncIterator, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import cv2
 import numpy as np
@@ -88,6 +88,7 @@ class _Body:
     mode: FlightMode = FlightMode.GUIDED
     refusal: str | None = None
     battery: float = 0.97
+    camera: CameraSnapshot = field(default_factory=CameraSnapshot)
 
 
 class ScriptedMission:
@@ -264,6 +265,8 @@ class ScriptedMission:
             loop_lag_p99_ms=3.0,
         )
         self._steps.append(record)
+        for body in self._bodies:
+            body.camera = _exposed(body, number)
         self.stream.publish(EventKind.STEP, record)
         self._publish_pictures(number, visibility_m2)
 
@@ -415,17 +418,8 @@ class ScriptedMission:
             link_age_s,
             body.waypoint_enu_m,
             body.refusal,
-            self._camera(body),
+            body.camera,
         )
-
-    def _camera(self, body: _Body) -> CameraSnapshot:
-        if not self._steps:
-            return CameraSnapshot()
-        east_m, north_m, up_m = body.position_enu_m
-        half_m = 0.5 * up_m
-        corners = ((-half_m, half_m), (half_m, half_m), (half_m, -half_m), (-half_m, -half_m))
-        footprint = tuple((east_m + dx_m, north_m + dy_m) for dx_m, dy_m in corners)
-        return CameraSnapshot(len(self._steps), 0, len(self._steps), footprint)
 
     def _preflight(self) -> tuple[PreflightCheck, ...]:
         names = ("link", "position", "battery", "home", "camera")
@@ -451,6 +445,14 @@ class ScriptedMission:
             png = paint(kind, number, bounds, visibility_m2)
             self._pictures[kind] = Picture(kind, number, png, *bounds)
         self.stream.publish(EventKind.PICTURES, PicturesRecord(number, tuple(PictureKind), *bounds))
+
+
+def _exposed(body: _Body, step: int) -> CameraSnapshot:
+    """Return what is known of a camera that has just looked straight down."""
+    east_m, north_m, up_m = body.position_enu_m
+    half_m = 0.5 * up_m
+    corners = ((-half_m, half_m), (half_m, half_m), (half_m, -half_m), (-half_m, -half_m))
+    return CameraSnapshot(step, 0, step, tuple((east_m + dx_m, north_m + dy_m) for dx_m, dy_m in corners))
 
 
 def paint(kind: PictureKind, seed: int, bounds: tuple[float, float, float, float], visibility_m2: float) -> bytes:
