@@ -1,13 +1,13 @@
 import { expect, test } from "vitest";
-import type { Notice } from "../src/api/types";
+import type { NumberedNotice } from "../src/state/state";
 import { acknowledge, openAlerts } from "../src/state/alerts";
 
-const notice = (severity: Notice["severity"], text: string, elapsed_s: number, vehicle_id: number | null = null) => ({
-  severity,
-  text,
-  elapsed_s,
-  vehicle_id,
-});
+const notice = (
+  severity: NumberedNotice["severity"],
+  text: string,
+  id: number,
+  vehicle_id: number | null = null,
+): NumberedNotice => ({ severity, text, id, vehicle_id, elapsed_s: 0 });
 
 test("critical alerts come first, then newer ones; info is no alert", () => {
   const notices = [
@@ -24,7 +24,7 @@ test("repetitions are one alert with a count, of each vehicle its own", () => {
     .map((time) => notice("warning", "battery", time, 1))
     .concat(notice("warning", "battery", 3, 2));
   const alerts = openAlerts(notices, new Map());
-  expect(alerts.map(({ vehicleId, count, elapsed_s }) => [vehicleId, count, elapsed_s])).toEqual([
+  expect(alerts.map(({ vehicleId, count, id }) => [vehicleId, count, id])).toEqual([
     [1, 3, 5],
     [2, 1, 3],
   ]);
@@ -35,5 +35,5 @@ test("what was acknowledged opens again when it comes again", () => {
   const acknowledged = acknowledge(new Map(), openAlerts(first, new Map()));
   expect(openAlerts(first, acknowledged)).toEqual([]);
   const again = openAlerts([...first, notice("warning", "battery", 9)], acknowledged);
-  expect(again.map(({ elapsed_s, count }) => [elapsed_s, count])).toEqual([[9, 1]]);
+  expect(again.map(({ id, count }) => [id, count])).toEqual([[9, 1]]);
 });

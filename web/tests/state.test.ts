@@ -40,6 +40,19 @@ describe("reduce", () => {
     expect(reduce(flown, hello({ mission: moved }), 5).trails.get(1)).toEqual([[50, 0]]);
   });
 
+  test("notices keep their numbers over a new connection, also where mission time stands still", () => {
+    const notice = (text: string) => ({ severity: "warning", text, vehicle_id: null, elapsed_s: 0 }) as const;
+    const first = reduce(INITIAL_STATE, hello({ notices: [notice("wind"), notice("wind")] }), 0);
+    const more = reduce(first, { kind: "notice", seq: 3, utc_s: 0, notice: notice("rain") }, 0);
+    const again = reduce(more, hello({ notices: ["wind", "wind", "rain", "wind"].map(notice) }), 0);
+    expect(more.notices.map(({ id, text }) => [id, text])).toEqual([
+      [1, "wind"],
+      [2, "wind"],
+      [3, "rain"],
+    ]);
+    expect(again.notices.map(({ id }) => id)).toEqual([1, 2, 3, 4]);
+  });
+
   test("trails grow with movement alone and stay bounded", () => {
     let state: State = INITIAL_STATE;
     for (let i = 0; i < 1000; i++) {

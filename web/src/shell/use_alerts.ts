@@ -13,18 +13,19 @@ export function useAlerts(
 ): [readonly Alert[], (alerts: readonly Alert[]) => void] {
   const [acknowledged, setAcknowledged] = useState(NOTHING);
   const alerts = useMemo(() => openAlerts(notices, acknowledged), [notices, acknowledged]);
-  const announcedUntil_s = useRef<number | null>(null);
+  const announcedUntil = useRef<number | null>(null);
 
   useEffect(() => {
     setAcknowledged(NOTHING);
-    announcedUntil_s.current = null;
+    announcedUntil.current = null;
   }, [mission?.mission_id]);
   useEffect(() => {
     if (mission === null) return;
     // What happened before this page was opened is shown, but not announced any more.
-    const until_s = announcedUntil_s.current ?? mission.elapsed_s;
-    const worst = alerts.find((alert) => alert.elapsed_s > until_s);
-    announcedUntil_s.current = Math.max(until_s, ...notices.map((notice) => notice.elapsed_s));
+    const latest = notices.at(-1)?.id ?? 0;
+    const until = announcedUntil.current ?? latest;
+    announcedUntil.current = latest;
+    const worst = alerts.find((alert) => alert.id > until);
     if (worst !== undefined) announce(voice, worst.severity, sentence(worst));
   }, [alerts]);
   useEffect(() => {

@@ -5,6 +5,9 @@ import type { Mission, Notice, Picture, PictureKind, Step } from "../api/types";
 /** East and north, metres. */
 export type EnuPoint = readonly [number, number];
 
+/** A notice with a number of this page's own: mission time stands still before the start and cannot tell them apart. */
+export type NumberedNotice = Notice & { readonly id: number };
+
 export interface State {
   readonly connection: Connection;
   readonly mission: Mission | null;
@@ -12,7 +15,7 @@ export interface State {
   readonly missionAtMs: number;
   readonly steps: readonly Step[];
   /** Oldest first. */
-  readonly notices: readonly Notice[];
+  readonly notices: readonly NumberedNotice[];
   readonly pictures: Readonly<Partial<Record<PictureKind, Picture>>>;
   readonly trails: ReadonlyMap<number, readonly EnuPoint[]>;
   /** Counts the plans that the mission has flown by: what was read of one before is old when it changes. */
@@ -45,7 +48,7 @@ export function reduce(state: State, message: PageMessage, nowMs: number): State
         mission: message.mission,
         missionAtMs: nowMs,
         steps: message.steps,
-        notices: message.notices,
+        notices: numberNotices(state.notices, message.notices),
         pictures: indexPictures({}, message.pictures),
         trails: extendTrails(isSame ? state.trails : new Map(), message.mission),
         // It may have changed while there was no connection.
@@ -62,7 +65,7 @@ export function reduce(state: State, message: PageMessage, nowMs: number): State
     case "step":
       return { ...state, steps: addStep(state.steps, message.step) };
     case "notice":
-      return { ...state, notices: [...state.notices, message.notice].slice(-NOTICES_KEPT) };
+      return { ...state, notices: addNotice(state.notices, message.notice) };
     case "pictures":
       return { ...state, pictures: indexPictures(state.pictures, message.pictures) };
     case "plan":
@@ -71,6 +74,22 @@ export function reduce(state: State, message: PageMessage, nowMs: number): State
       // Nothing has changed: what was told before is true now.
       return { ...state, missionAtMs: nowMs };
   }
+}
+
+const lastId = (notices: readonly NumberedNotice[]): number => notices.at(-1)?.id ?? 0;
+
+function addNotice(notices: readonly NumberedNotice[], notice: Notice): readonly NumberedNotice[] {
+  return [...notices, { ...notice, id: lastId(notices) + 1 }].slice(-NOTICES_KEPT);
+}
+
+/** Those that are known already keep their numbers, so that nobody is alarmed twice. */
+function numberNotices(known: readonly NumberedNotice[], notices: readonly Notice[]): readonly NumberedNotice[] {
+  const keyOf = ({ elapsed_s, severity, vehicle_id, text }: Notice): string =>
+    JSON.stringify([elapsed_s, severity, vehicle_id, text]);
+  const ids = new Map<string, number[]>();
+  for (const notice of known) ids.set(keyOf(notice), [...(ids.get(keyOf(notice)) ?? []), notice.id]);
+  let next = lastId(known) + 1;
+  return notices.map((notice) => ({ ...notice, id: ids.get(keyOf(notice))?.shift() ?? next++ }));
 }
 
 /** A step that the hello has brought already comes once more when it was on its way. */
