@@ -191,6 +191,15 @@ def test_an_upload_starts_over_when_nobody_asks_any_more() -> None:
     assert [message.get_type() for message in upload.poll(6.0)] == ["MISSION_COUNT"]
 
 
+def test_an_upload_starts_over_when_the_vehicle_has_given_up() -> None:
+    upload = FenceUpload(TARGET, items_of(FENCE, TARGET), OURS)
+    upload.poll(0.0)
+    upload.on_message(request(3))
+    upload.poll(0.1)
+    upload.on_message(acknowledge(mavlink.MAV_MISSION_OPERATION_CANCELLED))
+    assert [message.get_type() for message in upload.poll(0.2)] == ["MISSION_COUNT"]
+
+
 def test_a_refused_upload_says_why() -> None:
     upload = FenceUpload(TARGET, items_of(FENCE, TARGET), OURS)
     upload.poll(0.0)

@@ -40,7 +40,7 @@ class FenceUpload:
     @property
     def is_done(self) -> bool:
         """Whether the vehicle has taken all of it."""
-        return self._result == mavlink.MAV_MISSION_ACCEPTED
+        return bool(self._result == mavlink.MAV_MISSION_ACCEPTED)
 
     def poll(self, now_s: float) -> list[mavlink.MAVLink_message]:
         """Return the number of items, or the item that was asked for.
@@ -73,10 +73,18 @@ class FenceUpload:
             self._next, self._is_asked = message.seq, True
             self.due_s = -math.inf
         elif message.get_msgId() == mavlink.MAVLINK_MSG_ID_MISSION_ACK:
-            is_early = message.type == mavlink.MAV_MISSION_ACCEPTED and self._next != len(self._items) - 1
-            if not is_early and message.type != mavlink.MAV_MISSION_INVALID_SEQUENCE:
-                self._result = message.type
-                self.due_s = -math.inf
+            self._on_result(message.type)
+
+    def _on_result(self, result: int) -> None:
+        is_early = result == mavlink.MAV_MISSION_ACCEPTED and self._next != len(self._items) - 1
+        if is_early or result == mavlink.MAV_MISSION_INVALID_SEQUENCE:
+            return
+        if result == mavlink.MAV_MISSION_OPERATION_CANCELLED:
+            # It has given up waiting for an item that got lost.
+            self._next, self._is_asked = None, False
+        else:
+            self._result = result
+        self.due_s = -math.inf
 
 
 class FenceDownload:
