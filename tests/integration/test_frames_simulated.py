@@ -24,7 +24,7 @@ SIZE_PX = 64
     ("driver_name", "autopilot"),
     [
         ("mavlink", "arducopter"),
-        ("mavsdk", "px4"),
+        pytest.param("mavsdk", "px4", marks=pytest.mark.slow),
         pytest.param("mavlink", "px4", marks=pytest.mark.slow),
         pytest.param("mavsdk", "arducopter", marks=pytest.mark.slow),
     ],

@@ -239,6 +239,7 @@ async def test_what_is_no_stream_is_not_opened() -> None:
             assert receiver.first_since(-math.inf) is None
 
 
+@pytest.mark.slow
 async def test_a_frame_without_a_pose_of_its_time_is_refused(tmp_path: Path) -> None:
     port = free_port()
     settings = settings_of(description_file(tmp_path, port), max_pose_age_s=0.3)

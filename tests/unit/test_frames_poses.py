@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -66,6 +66,7 @@ def test_slerp_turns_evenly_about_one_axis(share: float, yaw: float, start_yaw: 
     assert part == pytest.approx(share * whole, abs=1e-7)
 
 
+@settings(max_examples=25)
 @given(st.floats(1.0, 8.9))
 def test_positions_between_reports_follow_the_curve_and_not_the_chord(at_s: float) -> None:
     track = circling(np.arange(0.0, 10.0, 0.5))
@@ -117,6 +118,7 @@ def test_samples_are_bounded_late_ones_dropped_and_a_restart_clears() -> None:
 # --- gimbals ---------------------------------------------------------------------------------------------------------
 
 
+@settings(max_examples=25)
 @given(yaw=ANGLES, pitch=st.floats(-1.5, 1.5), heading=ANGLES)
 def test_every_form_of_a_gimbals_attitude_is_the_same_rotation(yaw: float, pitch: float, heading: float) -> None:
     """``yaw`` is relative to the vehicle; the expectation is relative to north."""
