@@ -19,7 +19,7 @@ from aos_gcs.mission.coordinator import Coordinator
 from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal
 from aos_gcs.mission.model import Outcome, Task
-from aos_gcs.mission.settings import Deadlines
+from aos_gcs.mission.settings import Deadlines, PreflightSettings
 from aos_gcs.ports import DriverContext
 from aos_sim.camera.server import ImageServer
 from aos_sim.camera.synthetic import SyntheticImage
@@ -141,7 +141,9 @@ async def flying_over(
                 **{
                     "area_enu_m": AREA_ENU_M,
                     "origin": simulated.origin,
-                    "deadlines": Deadlines(preflight_s=60.0, capture_s=8.0),
+                    "deadlines": Deadlines(preflight_s=120.0, capture_s=8.0),
+                    # Faults of the way up and down are what counts here; uploads have tests of their own.
+                    "preflight": PreflightSettings(overrides={"geofence": "nothing flies near it"}),
                     **changes,
                 },
             ),

@@ -8,23 +8,22 @@ from aos_gcs.mission.model import Outcome
 from tests.fakes.air import Air, Faults
 from tests.fakes.air_flight import flying_over
 
-pytestmark = pytest.mark.looptime
+pytestmark = [pytest.mark.looptime, pytest.mark.slow]
 
 
 @pytest.mark.parametrize(
     "faults",
     [
         pytest.param(Faults(loss=0.2), id="a fifth is lost"),
-        pytest.param(Faults(loss=0.05), id="a twentieth is lost", marks=pytest.mark.slow),
-        pytest.param(Faults(burst=0.002, burst_length=60.0), id="bursts are lost", marks=pytest.mark.slow),
-        pytest.param(Faults(duplicate=0.3), id="copies arrive", marks=pytest.mark.slow),
-        pytest.param(Faults(reorder=0.3), id="others overtake", marks=pytest.mark.slow),
-        pytest.param(Faults(latency_s=0.5), id="half a second late", marks=pytest.mark.slow),
-        pytest.param(Faults(corrupt=0.1), id="bytes are changed", marks=pytest.mark.slow),
+        pytest.param(Faults(loss=0.05), id="a twentieth is lost"),
+        pytest.param(Faults(burst=0.002, burst_length=60.0), id="bursts are lost"),
+        pytest.param(Faults(duplicate=0.3), id="copies arrive"),
+        pytest.param(Faults(reorder=0.3), id="others overtake"),
+        pytest.param(Faults(latency_s=0.5), id="half a second late"),
+        pytest.param(Faults(corrupt=0.1), id="bytes are changed"),
         pytest.param(
             Faults(loss=0.1, duplicate=0.1, reorder=0.1, latency_s=0.25, corrupt=0.05),
             id="everything at once",
-            marks=pytest.mark.slow,
         ),
     ],
 )
@@ -37,7 +36,6 @@ async def test_a_bad_radio_link_does_not_keep_a_mission_from_its_end(
         flight.assert_nobody_was_endangered()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 async def test_px4_flies_through_loss_and_disorder(monkeypatch: pytest.MonkeyPatch, seed: int) -> None:
     faults = Faults(loss=0.2, duplicate=0.1, reorder=0.1, latency_s=0.2)

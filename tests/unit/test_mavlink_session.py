@@ -311,17 +311,35 @@ def answer_streams(session: Session, vehicle: FakeVehicle, now_s: float) -> None
     session.take_outgoing()
 
 
+def test_a_stream_that_does_not_come_is_requested_again_but_not_for_ever() -> None:
+    session = new_session()
+    vehicle = FakeVehicle()
+    session.feed(vehicle.heartbeat(), A, 0.0)
+    answer_streams(session, vehicle, 0.0)
+    asked = []
+    for step in range(500):
+        now_s = step / 5
+        session.feed(vehicle.position() + vehicle.sys_status(), A, now_s)
+        session.poll(now_s)
+        session.feed(vehicle.ack(mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, 0), A, now_s)
+        asked += requested(session.take_outgoing(), mavlink.MAV_CMD_SET_MESSAGE_INTERVAL)
+    assert asked.count(mavlink.MAVLINK_MSG_ID_GPS_RAW_INT) == 3
+    assert mavlink.MAVLINK_MSG_ID_SYS_STATUS not in asked
+
+
 def test_a_rate_that_drops_is_requested_again() -> None:
     session = new_session()
     vehicle = FakeVehicle()
     session.feed(vehicle.heartbeat(), A, 0.0)
     answer_streams(session, vehicle, 0.0)
     for step in range(60):
-        session.feed(vehicle.position(), A, step / 5)
+        session.feed(vehicle.telemetry() + vehicle.ack(mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, 0), A, step / 5)
         session.poll(step / 5)
-    assert requested(session.take_outgoing(), mavlink.MAV_CMD_SET_MESSAGE_INTERVAL) == []
+    assert mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT not in requested(
+        session.take_outgoing(), mavlink.MAV_CMD_SET_MESSAGE_INTERVAL
+    )
     for step in range(12):
-        session.feed(vehicle.position(), A, 12.0 + step)
+        session.feed(vehicle.telemetry() + vehicle.ack(mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, 0), A, 12.0 + step)
         session.poll(12.0 + step)
     assert mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT in requested(
         session.take_outgoing(), mavlink.MAV_CMD_SET_MESSAGE_INTERVAL

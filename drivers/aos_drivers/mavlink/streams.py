@@ -14,13 +14,16 @@ _ATTEMPTS = 4
 _WATCH_S = 5.0
 _LOWEST_SHARE = 0.5
 _WATCHED = mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT
+_SECOND_CHANCES = 3
+"""How often a stream is asked for again that does not come; the vehicle may not have it."""
 
 
 class StreamKeeper:
     """Requests one stream after the other (SET_MESSAGE_INTERVAL) and starts over when positions become rare.
 
     Another ground station or a reboot takes our rates away; both are seen by the rate of positions. One request is
-    open at a time, because an acknowledgement does not say which message it is about.
+    open at a time, because an acknowledgement does not say which message it is about. Where packets are lost, that of a
+    repeated request may be taken for the next one's: a stream that then does not come is asked for again.
     """
 
     def __init__(self, rates_hz: Mapping[int, float]) -> None:
@@ -30,6 +33,8 @@ class StreamKeeper:
         self._due_s = -math.inf
         self._watch_from_s = math.inf
         self._watched = 0
+        self._heard: set[int] = set()
+        self._chances: dict[int, int] = {}
         self.restart()
 
     def restart(self) -> None:
@@ -38,6 +43,7 @@ class StreamKeeper:
         self._attempts = 0
         self._due_s = -math.inf
         self._watch_from_s = math.inf
+        self._chances = {message_id: _SECOND_CHANCES for message_id, rate_hz in self._rates_hz.items() if rate_hz > 0.0}
 
     def on_ack(self) -> None:
         """Go on with the next stream; one that the vehicle does not have is not asked for again."""
@@ -45,7 +51,8 @@ class StreamKeeper:
             self._next()
 
     def on_message(self, message_id: int) -> None:
-        """Count the messages whose rate is watched."""
+        """Note what comes, and count the messages whose rate is watched."""
+        self._heard.add(message_id)
         if message_id == _WATCHED:
             self._watched += 1
 
@@ -71,13 +78,24 @@ class StreamKeeper:
 
     def _watch(self, now_s: float) -> None:
         if math.isinf(self._watch_from_s):
-            self._watch_from_s, self._watched = now_s, 0
+            self._begin_to_watch(now_s)
         elif now_s - self._watch_from_s >= _WATCH_S:
             expected = self._rates_hz.get(_WATCHED, 0.0) * (now_s - self._watch_from_s)
             is_rare = self._watched < _LOWEST_SHARE * expected
-            self._watch_from_s, self._watched = now_s, 0
+            missing = [
+                message_id for message_id, left in self._chances.items() if left and message_id not in self._heard
+            ]
+            self._begin_to_watch(now_s)
             if is_rare:
                 self.restart()
+                return
+            for message_id in missing:
+                self._chances[message_id] -= 1
+                self._pending.append(message_id)
+
+    def _begin_to_watch(self, now_s: float) -> None:
+        self._watch_from_s, self._watched = now_s, 0
+        self._heard.clear()
 
 
 @dataclass(slots=True)
