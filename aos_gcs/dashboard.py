@@ -10,7 +10,7 @@ from aos_gcs.api.access import random_code, read_code
 from aos_gcs.api.app import create_app
 from aos_gcs.api.server import serve
 from aos_gcs.config import ApiConfig
-from aos_gcs.mission.model import MissionControl, PlanControl, ReplayControl
+from aos_gcs.mission.model import FindingControl, MissionControl, PlanControl, ReplayControl
 from aos_gcs.mission.viewing import ViewControl
 
 _log = logging.getLogger(__name__)
@@ -34,6 +34,7 @@ async def open_dashboard(
     planning: PlanControl | None = None,
     replay: ReplayControl | None = None,
     viewer: ViewControl | None = None,
+    findings: FindingControl | None = None,
 ) -> AsyncIterator[None]:
     """Serve the dashboard for as long as the context is entered, unless it is switched off.
 
@@ -44,6 +45,7 @@ async def open_dashboard(
         planning: of the mission; None where there is nothing to plan.
         replay: of the mission; None where it is flown.
         viewer: of its frames.
+        findings: of the mission; None where they cannot be changed.
 
     Raises:
         LinkError: its port cannot be opened.
@@ -57,6 +59,7 @@ async def open_dashboard(
         planning=planning,
         replay=replay,
         viewer=viewer,
+        findings=findings,
         plans_folder=config.plans_folder,
         basemap_file=config.basemap,
     )

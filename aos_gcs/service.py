@@ -84,7 +84,7 @@ async def open_service(config: ServiceConfig) -> AsyncIterator[Service]:
                     loop_monitor=loop_monitor,
                 )
                 viewer = Viewer(folder, settings.imaging, settings.autofocus.reach_m)
-                async with open_dashboard(mission, config.api, code, planning=mission, viewer=viewer):
+                async with open_dashboard(mission, config.api, code, planning=mission, viewer=viewer, findings=mission):
                     opened = True
                     yield Service(mission, folder, journal, recorder)
     finally:

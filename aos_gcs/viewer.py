@@ -16,9 +16,8 @@ from typing import TypeVar
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import ValidationError
 
-from aos_gcs.config import ServiceConfig, mission_settings
+from aos_gcs.config import mission_settings, parse_config
 from aos_gcs.errors import ConfigurationError, ImagingError, InputDataError
 from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.imaging.autofocus import find_focus
@@ -29,7 +28,16 @@ from aos_gcs.imaging.pictures import MAX_CELLS, encode_png, render_pictures, sha
 from aos_gcs.imaging.step import ImagingSettings, analyse_step
 from aos_gcs.mission.sampling import to_frame
 from aos_gcs.mission.settings import AutofocusSettings
-from aos_gcs.mission.viewing import FocusFound, FrameKind, View, ViewedFrame, ViewedStep, ViewerBusyError, ViewKind
+from aos_gcs.mission.viewing import (
+    FocusFound,
+    FrameKind,
+    View,
+    ViewedFrame,
+    ViewedStep,
+    ViewerBusyError,
+    ViewKind,
+    ViewWindow,
+)
 from aos_gcs.store.reader import MissionReader
 
 T = TypeVar("T")
@@ -93,10 +101,10 @@ class Viewer:
             frames=tuple(map(_described, loaded.frames, loaded.utc_s)),
         )
 
-    async def view(self, step: int, kind: ViewKind, height_m: float | None) -> View:
+    async def view(self, step: int, kind: ViewKind, height_m: float | None, window: ViewWindow | None = None) -> View:
         """Return the integral of a step's frames on the plane of this height, None: the mission's own."""
         async with self._in_turn():
-            return await asyncio.to_thread(self._view, step, kind, height_m)
+            return await asyncio.to_thread(self._view, step, kind, height_m, window)
 
     async def frame(self, step: int, vehicle_id: int, kind: FrameKind, width_px: int | None) -> bytes:
         """Return a vehicle's frame of a step as a PNG, reduced to a width if it is wider."""
@@ -142,7 +150,7 @@ class Viewer:
         settings = replace(self._settings, plane_height_m=height_m, max_cells=MAX_CELLS)
         return _told(lambda: analyse_step(self._load(step).frames, settings), InputDataError)
 
-    def _view(self, step: int, kind: ViewKind, height_m: float | None) -> View:
+    def _view(self, step: int, kind: ViewKind, height_m: float | None, window: ViewWindow | None) -> View:
         loaded = self._load(step)
         low_m, high_m = loaded.heights_m
         chosen_m = loaded.focal_height_m if height_m is None else height_m
@@ -151,6 +159,8 @@ class Viewer:
                 f"height_m must lie within {low_m:.1f} and {high_m:.1f}, below the cameras, but is {chosen_m:g}."
             )
         analysis = self._analyse(step, chosen_m)
+        if window is not None:
+            analysis = _within(analysis, window)
         pictures = render_pictures(analysis, loaded.frames[0].bands, [kind.value])
         if not pictures:
             raise ConfigurationError(f"kind: the frames of step {step} have no {kind.value} band.")
@@ -201,11 +211,36 @@ def open_viewer(reader: MissionReader) -> Viewer:
 
     A record of another version, whose settings mean nothing to this one, is seen with the usual settings.
     """
+    configuration = reader.manifest().get("configuration")
     try:
-        settings = mission_settings(ServiceConfig.model_validate(reader.manifest().get("configuration")))
-    except (ValidationError, ConfigurationError):
+        settings = mission_settings(parse_config(configuration if isinstance(configuration, dict) else {}))
+    except ConfigurationError:
         return Viewer(reader.folder, ImagingSettings(), AutofocusSettings().reach_m)
     return Viewer(reader.folder, settings.imaging, settings.autofocus.reach_m)
+
+
+def _within(analysis: StepAnalysis, window: ViewWindow) -> StepAnalysis:
+    """Return the part of a step's rasters that lies within a window."""
+    grid, half_m = analysis.grid, window.half_width_m
+    west, east = ((window.east_m + side - grid.west_m) / grid.resolution_m for side in (-half_m, half_m))
+    north, south = ((grid.north_m - window.north_m + side) / grid.resolution_m for side in (-half_m, half_m))
+    columns = slice(max(0, round(west)), min(grid.columns, round(east)))
+    rows = slice(max(0, round(north)), min(grid.rows, round(south)))
+    if rows.start >= rows.stop or columns.start >= columns.stop:
+        raise ConfigurationError("window: no frame of the step looks at this place.")
+    return replace(
+        analysis,
+        grid=replace(
+            grid,
+            west_m=grid.west_m + columns.start * grid.resolution_m,
+            north_m=grid.north_m - rows.start * grid.resolution_m,
+            rows=rows.stop - rows.start,
+            columns=columns.stop - columns.start,
+        ),
+        integral=analysis.integral[rows, columns],
+        coverage=analysis.coverage[rows, columns],
+        anomaly_count=analysis.anomaly_count[rows, columns],
+    )
 
 
 def _told(compute: Callable[[], T], kind: type[InputDataError | ConfigurationError]) -> T:

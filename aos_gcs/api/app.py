@@ -15,7 +15,7 @@ from aos_gcs.api.hub import EventHub
 from aos_gcs.api.openapi import add_routes, make_document
 from aos_gcs.api.page import add_page
 from aos_gcs.api.security import OperatorsOnlyMiddleware, SameOriginMiddleware, SecurityHeadersMiddleware
-from aos_gcs.mission.model import MissionControl, PlanControl, ReplayControl
+from aos_gcs.mission.model import FindingControl, MissionControl, PlanControl, ReplayControl
 from aos_gcs.mission.viewing import ViewControl
 from aos_gcs.store.plan_folder import PlanFolder
 
@@ -37,6 +37,7 @@ def create_app(
     planning: PlanControl | None = None,
     replay: ReplayControl | None = None,
     viewer: ViewControl | None = None,
+    findings: FindingControl | None = None,
     plans_folder: Path = Path("plans"),
     basemap_file: Path | None = None,
 ) -> FastAPI:
@@ -50,6 +51,7 @@ def create_app(
         planning: of the mission; None where there is nothing to plan.
         replay: of the mission; None where it is flown.
         viewer: of its frames; None where they are not recorded.
+        findings: of the mission; None where they cannot be changed.
         plans_folder: where plans are saved.
         basemap_file: a PMTiles file to show below the mission; without one the page has a metric grid.
     """
@@ -59,6 +61,7 @@ def create_app(
     app.state.planning = planning
     app.state.replay = replay
     app.state.viewer = viewer
+    app.state.findings = findings
     app.state.basemap_file = basemap_file
     app.state.plans = PlanFolder(plans_folder)
     app.state.hub = EventHub(mission, replay=replay)

@@ -3,14 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from functools import lru_cache
 
 from aos_gcs.api import models as wire
 from aos_gcs.api.convert_vehicle import vehicle
-from aos_gcs.api.places import finite, geodetic, optional_position, percent, position, rounded, scan_leg, vertex
+from aos_gcs.api.places import (
+    finite,
+    geodetic,
+    optional_position,
+    percent,
+    position,
+    positions,
+    rounded,
+    scan_leg,
+    vertex,
+)
 from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.geometry.notations import dms, mgrs_text, utm_text
 from aos_gcs.mission import model
+from aos_gcs.mission.findings import MAX_FINDINGS
 from aos_gcs.mission.phases import ACTIONS
 
 _CHECKS_KEPT = 4096
@@ -36,26 +48,61 @@ def allowed_actions(snapshot: model.MissionSnapshot) -> list[model.Action]:
     return [action for action, phases in ACTIONS.items() if snapshot.phase in phases and action not in useless]
 
 
+def ellipse(error: model.ErrorEllipse) -> wire.EllipseModel:
+    """Convert an error ellipse."""
+    return wire.EllipseModel(
+        semi_major_m=error.semi_major_m,
+        semi_minor_m=error.semi_minor_m,
+        heading_deg=math.degrees(error.heading_rad),
+    )
+
+
 def target(estimate: model.TargetEstimate, origin: GeodeticPosition | None) -> wire.TargetModel:
     """Convert one target."""
-    ellipse, velocity_enu_mps = estimate.ellipse, estimate.velocity_enu_mps
+    velocity_enu_mps = estimate.velocity_enu_mps
     return wire.TargetModel(
         track_id=estimate.track_id,
         confirmed=estimate.confirmed,
         position=position(estimate.position_enu_m, origin),
         sigma_m=finite(estimate.sigma_m),
-        ellipse=wire.EllipseModel(
-            semi_major_m=ellipse.semi_major_m,
-            semi_minor_m=ellipse.semi_minor_m,
-            heading_deg=math.degrees(ellipse.heading_rad),
-        )
-        if ellipse
-        else None,
+        ellipse=ellipse(estimate.ellipse) if estimate.ellipse else None,
         speed_mps=math.hypot(*velocity_enu_mps) if velocity_enu_mps else None,
         sightings=estimate.sightings,
         seen_at_s=finite(estimate.seen_at_s),
         person_confidence=estimate.person_confidence,
     )
+
+
+@lru_cache(maxsize=MAX_FINDINGS)
+def finding(found: model.Finding, origin: GeodeticPosition | None) -> wire.FindingModel:
+    """Convert one finding, its place in all notations."""
+    place = position(found.position_enu_m, origin)
+    at_deg = (place.latitude_deg, place.longitude_deg)
+    return wire.FindingModel(
+        finding_id=found.finding_id,
+        status=found.status,
+        position=place,
+        dms=_written(dms, *at_deg),
+        utm=_written(utm_text, *at_deg),
+        mgrs=_written(mgrs_text, *at_deg),
+        sigma_m=rounded(found.sigma_m, 2),
+        ellipse=ellipse(found.ellipse) if found.ellipse else None,
+        sightings=found.sightings,
+        person_confidence=rounded(found.person_confidence, 3),
+        track_id=found.track_id,
+        found_at_s=round(found.found_at_s, 1),
+        seen_at_s=round(found.seen_at_s, 1),
+        step=found.step,
+        comment=found.comment,
+        assignee=found.assignee,
+        operator=found.operator,
+    )
+
+
+def _written(
+    notation: Callable[[float, float], str | None], latitude_deg: float | None, longitude_deg: float | None
+) -> str | None:
+    return None if latitude_deg is None or longitude_deg is None else notation(latitude_deg, longitude_deg)
 
 
 @lru_cache(maxsize=_CHECKS_KEPT)
@@ -101,6 +148,7 @@ def mission(snapshot: model.MissionSnapshot, replay: model.ReplayState | None = 
         targets=[target(one, origin) for one in snapshot.targets],
         min_separation_m=rounded(snapshot.min_separation_m, 2),
         focus=focus(snapshot.focus) if snapshot.focus else None,
+        findings=[finding(one, origin) for one in snapshot.findings],
         replay=replay_state(replay) if replay else None,
         allowed_actions=[] if replay else allowed_actions(snapshot),
     )
@@ -143,20 +191,27 @@ def step(record: model.StepRecord, origin: GeodeticPosition | None) -> wire.Step
         target=optional_position(record.target_enu_m, origin),
         fitness=[wire.FitnessModel(vehicle_id=key, fitness=finite(f)) for key, f in sorted(record.fitness.items())],
         missing=[wire.MissingModel(vehicle_id=key, reason=text) for key, text in sorted(record.missing.items())],
-        waypoints=[
-            wire.WaypointModel(
-                vehicle_id=waypoint.vehicle_id,
-                requested=position(waypoint.requested_enu_m, origin),
-                sent=optional_position(waypoint.sent_enu_m, origin),
-                verdict=waypoint.verdict,
-                reason=waypoint.reason,
-            )
-            for waypoint in record.waypoints
-        ],
+        waypoints=waypoints(record.waypoints, origin),
         imaging_ms=record.imaging_ms,
         work_ms=record.work_ms,
         loop_lag_p99_ms=record.loop_lag_p99_ms,
     )
+
+
+def waypoints(records: Sequence[model.WaypointRecord], origin: GeodeticPosition | None) -> list[wire.WaypointModel]:
+    """Convert the waypoints of a step."""
+    requested = positions([record.requested_enu_m for record in records], origin)
+    sent = iter(positions([record.sent_enu_m for record in records if record.sent_enu_m is not None], origin))
+    return [
+        wire.WaypointModel(
+            vehicle_id=record.vehicle_id,
+            requested=place,
+            sent=None if record.sent_enu_m is None else next(sent),
+            verdict=record.verdict,
+            reason=record.reason,
+        )
+        for record, place in zip(records, requested, strict=True)
+    ]
 
 
 def notice(record: model.NoticeRecord) -> wire.NoticeModel:

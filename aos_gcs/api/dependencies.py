@@ -12,7 +12,7 @@ from aos_gcs.api.access import Access, Session
 from aos_gcs.api.errors import NotFoundError
 from aos_gcs.api.hub import EventHub
 from aos_gcs.errors import MissionError
-from aos_gcs.mission.model import MissionControl, PlanControl, ReplayControl
+from aos_gcs.mission.model import FindingControl, MissionControl, PlanControl, ReplayControl
 from aos_gcs.mission.viewing import ViewControl
 from aos_gcs.store.plan_folder import PlanFolder
 
@@ -58,6 +58,13 @@ def _get_viewer(connection: HTTPConnection) -> ViewControl:
     return viewer
 
 
+def _get_findings(connection: HTTPConnection) -> FindingControl:
+    findings = cast("FindingControl | None", connection.app.state.findings)
+    if findings is None:
+        raise MissionError("This is the record of a mission: its findings cannot be changed any more.")
+    return findings
+
+
 def _get_plans(connection: HTTPConnection) -> PlanFolder:
     return cast("PlanFolder", connection.app.state.plans)
 
@@ -70,6 +77,7 @@ BasemapFile = Annotated[Path | None, Depends(_get_basemap_file)]
 Planning = Annotated[PlanControl, Depends(_get_planning)]
 Replay = Annotated[ReplayControl, Depends(_get_replay)]
 Viewer = Annotated[ViewControl, Depends(_get_viewer)]
+Findings = Annotated[FindingControl, Depends(_get_findings)]
 Plans = Annotated[PlanFolder, Depends(_get_plans)]
 OperatorAccess = Annotated[Access, Depends(_get_access)]
 CurrentSession = Annotated[Session, Depends(_get_session)]

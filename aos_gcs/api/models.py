@@ -14,6 +14,7 @@ from aos_gcs.api.access import Role
 from aos_gcs.mission.model import (
     Action,
     CheckStatus,
+    FindingStatus,
     FocusSource,
     Outcome,
     Phase,
@@ -182,6 +183,28 @@ class TargetModel(WireModel):
     )
 
 
+class FindingModel(WireModel):
+    """Something that searchers should know of."""
+
+    finding_id: int
+    status: FindingStatus
+    position: PositionModel
+    dms: str | None = Field(description="Degrees, minutes and seconds; null while the origin is unknown.")
+    utm: str | None
+    mgrs: str | None
+    sigma_m: float | None
+    ellipse: EllipseModel | None
+    sightings: int
+    person_confidence: float | None = Field(description="Probability, 0 to 1; null if nothing tells.")
+    track_id: int | None = Field(description="Of the target; null if an operator has marked it.")
+    found_at_s: float = Field(description="Mission time at which it was first known.")
+    seen_at_s: float
+    step: int = Field(description="Whose frames show it.")
+    comment: str
+    assignee: str
+    operator: str = Field(description="Who has judged it last, or marked it.")
+
+
 class FocusModel(WireModel):
     """The focal plane in use."""
 
@@ -254,6 +277,7 @@ class MissionModel(WireModel):
     targets: list[TargetModel] = Field(description="All that are confirmed, and the target.")
     min_separation_m: float | None
     focus: FocusModel | None
+    findings: list[FindingModel] = Field(description="Oldest first.")
     replay: ReplayModel | None = Field(description="Of the record that is shown; null for a mission that is flown.")
     allowed_actions: list[Action] = Field(description="What makes sense to offer now; a request can still be refused.")
 

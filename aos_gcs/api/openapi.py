@@ -14,7 +14,7 @@ from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 
 from aos_gcs.api.messages import SERVER_MESSAGE
-from aos_gcs.api.routers import basemap, events, mission, plans, preflight, replay, session, viewer
+from aos_gcs.api.routers import basemap, events, findings, mission, plans, preflight, replay, session, viewer
 
 _DESCRIPTION = (
     "Ground control of a swarm of camera drones. Errors have the body ErrorModel. The WebSocket /api/events sends "
@@ -30,6 +30,7 @@ def add_routes(app: FastAPI) -> None:
     app.include_router(replay.router)
     app.include_router(preflight.router)
     app.include_router(viewer.router)
+    app.include_router(findings.router)
     app.include_router(basemap.router)
     app.include_router(events.router)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import lru_cache
 
 from aos_gcs.api import models as wire
@@ -47,6 +48,14 @@ def position(point_enu_m: model.EnuPoint, origin: GeodeticPosition | None) -> wi
     east_m, north_m, up_m = (float(coordinate) for coordinate in point_enu_m)
     place = _to_geodetic(origin, (east_m, north_m, up_m)) if origin else None
     return place_model((east_m, north_m, up_m), place)
+
+
+def positions(points_enu_m: Sequence[model.EnuPoint], origin: GeodeticPosition | None) -> list[wire.PositionModel]:
+    """Convert many ENU points at once."""
+    if origin is None or not points_enu_m:
+        return [position(point_enu_m, origin) for point_enu_m in points_enu_m]
+    places = LocalFrame(origin).to_geodetic_all(points_enu_m)
+    return [place_model(point_enu_m, place) for point_enu_m, place in zip(points_enu_m, places, strict=True)]
 
 
 def place_model(point_enu_m: model.EnuPoint, place: GeodeticPosition | None) -> wire.PositionModel:

@@ -14,6 +14,7 @@ from aos_gcs.errors import AosError, MissionError
 from aos_gcs.mission.actions import Operator
 from aos_gcs.mission.context import MissionContext
 from aos_gcs.mission.errands import Errands
+from aos_gcs.mission.findings import Findings
 from aos_gcs.mission.flight import FlightControl
 from aos_gcs.mission.gallery import Gallery
 from aos_gcs.mission.health import LoopMonitor
@@ -26,8 +27,11 @@ from aos_gcs.mission.mission_plan import MissionPlan, apply_plan
 from aos_gcs.mission.model import (
     Action,
     ActionResult,
+    EnuPoint,
     Event,
     EventKind,
+    Finding,
+    FindingChange,
     MissionSnapshot,
     Outcome,
     OutcomeRecord,
@@ -86,10 +90,11 @@ class Coordinator:
         )
         self._gallery = Gallery(self._context)
         self._vision = Vision(self._context)
+        self._findings = Findings()
         self._errands = Errands()
         self._inspector = Inspector(self._context)
         self._homing = Homing(self._context, self._errands)
-        self._monitor = Monitor(self._context, self._homing, self._publish_snapshot, self._end_without_vehicles)
+        self._monitor = Monitor(self._context, self._homing, self._publish_snapshot, self.end_without_vehicles)
         self._joining = Joining(self._context, self._errands, self._check_one)
         self._operator = Operator(
             self._context, self._errands, homing=self._homing, joining=self._joining, vision=self._vision, flow=self
@@ -106,7 +111,7 @@ class Coordinator:
         """Make the procedures that depend on the plan, for the settings as they are now."""
         self._overrides = Overrides(self._context)
         self._launch = Launch(self._context, self._overrides, self._inspector)
-        self._search = Search(self._context, self._gallery, self._vision)
+        self._search = Search(self._context, self._gallery, self._vision, self._findings)
         self._handlers: Mapping[Phase, Callable[[], Coroutine[Any, Any, Phase]]] = {
             Phase.CONNECT: self._launch.connect,
             Phase.PREFLIGHT: self._launch.preflight,
@@ -160,6 +165,7 @@ class Coordinator:
             legs_enu_m=tuple((leg.start_enu_m, leg.end_enu_m) for leg in self._search.legs),
             leg=self._search.leg,
             covered_fraction=self._search.covered_fraction,
+            findings=self._findings.all(),
         )
 
     def steps(self) -> Sequence[StepRecord]:
@@ -191,6 +197,31 @@ class Coordinator:
     def subscribe(self) -> AbstractContextManager[AsyncIterator[Event]]:
         """Follow the event stream from now on."""
         return self._context.journal.subscribe()
+
+    # --- FindingControl -----------------------------------------------------------------------------------------------
+
+    def add_finding(self, position_enu_m: EnuPoint, comment: str, *, operator: str = "") -> Finding:
+        """Mark a place by hand; see ``FindingControl.add_finding``."""
+        now_s = self._context.journal.elapsed_s()
+        finding = self._findings.add(position_enu_m, comment, operator, self._search.step, now_s)
+        self._tell_of(finding, f"marked at {position_enu_m[0]:.1f} m east, {position_enu_m[1]:.1f} m north")
+        return finding
+
+    def change_finding(self, finding_id: int, change: FindingChange, *, operator: str = "") -> Finding:
+        """Judge, comment or assign a finding; see ``FindingControl.change_finding``."""
+        finding = self._findings.change(finding_id, change, operator)
+        what = [
+            f"{name} {value!s}"
+            for name, value in (("is", change.status), ("comment:", change.comment), ("for", change.assignee))
+            if value is not None
+        ]
+        self._tell_of(finding, ", ".join(what) or "is as it was")
+        return finding
+
+    def _tell_of(self, finding: Finding, what: str) -> None:
+        who = f"operator {finding.operator}" if finding.operator else "operator"
+        self._context.journal.notice(Severity.INFO, f"{who}: finding {finding.finding_id} {what}")
+        self._publish_snapshot()
 
     # --- PlanControl --------------------------------------------------------------------------------------------------
 
@@ -312,7 +343,8 @@ class Coordinator:
             return Phase.DONE
         return Phase.LAND if self.phase in ENDING else Phase.RETURN
 
-    def _end_without_vehicles(self) -> None:
+    def end_without_vehicles(self) -> None:
+        """End the mission at once: there is nobody left to be flown."""
         self._context.outcome = Outcome.FAILED
         self._context.message = "All vehicles are lost: the mission is over. Their own failsafes fly them."
         self._context.journal.notice(Severity.CRITICAL, self._context.message)

@@ -247,6 +247,51 @@ class TargetEstimate:
     """Probability that it is a person rather than another warm body; None when no temperatures tell."""
 
 
+class FindingStatus(StrEnum):
+    """What the operators think of a finding."""
+
+    NEW = "new"
+    CONFIRMED = "confirmed"
+    REJECTED = "rejected"
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """Something that searchers should know of: a confirmed target, or what an operator has marked."""
+
+    finding_id: int
+    """Counts from 1."""
+    status: FindingStatus
+    position_enu_m: EnuPoint
+    """Of the ground below it."""
+    found_at_s: float
+    """Mission time at which it was first known."""
+    seen_at_s: float
+    """Mission time of the latest sighting; of one marked by hand, when it was marked."""
+    step: int
+    """At which it was seen last, whose frames show it."""
+    track_id: int | None = None
+    """The target that it follows; None for one marked by hand."""
+    sigma_m: float | None = None
+    ellipse: ErrorEllipse | None = None
+    sightings: int = 0
+    person_confidence: float | None = None
+    comment: str = ""
+    assignee: str = ""
+    """Who is to look after it."""
+    operator: str = ""
+    """Who has judged it last, or marked it."""
+
+
+@dataclass(frozen=True, slots=True)
+class FindingChange:
+    """What an operator changes of a finding; None leaves a thing as it is."""
+
+    status: FindingStatus | None = None
+    comment: str | None = None
+    assignee: str | None = None
+
+
 class FocusSource(StrEnum):
     """Who has chosen the focal height."""
 
@@ -304,6 +349,8 @@ class MissionSnapshot:
     """Index of the leg being flown."""
     covered_fraction: float | None = None
     """Share of the search area that was in a frame; None before the first step."""
+    findings: tuple[Finding, ...] = ()
+    """Oldest first."""
 
 
 class Verdict(StrEnum):
@@ -506,6 +553,26 @@ class MissionControl(Protocol):
 
     def subscribe(self) -> AbstractContextManager[AsyncIterator[Event]]:
         """Follow the events from now on. Bounded: a slow reader loses its oldest ones, seen as gaps in ``seq``."""
+        ...
+
+
+class FindingControl(Protocol):
+    """What the API may do with the findings of a running mission; they stand in its snapshot."""
+
+    def add_finding(self, position_enu_m: EnuPoint, comment: str, *, operator: str = "") -> Finding:
+        """Mark a place by hand.
+
+        Raises:
+            MissionError: there are too many already.
+        """
+        ...
+
+    def change_finding(self, finding_id: int, change: FindingChange, *, operator: str = "") -> Finding:
+        """Judge, comment or assign a finding.
+
+        Raises:
+            MissionError: there is no such finding.
+        """
         ...
 
 

@@ -17,6 +17,7 @@ from aos_gcs.imaging.person import DECISION
 from aos_gcs.mission.cameras import footprint_enu_m
 from aos_gcs.mission.context import MissionContext
 from aos_gcs.mission.coverage import CoverageMap
+from aos_gcs.mission.findings import Findings
 from aos_gcs.mission.gallery import Gallery
 from aos_gcs.mission.launch import MIN_SWARM
 from aos_gcs.mission.model import Outcome, Phase, StepRecord, Task, WaypointRecord
@@ -40,11 +41,12 @@ _MAX_BLIND_STEPS = 3
 class Search:
     """The phases LINE, SCAN, CONVERGE and FOUND."""
 
-    def __init__(self, context: MissionContext, gallery: Gallery, vision: Vision) -> None:
+    def __init__(self, context: MissionContext, gallery: Gallery, vision: Vision, findings: Findings) -> None:
         settings = context.settings
         self._context = context
         self._gallery = gallery
         self._vision = vision
+        self._findings = findings
         self._rng = np.random.default_rng(settings.seed)
         self._strategy: Strategy[Any] = make_strategy(settings.strategy, settings.strategy_parameters)
         self._state = self._strategy.init(np.array(settings.scan_direction_enu))
@@ -135,6 +137,10 @@ class Search:
     async def _learn(self, analysis: StepAnalysis) -> None:
         await self._vision.learn(self.step, analysis)
         self.tracker.judge(self._vision.persons.confidence_at)
+        journal = self._context.journal
+        for finding in self._findings.observe(self.tracker.estimates(), self.step, journal.elapsed_s()):
+            east_m, north_m, _ = finding.position_enu_m
+            journal.notice(Severity.INFO, f"finding {finding.finding_id} at {east_m:.1f} m east, {north_m:.1f} m north")
 
     async def _sample(self, swarm: list[Member]) -> Sample:
         """Take the frames of those that hover; others would blur, and are named."""

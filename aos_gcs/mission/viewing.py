@@ -62,6 +62,16 @@ class ViewedStep:
 
 
 @dataclass(frozen=True, slots=True)
+class ViewWindow:
+    """A square of a focal plane."""
+
+    east_m: float
+    """Of its middle."""
+    north_m: float
+    half_width_m: float
+
+
+@dataclass(frozen=True, slots=True)
 class View:
     """A north-up raster of one focal plane."""
 
@@ -101,11 +111,13 @@ class ViewControl(Protocol):
         """
         ...
 
-    async def view(self, step: int, kind: ViewKind, height_m: float | None) -> View:
+    async def view(self, step: int, kind: ViewKind, height_m: float | None, window: ViewWindow | None = None) -> View:
         """Return the integral of a step's frames on the plane of this height, None: the mission's own.
 
+        Only the part within the window, if one is given.
+
         Raises:
-            ConfigurationError: the height is out of range, or the frames have no such band.
+            ConfigurationError: the height is out of range, the frames have no such band, or none looks at the window.
             InputDataError: the frames are not there, or damaged.
             ViewerBusyError: too many others wait.
         """

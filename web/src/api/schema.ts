@@ -60,6 +60,90 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/findings": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Findings
+     * @description Return all findings, oldest first.
+     */
+    get: operations["read_findings_api_findings_get"];
+    put?: never;
+    /**
+     * Add Finding
+     * @description Mark a place by hand.
+     */
+    post: operations["add_finding_api_findings_post"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/findings.{suffix}": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Export
+     * @description Return all findings as a file.
+     */
+    get: operations["export_api_findings__suffix__get"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/findings/{finding_id}": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    /**
+     * Change Finding
+     * @description Confirm, reject, comment or assign a finding.
+     */
+    patch: operations["change_finding_api_findings__finding_id__patch"];
+    trace?: never;
+  };
+  "/api/findings/{finding_id}/{kind}.png": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Thumbnail
+     * @description Return the surroundings of a finding in the integral of the step that has shown it last.
+     */
+    get: operations["read_thumbnail_api_findings__finding_id___kind__png_get"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
   "/api/mission": {
     parameters: {
       query?: never;
@@ -616,6 +700,93 @@ export interface components {
       message: string;
     };
     /**
+     * FindingChangeRequest
+     * @description What an operator changes; what is left out, or null, stays.
+     */
+    FindingChangeRequest: {
+      /** Assignee */
+      assignee?: string | null;
+      /** Comment */
+      comment?: string | null;
+      status?: components["schemas"]["FindingStatus"] | null;
+    };
+    /**
+     * FindingModel
+     * @description Something that searchers should know of.
+     */
+    FindingModel: {
+      /** Assignee */
+      assignee: string;
+      /** Comment */
+      comment: string;
+      /**
+       * Dms
+       * @description Degrees, minutes and seconds; null while the origin is unknown.
+       */
+      dms: string | null;
+      ellipse: components["schemas"]["EllipseModel"] | null;
+      /** Finding Id */
+      finding_id: number;
+      /**
+       * Found At S
+       * @description Mission time at which it was first known.
+       */
+      found_at_s: number;
+      /** Mgrs */
+      mgrs: string | null;
+      /**
+       * Operator
+       * @description Who has judged it last, or marked it.
+       */
+      operator: string;
+      /**
+       * Person Confidence
+       * @description Probability, 0 to 1; null if nothing tells.
+       */
+      person_confidence: number | null;
+      position: components["schemas"]["PositionModel"];
+      /** Seen At S */
+      seen_at_s: number;
+      /** Sightings */
+      sightings: number;
+      /** Sigma M */
+      sigma_m: number | null;
+      status: components["schemas"]["FindingStatus"];
+      /**
+       * Step
+       * @description Whose frames show it.
+       */
+      step: number;
+      /**
+       * Track Id
+       * @description Of the target; null if an operator has marked it.
+       */
+      track_id: number | null;
+      /** Utm */
+      utm: string | null;
+    };
+    /**
+     * FindingRequest
+     * @description A place that an operator marks.
+     */
+    FindingRequest: {
+      /**
+       * Comment
+       * @default
+       */
+      comment: string;
+      /** Latitude Deg */
+      latitude_deg: number;
+      /** Longitude Deg */
+      longitude_deg: number;
+    };
+    /**
+     * FindingStatus
+     * @description What the operators think of a finding.
+     * @enum {string}
+     */
+    FindingStatus: "new" | "confirmed" | "rejected";
+    /**
      * FitnessModel
      * @description One vehicle's share in a step.
      */
@@ -851,6 +1022,11 @@ export interface components {
       elapsed_s: number;
       /** Fence */
       fence: components["schemas"]["VertexModel"][];
+      /**
+       * Findings
+       * @description Oldest first.
+       */
+      findings: components["schemas"]["FindingModel"][];
       focus: components["schemas"]["FocusModel"] | null;
       /**
        * Leg
@@ -1794,6 +1970,218 @@ export interface operations {
         };
         content: {
           "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  read_findings_api_findings_get: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["FindingModel"][];
+        };
+      };
+    };
+  };
+  add_finding_api_findings_post: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["FindingRequest"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      201: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["FindingModel"];
+        };
+      };
+      /** @description Forbidden */
+      403: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Conflict */
+      409: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Unprocessable Entity */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+    };
+  };
+  export_api_findings__suffix__get: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        suffix: "geojson" | "kml" | "gpx";
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content?: never;
+      };
+      /** @description Conflict */
+      409: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  change_finding_api_findings__finding_id__patch: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        finding_id: number;
+      };
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["FindingChangeRequest"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["FindingModel"];
+        };
+      };
+      /** @description Forbidden */
+      403: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Not Found */
+      404: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Conflict */
+      409: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Unprocessable Entity */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+    };
+  };
+  read_thumbnail_api_findings__finding_id___kind__png_get: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        finding_id: number;
+        kind: components["schemas"]["ViewKind"];
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description What the frames show of it, north up. */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "image/png": unknown;
+        };
+      };
+      /** @description Not Found */
+      404: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Unprocessable Entity */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
         };
       };
     };

@@ -1,0 +1,113 @@
+"""Findings as files that other tools open: GeoJSON (RFC 7946), KML 2.2 and GPX 1.1."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+from xml.etree import ElementTree as ET
+
+from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.mission.model import Finding
+
+_KML = "http://www.opengis.net/kml/2.2"
+_GPX = "http://www.topografix.com/GPX/1/1"
+
+
+@dataclass(frozen=True, slots=True)
+class PlacedFinding:
+    """A finding and where on the globe it is."""
+
+    finding: Finding
+    position: GeodeticPosition
+
+    @property
+    def name(self) -> str:
+        """What it is called on a map."""
+        return f"Finding {self.finding.finding_id}"
+
+    def properties(self) -> dict[str, Any]:
+        """Return what is known of it beside its place; nothing that is unknown is among it."""
+        finding, ellipse = self.finding, self.finding.ellipse
+        values = {
+            "status": finding.status.value,
+            "sigma_m": _rounded(finding.sigma_m, 2),
+            "ellipse_semi_major_m": None if ellipse is None else _rounded(ellipse.semi_major_m, 2),
+            "ellipse_semi_minor_m": None if ellipse is None else _rounded(ellipse.semi_minor_m, 2),
+            "ellipse_heading_deg": None if ellipse is None else _rounded(math.degrees(ellipse.heading_rad), 1),
+            "sightings": finding.sightings or None,
+            "person_confidence": _rounded(finding.person_confidence, 3),
+            "found_at_s": _rounded(finding.found_at_s, 1),
+            "seen_at_s": _rounded(finding.seen_at_s, 1),
+            "comment": finding.comment or None,
+            "assignee": finding.assignee or None,
+        }
+        return {name: value for name, value in values.items() if value is not None}
+
+
+def to_geojson(findings: Sequence[PlacedFinding]) -> str:
+    """Return a collection of points, longitude first; altitudes above mean sea level."""
+    features = [
+        {
+            "type": "Feature",
+            "id": placed.finding.finding_id,
+            "geometry": {"type": "Point", "coordinates": _coordinates(placed.position)},
+            "properties": {"name": placed.name} | placed.properties(),
+        }
+        for placed in findings
+    ]
+    return json.dumps({"type": "FeatureCollection", "features": features}, indent=1, ensure_ascii=False) + "\n"
+
+
+def to_kml(findings: Sequence[PlacedFinding]) -> str:
+    """Return placemarks on the ground."""
+    root = ET.Element("kml", xmlns=_KML)
+    document = ET.SubElement(root, "Document")
+    ET.SubElement(document, "name").text = "Findings"
+    for placed in findings:
+        placemark = ET.SubElement(document, "Placemark", id=f"finding-{placed.finding.finding_id}")
+        ET.SubElement(placemark, "name").text = placed.name
+        ET.SubElement(placemark, "description").text = _description(placed.properties())
+        point = ET.SubElement(placemark, "Point")
+        ET.SubElement(point, "altitudeMode").text = "clampToGround"
+        ET.SubElement(point, "coordinates").text = ",".join(map(str, _coordinates(placed.position)))
+    return _xml(root)
+
+
+def to_gpx(findings: Sequence[PlacedFinding]) -> str:
+    """Return waypoints."""
+    root = ET.Element("gpx", xmlns=_GPX, version="1.1", creator="aos-gcs")
+    for placed in findings:
+        longitude_deg, latitude_deg, altitude_m = _coordinates(placed.position)
+        waypoint = ET.SubElement(root, "wpt", lat=str(latitude_deg), lon=str(longitude_deg))
+        ET.SubElement(waypoint, "ele").text = str(altitude_m)
+        ET.SubElement(waypoint, "name").text = placed.name
+        ET.SubElement(waypoint, "desc").text = _description(placed.properties())
+    return _xml(root)
+
+
+FORMATS: dict[str, tuple[str, Callable[[Sequence[PlacedFinding]], str]]] = {
+    "geojson": ("application/geo+json", to_geojson),
+    "kml": ("application/vnd.google-earth.kml+xml", to_kml),
+    "gpx": ("application/gpx+xml", to_gpx),
+}
+"""Media type and writer by the suffix of the file."""
+
+
+def _coordinates(position: GeodeticPosition) -> tuple[float, float, float]:
+    return round(position.longitude_deg, 7), round(position.latitude_deg, 7), round(position.altitude_amsl_m, 1)
+
+
+def _description(properties: Mapping[str, Any]) -> str:
+    return "; ".join(f"{name.replace('_', ' ')}: {value}" for name, value in properties.items())
+
+
+def _rounded(value: float | None, digits: int) -> float | None:
+    return round(value, digits) if value is not None and math.isfinite(value) else None
+
+
+def _xml(root: ET.Element) -> str:
+    ET.indent(root)
+    return '<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="unicode") + "\n"

@@ -1,0 +1,198 @@
+"""The list of findings: from targets and by hand, judged, written to files, through the API."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import AsyncIterator
+from dataclasses import replace
+from typing import Any
+
+import httpx
+import pytest
+from defusedxml import ElementTree
+
+from aos_gcs.api.app import create_app
+from aos_gcs.errors import MissionError
+from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.mission.finding_files import PlacedFinding, to_geojson, to_gpx, to_kml
+from aos_gcs.mission.findings import MAX_FINDINGS, SAME_PLACE_M, Findings
+from aos_gcs.mission.model import (
+    EnuPoint,
+    ErrorEllipse,
+    Finding,
+    FindingChange,
+    FindingStatus,
+    MissionSnapshot,
+    TargetEstimate,
+)
+from tests.fakes.mission import ScriptedMission
+from tests.fakes.recording import HandClock
+
+
+def target(track_id: int, east_m: float = 0.0, seen_at_s: float = 10.0, *, confirmed: bool = True) -> TargetEstimate:
+    return TargetEstimate(
+        position_enu_m=(east_m, 5.0, 0.0),
+        sigma_m=0.4,
+        sightings=4,
+        track_id=track_id,
+        confirmed=confirmed,
+        ellipse=ErrorEllipse(0.5, 0.3, 1.0),
+        seen_at_s=seen_at_s,
+        person_confidence=0.9,
+    )
+
+
+def test_a_target_becomes_a_finding_once_it_is_confirmed_and_is_followed() -> None:
+    findings = Findings()
+    assert findings.observe([target(1, confirmed=False)], 1, 10.0) == ()
+    assert findings.all() == ()
+    (new,) = findings.observe([target(1)], 2, 10.0)
+    assert (new.finding_id, new.status, new.step, new.track_id) == (1, FindingStatus.NEW, 2, 1)
+    assert findings.observe([target(1, 0.5, 12.0)], 3, 12.0) == ()
+    (finding,) = findings.all()
+    assert finding.position_enu_m == (0.5, 5.0, 0.0)
+    assert (finding.found_at_s, finding.seen_at_s, finding.step) == (10.0, 12.0, 3)
+
+
+def test_a_finding_stays_with_the_step_that_showed_it_last() -> None:
+    findings = Findings()
+    findings.observe([target(1, seen_at_s=10.0)], 2, 10.0)
+    findings.observe([target(1, seen_at_s=10.0)], 3, 12.0)
+    findings.observe([], 4, 14.0)
+    assert findings.all()[0].step == 2
+
+
+def test_a_target_that_is_lost_and_seen_again_stays_one_finding() -> None:
+    findings = Findings()
+    findings.observe([target(1, 0.0)], 1, 1.0)
+    findings.change(1, FindingChange(FindingStatus.CONFIRMED, comment="waves"), "Ann")
+    assert findings.observe([target(2, 0.9 * SAME_PLACE_M, 20.0)], 9, 20.0) == ()
+    (finding,) = findings.all()
+    assert (finding.track_id, finding.status, finding.comment) == (2, FindingStatus.CONFIRMED, "waves")
+
+
+def test_two_targets_side_by_side_are_two_findings() -> None:
+    findings = Findings()
+    findings.observe([target(1, 0.0), target(2, 1.0)], 1, 1.0)
+    assert [finding.track_id for finding in findings.all()] == [1, 2]
+
+
+def test_a_change_leaves_alone_what_it_does_not_name() -> None:
+    findings = Findings()
+    findings.add((1.0, 2.0, 0.0), "a jacket", "Ann", 3, 30.0)
+    findings.change(1, FindingChange(assignee="Team 2"), "Bob")
+    finding = findings.change(1, FindingChange(status=FindingStatus.REJECTED), "Cid")
+    assert (finding.comment, finding.assignee, finding.status) == ("a jacket", "Team 2", FindingStatus.REJECTED)
+    assert finding.operator == "Cid"
+    with pytest.raises(MissionError, match="no finding 2"):
+        findings.change(2, FindingChange(), "Ann")
+
+
+def test_the_list_is_bounded() -> None:
+    findings = Findings()
+    for number in range(MAX_FINDINGS):
+        findings.add((float(number), 0.0, 0.0), "", "", 0, 0.0)
+    with pytest.raises(MissionError, match="the most that are kept"):
+        findings.add((0.0, 0.0, 0.0), "", "", 0, 0.0)
+    assert findings.observe([target(1)], 1, 1.0) == ()
+    assert len(findings.all()) == MAX_FINDINGS
+
+
+def placed() -> list[PlacedFinding]:
+    findings = Findings()
+    findings.observe([target(1)], 1, 10.0)
+    findings.add((1.0, 2.0, 0.0), 'a <red> "jacket" & scarf', "Ann", 1, 11.0)
+    return [PlacedFinding(one, GeodeticPosition(47.0, 8.0, 400.0)) for one in findings.all()]
+
+
+def test_files_hold_longitude_first_where_their_format_says_so_and_no_unknown_values() -> None:
+    collection: dict[str, Any] = json.loads(to_geojson(placed()))
+    first, second = collection["features"]
+    assert first["geometry"] == {"type": "Point", "coordinates": [8.0, 47.0, 400.0]}
+    assert first["properties"]["person_confidence"] == 0.9
+    assert second["properties"]["comment"] == 'a <red> "jacket" & scarf'
+    assert None not in second["properties"].values()
+    kml = ElementTree.fromstring(to_kml(placed()))
+    space = {"k": "http://www.opengis.net/kml/2.2", "g": "http://www.topografix.com/GPX/1/1"}
+    assert [node.text for node in kml.iterfind(".//k:coordinates", space)] == ["8.0,47.0,400.0"] * 2
+    gpx = ElementTree.fromstring(to_gpx(placed()))
+    points = gpx.findall("g:wpt", space)
+    assert [(point.get("lat"), point.get("lon")) for point in points] == [("47.0", "8.0")] * 2
+    assert "<red>" in str(points[1].findtext("g:desc", namespaces=space))
+
+
+class SearchedMission(ScriptedMission):
+    """A mission with findings that can be changed."""
+
+    def __init__(self) -> None:
+        super().__init__(HandClock())
+        self.findings = Findings()
+        self.findings.observe([target(1)], 1, 10.0)
+
+    def snapshot(self) -> MissionSnapshot:
+        return replace(super().snapshot(), findings=self.findings.all())
+
+    def add_finding(self, position_enu_m: EnuPoint, comment: str, *, operator: str = "") -> Finding:
+        return self.findings.add(position_enu_m, comment, operator, 1, 11.0)
+
+    def change_finding(self, finding_id: int, change: FindingChange, *, operator: str = "") -> Finding:
+        return self.findings.change(finding_id, change, operator)
+
+
+@pytest.fixture
+async def client() -> AsyncIterator[httpx.AsyncClient]:
+    mission = SearchedMission()
+    app = create_app(mission, findings=mission)
+    async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://localhost") as client:
+        yield client
+
+
+async def test_findings_are_read_judged_and_added_through_the_api(client: httpx.AsyncClient) -> None:
+    (finding,) = (await client.get("/api/findings")).json()
+    assert finding["status"] == "new"
+    assert finding["mgrs"]
+    assert finding["ellipse"]["semi_major_m"] == 0.5
+    changed = await client.patch("/api/findings/1", json={"status": "confirmed", "comment": "sits", "assignee": "T1"})
+    assert changed.json()["status"] == "confirmed"
+    assert (await client.get("/api/mission")).json()["findings"] == [changed.json()]
+    place = {name: finding["position"][name] for name in ("latitude_deg", "longitude_deg")}
+    added = await client.post("/api/findings", json=place | {"comment": "tent"})
+    assert added.status_code == 201
+    assert added.json()["position"]["east_m"] == pytest.approx(finding["position"]["east_m"], abs=0.02)
+    assert added.json()["track_id"] is None
+
+
+@pytest.mark.parametrize("suffix", ["geojson", "kml", "gpx"])
+async def test_findings_can_be_downloaded(client: httpx.AsyncClient, suffix: str) -> None:
+    response = await client.get(f"/api/findings.{suffix}")
+    assert response.status_code == 200
+    assert f'filename="findings.{suffix}"' in response.headers["Content-Disposition"]
+    assert "Finding 1" in response.text
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "body", "answer"),
+    [
+        ("PATCH", "/api/findings/9", {"status": "confirmed"}, (404, "no finding 9")),
+        ("PATCH", "/api/findings/1", {"status": "maybe"}, (422, "status")),
+        ("PATCH", "/api/findings/1", {"comment": "x" * 2001}, (422, "comment")),
+        ("POST", "/api/findings", {"latitude_deg": 91, "longitude_deg": 8}, (422, "latitude_deg")),
+        ("POST", "/api/findings", {"latitude_deg": 0, "longitude_deg": 0}, (422, "50 km")),
+        ("POST", "/api/findings", {"latitude_deg": 47}, (422, "longitude_deg")),
+        ("GET", "/api/findings.doc", None, (422, "suffix")),
+        ("GET", "/api/findings/1/integral.png", None, (404, "not recorded")),
+    ],
+)
+async def test_bad_requests_name_what_is_wrong(
+    client: httpx.AsyncClient, method: str, path: str, body: dict[str, Any] | None, answer: tuple[int, str]
+) -> None:
+    status, text = answer
+    response = await client.request(method, path, json=body)
+    assert response.status_code == status
+    assert text in response.json()["message"]
+
+
+async def test_the_findings_of_a_record_cannot_be_changed() -> None:
+    app = create_app(SearchedMission())
+    async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://localhost") as client:
+        assert (await client.patch("/api/findings/1", json={"status": "rejected"})).status_code == 409
