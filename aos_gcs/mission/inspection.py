@@ -31,10 +31,8 @@ _MAX_HEARD_AGO_S = 3.0
 
 
 @dataclass(frozen=True, slots=True)
-class TestFrame:
+class TrialFrame:
     """What is worth knowing of a frame that was taken to see whether the camera delivers."""
-
-    __test__ = False  # not one of pytest's
 
     width_px: int
     height_px: int
@@ -65,7 +63,7 @@ class Inspection:
     facts: VehicleFacts | None = None
     problem: str = ""
     """Why its settings could not be read; empty while nothing went wrong."""
-    frame: TestFrame | None = None
+    frame: TrialFrame | None = None
     frame_problem: str = ""
     planned_fence: Geofence | None = None
     """The fence it should keep; None while the limits are not known."""
@@ -196,9 +194,9 @@ class Inspector:
         return self._context.clock.now_s() + _QUESTIONS * self._context.settings.deadlines.command_s
 
 
-def _describe(capture: Capture) -> TestFrame:
+def _describe(capture: Capture) -> TrialFrame:
     height_px, width_px = capture.image.shape[:2]
     R = capture.R_cam2enu
     is_rotation = bool(np.allclose(R @ R.T, np.eye(3), atol=1e-3) and np.linalg.det(R) > 0)
     below_horizon_rad = math.asin(float(np.clip(-R[2, 2], -1.0, 1.0)))
-    return TestFrame(width_px, height_px, capture.bands, capture.position, below_horizon_rad, is_rotation)
+    return TrialFrame(width_px, height_px, capture.bands, capture.position, below_horizon_rad, is_rotation)

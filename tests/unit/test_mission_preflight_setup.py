@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.mission import checks
 from aos_gcs.mission.geofence import vehicle_fence
-from aos_gcs.mission.inspection import Inspection, TestFrame
+from aos_gcs.mission.inspection import Inspection, TrialFrame
 from aos_gcs.mission.model import CheckStatus, PreflightCheck
 from aos_gcs.mission.preflight_setup import check_setup, check_system_ids
 from aos_gcs.mission.safety import SafetyLimits
@@ -25,7 +25,7 @@ PASS, WARN, FAIL = CheckStatus.PASS, CheckStatus.WARN, CheckStatus.FAIL
 FRAME = LocalFrame(ORIGIN)
 STATE = VehicleState(3, autopilot="px4", position=ORIGIN)
 FENCE = Geofence(((48.3, 14.3), (48.3, 14.31), (48.31, 14.31)), ceiling_above_home_m=42.0)
-SHOT = TestFrame(640, 512, ("thermal",), ORIGIN, math.radians(88.0), is_rotation=True)
+SHOT = TrialFrame(640, 512, ("thermal",), ORIGIN, math.radians(88.0), is_rotation=True)
 GOOD = Inspection(replace(GOOD_FACTS, fence=FENCE), frame=SHOT, planned_fence=FENCE)
 OFF = Safeguard(False, "none (X = 0)", "set X to 1")
 

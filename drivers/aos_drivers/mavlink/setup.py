@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-
-from pymavlink.dialects.v20 import ardupilotmega as mavlink
+from collections.abc import Mapping
 
 from aos_drivers.mavlink.autopilots import Setup
+from aos_drivers.mavlink.commands import Send
 from aos_drivers.mavlink.conversation import Conversation
 from aos_drivers.mavlink.fence_items import items_of, polygons_of
 from aos_drivers.mavlink.fence_transfer import FenceDownload, FenceUpload
@@ -16,9 +15,6 @@ from aos_drivers.mavlink.record import VehicleRecord
 from aos_drivers.mavlink.waiting import CLOCK_RESOLUTION_S, Changes
 from aos_gcs.errors import CommandRefusedError, CommandTimeoutError
 from aos_gcs.ports import Clock, Geofence, VehicleFacts
-
-Send = Callable[[int, int, mavlink.MAVLink_message], None]
-"""Sends a message to (system, component)."""
 
 _VERSION_S = 2.0
 """How long the version is waited for; it is asked for from the first heartbeat on."""
@@ -39,11 +35,11 @@ class SetupRunner:
         setup = self._setup()
         found = await self._read(setup, deadline_s)
         fence = await self._read_fence(setup, found, deadline_s)
-        telemetry = self._record.telemetry
-        if not telemetry.firmware:
+        if not self._record.telemetry.firmware:
             self._record.request_version()
             until_s = min(deadline_s, self._clock.now_s() + _VERSION_S)
-            await self._changes.wait_for(lambda: bool(telemetry.firmware), until_s)
+            await self._changes.wait_for(lambda: bool(self._record.telemetry.firmware), until_s)
+        telemetry = self._record.telemetry
         return VehicleFacts(
             firmware=telemetry.firmware,
             board_id=telemetry.board_id,
