@@ -101,9 +101,11 @@ class Demo:
         return await asyncio.to_thread(score_mission, snapshot, self.folder, world_file, report_file)
 
     async def _watch(self, simulator: asyncio.subprocess.Process, log: Path) -> None:
-        """End the mission when the simulator ends before it flies; later the coordinator deals with the loss."""
+        """End the mission when the simulator ends before it does: its vehicles will not be heard again."""
         code = await simulator.wait()
-        if self.mission.phase is Phase.CONNECT:
+        if self.mission.phase is not Phase.CONNECT:
+            self.mission.end_without_vehicles()
+        else:
             lines = (await asyncio.to_thread(log.read_text, encoding="utf-8", errors="replace")).strip().splitlines()
             reason = lines[-1] if lines else "it said nothing"
             if code == _EXIT_REFUSED:
