@@ -46,7 +46,7 @@ DRIVERS = ("mavlink", "mavsdk")
 AUTOPILOTS = ("arducopter", "px4")
 SPEED = 10.0
 SIZE_PX = 64
-PATIENT = {"arducopter": {}, "px4": {"COM_DL_LOSS_T": 120}}
+PATIENT = {"arducopter": {"FS_GCS_TIMEOUT": 120}, "px4": {"COM_DL_LOSS_T": 120}}
 """A busy machine may delay our heartbeats by a real second, which is ten of the vehicles' time."""
 
 
