@@ -43,6 +43,15 @@ class LocalFrame:
             dtype=np.float64,
         )
 
+    def to_geodetic_all(self, positions_enu_m: ArrayLike) -> list[GeodeticPosition]:
+        """Return the geodetic positions of ENU points, shape (n, 3), metres; much faster than one by one."""
+        east_m, north_m, up_m = np.asarray(positions_enu_m, dtype=np.float64).reshape(-1, 3).T
+        origin = self.origin
+        rows = pymap3d.enu2geodetic(
+            east_m, north_m, up_m, origin.latitude_deg, origin.longitude_deg, origin.altitude_amsl_m
+        )
+        return [GeodeticPosition(*map(float, row)) for row in zip(*rows, strict=True)]
+
     def to_geodetic(self, position_enu_m: ArrayLike) -> GeodeticPosition:
         """Return the geodetic position of an ENU point, shape (3,), metres."""
         east_m, north_m, up_m = np.asarray(position_enu_m, dtype=np.float64)

@@ -57,7 +57,8 @@ class MissionReplay:
         if not self._snapshots:
             raise InputDataError(f"{reader.folder} holds no snapshot of the mission; it ended before it began")
         self._start_utc_s, self._end_utc_s = index[0].utc_s, index[-1].utc_s
-        self._events = [event for event in reader.events() if event.kind is not EventKind.SNAPSHOT]
+        kinds = (kind for kind in EventKind if kind is not EventKind.SNAPSHOT)
+        self._events = sorted((event for kind in kinds for event in reader.events(kind)), key=lambda event: event.seq)
         self._event_times = [event.utc_s for event in self._events]
         self._snapshot_times = [entry.utc_s for entry in self._snapshots]
         self._shown: tuple[EventEntry, MissionSnapshot] | None = None

@@ -25,14 +25,14 @@ class HandClock(LoopClock):
         return self.utc
 
 
-async def record(folder: Path) -> list[Event]:
+async def record(folder: Path, length_s: int = LENGTH_S, vehicles: int = 8) -> list[Event]:
     """Record a scripted mission, one snapshot per second, and return its events."""
     clock = HandClock()
-    mission = ScriptedMission(clock)
+    mission = ScriptedMission(clock, vehicles)
     database = MissionDatabase(folder, {})
-    with mission.stream.subscribe(10_000) as subscription:
+    with mission.stream.subscribe(100_000) as subscription:
         await mission.act(Action.START, None)
-        for second in range(LENGTH_S):
+        for second in range(length_s):
             clock.utc += 1.0
             mission.advance(1.0)
             if second % 10 == 0:
