@@ -60,9 +60,10 @@ class Detours:
 
         None: the straight way is clear, or there is no way at all.
         """
-        depth_m = self._depth_m(start_m)
-        if depth_m - math.dist(start_m, end_m) > max(self._margin_m, 2.0 * TOLERANCE_M):
+        nearest_edge_m = point_segment_distance(start_m, self._edge_starts, self._edge_ends)[0].min()
+        if nearest_edge_m - math.dist(start_m, end_m) > max(self._margin_m, 2.0 * TOLERANCE_M):
             return None  # no edge is within reach
+        depth_m = self._depth_m(start_m)
         if self._sees(start_m, end_m[None], self._required_m(depth_m))[0]:
             return None
         came_from, queue = {_START: _START}, [(0.0, 0.0, _START, _START)]
