@@ -33,7 +33,7 @@ from aos_sim.swarm import SwarmOptions as SimulatorOptions
 from aos_sim.world.scene import SceneParameters, build_scene
 
 HOST = "127.0.0.1"
-SPEED = 10.0
+SPEED = 2.0
 PLACE = ("latitude_deg", "longitude_deg", "absolute_altitude_m")
 
 
