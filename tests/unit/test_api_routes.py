@@ -59,6 +59,19 @@ async def test_values_never_reported_are_null(client: httpx.AsyncClient) -> None
     assert {name for name, value in silent if value is not None} == told
 
 
+async def test_a_vehicle_shows_its_link_and_what_its_camera_has_seen(
+    client: httpx.AsyncClient, mission: ScriptedMission
+) -> None:
+    mission.make_step()
+    shown = MissionModel.model_validate_json((await client.get("/api/mission")).content)
+    link, camera = shown.vehicles[1].link, shown.vehicles[1].camera
+    assert link is not None
+    assert (link.round_trip_ms, link.clock_offset_ms, link.clock_drift_ppm) == (40.0, 4.0, 2.0)
+    assert camera is not None
+    assert (camera.frames, camera.last_step, len(camera.footprint)) == (1, 1, 4)
+    assert camera.footprint[0].latitude_deg == pytest.approx(ORIGIN.latitude_deg, abs=1e-2)
+
+
 async def test_steps_are_listed_oldest_first(client: httpx.AsyncClient, mission: ScriptedMission) -> None:
     assert (await client.get("/api/mission/steps")).json() == []
     mission.make_step()
