@@ -79,7 +79,7 @@ def estimate_plan(plan: MissionPlan, plane_height_m: float) -> PlanEstimate:
         swath_m=swath_m,
         area_m2=raster.area_m2(inside),
         free_area_m2=raster.area_m2(inside & ~barred),
-        covered_fraction=float(np.count_nonzero(inside & swept & ~barred) / max(1, np.count_nonzero(inside))),
+        covered_fraction=raster.area_m2(inside & swept & ~barred) / raster.area_m2(inside),
         way_m=scanned_m + sum(transfers_m),
         scan_s=scan_s,
         flight_s=flight_s,
