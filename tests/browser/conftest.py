@@ -14,13 +14,16 @@ from typing import NoReturn
 import pytest
 import pytest_asyncio
 from fastapi import FastAPI
-from playwright.async_api import Browser, ConsoleMessage, Page, Request, async_playwright
+from playwright.async_api import Browser, ConsoleMessage, Page, Request, async_playwright, expect
 
 from aos_gcs.api.app import create_app
 from aos_gcs.api.page import STATIC_FOLDER
 from aos_gcs.api.server import serve
 from aos_gcs.clock import LoopClock
+from tests.browser.pages import TIMEOUT_MS
 from tests.fakes.mission import ScriptedMission
+
+expect.set_options(timeout=TIMEOUT_MS)
 
 _CHROMIUM_NAMES = ("chromium", "chromium-browser", "google-chrome")
 _CHROMIUM_ARGUMENTS = [

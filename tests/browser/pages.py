@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import re
+
 from playwright.async_api import Page, expect
 
 VIEWS = ("plan", "prepare", "fly", "see", "understand", "decide")
-START_TIMEOUT_MS = 15_000
+TIMEOUT_MS = 60_000
+"""Far more than a page needs: the machine may be busy with other things."""
 KEEP_PRESSED_MS = 1000
 """Longer than the page asks for before a dangerous command."""
 
@@ -13,7 +16,7 @@ KEEP_PRESSED_MS = 1000
 async def open_page(page: Page, url: str, view: str = "fly") -> None:
     """Open a view and wait until it is connected."""
     await page.goto(f"{url}#/{view}")
-    await expect(page.get_by_test_id("connection")).to_have_attribute("data-state", "open", timeout=START_TIMEOUT_MS)
+    await expect(page.get_by_test_id("connection")).to_have_attribute("data-state", "open")
 
 
 async def sign_in(page: Page, name: str, code: str | None = None) -> None:
@@ -34,7 +37,7 @@ async def start_mission(page: Page) -> None:
     """Start from the view Fly and wait until the vehicles have taken off."""
     await page.get_by_test_id("action-start").click()
     await confirm(page)
-    await expect(page.get_by_test_id("phase")).to_have_text("line", timeout=START_TIMEOUT_MS)
+    await expect(page.get_by_test_id("phase")).to_have_text(re.compile("line|scan|converge|found"))
 
 
 async def place_m(page: Page, vehicle_id: int) -> tuple[float, float]:
@@ -43,10 +46,10 @@ async def place_m(page: Page, vehicle_id: int) -> tuple[float, float]:
     return float(await row.get_attribute("data-east") or "nan"), float(await row.get_attribute("data-north") or "nan")
 
 
-async def wait_for_visibility(page: Page, lowest_m2: float, timeout_ms: float) -> None:
+async def wait_for_visibility(page: Page, lowest_m2: float) -> None:
     """Wait until the view Understand shows that much of a target."""
     await page.wait_for_function(
         "lowest => Number(document.querySelector('[data-testid=visibility]')?.dataset.value) > lowest",
         arg=lowest_m2,
-        timeout=timeout_ms,
+        timeout=TIMEOUT_MS,
     )

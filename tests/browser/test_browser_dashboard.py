@@ -11,7 +11,6 @@ from aos_gcs.mission.model import Action
 from aos_gcs.ports import Severity
 from tests.browser.conftest import OPERATOR_CODE
 from tests.browser.pages import (
-    START_TIMEOUT_MS,
     VIEWS,
     confirm,
     open_page,
@@ -34,7 +33,7 @@ async def test_page_shows_a_mission_without_errors_or_foreign_requests(map_page,
 
     await start_mission(map_page)
     await map_page.keyboard.press("u")
-    await wait_for_visibility(map_page, 0.3, 40_000)
+    await wait_for_visibility(map_page, 0.3)
     await map_page.keyboard.press("s")
     await expect(map_page.get_by_test_id("picture")).to_be_visible()
     await map_page.keyboard.press("d")
@@ -120,12 +119,12 @@ async def test_a_failed_check_is_overridden_with_a_reason(page, service) -> None
 async def test_banner_says_disconnected_and_goes_when_the_service_is_back(page, service) -> None:
     await open_page(page, service.url)
     await service.stop()
-    await expect(page.get_by_test_id("banner")).to_be_visible(timeout=2000)
+    await expect(page.get_by_test_id("banner")).to_be_visible()
     await expect(page.get_by_test_id("action-hold")).to_be_disabled()
     await page.get_by_test_id("hold-all").click()
     await expect(page.get_by_test_id("results-error")).to_contain_text("use the remote control")
     await service.start()
-    await expect(page.get_by_test_id("banner")).to_have_count(0, timeout=START_TIMEOUT_MS)
+    await expect(page.get_by_test_id("banner")).to_have_count(0)
     await expect(page.get_by_test_id("connection")).to_have_attribute("data-state", "open")
 
 
