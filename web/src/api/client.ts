@@ -8,24 +8,22 @@ export type Answer<T> =
 
 export type ActionAnswer = Answer<ActionResponse>;
 
-type Guard<T> = (value: unknown) => value is T;
+export type Guard<T> = (value: unknown) => value is T;
 
 const isErrorBody = (value: unknown): value is ErrorBody =>
   typeof value === "object" && value !== null && typeof (value as { message?: unknown }).message === "string";
 const isActionResponse = (value: unknown): value is ActionResponse =>
   typeof value === "object" && value !== null && Array.isArray((value as { results?: unknown }).results);
 
-/** Send a request and check what comes back with `isExpected`. */
+/** Send a request, with a file as it is or with JSON, and check what comes back with `isExpected`. */
 export async function request<T>(
-  method: "GET" | "POST" | "PUT" | "DELETE",
+  method: "GET" | "POST" | "PUT" | "PATCH" | "DELETE",
   path: string,
   isExpected: Guard<T>,
   body?: unknown,
 ): Promise<Answer<T>> {
   try {
-    const content =
-      body === undefined ? {} : { headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) };
-    const response = await fetch(path, { method, ...content });
+    const response = await fetch(path, { method, ...contentOf(body) });
     const value: unknown = response.status === 204 ? null : await response.json();
     if (response.ok && isExpected(value)) return { ok: true, value };
     const message = isErrorBody(value) ? value.message : texts.requests.unreadableAnswer;
@@ -33,6 +31,12 @@ export async function request<T>(
   } catch {
     return { ok: false, message: texts.requests.notSent };
   }
+}
+
+function contentOf(body: unknown): RequestInit {
+  if (body === undefined) return {};
+  if (body instanceof Blob) return { headers: { "Content-Type": "application/octet-stream" }, body };
+  return { headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) };
 }
 
 /** Send an operator's action; answers when every vehicle has done it or refused. */

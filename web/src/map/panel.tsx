@@ -13,6 +13,8 @@ interface Props {
   /** Bottom up. The map is drawn again from scratch when one of them is another object: make them once. */
   layers: readonly MapLayer[];
   overlay?: Overlay | null;
+  /** What else "fit" shows. */
+  extent?: readonly EnuPoint[];
   /** More controls beside the map's own. */
   children?: ComponentChildren;
 }
@@ -20,7 +22,7 @@ interface Props {
 /** What the map showed when the operator last left one: the next view begins there. */
 let lastCamera: { missionId: string; camera: Camera } | null = null;
 
-export function MapPanel({ layers, overlay = null, children }: Props) {
+export function MapPanel({ layers, overlay = null, extent = [], children }: Props) {
   const { state, theme, selection, snapshotAge_s } = useShell();
   const container = useRef<HTMLDivElement>(null);
   const view = useRef<MapView | null>(null);
@@ -55,7 +57,7 @@ export function MapPanel({ layers, overlay = null, children }: Props) {
         <>
           <div class="map-canvas" ref={container} />
           <div class="map-controls">
-            <button type="button" data-testid="map-fit" onClick={() => view.current?.fitFleet()}>
+            <button type="button" data-testid="map-fit" onClick={() => view.current?.fitFleet(extent)}>
               {texts.map.fit}
             </button>
             {children}

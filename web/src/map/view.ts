@@ -83,11 +83,11 @@ export class MapView {
     else this.draw();
   }
 
-  /** Show all vehicles, their waypoints and the search area. */
-  fitFleet(): void {
+  /** Show all vehicles, their waypoints, the search area, and more places. */
+  fitFleet(more: readonly EnuPoint[] = []): void {
     if (this.scene === null) return;
     const { mission, origin } = this.scene;
-    const bounds = boundsOf(fleetPoints(mission), FIT_MARGIN_M);
+    const bounds = boundsOf([...fleetPoints(mission), ...more], FIT_MARGIN_M);
     if (bounds === null) return;
     const southWest = toLngLat(origin, [bounds.west_m, bounds.south_m]);
     const northEast = toLngLat(origin, [bounds.east_m, bounds.north_m]);

@@ -1,12 +1,170 @@
-/** Plan: where is searched and what no vehicle may leave. */
-import { useMemo } from "preact/hooks";
-import { areaLayer } from "../../map/layers/area";
+/** Plan: where is searched and where not, how, and what that will take. */
+import { useId, useMemo, useRef, useState } from "preact/hooks";
+import type { Place } from "../../api/types";
+import { toEnu } from "../../geometry";
 import { homesLayer } from "../../map/layers/homes";
 import { MapPanel } from "../../map/panel";
 import { useBaseLayers } from "../../map/use_base";
+import { useShell } from "../../shell/context";
+import { texts } from "../../texts";
+import { Panel } from "../../ui/panel";
+import { type Drawing, drawLayer } from "./draw_layer";
+import { EstimatePanel } from "./estimate";
+import { SavedPlans } from "./files";
+import { DropZone, ImportDialog, ImportPicker, useImport } from "./import";
+import { LimitFields, PatternFields } from "./numbers";
+import "./plan.css";
+import { ShapeList, shapeTitle } from "./shape_list";
+import { lngLat, placesOf, removed, type ShapeName, shapeNames, withNoGo, withPlaces } from "./shapes";
+import { usePlan } from "./use_plan";
+import { VertexTable } from "./vertex_table";
 
 export function PlanView() {
+  const { state, mayCommand } = useShell();
+  const editor = usePlan();
+  const files = useImport();
+  const form = useId();
+  const [wanted, setShape] = useState<ShapeName>("area");
+  const [vertex, setVertex] = useState<number | null>(null);
+  const [isDrawing, setDrawing] = useState(false);
+  const { plan, report } = editor;
+  const origin = state.mission?.origin ?? null;
+  const shape = plan && shapeNames(plan).includes(wanted) ? wanted : "area";
+  const places = plan === null ? [] : placesOf(plan, shape);
+  const changePlaces = (changed: readonly Place[]): void => {
+    if (plan) editor.change(withPlaces(plan, shape, changed));
+  };
+  const choose = (chosen: ShapeName, isEmpty = plan !== null && placesOf(plan, chosen).length === 0): void => {
+    setShape(chosen);
+    setVertex(null);
+    setDrawing(isEmpty && mayCommand); // what is not there yet can only be drawn
+  };
+
+  const actions = {
+    onPlaces: (changed: readonly Place[], moved: number) => {
+      changePlaces(changed);
+      setVertex(moved);
+    },
+    onVertex: setVertex,
+    onShape: (chosen: ShapeName) => choose(chosen),
+    onFinish: () => setDrawing(false),
+  };
+  const drawing: Drawing | null = plan && {
+    plan,
+    legs: report?.estimate?.legs ?? NO_LEGS,
+    shape,
+    vertex,
+    isDrawing: isDrawing && mayCommand,
+    isEditable: mayCommand,
+  };
+  // The layer is made once and reads what is current.
+  const current = useRef({ drawing, actions });
+  current.current = { drawing, actions };
   const base = useBaseLayers();
-  const layers = useMemo(() => [...base, areaLayer, homesLayer], [base]);
-  return <MapPanel layers={layers} />;
+  const layers = useMemo(() => {
+    const draft = drawLayer(() => current.current.drawing, {
+      onPlaces: (changed, moved) => current.current.actions.onPlaces(changed, moved),
+      onVertex: (chosen) => current.current.actions.onVertex(chosen),
+      onShape: (chosen) => current.current.actions.onShape(chosen),
+      onFinish: () => current.current.actions.onFinish(),
+    });
+    return [...base, homesLayer, draft];
+  }, [base]);
+
+  const extent = useMemo(() => {
+    if (plan === null || origin === null) return [];
+    return shapeNames(plan).flatMap((name) => placesOf(plan, name).map((place) => toEnu(origin, lngLat(place))));
+  }, [plan, origin]);
+
+  if (plan === null) {
+    return (
+      <>
+        <MapPanel layers={layers} />
+        <Panel title={texts.plan.panel} testId="plan" class="plan-side">
+          <p class="empty" data-testid="plan-message">
+            {editor.failure ?? texts.waiting}
+          </p>
+        </Panel>
+      </>
+    );
+  }
+  return (
+    <>
+      <DropZone onFile={(file) => mayCommand && files.read(file)}>
+        <MapPanel layers={layers} extent={extent}>
+          {mayCommand && (
+            <button
+              type="button"
+              data-testid="draw"
+              aria-pressed={isDrawing}
+              class={isDrawing ? "primary" : ""}
+              onClick={() => setDrawing(!isDrawing)}
+            >
+              {isDrawing ? texts.plan.drawn : texts.plan.draw(shapeTitle(shape))}
+            </button>
+          )}
+          {mayCommand && vertex !== null && vertex < places.length && (
+            <button
+              type="button"
+              data-testid="draw-remove"
+              onClick={() => {
+                setVertex(null);
+                changePlaces(removed(places, vertex));
+              }}
+            >
+              {texts.plan.removeCorner(vertex + 1)}
+            </button>
+          )}
+          {isDrawing && <p class="map-hint">{texts.plan.drawHint}</p>}
+        </MapPanel>
+      </DropZone>
+      <div class="plan-side">
+        <form id={form} class="scroll plan-form" onSubmit={(event) => event.preventDefault()}>
+          <Panel title={texts.plan.shapes} testId="plan-shapes">
+            <ShapeList
+              plan={plan}
+              report={report}
+              chosen={shape}
+              onChoose={choose}
+              onAddNoGo={() => {
+                editor.change(withNoGo(plan));
+                choose(`no_go[${plan.no_go.length}]`, true);
+              }}
+            />
+            <fieldset disabled={!mayCommand}>
+              <VertexTable
+                plan={plan}
+                shape={shape}
+                origin={origin}
+                vertex={vertex}
+                onVertex={setVertex}
+                onPlaces={changePlaces}
+                onPlan={editor.change}
+              />
+            </fieldset>
+            {mayCommand && <ImportPicker files={files} />}
+          </Panel>
+          <Panel title={texts.plan.pattern} testId="plan-pattern">
+            <fieldset disabled={!mayCommand}>
+              <PatternFields plan={plan} report={report} onChange={editor.change} />
+            </fieldset>
+          </Panel>
+          <Panel title={texts.plan.limits} testId="plan-limits">
+            <fieldset disabled={!mayCommand}>
+              <LimitFields plan={plan} report={report} onChange={editor.change} />
+            </fieldset>
+          </Panel>
+          {mayCommand && (
+            <Panel title={texts.plan.savedPlans} testId="plan-files">
+              <SavedPlans plan={plan} onLoad={editor.change} />
+            </Panel>
+          )}
+        </form>
+        <EstimatePanel editor={editor} form={form} />
+      </div>
+      {files.shapes && <ImportDialog plan={plan} shapes={files.shapes} onTake={editor.change} onClose={files.forget} />}
+    </>
+  );
 }
+
+const NO_LEGS: Drawing["legs"] = [];

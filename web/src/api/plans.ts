@@ -1,0 +1,42 @@
+/** Requests about plans. */
+import { type Answer, type Guard, request } from "./client";
+import type { ImportedShape, Plan, PlanReport, SavedPlan } from "./types";
+
+const isObject = (value: unknown): value is Record<string, unknown> => typeof value === "object" && value !== null;
+const isPlan = (value: unknown): value is Plan =>
+  isObject(value) && typeof value["vehicles"] === "number" && Array.isArray(value["area"]);
+const isReport = (value: unknown): value is PlanReport =>
+  isObject(value) && Array.isArray(value["problems"]) && Array.isArray(value["proposals"]);
+const isNothing = (value: unknown): value is null => value === null;
+const isString = (value: unknown): value is string => typeof value === "string";
+const listOf =
+  <T>(isOne: Guard<T>): Guard<T[]> =>
+  (value): value is T[] =>
+    Array.isArray(value) && value.every(isOne);
+const isSavedPlan = (value: unknown): value is SavedPlan => isObject(value) && isString(value["name"]);
+const isShape = (value: unknown): value is ImportedShape =>
+  isObject(value) && isString(value["role"]) && Array.isArray(value["places"]);
+
+const pathOf = (name: string): string => `/api/plans/${encodeURIComponent(name)}`;
+
+/** The plan that the mission flies by. */
+export const readPlan = (): Promise<Answer<Plan>> => request("GET", "/api/plan", isPlan);
+
+/** What is wrong with a plan, what it takes, and what the engine would choose instead. */
+export const checkPlan = (plan: Plan): Promise<Answer<PlanReport>> =>
+  request("POST", "/api/plan/check", isReport, plan);
+
+/** Let the mission fly by a plan. */
+export const applyPlan = (plan: Plan): Promise<Answer<Plan>> => request("POST", "/api/plan/apply", isPlan, plan);
+
+/** The names that a plan may have as its strategy. */
+export const readStrategies = (): Promise<Answer<string[]>> => request("GET", "/api/plan/strategies", listOf(isString));
+
+/** The shapes of a file: GeoJSON, KML or QGroundControl's plan. */
+export const importFile = (file: Blob): Promise<Answer<ImportedShape[]>> =>
+  request("POST", "/api/plan/import", listOf(isShape), file);
+
+export const listPlans = (): Promise<Answer<SavedPlan[]>> => request("GET", "/api/plans", listOf(isSavedPlan));
+export const readSavedPlan = (name: string): Promise<Answer<Plan>> => request("GET", pathOf(name), isPlan);
+export const savePlan = (name: string, plan: Plan): Promise<Answer<Plan>> => request("PUT", pathOf(name), isPlan, plan);
+export const deletePlan = (name: string): Promise<Answer<null>> => request("DELETE", pathOf(name), isNothing);

@@ -1,0 +1,90 @@
+/** A number with its unit; what is typed stays as it is until it is left, and what is wrong stands beside it. */
+import type { ComponentChildren } from "preact";
+import { useId, useState } from "preact/hooks";
+import { texts } from "../texts";
+
+/** Stands for text that the browser does not give out because it is no number. */
+const UNREADABLE = "?";
+
+interface Props {
+  label: string;
+  /** Only for screen readers, where a column's heading says the same. */
+  isLabelHidden?: boolean;
+  unit?: string;
+  testId: string;
+  /** Null: nothing is given, which `placeholder` explains. */
+  value: number | null;
+  decimals: number;
+  min?: number;
+  max?: number;
+  step?: number;
+  placeholder?: string;
+  isOptional?: boolean;
+  /** What is wrong with the value. */
+  problem?: string | undefined;
+  /** What should be known of it. */
+  advice?: string | undefined;
+  onChange(value: number | null): void;
+  /** Below the field. */
+  children?: ComponentChildren;
+}
+
+export function NumberField({ label, unit, testId, value, decimals, isOptional = false, ...props }: Props) {
+  const { min, max, step = 1, placeholder, problem, advice, isLabelHidden = false, onChange, children } = props;
+  const id = useId();
+  const [typed, setTyped] = useState<string | null>(null);
+  const told = typed === null ? null : typedProblem(typed, isOptional, min, max);
+  const shown = told ?? problem;
+  const written = value === null ? "" : String(Number(value.toFixed(decimals)));
+  const type = (text: string): void => {
+    setTyped(text);
+    if (typedProblem(text, isOptional, min, max) === null) onChange(text === "" ? null : Number(text));
+  };
+  return (
+    <div class="number-field">
+      <label for={id} class={isLabelHidden ? "visually-hidden" : ""}>
+        {label}
+      </label>
+      <span class="number-input">
+        <input
+          id={id}
+          type="number"
+          inputMode="decimal"
+          data-testid={testId}
+          min={min}
+          max={max}
+          step="any"
+          required={!isOptional}
+          placeholder={placeholder}
+          value={typed === UNREADABLE ? undefined : (typed ?? written)}
+          aria-invalid={shown !== undefined}
+          aria-describedby={`${id}-problem`}
+          onInput={(event) => type(event.currentTarget.validity.badInput ? UNREADABLE : event.currentTarget.value)}
+          onBlur={() => told === null && setTyped(null)}
+          onKeyDown={(event) => {
+            const direction = { ArrowUp: 1, ArrowDown: -1 }[event.key];
+            if (direction === undefined || value === null) return;
+            event.preventDefault();
+            const next = Math.min(max ?? Infinity, Math.max(min ?? -Infinity, value + direction * step));
+            setTyped(null);
+            onChange(next);
+          }}
+        />
+        {unit && <span class="small">{unit}</span>}
+      </span>
+      <p id={`${id}-problem`} class="is-bad field-problem" data-testid={`${testId}-problem`}>
+        {shown}
+      </p>
+      {advice && <p class="is-warning field-problem">{advice}</p>}
+      {children}
+    </div>
+  );
+}
+
+/** What is wrong with what was typed. */
+function typedProblem(text: string, isOptional: boolean, min = -Infinity, max = Infinity): string | null {
+  if (text === "") return isOptional ? null : texts.fields.required;
+  const value = Number(text);
+  if (!Number.isFinite(value)) return texts.fields.noNumber;
+  return value < min || value > max ? texts.fields.range(min, max) : null;
+}

@@ -1,0 +1,74 @@
+/** Plans kept by the service: save, load, delete. */
+import { useEffect, useState } from "preact/hooks";
+import { deletePlan, listPlans, readSavedPlan, savePlan } from "../../api/plans";
+import type { Plan, SavedPlan } from "../../api/types";
+import { texts } from "../../texts";
+import { HoldButton } from "../../ui/hold_button";
+
+interface Props {
+  plan: Plan;
+  onLoad(plan: Plan): void;
+}
+
+export function SavedPlans({ plan, onLoad }: Props) {
+  const [saved, setSaved] = useState<readonly SavedPlan[]>([]);
+  const [name, setName] = useState("");
+  const [answer, setAnswer] = useState<{ isDone: boolean; text: string } | null>(null);
+  const list = async (): Promise<void> => {
+    const listed = await listPlans();
+    if (listed.ok) setSaved(listed.value);
+  };
+  useEffect(() => void list(), []);
+  const tell = (result: { ok: true } | { ok: false; message: string }, done: string): void => {
+    setAnswer(result.ok ? { isDone: true, text: done } : { isDone: false, text: result.message });
+    void list();
+  };
+  const save = async (): Promise<void> => tell(await savePlan(name.trim(), plan), texts.plan.saved(name.trim()));
+  const load = async (wanted: string): Promise<void> => {
+    const read = await readSavedPlan(wanted);
+    if (read.ok) {
+      setName(wanted);
+      onLoad(read.value);
+    }
+    tell(read, texts.plan.loaded(wanted));
+  };
+  const remove = async (wanted: string): Promise<void> => tell(await deletePlan(wanted), texts.plan.deleted(wanted));
+  return (
+    <>
+      <div class="button-row">
+        <input
+          type="text"
+          aria-label={texts.plan.name}
+          placeholder={texts.plan.name}
+          maxLength={64}
+          data-testid="plan-name"
+          value={name}
+          onInput={(event) => setName(event.currentTarget.value)}
+        />
+        <button type="button" data-testid="plan-save" disabled={name.trim() === ""} onClick={() => void save()}>
+          {saved.some((entry) => entry.name === name.trim()) ? texts.plan.replace : texts.plan.save}
+        </button>
+      </div>
+      <p class={answer?.isDone ? "is-done" : "is-bad"} role="status" data-testid="plan-files-answer">
+        {answer?.text}
+      </p>
+      <ul class="saved-plans">
+        {saved.map((entry) => (
+          <li key={entry.name} data-testid={`saved-${entry.name}`}>
+            <span>
+              {entry.name} <span class="small">{new Date(1000 * entry.saved_utc_s).toLocaleString()}</span>
+            </span>
+            <button type="button" aria-label={texts.plan.loadNamed(entry.name)} onClick={() => void load(entry.name)}>
+              {texts.plan.load}
+            </button>
+            <HoldButton
+              label={texts.plan.delete}
+              testId={`delete-${entry.name}`}
+              onConfirm={() => void remove(entry.name)}
+            />
+          </li>
+        ))}
+      </ul>
+    </>
+  );
+}

@@ -1,0 +1,157 @@
+/** How is searched: numbers with what the engine would choose instead, heading, strategy, limits, forest. */
+import { useEffect, useState } from "preact/hooks";
+import { readStrategies } from "../../api/plans";
+import type { Plan, PlanProposal, PlanReport } from "../../api/types";
+import { quantity, words } from "../../format";
+import { useShell } from "../../shell/context";
+import { texts } from "../../texts";
+import { NumberField } from "../../ui/number_field";
+import { Dial } from "./dial";
+import { FOREST, HEADING, LIMITS, NEW_FOREST, type NumberName, type NumberRule, PATTERN } from "./fields";
+import { adviceOf, problemOf } from "./problems";
+
+interface Props {
+  plan: Plan;
+  report: PlanReport | null;
+  onChange(plan: Plan): void;
+}
+
+export function PatternFields({ plan, report, onChange }: Props) {
+  const { mayCommand } = useShell();
+  return (
+    <>
+      <div class="heading-field">
+        {mayCommand && (
+          <Dial heading_deg={plan.scan_heading_deg} onChange={(deg) => onChange({ ...plan, scan_heading_deg: deg })} />
+        )}
+        <PlanNumber name="scan_heading_deg" rule={HEADING} plan={plan} report={report} onChange={onChange} />
+      </div>
+      <div class="field-grid">
+        {PATTERN.map(([name, rule]) => (
+          <PlanNumber key={name} name={name} rule={rule} plan={plan} report={report} onChange={onChange} />
+        ))}
+        <StrategyField plan={plan} report={report} onChange={onChange} />
+      </div>
+      <ForestFields plan={plan} report={report} onChange={onChange} />
+    </>
+  );
+}
+
+export function LimitFields({ plan, report, onChange }: Props) {
+  return (
+    <div class="field-grid">
+      {LIMITS.map(([name, rule]) => (
+        <PlanNumber key={name} name={name} rule={rule} plan={plan} report={report} onChange={onChange} />
+      ))}
+    </div>
+  );
+}
+
+function PlanNumber({ name, rule, plan, report, onChange }: Props & { name: NumberName; rule: NumberRule }) {
+  const proposal = report?.proposals.find(({ field }) => field === name);
+  const change = (value: number | null): void => onChange({ ...plan, [name]: value });
+  return (
+    <NumberField
+      {...rule}
+      label={texts.plan.field[name]}
+      testId={`plan-${name}`}
+      value={plan[name] ?? null}
+      {...(rule.isOptional ? { placeholder: texts.plan.automatic } : {})}
+      problem={problemOf(report, name)}
+      advice={adviceOf(report, name)}
+      onChange={change}
+    >
+      {proposal && <Proposal proposal={proposal} rule={rule} onTake={change} />}
+    </NumberField>
+  );
+}
+
+function Proposal({
+  proposal: { field, value, reason },
+  rule: { decimals, unit },
+  onTake,
+}: {
+  proposal: PlanProposal;
+  rule: NumberRule;
+  onTake(value: number): void;
+}) {
+  const rounded = Number(value.toFixed(decimals));
+  return (
+    <p class="proposal small" data-testid={`proposal-${field}`}>
+      {texts.plan.proposed}: {reason}
+      <button type="button" data-testid={`take-${field}`} onClick={() => onTake(rounded)}>
+        {texts.plan.take(quantity(rounded, decimals, unit))}
+      </button>
+    </p>
+  );
+}
+
+function StrategyField({ plan, report, onChange }: Props) {
+  const [names, setNames] = useState<readonly string[]>([]);
+  useEffect(() => {
+    void readStrategies().then((answer) => answer.ok && setNames(answer.value));
+  }, []);
+  const offered = names.includes(plan.strategy) ? names : [plan.strategy, ...names];
+  return (
+    <div class="number-field">
+      <label for="plan-strategy">{texts.plan.strategy}</label>
+      <select
+        id="plan-strategy"
+        data-testid="plan-strategy"
+        value={plan.strategy}
+        aria-describedby="plan-strategy-problem"
+        onChange={({ currentTarget: { value } }) => {
+          // The parameters of one strategy mean nothing to another.
+          onChange({ ...plan, strategy: value, strategy_parameters: {} });
+        }}
+      >
+        {offered.map((name) => (
+          <option key={name} value={name}>
+            {name}
+          </option>
+        ))}
+      </select>
+      {Object.entries(plan.strategy_parameters).map(([name, value]) => (
+        <p key={name} class="small">
+          {words(name)}: {String(value)}
+        </p>
+      ))}
+      <p id="plan-strategy-problem" class="is-bad field-problem">
+        {problemOf(report, "strategy")}
+      </p>
+    </div>
+  );
+}
+
+/** Heights and density of the forest: without them the engine has nothing to propose a spacing from. */
+function ForestFields({ plan, report, onChange }: Props) {
+  const forest = plan.forest ?? null;
+  return (
+    <>
+      <label class="switch">
+        <input
+          type="checkbox"
+          data-testid="plan-forest"
+          checked={forest !== null}
+          onChange={({ currentTarget: { checked } }) => onChange({ ...plan, forest: checked ? NEW_FOREST : null })}
+        />
+        {texts.plan.forest}
+      </label>
+      {forest && (
+        <div class="field-grid">
+          {FOREST.map(([name, rule]) => (
+            <NumberField
+              key={name}
+              {...rule}
+              label={texts.plan.forestField[name]}
+              testId={`plan-${name}`}
+              value={forest[name]}
+              onChange={(value) => value !== null && onChange({ ...plan, forest: { ...forest, [name]: value } })}
+            />
+          ))}
+        </div>
+      )}
+      <p class="is-bad field-problem">{problemOf(report, "forest")}</p>
+    </>
+  );
+}

@@ -1,0 +1,108 @@
+/** The shapes of a plan, by the names that the service gives its fields. Pure functions. */
+import type { ImportedShape, Place, Plan, ShapeRole } from "../../api/types";
+import type { LngLat } from "../../geometry";
+
+export type ShapeName = "area" | "fence" | "launch" | "return_point" | `no_go[${number}]`;
+
+export const lngLat = ({ longitude_deg, latitude_deg }: Place): LngLat => [longitude_deg, latitude_deg];
+export const placeAt = ([longitude_deg, latitude_deg]: LngLat): Place => ({ latitude_deg, longitude_deg });
+
+/** Whether a shape is a single point. */
+export const isPoint = (shape: ShapeName): shape is "launch" | "return_point" =>
+  shape === "launch" || shape === "return_point";
+
+/** The index of a no-go area; null for the other shapes. */
+export function noGoIndex(shape: ShapeName): number | null {
+  const digits = /^no_go\[(\d+)\]$/.exec(shape)?.[1];
+  return digits === undefined ? null : Number(digits);
+}
+
+/** All shapes that a plan has a place for, in the order of the page. */
+export function shapeNames(plan: Plan): ShapeName[] {
+  return ["area", ...plan.no_go.map((_, index) => `no_go[${index}]` as const), "launch", "return_point", "fence"];
+}
+
+/** The corners of a polygon, or the one place of a point; empty if it is not there. */
+export function placesOf(plan: Plan, shape: ShapeName): readonly Place[] {
+  if (shape === "area") return plan.area;
+  if (shape === "fence") return plan.fence ?? [];
+  if (shape === "launch" || shape === "return_point") {
+    const place = plan[shape];
+    return place ? [place] : [];
+  }
+  return plan.no_go[noGoIndex(shape) ?? -1] ?? [];
+}
+
+/** The plan with other places for one shape; without any, points and fence are the service's to choose. */
+export function withPlaces(plan: Plan, shape: ShapeName, places: readonly Place[]): Plan {
+  if (isPoint(shape)) return { ...plan, [shape]: places.at(-1) ?? null };
+  if (shape === "fence") return { ...plan, fence: places.length === 0 ? null : [...places] };
+  if (shape === "area") return { ...plan, area: [...places] };
+  const changed = noGoIndex(shape);
+  return { ...plan, no_go: plan.no_go.map((zone, index) => (index === changed ? [...places] : zone)) };
+}
+
+/** The plan with one more no-go area, still without corners. */
+export const withNoGo = (plan: Plan): Plan => ({ ...plan, no_go: [...plan.no_go, []] });
+
+/** The plan without a shape. */
+export function withoutShape(plan: Plan, shape: ShapeName): Plan {
+  const removed = noGoIndex(shape);
+  if (removed === null) return withPlaces(plan, shape, []);
+  return { ...plan, no_go: plan.no_go.filter((_, index) => index !== removed) };
+}
+
+/** Places with one more before the index given. */
+export const inserted = (places: readonly Place[], index: number, place: Place): Place[] => [
+  ...places.slice(0, index),
+  place,
+  ...places.slice(index),
+];
+export const replaced = (places: readonly Place[], index: number, place: Place): Place[] =>
+  places.map((before, i) => (i === index ? place : before));
+export const removed = (places: readonly Place[], index: number): Place[] => places.filter((_, i) => i !== index);
+
+/** Halfway between each corner and the next; where there is no line, nothing. */
+export function midpoints(places: readonly Place[]): Place[] {
+  if (places.length < 2) return [];
+  const ends = places.length === 2 ? places.slice(0, 1) : places;
+  return ends.map((place, index) => {
+    const next = places[(index + 1) % places.length] ?? place;
+    return {
+      latitude_deg: (place.latitude_deg + next.latitude_deg) / 2,
+      longitude_deg: (place.longitude_deg + next.longitude_deg) / 2,
+    };
+  });
+}
+
+// --- from files
+
+/** What becomes of a shape of a file. */
+export type ImportRole = ShapeRole | "skip";
+
+/** What the service has guessed, but every shape that a plan has only one of only once: a later one is left out. */
+export function proposedRoles(shapes: readonly ImportedShape[]): ImportRole[] {
+  const taken = new Set<ShapeRole>();
+  return shapes.map(({ role }) => {
+    if (role !== "no_go" && taken.has(role)) return "skip";
+    taken.add(role);
+    return role;
+  });
+}
+
+const POINT_ROLES: readonly ImportRole[] = ["launch", "return", "skip"];
+const POLYGON_ROLES: readonly ImportRole[] = ["area", "no_go", "fence", "skip"];
+
+/** What a shape of a file can become. */
+export const rolesFor = ({ places }: ImportedShape): readonly ImportRole[] =>
+  places.length === 1 ? POINT_ROLES : POLYGON_ROLES;
+
+/** The plan with shapes of a file: no-go areas are added to those it has, all others replace what it has. */
+export function withImported(plan: Plan, shapes: readonly ImportedShape[], roles: readonly ImportRole[]): Plan {
+  return shapes.reduce((taken, { places }, index) => {
+    const role = roles[index] ?? "skip";
+    if (role === "skip") return taken;
+    if (role === "no_go") return { ...taken, no_go: [...taken.no_go, places] };
+    return withPlaces(taken, role === "return" ? "return_point" : role, places);
+  }, plan);
+}
