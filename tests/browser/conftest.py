@@ -127,6 +127,7 @@ async def page(browser: Browser, page_record: PageRecord) -> AsyncIterator[Page]
 async def _new_page(browser: Browser, page_record: PageRecord) -> AsyncIterator[Page]:
     context = await browser.new_context(viewport={"width": 1280, "height": 800})
     page = await context.new_page()
+    page.set_default_timeout(TIMEOUT_MS)
     page_record.watch(page)
     yield page
     await context.close()
