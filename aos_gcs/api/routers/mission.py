@@ -44,7 +44,10 @@ async def read_picture(
     """Return the latest raster of a kind."""
     picture = mission.picture(kind)
     if picture is None:
-        raise NotFoundError(f"There is no {kind} picture yet; the first one comes with the first step of the scan.")
+        needs = ", if the configuration has the section [forest]" if kind is PictureKind.VISIBILITY else ""
+        raise NotFoundError(
+            f"There is no {kind} picture yet; the first one comes with the first step of the scan{needs}."
+        )
     # The hash tells apart equal steps of two missions that one browser has seen.
     etag = f'"{hashlib.blake2b(picture.png, digest_size=12).hexdigest()}"'
     headers = {"ETag": etag, "X-Step": str(picture.step), "Cache-Control": "no-cache"}
