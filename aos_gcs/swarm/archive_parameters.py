@@ -18,7 +18,7 @@ class ArchiveParameters(AosPsoParameters):
     """
 
     projection_line: bool = True
-    aperture_radius_m: float = 13.0
+    aperture_radius_m: float = 15.0
     """Radius of the circle about the target that is looked from, at the mean height of the swarm, metres."""
     spot_pitch_m: float = 1.0
     """Between neighbouring spots that nobody has looked from, metres."""
@@ -33,7 +33,7 @@ class ArchiveParameters(AosPsoParameters):
     optimism: float = 0.3
     """Share of the target that a line is hoped to show of which nothing is known, from 0 to 1. More than such lines
     show in the mean lets the swarm look for better ones."""
-    area_exponent: float = 0.0
+    area_exponent: float = 0.15
     """Views are chosen for normalised visibility times area to this power: 0 for visibility alone."""
     hysteresis: float = 0.01
     """Share by which another view must be better for a drone to leave the one it holds."""

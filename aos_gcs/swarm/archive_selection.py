@@ -68,7 +68,9 @@ def score(seen: FloatArray | np.floating, covered: FloatArray | np.floating, are
 def choose_views(views: Views, count: int, held: Sequence[int], area_exponent: float, hysteresis: float) -> IntArray:
     """Return the indices of views that are best together, fewer than ``count`` where they would stand too near.
 
-    Maximum coverage with conflicts is NP-hard; greedy choice and exchanges come close to the optimum.
+    Maximum coverage with conflicts is NP-hard; greedy choice and exchanges come close to the optimum. They start from
+    the views held, and once more from none, for a set that no single exchange improves may still be a poor one. The new
+    set must be better by twice the hysteresis, as all drones may have to fly for it.
 
     Args:
         views: the candidates.
@@ -77,6 +79,16 @@ def choose_views(views: Views, count: int, held: Sequence[int], area_exponent: f
         area_exponent: see :func:`score`.
         hysteresis: share by which an exchange must improve the score.
     """
+    continued = _completed(views, count, held, area_exponent, hysteresis)
+    if not held:
+        return continued
+    anew = _completed(views, count, [], area_exponent, hysteresis)
+    old_score, new_score = (Outlook.of(views, chosen.tolist()).score(area_exponent) for chosen in (continued, anew))
+    return anew if new_score > old_score * (1.0 + 2.0 * hysteresis) else continued
+
+
+def _completed(views: Views, count: int, held: Sequence[int], area_exponent: float, hysteresis: float) -> IntArray:
+    """Return the views held, brought to their number greedily and improved by exchanges."""
     chosen = list(held)
     while len(chosen) > count:
         rests = [chosen[:i] + chosen[i + 1 :] for i in range(len(chosen))]

@@ -245,6 +245,14 @@ class TestSelection:
         assert choose_views(views, 1, [0], 0.0, hysteresis=0.1).tolist() == [0]
         assert choose_views(views, 1, [0], 0.0, hysteresis=0.01).tolist() == [1]
 
+    def test_a_set_that_no_single_exchange_improves_is_given_up_for_a_better_one(self) -> None:
+        """Two silhouettes: one is known to half, the other could be seen as a whole, but only by both drones."""
+        left, right = np.arange(20) < 10, np.arange(20) >= 10
+        shown = np.zeros((4, 20), dtype=np.float32)
+        shown[0, :3] = shown[1, 3:6] = shown[2, 10:15] = shown[3, 15:20] = 1.0
+        views = Views(shown, np.array([left, left, right, right], dtype=np.float32), np.eye(4, dtype=np.bool_))
+        assert set(choose_views(views, 2, [0, 1], 0.0, hysteresis=0.0).tolist()) == {2, 3}
+
     def test_without_candidates_nothing_is_chosen(self) -> None:
         empty = Views(np.zeros((0, 4), np.float32), np.zeros((0, 4), np.float32), np.zeros((0, 0), np.bool_))
         assert len(choose_views(empty, 3, [], 0.3, 0.01)) == 0
