@@ -5,7 +5,7 @@ interface Props<T extends string> {
   values: readonly T[];
   chosen: T | null;
   words: Readonly<Record<T, string>>;
-  onChoose(value: T): void;
+  onChoose(value: NoInfer<T>): void;
 }
 
 export function Choice<T extends string>({ label, testId, values, chosen, words, onChoose }: Props<T>) {
