@@ -1,5 +1,5 @@
 /** What has happened, newest first, filtered by severity. */
-import { useState } from "preact/hooks";
+import { useMemo, useState } from "preact/hooks";
 import type { Severity } from "../api/types";
 import { duration } from "../format";
 import type { NumberedNotice } from "../state/state";
@@ -10,10 +10,14 @@ import { Panel } from "../ui/panel";
 const SEVERITIES: readonly Severity[] = ["info", "warning", "critical"];
 const WORDS: Readonly<Record<Severity, string>> = { ...texts.alerts.severity, info: texts.events.all };
 
+const rank = (severity: Severity): number => SEVERITIES.indexOf(severity);
+
 export function EventsPanel({ notices }: { notices: readonly NumberedNotice[] }) {
   const [lowest, setLowest] = useState<Severity>("info");
-  const rank = (severity: Severity): number => SEVERITIES.indexOf(severity);
-  const shown = notices.filter((notice) => rank(notice.severity) >= rank(lowest)).reverse();
+  const items = useMemo(() => {
+    const shown = notices.filter((notice) => rank(notice.severity) >= rank(lowest));
+    return shown.reverse().map((notice) => <EventItem key={notice.id} notice={notice} />);
+  }, [notices, lowest]);
   const choice = (
     <Choice
       label={texts.events.panel}
@@ -27,18 +31,21 @@ export function EventsPanel({ notices }: { notices: readonly NumberedNotice[] })
   return (
     <Panel title={texts.events.panel} testId="events" class="events" aside={choice}>
       <ol tabIndex={0} aria-label={texts.events.panel}>
-        {shown.length === 0 && <li class="empty">{texts.events.none}</li>}
-        {shown.map((notice) => (
-          <li key={notice.id} class={`event is-${notice.severity}`} data-testid="event">
-            <time>{duration(notice.elapsed_s)}</time>
-            <span>
-              {notice.severity !== "info" && <b>{texts.alerts.severity[notice.severity]} </b>}
-              {notice.vehicle_id !== null && `${texts.alerts.vehicle(notice.vehicle_id)}: `}
-              {notice.text}
-            </span>
-          </li>
-        ))}
+        {items.length === 0 ? <li class="empty">{texts.events.none}</li> : items}
       </ol>
     </Panel>
+  );
+}
+
+function EventItem({ notice: { severity, text, vehicle_id: id, elapsed_s } }: { notice: NumberedNotice }) {
+  return (
+    <li class={`event is-${severity}`} data-testid="event">
+      <time>{duration(elapsed_s)}</time>
+      <span>
+        {severity !== "info" && <b>{texts.alerts.severity[severity]} </b>}
+        {id !== null && `${texts.alerts.vehicle(id)}: `}
+        {text}
+      </span>
+    </li>
   );
 }

@@ -1,4 +1,5 @@
 /** The fleet as a table; the selected rows are whom commands go to. */
+import { useMemo } from "preact/hooks";
 import type { Vehicle } from "../../api/types";
 import { age, gpsFix, quantity, UNKNOWN, words } from "../../format";
 import { vehicleColour } from "../../map/palette";
@@ -7,16 +8,33 @@ import { isStale, linkAge_s } from "../../state/freshness";
 import { extend, toggle } from "../../state/selection";
 import { texts } from "../../texts";
 import { Panel } from "../../ui/panel";
+import { useAtMostEvery } from "../../ui/use_at_most_every";
 
 const LOW_BATTERY_PERCENT = 25;
 const HIGH_LOSS_PERCENT = 5;
+/** Nobody reads numbers that change faster; the map shows every change. */
+const READING_INTERVAL_MS = 500;
+
+const NOBODY: readonly Vehicle[] = [];
 
 export function FleetPanel() {
   const { state, snapshotAge_s, selection, changeSelection } = useShell();
-  const vehicles = state.mission?.vehicles ?? [];
-  const fleet = vehicles.map((vehicle) => vehicle.vehicle_id);
-  const pick = (id: number, isRange: boolean): void =>
-    changeSelection((before) => (isRange ? extend(before, id, fleet) : toggle(before, id)));
+  const vehicles = useAtMostEvery(state.mission?.vehicles ?? NOBODY, READING_INTERVAL_MS);
+  const rows = useMemo(() => {
+    const fleet = vehicles.map((vehicle) => vehicle.vehicle_id);
+    return vehicles.map((vehicle) => (
+      <Row
+        key={vehicle.vehicle_id}
+        vehicle={vehicle}
+        snapshotAge_s={snapshotAge_s}
+        isSelected={selection.ids.has(vehicle.vehicle_id)}
+        onPick={(id, isRange) =>
+          changeSelection((before) => (isRange ? extend(before, id, fleet) : toggle(before, id)))
+        }
+      />
+    ));
+    // Ages count on in whole seconds while nothing is heard.
+  }, [vehicles, selection.ids, Math.floor(snapshotAge_s)]);
   return (
     <Panel title={texts.fleet.panel} testId="vehicles" class="fleet">
       {vehicles.length === 0 ? (
@@ -33,17 +51,7 @@ export function FleetPanel() {
                 ))}
               </tr>
             </thead>
-            <tbody>
-              {vehicles.map((vehicle) => (
-                <Row
-                  key={vehicle.vehicle_id}
-                  vehicle={vehicle}
-                  snapshotAge_s={snapshotAge_s}
-                  isSelected={selection.ids.has(vehicle.vehicle_id)}
-                  onPick={pick}
-                />
-              ))}
-            </tbody>
+            <tbody>{rows}</tbody>
           </table>
         </div>
       )}
