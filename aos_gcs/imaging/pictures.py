@@ -60,7 +60,7 @@ def render_pictures(
     scale = min(1.0, (MAX_CELLS / (rows * columns)) ** 0.5)
     size = max(1, round(columns * scale)), max(1, round(rows * scale))
     # Nearest keeps counts whole.
-    coverage = cv2.resize(analysis.coverage, size, interpolation=cv2.INTER_NEAREST)
+    coverage = np.asarray(cv2.resize(analysis.coverage, size, interpolation=cv2.INTER_NEAREST), dtype=np.uint16)
     # Where few frames overlap, leaves and noise are not averaged away; they must not set the contrast.
     well_covered = coverage >= max(1, int(analysis.coverage.max()) // 2)
     images = {}
