@@ -16,6 +16,7 @@ from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.imaging.step import ImagingSettings
 from aos_gcs.mission.checks import failed, passed
 from aos_gcs.mission.events import EventStream
+from aos_gcs.mission.findings import Findings
 from aos_gcs.mission.mission_plan import MissionPlan, apply_plan
 from aos_gcs.mission.model import (
     Action,
@@ -26,6 +27,8 @@ from aos_gcs.mission.model import (
     ErrorEllipse,
     Event,
     EventKind,
+    Finding,
+    FindingChange,
     FocusSnapshot,
     FocusSource,
     MissionSnapshot,
@@ -103,6 +106,7 @@ class ScriptedMission:
         self.stream = EventStream(clock)
         self.actions: list[tuple[Action, tuple[int, ...] | None]] = []
         self.overrides: dict[tuple[int, str], CheckOverride] = {}
+        self.findings = Findings()
         self.operators: list[str] = []
         """Who has asked for the action at the same index."""
         self.phase = Phase.READY
@@ -147,6 +151,7 @@ class ScriptedMission:
             targets=tuple(filter(None, [self._target()])),
             min_separation_m=5.21 if self._steps else None,
             focus=self.focus,
+            findings=self.findings.all(),
         )
 
     def steps(self) -> Sequence[StepRecord]:
@@ -199,6 +204,14 @@ class ScriptedMission:
         if reason is not None:
             self.overrides[key] = CheckOverride(reason, operator, 0.0)
         return replace(found, overridden=self.overrides.get(key))
+
+    def add_finding(self, position_enu_m: EnuPoint, comment: str, *, operator: str = "") -> Finding:
+        """Mark a place by hand."""
+        return self.findings.add(position_enu_m, comment, operator, len(self._steps), self.elapsed_s)
+
+    def change_finding(self, finding_id: int, change: FindingChange, *, operator: str = "") -> Finding:
+        """Judge, comment or assign a finding."""
+        return self.findings.change(finding_id, change, operator)
 
     @property
     def settings(self) -> MissionSettings:
@@ -265,6 +278,7 @@ class ScriptedMission:
             loop_lag_p99_ms=3.0,
         )
         self._steps.append(record)
+        self.findings.observe(tuple(filter(None, [self._target()])), number, self.elapsed_s)
         for body in self._bodies:
             body.camera = _exposed(body, number)
         self.stream.publish(EventKind.STEP, record)
