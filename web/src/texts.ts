@@ -1,5 +1,5 @@
 /** Every word on the page, by namespace. A translation is another object of the same shape. */
-import type { Action, PictureKind, Severity } from "./api/types";
+import type { Action, FrameKind, PictureKind, Severity } from "./api/types";
 import type { ViewName } from "./shell/route";
 import type { Theme } from "./theme";
 
@@ -43,6 +43,9 @@ const PICTURE: Readonly<Record<PictureKind, string>> = {
   coverage: "Coverage",
   visibility: "Visibility",
 };
+
+const SEEN: Readonly<Record<PictureKind | "frames", string>> = { ...PICTURE, frames: "Frames" };
+const FRAME: Readonly<Record<FrameKind, string>> = { colour: "Colour", thermal: "Thermal" };
 
 const SEVERITY: Readonly<Record<Severity, string>> = { info: "Info", warning: "Warning", critical: "Critical" };
 const VIEW: Readonly<Record<ViewName, string>> = {
@@ -153,6 +156,10 @@ export const texts = {
       ["A", "Select all vehicles"],
       ["Escape", "Select none; close a window"],
       ["?", "This list"],
+      ["Space", "In a replay: play, pause"],
+      ["← →", "In a replay: ten seconds back, on"],
+      [", .", "In a replay: step before, step after"],
+      ["+ −", "In a replay: faster, slower"],
     ],
   },
   map: {
@@ -223,6 +230,58 @@ export const texts = {
     state: "state",
     branch: "branch",
     aria: (value: string, threshold: string) => `Visibility ${value}, threshold ${threshold}`,
+  },
+  see: {
+    panel: "View through the canopy",
+    kind: SEEN,
+    frameKind: FRAME,
+    frameKinds: "Kind of frames",
+    frame: (id: number, step: number, kind: string) => `Vehicle ${id}, step ${step}, ${kind.toLowerCase()}`,
+    up: (height: string) => `${height} up`,
+    noFrames: "This step has no such frames.",
+    close: "Close",
+    steps: "Steps",
+    step: "Step",
+    stepOf: (step: number, last: number) => `${step} of ${last}`,
+    stepBefore: "Step before",
+    stepAfter: "Step after",
+    latest: "Latest",
+    stage: "Picture of the ground, north up",
+    stageKeys:
+      "Arrow keys move it, plus and minus zoom, Home shows all. While measuring, M sets a point in the middle.",
+    alt: (label: string) => `${label}, north up`,
+    label: (kind: string, step: number, height: string) => `${kind}, step ${step}, plane at ${height}`,
+    latestLabel: (kind: string, step: number) => `${kind}, step ${step}`,
+    fit: "Show all",
+    focalPlane: "Focal plane",
+    height: "Height",
+    autofocus: "Autofocus",
+    autofocusHint: "Looks for the height at which the frames agree best, in the middle of the picture",
+    focusing: "Focusing …",
+    focused: (height: string, sigma: string) => `Sharpest at ${height} ± ${sigma}`,
+    ownPlane: (height: string) => `Mission's, ${height}`,
+    visibility: "Visible there",
+    latency: "Took",
+    distances: "Distances",
+    measure: "Measure",
+    measureHint: "Click from point to point, or press M in the picture.",
+    clear: "Clear",
+    compare: "Compare",
+    keepLeft: "Keep this on the left",
+    compareHint: "Then choose another step or height: it is shown on the right.",
+    swipe: "Left and right",
+  },
+  replay: {
+    bar: "Replay",
+    mark: "REPLAY",
+    time: "Time in the record",
+    play: "Play",
+    stop: "Pause",
+    stepBefore: "Step before (key ,)",
+    stepAfter: "Step after (key .)",
+    speed: "Speed",
+    times: (speed: number) => `${speed}×`,
+    phaseAt: (phase: string, time: string) => `${phase}, from ${time}`,
   },
   events: { panel: "Events", none: "Nothing has happened yet.", all: "All", vehicle: "vehicle" },
   prepare: {
@@ -346,5 +405,49 @@ export const texts = {
       skip: "Leave out",
     },
     takeShapes: "Take into the plan",
+  },
+  decide: {
+    panel: "Findings",
+    finding: (id: number) => `Finding ${id}`,
+    status: { new: "to be decided", confirmed: "confirmed", rejected: "rejected" },
+    filter: "Which findings",
+    filters: { open: "Open", confirmed: "Confirmed", rejected: "Rejected", all: "All" },
+    none: {
+      open: "Nothing waits for a decision.",
+      confirmed: "Nothing has been confirmed.",
+      rejected: "Nothing has been rejected.",
+      all: "Nothing has been found yet.",
+    },
+    noPicture: "no picture",
+    pictureOf: (kind: "integral" | "thermal", id: number) => `${PICTURE[kind]} image of finding ${id}`,
+    notation: { decimal: "Decimal", dms: "DMS", utm: "UTM", mgrs: "MGRS" },
+    copy: "Copy",
+    copied: "Copied",
+    copyNotation: (notation: string) => `Copy ${notation}`,
+    local: "From the origin",
+    ellipse: "Error, 1 σ",
+    views: "Sightings",
+    confidence: "Person",
+    found: "First seen",
+    seen: "Last seen",
+    judge: { confirmed: "Confirm", rejected: "Reject", new: "Undecided" },
+    comment: "Comment",
+    assignee: "Assigned to",
+    save: "Save comment and assignment",
+    mark: "Mark a place",
+    marking: "Click the place on the map",
+    file: { geojson: "GeoJSON", kml: "KML", gpx: "GPX" },
+  },
+  report: {
+    open: "Report",
+    title: "Report of the findings",
+    print: "Print",
+    close: "Back to the findings",
+    mission: "Mission",
+    printed: "Made",
+    vehicles: "Vehicles",
+    findings: "Findings",
+    judgedBy: "Judged by",
+    scheme: "Scheme of the search area with the findings, north up",
   },
 } as const;

@@ -1,5 +1,6 @@
 /** The shell: header, tabs, alerts and questions around one view. */
 import { useEffect, useState } from "preact/hooks";
+import { ReplayBar } from "../replay/bar";
 import { NO_SELECTION, retain, select, typeDigit } from "../state/selection";
 import type { Store } from "../state/store";
 import { texts } from "../texts";
@@ -84,6 +85,9 @@ export function App({ store }: { store: Store }) {
             onSettings={() => setSettingsOpen(true)}
           />
           <Nav current={route.view} />
+          {mission?.replay && (
+            <ReplayBar replay={mission.replay} missionId={mission.mission_id} mayControl={isOperator} />
+          )}
           {(connection === "lost" || connection === "incompatible") && (
             <p class="banner" role="alert" data-testid="banner">
               {connection === "lost" ? texts.connection.lostBanner : texts.connection.incompatibleBanner}

@@ -1,9 +1,135 @@
-/** See: what the swarm sees through the canopy. */
+/** See: what the swarm sees through the canopy, step by step, on any plane, and frame by frame. */
+import { useState } from "preact/hooks";
+import type { Picture } from "../../api/types";
+import { quantity } from "../../format";
+import { boundsOf } from "../../geometry";
 import { useShell } from "../../shell/context";
-import { PicturePanel } from "./pictures";
+import type { EnuPoint, State } from "../../state/state";
+import { texts } from "../../texts";
+import { Choice } from "../../ui/choice";
+import { Panel } from "../../ui/panel";
+import { FocalPlane } from "./focal_plane";
+import { Mosaic } from "./mosaic";
+import { type Placed, Stage } from "./stage";
+import { StepChoice } from "./step_choice";
+import { Compare, Measure } from "./tools";
+import { type IntegralQuery, type ShownIntegral, useIntegral } from "./use_integral";
+import { useViewedStep } from "./use_viewed_step";
+import type { Viewport } from "./viewport";
 import "./see.css";
 
+type Chosen = keyof typeof texts.see.kind;
+
+const CHOICES = Object.keys(texts.see.kind) as Chosen[];
+
 export function SeeView() {
-  const { state } = useShell();
-  return <PicturePanel pictures={state.pictures} />;
+  const { state, route } = useShell();
+  const [kind, setKind] = useState<Chosen>("integral");
+  const [chosenStep, setChosenStep] = useState<number | null>(Number(route.params["step"]) || null);
+  const [height_m, setHeight] = useState<number | null>(null);
+  const [viewport, setViewport] = useState<Viewport | null>(null);
+  const [measured, setMeasured] = useState<readonly EnuPoint[]>([]);
+  const [isMeasuring, setMeasuring] = useState(false);
+  const [left, setLeft] = useState<IntegralQuery | null>(null);
+  const [swipe, setSwipe] = useState(0.5);
+
+  const first = state.steps[0]?.step ?? null;
+  const last = state.steps.at(-1)?.step ?? null;
+  const step = last === null || first === null ? null : Math.max(first, Math.min(chosenStep ?? last, last));
+  const answer = useViewedStep(step);
+  const viewed = answer?.ok ? answer.value : null;
+  const integralKind = viewed?.kinds.find((one) => one === kind) ?? null;
+  const query = step === null || integralKind === null ? null : { step, kind: integralKind, height_m };
+  const { shown, problem } = useIntegral(query);
+  const { shown: before } = useIntegral(left);
+
+  const latest = placedLatest(state, kind);
+  // Without its own record a step is seen as the mission has shown it.
+  const picture = integralKind !== null ? shown && placedIntegral(shown) : latest;
+  if (step === null || last === null || first === null) {
+    return (
+      <Panel title={texts.see.panel} testId="pictures" class="see-stage">
+        <p class="empty">{texts.pictures.none}</p>
+      </Panel>
+    );
+  }
+  const centre: EnuPoint | null =
+    viewport?.centre ??
+    (shown && [(shown.bounds.west_m + shown.bounds.east_m) / 2, (shown.bounds.south_m + shown.bounds.north_m) / 2]);
+  return (
+    <>
+      <Panel
+        title={texts.see.panel}
+        testId="pictures"
+        class="see-stage"
+        aside={
+          <Choice
+            label={texts.see.panel}
+            testId="picture"
+            values={CHOICES}
+            chosen={kind}
+            words={texts.see.kind}
+            onChoose={setKind}
+          />
+        }
+      >
+        <StepChoice first={first} last={last} step={step} isFollowing={chosenStep === null} onStep={setChosenStep} />
+        {kind === "frames" ? (
+          <Mosaic step={step} frames={viewed?.frames ?? []} />
+        ) : (
+          <Stage
+            picture={picture}
+            before={left && before && placedIntegral(before)}
+            swipe={swipe}
+            origin={state.mission?.origin ?? null}
+            targets={state.mission?.targets ?? []}
+            measured={measured}
+            onMeasure={isMeasuring ? (point) => setMeasured((points) => [...points, point]) : null}
+            viewport={viewport}
+            onViewport={setViewport}
+          >
+            <button type="button" class="stage-fit" data-testid="fit" onClick={() => setViewport(null)}>
+              {texts.see.fit}
+            </button>
+            {left && before && <span class="stage-left">{placedIntegral(before).label}</span>}
+          </Stage>
+        )}
+      </Panel>
+      {kind !== "frames" && (
+        <div class="see-side">
+          {viewed && integralKind !== null && (
+            <FocalPlane {...{ viewed, height_m, shown, problem, centre }} onHeight={setHeight} />
+          )}
+          {answer?.ok === false && <p class="see-panel small">{answer.message}</p>}
+          <Measure
+            isMeasuring={isMeasuring}
+            measured={measured}
+            onToggle={() => setMeasuring(!isMeasuring)}
+            onClear={() => setMeasured([])}
+          />
+          <Compare
+            isComparing={left !== null}
+            canCompare={shown !== null}
+            swipe={swipe}
+            onToggle={() => setLeft(left === null && shown ? queryOf(shown) : null)}
+            onSwipe={setSwipe}
+          />
+        </div>
+      )}
+    </>
+  );
+}
+
+const queryOf = ({ step, kind, height_m }: ShownIntegral): IntegralQuery => ({ step, kind, height_m });
+
+function placedIntegral({ url, bounds, step, kind, height_m }: ShownIntegral): Placed {
+  return { url, bounds, label: texts.see.label(texts.see.kind[kind], step, quantity(height_m, 1, "m")) };
+}
+
+/** The latest picture that the mission has made of this kind, where it makes such. */
+function placedLatest({ pictures }: State, kind: Chosen): Placed | null {
+  const picture: Picture | undefined = kind === "frames" ? undefined : pictures[kind];
+  const bounds = picture && boundsOf(picture.corners.map(({ east_m, north_m }) => [east_m, north_m]));
+  if (!picture || !bounds) return null;
+  return { url: picture.url, bounds, label: texts.see.latestLabel(texts.see.kind[picture.kind], picture.step) };
 }

@@ -1,0 +1,70 @@
+/** Requests about recorded steps: other focal planes, single frames. */
+import type { Bounds } from "../geometry";
+import { texts } from "../texts";
+import { type Answer, request } from "./client";
+import type { FocusFound, FrameKind, ViewedStep, ViewKind } from "./types";
+
+const isObject = (value: unknown): value is Record<string, unknown> => typeof value === "object" && value !== null;
+const isViewedStep = (value: unknown): value is ViewedStep =>
+  isObject(value) && Array.isArray(value["kinds"]) && Array.isArray(value["frames"]);
+const isFocusFound = (value: unknown): value is FocusFound => isObject(value) && typeof value["found"] === "boolean";
+
+/** An integral, and where it lies. */
+export interface Integral {
+  readonly png: Blob;
+  readonly bounds: Bounds;
+  readonly height_m: number;
+  /** Of the largest blob on this plane. */
+  readonly visibility_m2: number;
+}
+
+/** What can be seen of a step. */
+export const describeStep = (step: number): Promise<Answer<ViewedStep>> =>
+  request("GET", `/api/viewer/${step}`, isViewedStep);
+
+/** The height at which a step's frames agree best on a square. */
+export function findFocus(
+  step: number,
+  [east_m, north_m]: readonly [number, number],
+  half_width_m: number,
+): Promise<Answer<FocusFound>> {
+  const query = new URLSearchParams(
+    Object.entries({ east_m, north_m, half_width_m }).map(([name, value]): [string, string] => [name, String(value)]),
+  );
+  return request("GET", `/api/viewer/${step}/autofocus?${query.toString()}`, isFocusFound);
+}
+
+/** Where a frame is found, reduced to a width if one is given. */
+export function frameUrl(step: number, vehicleId: number, kind: FrameKind, width_px?: number): string {
+  const query = width_px === undefined ? "" : `?width_px=${width_px}`;
+  return `/api/viewer/${step}/frames/${vehicleId}/${kind}.png${query}`;
+}
+
+/** The integral of a step's frames on a horizontal plane; on the mission's own where the height is null. */
+export async function readIntegral(step: number, kind: ViewKind, height_m: number | null): Promise<Answer<Integral>> {
+  const query = height_m === null ? "" : `?height_m=${height_m}`;
+  try {
+    const response = await fetch(`/api/viewer/${step}/integrals/${kind}.png${query}`);
+    if (!response.ok) return { ok: false, message: await messageOf(response), status: response.status };
+    const bounds = parseBounds(response.headers.get("X-Bounds-M"));
+    if (bounds === null) return { ok: false, message: texts.requests.unreadableAnswer };
+    const value = (name: string): number => Number(response.headers.get(name) ?? NaN);
+    const png = await response.blob();
+    return { ok: true, value: { png, bounds, height_m: value("X-Height-M"), visibility_m2: value("X-Visibility-M2") } };
+  } catch {
+    return { ok: false, message: texts.requests.notSent };
+  }
+}
+
+async function messageOf(response: Response): Promise<string> {
+  const body: unknown = await response.json();
+  return isObject(body) && typeof body["message"] === "string" ? body["message"] : texts.requests.unreadableAnswer;
+}
+
+/** West, south, east and north in metres, as the header has them; null where it is not so. */
+export function parseBounds(header: string | null): Bounds | null {
+  const [west_m, south_m, east_m, north_m, ...more] = (header ?? "").split(",").map(Number);
+  if (west_m === undefined || south_m === undefined || east_m === undefined || north_m === undefined) return null;
+  const isBox = west_m < east_m && south_m < north_m && more.length === 0;
+  return isBox ? { west_m, south_m, east_m, north_m } : null;
+}

@@ -1,0 +1,177 @@
+/** The time of a recorded mission: below the tabs of every view, and unmistakable. */
+import { useEffect, useMemo, useRef, useState } from "preact/hooks";
+import { Newest } from "../api/newest";
+import { controlReplay, readTimeline } from "../api/replay";
+import type { Replay, ReplayRequest, Timeline } from "../api/types";
+import { duration } from "../format";
+import { texts } from "../texts";
+import { keyChange, neighbourStep_s, phaseSpans, SPEEDS, toggled } from "./timeline";
+import "./replay.css";
+
+interface Props {
+  replay: Replay;
+  missionId: string;
+  /** Observers see where the replay is; only operators move in it. */
+  mayControl: boolean;
+}
+
+export function ReplayBar({ replay, missionId, mayControl }: Props) {
+  const [timeline, setTimeline] = useState<Timeline | null>(null);
+  const [problem, setProblem] = useState("");
+  const [sought, setSought] = useState<ReplayRequest>({});
+  useEffect(() => {
+    void readTimeline().then((answer) => {
+      if (answer.ok) setTimeline(answer.value);
+      else setProblem(answer.message);
+    });
+  }, [missionId]);
+
+  const newest = useMemo(
+    () =>
+      new Newest<ReplayRequest>(async (change) => {
+        const answer = await controlReplay(change);
+        setProblem(answer.ok ? "" : answer.message);
+        if (!answer.ok) setSought({});
+      }),
+    [],
+  );
+  // What was asked for is shown until the service tells of it.
+  useEffect(() => {
+    if (newest.isIdle) setSought({});
+  }, [replay]);
+  const shown: Replay = { ...replay, ...known(sought) };
+  const change = (asked: ReplayRequest): void => {
+    // One request holds all that was asked for lately, since only the newest is sent.
+    const all = { ...sought, ...asked };
+    setSought(all);
+    newest.ask(all);
+  };
+  useReplayKeys((key) => {
+    const asked = mayControl && timeline !== null ? keyChange(key, timeline, shown) : null;
+    if (asked !== null) change(asked);
+    return asked !== null;
+  });
+
+  return (
+    <section class="replay-bar" aria-label={texts.replay.bar} data-testid="replay-bar">
+      <strong class="replay-mark">{texts.replay.mark}</strong>
+      {mayControl && <Buttons shown={shown} timeline={timeline} onChange={change} />}
+      <div class="replay-track">
+        <input
+          type="range"
+          min={0}
+          max={replay.duration_s}
+          step={0.1}
+          value={shown.time_s}
+          disabled={!mayControl}
+          aria-label={texts.replay.time}
+          aria-valuetext={duration(shown.time_s)}
+          data-testid="replay-time"
+          onInput={(event) => change({ time_s: event.currentTarget.valueAsNumber })}
+        />
+        {timeline && <Marks timeline={timeline} />}
+      </div>
+      <output data-testid="replay-clock">
+        {duration(shown.time_s)} / {duration(replay.duration_s)}
+      </output>
+      {problem !== "" && (
+        <p class="is-bad" role="alert">
+          {problem}
+        </p>
+      )}
+    </section>
+  );
+}
+
+interface ButtonsProps {
+  shown: Replay;
+  timeline: Timeline | null;
+  onChange(asked: ReplayRequest): void;
+}
+
+function Buttons({ shown, timeline, onChange }: ButtonsProps) {
+  const { replay: words } = texts;
+  const step = (direction: 1 | -1, sign: string, label: string) => {
+    const time_s = timeline === null ? null : neighbourStep_s(timeline, shown.time_s, direction);
+    return (
+      <button
+        type="button"
+        aria-label={label}
+        title={label}
+        disabled={time_s === null}
+        onClick={() => time_s !== null && onChange({ time_s })}
+      >
+        {sign}
+      </button>
+    );
+  };
+  return (
+    <div class="replay-buttons">
+      {step(-1, "⏮", words.stepBefore)}
+      <button type="button" class="primary" data-testid="replay-play" onClick={() => onChange(toggled(shown))}>
+        {shown.playing ? words.stop : words.play}
+      </button>
+      {step(1, "⏭", words.stepAfter)}
+      <label>
+        <span class="visually-hidden">{words.speed}</span>
+        <select
+          data-testid="replay-speed"
+          value={String(shown.speed)}
+          onChange={(event) => onChange({ speed: Number(event.currentTarget.value) })}
+        >
+          {SPEEDS.map((speed) => (
+            <option key={speed} value={String(speed)}>
+              {words.times(speed)}
+            </option>
+          ))}
+        </select>
+      </label>
+    </div>
+  );
+}
+
+/** Phases as bands with their names, steps as ticks. The slider and its keys do the same for those who do not see them. */
+function Marks({ timeline }: { timeline: Timeline }) {
+  const { duration_s } = timeline.replay;
+  const percent = (time_s: number): number => (100 * time_s) / Math.max(duration_s, 1e-3);
+  const ticks = timeline.steps.map(({ time_s }) => `M${percent(time_s)} 0V1`).join("");
+  return (
+    <div class="replay-marks" aria-hidden="true">
+      <svg viewBox="0 0 100 1" preserveAspectRatio="none">
+        <path d={ticks} />
+      </svg>
+      {phaseSpans(timeline).map(({ phase, from_s, to_s }) => (
+        <span
+          key={from_s}
+          title={texts.replay.phaseAt(phase, duration(from_s))}
+          style={{ left: `${percent(from_s)}%`, width: `${percent(to_s - from_s)}%` }}
+        >
+          {phase}
+        </span>
+      ))}
+    </div>
+  );
+}
+
+/** Without the fields that are null or missing: they stay as they are. */
+function known({ time_s, speed, playing }: ReplayRequest): Partial<Replay> {
+  return {
+    ...(typeof time_s === "number" && { time_s }),
+    ...(typeof speed === "number" && { speed }),
+    ...(typeof playing === "boolean" && { playing }),
+  };
+}
+
+/** Hears the keys that no element of the page wants for itself. */
+function useReplayKeys(obey: (key: string) => boolean): void {
+  const handler = useRef(obey);
+  handler.current = obey;
+  useEffect(() => {
+    const listen = (event: KeyboardEvent): void => {
+      if (event.ctrlKey || event.metaKey || event.altKey || event.target !== document.body) return;
+      if (handler.current(event.key)) event.preventDefault();
+    };
+    window.addEventListener("keydown", listen);
+    return () => window.removeEventListener("keydown", listen);
+  }, []);
+}

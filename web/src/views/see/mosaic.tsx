@@ -1,0 +1,64 @@
+/** All frames of a step side by side; one of them large. */
+import { useState } from "preact/hooks";
+import type { FrameKind, ViewedFrame } from "../../api/types";
+import { frameUrl } from "../../api/viewer";
+import { eastNorth, quantity } from "../../format";
+import { texts } from "../../texts";
+import { Choice } from "../../ui/choice";
+import { Dialog } from "../../ui/dialog";
+
+const THUMBNAIL_PX = 320;
+const KINDS = Object.keys(texts.see.frameKind) as FrameKind[];
+
+export function Mosaic({ step, frames }: { step: number; frames: readonly ViewedFrame[] }) {
+  const [kind, setKind] = useState<FrameKind>("colour");
+  const [enlargedId, setEnlargedId] = useState<number | null>(null);
+  const shown = frames.filter((frame) => frame.kinds.includes(kind));
+  const enlarged = shown.find((frame) => frame.vehicle_id === enlargedId);
+  return (
+    <div class="mosaic" data-testid="mosaic">
+      <Choice
+        label={texts.see.frameKinds}
+        testId="frame-kind"
+        values={KINDS}
+        chosen={kind}
+        words={texts.see.frameKind}
+        onChoose={setKind}
+      />
+      {shown.length === 0 && <p class="empty">{texts.see.noFrames}</p>}
+      <ul>
+        {shown.map(({ vehicle_id: id }) => (
+          <li key={id}>
+            <button type="button" data-testid={`frame-${id}`} onClick={() => setEnlargedId(id)}>
+              <img
+                src={frameUrl(step, id, kind, THUMBNAIL_PX)}
+                alt={texts.see.frame(id, step, texts.see.frameKind[kind])}
+                loading="lazy"
+              />
+              <span>{id}</span>
+            </button>
+          </li>
+        ))}
+      </ul>
+      {enlarged && (
+        <Dialog
+          title={texts.see.frame(enlarged.vehicle_id, step, texts.see.frameKind[kind])}
+          testId="frame-large"
+          onClose={() => setEnlargedId(null)}
+        >
+          <img class="frame-large" src={frameUrl(step, enlarged.vehicle_id, kind)} alt="" />
+          <p class="small">{placeOf(enlarged)}</p>
+          <div class="dialog-buttons">
+            <button type="button" onClick={() => setEnlargedId(null)}>
+              {texts.see.close}
+            </button>
+          </div>
+        </Dialog>
+      )}
+    </div>
+  );
+}
+
+function placeOf({ position_enu_m: [east_m, north_m, up_m], width_px, height_px }: ViewedFrame): string {
+  return `${eastNorth(east_m, north_m)}, ${texts.see.up(quantity(up_m, 1, "m"))}; ${width_px} × ${height_px} px`;
+}
