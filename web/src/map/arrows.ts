@@ -2,7 +2,7 @@
 import type { Map as MapLibreMap } from "maplibre-gl";
 import { type Palette, VEHICLE_COLOURS, vehicleColour } from "./palette";
 
-const SIZE_PX = 30;
+const SIZE_PX = 34;
 /** Drawn finer than shown, for screens with more than one pixel per pixel. */
 const PIXEL_RATIO = 2;
 const OUTLINE: readonly (readonly [number, number])[] = [

@@ -1,4 +1,4 @@
-/** Vehicles as arrows in the direction of their headings, with labels that keep out of each other's way. */
+/** Vehicles as numbered arrows in the direction of their headings; their heights stand beside them where there is room. */
 import { quantity } from "../../format";
 import { isStale } from "../../state/freshness";
 import { addArrows, arrowName } from "../arrows";
@@ -24,14 +24,14 @@ export function vehiclesLayer(onClick: (vehicleId: number, event: MouseEvent) =>
           "circle-stroke-width": 2,
         },
       },
-      // Below the arrows, because what lies above is placed first: labels keep clear of all arrows.
+      // Below the arrows, because what lies above is placed first: heights keep clear of all arrows.
       {
         type: "symbol",
         layout: {
-          "text-field": ["get", "label"],
-          "text-size": 12,
+          "text-field": ["get", "height"],
+          "text-size": 11,
           "text-variable-anchor": ["left", "right", "top", "bottom", "top-left", "top-right", "bottom-left"],
-          "text-radial-offset": 1.3,
+          "text-radial-offset": 1.9,
           "text-justify": "auto",
         },
         paint: {
@@ -48,8 +48,18 @@ export function vehiclesLayer(onClick: (vehicleId: number, event: MouseEvent) =>
           "icon-rotate": ["get", "heading_deg"],
           "icon-rotation-alignment": "map",
           "icon-allow-overlap": true,
+          "icon-padding": 0,
+          "text-field": ["to-string", ["get", "id"]],
+          "text-size": 12,
+          "text-offset": [0, 0.1],
+          "text-allow-overlap": true,
         },
-        paint: { "icon-opacity": ["case", ["get", "isStale"], 0.4, 1] },
+        paint: {
+          "icon-opacity": ["case", ["get", "isStale"], 0.4, 1],
+          "text-color": palette.label,
+          "text-halo-color": palette.halo,
+          "text-halo-width": 1.5,
+        },
       },
     ],
     inputs: ({ origin, mission, selected, snapshotAge_s }) => [
@@ -67,7 +77,7 @@ export function vehiclesLayer(onClick: (vehicleId: number, event: MouseEvent) =>
           id,
           arrow: arrowName(id, vehicle.refusal !== null),
           heading_deg: vehicle.heading_deg ?? 0,
-          label: `${id} · ${quantity(vehicle.height_above_home_m, 0, "m")}`,
+          height: quantity(vehicle.height_above_home_m, 0, "m"),
           isSelected: selected.has(id),
           isStale: isStale(vehicle, snapshotAge_s),
         };

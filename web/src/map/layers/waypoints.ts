@@ -47,6 +47,7 @@ export const waypointsLayer = featureLayer({
         "text-max-width": 14,
         "text-variable-anchor": ["top", "bottom", "left", "right"],
         "text-radial-offset": 0.9,
+        "text-allow-overlap": true, // a reason is worth more than a tidy map
       },
       paint: { "text-color": palette.refused, "text-halo-color": palette.halo, "text-halo-width": 1.5 },
     },
