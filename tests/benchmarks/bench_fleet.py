@@ -218,8 +218,8 @@ async def goto(rounds: int, count: int = 50) -> None:
                     await sending
     print(
         f"goto: ask to the last of {sent_count} waypoints on the wire, {count} vehicles: "
-        f"best {min(spent_ms):.1f} ms, median {np.median(spent_ms):.1f} ms, worst {max(spent_ms):.1f} ms of {rounds} rounds; "
-        f"of the processor, median {np.median(cpu_ms):.1f} ms"
+        f"best {min(spent_ms):.1f} ms, median {np.median(spent_ms):.1f} ms, worst {max(spent_ms):.1f} ms "
+        f"of {rounds} rounds; of the processor, median {np.median(cpu_ms):.1f} ms"
     )
 
 
