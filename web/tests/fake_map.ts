@@ -26,6 +26,9 @@ export class FakeMap {
   removeLayer(id: string): void {
     this.layers.splice(this.layers.indexOf(id), 1);
   }
+  on() {
+    return { unsubscribe: () => undefined };
+  }
   attach(layer: MapLayer) {
     return layer.attach(this as unknown as MapLibreMap, PALETTES.dark);
   }

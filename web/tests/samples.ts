@@ -1,5 +1,5 @@
 /** Small valid messages for the tests. */
-import type { Mission, Position, Step, Target, Vehicle } from "../src/api/types";
+import type { Finding, Mission, Position, Step, Target, Vehicle } from "../src/api/types";
 
 export function position(east_m: number, north_m: number, up_m = 30): Position {
   return { east_m, north_m, up_m, latitude_deg: null, longitude_deg: null };
@@ -60,6 +60,7 @@ export function mission(changes: Partial<Mission> = {}): Mission {
     preflight: [],
     target: null,
     targets: [],
+    findings: [],
     min_separation_m: null,
     focus: { height_m: 0, source: "configured", sigma_m: null },
     replay: null,
@@ -79,6 +80,29 @@ export function target(changes: Partial<Target> = {}): Target {
     sightings: 3,
     person_confidence: null,
     seen_at_s: null,
+    ...changes,
+  };
+}
+
+export function finding(id: number, changes: Partial<Finding> = {}): Finding {
+  return {
+    finding_id: id,
+    status: "new",
+    position: position(10 * id, 5, 0),
+    dms: null,
+    utm: null,
+    mgrs: null,
+    sigma_m: 1,
+    ellipse: null,
+    sightings: 4,
+    person_confidence: 0.7,
+    track_id: id,
+    found_at_s: 20,
+    seen_at_s: 30,
+    step: 3,
+    comment: "",
+    assignee: "",
+    operator: "",
     ...changes,
   };
 }

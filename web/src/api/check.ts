@@ -40,6 +40,7 @@ const vehicle = shape({
   camera: orNull(shape({ footprint: listOf(vertex) })),
 });
 const target = shape({ position, sightings: isNumber });
+const finding = shape({ finding_id: isNumber, status: isString, position, ellipse: orNull(isObject) });
 const mission = shape({
   mission_id: isString,
   phase: isString,
@@ -54,6 +55,7 @@ const mission = shape({
   preflight: listOf(shape({ vehicle_id: isNumber, name: isString, status: isString })),
   target: orNull(target),
   targets: listOf(target),
+  findings: listOf(finding),
   allowed_actions: listOf(isString),
 });
 const step = shape({

@@ -43,3 +43,6 @@ export type FocusFound = Schemas["FocusFoundModel"];
 export type Replay = Schemas["ReplayModel"];
 export type ReplayRequest = Schemas["ReplayRequest"];
 export type Timeline = Schemas["TimelineModel"];
+export type Finding = Schemas["FindingModel"];
+export type FindingStatus = Schemas["FindingStatus"];
+export type FindingChange = Schemas["FindingChangeRequest"];

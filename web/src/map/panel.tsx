@@ -15,6 +15,8 @@ interface Props {
   overlay?: Overlay | null;
   /** What else "fit" shows. */
   extent?: readonly EnuPoint[];
+  /** The map goes to this place whenever it is another one. */
+  lookAt?: EnuPoint | null;
   /** More controls beside the map's own. */
   children?: ComponentChildren;
 }
@@ -22,7 +24,7 @@ interface Props {
 /** What the map showed when the operator last left one: the next view begins there. */
 let lastCamera: { missionId: string; camera: Camera } | null = null;
 
-export function MapPanel({ layers, overlay = null, extent = [], children }: Props) {
+export function MapPanel({ layers, overlay = null, extent = [], lookAt = null, children }: Props) {
   const { state, theme, selection, snapshotAge_s } = useShell();
   const container = useRef<HTMLDivElement>(null);
   const view = useRef<MapView | null>(null);
@@ -50,6 +52,10 @@ export function MapPanel({ layers, overlay = null, extent = [], children }: Prop
     if (!mission || !origin) return;
     view.current?.update(layers, { origin, mission, state, snapshotAge_s, selected: selection.ids, overlay }, theme);
   });
+
+  useEffect(() => {
+    if (lookAt !== null) view.current?.lookAt(lookAt);
+  }, [lookAt?.join(), hasOrigin]);
 
   return (
     <section class="map panel" aria-label={texts.map.panel} data-testid="map">

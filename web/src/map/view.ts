@@ -18,6 +18,8 @@ export interface Camera {
 }
 
 const FIT_MARGIN_M = 8;
+/** Some hundred metres across. */
+const NEAR_ZOOM = 19;
 
 /** Whether the browser can draw the map. */
 export function hasWebGl(): boolean {
@@ -27,6 +29,7 @@ export function hasWebGl(): boolean {
 export class MapView {
   private readonly map: MapLibreMap;
   private isLoaded = false;
+  private isLookingAt = false;
   private theme: Theme;
   private layers: readonly MapLayer[] = [];
   private readonly attached = new Map<string, AttachedLayer>();
@@ -60,7 +63,7 @@ export class MapView {
     this.map.once("load", () => {
       this.isLoaded = true;
       this.draw();
-      if (camera === null) this.fitFleet();
+      if (camera === null && !this.isLookingAt) this.fitFleet();
     });
   }
 
@@ -92,6 +95,14 @@ export class MapView {
     const southWest = toLngLat(origin, [bounds.west_m, bounds.south_m]);
     const northEast = toLngLat(origin, [bounds.east_m, bounds.north_m]);
     this.map.fitBounds([southWest, northEast], { padding: 36, animate: false, maxZoom: 20 });
+  }
+
+  /** Show one place from near by. */
+  lookAt(place: EnuPoint): void {
+    if (this.scene === null) return;
+    this.isLookingAt = true;
+    const zoom = Math.max(this.map.getZoom(), NEAR_ZOOM);
+    this.map.jumpTo({ center: toLngLat(this.scene.origin, place), zoom });
   }
 
   private draw(): void {

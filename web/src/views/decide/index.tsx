@@ -1,24 +1,109 @@
-/** Decide: what was found, and where. */
-import { useMemo } from "preact/hooks";
+/** Decide: what was found, where, and what the operators make of it. */
+import { useMemo, useRef, useState } from "preact/hooks";
+import { addFinding, FINDING_FILES, findingsFileUrl } from "../../api/findings";
+import type { Place } from "../../api/types";
+import { enu } from "../../map/geojson";
 import { areaLayer } from "../../map/layers/area";
 import { pictureLayer } from "../../map/layers/picture";
-import { targetsLayer } from "../../map/layers/targets";
 import { MapPanel } from "../../map/panel";
 import { useBaseLayers } from "../../map/use_base";
-import { TargetsPanel } from "../../panels/targets";
 import { useShell } from "../../shell/context";
+import { texts } from "../../texts";
+import { Choice } from "../../ui/choice";
+import { Panel } from "../../ui/panel";
 import "./decide.css";
+import { FindingDetail } from "./detail";
+import { type Filter, FILTERS, listed } from "./findings";
+import { findingsLayer, markLayer } from "./findings_layer";
+import { FindingList } from "./list";
+import { Report } from "./report";
 
 const OVERLAY = { kind: "integral", opacity: 1 } as const;
 
 export function DecideView() {
-  const { state } = useShell();
+  const { state, route, navigate, mayCommand } = useShell();
+  const [filter, setFilter] = useState<Filter>("all");
+  const [isMarking, setMarking] = useState(false);
+  const [refusal, setRefusal] = useState<string | null>(null);
+  const findings = state.mission?.findings ?? [];
+  const chosen = findings.find(({ finding_id: id }) => String(id) === route.params["finding"]) ?? null;
+  const choose = (id: number): void => navigate("decide", { finding: String(id) });
+  const add = async (place: Place): Promise<void> => {
+    setMarking(false);
+    const answer = await addFinding(place, "");
+    setRefusal(answer.ok ? null : answer.message);
+    if (answer.ok) choose(answer.value.finding_id);
+  };
+
+  // The layers are made once and read what is current.
+  const current = useRef({ chosen, isMarking, add });
+  current.current = { chosen, isMarking: isMarking && mayCommand, add };
   const base = useBaseLayers();
-  const layers = useMemo(() => [...base, pictureLayer, areaLayer, targetsLayer], [base]);
+  const layers = useMemo(() => {
+    const shown = findingsLayer(() => current.current.chosen?.finding_id ?? null, choose);
+    const mark = markLayer(
+      () => current.current.isMarking,
+      (place) => void current.current.add(place),
+    );
+    return [...base, pictureLayer, areaLayer, shown, mark];
+  }, [base]);
+
+  if (route.params["report"] !== undefined && state.mission !== null) {
+    return <Report mission={state.mission} onClose={() => navigate("decide")} />;
+  }
   return (
     <>
-      <TargetsPanel targets={state.mission?.targets ?? []} />
-      <MapPanel layers={layers} overlay={OVERLAY} />
+      <div class="finding-side">
+        <Panel
+          title={texts.decide.panel}
+          testId="findings"
+          class="findings"
+          aside={
+            <Choice
+              label={texts.decide.filter}
+              testId="filter"
+              values={FILTERS}
+              chosen={filter}
+              words={texts.decide.filters}
+              onChoose={setFilter}
+            />
+          }
+        >
+          <FindingList
+            findings={listed(findings, filter)}
+            filter={filter}
+            chosen={chosen?.finding_id ?? null}
+            onChoose={choose}
+          />
+          <p class="is-bad" role="alert" data-testid="mark-refusal">
+            {refusal}
+          </p>
+          <div class="button-row finding-files">
+            <button type="button" data-testid="report-open" onClick={() => navigate("decide", { report: "1" })}>
+              {texts.report.open}
+            </button>
+            {FINDING_FILES.map((suffix) => (
+              <a key={suffix} class="button" href={findingsFileUrl(suffix)} download data-testid={`file-${suffix}`}>
+                {texts.decide.file[suffix]}
+              </a>
+            ))}
+          </div>
+        </Panel>
+        {chosen && <FindingDetail finding={chosen} />}
+      </div>
+      <MapPanel layers={layers} overlay={OVERLAY} lookAt={chosen && enu(chosen.position)}>
+        {mayCommand && (
+          <button
+            type="button"
+            data-testid="mark"
+            class={isMarking ? "primary" : ""}
+            aria-pressed={isMarking}
+            onClick={() => setMarking(!isMarking)}
+          >
+            {isMarking ? texts.decide.marking : texts.decide.mark}
+          </button>
+        )}
+      </MapPanel>
     </>
   );
 }

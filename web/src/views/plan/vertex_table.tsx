@@ -50,7 +50,7 @@ export function VertexTable({ plan, shape, origin, vertex, onVertex, onPlaces, o
     <div class="vertices">
       <div class="panel-head">
         <h3>{shapeTitle(shape)}</h3>
-        <Choice<Unit>
+        <Choice
           label={texts.plan.units}
           testId="unit"
           values={origin === null ? ["deg"] : UNITS}

@@ -1,0 +1,185 @@
+/** One finding: where it is in every notation, how well that is known, and what the operators say of it. */
+import { useEffect, useState } from "preact/hooks";
+import { changeFinding } from "../../api/findings";
+import type { Finding, FindingChange } from "../../api/types";
+import { duration, eastNorth, latLon, quantity } from "../../format";
+import { useShell } from "../../shell/context";
+import { texts } from "../../texts";
+import { Panel } from "../../ui/panel";
+import { ellipseText, percent, STATUS_SIGNS } from "./findings";
+import { Thumbnail } from "./thumbnail";
+
+/** A place in the notations that search teams use; those that are not known are left out. */
+export function notations({ position, dms, utm, mgrs }: Finding): [keyof typeof texts.decide.notation, string][] {
+  const { latitude_deg: lat, longitude_deg: lon } = position;
+  const all: [keyof typeof texts.decide.notation, string | null][] = [
+    ["decimal", lat === null || lon === null ? null : latLon(lat, lon)],
+    ["dms", dms],
+    ["utm", utm],
+    ["mgrs", mgrs],
+  ];
+  return all.filter((entry): entry is [keyof typeof texts.decide.notation, string] => entry[1] !== null);
+}
+
+export function FindingDetail({ finding }: { finding: Finding }) {
+  const { mayCommand } = useShell();
+  const title = texts.decide.finding(finding.finding_id);
+  const facts: [string, string][] = [
+    [texts.decide.local, eastNorth(finding.position.east_m, finding.position.north_m)],
+    [texts.decide.ellipse, ellipseText(finding)],
+    [texts.decide.views, quantity(finding.sightings, 0)],
+    [texts.decide.confidence, percent(finding.person_confidence)],
+    [texts.decide.found, duration(finding.found_at_s)],
+    [texts.decide.seen, duration(finding.seen_at_s)],
+  ];
+  return (
+    <Panel
+      title={title}
+      testId="finding-detail"
+      class="finding-detail scroll"
+      aside={
+        <span class={`badge finding-status is-${finding.status}`} data-testid="finding-status" role="status">
+          {STATUS_SIGNS[finding.status]} {texts.decide.status[finding.status]}
+          {finding.operator !== "" && ` · ${finding.operator}`}
+        </span>
+      }
+    >
+      <div class="finding-pictures">
+        <Thumbnail finding={finding} kind="integral" />
+        <Thumbnail finding={finding} kind="thermal" />
+        {mayCommand && <Judgement finding={finding} />}
+      </div>
+      <ul class="notations">
+        {notations(finding).map(([name, text]) => (
+          <li key={name}>
+            <span class="small">{texts.decide.notation[name]}</span>
+            <b data-testid={`position-${name}`}>{text}</b>
+            <Copy text={text} label={texts.decide.copyNotation(texts.decide.notation[name])} />
+          </li>
+        ))}
+      </ul>
+      <dl class="finding-facts">
+        {facts.map(([name, value]) => (
+          <div key={name}>
+            <dt>{name}</dt>
+            <dd>{value}</dd>
+          </div>
+        ))}
+      </dl>
+      {mayCommand ? <RemarksForm key={finding.finding_id} finding={finding} /> : <Remarks finding={finding} />}
+    </Panel>
+  );
+}
+
+function Remarks({ finding: { comment, assignee } }: { finding: Finding }) {
+  return (
+    <>
+      {assignee !== "" && (
+        <p>
+          {texts.decide.assignee}: {assignee}
+        </p>
+      )}
+      {comment !== "" && <p>{comment}</p>}
+    </>
+  );
+}
+
+/** Sends a change of a finding; a refusal is told where the change was asked for. */
+function useChange({
+  finding_id: id,
+}: Finding): [refusal: string | null, change: (changed: Partial<FindingChange>) => void] {
+  const [refusal, setRefusal] = useState<string | null>(null);
+  const change = async (changed: Partial<FindingChange>): Promise<void> => {
+    const answer = await changeFinding(id, changed);
+    setRefusal(answer.ok ? null : answer.message);
+  };
+  return [refusal, (changed) => void change(changed)];
+}
+
+function Judgement({ finding }: { finding: Finding }) {
+  const { isConnected } = useShell();
+  const [refusal, change] = useChange(finding);
+  return (
+    <div class="judgement" role="group" aria-label={texts.decide.judgement}>
+      {(["confirmed", "rejected", "new"] as const).map((status) => (
+        <button
+          key={status}
+          type="button"
+          class={status === "confirmed" ? "primary" : ""}
+          data-testid={`judge-${status}`}
+          disabled={!isConnected || status === finding.status}
+          onClick={() => change({ status })}
+        >
+          {STATUS_SIGNS[status]} {texts.decide.judge[status]}
+        </button>
+      ))}
+      <p class="is-bad" role="alert" data-testid="judge-refusal">
+        {refusal}
+      </p>
+    </div>
+  );
+}
+
+function RemarksForm({ finding }: { finding: Finding }) {
+  const { isConnected } = useShell();
+  const [comment, setComment] = useState(finding.comment);
+  const [assignee, setAssignee] = useState(finding.assignee);
+  const [refusal, change] = useChange(finding);
+  // What another operator has written meanwhile is shown.
+  useEffect(() => setComment(finding.comment), [finding.comment]);
+  useEffect(() => setAssignee(finding.assignee), [finding.assignee]);
+  const isSaved = comment === finding.comment && assignee === finding.assignee;
+  return (
+    <form
+      class="form"
+      onSubmit={(event) => {
+        event.preventDefault();
+        change({ comment, assignee });
+      }}
+    >
+      <label>
+        {texts.decide.comment}
+        <textarea
+          rows={2}
+          maxLength={2000}
+          data-testid="finding-comment"
+          value={comment}
+          onInput={(event) => setComment(event.currentTarget.value)}
+        />
+      </label>
+      <label>
+        {texts.decide.assignee}
+        <input
+          type="text"
+          maxLength={100}
+          data-testid="finding-assignee"
+          value={assignee}
+          onInput={(event) => setAssignee(event.currentTarget.value)}
+        />
+      </label>
+      <div class="button-row">
+        <button type="submit" data-testid="finding-save" disabled={!isConnected || isSaved}>
+          {texts.decide.save}
+        </button>
+      </div>
+      <p class="is-bad" role="alert" data-testid="finding-refusal">
+        {refusal}
+      </p>
+    </form>
+  );
+}
+
+function Copy({ text, label }: { text: string; label: string }) {
+  const [copied, setCopied] = useState<string | null>(null);
+  const copy = async (): Promise<void> => {
+    await navigator.clipboard.writeText(text);
+    setCopied(text);
+  };
+  // Browsers keep the clipboard from pages of a plain address that is not this machine's.
+  if (!window.isSecureContext) return null;
+  return (
+    <button type="button" aria-label={label} onClick={() => void copy()}>
+      {copied === text ? texts.decide.copied : texts.decide.copy}
+    </button>
+  );
+}

@@ -1,0 +1,37 @@
+/** What the list of findings shows, and in which order. Pure functions. */
+import type { Finding, FindingStatus } from "../../api/types";
+import { quantity, UNKNOWN } from "../../format";
+
+export const STATUS_SIGNS: Readonly<Record<FindingStatus, string>> = { new: "?", confirmed: "✓", rejected: "✗" };
+
+export const FILTERS = ["open", "confirmed", "rejected", "all"] as const;
+export type Filter = (typeof FILTERS)[number];
+
+type Ranks = Readonly<Record<FindingStatus, number>>;
+
+/** What waits for a decision comes first, and the latest seen first among equals. */
+export function listed(findings: readonly Finding[], filter: Filter): Finding[] {
+  const wanted = filter === "open" ? "new" : filter;
+  const shown = wanted === "all" ? findings : findings.filter(({ status }) => status === wanted);
+  return ranked(shown, { new: 0, confirmed: 1, rejected: 2 });
+}
+
+/** Whoever reads the report wants to know first what is certain. */
+export const reported = (findings: readonly Finding[]): Finding[] =>
+  ranked(findings, { confirmed: 0, new: 1, rejected: 2 });
+
+const ranked = (findings: readonly Finding[], ranks: Ranks): Finding[] =>
+  [...findings].sort(
+    (a, b) => ranks[a.status] - ranks[b.status] || b.seen_at_s - a.seen_at_s || a.finding_id - b.finding_id,
+  );
+
+/** A probability as a share of a hundred. */
+export const percent = (probability: number | null): string =>
+  probability === null ? UNKNOWN : quantity(100 * probability, 0, "%");
+
+/** Half axes and heading of an ellipse of one standard deviation. */
+export function ellipseText({ ellipse, sigma_m }: Finding): string {
+  if (ellipse === null) return quantity(sigma_m, 1, "m");
+  const { semi_major_m, semi_minor_m, heading_deg } = ellipse;
+  return `${quantity(semi_major_m, 1)} × ${quantity(semi_minor_m, 1, "m")}, ${quantity(heading_deg, 0, "°")}`;
+}

@@ -1,0 +1,51 @@
+/** All findings, those that wait for a decision first. */
+import type { Finding } from "../../api/types";
+import { duration } from "../../format";
+import { texts } from "../../texts";
+import { type Filter, percent, STATUS_SIGNS } from "./findings";
+import { Thumbnail } from "./thumbnail";
+
+interface Props {
+  findings: readonly Finding[];
+  filter: Filter;
+  chosen: number | null;
+  onChoose(id: number): void;
+}
+
+export function FindingList({ findings, filter, chosen, onChoose }: Props) {
+  if (findings.length === 0) return <p class="empty">{texts.decide.none[filter]}</p>;
+  return (
+    <ul class="finding-list scroll">
+      {findings.map((finding) => (
+        <li key={finding.finding_id}>
+          <button
+            type="button"
+            data-testid={`finding-${finding.finding_id}`}
+            data-status={finding.status}
+            aria-pressed={finding.finding_id === chosen}
+            onClick={() => onChoose(finding.finding_id)}
+          >
+            <Thumbnail finding={finding} kind="integral" />
+            <span>
+              <b>{texts.decide.finding(finding.finding_id)}</b>
+              <br />
+              <span class={`finding-status is-${finding.status}`}>
+                {STATUS_SIGNS[finding.status]} {texts.decide.status[finding.status]}
+              </span>
+              <br />
+              <span class="small">
+                {texts.decide.confidence} {percent(finding.person_confidence)} · {duration(finding.seen_at_s)}
+              </span>
+              {finding.assignee !== "" && (
+                <>
+                  <br />
+                  <span class="small">→ {finding.assignee}</span>
+                </>
+              )}
+            </span>
+          </button>
+        </li>
+      ))}
+    </ul>
+  );
+}

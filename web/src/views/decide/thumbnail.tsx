@@ -1,0 +1,34 @@
+/** What the frames show of a finding. The service makes a few pictures at a time: a refused one is asked for again. */
+import { useEffect, useState } from "preact/hooks";
+import { thumbnailUrl } from "../../api/findings";
+import type { Finding } from "../../api/types";
+import { texts } from "../../texts";
+
+const TRIES = 2;
+const TRY_AGAIN_AFTER_MS = 1500;
+
+interface Props {
+  finding: Finding;
+  kind: "integral" | "thermal";
+}
+
+export function Thumbnail({ finding, kind }: Props) {
+  const url = thumbnailUrl(finding, kind);
+  const [tried, setTried] = useState({ url, times: 0, isWaiting: false });
+  const { times, isWaiting } = tried.url === url ? tried : { times: 0, isWaiting: false };
+  useEffect(() => {
+    if (!isWaiting || times >= TRIES) return undefined;
+    const timer = setTimeout(() => setTried({ url, times, isWaiting: false }), TRY_AGAIN_AFTER_MS);
+    return () => clearTimeout(timer);
+  }, [url, times, isWaiting]);
+  if (isWaiting || finding.step < 1) return <span class="thumbnail is-empty">{texts.decide.noPicture}</span>;
+  return (
+    <img
+      class="thumbnail"
+      loading="lazy"
+      src={url}
+      alt={texts.decide.pictureOf(kind, finding.finding_id)}
+      onError={() => setTried({ url, times: times + 1, isWaiting: true })}
+    />
+  );
+}

@@ -1,0 +1,52 @@
+import { expect, test } from "vitest";
+import { notations } from "../src/views/decide/detail";
+import { ellipseText, listed, percent, reported } from "../src/views/decide/findings";
+import { findingsLayer } from "../src/views/decide/findings_layer";
+import { drawn, scene } from "./fake_map";
+import { finding, mission } from "./samples";
+
+const FINDINGS = [
+  finding(1, { status: "confirmed" }),
+  finding(2, { seen_at_s: 10 }),
+  finding(3, { status: "rejected" }),
+  finding(4, { seen_at_s: 50 }),
+];
+const ids = (findings: readonly { finding_id: number }[]): number[] => findings.map(({ finding_id }) => finding_id);
+
+test("what waits for a decision comes first, the latest seen before the others", () => {
+  expect(ids(listed(FINDINGS, "all"))).toEqual([4, 2, 1, 3]);
+  expect(ids(listed(FINDINGS, "open"))).toEqual([4, 2]);
+  expect(ids(listed(FINDINGS, "rejected"))).toEqual([3]);
+});
+
+test("the report begins with what is confirmed", () => {
+  expect(ids(reported(FINDINGS))).toEqual([1, 4, 2, 3]);
+});
+
+test("what is not known is a dash, never a zero", () => {
+  expect(percent(null)).toBe("–");
+  expect(percent(0.724)).toBe("72\u202f%");
+  expect(ellipseText(finding(1, { sigma_m: null }))).toBe("–");
+  const ellipse = { semi_major_m: 2, semi_minor_m: 1, heading_deg: 30 };
+  expect(ellipseText(finding(1, { ellipse }))).toBe("2.0 × 1.0\u202fm, 30\u202f°");
+});
+
+test("only notations that are known are offered", () => {
+  expect(notations(finding(1))).toEqual([]);
+  expect(notations(finding(1, { utm: "33U 450091 5353915" }))).toEqual([["utm", "33U 450091 5353915"]]);
+});
+
+test("findings have their numbers and signs on the map, the chosen one stands out", () => {
+  const layer = findingsLayer(
+    () => 3,
+    () => undefined,
+  );
+  const features = drawn(layer, scene({ mission: mission({ findings: FINDINGS }) }));
+  expect(features.map((feature) => feature.properties?.["name"])).toEqual([
+    "Finding 1 ✓",
+    "Finding 2 ?",
+    "Finding 3 ✗",
+    "Finding 4 ?",
+  ]);
+  expect(features.filter((feature) => feature.properties?.["isChosen"])).toHaveLength(1);
+});
