@@ -262,16 +262,17 @@ class Px4(Autopilot):
     def reposition(self, request: CommandRequest) -> int:
         """Fly to a place in HOLD.
 
-        Parameter 2 must be exactly 1. The altitude is above sea level whatever the frame says; NaN keeps the altitude,
-        the heading (parameter 4, radians) or the speed, and for the place means "stop here". A place outside the fence
-        is acknowledged all the same: only a status text tells.
+        Parameter 2 must be exactly 1; without it, the command is refused, and flown all the same by who is in HOLD. The
+        altitude is above sea level whatever the frame says; NaN keeps the altitude, the heading (parameter 4, radians)
+        or the speed, and for the place means "stop here". A place outside the fence is acknowledged all the same: only
+        a status text tells.
         """
-        if request.param(2) != mavlink.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE:
-            return int(mavlink.MAV_RESULT_UNSUPPORTED)
+        changes_mode = request.param(2) == mavlink.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE
+        answer = int(mavlink.MAV_RESULT_ACCEPTED if changes_mode else mavlink.MAV_RESULT_UNSUPPORTED)
         if not self.position_known or not (request.place_valid() or request.keeps_place()):
             return int(mavlink.MAV_RESULT_DENIED)
         if request.keeps_place():
-            return self._pause()
+            return self._pause() if changes_mode else answer
         altitude_amsl_m = request.finite_or_none(7)
         if altitude_amsl_m is None:
             altitude_amsl_m = self.kinematics.geodetic.altitude_amsl_m
@@ -279,14 +280,15 @@ class Px4(Autopilot):
         target_enu_m = (float(east_m), float(north_m), float(up_m))
         if self.fence().breach(target_enu_m, self.flight.home_enu_m):
             self.tell(mavlink.MAV_SEVERITY_CRITICAL, "Reposition is outside geofence")
-            return int(mavlink.MAV_RESULT_ACCEPTED)
-        self.select_mode(Px4Mode.HOLD)
-        if self.flight.airborne:
+            return answer
+        if changes_mode:
+            self.select_mode(Px4Mode.HOLD)
+        if self.flight.airborne and self._mode is Px4Mode.HOLD:
             speed_mps = request.finite_or_none(1)
             speed_mps = min(speed_mps, self.parameters["MPC_XY_VEL_MAX"]) if speed_mps and speed_mps > 0.0 else None
             heading_rad = request.finite_or_none(4)
             self.flight.fly_to(target_enu_m, self.kinematics, self.now.s, speed_mps, heading_rad)
-        return int(mavlink.MAV_RESULT_ACCEPTED)
+        return answer
 
     def _pause(self) -> int:
         self._mode = Px4Mode.HOLD

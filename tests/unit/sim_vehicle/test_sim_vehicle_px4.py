@@ -105,8 +105,16 @@ def test_reposition_altitude_is_above_sea_level_in_every_frame(flying):
 
 
 @pytest.mark.parametrize("flags", [0, 2, 3])
-def test_reposition_needs_exactly_the_mode_flag(flying, flags):
+def test_reposition_without_exactly_the_mode_flag_is_refused_and_flown_in_hold_alone(flying, flags):
+    flying.long(SET_MODE, 1, 4, 6)
+    flying.advance(2)
     assert flying.reposition(10, 20, 25, flags=flags) == [mavlink.MAV_RESULT_UNSUPPORTED]
+    flying.advance(2)
+    assert flying.distance_to(0, 0, 20) < 10
+    flying.long(SET_MODE, 1, 4, 3)
+    assert flying.reposition(10, 20, 25, flags=flags) == [mavlink.MAV_RESULT_UNSUPPORTED]
+    flying.advance(12)
+    assert flying.distance_to(10, 20, 25) < 0.1
 
 
 def test_reposition_heading_speed_and_kept_altitude(flying):
