@@ -34,12 +34,9 @@ async def test_page_shows_a_mission_without_errors_or_foreign_requests(map_page,
     await start_mission(map_page)
     await map_page.keyboard.press("u")
     await wait_for_visibility(map_page, 0.3)
-    await map_page.keyboard.press("s")
-    await expect(map_page.get_by_test_id("picture")).to_be_visible()
-    await map_page.keyboard.press("d")
-    await expect(map_page.get_by_test_id("target-position")).to_contain_text("E ")
     await map_page.keyboard.press("f")
     await expect(map_page.locator(".map-canvas canvas")).to_be_visible()
+    await expect(map_page.get_by_test_id("target-position")).to_contain_text("E ")
     assert await place_m(map_page, 1) != before
     assert page_record.errors == []
     assert page_record.foreign_requests == []
