@@ -125,7 +125,7 @@ def _candidates(looks: Looks, prospect: Prospect, parameters: ArchiveParameters)
     spots, weights = spots[is_open], weights[is_open]
 
     body = learnt_body(
-        prospect.masks[best] * confidence.astype(np.float32),
+        (prospect.masks[best] * confidence).astype(np.float32),
         known.slopes,
         height_m,
         prospect.target_enu_m - CELL_M * anchor_of(prospect.target_enu_m),
