@@ -104,7 +104,8 @@ class _Hovering(asyncio.DatagramProtocol):
         known = len(self._vehicle.commands)
         answers = self._vehicle.hear(data)
         for command in self._vehicle.commands[known:]:
-            if command.command in MOVING:
+            # mavsdk sends to all what is meant for one.
+            if command.command in MOVING and command.target_system == self._vehicle.system_id:
                 self._arrivals.put((self._vehicle.system_id, time.monotonic()))
         if answers and not self._is_silent:
             asyncio.get_running_loop().call_later(self._answer_s, self._transport.sendto, answers)
