@@ -84,7 +84,6 @@ export const texts = {
     holdAllKey: "Key H",
     holdAllHint: "All vehicles stop where they are. Key H, or Alt+H while typing.",
     observer: "Observer",
-    replay: "Replay",
     observerHint: "This page only watches. Open the operator's address to command.",
   },
   signIn: {
@@ -216,11 +215,8 @@ export const texts = {
     sigma: "1 σ",
   },
   pictures: {
-    panel: "View through the canopy",
     kind: PICTURE,
     none: "The first picture comes with the first step of the scan.",
-    alt: (kind: PictureKind, step: number) => `${PICTURE[kind]} image of step ${step}, north up`,
-    step: (step: number) => `step ${step}`,
   },
   understand: {
     none: "The curves begin with the mission.",
@@ -298,6 +294,7 @@ export const texts = {
     autofocus: "Autofocus",
     autofocusHint: "Looks for the height at which the frames agree best, in the middle of the picture",
     focusing: "Focusing …",
+    notFocused: (reason: string) => `No sharpest height: ${reason}.`,
     focused: (height: string, sigma: string) => `Sharpest at ${height} ± ${sigma}`,
     ownPlane: (height: string) => `Mission's, ${height}`,
     visibility: "Visible there",

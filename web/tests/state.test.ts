@@ -1,5 +1,4 @@
 import { describe, expect, test } from "vitest";
-import { curve } from "../src/views/understand/curve";
 import { isStale, linkAge_s } from "../src/state/freshness";
 import { INITIAL_STATE, reduce, type State } from "../src/state/state";
 import type { ServerMessage } from "../src/api/types";
@@ -101,14 +100,4 @@ describe("freshness", () => {
     expect(linkAge_s(vehicle(1, { link_age_s: null }), 1)).toBeNull();
     expect(isStale(vehicle(1, { link_age_s: null }), 0)).toBe(true);
   });
-});
-
-test("the curve keeps unknown values as gaps", () => {
-  const steps = [step(1), step(2, { evolutionary_factor: 0.4, visibility_m2: null })];
-  expect(curve(steps)).toEqual([
-    [2, 4],
-    [0.1, null],
-    [0.3, 0.3],
-    [null, 0.4],
-  ]);
 });

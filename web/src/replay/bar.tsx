@@ -91,27 +91,21 @@ interface ButtonsProps {
 
 function Buttons({ shown, timeline, onChange }: ButtonsProps) {
   const { replay: words } = texts;
-  const step = (direction: 1 | -1, sign: string, label: string) => {
+  const step = (direction: 1 | -1, label: string) => {
     const time_s = timeline === null ? null : neighbourStep_s(timeline, shown.time_s, direction);
     return (
-      <button
-        type="button"
-        aria-label={label}
-        title={label}
-        disabled={time_s === null}
-        onClick={() => time_s !== null && onChange({ time_s })}
-      >
-        {sign}
+      <button type="button" disabled={time_s === null} onClick={() => time_s !== null && onChange({ time_s })}>
+        {label}
       </button>
     );
   };
   return (
     <div class="replay-buttons">
-      {step(-1, "⏮", words.stepBefore)}
+      {step(-1, words.stepBefore)}
       <button type="button" class="primary" data-testid="replay-play" onClick={() => onChange(toggled(shown))}>
         {shown.playing ? words.stop : words.play}
       </button>
-      {step(1, "⏭", words.stepAfter)}
+      {step(1, words.stepAfter)}
       <label>
         <span class="visually-hidden">{words.speed}</span>
         <select

@@ -29,11 +29,6 @@ export function Header({ mission, connection, session, onHoldAll, onSignIn, onSe
       <button type="button" data-testid="settings-open" onClick={onSettings}>
         {texts.settings.open}
       </button>
-      {isReplay && (
-        <span class="badge" data-testid="replay-badge">
-          {texts.header.replay}
-        </span>
-      )}
       {session?.role === "operator" && !isReplay && <HoldAll testId="hold-all" onHoldAll={onHoldAll} />}
       {session?.role === "observer" && (
         <>

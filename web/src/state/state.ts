@@ -1,6 +1,7 @@
 /** What the page knows of the mission: a pure reducer over the service's messages. */
 import type { Connection, PageMessage } from "../api/socket";
 import type { Mission, Notice, Picture, PictureKind, Step } from "../api/types";
+import { extendSamples, type Sample } from "./samples";
 
 /** East and north, metres. */
 export type EnuPoint = readonly [number, number];
@@ -18,6 +19,8 @@ export interface State {
   readonly notices: readonly NumberedNotice[];
   readonly pictures: Readonly<Partial<Record<PictureKind, Picture>>>;
   readonly trails: ReadonlyMap<number, readonly EnuPoint[]>;
+  /** Oldest first, about one per second of the mission. */
+  readonly samples: readonly Sample[];
   /** Counts the plans that the mission has flown by: what was read of one before is old when it changes. */
   readonly planRevision: number;
 }
@@ -30,6 +33,7 @@ export const INITIAL_STATE: State = {
   notices: [],
   pictures: {},
   trails: new Map(),
+  samples: [],
   planRevision: 0,
 };
 
@@ -51,6 +55,7 @@ export function reduce(state: State, message: PageMessage, nowMs: number): State
         notices: numberNotices(state.notices, message.notices),
         pictures: indexPictures({}, message.pictures),
         trails: extendTrails(isSame ? state.trails : new Map(), message.mission),
+        samples: extendSamples(isSame ? state.samples : [], message.mission),
         // It may have changed while there was no connection.
         planRevision: state.planRevision + 1,
       };
@@ -61,6 +66,7 @@ export function reduce(state: State, message: PageMessage, nowMs: number): State
         mission: message.mission,
         missionAtMs: nowMs,
         trails: extendTrails(state.trails, message.mission),
+        samples: extendSamples(state.samples, message.mission),
       };
     case "step":
       return { ...state, steps: addStep(state.steps, message.step) };

@@ -1,9 +1,118 @@
-/** Understand: how visible the target is, and what the swarm makes of it. */
+/** Understand: what the search has achieved over time, what the swarm makes of it, and how well it is reached. */
+import { useMemo, useState } from "preact/hooks";
+import type { Step } from "../../api/types";
+import { duration, quantity, words } from "../../format";
 import { useShell } from "../../shell/context";
-import { ChartPanel } from "./chart";
+import { texts } from "../../texts";
+import { Choice } from "../../ui/choice";
+import { Panel } from "../../ui/panel";
+import { coverageChart, LINK_FIGURES, type LinkFigure, linkChart, linksToShow, stepCharts, timeRange } from "./charts";
+import { Plot, type TimeRange } from "./plot";
+import { LinkTable, StepTable } from "./tables";
 import "./understand.css";
 
+const LATEST_S = { all: null, five: 300, one: 60 } as const;
+type Latest = keyof typeof LATEST_S;
+const FORMS = ["curves", "table"] as const;
+
 export function UnderstandView() {
-  const { state, theme } = useShell();
-  return <ChartPanel steps={state.steps} theme={theme} />;
+  const { state, theme, selection, snapshotAge_s } = useShell();
+  const [latest, setLatest] = useState<Latest>("all");
+  const [zoom, setZoom] = useState<TimeRange | null>(null);
+  const [form, setForm] = useState<(typeof FORMS)[number]>("curves");
+  const [figure, setFigure] = useState<LinkFigure>("loss_percent");
+  const { steps, samples, mission } = state;
+  const charts = useMemo(() => {
+    const links = samples.at(-1)?.links ?? new Map();
+    const shown = linksToShow(links, figure, selection.ids);
+    return [...stepCharts(steps), coverageChart(samples), linkChart(samples, figure, shown)];
+  }, [steps, samples, figure, selection.ids]);
+  const range = zoom ?? timeRange(charts, LATEST_S[latest]);
+
+  return (
+    <div class="understand">
+      <div class="understand-head">
+        <Headline step={steps.at(-1)} />
+        {zoom && (
+          <button type="button" data-testid="zoom-out" onClick={() => setZoom(null)}>
+            {texts.understand.zoomOut(duration(zoom[0]), duration(zoom[1]))}
+          </button>
+        )}
+        <Choice
+          label={texts.understand.range}
+          testId="range"
+          values={Object.keys(LATEST_S) as Latest[]}
+          chosen={zoom ? null : latest}
+          words={texts.understand.latest}
+          onChoose={(chosen) => {
+            setZoom(null);
+            setLatest(chosen);
+          }}
+        />
+        <Choice
+          label={texts.understand.form}
+          testId="form"
+          values={FORMS}
+          chosen={form}
+          words={texts.understand.forms}
+          onChoose={setForm}
+        />
+      </div>
+      {form === "table" && mission ? (
+        <div class="understand-tables">
+          <StepTable steps={steps} />
+          <LinkTable mission={mission} snapshotAge_s={snapshotAge_s} />
+        </div>
+      ) : (
+        <div class="understand-charts">
+          {charts.map((chart) => (
+            <Panel
+              key={chart.id}
+              title={chart.title}
+              testId={`chart-${chart.id}`}
+              class="chart"
+              aside={
+                chart.id === "links" && (
+                  <Choice
+                    label={chart.title}
+                    testId="links"
+                    values={LINK_FIGURES}
+                    chosen={figure}
+                    words={texts.understand.figure}
+                    onChoose={setFigure}
+                  />
+                )
+              }
+            >
+              {range && chart.elapsed_s.length > 0 && chart.series.length > 0 ? (
+                <Plot chart={chart} range={range} theme={theme} onZoom={setZoom} />
+              ) : (
+                <p class="empty">{texts.understand.none}</p>
+              )}
+            </Panel>
+          ))}
+        </div>
+      )}
+    </div>
+  );
+}
+
+/** The latest step in words. */
+function Headline({ step }: { step: Step | undefined }) {
+  const { headline } = texts.understand;
+  return (
+    <p class="understand-now">
+      {headline.visibility}{" "}
+      <strong data-testid="visibility" data-value={step?.visibility_m2 ?? ""}>
+        {quantity(step?.visibility_m2, 2, "m²")}
+      </strong>
+      {step && (
+        <span class="small" data-testid="evolution">
+          {headline.threshold} {quantity(step.threshold_m2, 2, "m²")} · {words(step.branch)}
+          {step.evolutionary_state !== null && ` · ${words(step.evolutionary_state)}`}
+          {step.evolutionary_factor !== null && ` · e_f ${quantity(step.evolutionary_factor, 2)}`}
+        </span>
+      )}
+    </p>
+  );
 }

@@ -1,0 +1,181 @@
+/** What is drawn over time: the columns of every chart. Pure functions. */
+import type { Step } from "../../api/types";
+import { quantity, words } from "../../format";
+import type { LinkSample, Sample } from "../../state/samples";
+import { texts } from "../../texts";
+
+export type Column = readonly (number | null)[];
+
+/** A token of the theme, or a vehicle's own colour. */
+export type Colour = { readonly token: string } | { readonly vehicleId: number };
+
+export interface Series {
+  readonly label: string;
+  readonly colour: Colour;
+  readonly values: Column;
+  readonly isOnRight?: boolean;
+  readonly isDashed?: boolean;
+  readonly isFilled?: boolean;
+  /** Between two values the first one holds. */
+  readonly isStepped?: boolean;
+}
+
+export interface Axis {
+  /** A value as the legend has it. */
+  format(value: number): string;
+  /** Fixed ends; without, the axis begins at zero and has at least `least`. */
+  readonly ends?: readonly [number, number];
+  readonly least?: number;
+  /** The only values that the axis names. */
+  readonly splits?: readonly number[];
+}
+
+export interface Chart {
+  readonly id: string;
+  readonly title: string;
+  /** Of the mission, ascending. */
+  readonly elapsed_s: readonly number[];
+  readonly series: readonly Series[];
+  readonly left: Axis;
+  readonly right?: Axis;
+}
+
+/** In the order in which a swarm goes through them. */
+export const STATES = ["jumping_out", "exploration", "exploitation", "convergence"] as const;
+
+export const LINK_FIGURES = ["loss_percent", "roundTrip_ms", "age_s"] as const;
+export type LinkFigure = (typeof LINK_FIGURES)[number];
+
+/** More lines than this cannot be told apart. */
+const LINKS_SHOWN = 8;
+
+const unit =
+  (decimals: number, name: string) =>
+  (value: number): string =>
+    quantity(value, decimals, name);
+
+/** The charts of steps, in the order in which they are shown. */
+export function stepCharts(steps: readonly Step[]): Chart[] {
+  const { series, title } = texts.understand;
+  const elapsed_s = steps.map((step) => step.elapsed_s);
+  const column = (read: (step: Step) => number | null): Column => steps.map(read);
+  return [
+    {
+      id: "visibility",
+      title: title.visibility,
+      elapsed_s,
+      series: [
+        {
+          label: series.visibility,
+          colour: { token: "--accent" },
+          values: column((s) => s.visibility_m2),
+          isFilled: true,
+        },
+        {
+          label: series.threshold,
+          colour: { token: "--warning" },
+          values: column((s) => s.threshold_m2),
+          isDashed: true,
+        },
+      ],
+      // At least 1 m² high, so that the noise before the first sighting looks like noise.
+      left: { format: unit(2, "m²"), least: 1 },
+    },
+    {
+      id: "swarm",
+      title: title.swarm,
+      elapsed_s,
+      series: [
+        { label: series.e_f, colour: { token: "--factor" }, values: column((s) => s.evolutionary_factor) },
+        { label: series.c_s, colour: { token: "--accent" }, values: column((s) => s.c_s_m), isOnRight: true },
+        { label: series.c_c, colour: { token: "--good" }, values: column((s) => s.c_c_m), isOnRight: true },
+      ],
+      left: { format: unit(2, ""), ends: [0, 1] },
+      right: { format: unit(2, "m"), least: 1 },
+    },
+    {
+      id: "state",
+      title: title.state,
+      elapsed_s,
+      series: [{ label: series.state, colour: { token: "--factor" }, values: column(stateIndex), isStepped: true }],
+      left: {
+        format: (value) => words(STATES[value] ?? ""),
+        ends: [-0.3, STATES.length - 0.7],
+        splits: STATES.map((_, index) => index),
+      },
+    },
+    {
+      id: "effort",
+      title: title.effort,
+      elapsed_s,
+      series: [
+        { label: series.work, colour: { token: "--accent" }, values: column((s) => s.work_ms), isFilled: true },
+        { label: series.imaging, colour: { token: "--factor" }, values: column((s) => s.imaging_ms) },
+        { label: series.lag, colour: { token: "--warning" }, values: column((s) => s.loop_lag_p99_ms), isDashed: true },
+      ],
+      left: { format: unit(0, "ms"), least: 10 },
+    },
+  ];
+}
+
+function stateIndex({ evolutionary_state }: Step): number | null {
+  const index = STATES.findIndex((state) => state === evolutionary_state);
+  return index < 0 ? null : index;
+}
+
+/** How much of the search area has been covered. */
+export function coverageChart(samples: readonly Sample[]): Chart {
+  return {
+    id: "coverage",
+    title: texts.understand.title.coverage,
+    elapsed_s: samples.map((sample) => sample.elapsed_s),
+    series: [
+      {
+        label: texts.understand.series.covered,
+        colour: { token: "--good" },
+        values: samples.map((sample) => sample.covered_percent),
+        isFilled: true,
+      },
+    ],
+    left: { format: unit(0, "%"), ends: [0, 100] },
+  };
+}
+
+/** One figure of the links to some vehicles. */
+export function linkChart(samples: readonly Sample[], figure: LinkFigure, vehicleIds: readonly number[]): Chart {
+  const formats = { loss_percent: unit(1, "%"), roundTrip_ms: unit(0, "ms"), age_s: unit(1, "s") };
+  return {
+    id: "links",
+    title: texts.understand.title.links,
+    elapsed_s: samples.map((sample) => sample.elapsed_s),
+    series: vehicleIds.map((vehicleId) => ({
+      label: String(vehicleId),
+      colour: { vehicleId },
+      values: samples.map(({ links }) => links.get(vehicleId)?.[figure] ?? null),
+    })),
+    left: { format: formats[figure], least: figure === "roundTrip_ms" ? 50 : 2 },
+  };
+}
+
+/** The vehicles to show: those selected, or else those that are worst now; ascending. */
+export function linksToShow(
+  links: ReadonlyMap<number, LinkSample>,
+  figure: LinkFigure,
+  selected: ReadonlySet<number>,
+): number[] {
+  const badness = (id: number): number => links.get(id)?.[figure] ?? -1;
+  const ids = [...links.keys()].filter((id) => selected.size === 0 || selected.has(id));
+  const worst = ids.sort((a, b) => badness(b) - badness(a) || a - b).slice(0, LINKS_SHOWN);
+  return worst.sort((a, b) => a - b);
+}
+
+/** From the first to the last moment of all charts, or the latest part of that; null before there is any. */
+export function timeRange(charts: readonly Chart[], latest_s: number | null): readonly [number, number] | null {
+  const times = charts
+    .flatMap(({ elapsed_s }) => [elapsed_s[0], elapsed_s.at(-1)])
+    .filter((time) => time !== undefined);
+  if (times.length === 0) return null;
+  const [first_s, last_s] = [Math.min(...times), Math.max(...times)];
+  const from_s = latest_s === null ? first_s : Math.max(first_s, last_s - latest_s);
+  return [from_s, Math.max(last_s, from_s + 1)];
+}

@@ -1,0 +1,75 @@
+/** The same values as the charts, as tables: for screen readers, and for who wants numbers. */
+import type { Mission, Step } from "../../api/types";
+import { age, duration, quantity, UNKNOWN, words } from "../../format";
+import { isStale, linkAge_s } from "../../state/freshness";
+import { texts } from "../../texts";
+
+export function StepTable({ steps }: { steps: readonly Step[] }) {
+  const { column, stepTable } = texts.understand;
+  return (
+    <div class="scroll panel" tabIndex={0}>
+      <table class="figures" data-testid="step-table">
+        <caption>{stepTable}</caption>
+        <thead>
+          <tr>
+            {Object.values(column).map((name) => (
+              <th key={name} scope="col">
+                {name}
+              </th>
+            ))}
+          </tr>
+        </thead>
+        <tbody>
+          {steps.toReversed().map((step) => (
+            <tr key={step.step}>
+              <th scope="row">{step.step}</th>
+              <td>{duration(step.elapsed_s)}</td>
+              <td>{quantity(step.visibility_m2, 2)}</td>
+              <td>{quantity(step.threshold_m2, 2)}</td>
+              <td>{words(step.branch)}</td>
+              <td>{quantity(step.evolutionary_factor, 2)}</td>
+              <td>{step.evolutionary_state === null ? UNKNOWN : words(step.evolutionary_state)}</td>
+              <td>{quantity(step.c_s_m, 2)}</td>
+              <td>{quantity(step.c_c_m, 2)}</td>
+              <td>{step.leader_id ?? UNKNOWN}</td>
+              <td>{quantity(step.imaging_ms, 0)}</td>
+              <td>{quantity(step.work_ms, 0)}</td>
+              <td>{quantity(step.loop_lag_p99_ms, 0)}</td>
+            </tr>
+          ))}
+        </tbody>
+      </table>
+    </div>
+  );
+}
+
+export function LinkTable({ mission, snapshotAge_s }: { mission: Mission; snapshotAge_s: number }) {
+  const { linkColumn, linkTable } = texts.understand;
+  return (
+    <div class="scroll panel" tabIndex={0}>
+      <table class="figures" data-testid="link-table">
+        <caption>{linkTable}</caption>
+        <thead>
+          <tr>
+            {Object.values(linkColumn).map((name) => (
+              <th key={name} scope="col">
+                {name}
+              </th>
+            ))}
+          </tr>
+        </thead>
+        <tbody>
+          {mission.vehicles.map((vehicle) => (
+            <tr key={vehicle.vehicle_id} class={isStale(vehicle, snapshotAge_s) ? "is-stale" : ""}>
+              <th scope="row">{vehicle.vehicle_id}</th>
+              <td>{quantity(vehicle.packet_loss_percent, 1, "%")}</td>
+              <td>{quantity(vehicle.link?.round_trip_ms, 0, "ms")}</td>
+              <td>{age(linkAge_s(vehicle, snapshotAge_s))}</td>
+              <td>{vehicle.link?.address ?? UNKNOWN}</td>
+            </tr>
+          ))}
+        </tbody>
+      </table>
+    </div>
+  );
+}
