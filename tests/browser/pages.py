@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import io
 import re
 
-from playwright.async_api import Page, expect
+from PIL import Image
+from playwright.async_api import Page, Route, expect
 
 VIEWS = ("plan", "prepare", "fly", "see", "understand", "decide")
 TIMEOUT_MS = 60_000
@@ -53,3 +55,14 @@ async def wait_for_visibility(page: Page, lowest_m2: float) -> None:
         arg=lowest_m2,
         timeout=TIMEOUT_MS,
     )
+
+
+async def with_thumbnails(page: Page) -> None:
+    """The scripted mission records no frames: let its findings have a picture all the same."""
+    png = io.BytesIO()
+    Image.new("RGB", (8, 8), (40, 90, 40)).save(png, "PNG")
+
+    async def answer(route: Route) -> None:
+        await route.fulfill(body=png.getvalue(), content_type="image/png")
+
+    await page.route("**/api/findings/*/*.png*", answer)

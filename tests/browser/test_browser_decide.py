@@ -1,0 +1,78 @@
+"""Findings in a real browser: judged, marked by hand, printed."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+
+import pytest
+import pytest_asyncio
+from playwright.async_api import Page, expect
+
+from aos_gcs.api.app import create_app
+from aos_gcs.mission.model import Action, FindingStatus
+from tests.browser.conftest import OPERATOR_CODE, Service, serving
+from tests.browser.pages import open_page, sign_in, with_thumbnails
+from tests.fakes.mission import TARGET_ENU_M, ScriptedMission
+
+pytestmark = pytest.mark.asyncio(loop_scope="session")
+
+STEPS_UNTIL_FOUND = 20
+
+
+@pytest_asyncio.fixture(loop_scope="session")
+async def found_service(dashboard_build: None) -> AsyncIterator[Service]:  # noqa: ARG001 - asked for its check only
+    """A mission that has found something, for operators to judge."""
+
+    def make_app(mission: ScriptedMission):
+        return create_app(mission, findings=mission, operator_code=OPERATOR_CODE)
+
+    async with serving(make_app) as service:
+        await service.mission.act(Action.START, None)
+        for _ in range(STEPS_UNTIL_FOUND):
+            service.mission.make_step()
+        yield service
+
+
+async def test_a_finding_is_confirmed_with_a_remark_and_seen_by_observers(
+    page: Page, found_service: Service, page_record
+) -> None:
+    await with_thumbnails(page)
+    await open_page(page, found_service.url, "decide")
+    await page.get_by_test_id("finding-1").click()
+    await expect(page.get_by_test_id("position-mgrs")).to_contain_text("33U VP")
+    for command in ("judge-confirmed", "finding-save", "mark"):
+        await expect(page.get_by_test_id(command)).to_have_count(0)
+
+    await page.get_by_test_id("sign-in-open").click()
+    await sign_in(page, "Ada", code=OPERATOR_CODE)
+    await page.get_by_test_id("judge-confirmed").click()
+    await expect(page.get_by_test_id("finding-status")).to_have_text("✓ confirmed · Ada")
+    await page.get_by_test_id("finding-comment").fill("lies under the spruce")
+    await page.get_by_test_id("finding-assignee").fill("team 2")
+    await page.get_by_test_id("finding-save").click()
+    await expect(page.get_by_test_id("finding-1")).to_contain_text("team 2")
+    (finding,) = found_service.mission.findings.all()
+    assert finding.status is FindingStatus.CONFIRMED
+    assert (finding.comment, finding.assignee, finding.operator) == ("lies under the spruce", "team 2", "Ada")
+
+    await page.get_by_test_id("report-open").click()
+    await page.emulate_media(media="print")
+    await expect(page.get_by_test_id("report-finding-1")).to_contain_text("lies under the spruce")
+    await expect(page.get_by_test_id("report-print")).to_be_hidden()
+    await expect(page.get_by_test_id("connection")).to_be_hidden()
+    assert page_record.errors == []
+
+
+async def test_a_place_is_marked_on_the_map_where_the_chosen_finding_is(map_page: Page, found_service: Service) -> None:
+    page = map_page
+    await with_thumbnails(page)
+    await page.goto(f"{found_service.url}#code={OPERATOR_CODE}")
+    await sign_in(page, "Ada")
+    await open_page(page, found_service.url, "decide")
+    await page.get_by_test_id("finding-1").click()
+    await page.get_by_test_id("mark").click()
+    await page.locator(".map-canvas canvas").click()  # its middle, where the chosen finding is shown
+    await expect(page.get_by_test_id("finding-2")).to_have_attribute("aria-pressed", "true")
+    marked = found_service.mission.findings.all()[1]
+    assert marked.position_enu_m == pytest.approx(TARGET_ENU_M, abs=2.0)
+    assert marked.operator == "Ada"

@@ -1,0 +1,145 @@
+"""Planning in a real browser: drawn on the map, by numbers, from files; checked, saved, applied."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import pytest
+import pytest_asyncio
+from playwright.async_api import FilePayload, Page, expect
+
+from aos_gcs.api.app import create_app
+from aos_gcs.mission.mission_plan import plan_of
+from tests.browser.conftest import Service, serving
+from tests.browser.pages import confirm, open_page
+from tests.fakes.mission import ORIGIN, ScriptedMission
+
+pytestmark = pytest.mark.asyncio(loop_scope="session")
+
+KEEP_PRESSED_MS = 1000
+CORNERS_PX = ((-60, -60), (60, -60), (60, 40), (-60, 40))
+"""From the middle of the map; y is down."""
+BETWEEN_CLICKS_MS = 350
+"""Two clicks that follow one another faster are a double click, which ends the drawing."""
+
+
+@pytest_asyncio.fixture(loop_scope="session")
+async def planned_service(tmp_path: Path, dashboard_build: None) -> AsyncIterator[Service]:  # noqa: ARG001 - its check
+    """A mission that can be planned."""
+
+    def make_app(mission: ScriptedMission):
+        return create_app(mission, planning=mission, findings=mission, plans_folder=tmp_path / "plans")
+
+    async with serving(make_app) as service:
+        yield service
+
+
+async def open_plan(page: Page, service: Service) -> None:
+    await open_page(page, service.url, "plan")
+    await expect(page.get_by_test_id("shape-area")).to_contain_text("4 corners")
+
+
+def square(half_deg: float) -> list[list[float]]:
+    """A closed ring about the origin, longitude first."""
+    signs = ((-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1))
+    return [[ORIGIN.longitude_deg + east * half_deg, ORIGIN.latitude_deg + north * half_deg] for east, north in signs]
+
+
+def geojson() -> bytes:
+    return json.dumps({"type": "Polygon", "coordinates": [square(1e-3)]}).encode()
+
+
+def kml() -> bytes:
+    ring = " ".join(f"{east},{north},0" for east, north in square(2e-4))
+    boundary = f"<outerBoundaryIs><LinearRing><coordinates>{ring}</coordinates></LinearRing></outerBoundaryIs>"
+    placemark = f"<Placemark><name>No-go pond</name><Polygon>{boundary}</Polygon></Placemark>"
+    return f'<kml xmlns="http://www.opengis.net/kml/2.2"><Document>{placemark}</Document></kml>'.encode()
+
+
+def qgc_plan() -> bytes:
+    home = [ORIGIN.latitude_deg, ORIGIN.longitude_deg, 0.0]
+    return json.dumps({"fileType": "Plan", "mission": {"items": [], "plannedHomePosition": home}}).encode()
+
+
+async def test_a_no_go_area_is_drawn_and_refused_beside_it_while_it_crosses_itself(
+    map_page: Page, planned_service: Service, page_record
+) -> None:
+    page = map_page
+    await open_plan(page, planned_service)
+    await page.get_by_test_id("add-no-go").click()
+    box = await page.locator(".map-canvas canvas").bounding_box()
+    assert box is not None
+    middle_px = (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    for right_px, down_px in CORNERS_PX:
+        await page.mouse.click(middle_px[0] + right_px, middle_px[1] + down_px)
+        await page.wait_for_timeout(BETWEEN_CLICKS_MS)
+    await expect(page.get_by_test_id("shape-no_go[0]")).to_contain_text("4 corners")
+    await page.get_by_test_id("draw").click()
+    await expect(page.get_by_test_id("plan-apply")).to_be_enabled()
+
+    first_px = [middle + corner for middle, corner in zip(middle_px, CORNERS_PX[0], strict=True)]
+    await page.mouse.move(*first_px)
+    await page.mouse.down()
+    await page.mouse.move(middle_px[0] + 100, middle_px[1] - 20, steps=3)
+    await page.mouse.up()
+    await expect(page.get_by_test_id("shape-problem-no_go[0]")).to_contain_text("must not cross")
+    await expect(page.get_by_test_id("plan-apply")).to_be_disabled()
+    await page.get_by_test_id("draw-remove").click()
+    await expect(page.get_by_test_id("shape-no_go[0]")).to_contain_text("3 corners")
+    await expect(page.get_by_test_id("plan-apply")).to_be_enabled()
+    assert page_record.errors == []
+
+
+async def test_a_plan_made_by_numbers_is_saved_and_applied_before_the_start(
+    page: Page, planned_service: Service
+) -> None:
+    await open_plan(page, planned_service)
+    await page.get_by_test_id("vertex-remove-3").click()
+    await page.get_by_test_id("vertex-2-0").fill("70")
+    await page.get_by_test_id("plan-layer_spacing_m").fill("0")
+    await expect(page.get_by_test_id("plan-layer_spacing_m-problem")).to_have_text("At least 0.1.")
+    await page.get_by_test_id("plan-layer_spacing_m").fill("0.5")
+    await expect(page.get_by_test_id("plan-layer_spacing_m-problem")).to_contain_text("too close")
+    await page.get_by_test_id("plan-layer_spacing_m").fill("4")
+    await page.get_by_test_id("plan-dial").press("ArrowRight")
+    await page.get_by_test_id("plan-name").fill("north slope")
+    await page.get_by_test_id("plan-save").click()
+    await expect(page.get_by_test_id("saved-north slope")).to_be_visible()
+    await expect(page.get_by_test_id("plan-apply")).to_be_enabled()
+    await page.get_by_test_id("plan-apply").click()
+    await expect(page.get_by_test_id("plan-answer")).to_contain_text("flies by this plan")
+    applied = plan_of(planned_service.mission.settings)
+    assert applied.layer_spacing_m == 4.0
+    assert applied.area_enu_m[2] == pytest.approx((70.0, 110.0), abs=0.1)
+    assert len(applied.area_enu_m) == 3
+
+    await expect(page.get_by_test_id("plan-reload")).to_have_count(0)
+    await expect(page.get_by_test_id("plan-apply")).to_be_enabled()
+    await page.get_by_test_id("delete-north slope").click(delay=KEEP_PRESSED_MS)
+    await expect(page.get_by_test_id("saved-north slope")).to_have_count(0)
+    await page.get_by_test_id("view-fly").click()
+    await page.get_by_test_id("action-start").click()
+    await confirm(page)
+    await page.get_by_test_id("view-plan").click()
+    await expect(page.get_by_test_id("plan-late")).to_be_visible()
+    await expect(page.get_by_test_id("plan-apply")).to_be_disabled()
+
+
+async def test_shapes_come_from_files_and_broken_ones_are_refused(page: Page, planned_service: Service) -> None:
+    await open_plan(page, planned_service)
+    picker = page.get_by_test_id("plan-import")
+    await picker.set_input_files(FilePayload(name="broken.kml", mimeType="", buffer=b"<kml><Placemark>"))
+    await expect(page.get_by_test_id("import-refusal")).to_contain_text("broken.kml: The file is no well-formed KML")
+    await expect(page.get_by_test_id("shape-area")).to_contain_text("4 corners")
+    for name, content in (("area.geojson", geojson()), ("pond.kml", kml()), ("home.plan", qgc_plan())):
+        await picker.set_input_files(FilePayload(name=name, mimeType="", buffer=content))
+        await page.get_by_test_id("import-ok").click()
+        await expect(page.get_by_test_id("import-dialog")).to_have_count(0)
+    await expect(page.get_by_test_id("import-refusal")).to_have_text("")
+    await expect(page.get_by_test_id("shape-no_go[0]")).to_contain_text("4 corners")
+    await expect(page.get_by_test_id("shape-launch")).to_contain_text("set")
+    await page.get_by_test_id("shape-area").click()
+    await page.get_by_test_id("unit-deg").click()
+    await expect(page.get_by_test_id("vertex-0-0")).to_have_value(f"{ORIGIN.latitude_deg - 1e-3:.4f}")
