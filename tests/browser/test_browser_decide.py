@@ -6,6 +6,7 @@ from collections.abc import AsyncIterator
 
 import pytest
 import pytest_asyncio
+from fastapi import FastAPI
 from playwright.async_api import Page, expect
 
 from aos_gcs.api.app import create_app
@@ -23,7 +24,7 @@ STEPS_UNTIL_FOUND = 20
 async def found_service(dashboard_build: None) -> AsyncIterator[Service]:  # noqa: ARG001 - asked for its check only
     """A mission that has found something, for operators to judge."""
 
-    def make_app(mission: ScriptedMission):
+    def make_app(mission: ScriptedMission) -> FastAPI:
         return create_app(mission, findings=mission, operator_code=OPERATOR_CODE)
 
     async with serving(make_app) as service:
@@ -34,7 +35,7 @@ async def found_service(dashboard_build: None) -> AsyncIterator[Service]:  # noq
 
 
 async def test_a_finding_is_confirmed_with_a_remark_and_seen_by_observers(
-    page: Page, found_service: Service, page_record
+    page: Page, found_service: Service, page_record: PageRecord
 ) -> None:
     await with_thumbnails(page)
     await open_page(page, found_service.url, "decide")

@@ -8,11 +8,12 @@ from pathlib import Path
 
 import pytest
 import pytest_asyncio
+from fastapi import FastAPI
 from playwright.async_api import FilePayload, Page, expect
 
 from aos_gcs.api.app import create_app
 from aos_gcs.mission.mission_plan import plan_of
-from tests.browser.conftest import Service, serving
+from tests.browser.conftest import PageRecord, Service, serving
 from tests.browser.pages import confirm, open_page
 from tests.fakes.mission import ORIGIN, ScriptedMission
 
@@ -29,7 +30,7 @@ BETWEEN_CLICKS_MS = 350
 async def planned_service(tmp_path: Path, dashboard_build: None) -> AsyncIterator[Service]:  # noqa: ARG001 - its check
     """A mission that can be planned."""
 
-    def make_app(mission: ScriptedMission):
+    def make_app(mission: ScriptedMission) -> FastAPI:
         return create_app(mission, planning=mission, findings=mission, plans_folder=tmp_path / "plans")
 
     async with serving(make_app) as service:
@@ -64,7 +65,7 @@ def qgc_plan() -> bytes:
 
 
 async def test_a_no_go_area_is_drawn_and_refused_beside_it_while_it_crosses_itself(
-    map_page: Page, planned_service: Service, page_record
+    map_page: Page, planned_service: Service, page_record: PageRecord
 ) -> None:
     page = map_page
     await open_plan(page, planned_service)
