@@ -31,7 +31,7 @@ class ComponentSource:
         """See ``Vehicle.capture``."""
         camera = self._record.camera
         if camera is None:
-            raise CaptureError(f"vehicle {self._record.vehicle_id} has no camera that speaks MAVLink")
+            raise CaptureError("it has no camera that speaks MAVLink")
         message = await self._expose(camera, deadline_s)
         exposure = Exposure(
             image_index=message.image_index,

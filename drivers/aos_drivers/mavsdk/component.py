@@ -41,7 +41,7 @@ class ComponentSource:
         """See ``Vehicle.capture``."""
         vehicle_id, information = self._vehicle.record.vehicle_id, self._information
         if information is None:
-            raise CaptureError(f"vehicle {vehicle_id} has no camera that speaks MAVLink")
+            raise CaptureError("it has no camera that speaks MAVLink")
         self._is_exposing = True
         try:
             info = await self._expose(information.component_id, deadline_s)
