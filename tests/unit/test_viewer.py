@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-import math
 from collections.abc import AsyncIterator
-from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -16,63 +14,18 @@ from numpy.typing import NDArray
 
 from aos_gcs.api.app import create_app
 from aos_gcs.errors import ConfigurationError, InputDataError
-from aos_gcs.geometry.camera import CameraModel
-from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
-from aos_gcs.geometry.poses import nadir_pose
 from aos_gcs.imaging.step import ImagingSettings
-from aos_gcs.mission.model import Event, EventKind
 from aos_gcs.mission.viewing import FrameKind, ViewerBusyError, ViewKind
-from aos_gcs.ports import Capture
 from aos_gcs.store.reader import MissionReader
-from aos_gcs.store.recorder import MissionRecorder
 from aos_gcs.viewer import MAX_WAITING, Viewer, open_viewer
 from tests.fakes.mission import ScriptedMission
 from tests.fakes.recording import HandClock
-from tests.unit.test_store_missions import snapshot, step_record
-
-ORIGIN = GeodeticPosition(47.0, 8.0, 400.0)
-CAMERA = CameraModel.from_fov(128, 128, math.radians(50.0))
-CAMERAS_EAST_M = (-6.0, -2.0, 2.0, 6.0)
-FLYING_HEIGHT_M = 35.0
-SPOT_HEIGHT_M = 5.0
-"""Of a warm spot right above the origin of the frame, which is sharp on this plane only."""
-
-
-def capture(vehicle_id: int, east_m: float) -> Capture:
-    """Noise with a bright, warm spot above the origin."""
-    rng = np.random.default_rng(vehicle_id)
-    image = np.dstack([rng.normal(100.0, 5.0, (128, 128, 3)), rng.normal(11.0, 0.1, (128, 128))])
-    column = round(CAMERA.cx_px - east_m * CAMERA.fx_px / (FLYING_HEIGHT_M - SPOT_HEIGHT_M))
-    row = round(CAMERA.cy_px)
-    image[row - 1 : row + 2, column - 1 : column + 2] = [250.0, 20.0, 20.0, 30.0]
-    image[..., :3] = np.rint(np.clip(image[..., :3], 0, 255))
-    pose = nadir_pose([0.0, 0.0, 0.0])
-    return Capture(
-        vehicle_id=vehicle_id,
-        image_index=1,
-        utc_s=1000.0 + vehicle_id,
-        image=image.astype(np.float32),
-        bands=("red", "green", "blue", "thermal"),
-        position=LocalFrame(ORIGIN).to_geodetic(np.array([east_m, 0.0, FLYING_HEIGHT_M])),
-        R_cam2enu=pose.R_cam2enu,
-        camera=CAMERA,
-    )
+from tests.fakes.viewed_step import CAMERA, FLYING_HEIGHT_M, SPOT_HEIGHT_M, record_viewed_step
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Record one step of four frames, the plane on the ground."""
-    root = tmp_path_factory.mktemp("missions")
-
-    async def record() -> None:
-        async with MissionRecorder.create(root, "m", {"configuration": {}}, notify=lambda _: None) as recorder:
-            await recorder.record_event(Event(1, 999.0, EventKind.SNAPSHOT, replace(snapshot(), origin=ORIGIN)))
-            for vehicle_id, east_m in enumerate(CAMERAS_EAST_M, start=1):
-                await recorder.record_frame(1, capture(vehicle_id, east_m))
-            await recorder.record_step(replace(step_record(1), focal_height_m=0.0), {})
-
-    asyncio.run(record())
-    return root / "m"
+    return asyncio.run(record_viewed_step(tmp_path_factory.mktemp("missions")))
 
 
 @pytest.fixture

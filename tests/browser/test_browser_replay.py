@@ -1,0 +1,105 @@
+"""A recorded mission in the browser: its time, its steps on other planes, and what is measured there."""
+
+from __future__ import annotations
+
+import asyncio
+import hashlib
+import re
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import pytest
+import pytest_asyncio
+from playwright.async_api import Page, expect
+
+from aos_gcs.api.app import create_app
+from aos_gcs.api.server import serve
+from aos_gcs.clock import LoopClock
+from aos_gcs.imaging.step import ImagingSettings
+from aos_gcs.store.reader import MissionReader
+from aos_gcs.store.replay import MissionReplay
+from aos_gcs.viewer import Viewer
+from tests.browser.pages import open_page, place_m
+from tests.fakes.recording import record
+from tests.fakes.viewed_step import record_viewed_step
+
+pytestmark = pytest.mark.asyncio(loop_scope="session")
+
+SCAN_S = 14.0
+"""Recorded when the vehicles have left their launch points and the first steps are made."""
+
+
+@pytest_asyncio.fixture(loop_scope="session")
+async def replayed(tmp_path: Path, dashboard_build: None) -> AsyncIterator[str]:  # noqa: ARG001 - asked for its check
+    """A scripted mission as ``aos-gcs replay`` serves it, with frames for its first step."""
+    await record(tmp_path / "mission")
+    frames = await record_viewed_step(tmp_path / "frames")
+    with MissionReader(tmp_path / "mission") as reader:
+        mission = MissionReplay(reader, LoopClock())
+        viewer = Viewer(frames, ImagingSettings(), focus_reach_m=10.0)
+        async with serve(create_app(mission, replay=mission, viewer=viewer), port=0) as address:
+            running = asyncio.create_task(mission.run())
+            yield address.url
+            running.cancel()
+
+
+async def seek(page: Page, time_s: float) -> None:
+    await page.get_by_test_id("replay-time").fill(str(time_s))
+
+
+async def picture_hash(page: Page) -> str:
+    """Return a fingerprint of the pixels that are shown."""
+    return hashlib.sha256(await page.get_by_test_id("stage").screenshot()).hexdigest()
+
+
+async def test_the_slider_moves_the_vehicles_and_nothing_can_be_commanded(page: Page, replayed, page_record) -> None:
+    await open_page(page, replayed)
+    await expect(page.get_by_test_id("replay-bar")).to_contain_text("REPLAY")
+    await expect(page.get_by_test_id("hold-all")).to_have_count(0)
+    await expect(page.get_by_test_id("action-hold")).to_have_count(0)
+    row = page.get_by_test_id("vehicle-1")
+    await seek(page, 0.0)
+    await expect(row).to_have_attribute("data-north", re.compile(r"^-38"))
+    home = await place_m(page, 1)
+    await seek(page, SCAN_S)
+    await expect(page.get_by_test_id("phase")).to_have_text("scan")
+    await expect(row).not_to_have_attribute("data-north", re.compile(r"^-38"))
+    assert (await place_m(page, 1))[1] > home[1] + 10.0
+    await page.keyboard.press("ArrowLeft")
+    await page.get_by_test_id("replay-speed").select_option("16")
+    await page.get_by_test_id("replay-play").click()
+    await expect(page.get_by_test_id("phase")).to_have_text("converge")
+    assert page_record.errors == []
+
+
+async def test_steps_are_focused_measured_and_compared(page: Page, replayed, page_record) -> None:
+    await open_page(page, replayed, "see?step=1")
+    await seek(page, SCAN_S)
+    label = page.get_by_test_id("picture-label")
+    await expect(label).to_have_text(re.compile("Integral, step 1, plane at 0.0"))
+    ground = await picture_hash(page)
+    await page.get_by_test_id("height").fill("5")
+    await expect(label).to_have_text(re.compile("plane at 5.0"))
+    assert await picture_hash(page) != ground
+    await page.get_by_test_id("compare-toggle").click()
+    await page.get_by_test_id("own-plane").click()
+    await expect(label).to_have_text(re.compile("plane at 0.0"))
+    await expect(page.get_by_test_id("picture-before")).to_have_attribute("alt", re.compile("plane at 5.0"))
+    await page.get_by_test_id("compare-toggle").click()
+
+    stage = page.get_by_test_id("stage")
+    metres_per_px = float(await stage.get_attribute("data-metres-per-px") or "nan")
+    await page.get_by_test_id("measure-toggle").click()
+    await stage.click(position={"x": 200, "y": 150})
+    await stage.click(position={"x": 320, "y": 310})
+    measured = float(await page.get_by_test_id("measured").get_attribute("data-metres") or "nan")
+    assert measured == pytest.approx(200.0 * metres_per_px, rel=0.02)
+    scale = await page.get_by_test_id("stage-scale").bounding_box()
+    words = await page.get_by_test_id("stage-scale").inner_text()
+    assert scale is not None
+    assert scale["width"] * metres_per_px == pytest.approx(float(words.split("\u202f")[0]), rel=0.02)
+
+    await page.get_by_test_id("picture-frames").click()
+    await page.get_by_test_id("frame-2").click()
+    await expect(page.get_by_test_id("frame-large")).to_be_visible()
+    assert page_record.errors == []
