@@ -13,6 +13,7 @@ from playwright.async_api import FilePayload, Page, expect
 
 from aos_gcs.api.app import create_app
 from aos_gcs.mission.mission_plan import plan_of
+from aos_gcs.mission.plan_import import MAX_FILE_BYTES
 from tests.browser.conftest import PageRecord, Service, serving
 from tests.browser.pages import confirm, open_page
 from tests.fakes.mission import ORIGIN, ScriptedMission
@@ -103,6 +104,8 @@ async def test_a_plan_made_by_numbers_is_saved_and_applied_before_the_start(
     await expect(page.get_by_test_id("plan-layer_spacing_m-problem")).to_have_text("At least 0.1.")
     await page.get_by_test_id("plan-layer_spacing_m").fill("0.5")
     await expect(page.get_by_test_id("plan-layer_spacing_m-problem")).to_contain_text("too close")
+    await page.get_by_test_id("plan-show-problem").click()
+    await expect(page.get_by_test_id("plan-layer_spacing_m")).to_be_focused()
     await page.get_by_test_id("plan-layer_spacing_m").fill("4")
     await page.get_by_test_id("plan-dial").press("ArrowRight")
     await page.get_by_test_id("plan-name").fill("north slope")
@@ -133,6 +136,9 @@ async def test_shapes_come_from_files_and_broken_ones_are_refused(page: Page, pl
     picker = page.get_by_test_id("plan-import")
     await picker.set_input_files(FilePayload(name="broken.kml", mimeType="", buffer=b"<kml><Placemark>"))
     await expect(page.get_by_test_id("import-refusal")).to_contain_text("broken.kml: The file is no well-formed KML")
+    huge = FilePayload(name="huge.json", mimeType="", buffer=b" " * (MAX_FILE_BYTES + 1))
+    await picker.set_input_files(huge)
+    await expect(page.get_by_test_id("import-refusal")).to_contain_text("huge.json: The file is larger than 4 MiB")
     await expect(page.get_by_test_id("shape-area")).to_contain_text("4 corners")
     for name, content in (("area.geojson", geojson()), ("pond.kml", kml()), ("home.plan", qgc_plan())):
         await picker.set_input_files(FilePayload(name=name, mimeType="", buffer=content))

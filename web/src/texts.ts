@@ -411,14 +411,13 @@ export const texts = {
     swath: "Swath",
     layers: "Layers",
     blocked: (count: number) =>
-      count === 1
-        ? "One problem has to be mended first; it stands beside its field."
-        : `${count} problems have to be mended first; they stand beside their fields.`,
+      count === 1 ? "1 problem has to be mended first." : `${count} problems have to be mended first.`,
+    showProblem: "Show",
     readOnly: "Only operators change the plan.",
     apply: "Apply to the mission",
     applied: "The mission flies by this plan; its checks start anew.",
     late: "The mission has started: its plan can no longer be changed. It can still be saved for the next one.",
-    reload: "Back to the mission's plan",
+    reload: "Discard changes",
     overtaken: "The mission has got another plan since this one was begun.",
     savedPlans: "Saved plans",
     name: "Name of the plan",
@@ -474,6 +473,10 @@ export const texts = {
     save: "Save comment and assignment",
     mark: "Mark a place",
     marking: "Click the place on the map",
+    markAt: "Mark by coordinates",
+    latitude: "Latitude",
+    longitude: "Longitude",
+    markIt: "Mark",
     file: { geojson: "GeoJSON", kml: "KML", gpx: "GPX" },
   },
   report: {

@@ -1,6 +1,6 @@
 /** A number with its unit; what is typed stays as it is until it is left, and what is wrong stands beside it. */
 import type { ComponentChildren } from "preact";
-import { useId, useState } from "preact/hooks";
+import { useState } from "preact/hooks";
 import { texts } from "../texts";
 
 /** Stands for text that the browser does not give out because it is no number. */
@@ -11,7 +11,8 @@ interface Props {
   /** Only for screen readers, where a column's heading says the same. */
   isLabelHidden?: boolean;
   unit?: string;
-  testId: string;
+  /** Unique on the page: others may lead to the field by it. */
+  id: string;
   /** Null: nothing is given, which `placeholder` explains. */
   value: number | null;
   decimals: number;
@@ -29,9 +30,8 @@ interface Props {
   children?: ComponentChildren;
 }
 
-export function NumberField({ label, unit, testId, value, decimals, isOptional = false, ...props }: Props) {
+export function NumberField({ label, unit, id, value, decimals, isOptional = false, ...props }: Props) {
   const { min, max, step = 1, placeholder, problem, advice, isLabelHidden = false, onChange, children } = props;
-  const id = useId();
   const [typed, setTyped] = useState<string | null>(null);
   const told = typed === null ? null : typedProblem(typed, isOptional, min, max);
   const shown = told ?? problem;
@@ -50,7 +50,7 @@ export function NumberField({ label, unit, testId, value, decimals, isOptional =
           id={id}
           type="number"
           inputMode="decimal"
-          data-testid={testId}
+          data-testid={id}
           min={min}
           max={max}
           step="any"
@@ -72,7 +72,7 @@ export function NumberField({ label, unit, testId, value, decimals, isOptional =
         />
         {unit && <span class="small">{unit}</span>}
       </span>
-      <p id={`${id}-problem`} class="is-bad field-problem" data-testid={`${testId}-problem`}>
+      <p id={`${id}-problem`} class="is-bad field-problem" data-testid={`${id}-problem`}>
         {shown}
       </p>
       {advice && <p class="is-warning field-problem">{advice}</p>}

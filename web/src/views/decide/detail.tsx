@@ -172,8 +172,12 @@ function RemarksForm({ finding }: { finding: Finding }) {
 function Copy({ text, label }: { text: string; label: string }) {
   const [copied, setCopied] = useState<string | null>(null);
   const copy = async (): Promise<void> => {
-    await navigator.clipboard.writeText(text);
-    setCopied(text);
+    try {
+      await navigator.clipboard.writeText(text);
+      setCopied(text);
+    } catch {
+      setCopied(null); // the browser may refuse it; the text can be selected
+    }
   };
   // Browsers keep the clipboard from pages of a plain address that is not this machine's.
   if (!window.isSecureContext) return null;

@@ -16,6 +16,7 @@ import { FindingDetail } from "./detail";
 import { type Filter, FILTERS, listed } from "./findings";
 import { findingsLayer, markLayer } from "./findings_layer";
 import { FindingList } from "./list";
+import { MarkForm } from "./mark_form";
 import { Report } from "./report";
 
 const OVERLAY = { kind: "integral", opacity: 1 } as const;
@@ -75,6 +76,7 @@ export function DecideView() {
             chosen={chosen?.finding_id ?? null}
             onChoose={choose}
           />
+          {mayCommand && <MarkForm onPlace={(place) => void add(place)} />}
           <p class="is-bad" role="alert" data-testid="mark-refusal">
             {refusal}
           </p>

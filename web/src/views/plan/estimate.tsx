@@ -1,7 +1,7 @@
 /** What the plan will take, and the button that lets the mission fly by it. */
 import { useState } from "preact/hooks";
 import { applyPlan } from "../../api/plans";
-import type { Phase, PlanEstimate } from "../../api/types";
+import type { Phase, PlanEstimate, PlanProblem } from "../../api/types";
 import { duration, quantity } from "../../format";
 import { useShell } from "../../shell/context";
 import { texts } from "../../texts";
@@ -18,14 +18,30 @@ export function EstimatePanel({ editor, form }: { editor: PlanEditor; form: stri
       <div aria-live="polite" class={isChecking ? "is-old" : ""} data-state={isChecking ? "checking" : "checked"}>
         {checkFailure !== null && <p class="is-bad">{checkFailure}</p>}
         {report?.estimate && <Figures estimate={report.estimate} layers_m={report.layers_m} />}
-        {report && !report.flyable && (
-          <p class="is-bad" data-testid="plan-blocked">
-            {texts.plan.blocked(report.problems.filter(({ blocking }) => blocking).length)}
-          </p>
-        )}
+        {report && !report.flyable && <Blocked problems={report.problems.filter(({ blocking }) => blocking)} />}
       </div>
       {mayCommand ? <Apply editor={editor} form={form} /> : <p class="small">{texts.plan.readOnly}</p>}
     </Panel>
+  );
+}
+
+function Blocked({ problems }: { problems: readonly PlanProblem[] }) {
+  const [first] = problems;
+  return (
+    <div class="button-row">
+      <p class="is-bad" data-testid="plan-blocked">
+        {texts.plan.blocked(problems.length)}
+      </p>
+      {first && (
+        <button
+          type="button"
+          data-testid="plan-show-problem"
+          onClick={() => document.getElementById(`plan-${first.field}`)?.focus()}
+        >
+          {texts.plan.showProblem}
+        </button>
+      )}
+    </div>
   );
 }
 

@@ -54,7 +54,7 @@ function PlanNumber({ name, rule, plan, report, onChange }: Props & { name: Numb
     <NumberField
       {...rule}
       label={texts.plan.field[name]}
-      testId={`plan-${name}`}
+      id={`plan-${name}`}
       value={plan[name] ?? null}
       {...(rule.isOptional ? { placeholder: texts.plan.automatic } : {})}
       problem={problemOf(report, name)}
@@ -131,6 +131,7 @@ function ForestFields({ plan, report, onChange }: Props) {
       <label class="switch">
         <input
           type="checkbox"
+          id="plan-forest"
           data-testid="plan-forest"
           checked={forest !== null}
           onChange={({ currentTarget: { checked } }) => onChange({ ...plan, forest: checked ? NEW_FOREST : null })}
@@ -144,7 +145,7 @@ function ForestFields({ plan, report, onChange }: Props) {
               key={name}
               {...rule}
               label={texts.plan.forestField[name]}
-              testId={`plan-${name}`}
+              id={`plan-${name}`}
               value={forest[name]}
               onChange={(value) => value !== null && onChange({ ...plan, forest: { ...forest, [name]: value } })}
             />

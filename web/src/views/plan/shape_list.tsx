@@ -28,6 +28,7 @@ export function ShapeList({ plan, report, chosen, onChoose, onAddNoGo }: ListPro
           <li key={shape}>
             <button
               type="button"
+              id={`plan-${shape}`}
               data-testid={`shape-${shape}`}
               aria-pressed={shape === chosen}
               aria-describedby={`shape-problem-${shape}`}

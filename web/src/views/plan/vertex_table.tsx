@@ -145,7 +145,7 @@ function VertexRow({ place, index, unit, origin, isChosen, onFocus, onChange, on
           <NumberField
             label={texts.plan.corner(index + 1, texts.plan.axes[unit][axis])}
             isLabelHidden
-            testId={`vertex-${index}-${axis}`}
+            id={`vertex-${index}-${axis}`}
             value={pair[axis]}
             decimals={isMetres ? 1 : 7}
             step={isMetres ? 1 : 1e-5}
