@@ -112,6 +112,7 @@ export const texts = {
   },
   scope: {
     label: "To",
+    selection: "Selection",
     clear: "Select none",
     mission: "the mission",
     waiting: "all that wait on the ground",

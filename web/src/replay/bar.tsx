@@ -1,11 +1,12 @@
 /** The time of a recorded mission: below the tabs of every view, and unmistakable. */
-import { useEffect, useMemo, useRef, useState } from "preact/hooks";
+import { useEffect, useMemo, useState } from "preact/hooks";
 import { Newest } from "../api/newest";
 import { controlReplay, readTimeline } from "../api/replay";
 import type { Replay, ReplayRequest, Timeline } from "../api/types";
 import { duration } from "../format";
 import { texts } from "../texts";
 import { keyChange, neighbourStep_s, phaseSpans, SPEEDS, toggled } from "./timeline";
+import { useReplayKeys } from "./use_replay_keys";
 import "./replay.css";
 
 interface Props {
@@ -154,18 +155,4 @@ function known({ time_s, speed, playing }: ReplayRequest): Partial<Replay> {
     ...(typeof speed === "number" && { speed }),
     ...(typeof playing === "boolean" && { playing }),
   };
-}
-
-/** Hears the keys that no element of the page wants for itself. */
-function useReplayKeys(obey: (key: string) => boolean): void {
-  const handler = useRef(obey);
-  handler.current = obey;
-  useEffect(() => {
-    const listen = (event: KeyboardEvent): void => {
-      if (event.ctrlKey || event.metaKey || event.altKey || event.target !== document.body) return;
-      if (handler.current(event.key)) event.preventDefault();
-    };
-    window.addEventListener("keydown", listen);
-    return () => window.removeEventListener("keydown", listen);
-  }, []);
 }

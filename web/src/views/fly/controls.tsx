@@ -23,10 +23,10 @@ export function Controls() {
           fleet,
         );
   return (
-    <Panel title={texts.actions.panel} testId="controls" class="controls">
+    <Panel title={mayCommand ? texts.actions.panel : texts.scope.selection} testId="controls" class="controls">
       <p class="scope">
         <span>
-          {texts.scope.label} <strong data-testid="scope">{scope}</strong>
+          {mayCommand && texts.scope.label} <strong data-testid="scope">{scope}</strong>
         </span>
         <button
           type="button"

@@ -1,0 +1,23 @@
+/** Hears the keys of the replay, apart from those that the element with the focus needs for itself. */
+import { useEffect, useRef } from "preact/hooks";
+
+/** `obey` tells whether a key meant something. */
+export function useReplayKeys(obey: (key: string) => boolean): void {
+  const handler = useRef(obey);
+  handler.current = obey;
+  useEffect(() => {
+    const listen = (event: KeyboardEvent): void => {
+      if (event.ctrlKey || event.metaKey || event.altKey || isNeeded(event.target, event.key)) return;
+      if (handler.current(event.key)) event.preventDefault();
+    };
+    window.addEventListener("keydown", listen);
+    return () => window.removeEventListener("keydown", listen);
+  }, []);
+}
+
+function isNeeded(target: EventTarget | null, key: string): boolean {
+  if (!(target instanceof HTMLElement)) return false;
+  if (target instanceof HTMLInputElement && target.type === "range") return key.startsWith("Arrow");
+  if (target.closest("input, select, textarea, dialog, [tabindex]") !== null) return true;
+  return key === " " && target.closest("button, a") !== null;
+}
