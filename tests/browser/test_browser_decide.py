@@ -73,6 +73,7 @@ async def test_a_finding_is_confirmed_with_a_remark_and_seen_by_observers(
     assert page_record.errors == []
 
 
+@pytest.mark.slow
 async def test_a_place_is_marked_on_the_map_where_the_chosen_finding_is(map_page: Page, found_service: Service) -> None:
     page = map_page
     await with_thumbnails(page)
