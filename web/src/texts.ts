@@ -239,7 +239,7 @@ export const texts = {
       state: "state",
       work: "whole step",
       imaging: "imaging",
-      lag: "loop lag, 99th percentile",
+      lag: "loop lag (p99)",
       covered: "covered",
     },
     headline: { visibility: "Visible", threshold: "threshold" },

@@ -33,22 +33,24 @@ export function UnderstandView() {
     <div class="understand">
       <div class="understand-head">
         <Headline step={steps.at(-1)} />
-        {zoom && (
+        {zoom && form === "curves" && (
           <button type="button" data-testid="zoom-out" onClick={() => setZoom(null)}>
             {texts.understand.zoomOut(duration(zoom[0]), duration(zoom[1]))}
           </button>
         )}
-        <Choice
-          label={texts.understand.range}
-          testId="range"
-          values={Object.keys(LATEST_S) as Latest[]}
-          chosen={zoom ? null : latest}
-          words={texts.understand.latest}
-          onChoose={(chosen) => {
-            setZoom(null);
-            setLatest(chosen);
-          }}
-        />
+        {form === "curves" && (
+          <Choice
+            label={texts.understand.range}
+            testId="range"
+            values={Object.keys(LATEST_S) as Latest[]}
+            chosen={zoom ? null : latest}
+            words={texts.understand.latest}
+            onChoose={(chosen) => {
+              setZoom(null);
+              setLatest(chosen);
+            }}
+          />
+        )}
         <Choice
           label={texts.understand.form}
           testId="form"

@@ -91,6 +91,7 @@ function makeOptions(
     cursor: {
       sync: { key: SHARED_CURSOR },
       drag: { x: true, y: false, setScale: false },
+      y: false,
       points: { size: 6 },
       bind: {
         dblclick: () => () => {

@@ -8,7 +8,7 @@ export function StepTable({ steps }: { steps: readonly Step[] }) {
   const { column, stepTable } = texts.understand;
   return (
     <div class="scroll panel" tabIndex={0}>
-      <table class="figures" data-testid="step-table">
+      <table class="number-table" data-testid="step-table">
         <caption>{stepTable}</caption>
         <thead>
           <tr>
@@ -47,7 +47,7 @@ export function LinkTable({ mission, snapshotAge_s }: { mission: Mission; snapsh
   const { linkColumn, linkTable } = texts.understand;
   return (
     <div class="scroll panel" tabIndex={0}>
-      <table class="figures" data-testid="link-table">
+      <table class="number-table" data-testid="link-table">
         <caption>{linkTable}</caption>
         <thead>
           <tr>
