@@ -69,6 +69,10 @@ async def test_the_slider_moves_the_vehicles_and_nothing_can_be_commanded(page: 
     await page.get_by_test_id("replay-speed").select_option("16")
     await page.get_by_test_id("replay-play").click()
     await expect(page.get_by_test_id("phase")).to_have_text("converge")
+    await page.keyboard.press("u")
+    await expect(page.get_by_test_id("plot-visibility")).to_have_attribute("aria-label", re.compile(r"visible \d"))
+    await page.get_by_test_id("form-table").click()
+    await expect(page.get_by_test_id("step-table")).to_contain_text("exploitation")
     assert page_record.errors == []
 
 
