@@ -17,7 +17,7 @@ import sys
 from pathlib import Path
 
 from PIL import Image
-from playwright.async_api import Page, async_playwright, expect
+from playwright.async_api import Page, ViewportSize, async_playwright, expect
 
 from aos_gcs.api.app import create_app
 from aos_gcs.api.server import serve
@@ -28,8 +28,8 @@ from aos_gcs.store.replay import MissionReplay
 from aos_gcs.viewer import open_viewer
 
 IMAGES = Path(__file__).resolve().parent.parent / "docs" / "images"
-DESKTOP = {"width": 1280, "height": 800}
-TABLET = {"width": 800, "height": 1280}
+DESKTOP = ViewportSize(width=1280, height=800)
+TABLET = ViewportSize(width=800, height=1280)
 LARGEST_BYTES = 300_000
 PLAYED_S = 80.0
 TIMEOUT_MS = 120_000

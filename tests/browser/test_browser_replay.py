@@ -19,6 +19,7 @@ from aos_gcs.imaging.step import ImagingSettings
 from aos_gcs.store.reader import MissionReader
 from aos_gcs.store.replay import MissionReplay
 from aos_gcs.viewer import Viewer
+from tests.browser.conftest import PageRecord
 from tests.browser.pages import open_page, place_m
 from tests.fakes.recording import record
 from tests.fakes.viewed_step import record_viewed_step
@@ -52,7 +53,9 @@ async def picture_hash(page: Page) -> str:
     return hashlib.sha256(await page.get_by_test_id("stage").screenshot()).hexdigest()
 
 
-async def test_the_slider_moves_the_vehicles_and_nothing_can_be_commanded(page: Page, replayed, page_record) -> None:
+async def test_the_slider_moves_the_vehicles_and_nothing_can_be_commanded(
+    page: Page, replayed: str, page_record: PageRecord
+) -> None:
     await open_page(page, replayed)
     await expect(page.get_by_test_id("replay-bar")).to_contain_text("REPLAY")
     await expect(page.get_by_test_id("hold-all")).to_have_count(0)
@@ -76,7 +79,7 @@ async def test_the_slider_moves_the_vehicles_and_nothing_can_be_commanded(page: 
     assert page_record.errors == []
 
 
-async def test_steps_are_focused_measured_and_compared(page: Page, replayed, page_record) -> None:
+async def test_steps_are_focused_measured_and_compared(page: Page, replayed: str, page_record: PageRecord) -> None:
     await open_page(page, replayed, "see?step=1")
     await seek(page, SCAN_S)
     label = page.get_by_test_id("picture-label")
