@@ -24,6 +24,7 @@ from aos_gcs.ports import Arm, Disarm, Severity, Takeoff
 
 MIN_SWARM = 2
 _POLL_S = 0.5
+_ARM_AGAIN_S = 2.0
 _SAME_HOME_M = 1.0
 """Homes that move less, as their receivers drift, leave the plan as it is."""
 _FENCE_MARGIN_M = 30.0
@@ -81,12 +82,17 @@ class Launch:
         return Phase.PREFLIGHT
 
     async def arm(self) -> Phase:
-        """Start the motors of all vehicles; those that refuse stay behind."""
+        """Start the motors of all vehicles; those that refuse twice stay behind."""
         context = self._context
         context.message = "Arming."
         # Entered again after a long hold, autopilots have stopped motors that were idle.
         unarmed = [m for m in context.roster.members(Task.IDLE, Task.SWARM) if not m.state.armed]
         refusals = await context.flight.command_each(unarmed, lambda _: Arm())
+        refused = context.roster.select(vehicle_id for vehicle_id, reason in refusals.items() if reason is not None)
+        if refused:
+            # One that has just missed our heartbeats for seconds, as over a bad radio, takes it the second time.
+            await context.clock.sleep(_ARM_AGAIN_S)
+            refusals |= await context.flight.command_each(refused, lambda _: Arm())
         for member in context.roster.select(vehicle_id for vehicle_id, reason in refusals.items() if reason is None):
             member.task = Task.SWARM
         swarm = context.roster.members(Task.SWARM)
