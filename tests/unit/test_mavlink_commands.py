@@ -362,7 +362,7 @@ async def test_a_newer_command_of_the_same_value_supersedes_too() -> None:
 
 async def test_a_refused_command_does_not_supersede_a_running_one() -> None:
     vehicle = copter(flying=True)
-    vehicle.obeys = lambda message: True if len(vehicle.commands) > 2 else None
+    vehicle.obeys = lambda _message: True if len(vehicle.commands) > 2 else None
     async with open_network(vehicle) as network:
         going = asyncio.create_task(network.vehicle().execute(GOTO, 10.0))
         await network.clock.sleep(0.1)
