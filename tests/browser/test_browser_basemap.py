@@ -20,7 +20,7 @@ from tests.browser.pages import open_page
 pytestmark = pytest.mark.asyncio(loop_scope="session")
 
 ORANGE = (230, 120, 20)
-DRAWING_TIMEOUT_S = 15.0
+DRAWING_TIMEOUT_S = 60.0
 _HEADER_LENGTH = 127
 _TILE_TYPE_PNG = 2
 _GZIP, _UNCOMPRESSED = 2, 1
