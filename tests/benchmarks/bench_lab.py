@@ -26,14 +26,16 @@ from aos_gcs.lab import (
     parse_strategies,
     run_strategy,
 )
-from aos_gcs.lab.campaign import Campaign
+from aos_gcs.lab.campaign import Campaign, run_initialisation
 from aos_gcs.lab.results import create_results
 from aos_gcs.lab.sensing import make_sensor
+from aos_gcs.lab.studies import ALL, BETTER
 from aos_gcs.lab.workers import compute
 from aos_gcs.lab.worlds import Target, World
 
 STRATEGIES = "aos-pso,aos-pso(leader_stabilised=true),aos-apso"
 CAMPAIGN_INITIALISATIONS = 6
+SHOWN_INITIALISATIONS = 5
 REPETITIONS = 3
 
 
@@ -45,8 +47,9 @@ def main() -> None:
     report("build a forest of one hectare", 3, lambda: open_world(initialisation, scenario))
     for fidelity in Fidelity:
         bench_step(world, Scenario(fidelity=fidelity))
-    for choice in parse_strategies(STRATEGIES):
+    for choice in parse_strategies(f"{STRATEGIES},{BETTER}"):
         bench_run(world, scenario, initialisation, choice)
+    bench_initialisation(scenario)
     bench_workers(scenario)
 
 
@@ -66,6 +69,16 @@ def bench_run(world: World, scenario: Scenario, initialisation: Initialisation, 
         deque(run_strategy(world, scenario, initialisation, choice.make(), choice.label), maxlen=0)
 
     report(f"run of 20 s, {choice.label}", 3, run)
+
+
+def bench_initialisation(scenario: Scenario) -> None:
+    """Print how long all strategies take in one initialisation, its forest included: the median of several."""
+    campaign = Campaign(
+        scenario, parse_strategies(",".join(ALL)), draw_initialisations(SHOWN_INITIALISATIONS, 1, scenario)
+    )
+    initialisations = iter(campaign.initialisations)
+    what = f"{len(ALL)} strategies in one initialisation"
+    report(what, SHOWN_INITIALISATIONS, lambda: run_initialisation(campaign, next(initialisations)))
 
 
 def bench_workers(scenario: Scenario) -> None:
