@@ -60,7 +60,7 @@ async def test_the_map_lies_on_the_services_base_map(map_page: Page, tmp_path: P
         async with asyncio.timeout(DRAWING_TIMEOUT_S):
             while await commonest_colour(map_page, corner) != ORANGE:  # noqa: ASYNC110 - nothing announces it
                 await asyncio.sleep(0.2)
-    assert page_record.errors == []
+        assert page_record.errors == []
 
 
 async def commonest_colour(page: Page, clip: FloatRect) -> object:

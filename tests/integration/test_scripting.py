@@ -58,7 +58,13 @@ async def simulator(vehicles: int) -> AsyncIterator[tuple[SimulatedSwarm, list[s
         probe.bind(("127.0.0.1", 0))
         port = probe.getsockname()[1]
     settings = SimulatorOptions(
-        vehicles=vehicles, links=(f"udpout://127.0.0.1:{port}",), speed=SPEED, image_size_px=32, start_up_s=2.0
+        vehicles=vehicles,
+        links=(f"udpout://127.0.0.1:{port}",),
+        speed=SPEED,
+        image_size_px=32,
+        start_up_s=2.0,
+        # Clock seconds that a busy machine needs between arming and take-off.
+        parameters={"DISARM_DELAY": 120.0},
     )
     async with SimulatedSwarm(settings, CheckerboardGround()) as swarm:
         yield swarm, [f"udpin://127.0.0.1:{port}"]

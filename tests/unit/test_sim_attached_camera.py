@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 
 import pytest
@@ -265,6 +266,8 @@ def test_an_exposure_has_the_pose_of_its_moment_though_it_becomes_known_later():
 
 
 def test_an_exposure_without_a_pose_is_refused_once_and_told(caplog):
+    # Whatever the program's own logging was set to before.
+    caplog.set_level(logging.WARNING, logger="aos_sim.attached.camera")
     bench = Bench()
     bench.fly(1.0)
     bench.fly(0.5, telling=False)
