@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 import pytest_asyncio
 from fastapi import FastAPI
-from playwright.async_api import FilePayload, Page, expect
+from playwright.async_api import FilePayload, Page, Route, expect
 
 from aos_gcs.api.app import create_app
 from aos_gcs.mission.mission_plan import plan_of
@@ -23,6 +23,8 @@ pytestmark = pytest.mark.asyncio(loop_scope="session")
 KEEP_PRESSED_MS = 1000
 CORNERS_PX = ((-60, -60), (60, -60), (60, 40), (-60, 40))
 """From the middle of the map; y is down."""
+NEWS_MS = 500
+"""Longer than the socket takes to tell that the mission has another plan."""
 BETWEEN_CLICKS_MS = 350
 """Two clicks that follow one another faster are a double click, which ends the drawing."""
 
@@ -92,6 +94,25 @@ async def test_a_no_go_area_is_drawn_and_refused_beside_it_while_it_crosses_itse
     await expect(page.get_by_test_id("shape-no_go[0]")).to_contain_text("3 corners")
     await expect(page.get_by_test_id("plan-apply")).to_be_enabled()
     assert page_record.errors == []
+
+
+async def test_a_plan_that_is_read_while_the_mission_gets_it_is_the_current_one(
+    page: Page, planned_service: Service
+) -> None:
+    await open_plan(page, planned_service)
+    await page.get_by_test_id("plan-layer_spacing_m").fill("4")
+    await expect(page.get_by_test_id("plan-apply")).to_be_enabled()
+
+    async def answer_after_the_news(route: Route) -> None:
+        response = await route.fetch()
+        await page.wait_for_timeout(NEWS_MS)
+        await route.fulfill(response=response)
+
+    await page.route("**/api/plan", answer_after_the_news)
+    await page.get_by_test_id("plan-apply").click()
+    await expect(page.get_by_test_id("plan-answer")).to_contain_text("flies by this plan")
+    await expect(page.get_by_test_id("plan-reload")).to_be_visible()
+    await expect(page.get_by_test_id("plan-reload")).to_have_count(0)
 
 
 async def test_a_plan_made_by_numbers_is_saved_and_applied_before_the_start(

@@ -57,9 +57,10 @@ export function usePlan(): PlanEditor {
     if (answer.ok) setDraft({ missionId, plan: answer.value, flown: answer.value, revision });
   };
   useEffect(() => {
+    // The draft, too: the mission may have got another plan while this one was being read.
     const isCurrent = draft?.missionId === missionId && (isChanged || draft.revision === revision);
     if (missionId !== "" && isConnected && !isCurrent) void reload();
-  }, [missionId, hasOrigin, revision, isConnected]);
+  }, [missionId, hasOrigin, revision, isConnected, draft]);
 
   const plan = draft?.plan ?? null;
   const isCheckable = plan !== null && mayCommand && isConnected;
