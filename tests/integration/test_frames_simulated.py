@@ -29,7 +29,6 @@ SIZE_PX = 64
         pytest.param("mavsdk", "arducopter", marks=pytest.mark.slow),
     ],
 )
-@pytest.mark.slow
 async def test_reported_frames_have_the_true_poses(driver_name: str, autopilot: str, tmp_path: Path) -> None:
     if driver_name == "mavsdk":
         pytest.importorskip("mavsdk", reason="needs the optional library mavsdk")

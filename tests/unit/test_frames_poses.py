@@ -223,6 +223,15 @@ def test_all_three_forms_of_a_feedback_time_are_the_same_moment() -> None:
     assert unknown.sigma_s > from_epoch.sigma_s
 
 
+@given(st.floats(0.0, 1e6), st.integers(0, 9))
+def test_a_time_of_day_at_the_moment_of_telemetry_counts_as_since_then(boot_s: float, late_by_ms: int) -> None:
+    clock = BootClock()
+    clock.hear_utc(1_700_000_000.0, boot_s)
+    exposed = clock.exposure_time(1_700_000_000_000_000, boot_s)
+    assert exposed.is_since(boot_s + late_by_ms / 1e3)
+    assert not exposed.is_since(boot_s + 0.1)
+
+
 @pytest.mark.parametrize("utc_s", [1_700_000_000.0 + 3600.0, 1_700_000_000.0 - 60.0])
 def test_a_time_of_day_that_cannot_be_is_replaced_by_that_of_arrival(utc_s: float) -> None:
     clock = BootClock()

@@ -22,6 +22,7 @@ _LONGEST_DELAY_S = 10.0
 _AHEAD_S = 0.5
 _SYSTEM_TIME_SIGMA_S = 0.01
 _UNKNOWN_SIGMA_S = 0.3
+_SIGMAS = 5.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +33,10 @@ class ExposureTime:
     """Seconds since the vehicle's boot."""
     sigma_s: float
     """Standard deviation."""
+
+    def is_since(self, boot_s: float) -> bool:
+        """Tell whether the image can have been exposed at ``boot_s`` or later, as far as its time is known."""
+        return self.boot_s >= boot_s - _SIGMAS * self.sigma_s
 
 
 class LeastDelay:

@@ -104,7 +104,7 @@ def lens_of(fov_rad: float | None) -> float:
 
 def capture_error(vehicle_id: int, index: int | None, reason: CaptureError) -> CaptureError:
     """Return the error, of the same kind, of an image that did not arrive; ``index`` is None where it is not known."""
-    which = f"image {index}" if index is not None else "the image"
+    which = f"image {index}" if index is not None else "image"
     return type(reason)(f"no {which} from vehicle {vehicle_id}: {reason}")
 
 

@@ -77,7 +77,7 @@ class ReportedSource:
                 return None
             # A command that was sent twice exposes twice, and the second report may come when the first frame is done:
             # what was exposed before the vehicle's latest telemetry was not commanded after it.
-            return report if heard_boot_s is None or report.time.boot_s >= heard_boot_s else None
+            return report if heard_boot_s is None or report.time.is_since(heard_boot_s) else None
 
         if not self._settings.is_triggered:
             return await self._shutter.wait(find, deadline_s)
