@@ -9,7 +9,7 @@ import asyncio
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cache, lru_cache, partial
 from pathlib import Path
 from typing import TypeVar
 
@@ -25,7 +25,7 @@ from aos_gcs.imaging.focus_measure import FocusSignal
 from aos_gcs.imaging.focus_region import GroundRegion
 from aos_gcs.imaging.model import Frame, StepAnalysis
 from aos_gcs.imaging.pictures import MAX_CELLS, encode_png, render_pictures, shade_integral, shade_thermal
-from aos_gcs.imaging.step import ImagingSettings, analyse_step
+from aos_gcs.imaging.step import FindMask, ImagingSettings, analyse_step, find_mask
 from aos_gcs.mission.sampling import to_frame
 from aos_gcs.mission.settings import AutofocusSettings
 from aos_gcs.mission.viewing import (
@@ -60,6 +60,8 @@ class _Step:
     utc_s: tuple[float, ...]
     """Of the frames' exposures."""
     focal_height_m: float
+    known_mask: FindMask
+    """Remembers the masks: they are the same on every plane, and finding them takes longer than all else."""
 
     @property
     def heights_m(self) -> tuple[float, float]:
@@ -143,12 +145,14 @@ class Viewer:
             frames=tuple(to_frame(capture, frame) for capture in captures),
             utc_s=tuple(capture.utc_s for capture in captures),
             focal_height_m=height_m,
+            known_mask=cache(partial(find_mask, settings=self._settings)),
         )
 
     def _look(self, step: int, height_m: float) -> StepAnalysis:
         # Finer cells than a picture has would only cost time: a slider waits for this.
         settings = replace(self._settings, plane_height_m=height_m, max_cells=MAX_CELLS)
-        return _told(lambda: analyse_step(self._load(step).frames, settings), InputDataError)
+        loaded = self._load(step)
+        return _told(lambda: analyse_step(loaded.frames, settings, known_mask=loaded.known_mask), InputDataError)
 
     def _view(self, step: int, kind: ViewKind, height_m: float | None, window: ViewWindow | None) -> View:
         loaded = self._load(step)

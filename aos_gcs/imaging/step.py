@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,9 @@ from aos_gcs.imaging.sightings import sight
 from aos_gcs.imaging.views import PlaneView, grid_view
 from aos_gcs.imaging.visibility import area_in_view_px, choose_leader, contribution_m2, distance_to_centre, masks_around
 from aos_gcs.imaging.workers import parallel_map
+
+FindMask: TypeAlias = Callable[[Frame], NDArray[np.uint8]]
+"""What a detector marks of a frame, shape (H, W), 1 where it is anomalous."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +76,22 @@ class ImagingSettings:
             raise ConfigurationError(f"history_frames must not be negative, got {self.history_frames}.")
 
 
-def analyse_step(frames: Sequence[Frame], settings: ImagingSettings, history: Sequence[KeptView] = ()) -> StepAnalysis:
+def find_mask(frame: Frame, settings: ImagingSettings) -> NDArray[np.uint8]:
+    """Return what the detector marks of a frame, shape (H, W), 1 where it is anomalous.
+
+    Raises:
+        ImagingError: if it lacks a band that the detector needs.
+    """
+    # Before any warp: what is interpolated is correlated, and smoother than the background.
+    return detect(frame.image, frame.bands, settings.detector, settings.rx_quantile, settings.rx_min_score)
+
+
+def analyse_step(
+    frames: Sequence[Frame],
+    settings: ImagingSettings,
+    history: Sequence[KeptView] = (),
+    known_mask: FindMask | None = None,
+) -> StepAnalysis:
     """Integrate frames and their anomaly masks, and find the largest blob and the leader.
 
     Blocks for tens of milliseconds: call it in a worker thread.
@@ -84,6 +103,8 @@ def analyse_step(frames: Sequence[Frame], settings: ImagingSettings, history: Se
         settings: see :class:`ImagingSettings`.
         history: views of the previous step's ``StepAnalysis.history``. They enlarge blobs that the frames mark, too; a
             blob of theirs alone is none. Leader, fitness and views of blobs are of the frames only.
+        known_mask: remembers what ``find_mask`` has found in these very frames, for who analyses them on several
+            planes: masks do not depend on the plane.
 
     Raises:
         UnusableFramesError: if no frame can be used; it gives the reasons.
@@ -94,11 +115,14 @@ def analyse_step(frames: Sequence[Frame], settings: ImagingSettings, history: Se
     view, bands = grid_view(grid), frames[0].bands
     integral = ViewIntegral(view, bands, exact=False)
     marks: list[Marks] = []
+    own_mask = partial(find_mask, settings=settings)
     for first in range(0, len(frames), BATCH_FRAMES):
-        batch = parallel_map(_in_single_precision, frames[first : first + BATCH_FRAMES])
+        taken = frames[first : first + BATCH_FRAMES]
+        batch = parallel_map(_in_single_precision, taken)
         integral.add_all(batch)
         if settings.anomaly_source is AnomalySource.MASKS:
-            marks += parallel_map(partial(_marks, view=view, settings=settings), batch)
+            find, frames_to_mark = (own_mask, batch) if known_mask is None else (known_mask, taken)
+            marks += parallel_map(partial(_marks, view=view, find=find), frames_to_mark)
     mean, coverage = integral.take()
     if settings.anomaly_source is AnomalySource.INTEGRAL:
         marks = _marks_of_integral(mean, coverage, frames, view, settings)
@@ -152,11 +176,9 @@ def _in_single_precision(frame: Frame) -> Frame:
     return replace(frame, image=np.ascontiguousarray(frame.image, dtype=np.float32))
 
 
-def _marks(frame: Frame, view: PlaneView, settings: ImagingSettings) -> Marks:
+def _marks(frame: Frame, view: PlaneView, find: FindMask) -> Marks:
     """Return the cells that a frame marks."""
-    # Before any warp: what is interpolated is correlated, and smoother than the background.
-    mask = detect(frame.image, frame.bands, settings.detector, settings.rx_quantile, settings.rx_min_score)
-    projection = view.project(frame)
+    mask, projection = find(frame), view.project(frame)
     return NO_MARKS if projection is None else project_marks(mask, projection)
 
 

@@ -1,10 +1,12 @@
 import dataclasses
+import functools
 import re
 import tracemalloc
 
 import cv2
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from aos_gcs.errors import ConfigurationError, ImagingError
 from aos_gcs.geometry.camera import CameraModel
@@ -13,7 +15,7 @@ from aos_gcs.geometry.projection import project_points
 from aos_gcs.imaging.integral import BATCH_FRAMES
 from aos_gcs.imaging.model import AnomalySource, Detector, Frame, LeaderCriterion
 from aos_gcs.imaging.pictures import render_pictures
-from aos_gcs.imaging.step import ImagingSettings, analyse_step
+from aos_gcs.imaging.step import ImagingSettings, analyse_step, find_mask
 
 CAMERA = CameraModel.from_fov(128, 128, np.radians(50.0))
 BANDS = ("red", "green", "blue", "thermal")
@@ -129,6 +131,23 @@ def test_equal_views_are_led_by_the_one_that_has_the_target_in_its_centre() -> N
     analysis = analyse_step(frames, settings)
     np.testing.assert_allclose(analysis.fitness, analysis.fitness[0], rtol=1e-9)
     assert analysis.leader_id == 2
+
+
+def test_masks_of_frames_are_found_once_for_all_planes() -> None:
+    frames, looked_at = swarm(occluded=0.6), []
+
+    @functools.cache
+    def known_mask(frame: Frame) -> NDArray[np.uint8]:
+        looked_at.append(frame)
+        return find_mask(frame, SETTINGS)
+
+    for plane_height_m in (0.5, 2.0):
+        settings = dataclasses.replace(SETTINGS, plane_height_m=plane_height_m)
+        known, anew = analyse_step(frames, settings, known_mask=known_mask), analyse_step(frames, settings)
+        np.testing.assert_array_equal(known.anomaly_count, anew.anomaly_count)
+        assert known.leader_id == anew.leader_id
+    assert len(looked_at) == len(frames)
+    assert set(looked_at) == set(frames)
 
 
 def test_the_minimum_count_asks_for_agreement() -> None:
