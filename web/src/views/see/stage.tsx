@@ -124,7 +124,10 @@ function Layer({ placed: { url, bounds, label }, viewport, size, testId }: Layer
     height: `${bottom - top}px`,
     transform: `translate(${left}px, ${top}px)`,
   };
-  return <img src={url} alt={texts.see.alt(label)} style={style} draggable={false} data-testid={testId} />;
+  // Decoded before it is given: painted at once, without a frame that shows nothing.
+  return (
+    <img src={url} alt={texts.see.alt(label)} style={style} decoding="sync" draggable={false} data-testid={testId} />
+  );
 }
 
 interface DrawingProps {

@@ -1,5 +1,5 @@
 /** The integral of a step on a plane, asked for anew whenever the plane changes. */
-import { useEffect, useMemo, useRef, useState } from "preact/hooks";
+import { useEffect, useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 import { Newest } from "../../api/newest";
 import type { ViewKind } from "../../api/types";
 import { readIntegral } from "../../api/viewer";
@@ -46,7 +46,8 @@ export function useIntegral(query: IntegralQuery | null): Result {
       }),
     [],
   );
-  useEffect(() => {
+  // Before the page is painted, not after: the picture is one frame earlier there.
+  useLayoutEffect(() => {
     if (query !== null) newest.ask(query);
   }, [query?.step, query?.kind, query?.height_m]);
   useEffect(() => {
