@@ -125,6 +125,8 @@ class PreflightConfig(BaseModel):
 
     upload_fence: bool = False
     """Write the mission's geofence to the vehicles, with the parameters that make them keep it."""
+    set_return_height: bool = False
+    """Have vehicles return by themselves in their own altitude layers, and as before once they have landed."""
     overrides: list[str] = []
     """``check: reason``: failures of this check do not stand against the launch, on any vehicle."""
     refresh_s: Annotated[float, Field(ge=1.0)] = PreflightSettings().refresh_s
@@ -315,7 +317,7 @@ def _preflight(config: PreflightConfig) -> PreflightSettings:
         if not reason:
             raise ConfigurationError(f'preflight.overrides: {name!r} needs a reason; write "{name}: why".')
         overrides[name] = reason
-    return PreflightSettings(config.upload_fence, overrides, config.refresh_s)
+    return PreflightSettings(config.upload_fence, config.set_return_height, overrides, config.refresh_s)
 
 
 def _uncertainty(table: Mapping[str, Any]) -> Uncertainty:

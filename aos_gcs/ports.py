@@ -282,6 +282,10 @@ class VehicleFacts:
     at_fence: Safeguard
     return_height_m: float
     """Height above home to which it climbs, if it is lower, before it returns by itself."""
+    return_climb_m: float
+    """How far it climbs before that, however high it is."""
+    return_settings: Mapping[str, float]
+    """The autopilot's own settings that say both, for ``Vehicle.restore_return``."""
 
 
 class Vehicle(Protocol):
@@ -318,6 +322,26 @@ class Vehicle(Protocol):
 
         Raises:
             CommandRefusedError: the vehicle does not take it, or stores another one.
+            CommandTimeoutError: not done by ``deadline_s``.
+        """
+        ...
+
+    async def set_return_height(self, height_above_home_m: float, deadline_s: float) -> None:
+        """Have the vehicle climb to this height, and no higher, before it returns by itself; only on the ground.
+
+        A vehicle that is higher returns as high as it is. The vehicle has repeated the new values when this returns.
+
+        Raises:
+            CommandRefusedError: its motors run, or it keeps other values.
+            CommandTimeoutError: not done by ``deadline_s``.
+        """
+        ...
+
+    async def restore_return(self, settings: Mapping[str, float], deadline_s: float) -> None:
+        """Set back ``VehicleFacts.return_settings`` that were read earlier; only on the ground.
+
+        Raises:
+            CommandRefusedError: its motors run, it keeps other values, or a setting says nothing of its return.
             CommandTimeoutError: not done by ``deadline_s``.
         """
         ...

@@ -147,7 +147,7 @@ def _configuration(options: DemoOptions, link_port: int) -> ServiceConfig:
             "auto_return": not options.wait,
         },
         "swarm": {"strategy": options.strategy},
-        "preflight": {"upload_fence": True},
+        "preflight": {"upload_fence": True, "set_return_height": True},
         "deadlines": _real_deadlines(max(1.0, options.speed)),
         "safety": {
             "max_link_age_s": 3.0 * max(1.0, options.speed),

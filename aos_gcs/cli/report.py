@@ -10,8 +10,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from aos_gcs.mission.model import EnuPoint, MissionSnapshot, Outcome, StepRecord, VehicleSnapshot
-from aos_gcs.store.summary import MissionSummary
+from aos_gcs.mission.model import EnuPoint, MissionSnapshot, Outcome, SettingsRecord, StepRecord, VehicleSnapshot
+from aos_gcs.store.summary import FrameCount, MissionSummary
 
 Row = Sequence[str]
 
@@ -33,6 +33,8 @@ def print_report(summary: MissionSummary, *, with_steps: bool) -> None:
         _print_table(console, "Steps", STEP_COLUMNS, map(_step_row, summary.steps))
     if summary.final is not None:
         _print_table(console, "Vehicles", VEHICLE_COLUMNS, map(_vehicle_row, summary.final.vehicles))
+    _print_table(console, "Frames", ("vehicle", "frames", "time ± s"), map(_frames_row, summary.frames))
+    _print_table(console, "Settings of vehicles", SETTINGS_COLUMNS, map(_settings_row, summary.settings))
     actions = [
         (_utc(action.utc_s), action.action, _ids(action.vehicle_ids), _result(action.refusal))
         for action in summary.actions
@@ -113,6 +115,23 @@ def _vehicle_row(vehicle: VehicleSnapshot) -> Row:
         "" if vehicle.position_enu_m is None else _point(vehicle.position_enu_m),
         vehicle.refusal or "",
     )
+
+
+def _frames_row(count: FrameCount) -> Row:
+    if count.time_sigma_s is None:
+        sigma = "not told"
+    else:
+        sigma = " to ".join(dict.fromkeys(f"{sigma_s:.3g}" for sigma_s in count.time_sigma_s))
+    return (str(count.vehicle_id), str(count.frames), sigma)
+
+
+SETTINGS_COLUMNS = ("utc", "vehicle", "purpose", "before the mission", "now")
+
+
+def _settings_row(record: SettingsRecord) -> Row:
+    before = ", ".join(f"{name} = {value:g}" for name, value in record.former.items())
+    now = "set back" if record.is_restored else "changed"
+    return (_utc(record.utc_s), str(record.vehicle_id), record.purpose, before, now)
 
 
 def _ids(vehicle_ids: tuple[int, ...] | None) -> str:

@@ -49,7 +49,7 @@ ORDER: Final = (
 )
 """Of the columns of the matrix."""
 
-OVERRIDABLE: Final = frozenset({BATTERY, GEOFENCE, LINK_LOSS, CAMERA})
+OVERRIDABLE: Final = frozenset({BATTERY, GEOFENCE, LINK_LOSS, RETURN_HEIGHT, CAMERA})
 """What an operator may answer for. Without the others a vehicle cannot be flown, or endangers its neighbours."""
 
 

@@ -48,6 +48,7 @@ from aos_gcs.mission.monitor import Monitor
 from aos_gcs.mission.overrides import Overrides
 from aos_gcs.mission.phases import BEFORE_START, ENDING, ON_GROUND, check_action, check_transition
 from aos_gcs.mission.plan_check import check_plan
+from aos_gcs.mission.return_heights import ReturnHeights
 from aos_gcs.mission.roster import Member, Roster
 from aos_gcs.mission.search import Search
 from aos_gcs.mission.settings import MissionSettings
@@ -92,10 +93,11 @@ class Coordinator:
         self._vision = Vision(self._context)
         self._findings = Findings()
         self._errands = Errands()
-        self._inspector = Inspector(self._context)
+        self._return_heights = ReturnHeights(self._context)
+        self._inspector = Inspector(self._context, self._return_heights)
         self._homing = Homing(self._context, self._errands)
         self._monitor = Monitor(self._context, self._homing, self._publish_snapshot, self.end_without_vehicles)
-        self._joining = Joining(self._context, self._errands, self._check_one)
+        self._joining = Joining(self._context, self._errands, self._inspector, self._check_one)
         self._operator = Operator(
             self._context, self._errands, homing=self._homing, joining=self._joining, vision=self._vision, flow=self
         )
@@ -357,6 +359,7 @@ class Coordinator:
         try:
             if self.phase is not Phase.DONE:
                 await self._send_all_home()
+            await self._return_heights.restore()
         finally:
             await self._close_record()
 

@@ -17,6 +17,7 @@ from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.mission.context import MissionContext
 from aos_gcs.mission.geofence import vehicle_fence
 from aos_gcs.mission.model import Task
+from aos_gcs.mission.return_heights import ReturnHeights
 from aos_gcs.mission.roster import Member
 from aos_gcs.ports import Capture, Geofence, VehicleFacts, VehicleState
 
@@ -28,6 +29,8 @@ _POLL_S = 0.5
 _QUESTIONS = 4.0
 """As many times the patience with one command is the patience with a whole inspection."""
 _MAX_HEARD_AGO_S = 3.0
+_SAME_HEIGHT_M = 0.05
+"""Autopilots keep centimetres, or 32-bit floats."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +73,9 @@ class Inspection:
     may_upload: bool = False
     """Whether the planned fence is written where another one, or none, is stored."""
     upload_problem: str = ""
+    wanted_return_m: float | None = None
+    """The height above home at which it is made to return by itself; None: it is left as it is."""
+    return_problem: str = ""
 
     @property
     def has_planned_fence(self) -> bool:
@@ -77,12 +83,22 @@ class Inspection:
         stored = None if self.facts is None else self.facts.fence
         return stored is not None and self.planned_fence is not None and stored.is_same_as(self.planned_fence)
 
+    @property
+    def has_wanted_return(self) -> bool:
+        """Whether the vehicle returns by itself as it should, or may return as it likes."""
+        facts, wanted_m = self.facts, self.wanted_return_m
+        if wanted_m is None:
+            return True
+        return (
+            facts is not None and not facts.return_climb_m and abs(facts.return_height_m - wanted_m) <= _SAME_HEIGHT_M
+        )
+
     def is_good(self, state: VehicleState) -> bool:
         """Whether there is nothing to be hoped for from asking again soon."""
         facts = self.facts
         if facts is None or self.problem or self.frame is None or not self.frame.is_plausible(state):
             return False
-        return facts.link_loss.is_on and facts.at_fence.is_on and self.has_planned_fence
+        return facts.link_loss.is_on and facts.at_fence.is_on and self.has_planned_fence and self.has_wanted_return
 
 
 @dataclass(slots=True)
@@ -99,9 +115,12 @@ class _Subject:
 class Inspector:
     """Keeps the inspections of all vehicles that have not been started up to date."""
 
-    def __init__(self, context: MissionContext) -> None:
+    def __init__(self, context: MissionContext, return_heights: ReturnHeights) -> None:
         self._context = context
+        self._return_heights = return_heights
         self._subjects: dict[int, _Subject] = {}
+        self._starting_again: set[int] = set()
+        """Vehicles that have landed and are about to fly once more."""
 
     def inspection(self, vehicle_id: int) -> Inspection:
         """Return what a vehicle has told so far."""
@@ -113,12 +132,27 @@ class Inspector:
         clock = self._context.clock
         async with asyncio.TaskGroup() as group:
             while True:
-                for member in self._context.roster.members(Task.IDLE):
+                for member in self._before_their_start():
                     subject = self._subjects.setdefault(member.vehicle_id, _Subject())
                     is_asked = subject.task is not None and not subject.task.done()
                     if not is_asked and self._may_be_asked(member) and self._is_due(member, subject):
                         subject.task = group.create_task(self._ask(member, subject))
                 await clock.sleep(_POLL_S)
+
+    async def settle(self, member: Member) -> None:
+        """Wait until a vehicle that was given its layer returns by itself in it, or has said why it does not."""
+        clock, wanted_m, until_s = self._context.clock, self._return_heights.wanted_m(member), self._deadline_s()
+        self._starting_again.add(member.vehicle_id)
+        while wanted_m is not None and clock.now_s() < until_s:
+            found = self.inspection(member.vehicle_id)
+            if found.wanted_return_m == wanted_m and (found.has_wanted_return or found.return_problem):
+                break
+            await clock.sleep(_POLL_S)
+        self._starting_again.discard(member.vehicle_id)
+
+    def _before_their_start(self) -> list[Member]:
+        members = self._context.roster.members(Task.IDLE, Task.LANDED)
+        return [m for m in members if m.task is Task.IDLE or m.vehicle_id in self._starting_again]
 
     def _may_be_asked(self, member: Member) -> bool:
         state, link_age_s = member.state, self._context.roster.link_age_s(member)
@@ -127,9 +161,12 @@ class Inspector:
 
     def _is_due(self, member: Member, subject: _Subject) -> bool:
         fence = self._planned_fence(member)
-        is_new = subject.inspection.planned_fence != fence
+        return_m = self._return_heights.wanted_m(member)
+        is_new = (subject.inspection.planned_fence, subject.inspection.wanted_return_m) != (fence, return_m)
         may_upload = self._context.settings.preflight.upload_fence
-        subject.inspection = replace(subject.inspection, planned_fence=fence, may_upload=may_upload)
+        subject.inspection = replace(
+            subject.inspection, planned_fence=fence, may_upload=may_upload, wanted_return_m=return_m
+        )
         state = member.state
         situation = (state.autopilot, state.home is None, None if state.link is None else state.link.address)
         if situation != subject.situation:
@@ -155,19 +192,41 @@ class Inspector:
             subject.due_s = self._context.clock.now_s() + period_s
 
     async def _read(self, member: Member, subject: _Subject) -> None:
-        """Read the settings; where the fence is not ours and may be written, write it and read again."""
+        """Read the settings; where something is not as planned and may be written, write it and read again."""
         await self._inspect(member, subject)
+        has_written = [await self._upload_fence(member, subject), await self._set_return_height(member, subject)]
+        if any(has_written):
+            await self._inspect(member, subject)
+
+    async def _upload_fence(self, member: Member, subject: _Subject) -> bool:
+        """Write the planned fence where it is wanted and not there; return whether that was done."""
         found, fence = subject.inspection, subject.inspection.planned_fence
         is_open = found.facts is not None and not (found.has_planned_fence and found.facts.at_fence.is_on)
         if not (found.may_upload and is_open and fence is not None):
-            return
+            return False
         try:
             await member.vehicle.upload_fence(fence, self._deadline_s())
         except CommandError as error:
             subject.inspection = replace(subject.inspection, upload_problem=str(error))
-            return
+            return False
         subject.inspection = replace(subject.inspection, upload_problem="")
-        await self._inspect(member, subject)
+        return True
+
+    async def _set_return_height(self, member: Member, subject: _Subject) -> bool:
+        """Set the return height where it is wanted and another one; return whether that was done."""
+        found = subject.inspection
+        facts, wanted_m = found.facts, found.wanted_return_m
+        problem = ""
+        if facts is None or wanted_m is None or found.has_wanted_return:
+            is_done = False
+        else:
+            try:
+                await self._return_heights.set(member, facts, wanted_m, self._deadline_s())
+                is_done = True
+            except CommandError as error:
+                problem, is_done = str(error), False
+        subject.inspection = replace(subject.inspection, return_problem=problem)
+        return is_done
 
     async def _inspect(self, member: Member, subject: _Subject) -> None:
         try:

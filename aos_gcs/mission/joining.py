@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Awaitable, Callable, Sequence
 
 import numpy as np
@@ -9,6 +10,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.mission.context import MissionContext
 from aos_gcs.mission.errands import Errands
+from aos_gcs.mission.inspection import Inspector
 from aos_gcs.mission.model import PreflightCheck, Task
 from aos_gcs.mission.roster import FLYING, Member
 from aos_gcs.ports import Arm, Disarm, Severity, Takeoff
@@ -20,10 +22,12 @@ Check = Callable[[Member], Awaitable[Sequence[PreflightCheck]]]
 class Joining:
     """Brings replacements to the swarm. The way up is a column of its own, the way there a layer of its own."""
 
-    def __init__(self, context: MissionContext, errands: Errands, check: Check) -> None:
+    def __init__(self, context: MissionContext, errands: Errands, inspector: Inspector, check: Check) -> None:
         self._context = context
         self._errands = errands
+        self._inspector = inspector
         self._check = check
+        self._one_at_a_time = asyncio.Lock()
 
     def candidates(self) -> list[Member]:
         """Return who stands on the ground and could be asked to join."""
@@ -32,11 +36,17 @@ class Joining:
 
     async def join(self, member: Member) -> str | None:
         """Have a vehicle take off and fly to the swarm; return why it does not, if so. It goes on in the background."""
+        async with self._one_at_a_time:
+            # Two that are checked at the same time would be given the same layer.
+            return await self._join(member)
+
+    async def _join(self, member: Member) -> str | None:
         if member.task not in {Task.IDLE, Task.LANDED} or member.airborne:
             return f"is part of the mission already ({member.task})"
         reason = self._find_place(member)
         if reason is not None:
             return reason
+        await self._inspector.settle(member)
         blocking = [check for check in await self._check(member) if check.blocks]
         if blocking:
             return blocking[0].describe()
@@ -94,10 +104,9 @@ class Joining:
         if await context.flight.command(member, Arm()) is not None:
             member.task = Task.IDLE
             return
-        if member.home_enu_m is None or member.layer_height_m is None:
+        if (height_m := member.layer_above_home_m) is None:
             raise RuntimeError(f"vehicle {member.vehicle_id} has no altitude layer")
-        takeoff = Takeoff(member.layer_height_m - float(member.home_enu_m[2]))
-        refusal = await context.flight.command(member, takeoff, context.settings.deadlines.takeoff_s)
+        refusal = await context.flight.command(member, Takeoff(height_m), context.settings.deadlines.takeoff_s)
         if refusal is not None and not member.airborne:
             await context.flight.command(member, Disarm())
             member.task = Task.IDLE

@@ -19,6 +19,7 @@ from aos_gcs.mission.model import (
     NoticeRecord,
     OutcomeRecord,
     Picture,
+    SettingsRecord,
     StepRecord,
 )
 from aos_gcs.ports import Capture, Clock, Notice, Severity
@@ -55,6 +56,10 @@ class Recorder(Protocol):
 
     async def record_action(self, action: ActionRecord) -> None:
         """Append an operator's action and what became of it."""
+        ...
+
+    async def record_settings(self, settings: SettingsRecord) -> None:
+        """Append which settings of a vehicle the mission changes, before it does, and that they are set back."""
         ...
 
     async def record_outcome(self, outcome: OutcomeRecord) -> None:

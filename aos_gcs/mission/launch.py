@@ -151,10 +151,7 @@ class Launch:
             *check_system_ids([member.state for member in members], board_ids),
         ]
         for member in members:
-            layer_m = member.layer_height_m
-            if layer_m is not None and member.home_enu_m is not None:
-                layer_m -= float(member.home_enu_m[2])
-            found += check_setup(member.state, inspections[member.vehicle_id], layer_m)
+            found += check_setup(member.state, inspections[member.vehicle_id], member.layer_above_home_m)
         return checks.in_order(found)
 
     def _find_origin(self) -> None:
@@ -199,6 +196,6 @@ class Launch:
         )
 
     def _takeoff(self, member: Member) -> Takeoff:
-        if member.home_enu_m is None or member.layer_height_m is None:
+        if (height_m := member.layer_above_home_m) is None:
             raise RuntimeError(f"vehicle {member.vehicle_id} has no altitude layer")
-        return Takeoff(member.layer_height_m - float(member.home_enu_m[2]))
+        return Takeoff(height_m)

@@ -123,6 +123,19 @@ class ActionRecord:
 
 
 @dataclass(frozen=True, slots=True)
+class SettingsRecord:
+    """Settings of a vehicle that the mission changes for its time."""
+
+    utc_s: float
+    vehicle_id: int
+    purpose: str
+    former: Mapping[str, float]
+    """Values before the mission, by the autopilot's own names."""
+    is_restored: bool = False
+    """False: the mission is about to write others; True: the vehicle has these again."""
+
+
+@dataclass(frozen=True, slots=True)
 class OutcomeRecord:
     """How the mission has ended."""
 

@@ -8,10 +8,13 @@ from collections.abc import Iterable, Mapping
 from aos_gcs.mission import checks
 from aos_gcs.mission.inspection import Inspection
 from aos_gcs.mission.model import CheckStatus, PreflightCheck
-from aos_gcs.ports import Safeguard, VehicleState
+from aos_gcs.ports import Safeguard, VehicleFacts, VehicleState
 
 MIN_BELOW_HORIZON_RAD = math.radians(45.0)
 """Cameras that look further up see little of the forest's ground."""
+
+_SLACK_M = 0.1
+"""Autopilots round what they keep."""
 
 
 def check_setup(
@@ -34,7 +37,7 @@ def check_setup(
         _check_fence(vehicle_id, inspection),
         _check_link_loss(vehicle_id, facts.link_loss),
         _check_low_battery(vehicle_id, facts.low_battery),
-        _check_return_height(vehicle_id, facts.return_height_m, layer_height_above_home_m),
+        _check_return_height(vehicle_id, facts, inspection, layer_height_above_home_m),
         _check_camera(state, inspection),
     ]
 
@@ -111,13 +114,25 @@ def _check_low_battery(vehicle_id: int, safeguard: Safeguard) -> PreflightCheck:
     return checks.warned(vehicle_id, checks.LOW_BATTERY, safeguard.text, safeguard.remedy)
 
 
-def _check_return_height(vehicle_id: int, return_height_m: float, layer_height_m: float | None) -> PreflightCheck:
+def _check_return_height(
+    vehicle_id: int, facts: VehicleFacts, inspection: Inspection, layer_height_m: float | None
+) -> PreflightCheck:
     """Check that a return by itself stays in the vehicle's own layer: one that climbs crosses those of others."""
-    text = f"{return_height_m:g} m"
-    if layer_height_m is not None and return_height_m > layer_height_m:
-        remedy = f"set it to {layer_height_m:g} m, its altitude layer, or less: it would climb through others'"
-        return checks.warned(vehicle_id, checks.RETURN_HEIGHT, text, remedy)
-    return checks.passed(vehicle_id, checks.RETURN_HEIGHT, text)
+    name, text = checks.RETURN_HEIGHT, f"{facts.return_height_m:g} m"
+    if facts.return_climb_m > 0.0:
+        text += f", and {facts.return_climb_m:g} m above where it is"
+    if inspection.return_problem:
+        return checks.failed(vehicle_id, name, f"{text}, not taken", inspection.return_problem)
+    if not inspection.has_wanted_return:
+        return PreflightCheck(vehicle_id, name, CheckStatus.FAIL, text, "wait, its layer's is being set")
+    if layer_height_m is not None and (facts.return_height_m > layer_height_m + _SLACK_M or facts.return_climb_m > 0.0):
+        settings = ", ".join(facts.return_settings)
+        remedy = (
+            "it would climb through others' layers: let preflight.set_return_height set it, or set it with another "
+            f"ground station ({settings}) to {layer_height_m:g} m, its layer, or less"
+        )
+        return checks.failed(vehicle_id, name, text, remedy)
+    return checks.passed(vehicle_id, name, text)
 
 
 def _check_camera(state: VehicleState, inspection: Inspection) -> PreflightCheck:

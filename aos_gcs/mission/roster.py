@@ -52,6 +52,13 @@ class Member:
         return self.vehicle.state
 
     @property
+    def layer_above_home_m(self) -> float | None:
+        """Height of its altitude layer above its home; None while one of both is not known."""
+        if self.layer_height_m is None or self.home_enu_m is None:
+            return None
+        return self.layer_height_m - float(self.home_enu_m[2])
+
+    @property
     def airborne(self) -> bool:
         """True unless the vehicle is known to stand on the ground and to stay there; in doubt it flies."""
         state, is_told_to_climb = self.state, isinstance(self.last_command, Takeoff)

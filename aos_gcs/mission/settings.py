@@ -90,6 +90,8 @@ class PreflightSettings:
 
     upload_fence: bool = False
     """Write the mission's fence to the vehicles, with the parameters that make them keep it."""
+    set_return_height: bool = False
+    """Have vehicles return by themselves in their own altitude layers, and as before once they have landed."""
     overrides: Mapping[str, str] = field(default_factory=dict)
     """Reason by check: failures of these checks do not stand against the launch, on any vehicle."""
     refresh_s: float = 60.0

@@ -9,7 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from aos_gcs.geometry.poses import quaternion_from_R
-from aos_gcs.mission.model import ActionRecord, Event, OutcomeRecord, Picture, StepRecord
+from aos_gcs.mission.model import ActionRecord, Event, OutcomeRecord, Picture, SettingsRecord, StepRecord
 from aos_gcs.ports import Capture
 from aos_gcs.store.codec import encode
 from aos_gcs.store.images import encode_image
@@ -79,6 +79,10 @@ class MissionDatabase:
         """Add a row to the audit log."""
         self._execute("INSERT INTO actions (utc_s, record)", record.utc_s, dump(record))
 
+    def add_settings(self, record: SettingsRecord) -> None:
+        """Add a row to the settings of vehicles that were changed or set back."""
+        self._execute("INSERT INTO settings (utc_s, record)", record.utc_s, dump(record))
+
     def add_outcome(self, record: OutcomeRecord) -> None:
         """Set the outcome, which is written once."""
         self._execute(
@@ -95,12 +99,13 @@ class MissionDatabase:
         name = f"{step:05d}_{frame.vehicle_id:03d}_{frame.image_index:05d}{encoded.suffix}"
         _replace(self._folder / FRAMES_NAME / name, encoded.content)
         self._execute(
-            "INSERT INTO frames (step, vehicle_id, image_index, utc_s, latitude_deg, longitude_deg, altitude_amsl_m,"
-            " q_cam2enu_wxyz, R_cam2enu, camera, bands, dtype, path)",
+            "INSERT INTO frames (step, vehicle_id, image_index, utc_s, time_sigma_s, latitude_deg, longitude_deg,"
+            " altitude_amsl_m, q_cam2enu_wxyz, R_cam2enu, camera, bands, dtype, path)",
             step,
             frame.vehicle_id,
             frame.image_index,
             frame.utc_s,
+            frame.time_sigma_s,
             frame.position.latitude_deg,
             frame.position.longitude_deg,
             frame.position.altitude_amsl_m,

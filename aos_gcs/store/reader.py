@@ -29,13 +29,14 @@ from aos_gcs.mission.model import (
     PictureKind,
     PicturesRecord,
     PlanRecord,
+    SettingsRecord,
     StepRecord,
 )
 from aos_gcs.ports import Capture
 from aos_gcs.store.codec import decode
 from aos_gcs.store.images import EncodedImage, decode_image
 from aos_gcs.store.schema import DATABASE_NAME, MANIFEST_NAME, SCHEMA_VERSION, picture_path
-from aos_gcs.store.upgrade import OLDEST_VERSION, upgraded
+from aos_gcs.store.upgrade import FIRST_WITH_SETTINGS, OLDEST_VERSION, upgraded
 
 T = TypeVar("T")
 
@@ -56,6 +57,11 @@ class FrameEntry:
     vehicle_id: int
     path: Path
     _row: sqlite3.Row
+
+    @property
+    def time_sigma_s(self) -> float | None:
+        """Standard deviation of the time that the pose is of; None where it was not told, and in older recordings."""
+        return self._row["time_sigma_s"] if "time_sigma_s" in self._row.keys() else None  # noqa: SIM118 - no mapping
 
     def load(self) -> Capture:
         """Return the frame as the mission has seen it.
@@ -79,6 +85,7 @@ class FrameEntry:
             position=GeodeticPosition(row["latitude_deg"], row["longitude_deg"], row["altitude_amsl_m"]),
             R_cam2enu=np.array(json.loads(row["R_cam2enu"])),
             camera=decode(CameraModel, json.loads(row["camera"])),
+            time_sigma_s=self.time_sigma_s,
         )
 
 
@@ -226,6 +233,15 @@ class MissionReader:
         return tuple(
             FrameEntry(row["step"], row["vehicle_id"], self._folder / row["path"], row)
             for row in self._rows(query, step)
+        )
+
+    def settings(self) -> tuple[SettingsRecord, ...]:
+        """Return which settings of vehicles were changed for the mission and set back, oldest first."""
+        if self._version < FIRST_WITH_SETTINGS:
+            return ()
+        return tuple(
+            self._decoded(row["record"], SettingsRecord, f"settings {row['id']}")
+            for row in self._rows("SELECT id, record FROM settings ORDER BY id")
         )
 
     def actions(self) -> tuple[ActionRecord, ...]:

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Final
 
 from aos_gcs.errors import ConfigurationError, RecordingError
-from aos_gcs.mission.model import ActionRecord, Event, OutcomeRecord, Picture, StepRecord
+from aos_gcs.mission.model import ActionRecord, Event, OutcomeRecord, Picture, SettingsRecord, StepRecord
 from aos_gcs.ports import Capture, Notice, Severity
 from aos_gcs.store.database import MissionDatabase, Write
 from aos_gcs.store.schema import MAVLINK_NAME
@@ -125,6 +125,10 @@ class MissionRecorder:
     async def record_action(self, action: ActionRecord) -> None:
         """Append an operator's action, and what became of it, to the audit log."""
         await self._queue.put(lambda database: database.add_action(action))
+
+    async def record_settings(self, settings: SettingsRecord) -> None:
+        """Append which settings of a vehicle the mission changes, or has set back."""
+        await self._queue.put(lambda database: database.add_settings(settings))
 
     async def record_outcome(self, outcome: OutcomeRecord) -> None:
         """Record how the mission has ended; once."""

@@ -10,7 +10,7 @@ FRAMES_NAME: Final = "frames"
 PICTURES_NAME: Final = "pictures"
 MAVLINK_NAME: Final = "mavlink"
 
-SCHEMA_VERSION: Final = 2
+SCHEMA_VERSION: Final = 3
 
 
 def picture_path(step: int, kind: str) -> str:
@@ -36,6 +36,7 @@ CREATE TABLE frames (
     vehicle_id INTEGER NOT NULL,
     image_index INTEGER NOT NULL,
     utc_s REAL NOT NULL,
+    time_sigma_s REAL,
     latitude_deg REAL NOT NULL,
     longitude_deg REAL NOT NULL,
     altitude_amsl_m REAL NOT NULL,
@@ -56,6 +57,11 @@ CREATE TRIGGER actions_are_not_changed BEFORE UPDATE ON actions
 BEGIN SELECT RAISE(ABORT, 'the audit log is append-only'); END;
 CREATE TRIGGER actions_are_not_deleted BEFORE DELETE ON actions
 BEGIN SELECT RAISE(ABORT, 'the audit log is append-only'); END;
+CREATE TABLE settings (
+    id INTEGER PRIMARY KEY,
+    utc_s REAL NOT NULL,
+    record TEXT NOT NULL
+);
 CREATE TABLE outcome (
     id INTEGER PRIMARY KEY CHECK (id = 1),
     utc_s REAL NOT NULL,

@@ -14,6 +14,7 @@ from aos_gcs.mission.model import (
     NoticeRecord,
     OutcomeRecord,
     Phase,
+    SettingsRecord,
     StepRecord,
 )
 from aos_gcs.store.reader import MissionReader
@@ -41,6 +42,16 @@ class FileSize:
 
 
 @dataclass(frozen=True, slots=True)
+class FrameCount:
+    """How many frames one vehicle has delivered."""
+
+    vehicle_id: int
+    frames: int
+    time_sigma_s: tuple[float, float] | None
+    """Smallest and largest standard deviation of the times that the poses are of; None where none was told."""
+
+
+@dataclass(frozen=True, slots=True)
 class MissionSummary:
     """What can be told of a recorded mission."""
 
@@ -52,6 +63,8 @@ class MissionSummary:
     """The last recorded snapshot, with vehicles and target estimate."""
     notices: tuple[NoticeRecord, ...]
     actions: tuple[ActionRecord, ...]
+    settings: tuple[SettingsRecord, ...]
+    frames: tuple[FrameCount, ...]
     outcome: OutcomeRecord | None
     """None while the mission goes on, and when its program was killed."""
     files: tuple[FileSize, ...]
@@ -71,6 +84,8 @@ def summarise(reader: MissionReader) -> MissionSummary:
         final=reader.last_snapshot(),
         notices=tuple(event.data for event in reader.events(EventKind.NOTICE) if isinstance(event.data, NoticeRecord)),
         actions=reader.actions(),
+        settings=reader.settings(),
+        frames=tuple(_frame_counts(reader)),
         outcome=reader.outcome(),
         files=tuple(_file_size(reader.folder, path) for path in sorted(reader.folder.iterdir())),
     )
@@ -81,6 +96,14 @@ def _phases(reader: MissionReader) -> Iterator[PhaseSpan]:
     for phase, group in groupby(snapshots, key=lambda snapshot: snapshot.phase):
         times_s = [snapshot.elapsed_s for snapshot in group]
         yield PhaseSpan(phase, times_s[0], times_s[-1])
+
+
+def _frame_counts(reader: MissionReader) -> Iterator[FrameCount]:
+    entries = sorted(reader.frames(), key=lambda entry: entry.vehicle_id)
+    for vehicle_id, group in groupby(entries, key=lambda entry: entry.vehicle_id):
+        sigmas_s = [entry.time_sigma_s for entry in group]
+        told_s = [sigma_s for sigma_s in sigmas_s if sigma_s is not None]
+        yield FrameCount(vehicle_id, len(sigmas_s), (min(told_s), max(told_s)) if told_s else None)
 
 
 def _file_size(folder: Path, path: Path) -> FileSize:

@@ -7,6 +7,8 @@ from typing import Any, Final
 from aos_gcs.mission.model import CheckStatus, EventKind
 
 OLDEST_VERSION: Final = 1
+FIRST_WITH_SETTINGS: Final = 3
+"""The version from which changed settings of vehicles are recorded, and the uncertainty of frames' times."""
 
 
 def upgraded(version: int, kind: EventKind, data: Any) -> Any:

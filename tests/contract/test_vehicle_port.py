@@ -395,6 +395,43 @@ async def test_failsafes_that_are_off_are_told_with_their_remedy(driver: Driver)
         assert facts.return_height_m == 15.0
 
 
+@pairs(("mavsdk", "px4"))
+async def test_a_return_height_is_set_on_the_ground_kept_in_the_air_and_set_back(
+    driver: Driver, autopilot: str
+) -> None:
+    async with open_bench(driver, autopilot, vehicles=2) as bench:
+        await bench.all_ready()
+        vehicle, other = bench.vehicle(1), bench.vehicle(2)
+        before = await vehicle.inspect(bench.after(100.0))
+        await vehicle.set_return_height(17.5, bench.after(100.0))
+        facts, others = await asyncio.gather(*[one.inspect(bench.after(100.0)) for one in (vehicle, other)])
+        assert facts.return_height_m == 17.5
+        assert others.return_height_m == before.return_height_m, "a height is for one vehicle"
+
+        for height_m in (0.0, math.nan):
+            with pytest.raises(CommandRefusedError, match="is impossible"):
+                await vehicle.set_return_height(height_m, bench.after(100.0))
+        with pytest.raises(CommandRefusedError, match="has no FENCE_ENABLE that says how it returns"):
+            await vehicle.restore_return({"FENCE_ENABLE": 0.0}, bench.after(100.0))
+
+        await bench.fly(1)
+        with pytest.raises(CommandRefusedError, match="the motors of vehicle 1 run"):
+            await vehicle.set_return_height(25.0, bench.after(100.0))
+        with pytest.raises(CommandRefusedError, match="the motors of vehicle 1 run"):
+            await vehicle.restore_return(before.return_settings, bench.after(100.0))
+        await vehicle.execute(Goto(bench.swarm.frame.to_geodetic((0.0, 30.0, 10.0)), 5.0), bench.after(30.0))
+        await bench.until(lambda: bench.swarm.kinematics(1).position_enu_m[1] > 20.0)
+        await vehicle.execute(ReturnToLaunch(), bench.after(30.0))
+        highest_m = 0.0
+        while vehicle.state.armed:
+            highest_m = max(highest_m, bench.swarm.kinematics(1).position_enu_m[2])
+            await bench.clock.sleep(0.5)
+        assert highest_m == pytest.approx(17.5, abs=0.5)
+
+        await vehicle.restore_return(before.return_settings, bench.after(100.0))
+        assert (await vehicle.inspect(bench.after(100.0))).return_height_m == before.return_height_m
+
+
 async def test_a_vehicle_that_does_not_answer_cannot_be_inspected(driver: Driver) -> None:
     async with open_bench(driver, "arducopter", vehicles=1) as bench, mute_vehicles(bench, range(50, 51)):
         await bench.until(lambda: 50 in bench.fleet.vehicles())

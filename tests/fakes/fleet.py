@@ -47,6 +47,8 @@ GOOD_FACTS = VehicleFacts(
     fence=None,
     at_fence=Safeguard(True, "return"),
     return_height_m=30.0,
+    return_climb_m=0.0,
+    return_settings={"RTL_ALT": 3000.0},
 )
 
 
@@ -79,6 +81,8 @@ class FakeVehicle:
     fence: Geofence | None = None
     facts: dict[str, Any] = field(default_factory=dict)
     """Fields of its facts that differ from good ones."""
+    return_height_m: float = 30.0
+    keeps_return_height: bool = False
     inspections: int = 0
     uploads: int = 0
 
@@ -168,7 +172,13 @@ class FakeVehicle:
             await self.clock.sleep(max(0.0, deadline_s - self.clock.now_s()))
             raise CommandTimeoutError("no answer")
         self.inspections += 1
-        return replace(GOOD_FACTS, board_id=f"{self.vehicle_id:04x}", fence=self.fence, **self.facts)
+        own = {
+            "board_id": f"{self.vehicle_id:04x}",
+            "fence": self.fence,
+            "return_height_m": self.return_height_m,
+            "return_settings": {"RTL_ALT": 100.0 * self.return_height_m},
+        }
+        return replace(GOOD_FACTS, **own | self.facts)
 
     async def upload_fence(self, fence: Geofence, deadline_s: float) -> None:
         if Geofence in self.refuses:
@@ -178,6 +188,18 @@ class FakeVehicle:
             raise CommandTimeoutError("no answer")
         self.uploads += 1
         self.fence = fence
+
+    async def set_return_height(self, height_above_home_m: float, deadline_s: float) -> None:
+        assert not self.armed
+        await self.restore_return({"RTL_ALT": 100.0 * height_above_home_m}, deadline_s)
+
+    async def restore_return(self, settings: Mapping[str, float], deadline_s: float) -> None:
+        if self.keeps_return_height:
+            raise CommandRefusedError("it keeps RTL_ALT")
+        if self.silent_since_s is not None:
+            await self.clock.sleep(max(0.0, deadline_s - self.clock.now_s()))
+            raise CommandTimeoutError("no answer")
+        self.return_height_m = settings["RTL_ALT"] / 100.0
 
     async def capture(self, deadline_s: float) -> Capture:
         if not self.camera_works or self.silent_since_s is not None:

@@ -13,7 +13,16 @@ from aos_gcs.imaging.step import ImagingSettings
 from aos_gcs.mission.coordinator import Coordinator
 from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal
-from aos_gcs.mission.model import ActionRecord, Event, Outcome, OutcomeRecord, Picture, StepRecord, Task
+from aos_gcs.mission.model import (
+    ActionRecord,
+    Event,
+    Outcome,
+    OutcomeRecord,
+    Picture,
+    SettingsRecord,
+    StepRecord,
+    Task,
+)
 from aos_gcs.mission.settings import Deadlines, DetectionSettings, MissionSettings, PreflightSettings
 from aos_gcs.ports import Capture
 from tests.fakes.fleet import ORIGIN, FakeFleet
@@ -42,6 +51,7 @@ class MemoryRecorder:
     pictures: list[Picture] = field(default_factory=list)
     steps: dict[int, StepRecord] = field(default_factory=dict)
     actions: list[ActionRecord] = field(default_factory=list)
+    settings: list[SettingsRecord] = field(default_factory=list)
     outcome: OutcomeRecord | None = None
     on_flush: Callable[[], None] | None = None
 
@@ -60,6 +70,9 @@ class MemoryRecorder:
 
     async def record_action(self, action: ActionRecord) -> None:
         self.actions.append(action)
+
+    async def record_settings(self, settings: SettingsRecord) -> None:
+        self.settings.append(settings)
 
     async def record_outcome(self, outcome: OutcomeRecord) -> None:
         self.outcome = outcome

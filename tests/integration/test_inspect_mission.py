@@ -50,13 +50,14 @@ def snapshot(number, phase):
 async def fly(root, steps, killed):
     async with MissionRecorder.create(root, "m", {"seed": 1}, notify=print) as recorder:
         await recorder.record_action(ActionRecord(100.0, Action.START, None, ()))
+        await recorder.record_settings(SettingsRecord(99.0, 1, "return height", {"RTL_ALT": 3000.0}))
         await recorder.record_event(Event(1, 100.0, EventKind.NOTICE, NoticeRecord(Severity.WARNING, "wind", 1, 0.0)))
         for number in range(1, steps + 1):
             phase = Phase.SCAN if number < 3 else Phase.CONVERGE
             await recorder.record_event(Event(number + 1, 100.0, EventKind.SNAPSHOT, snapshot(number, phase)))
             camera = CameraModel.from_fov(64, 64, 0.8)
             bands = ("red", "green", "blue")
-            await recorder.record_frame(number, Capture(1, number, 1.0, IMAGE, bands, ORIGIN, np.eye(3), camera))
+            await recorder.record_frame(number, Capture(1, number, 1.0, IMAGE, bands, ORIGIN, np.eye(3), camera, 0.05))
             await recorder.record_step(step(number), {})
             await recorder.flush()
             print(number, flush=True)
@@ -138,6 +139,9 @@ def test_the_report_tells_what_an_operator_asks(finished: Path, capsys: pytest.C
     ):
         assert text in report
     assert "\x1b" not in report  # plain where there is no terminal
+    rows = [line.split() for line in report.splitlines()]
+    assert ["1", "4", "0.05"] in rows, "frames, and how uncertain their times are"
+    assert ["1", "return", "height", "RTL_ALT", "=", "3000", "changed"] in [row[2:] for row in rows]
     phases = [line.split() for line in report.splitlines() if line.split()[:1] in (["scan"], ["converge"])]
     assert phases == [["scan", "2", "4"], ["converge", "6", "8"]]
 

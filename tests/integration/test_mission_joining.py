@@ -7,6 +7,7 @@ import pytest
 
 from aos_gcs.errors import MissionError
 from aos_gcs.mission.model import Action, Outcome, Task
+from aos_gcs.mission.settings import PreflightSettings
 from aos_gcs.ports import Arm, Hold, Takeoff
 from tests.fakes.fleet import FakeVehicle
 from tests.fakes.mission_flight import Flight, flying, prepare
@@ -67,9 +68,30 @@ async def test_one_more_takes_the_lowest_layer_that_is_free() -> None:
         await run
 
 
+async def test_who_joins_returns_by_itself_in_its_new_layer_also_when_it_has_flown_before() -> None:
+    flight = prepare(preflight=PreflightSettings(upload_fence=True, set_return_height=True))
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.mission.steps()) == 1)
+        await flight.mission.act(Action.PAUSE, None)
+        flight.fleet.members[1].battery_fraction = flight.fleet.members[2].battery_fraction = 0.1
+        await flight.until(lambda: [flight.task(1), flight.task(2)] == [Task.LANDED] * 2)
+        flight.fleet.members[2].battery_fraction = 0.9
+        switch_on(flight, 5)
+        await heard(flight, 5)
+        assert flight.fleet.members[5].return_height_m == 30.0, "it has no layer yet"
+        results = await flight.mission.act(Action.JOIN, (2, 5))
+        assert [result.accepted for result in results] == [True, True]
+        await flight.until(lambda: [flight.task(2), flight.task(5)] == [Task.SWARM] * 2)
+        assert [flight.fleet.members[number].return_height_m for number in (2, 5)] == [35.0, 37.0]
+        await flight.mission.act(Action.ABORT, None)
+        await run
+    assert flight.fleet.members[5].return_height_m == 30.0
+
+
 @pytest.mark.parametrize(
     ("change", "text"),
     [
+        ({"return_height_m": 60.0}, "return height"),
         ({"battery_fraction": 0.3}, "battery"),
         ({"home_enu_m": np.array([200.0, 0.0, 0.0])}, "wrong side of the fence"),
         ({"refuses": frozenset({Arm})}, None),

@@ -20,6 +20,7 @@ pytestmark = pytest.mark.looptime
 BY_HAND = {"auto_start": False, "deadlines": Deadlines(capture_s=5.0)}
 REFRESH_S = 10.0
 OFTEN = PreflightSettings(upload_fence=True, refresh_s=REFRESH_S)
+SETS_RETURN = PreflightSettings(upload_fence=True, set_return_height=True)
 OFF = Safeguard(False, "none (FS_GCS_ENABLE = 0)", "set FS_GCS_ENABLE to 1")
 
 
@@ -164,6 +165,76 @@ async def test_a_fence_that_somebody_changes_is_noticed_and_replaced() -> None:
         assert flight.mission.phase is Phase.READY
         await flight.mission.act(Action.ABORT, None)
         await run
+
+
+async def test_return_heights_are_those_of_the_layers_until_all_have_landed() -> None:
+    flight = prepare(n=2, preflight=SETS_RETURN, **BY_HAND)
+    first, second = flight.fleet.members.values()
+    first.return_height_m = 60.0
+    async with flying(flight) as run:
+        await until_ready(flight)
+        assert [first.return_height_m, second.return_height_m] == [35.0, 37.0]
+        assert check_of(flight, 2, checks.RETURN_HEIGHT).text == "37 m"
+        assert [(record.vehicle_id, record.former, record.is_restored) for record in flight.recorder.settings] == [
+            (1, {"RTL_ALT": 6000.0}, False),
+            (2, {"RTL_ALT": 3000.0}, False),
+        ]
+        await flight.mission.act(Action.START, None)
+        await flight.until(lambda: len(flight.mission.steps()) == 1)
+        assert [first.return_height_m, second.return_height_m] == [35.0, 37.0]
+        await run
+    assert [first.return_height_m, second.return_height_m] == [60.0, 30.0]
+    assert sorted(record.vehicle_id for record in flight.recorder.settings if record.is_restored) == [1, 2]
+    assert any("returns as before again: RTL_ALT = 6000" in text for text in flight.texts())
+
+
+async def test_the_height_before_is_on_record_before_another_one_is_written() -> None:
+    flight = prepare(n=2, preflight=SETS_RETURN, **BY_HAND)
+    heights_m: list[float] = []
+    flight.recorder.on_flush = lambda: heights_m.append(flight.fleet.members[1].return_height_m)
+    async with flying(flight) as run:
+        await until_ready(flight)
+        assert heights_m[0] == 30.0
+        await flight.mission.act(Action.ABORT, None)
+        await run
+    assert flight.fleet.members[1].return_height_m == 30.0, "an aborted mission sets it back too"
+
+
+async def test_return_heights_are_not_written_unless_told_to_but_refuse_the_launch() -> None:
+    flight = prepare(n=2, **BY_HAND)
+    flight.fleet.members[2].return_height_m = 60.0
+    async with flying(flight) as run:
+        await flight.clock.sleep(10.0)
+        check = check_of(flight, 2, checks.RETURN_HEIGHT)
+        assert (check.status, check.text, check.overridable) == (CheckStatus.FAIL, "60 m", True)
+        assert "preflight.set_return_height" in check.remedy
+        assert check_of(flight, 1, checks.RETURN_HEIGHT).status is CheckStatus.PASS
+        assert flight.fleet.members[2].return_height_m == 60.0
+        flight.fleet.members[2].return_height_m = 37.0
+        await until_ready(flight)
+        await flight.mission.act(Action.ABORT, None)
+        await run
+    assert flight.recorder.settings == []
+
+
+async def test_who_keeps_its_return_height_does_not_start_and_who_is_lost_is_named() -> None:
+    flight = prepare(n=2, preflight=SETS_RETURN, **BY_HAND)
+    first, second = flight.fleet.members.values()
+    second.keeps_return_height = True
+    async with flying(flight) as run:
+        await flight.clock.sleep(10.0)
+        check = check_of(flight, 2, checks.RETURN_HEIGHT)
+        assert (check.text, check.remedy) == ("30 m, not taken", "it keeps RTL_ALT")
+        second.keeps_return_height = False
+        await until_ready(flight)
+        first.silent_since_s = flight.clock.now_s()
+        await flight.clock.sleep(5.0)
+        await flight.mission.act(Action.ABORT, None)
+        await run
+    assert second.return_height_m == 30.0
+    assert (
+        "keeps the return height of this mission (it is not heard); set back by hand: RTL_ALT = 3000" in flight.texts()
+    )
 
 
 async def test_a_vehicle_that_falls_silent_is_not_asked_but_fails() -> None:

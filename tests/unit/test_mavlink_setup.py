@@ -334,6 +334,24 @@ def test_limits_and_the_way_home_are_in_metres() -> None:
     assert COPTER.return_height_m(copter(RTL_ALT=3000)) == 30.0
     assert COPTER.return_height_m(parameters(RTL_ALT_M=15.0)) == 15.0
     assert PX4.return_height_m(px4()) == 30.0
+    assert COPTER.return_climb_m(copter(RTL_CLIMB_MIN=250)) == 2.5
+    assert COPTER.return_climb_m(parameters(RTL_CLIMB_MIN_M=2.5)) == 2.5
+    assert PX4.return_climb_m(px4()) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("setup", "found", "expected"),
+    [
+        (COPTER, copter(), {"RTL_ALT": 3550.0, "RTL_CLIMB_MIN": 0.0}),
+        (COPTER, parameters(RTL_ALT_M=15.0, RTL_CLIMB_MIN_M=1.0), {"RTL_ALT_M": 35.5, "RTL_CLIMB_MIN_M": 0.0}),
+        (PX4, px4(), {"RTL_RETURN_ALT": 35.5}),
+    ],
+)
+def test_a_return_height_is_written_as_it_is_read(setup, found, expected: dict[str, float]) -> None:
+    assert setup.return_parameters(found, 35.5) == expected
+    written = parameters(**expected)
+    assert setup.return_height_m(written) == 35.5
+    assert setup.return_climb_m(written) == 0.0
     assert (COPTER.ceiling_m(copter()), COPTER.radius_m(copter())) == (120.0, 500.0)
     assert (COPTER.ceiling_m(copter(FENCE_TYPE=4)), COPTER.radius_m(copter(FENCE_TYPE=4))) == (None, None)
     assert (PX4.ceiling_m(px4(GF_MAX_VER_DIST=0)), PX4.radius_m(px4(GF_MAX_HOR_DIST=0))) == (None, None)

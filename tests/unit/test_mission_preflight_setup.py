@@ -76,7 +76,9 @@ def test_good_answers_pass_and_show_their_numbers() -> None:
             "another one than the mission's",
             "preflight.upload_fence",
         ),
-        (checks.RETURN_HEIGHT, facts(return_height_m=36.0), WARN, "36 m", "set it to 35 m"),
+        (checks.RETURN_HEIGHT, facts(return_height_m=36.0), FAIL, "36 m", "(RTL_ALT) to 35 m"),
+        (checks.RETURN_HEIGHT, facts(return_climb_m=5.0), FAIL, "30 m, and 5 m above where it is", "set_return_height"),
+        (checks.RETURN_HEIGHT, replace(GOOD, return_problem="it keeps it"), FAIL, "30 m, not taken", "it keeps it"),
         (checks.CAMERA, replace(GOOD, frame=None, frame_problem="it hangs"), FAIL, "no frame", "it hangs"),
         (checks.CAMERA, shot(is_rotation=False), FAIL, "640 x 512, thermal, no orientation", "mounted"),
         (checks.CAMERA, shot(below_horizon_rad=0.5), WARN, "29° below the horizon", "turn it down"),
@@ -106,11 +108,13 @@ def test_what_is_being_asked_for_cannot_be_overridden_yet() -> None:
         checks.GEOFENCE: FAIL,
         checks.LINK_LOSS: FAIL,
         checks.LOW_BATTERY: WARN,
-        checks.RETURN_HEIGHT: WARN,
+        checks.RETURN_HEIGHT: FAIL,
         checks.CAMERA: FAIL,
     }
     assert not any(check.overridable for check in found)
     assert not check_of(checks.GEOFENCE, replace(GOOD, planned_fence=None)).overridable
+    set_now = check_of(checks.RETURN_HEIGHT, replace(GOOD, wanted_return_m=35.0))
+    assert (set_now.status, set_now.overridable, set_now.remedy[:4]) == (FAIL, False, "wait")
     written = check_of(checks.GEOFENCE, replace(GOOD, facts=GOOD_FACTS, may_upload=True))
     assert (written.status, written.overridable, written.remedy[:4]) == (FAIL, False, "wait")
 
@@ -123,8 +127,15 @@ def test_what_a_vehicle_does_not_tell_can_be_overridden() -> None:
 
 def test_a_return_below_the_layer_stays_in_it() -> None:
     assert check_of(checks.RETURN_HEIGHT, GOOD, 30.0).status is PASS
-    assert check_of(checks.RETURN_HEIGHT, GOOD, 29.0).status is WARN
+    assert check_of(checks.RETURN_HEIGHT, GOOD, 29.0).status is FAIL
     assert check_of(checks.RETURN_HEIGHT, GOOD, None).status is PASS
+
+
+@pytest.mark.parametrize(("height_m", "climb_m", "is_so"), [(35.0, 0.0, True), (34.9, 0.0, False), (35.0, 2.0, False)])
+def test_a_return_height_is_the_wanted_one_to_the_centimetre(height_m: float, climb_m: float, is_so: bool) -> None:
+    found = replace(facts(return_height_m=height_m, return_climb_m=climb_m), wanted_return_m=35.0)
+    assert found.has_wanted_return is is_so
+    assert found.is_good(STATE) is is_so
 
 
 def test_a_frame_without_a_position_to_compare_with_is_no_failure() -> None:

@@ -27,6 +27,7 @@ from aos_gcs.mission.model import (
     Phase,
     PictureKind,
     PicturesRecord,
+    SettingsRecord,
     StepRecord,
     Suspension,
     TargetEstimate,
@@ -165,6 +166,7 @@ async def test_everything_recorded_is_read_back(store: Store) -> None:
     events = [Event(seq, 100.5 + seq, kind, item) for seq, (kind, item) in enumerate(data, start=1)]
     hold = ActionRecord(7.0, Action.HOLD, (1, 2), (ActionResult(1, True, "holds"),))
     start = ActionRecord(8.0, Action.START, None, (), refusal="it has been started already")
+    changed = SettingsRecord(6.0, 2, "return height", {"RTL_ALT": 3000.0})
     outcome = OutcomeRecord(99.0, Outcome.FOUND, {"target_error_m": 0.25})
     async with store.record(seed=3) as recorder:
         for event in events:
@@ -173,6 +175,8 @@ async def test_everything_recorded_is_read_back(store: Store) -> None:
         await recorder.record_step(step_record(2), {"velocity": np.eye(2)})
         await recorder.record_action(hold)
         await recorder.record_action(start)
+        await recorder.record_settings(changed)
+        await recorder.record_settings(replace(changed, is_restored=True))
         await recorder.record_outcome(outcome)
     with store.read() as reader:
         assert reader.manifest() == {"seed": 3}
@@ -182,21 +186,24 @@ async def test_everything_recorded_is_read_back(store: Store) -> None:
         assert reader.steps() == (step_record(1), step_record(2))
         assert reader.strategy_state(1)["rng"] == np.random.default_rng(1).bit_generator.state
         assert reader.actions() == (hold, start)
+        assert reader.settings() == (changed, replace(changed, is_restored=True))
         assert reader.outcome() == outcome
     assert store.notices == []
 
 
 async def test_frames_are_read_back_with_their_exact_poses(store: Store) -> None:
     async with store.record() as recorder:
-        await recorder.record_frame(1, capture(2))
+        await recorder.record_frame(1, replace(capture(2), time_sigma_s=0.03))
         await recorder.record_frame(1, capture(1))
         await recorder.record_frame(2, capture(1))
     with store.read() as reader:
+        assert [entry.time_sigma_s for entry in reader.frames()] == [None, 0.03, None]
         assert [(entry.step, entry.vehicle_id) for entry in reader.frames()] == [(1, 1), (1, 2), (2, 1)]
         (_, entry) = reader.frames(step=1)
         loaded, original = entry.load(), capture(2)
     np.testing.assert_array_equal(loaded.image, original.image)
     np.testing.assert_array_equal(loaded.R_cam2enu, original.R_cam2enu)
+    assert loaded.time_sigma_s == 0.03
     for name in ("vehicle_id", "image_index", "utc_s", "bands", "position", "camera"):
         assert getattr(loaded, name) == getattr(original, name)
 

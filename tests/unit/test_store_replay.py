@@ -188,6 +188,8 @@ def make_older(folder: Path) -> None:
             {"vehicle_id": 1, "name": "battery", "passed": False, "text": "change the battery"},
         ]
         connection.execute("UPDATE events SET data = ? WHERE seq = ?", (json.dumps(snapshot), seq))
+    connection.execute("ALTER TABLE frames DROP COLUMN time_sigma_s")
+    connection.execute("DROP TABLE settings")
     connection.execute("PRAGMA user_version = 1")
     connection.commit()
     connection.close()
@@ -202,6 +204,8 @@ async def test_recordings_of_older_versions_can_be_shown(recording: tuple[Path, 
         last = reader.last_snapshot()
         assert last is not None
         assert last.preflight == snapshot.preflight
+        assert reader.settings() == ()
+        assert {entry.time_sigma_s for entry in reader.frames()} <= {None}
 
 
 async def test_recordings_of_newer_versions_are_refused(recording: tuple[Path, list[Event]], tmp_path: Path) -> None:

@@ -73,6 +73,14 @@ class MavlinkVehicle:
         """Replace the vehicle's fence; see the port."""
         await self._setup.upload_fence(fence, deadline_s)
 
+    async def set_return_height(self, height_above_home_m: float, deadline_s: float) -> None:
+        """Have the vehicle return by itself at this height; see the port."""
+        await self._setup.set_return_height(height_above_home_m, deadline_s)
+
+    async def restore_return(self, settings: Mapping[str, float], deadline_s: float) -> None:
+        """Set back how the vehicle returned before; see the port."""
+        await self._setup.restore_return(settings, deadline_s)
+
     async def capture(self, deadline_s: float) -> Capture:
         """Expose one image and fetch it; see the port."""
         return await self._captures.run(deadline_s)

@@ -1,7 +1,8 @@
-"""Reading how a vehicle is set up, and giving it our fence."""
+"""Reading how a vehicle is set up, and giving it our fence and its return height."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 from aos_drivers.mavlink.autopilots import Setup
@@ -21,7 +22,7 @@ _VERSION_S = 2.0
 
 
 class SetupRunner:
-    """Carries out ``Vehicle.inspect`` and ``Vehicle.upload_fence`` for one vehicle."""
+    """Carries out what ``Vehicle`` promises of settings, for one vehicle."""
 
     def __init__(self, record: VehicleRecord, send: Send, changes: Changes, clock: Clock, our_system_id: int) -> None:
         self._record = record
@@ -48,6 +49,8 @@ class SetupRunner:
             fence=fence,
             at_fence=setup.at_fence(found),
             return_height_m=setup.return_height_m(found),
+            return_climb_m=setup.return_climb_m(found),
+            return_settings={name: found[name].value for name in setup.return_parameters(found, 0.0)},
         )
 
     async def upload_fence(self, fence: Geofence, deadline_s: float) -> None:
@@ -58,18 +61,31 @@ class SetupRunner:
         upload = FenceUpload(record.target, items_of(fence, record.target), self._our_system_id)
         await self._hold(upload, deadline_s)
         found = await self._read(setup, deadline_s)
-        wanted = setup.fence_parameters(found, fence.ceiling_above_home_m)
-        changed = {
-            name: Parameter(value, found[name].kind) for name, value in wanted.items() if found[name].value != value
-        }
-        if changed:
-            await self._hold(ParameterWrite(record.target, setup.encoding, changed), deadline_s)
-            found |= changed
+        found |= await self._write(setup, found, setup.fence_parameters(found, fence.ceiling_above_home_m), deadline_s)
         stored = await self._read_fence(setup, found, deadline_s)
         if stored is None or not stored.is_same_as(fence):
             raise CommandRefusedError(
                 f"vehicle {record.vehicle_id} stores another geofence than it was given: look at its own messages"
             )
+
+    async def set_return_height(self, height_above_home_m: float, deadline_s: float) -> None:
+        """See ``Vehicle.set_return_height``."""
+        if not (math.isfinite(height_above_home_m) and height_above_home_m > 0.0):
+            raise CommandRefusedError(
+                f"a return height of {height_above_home_m} m is impossible: choose one above home"
+            )
+        setup = self._setup()
+        found = await self._read(setup, deadline_s)
+        await self._write_on_ground(setup, found, setup.return_parameters(found, height_above_home_m), deadline_s)
+
+    async def restore_return(self, settings: Mapping[str, float], deadline_s: float) -> None:
+        """See ``Vehicle.restore_return``."""
+        setup = self._setup()
+        found = await self._read(setup, deadline_s)
+        strange = [name for name in settings if name not in setup.return_parameters(found, 0.0)]
+        if strange:
+            raise CommandRefusedError(f"vehicle {self._record.vehicle_id} has no {strange[0]} that says how it returns")
+        await self._write_on_ground(setup, found, settings, deadline_s)
 
     def _setup(self) -> Setup:
         record = self._record
@@ -85,6 +101,26 @@ class SetupRunner:
         read = ParameterRead(self._record.target, setup.encoding, setup.required, setup.optional)
         await self._hold(read, deadline_s)
         return read.found
+
+    async def _write_on_ground(
+        self, setup: Setup, found: Mapping[str, Parameter], wanted: Mapping[str, float], deadline_s: float
+    ) -> None:
+        if self._record.telemetry.armed:
+            raise CommandRefusedError(
+                f"the motors of vehicle {self._record.vehicle_id} run: how it returns is changed on the ground only"
+            )
+        await self._write(setup, found, wanted, deadline_s)
+
+    async def _write(
+        self, setup: Setup, found: Mapping[str, Parameter], wanted: Mapping[str, float], deadline_s: float
+    ) -> dict[str, Parameter]:
+        """Set what differs from ``found``, wait until the vehicle repeats it, and return it."""
+        changed = {
+            name: Parameter(value, found[name].kind) for name, value in wanted.items() if found[name].value != value
+        }
+        if changed:
+            await self._hold(ParameterWrite(self._record.target, setup.encoding, changed), deadline_s)
+        return changed
 
     async def _read_fence(self, setup: Setup, found: Mapping[str, Parameter], deadline_s: float) -> Geofence | None:
         download = FenceDownload(self._record.target, self._our_system_id)

@@ -43,6 +43,8 @@ class FlightSettings:
     """Height above home under which a landing goes at ``land_speed_mps``."""
     return_height_m: float
     """Least height above home on the way back."""
+    return_climb_m: float
+    """Least climb before the way back."""
     return_loiter_s: float
     """Pause above home before the landing."""
     disarm_landed_s: float
@@ -152,10 +154,10 @@ class FlightController:
         self._enter(Manoeuvre.POSITION, now_s)
 
     def return_home(self, kinematics: Kinematics, now_s: float) -> None:
-        """Climb to the return height if below it, fly home at that height, land and disarm."""
+        """Climb to the return height if below it, by the least climb anyway, fly home at that height, land, disarm."""
         self.hold(kinematics, now_s)
         east_m, north_m, up_m = self._target_enu_m
-        height_m = max(self.home_enu_m[2] + self.settings.return_height_m, up_m)
+        height_m = max(self.home_enu_m[2] + self.settings.return_height_m, up_m + self.settings.return_climb_m)
         self._target_enu_m = (east_m, north_m, height_m)
         self._enter(Manoeuvre.RETURN_CLIMB, now_s)
 

@@ -136,6 +136,7 @@ class Px4(Autopilot):
             land_speed_mps=value["MPC_LAND_SPEED"],
             land_slow_below_m=value["MPC_LAND_ALT2"],
             return_height_m=value["RTL_RETURN_ALT"],
+            return_climb_m=0.0,
             return_loiter_s=max(0.0, value["RTL_LAND_DELAY"]),
             disarm_landed_s=value["COM_DISARM_LAND"],
             disarm_idle_s=value["COM_DISARM_PRFLT"],

@@ -61,6 +61,7 @@ class ArduCopterSetup(Setup):
         ("FENCE_ALT_MAX",),
         ("FENCE_RADIUS",),
         ("RTL_ALT", "RTL_ALT_M"),
+        ("RTL_CLIMB_MIN", "RTL_CLIMB_MIN_M"),
     )
     optional = ("FS_GCS_TIMEOUT", "BATT_FS_LOW_ACT", "BATT_LOW_VOLT", "BATT_LOW_MAH")
 
@@ -116,6 +117,19 @@ class ArduCopterSetup(Setup):
     def return_height_m(self, found: Found) -> float:
         """See the base class."""
         return found["RTL_ALT_M"].value if "RTL_ALT_M" in found else found["RTL_ALT"].value / 100.0
+
+    def return_climb_m(self, found: Found) -> float:
+        """See the base class."""
+        return found["RTL_CLIMB_MIN_M"].value if "RTL_CLIMB_MIN_M" in found else found["RTL_CLIMB_MIN"].value / 100.0
+
+    def return_parameters(self, found: Found, height_m: float) -> dict[str, float]:
+        """See the base class. Near home RTL_CONE_SLOPE has it climb less, which is left to its owner."""
+        height_name, climb_name = (
+            first_of(found, "RTL_ALT_M", "RTL_ALT"),
+            first_of(found, "RTL_CLIMB_MIN_M", "RTL_CLIMB_MIN"),
+        )
+        height = height_m if height_name == "RTL_ALT_M" else float(round(100.0 * height_m))
+        return {height_name: height, climb_name: 0.0}
 
     def fence_parameters(self, found: Found, ceiling_m: float | None) -> dict[str, float]:
         """See the base class. A lowest height, bit 8 of FENCE_TYPE, is left to its owner."""

@@ -69,6 +69,16 @@ class Px4Setup(Setup):
         """See the base class."""
         return found["RTL_RETURN_ALT"].value
 
+    def return_climb_m(self, found: Found) -> float:
+        """See the base class; PX4 has nothing like it."""
+        del found
+        return 0.0
+
+    def return_parameters(self, found: Found, height_m: float) -> dict[str, float]:
+        """See the base class. Near home RTL_CONE_ANG has it climb less, which is left to its owner."""
+        del found
+        return {"RTL_RETURN_ALT": height_m}
+
     def fence_parameters(self, found: Found, ceiling_m: float | None) -> dict[str, float]:
         """See the base class."""
         action = found["GF_ACTION"].value

@@ -47,6 +47,14 @@ class Setup(ABC):
         """Return the height above home to which it climbs, if it is lower, before it returns."""
 
     @abstractmethod
+    def return_climb_m(self, found: Found) -> float:
+        """Return how far it climbs before it returns, however high it is."""
+
+    @abstractmethod
+    def return_parameters(self, found: Found, height_m: float) -> dict[str, float]:
+        """Return the values with which it climbs to this height above home, and no higher, before it returns."""
+
+    @abstractmethod
     def fence_parameters(self, found: Found, ceiling_m: float | None) -> dict[str, float]:
         """Return the values with which the polygons and the ceiling are kept, and nothing else limits the flight.
 
