@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.mission.polygon import Boundary, edges, signed_area_m2
-from aos_gcs.mission.separation import TOLERANCE_M, point_segment_distance, segment_distance
+from aos_gcs.mission.separation import TOLERANCE_M, near_pairs, point_segment_distance, segment_distance
 
 FloatArray = NDArray[np.float64]
 
@@ -60,12 +60,23 @@ class Detours:
 
         None: the straight way is clear, or there is no way at all.
         """
+        if self._is_clear(start_m, end_m):
+            return None
+        came_from = self._search(start_m, end_m)
+        return None if came_from is None else self._first_corner(came_from)
+
+    def has_way(self, start_m: FloatArray, end_m: FloatArray) -> bool:
+        """Return whether there is a way between two points, shape (2,) each, on the allowed side of all boundaries."""
+        return self._is_clear(start_m, end_m) or self._search(start_m, end_m) is not None
+
+    def _is_clear(self, start_m: FloatArray, end_m: FloatArray) -> bool:
         nearest_edge_m = point_segment_distance(start_m, self._edge_starts, self._edge_ends)[0].min()
         if nearest_edge_m - math.dist(start_m, end_m) > max(self._margin_m, 2.0 * TOLERANCE_M):
-            return None  # no edge is within reach
-        depth_m = self._depth_m(start_m)
-        if self._sees(start_m, end_m[None], self._required_m(depth_m))[0]:
-            return None
+            return True  # no edge is within reach
+        return bool(self._sees(start_m, end_m[None], self._required_m(self._depth_m(start_m)))[0])
+
+    def _search(self, start_m: FloatArray, end_m: FloatArray) -> dict[int, int] | None:
+        """Return from where each corner is reached on the shortest way, by A*; None if there is no way."""
         came_from, queue = {_START: _START}, [(0.0, 0.0, _START, _START)]
         settled: set[int] = set()
         while queue:
@@ -75,7 +86,7 @@ class Detours:
             settled.add(node)
             came_from[node] = previous
             if node == _END:
-                return self._first_corner(came_from)
+                return came_from
             here_m = start_m if node == _START else self._corners_m[node]
             for following, length_m in self._legs(node, here_m, end_m):
                 if following not in settled:
@@ -113,8 +124,15 @@ class Detours:
 
     def _sees(self, here_m: FloatArray, there_m: FloatArray, required_m: float) -> NDArray[np.bool_]:
         """Return to which points, shape (n, 2), the straight way keeps the required distance and meets no edge."""
-        gaps_m = segment_distance(here_m, there_m[:, None], self._edge_starts, self._edge_ends).min(axis=1)
-        return np.asarray(gaps_m >= max(required_m - TOLERANCE_M, 2.0 * TOLERANCE_M))
+        least_m = max(required_m - TOLERANCE_M, 2.0 * TOLERANCE_M)
+        if math.isinf(least_m):
+            return np.zeros(len(there_m), dtype=np.bool_)
+        starts, ends = self._edge_starts, self._edge_ends
+        there, edge = near_pairs(np.broadcast_to(here_m, there_m.shape), there_m, starts, ends, least_m)
+        gaps_m = segment_distance(here_m, there_m[there], starts[edge], ends[edge])
+        is_clear = np.ones(len(there_m), dtype=np.bool_)
+        is_clear[there[gaps_m < least_m]] = False
+        return is_clear
 
     def _admissible(self, points_m: FloatArray) -> FloatArray:
         """Return those of the points, shape (n, 2), that keep the margin from every boundary."""

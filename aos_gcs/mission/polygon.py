@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.errors import ConfigurationError
-from aos_gcs.mission.separation import TOLERANCE_M, point_segment_distance, segment_distance
+from aos_gcs.mission.separation import TOLERANCE_M, near_pairs, point_segment_distance, segment_distance
 
 FloatArray = NDArray[np.float64]
 Polygon = tuple[tuple[float, float], ...]
@@ -98,10 +98,11 @@ def edges_met(start_m: FloatArray, end_m: FloatArray, vertices_m: FloatArray) ->
 
 
 def _has_crossing_edges(vertices_m: FloatArray) -> bool:
-    count = len(vertices_m)
-    first, second = np.triu_indices(count, k=2)
-    apart = (second - first) % count != count - 1
-    first, second = first[apart], second[apart]
     starts, ends = edges(vertices_m)
+    first, second = near_pairs(starts, ends, starts, ends, TOLERANCE_M)
+    # Neighbours meet where they should.
+    steps = (second - first) % len(vertices_m)
+    apart = (first < second) & (steps != 1) & (steps != len(vertices_m) - 1)
+    first, second = first[apart], second[apart]
     gaps_m = segment_distance(starts[first], ends[first], starts[second], ends[second])
     return bool((gaps_m < TOLERANCE_M).any())

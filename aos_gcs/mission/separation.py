@@ -95,6 +95,49 @@ def closest_approach(a0: FloatArray, a1: FloatArray, b0: FloatArray, b1: FloatAr
     return np.take_along_axis(distances_m, best, axis=0)[0], np.take_along_axis(fractions, best, axis=0)[0]
 
 
+def near_pairs(
+    a0: FloatArray, a1: FloatArray, b0: FloatArray, b1: FloatArray, reach_m: float
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return the rows of all pairs of plane segments a0-a1 and b0-b1 that may come within reach; the others do not.
+
+    Far cheaper than their distances: it tells which are worth it. Two segments are apart when the boxes about them are,
+    or when one lies beside the line through the other.
+
+    Args:
+        a0: starts of the first segments, shape (n, 2), metres.
+        a1: their ends.
+        b0: starts of the second segments, shape (m, 2), metres.
+        b1: their ends.
+        reach_m: 0 or more.
+
+    Returns:
+        Rows of first and of second segments, shape (k,) each.
+    """
+    east = _overlap(a0[:, None, 0], a1[:, None, 0], b0[:, 0], b1[:, 0], reach_m)
+    north = _overlap(a0[:, None, 1], a1[:, None, 1], b0[:, 1], b1[:, 1], reach_m)
+    first, second = np.nonzero(east & north)
+    near = ~_lies_beside(a0[first], a1[first], b0[second], b1[second], reach_m)
+    first, second = first[near], second[near]
+    near = ~_lies_beside(b0[second], b1[second], a0[first], a1[first], reach_m)
+    return first[near], second[near]
+
+
+def _overlap(a0: FloatArray, a1: FloatArray, b0: FloatArray, b1: FloatArray, reach_m: float) -> NDArray[np.bool_]:
+    """Return whether intervals, ends in any order, come within reach."""
+    return np.asarray(
+        (np.minimum(a0, a1) - reach_m <= np.maximum(b0, b1)) & (np.minimum(b0, b1) - reach_m <= np.maximum(a0, a1))
+    )
+
+
+def _lies_beside(a0: FloatArray, a1: FloatArray, b0: FloatArray, b1: FloatArray, reach_m: float) -> NDArray[np.bool_]:
+    """Return whether both ends of b0-b1 are beyond reach on the same side of the line through a0-a1."""
+    east, north = a1[..., 0] - a0[..., 0], a1[..., 1] - a0[..., 1]
+    reach = reach_m * np.hypot(east, north)
+    side_0 = east * (b0[..., 1] - a0[..., 1]) - north * (b0[..., 0] - a0[..., 0])
+    side_1 = east * (b1[..., 1] - a0[..., 1]) - north * (b1[..., 0] - a0[..., 0])
+    return np.asarray((np.minimum(side_0, side_1) > reach) | (np.maximum(side_0, side_1) < -reach))
+
+
 def point_segment_distance(point: FloatArray, b0: FloatArray, b1: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the distances of points to segments (...), metres, and the fractions (...) of the way from b0 to b1."""
     way = b1 - b0

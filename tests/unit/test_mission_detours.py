@@ -52,7 +52,12 @@ def test_a_clear_way_needs_no_corner() -> None:
 
 def test_a_wall_from_fence_to_fence_cannot_be_passed() -> None:
     wall = zone((-5.0, -60.0), (5.0, -60.0), (5.0, 60.0), (-5.0, 60.0))
-    assert Detours([FENCE, wall], MARGIN_M, SLACK_M).next_corner(np.array([-20.0, 0.0]), np.array([20.0, 0.0])) is None
+    detours = Detours([FENCE, wall], MARGIN_M, SLACK_M)
+    west_m, east_m = np.array([-20.0, 0.0]), np.array([20.0, 0.0])
+    assert detours.next_corner(west_m, east_m) is None
+    assert not detours.has_way(west_m, east_m)
+    assert detours.has_way(west_m, np.array([-20.0, 40.0]))
+    assert Detours([FENCE, WALL], MARGIN_M, SLACK_M).has_way(west_m, east_m)
 
 
 def test_a_notch_of_the_fence_is_flown_around() -> None:

@@ -11,6 +11,7 @@ from aos_gcs.mission.separation import (
     admissible_fraction,
     closest_approach,
     minimum_separation,
+    near_pairs,
     segment_distance,
     spread_apart,
 )
@@ -34,6 +35,22 @@ segments = arrays(np.float64, (4, 3), elements=st.floats(-20.0, 20.0))
 def test_known_distances(a0: list[float], a1: list[float], b0: list[float], b1: list[float], expected: float) -> None:
     ends = [np.array(end, dtype=np.float64) for end in (a0, a1, b0, b1)]
     assert float(segment_distance(*ends)) == pytest.approx(expected)
+
+
+@settings(max_examples=80, deadline=None)
+@given(arrays(np.float64, (4, 6, 2), elements=st.floats(-20.0, 20.0)), st.floats(0.0, 5.0))
+def test_pairs_of_segments_that_are_near_are_never_passed_over(ends: FloatArray, reach_m: float) -> None:
+    a0, a1, b0, b1 = ends
+    kept = set(zip(*near_pairs(a0, a1, b0, b1, reach_m), strict=True))
+    distances_m = segment_distance(a0[:, None], a1[:, None], b0, b1)
+    assert set(zip(*np.nonzero(distances_m < reach_m - 1e-9), strict=True)) <= kept
+
+
+def test_segments_far_apart_or_beside_one_another_are_no_near_pairs() -> None:
+    a0, a1 = np.array([[0.0, 0.0]]), np.array([[10.0, 10.0]])
+    b0 = np.array([[20.0, 0.0], [6.0, 0.0], [0.0, 10.0]])
+    b1 = np.array([[30.0, 0.0], [10.0, 4.0], [10.0, 0.0]])
+    assert [rows.tolist() for rows in near_pairs(a0, a1, b0, b1, 1.0)] == [[0], [2]]
 
 
 @settings(max_examples=80, deadline=None)
