@@ -12,6 +12,7 @@ from fastapi import FastAPI
 from aos_gcs.api.access import Access
 from aos_gcs.api.errors import add_error_handlers
 from aos_gcs.api.hub import EventHub
+from aos_gcs.api.models import CapabilitiesModel
 from aos_gcs.api.openapi import add_routes, make_document
 from aos_gcs.api.page import add_page
 from aos_gcs.api.security import OperatorsOnlyMiddleware, SameOriginMiddleware, SecurityHeadersMiddleware
@@ -64,7 +65,10 @@ def create_app(
     app.state.findings = findings
     app.state.basemap_file = basemap_file
     app.state.plans = PlanFolder(plans_folder)
-    app.state.hub = EventHub(mission, replay=replay)
+    capabilities = CapabilitiesModel(
+        planning=planning is not None, viewer=viewer is not None, findings=findings is not None
+    )
+    app.state.hub = EventHub(mission, replay=replay, capabilities=capabilities)
     app.state.access = Access(operator_code)
     app.add_middleware(OperatorsOnlyMiddleware, access=app.state.access)
     app.add_middleware(SameOriginMiddleware, allowed_hosts=allowed_hosts)

@@ -22,6 +22,7 @@ from aos_gcs.api.places import (
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.geometry.notations import dms, mgrs_text, utm_text
 from aos_gcs.mission import model
+from aos_gcs.mission.acknowledgements import ACKNOWLEDGEMENTS_KEPT
 from aos_gcs.mission.findings import MAX_FINDINGS
 from aos_gcs.mission.phases import ACTIONS
 
@@ -149,6 +150,7 @@ def mission(snapshot: model.MissionSnapshot, replay: model.ReplayState | None = 
         min_separation_m=rounded(snapshot.min_separation_m, 2),
         focus=focus(snapshot.focus) if snapshot.focus else None,
         findings=[finding(one, origin) for one in snapshot.findings],
+        acknowledgements=[acknowledgement(one) for one in snapshot.acknowledgements],
         replay=replay_state(replay) if replay else None,
         allowed_actions=[] if replay else allowed_actions(snapshot),
     )
@@ -217,8 +219,18 @@ def waypoints(records: Sequence[model.WaypointRecord], origin: GeodeticPosition 
 def notice(record: model.NoticeRecord) -> wire.NoticeModel:
     """Convert a notice."""
     return wire.NoticeModel(
-        severity=record.severity, text=record.text, vehicle_id=record.vehicle_id, elapsed_s=record.elapsed_s
+        severity=record.severity,
+        notice_id=record.notice_id,
+        text=record.text,
+        vehicle_id=record.vehicle_id,
+        elapsed_s=record.elapsed_s,
     )
+
+
+@lru_cache(maxsize=ACKNOWLEDGEMENTS_KEPT)
+def acknowledgement(given: model.Acknowledgement) -> wire.AcknowledgementModel:
+    """Convert the word that somebody has taken note."""
+    return wire.AcknowledgementModel(notice_id=given.notice_id, operator=given.operator, utc_s=given.utc_s)
 
 
 def pictures(

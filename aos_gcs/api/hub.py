@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from aos_gcs.api import convert, messages
-from aos_gcs.api.models import SCHEMA_VERSION, MissionModel, NoticeModel, PictureModel, StepModel
+from aos_gcs.api.loop_time import loop_time_s
+from aos_gcs.api.models import (
+    SCHEMA_VERSION,
+    CapabilitiesModel,
+    MissionModel,
+    NoticeModel,
+    PictureModel,
+    StepModel,
+)
 from aos_gcs.api.outbox import DEFAULT_CAPACITY, Outbox
 from aos_gcs.api.state import MissionState
 from aos_gcs.mission.model import (
@@ -26,6 +34,7 @@ from aos_gcs.mission.model import (
 NOTICES_KEPT = 200
 EVENTS_KEPT = 1024
 """For clients that come back; minutes of a mission."""
+NO_CAPABILITIES = CapabilitiesModel(planning=False, viewer=False, findings=False)
 
 
 class EventHub:
@@ -33,6 +42,13 @@ class EventHub:
 
     It keeps the latest notices, so that a page that is loaded again still shows what has gone wrong, and the latest
     events, so that one that was away misses none.
+
+    Args:
+        mission: what is told of.
+        outbox_capacity: events that may wait for one client.
+        replay: of the mission; None where it is flown.
+        capabilities: what clients may ask for.
+        now_s: real seconds, for the age of the mission's last sign of life.
     """
 
     def __init__(
@@ -40,6 +56,8 @@ class EventHub:
         mission: MissionControl,
         outbox_capacity: int = DEFAULT_CAPACITY,
         replay: ReplayControl | None = None,
+        capabilities: CapabilitiesModel = NO_CAPABILITIES,
+        now_s: Callable[[], float] = loop_time_s,
     ) -> None:
         self._mission = mission
         self._replay = replay
@@ -50,9 +68,13 @@ class EventHub:
         self._events: deque[messages.EventMessage] = deque(maxlen=EVENTS_KEPT)
         self._steps: dict[int, StepModel] = {}
         self._seq = 0
+        self._capabilities = capabilities
+        self._now_s = now_s
+        self._heard_at_s: float | None = None
 
     async def run(self) -> None:
         """Distribute events until cancelled."""
+        self._heard_at_s = self._now_s()
         previous_seq: int | None = None
         with self._mission.subscribe() as events:
             async for event in events:
@@ -65,7 +87,7 @@ class EventHub:
     @contextmanager
     def connect(self) -> Iterator[Outbox]:
         """Collect messages for a client for as long as the context is entered; the first one is ``hello``."""
-        outbox = Outbox(self._state, self._hello_text, self._outbox_capacity)
+        outbox = Outbox(self._state, self._hello_text, self.mission_age_s, self._outbox_capacity)
         self._outboxes.add(outbox)
         try:
             yield outbox
@@ -77,6 +99,8 @@ class EventHub:
         return messages.HelloMessage(
             seq=self._seq,
             schema_version=SCHEMA_VERSION,
+            mission_age_s=self.mission_age_s(),
+            capabilities=self._capabilities,
             mission=self.mission(),
             steps=self.steps(),
             notices=list(self._notices),
@@ -86,6 +110,15 @@ class EventHub:
     def mission(self) -> MissionModel:
         """Return the mission at this moment."""
         return self._model(self._mission.snapshot())
+
+    def mission_age_s(self) -> float:
+        """Return the real seconds since the mission has last told its state, which it does several times per second.
+
+        It does so by a task of its own: when that hangs or has died, this server may well live on.
+        """
+        if self._replay is not None or self._heard_at_s is None:
+            return 0.0
+        return round(self._now_s() - self._heard_at_s, 1)
 
     def steps(self) -> list[StepModel]:
         """Return all steps so far, oldest first."""
@@ -114,6 +147,7 @@ class EventHub:
 
     def _distribute(self, event: Event) -> None:
         if isinstance(event.data, MissionSnapshot):
+            self._heard_at_s = self._now_s()
             if self._outboxes:
                 self._take_state(self._model(event.data), event.utc_s)
             return

@@ -6,6 +6,9 @@ which are never repeated, and the *state*, of which only changes are sent.
 ``seq`` counts events from 1 and is the same for all clients; every other message carries the number of the event
 before it. A step of more than one says that events were lost to the client's own slowness, or while it was away: it
 fetches them with ``GET /api/events?after=SEQ``. State is never lost: whoever is slow gets fewer and larger changes.
+
+That the service answers does not mean that the mission does. Whatever tells of the state therefore says how old the
+mission's own last sign of life is: ``mission_age_s``.
 """
 
 from __future__ import annotations
@@ -14,7 +17,17 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, TypeAdapter
 
-from aos_gcs.api.models import MissionModel, NoticeModel, PictureModel, PreflightCheckModel, StepModel, WireModel
+from aos_gcs.api.models import (
+    CapabilitiesModel,
+    MissionModel,
+    NoticeModel,
+    PictureModel,
+    PreflightCheckModel,
+    StepModel,
+    WireModel,
+)
+
+MISSION_AGE = "Seconds since the mission has last given a sign of life; 0 in a replay, where time may stand still."
 
 
 class HelloMessage(WireModel):
@@ -23,6 +36,8 @@ class HelloMessage(WireModel):
     kind: Literal["hello"] = "hello"
     seq: int
     schema_version: int
+    mission_age_s: float = Field(description=MISSION_AGE)
+    capabilities: CapabilitiesModel
     mission: MissionModel
     steps: list[StepModel]
     notices: list[NoticeModel]
@@ -34,6 +49,7 @@ class SnapshotMessage(WireModel):
 
     kind: Literal["snapshot"] = "snapshot"
     seq: int
+    mission_age_s: float = Field(description=MISSION_AGE)
     utc_s: float
     mission: MissionModel
 
@@ -43,6 +59,7 @@ class ChangesMessage(WireModel):
 
     kind: Literal["changes"] = "changes"
     seq: int
+    mission_age_s: float = Field(description=MISSION_AGE)
     utc_s: float
     mission: dict[str, Any] = Field(
         description="Fields of MissionModel with their new values; vehicles never, preflight only where checks have "
@@ -94,10 +111,11 @@ class PlanMessage(WireModel):
 
 
 class HeartbeatMessage(WireModel):
-    """The connection is alive although nothing has happened."""
+    """The connection is alive although nothing has changed; whether the mission is, its age tells."""
 
     kind: Literal["heartbeat"] = "heartbeat"
     seq: int
+    mission_age_s: float = Field(description=MISSION_AGE)
 
 
 EventMessage = StepMessage | NoticeMessage | PicturesMessage | PlanMessage

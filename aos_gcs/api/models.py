@@ -25,7 +25,7 @@ from aos_gcs.mission.model import (
 )
 from aos_gcs.ports import FlightMode, LandedState, Severity
 
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 """Raised when a client written for the earlier number would misread a message."""
 
 
@@ -205,6 +205,14 @@ class FindingModel(WireModel):
     operator: str = Field(description="Who has judged it last, or marked it.")
 
 
+class AcknowledgementModel(WireModel):
+    """An operator has taken note of a notice, and of all before it that say the same of the same vehicle."""
+
+    notice_id: int
+    operator: str = Field(description="The name given at sign-in; empty when no name was given.")
+    utc_s: float
+
+
 class FocusModel(WireModel):
     """The focal plane in use."""
 
@@ -278,6 +286,9 @@ class MissionModel(WireModel):
     min_separation_m: float | None
     focus: FocusModel | None
     findings: list[FindingModel] = Field(description="Oldest first.")
+    acknowledgements: list[AcknowledgementModel] = Field(
+        description="The latest ones, by the number of their notice: the same for all operators."
+    )
     replay: ReplayModel | None = Field(description="Of the record that is shown; null for a mission that is flown.")
     allowed_actions: list[Action] = Field(description="What makes sense to offer now; a request can still be refused.")
 
@@ -333,9 +344,18 @@ class NoticeModel(WireModel):
     """Something that happened, for the operator."""
 
     severity: Severity
+    notice_id: int = Field(
+        description="Counts from 1 in a mission; a number that is skipped is a notice that was lost."
+    )
     text: str
     vehicle_id: int | None
     elapsed_s: float
+
+
+class AcknowledgeRequest(WireModel):
+    """Notices that an operator has taken note of."""
+
+    notice_ids: Annotated[list[Annotated[int, Field(ge=1)]], Field(min_length=1, max_length=200)]
 
 
 class PictureModel(WireModel):
@@ -389,6 +409,14 @@ class SignInRequest(WireModel):
     name: Annotated[str, Field(min_length=1, max_length=40, pattern=r"^\S(.*\S)?$")] = Field(
         description="For the audit log."
     )
+
+
+class CapabilitiesModel(WireModel):
+    """What this service offers beside the mission itself; requests for the rest are refused."""
+
+    planning: bool = Field(description="The plan can be read and changed.")
+    viewer: bool = Field(description="Recorded steps can be seen again; findings have pictures.")
+    findings: bool = Field(description="Findings can be marked and judged.")
 
 
 class BasemapModel(WireModel):

@@ -6,6 +6,7 @@ import asyncio
 from collections import deque
 from collections.abc import Callable
 
+from aos_gcs.api.messages import HeartbeatMessage
 from aos_gcs.api.state import MissionState
 
 DEFAULT_CAPACITY = 128
@@ -20,19 +21,25 @@ class Outbox:
     Args:
         state: of the mission, shared by all clients.
         hello: makes the first message, and its ``seq``.
+        mission_age_s: tells how old the mission's last sign of life is.
         capacity: events that may wait.
     """
 
     def __init__(
-        self, state: MissionState, hello: Callable[[], tuple[int, str]], capacity: int = DEFAULT_CAPACITY
+        self,
+        state: MissionState,
+        hello: Callable[[], tuple[int, str]],
+        mission_age_s: Callable[[], float],
+        capacity: int = DEFAULT_CAPACITY,
     ) -> None:
         self._state = state
         self._hello = hello
+        self._mission_age_s = mission_age_s
         self._events: deque[tuple[int, str]] = deque(maxlen=capacity)
         self._ready = asyncio.Event()
         self._greeted = False
         self._revision = 0
-        self.seq = 0
+        self._seq = 0
         """Of the latest event that was taken."""
 
     def put(self, seq: int, text: str) -> None:
@@ -58,18 +65,22 @@ class Outbox:
             text = self._pop()
         return text
 
+    def heartbeat(self) -> str:
+        """Return the message for a client that nothing waits for."""
+        return HeartbeatMessage(seq=self._seq, mission_age_s=self._mission_age_s()).model_dump_json()
+
     def _pop(self) -> str | None:
         if not self._greeted:
             self._greeted = True
             self._events.clear()
-            self.seq, text = self._hello()
+            self._seq, text = self._hello()
             self._revision = self._state.revision
             return text
         if self._events:
-            self.seq, text = self._events.popleft()
+            self._seq, text = self._events.popleft()
             return text
         if self._revision == self._state.revision:
             return None
-        text = self._state.message_since(self._revision, self.seq)
+        text = self._state.message_since(self._revision, self._seq, self._mission_age_s())
         self._revision = self._state.revision
         return text

@@ -52,7 +52,7 @@ class MissionState:
         self._changes: deque[_Change | None] = deque(maxlen=REVISIONS_KEPT)
         """None: a change that cannot be told by fields, because a vehicle is gone."""
         self._bodies: dict[int, str] = {}
-        """Text behind kind and seq that leads from a revision to the present one."""
+        """Text behind seq and age that leads from a revision to the present one."""
         self._utc_s = 0.0
         self.revision = 0
 
@@ -82,11 +82,11 @@ class MissionState:
         self.revision += 1
         return True
 
-    def message_since(self, revision: int, seq: int) -> str:
+    def message_since(self, revision: int, seq: int, mission_age_s: float) -> str:
         """Return the text of the message that leads from a revision to the present one."""
         if revision not in self._bodies:
             self._bodies[revision] = self._body_since(revision)
-        return f'{{"seq":{seq},{self._bodies[revision]}'
+        return f'{{"seq":{seq},"mission_age_s":{mission_age_s},{self._bodies[revision]}'
 
     def _body_since(self, revision: int) -> str:
         behind = self.revision - revision

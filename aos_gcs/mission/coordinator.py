@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from aos_gcs.errors import AosError, MissionError
+from aos_gcs.mission.acknowledgements import Acknowledgements
 from aos_gcs.mission.actions import Operator
 from aos_gcs.mission.context import MissionContext
 from aos_gcs.mission.errands import Errands
@@ -92,6 +93,7 @@ class Coordinator:
         self._gallery = Gallery(self._context)
         self._vision = Vision(self._context)
         self._findings = Findings()
+        self._acknowledgements = Acknowledgements()
         self._errands = Errands()
         self._return_heights = ReturnHeights(self._context)
         self._inspector = Inspector(self._context, self._return_heights)
@@ -168,6 +170,7 @@ class Coordinator:
             leg=self._search.leg,
             covered_fraction=self._search.covered_fraction,
             findings=self._findings.all(),
+            acknowledgements=self._acknowledgements.all(),
         )
 
     def steps(self) -> Sequence[StepRecord]:
@@ -195,6 +198,12 @@ class Coordinator:
         """Let a failed check no longer stand against the launch; see ``MissionControl.override_check``."""
         check_action(self.heading, Action.OVERRIDE)
         return await self._overrides.decide(vehicle_id, check, reason, operator)
+
+    def acknowledge(self, notice_ids: Sequence[int], *, operator: str = "") -> None:
+        """Take note of notices, on behalf of all operators; see ``MissionControl.acknowledge``."""
+        journal, utc_s = self._context.journal, self._context.clock.utc_s()
+        if self._acknowledgements.add(notice_ids, operator, utc_s, journal.notice_count):
+            self._publish_snapshot()
 
     def subscribe(self) -> AbstractContextManager[AsyncIterator[Event]]:
         """Follow the event stream from now on."""

@@ -83,6 +83,8 @@ class Journal:
         self._stream = EventStream(clock)
         self._start_s: float | None = None
         self.steps: list[StepRecord] = []
+        self.notice_count = 0
+        """The number of the latest notice."""
 
     def start_timing(self) -> None:
         """Begin to count the mission's time."""
@@ -100,7 +102,8 @@ class Journal:
         """Tell the operator and the log."""
         prefix = "" if vehicle_id is None else f"vehicle {vehicle_id}: "
         _log.log(_LOG_LEVELS[severity], "%s%s", prefix, text)
-        self.publish(EventKind.NOTICE, NoticeRecord(severity, text, vehicle_id, self.elapsed_s()))
+        self.notice_count += 1
+        self.publish(EventKind.NOTICE, NoticeRecord(severity, text, vehicle_id, self.elapsed_s(), self.notice_count))
 
     def take(self, notice: Notice) -> None:
         """Pass a driver's notice on."""

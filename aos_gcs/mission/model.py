@@ -305,6 +305,16 @@ class FindingChange:
     assignee: str | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class Acknowledgement:
+    """An operator has taken note of a notice, and of all before it that say the same of the same vehicle."""
+
+    notice_id: int
+    operator: str
+    """The name as given at sign-in; empty when no name was given."""
+    utc_s: float
+
+
 class FocusSource(StrEnum):
     """Who has chosen the focal height."""
 
@@ -364,6 +374,8 @@ class MissionSnapshot:
     """Share of the search area that was in a frame; None before the first step."""
     findings: tuple[Finding, ...] = ()
     """Oldest first."""
+    acknowledgements: tuple[Acknowledgement, ...] = ()
+    """The latest ones, by the number of their notice."""
 
 
 class Verdict(StrEnum):
@@ -489,6 +501,8 @@ class NoticeRecord:
     text: str
     vehicle_id: int | None
     elapsed_s: float
+    notice_id: int = 0
+    """Counts from 1 in a mission; 0 in older records."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -561,6 +575,14 @@ class MissionControl(Protocol):
         Raises:
             MissionError: the present phase does not allow it, or there is no such check, or it has not failed, or it
                 must not be overridden.
+        """
+        ...
+
+    def acknowledge(self, notice_ids: Sequence[int], *, operator: str = "") -> None:
+        """Take note of notices, on behalf of all operators; who was first with one stays on record.
+
+        Raises:
+            MissionError: there is no notice of such a number; none was acknowledged.
         """
         ...
 

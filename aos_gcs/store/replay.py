@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import AsyncIterator, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager
+from dataclasses import replace
 from typing import Final, NoReturn
 
 from aos_gcs.errors import ConfigurationError, InputDataError, MissionError
@@ -58,7 +59,8 @@ class MissionReplay:
             raise InputDataError(f"{reader.folder} holds no snapshot of the mission; it ended before it began")
         self._start_utc_s, self._end_utc_s = index[0].utc_s, index[-1].utc_s
         kinds = (kind for kind in EventKind if kind is not EventKind.SNAPSHOT)
-        self._events = sorted((event for kind in kinds for event in reader.events(kind)), key=lambda event: event.seq)
+        events = sorted((event for kind in kinds for event in reader.events(kind)), key=lambda event: event.seq)
+        self._events = list(_numbered(events))
         self._event_times = [event.utc_s for event in self._events]
         self._snapshot_times = [entry.utc_s for entry in self._snapshots]
         self._shown: tuple[EventEntry, MissionSnapshot] | None = None
@@ -109,6 +111,15 @@ class MissionReplay:
         vehicle_id: int,  # noqa: ARG002 - of a protocol
         check: str,  # noqa: ARG002
         reason: str | None,  # noqa: ARG002
+        *,
+        operator: str = "",  # noqa: ARG002
+    ) -> NoReturn:
+        """Refuse."""
+        raise MissionError(_REFUSAL)
+
+    def acknowledge(
+        self,
+        notice_ids: Sequence[int],  # noqa: ARG002 - of a protocol
         *,
         operator: str = "",  # noqa: ARG002
     ) -> NoReturn:
@@ -180,3 +191,14 @@ class MissionReplay:
 
     def _past(self) -> list[Event]:
         return self._events[: bisect_right(self._event_times, self._utc_s)]
+
+
+def _numbered(events: Iterable[Event]) -> Iterator[Event]:
+    """Number the notices of older records, which lack that."""
+    count = 0
+    for event in events:
+        if isinstance(event.data, NoticeRecord):
+            count = event.data.notice_id or count + 1
+            yield replace(event, data=replace(event.data, notice_id=count))
+        else:
+            yield event

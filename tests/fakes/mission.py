@@ -14,6 +14,7 @@ import numpy as np
 from aos_gcs.errors import MissionError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.imaging.step import ImagingSettings
+from aos_gcs.mission.acknowledgements import Acknowledgements
 from aos_gcs.mission.checks import failed, passed
 from aos_gcs.mission.events import EventStream
 from aos_gcs.mission.findings import Findings
@@ -107,6 +108,9 @@ class ScriptedMission:
         self.actions: list[tuple[Action, tuple[int, ...] | None]] = []
         self.overrides: dict[tuple[int, str], CheckOverride] = {}
         self.findings = Findings()
+        self.acknowledgements = Acknowledgements()
+        self._clock = clock
+        self._notices = 0
         self.operators: list[str] = []
         """Who has asked for the action at the same index."""
         self.phase = Phase.READY
@@ -152,6 +156,7 @@ class ScriptedMission:
             min_separation_m=5.21 if self._steps else None,
             focus=self.focus,
             findings=self.findings.all(),
+            acknowledgements=self.acknowledgements.all(),
         )
 
     def steps(self) -> Sequence[StepRecord]:
@@ -213,6 +218,10 @@ class ScriptedMission:
         """Judge, comment or assign a finding."""
         return self.findings.change(finding_id, change, operator)
 
+    def acknowledge(self, notice_ids: Sequence[int], *, operator: str = "") -> None:
+        """Take note of notices."""
+        self.acknowledgements.add(notice_ids, operator, self._clock.utc_s(), self._notices)
+
     @property
     def settings(self) -> MissionSettings:
         """What the mission flies by."""
@@ -233,7 +242,9 @@ class ScriptedMission:
 
     def notify(self, severity: Severity, text: str, vehicle_id: int | None = None) -> None:
         """Publish a notice."""
-        self.stream.publish(EventKind.NOTICE, NoticeRecord(severity, text, vehicle_id, self.elapsed_s))
+        self._notices += 1
+        notice = NoticeRecord(severity, text, vehicle_id, self.elapsed_s, self._notices)
+        self.stream.publish(EventKind.NOTICE, notice)
 
     def advance(self, duration_s: float) -> None:
         """Let time pass: move the vehicles, change phases, make steps; publishes a snapshot."""

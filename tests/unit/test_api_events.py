@@ -47,21 +47,25 @@ async def receive(websocket: ClientConnection) -> dict[str, Any]:
             return message
 
 
+def no_age() -> float:
+    return 0.0
+
+
 def greeting(seq: int = 0) -> Callable[[], tuple[int, str]]:
     return lambda: (seq, "hello")
 
 
 async def test_outbox_greets_first_and_then_hands_events_on_in_order() -> None:
-    outbox = Outbox(MissionState(), greeting(5))
+    outbox = Outbox(MissionState(), greeting(5), no_age)
     assert await outbox.take() == "hello"
     outbox.put(6, "one")
     outbox.put(7, "two")
     assert [await outbox.take(), await outbox.take()] == ["one", "two"]
-    assert outbox.seq == 7
+    assert json.loads(outbox.heartbeat()) == {"kind": "heartbeat", "seq": 7, "mission_age_s": 0.0}
 
 
 async def test_full_outbox_drops_its_oldest_events() -> None:
-    outbox = Outbox(MissionState(), greeting(), capacity=2)
+    outbox = Outbox(MissionState(), greeting(), no_age, capacity=2)
     await outbox.take()
     for seq in range(1, 6):
         outbox.put(seq, f"event {seq}")
@@ -70,7 +74,7 @@ async def test_full_outbox_drops_its_oldest_events() -> None:
 
 async def test_changes_of_the_state_are_joined_while_a_client_is_busy(mission: ScriptedMission) -> None:
     state = MissionState()
-    outbox = Outbox(state, lambda: (0, "hello" if state.update(shown(mission), 0.0) else ""))
+    outbox = Outbox(state, lambda: (0, "hello" if state.update(shown(mission), 0.0) else ""), no_age)
     await outbox.take()
     first = shown(mission)
     vehicle = first.vehicles[0]
@@ -82,6 +86,7 @@ async def test_changes_of_the_state_are_joined_while_a_client_is_busy(mission: S
     assert await outbox.take() == "event"
     assert json.loads(await outbox.take()) == {
         "seq": 1,
+        "mission_age_s": 0.0,
         "kind": "changes",
         "utc_s": 6.0,
         "mission": {"message": "wind"},
@@ -104,8 +109,8 @@ def test_who_is_far_behind_gets_the_whole_state(mission: ScriptedMission) -> Non
     state, model = MissionState(), shown(mission)
     for revision in range(REVISIONS_KEPT + 2):
         state.update(model.model_copy(update={"elapsed_s": float(revision)}), 0.0)
-    assert json.loads(state.message_since(2, 0))["kind"] == "changes"
-    whole = json.loads(state.message_since(1, 0))
+    assert json.loads(state.message_since(2, 0, 0.0))["kind"] == "changes"
+    whole = json.loads(state.message_since(1, 0, 0.0))
     assert whole["kind"] == "snapshot"
     assert len(whole["mission"]["vehicles"]) == len(model.vehicles)
 
@@ -114,7 +119,7 @@ def test_a_vehicle_that_is_gone_is_told_with_the_whole_state(mission: ScriptedMi
     state, model = MissionState(), shown(mission)
     state.update(model, 0.0)
     state.update(model.model_copy(update={"vehicles": model.vehicles[1:]}), 0.0)
-    assert json.loads(state.message_since(1, 0))["kind"] == "snapshot"
+    assert json.loads(state.message_since(1, 0, 0.0))["kind"] == "snapshot"
 
 
 def test_of_preflight_only_checks_that_have_changed_are_sent(mission: ScriptedMission) -> None:
@@ -123,10 +128,10 @@ def test_of_preflight_only_checks_that_have_changed_are_sent(mission: ScriptedMi
     changed = model.preflight[3].model_copy(update={"text": "much better"})
     checks = [changed if one == model.preflight[3] else one for one in model.preflight]
     state.update(model.model_copy(update={"preflight": checks}), 1.0)
-    message = json.loads(state.message_since(1, 0))
+    message = json.loads(state.message_since(1, 0, 0.0))
     assert (message["mission"], message["preflight"]) == ({}, [changed.model_dump(mode="json")])
     state.update(model.model_copy(update={"preflight": checks[1:]}), 2.0)
-    both = json.loads(state.message_since(1, 0))
+    both = json.loads(state.message_since(1, 0, 0.0))
     assert len(both["mission"]["preflight"]) == len(checks) - 1
     assert both["preflight"] == []
 
@@ -143,7 +148,7 @@ def test_changes_lead_from_any_revision_to_the_present_one(
     revision, known = data.draw(st.sampled_from(told))
     if revision == state.revision:
         return
-    message = json.loads(state.message_since(revision, 0))
+    message = json.loads(state.message_since(revision, 0, 0.0))
     SERVER_MESSAGE.validate_python(message)
     changed = message["vehicles"] if message["kind"] == "changes" else message["mission"]["vehicles"]
     assert known | {one["vehicle_id"]: one["satellites"] for one in changed} == values
@@ -180,7 +185,7 @@ async def test_events_lost_before_the_hub_bring_the_whole_state(mission: Scripte
         for number in range(300):  # the mission keeps 256 for each subscriber
             mission.notify(Severity.INFO, f"notice {number}")
         await outbox.take()
-        assert outbox.seq > 2, "the client must see that something is missing"
+        assert json.loads(outbox.heartbeat())["seq"] > 2, "the client must see that something is missing"
         assert hub.missed(1).hello is not None
     running.cancel()
 
@@ -218,7 +223,7 @@ async def test_hello_brings_the_state_and_events_follow(mission: ScriptedMission
     async with serve(create_app(mission), port=0) as address:
         async with connect(f"ws://127.0.0.1:{address.port}/api/events") as websocket:
             hello = await receive(websocket)
-            assert (hello["kind"], hello["seq"], hello["schema_version"]) == ("hello", 0, 2)
+            assert (hello["kind"], hello["seq"], hello["schema_version"]) == ("hello", 0, 3)
             assert [step["step"] for step in hello["steps"]] == [1]
             assert {picture["kind"] for picture in hello["pictures"]} == set(PictureKind)
             mission.make_step()
@@ -257,7 +262,34 @@ async def test_silence_is_filled_with_heartbeats(mission: ScriptedMission) -> No
         connect(f"ws://127.0.0.1:{address.port}/api/events") as websocket,
     ):
         await receive(websocket)
-        assert json.loads(await websocket.recv()) == {"kind": "heartbeat", "seq": 0}
+        heartbeat = json.loads(await websocket.recv())
+        assert (heartbeat["kind"], heartbeat["seq"]) == ("heartbeat", 0)
+
+
+async def test_all_that_tells_of_the_state_says_how_old_the_mission_is(mission: ScriptedMission) -> None:
+    now_s = 100.0
+    hub = EventHub(mission, now_s=lambda: now_s)
+    running = asyncio.create_task(hub.run())
+    await asyncio.sleep(0)
+    with hub.connect() as outbox:
+        await outbox.take()
+        now_s = 101.0
+        mission.advance(0.1)
+        await asyncio.sleep(0)  # the mission's last sign of life
+        now_s = 107.5
+        mission.notify(Severity.WARNING, "a driver lives longer than its mission")
+        await outbox.take()
+        assert json.loads(outbox.heartbeat())["mission_age_s"] == 6.5
+        mission.elapsed_s += 1.0
+        with hub.connect() as late:
+            assert json.loads(await late.take())["mission_age_s"] == 6.5
+        # What the late one's greeting has found out is news for the others, but no sign of life either.
+        changes = json.loads(await outbox.take())
+        assert (changes["kind"], changes["mission_age_s"]) == ("changes", 6.5)
+        mission.advance(0.1)
+        await asyncio.sleep(0)
+        assert json.loads(outbox.heartbeat())["mission_age_s"] == 0.0
+    running.cancel()
 
 
 async def test_foreign_pages_cannot_listen(mission: ScriptedMission) -> None:

@@ -19,6 +19,11 @@ export function duration(seconds: number): string {
   return h > 0 ? `${h}:${two(m)}:${two(s)}` : `${two(m)}:${two(s)}`;
 }
 
+/** The time of day at this screen. */
+export function timeOfDay(utc_s: number): string {
+  return new Date(1000 * utc_s).toLocaleTimeString();
+}
+
 /** An age; short ones with a decimal, long ones in minutes. */
 export function age(seconds: number | null): string {
   if (seconds === null) return UNKNOWN;

@@ -34,6 +34,7 @@ const CONSEQUENCE: Readonly<Partial<Record<Action, string>>> = {
   return: "They stop searching and fly home to their launch points.",
   land: "They descend where they are now, onto whatever is below them.",
   abort: "The mission ends and cannot be resumed; all vehicles come home.",
+  focus: "For the whole mission and all who look: steps from now on are summed up, and searched, on this plane.",
 };
 
 const PICTURE: Readonly<Record<PictureKind, string>> = {
@@ -71,8 +72,15 @@ export const texts = {
     open: "Connected",
     lost: "Disconnected",
     incompatible: "Reload needed",
+    silent: "Mission silent",
     lostBanner: "No connection to the service. Values below are old; trying to connect again …",
     incompatibleBanner: "The service and this page do not understand each other. Reload the page.",
+    silentBanner: "The mission does not answer; values below are old. Commands may have no effect: have pilots ready.",
+    silentFor: (age: string) => `Silent for ${age}.`,
+    missed: (count: number) =>
+      count === 1
+        ? "One event was lost while this page was not connected; the mission's record has it."
+        : `${count} events were lost while this page was not connected; the mission's record has them.`,
   },
   header: {
     phase: "Phase",
@@ -144,6 +152,8 @@ export const texts = {
     acknowledgeAll: (count: number) => `Acknowledge all ${count}`,
     more: (count: number) => `${count} more`,
     connectionLost: "Connection to the service lost",
+    missionSilent: "The mission does not answer",
+    acknowledged: (who: string, time: string) => `seen by ${who || "an operator"}, ${time}`,
   },
   keys: {
     title: "Keys",
@@ -182,6 +192,7 @@ export const texts = {
       trails: "Trails",
       waypoints: "Waypoints",
       targets: "Targets",
+      heights: "Heights of all vehicles",
       vehicles: "Vehicles",
     },
     refused: (verdict: string, reason: string) => `${verdict}: ${reason}`,
@@ -321,7 +332,23 @@ export const texts = {
     times: (speed: number) => `${speed}×`,
     phaseAt: (phase: string, time: string) => `${phase}, from ${time}`,
   },
-  events: { panel: "Events", none: "Nothing has happened yet.", all: "All", vehicle: "vehicle" },
+  events: {
+    panel: "Events",
+    none: "Nothing has happened yet.",
+    all: "All",
+    vehicle: "vehicle",
+    missing: (count: number) => `${count} not shown here: see the mission's record`,
+  },
+  focus: {
+    panel: "The mission's plane",
+    now: "In use",
+    source: { configured: "as configured", autofocus: "by autofocus", operator: "chosen by an operator" },
+    none: "The mission has no focal plane yet.",
+    at: (height: string) => `Focus the mission at ${height}`,
+    use: (height: string) => `Use ${height} in the mission`,
+    leave: "Leave the mission's focus to the program",
+    unavailable: "Not possible in this phase",
+  },
   prepare: {
     panel: "Preflight",
     none: "The checks begin when the vehicles are heard.",

@@ -1,39 +1,44 @@
 import { expect, test } from "vitest";
-import type { NumberedNotice } from "../src/state/state";
-import { acknowledge, openAlerts } from "../src/state/alerts";
+import { acknowledgementByNotice, openAlerts } from "../src/state/alerts";
+import { notice } from "./samples";
 
-const notice = (
-  severity: NumberedNotice["severity"],
-  text: string,
-  id: number,
-  vehicle_id: number | null = null,
-): NumberedNotice => ({ severity, text, id, vehicle_id, elapsed_s: 0 });
+const by = (operator: string, notice_id: number) => ({ notice_id, operator, utc_s: 100 + notice_id });
 
 test("critical alerts come first, then newer ones; info is no alert", () => {
   const notices = [
-    notice("critical", "link lost", 1, 3),
-    notice("warning", "battery", 2),
-    notice("info", "step 4", 3),
-    notice("warning", "wind", 4),
+    notice(1, "link lost", { severity: "critical", vehicle_id: 3 }),
+    notice(2, "battery"),
+    notice(3, "step 4", { severity: "info" }),
+    notice(4, "wind"),
   ];
-  expect(openAlerts(notices, new Map()).map((alert) => alert.text)).toEqual(["link lost", "wind", "battery"]);
+  expect(openAlerts(notices, []).map((alert) => alert.text)).toEqual(["link lost", "wind", "battery"]);
 });
 
 test("repetitions are one alert with a count, of each vehicle its own", () => {
-  const notices = [1, 2, 5]
-    .map((time) => notice("warning", "battery", time, 1))
-    .concat(notice("warning", "battery", 3, 2));
-  const alerts = openAlerts(notices, new Map());
-  expect(alerts.map(({ vehicleId, count, id }) => [vehicleId, count, id])).toEqual([
+  const notices = [
+    ...[1, 2, 5].map((id) => notice(id, "battery", { vehicle_id: 1 })),
+    notice(6, "battery", { vehicle_id: 2 }),
+  ];
+  expect(openAlerts(notices, []).map(({ vehicleId, count, id }) => [vehicleId, count, id])).toEqual([
+    [2, 1, 6],
     [1, 3, 5],
-    [2, 1, 3],
   ]);
 });
 
-test("what was acknowledged opens again when it comes again", () => {
-  const first = [notice("warning", "battery", 1)];
-  const acknowledged = acknowledge(new Map(), openAlerts(first, new Map()));
-  expect(openAlerts(first, acknowledged)).toEqual([]);
-  const again = openAlerts([...first, notice("warning", "battery", 9)], acknowledged);
+test("what an operator has acknowledged is open on no screen, until it comes again", () => {
+  const first = [notice(1, "battery"), notice(2, "battery")];
+  expect(openAlerts(first, [by("Ada", 2)])).toEqual([]);
+  expect(openAlerts(first, [by("Ada", 1)]).map(({ id, count }) => [id, count])).toEqual([[2, 1]]);
+  const again = openAlerts([...first, notice(9, "battery")], [by("Ada", 2)]);
   expect(again.map(({ id, count }) => [id, count])).toEqual([[9, 1]]);
+});
+
+test("an acknowledgement covers earlier repetitions, each by the first that came after it", () => {
+  const notices = [notice(1, "wind"), notice(2, "battery"), notice(3, "wind"), notice(4, "wind"), notice(5, "wind")];
+  const who = acknowledgementByNotice(notices, [by("Ada", 3), by("Bob", 4), by("Eve", 99)]);
+  expect([...who].map(([id, { operator }]) => [id, operator]).sort()).toEqual([
+    [1, "Ada"],
+    [3, "Ada"],
+    [4, "Bob"],
+  ]);
 });

@@ -1,5 +1,5 @@
 /** Small valid messages for the tests. */
-import type { Finding, Mission, Position, Step, Target, Vehicle } from "../src/api/types";
+import type { Finding, Mission, Notice, Position, Step, Target, Vehicle } from "../src/api/types";
 
 export function position(east_m: number, north_m: number, up_m = 30): Position {
   return { east_m, north_m, up_m, latitude_deg: null, longitude_deg: null };
@@ -61,6 +61,7 @@ export function mission(changes: Partial<Mission> = {}): Mission {
     target: null,
     targets: [],
     findings: [],
+    acknowledgements: [],
     min_separation_m: null,
     focus: { height_m: 0, source: "configured", sigma_m: null },
     replay: null,
@@ -68,6 +69,12 @@ export function mission(changes: Partial<Mission> = {}): Mission {
     ...changes,
   };
 }
+
+export function notice(notice_id: number, text: string, changes: Partial<Notice> = {}): Notice {
+  return { severity: "warning", notice_id, text, vehicle_id: null, elapsed_s: 0, ...changes };
+}
+
+export const CAPABILITIES = { planning: true, viewer: true, findings: true } as const;
 
 export function target(changes: Partial<Target> = {}): Target {
   return {

@@ -1,22 +1,25 @@
 import { describe, expect, test } from "vitest";
-import { isStale, linkAge_s } from "../src/state/freshness";
+import { isSilent, isStale, linkAge_s } from "../src/state/freshness";
+import type { PageMessage } from "../src/api/socket";
 import { INITIAL_STATE, reduce, type State } from "../src/state/state";
 import type { ServerMessage } from "../src/api/types";
-import { mission, position, step, vehicle } from "./samples";
+import { CAPABILITIES, mission, notice, position, step, vehicle } from "./samples";
 
 type Hello = Extract<ServerMessage, { kind: "hello" }>;
 
 const hello = (changes: Partial<Hello> = {}): Hello => ({
   kind: "hello",
   seq: 1,
-  schema_version: 2,
+  schema_version: 3,
+  mission_age_s: 0,
+  capabilities: CAPABILITIES,
   mission: mission(),
   steps: [step(1)],
   notices: [],
   pictures: [],
   ...changes,
 });
-const snapshot = (m = mission()) => ({ kind: "snapshot", seq: 2, utc_s: 0, mission: m }) as const;
+const snapshot = (m = mission()) => ({ kind: "snapshot", seq: 2, mission_age_s: 0, utc_s: 0, mission: m }) as const;
 
 describe("reduce", () => {
   test("a hello replaces everything but the trails of the same mission", () => {
@@ -33,23 +36,29 @@ describe("reduce", () => {
     expect(other.trails.get(1)).toEqual([[10, 0]]);
   });
 
-  test("a hello in mid-connection is a jump: trails begin anew", () => {
-    const flown = { ...reduce(INITIAL_STATE, hello(), 0), connection: "open" } as const;
-    const moved = mission({ vehicles: [vehicle(1, { position: position(50, 0) })] });
-    expect(reduce(flown, hello({ mission: moved }), 5).trails.get(1)).toEqual([[50, 0]]);
+  test("a hello in mid-connection is a jump of a replay: trails begin anew", () => {
+    const flown = { ...reduce(INITIAL_STATE, hello({ notices: [notice(8, "wind")] }), 0), connection: "open" } as const;
+    const vehicles = [vehicle(1, { position: position(50, 0) })];
+    const replay = { time_s: 0, duration_s: 9, speed: 1, playing: false };
+    const jumped = reduce(flown, hello({ mission: mission({ vehicles, replay }), notices: [notice(1, "start")] }), 5);
+    expect(jumped.trails.get(1)).toEqual([[50, 0]]);
+    expect(jumped.notices.map(({ notice_id }) => notice_id)).toEqual([1]);
+    expect(reduce(flown, hello({ mission: mission({ vehicles }) }), 5).trails.get(1)).toHaveLength(2);
   });
 
-  test("notices keep their numbers over a new connection, also where mission time stands still", () => {
-    const notice = (text: string) => ({ severity: "warning", text, vehicle_id: null, elapsed_s: 0 }) as const;
-    const first = reduce(INITIAL_STATE, hello({ notices: [notice("wind"), notice("wind")] }), 0);
-    const more = reduce(first, { kind: "notice", seq: 3, utc_s: 0, notice: notice("rain") }, 0);
-    const again = reduce(more, hello({ notices: ["wind", "wind", "rain", "wind"].map(notice) }), 0);
-    expect(more.notices.map(({ id, text }) => [id, text])).toEqual([
-      [1, "wind"],
-      [2, "wind"],
-      [3, "rain"],
-    ]);
-    expect(again.notices.map(({ id }) => id)).toEqual([1, 2, 3, 4]);
+  test("what came while there was no connection is added once; what is no longer kept is counted", () => {
+    const ids = ({ notices }: State): number[] => notices.map(({ notice_id }) => notice_id);
+    const first = reduce(INITIAL_STATE, hello({ notices: [notice(4, "wind"), notice(5, "wind")] }), 0);
+    expect(first.missedNotices).toBe(0); // what was before this page is none of its losses
+    const more = reduce(first, { kind: "notice", seq: 3, utc_s: 0, notice: notice(6, "rain") }, 0);
+    const again = reduce(more, hello({ notices: [5, 6, 7].map((id) => notice(id, "hail")) }), 0);
+    expect([ids(again), again.missedNotices]).toEqual([[4, 5, 6, 7], 0]);
+    const late = reduce(again, hello({ notices: [11, 12].map((id) => notice(id, "hail")) }), 0);
+    expect([ids(late), late.missedNotices]).toEqual([[4, 5, 6, 7, 11, 12], 3]);
+    expect(reduce(late, hello({ mission: mission({ mission_id: "m2" }) }), 0)).toMatchObject({
+      notices: [],
+      missedNotices: 0,
+    });
   });
 
   test("trails grow with movement alone and stay bounded", () => {
@@ -87,9 +96,23 @@ describe("reduce", () => {
 });
 
 describe("freshness", () => {
-  test("a heartbeat says that nothing has changed, so that ages do not grow", () => {
+  test("a heartbeat tells how old the mission's last sign of life is, and changes nothing else", () => {
     const known = reduce(INITIAL_STATE, hello(), 1000);
-    expect(reduce(known, { kind: "heartbeat", seq: 1 }, 9000)).toEqual({ ...known, missionAtMs: 9000 });
+    const heartbeat = { kind: "heartbeat", seq: 1, mission_age_s: 0.4 } as const;
+    expect(reduce(known, heartbeat, 9000)).toEqual({ ...known, missionAtMs: 8600 });
+  });
+  test("what a silent mission has left to tell is no sign of life", () => {
+    const atMs = (message: PageMessage): number => reduce(INITIAL_STATE, message, 20_000).missionAtMs;
+    expect(atMs(hello({ mission_age_s: 7 }))).toBe(13_000);
+    expect(atMs({ ...snapshot(), mission_age_s: 8 })).toBe(12_000);
+  });
+  test("a mission that should tell its state and does not is silent", () => {
+    expect(isSilent(mission(), 1)).toBe(false);
+    expect(isSilent(mission(), 2)).toBe(true);
+    expect(isSilent(mission({ phase: "done" }), 60)).toBe(false);
+    expect(isSilent(null, 60)).toBe(false);
+    const replay = { time_s: 0, duration_s: 9, speed: 1, playing: false };
+    expect(isSilent(mission({ replay }), 60)).toBe(false);
   });
   test("ages go on while no snapshot comes", () => {
     expect(linkAge_s(vehicle(1), 2)).toBeCloseTo(2.2);

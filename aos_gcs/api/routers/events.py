@@ -9,7 +9,7 @@ from fastapi import APIRouter, Query, WebSocket, WebSocketDisconnect
 
 from aos_gcs.api.dependencies import Hub
 from aos_gcs.api.hub import EventHub
-from aos_gcs.api.messages import HeartbeatMessage, MissedEventsModel
+from aos_gcs.api.messages import MissedEventsModel
 from aos_gcs.api.outbox import Outbox
 
 router = APIRouter()
@@ -57,7 +57,7 @@ async def _next_message(outbox: Outbox) -> str:
         async with asyncio.timeout(HEARTBEAT_INTERVAL_S):
             return await outbox.take()
     except TimeoutError:
-        return HeartbeatMessage(seq=outbox.seq).model_dump_json()
+        return outbox.heartbeat()
 
 
 async def _send(websocket: WebSocket, text: str) -> None:

@@ -1,7 +1,7 @@
 /** The runtime check at the socket: text in, typed message out, or an error that says what is wrong with it. */
 import type { MissedEvents, Mission, ServerMessage } from "./types";
 
-export const SCHEMA_VERSION = 2;
+export const SCHEMA_VERSION = 3;
 
 /** A message that this page cannot understand. */
 export class ProtocolError extends Error {}
@@ -14,6 +14,7 @@ const isObject = (value: unknown): value is Json =>
   typeof value === "object" && value !== null && !Array.isArray(value);
 const isNumber: Check = (value) => typeof value === "number";
 const isString: Check = (value) => typeof value === "string";
+const isBoolean: Check = (value) => typeof value === "boolean";
 const listOf =
   (check: Check): Check =>
   (value) =>
@@ -56,6 +57,7 @@ const mission = shape({
   target: orNull(target),
   targets: listOf(target),
   findings: listOf(finding),
+  acknowledgements: listOf(shape({ notice_id: isNumber, operator: isString, utc_s: isNumber })),
   allowed_actions: listOf(isString),
 });
 const step = shape({
@@ -65,18 +67,29 @@ const step = shape({
   threshold_m2: orNull(isNumber),
   waypoints: listOf(shape({ vehicle_id: isNumber, requested: position, verdict: isString })),
 });
-const notice = shape({ severity: isString, text: isString, elapsed_s: isNumber });
+const notice = shape({ severity: isString, notice_id: isNumber, text: isString, elapsed_s: isNumber });
+const capabilities = shape({ planning: isBoolean, viewer: isBoolean, findings: isBoolean });
+/** Of messages that tell of the state, or that it is as before. */
+const AGE = { mission_age_s: isNumber };
 const picture = shape({ kind: isString, step: isNumber, url: isString, corners: listOf(vertex) });
 
 const FIELDS: Record<Kind, Record<string, Check>> = {
-  hello: { schema_version: isNumber, mission, steps: listOf(step), notices: listOf(notice), pictures: listOf(picture) },
-  snapshot: { mission },
-  changes: { mission: isObject, vehicles: listOf(shape({ vehicle_id: isNumber })), preflight: Array.isArray },
+  hello: {
+    ...AGE,
+    schema_version: isNumber,
+    capabilities,
+    mission,
+    steps: listOf(step),
+    notices: listOf(notice),
+    pictures: listOf(picture),
+  },
+  snapshot: { ...AGE, mission },
+  changes: { ...AGE, mission: isObject, vehicles: listOf(shape({ vehicle_id: isNumber })), preflight: Array.isArray },
   step: { step },
   notice: { notice },
   pictures: { pictures: listOf(picture) },
   plan: {},
-  heartbeat: {},
+  heartbeat: AGE,
 };
 
 const isKind = (value: unknown): value is Kind => isString(value) && Object.hasOwn(FIELDS, value as string);

@@ -8,6 +8,14 @@ export type Answer<T> =
 
 export type ActionAnswer = Answer<ActionResponse>;
 
+export interface ActionToSend {
+  readonly action: Action;
+  /** Null for the whole mission. */
+  readonly vehicleIds: readonly number[] | null;
+  /** Of the action focus alone; null leaves the height to the program. */
+  readonly focalHeight_m?: number | null;
+}
+
 export type Guard<T> = (value: unknown) => value is T;
 
 const isErrorBody = (value: unknown): value is ErrorBody =>
@@ -40,9 +48,16 @@ function contentOf(body: unknown): RequestInit {
 }
 
 /** Send an operator's action; answers when every vehicle has done it or refused. */
-export function postAction(action: Action, vehicleIds: readonly number[] | null): Promise<ActionAnswer> {
-  return request("POST", "/api/mission/actions", isActionResponse, { action, vehicle_ids: vehicleIds });
+export function postAction({ action, vehicleIds, focalHeight_m = null }: ActionToSend): Promise<ActionAnswer> {
+  const body = { action, vehicle_ids: vehicleIds, focal_height_m: focalHeight_m };
+  return request("POST", "/api/mission/actions", isActionResponse, body);
 }
+
+const isNothing = (value: unknown): value is null => value === null;
+
+/** Take note of notices, on behalf of all operators. */
+export const acknowledgeNotices = (notice_ids: readonly number[]): Promise<Answer<null>> =>
+  request("POST", "/api/notices/acknowledge", isNothing, { notice_ids });
 
 const isCheck = (value: unknown): value is PreflightCheck =>
   typeof value === "object" && value !== null && typeof (value as { status?: unknown }).status === "string";

@@ -224,6 +224,26 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/notices/acknowledge": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Acknowledge
+     * @description Take note of notices, on behalf of all operators; ``MissionModel.acknowledgements`` has it then.
+     */
+    post: operations["acknowledge_api_notices_acknowledge_post"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
   "/api/plan": {
     parameters: {
       query?: never;
@@ -529,6 +549,29 @@ export type webhooks = Record<string, never>;
 export interface components {
   schemas: {
     /**
+     * AcknowledgementModel
+     * @description An operator has taken note of a notice, and of all before it that say the same of the same vehicle.
+     */
+    AcknowledgementModel: {
+      /** Notice Id */
+      notice_id: number;
+      /**
+       * Operator
+       * @description The name given at sign-in; empty when no name was given.
+       */
+      operator: string;
+      /** Utc S */
+      utc_s: number;
+    };
+    /**
+     * AcknowledgeRequest
+     * @description Notices that an operator has taken note of.
+     */
+    AcknowledgeRequest: {
+      /** Notice Ids */
+      notice_ids: number[];
+    };
+    /**
      * Action
      * @description What an operator can ask for.
      * @enum {string}
@@ -629,6 +672,27 @@ export interface components {
       torn: number;
     };
     /**
+     * CapabilitiesModel
+     * @description What this service offers beside the mission itself; requests for the rest are refused.
+     */
+    CapabilitiesModel: {
+      /**
+       * Findings
+       * @description Findings can be marked and judged.
+       */
+      findings: boolean;
+      /**
+       * Planning
+       * @description The plan can be read and changed.
+       */
+      planning: boolean;
+      /**
+       * Viewer
+       * @description Recorded steps can be seen again; findings have pictures.
+       */
+      viewer: boolean;
+    };
+    /**
      * ChangesMessage
      * @description What has changed in the mission since the message before; fields that are not named are as they were.
      */
@@ -645,6 +709,11 @@ export interface components {
       mission: {
         [key: string]: unknown;
       };
+      /**
+       * Mission Age S
+       * @description Seconds since the mission has last given a sign of life; 0 in a replay, where time may stand still.
+       */
+      mission_age_s: number;
       /**
        * Preflight
        * @description Checks that have changed, to be replaced by vehicle_id and name, after what stands in mission.
@@ -882,7 +951,7 @@ export interface components {
     };
     /**
      * HeartbeatMessage
-     * @description The connection is alive although nothing has happened.
+     * @description The connection is alive although nothing has changed; whether the mission is, its age tells.
      */
     HeartbeatMessage: {
       /**
@@ -890,6 +959,11 @@ export interface components {
        * @enum {string}
        */
       kind: "heartbeat";
+      /**
+       * Mission Age S
+       * @description Seconds since the mission has last given a sign of life; 0 in a replay, where time may stand still.
+       */
+      mission_age_s: number;
       /** Seq */
       seq: number;
     };
@@ -898,12 +972,18 @@ export interface components {
      * @description All that a client has to know to follow the messages after it. Comes again when a replay has jumped.
      */
     HelloMessage: {
+      capabilities: components["schemas"]["CapabilitiesModel"];
       /**
        * @description discriminator enum property added by openapi-typescript
        * @enum {string}
        */
       kind: "hello";
       mission: components["schemas"]["MissionModel"];
+      /**
+       * Mission Age S
+       * @description Seconds since the mission has last given a sign of life; 0 in a replay, where time may stand still.
+       */
+      mission_age_s: number;
       /** Notices */
       notices: components["schemas"]["NoticeModel"][];
       /** Pictures */
@@ -1007,6 +1087,11 @@ export interface components {
      */
     MissionModel: {
       /**
+       * Acknowledgements
+       * @description The latest ones, by the number of their notice: the same for all operators.
+       */
+      acknowledgements: components["schemas"]["AcknowledgementModel"][];
+      /**
        * Allowed Actions
        * @description What makes sense to offer now; a request can still be refused.
        */
@@ -1091,6 +1176,11 @@ export interface components {
     NoticeModel: {
       /** Elapsed S */
       elapsed_s: number;
+      /**
+       * Notice Id
+       * @description Counts from 1 in a mission; a number that is skipped is a notice that was lost.
+       */
+      notice_id: number;
       severity: components["schemas"]["Severity"];
       /** Text */
       text: string;
@@ -1592,6 +1682,11 @@ export interface components {
        */
       kind: "snapshot";
       mission: components["schemas"]["MissionModel"];
+      /**
+       * Mission Age S
+       * @description Seconds since the mission has last given a sign of life; 0 in a replay, where time may stand still.
+       */
+      mission_age_s: number;
       /** Seq */
       seq: number;
       /** Utc S */
@@ -2322,6 +2417,55 @@ export interface operations {
         };
         content: {
           "application/json": components["schemas"]["StepModel"][];
+        };
+      };
+    };
+  };
+  acknowledge_api_notices_acknowledge_post: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["AcknowledgeRequest"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      204: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content?: never;
+      };
+      /** @description Forbidden */
+      403: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Conflict */
+      409: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Unprocessable Entity */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
         };
       };
     };

@@ -129,7 +129,8 @@ export class EventSocket {
     }
     if (this.mission === null) throw new ProtocolError("changes came before the mission");
     this.mission = checkedMission(applyChanges(this.mission, message));
-    return { kind: "snapshot", seq: message.seq, utc_s: message.utc_s, mission: this.mission };
+    const { seq, utc_s, mission_age_s } = message;
+    return { kind: "snapshot", seq, utc_s, mission_age_s, mission: this.mission };
   }
 
   private checkSilence(): void {

@@ -1,8 +1,8 @@
-/** What has happened, newest first, filtered by severity. */
+/** What has happened, newest first, filtered by severity, and who has acknowledged it. */
 import { useMemo, useState } from "preact/hooks";
-import type { Severity } from "../api/types";
-import { duration } from "../format";
-import type { NumberedNotice } from "../state/state";
+import type { Acknowledgement, Notice, Severity } from "../api/types";
+import { duration, timeOfDay } from "../format";
+import { acknowledgementByNotice } from "../state/alerts";
 import { texts } from "../texts";
 import { Choice } from "../ui/choice";
 import { Panel } from "../ui/panel";
@@ -12,12 +12,25 @@ const WORDS: Readonly<Record<Severity, string>> = { ...texts.alerts.severity, in
 
 const rank = (severity: Severity): number => SEVERITIES.indexOf(severity);
 
-export function EventsPanel({ notices }: { notices: readonly NumberedNotice[] }) {
+interface Props {
+  notices: readonly Notice[];
+  acknowledgements: readonly Acknowledgement[];
+}
+
+export function EventsPanel({ notices, acknowledgements }: Props) {
   const [lowest, setLowest] = useState<Severity>("info");
   const items = useMemo(() => {
-    const shown = notices.filter((notice) => rank(notice.severity) >= rank(lowest));
-    return shown.reverse().map((notice) => <EventItem key={notice.id} notice={notice} />);
-  }, [notices, lowest]);
+    const acknowledged = acknowledgementByNotice(notices, acknowledgements);
+    return notices.flatMap((notice, index) => {
+      const { notice_id: id } = notice;
+      const missing = id - (notices[index - 1]?.notice_id ?? 0) - 1;
+      const isShown = rank(notice.severity) >= rank(lowest);
+      return [
+        missing > 0 ? <MissingItem key={`before ${id}`} count={missing} /> : null,
+        isShown ? <EventItem key={id} notice={notice} acknowledgement={acknowledged.get(id)} /> : null,
+      ].filter((item) => item !== null);
+    });
+  }, [notices, acknowledgements, lowest]);
   const choice = (
     <Choice
       label={texts.events.panel}
@@ -31,13 +44,18 @@ export function EventsPanel({ notices }: { notices: readonly NumberedNotice[] })
   return (
     <Panel title={texts.events.panel} testId="events" class="events" aside={choice}>
       <ol tabIndex={0} aria-label={texts.events.panel}>
-        {items.length === 0 ? <li class="empty">{texts.events.none}</li> : items}
+        {items.length === 0 ? <li class="empty">{texts.events.none}</li> : items.toReversed()}
       </ol>
     </Panel>
   );
 }
 
-function EventItem({ notice: { severity, text, vehicle_id: id, elapsed_s } }: { notice: NumberedNotice }) {
+interface ItemProps {
+  notice: Notice;
+  acknowledgement: Acknowledgement | undefined;
+}
+
+function EventItem({ notice: { severity, text, vehicle_id: id, elapsed_s }, acknowledgement }: ItemProps) {
   return (
     <li class={`event is-${severity}`} data-testid="event">
       <time>{duration(elapsed_s)}</time>
@@ -45,7 +63,21 @@ function EventItem({ notice: { severity, text, vehicle_id: id, elapsed_s } }: { 
         {severity !== "info" && <b>{texts.alerts.severity[severity]} </b>}
         {id !== null && `${texts.alerts.vehicle(id)}: `}
         {text}
+        {acknowledgement && (
+          <small data-testid="acknowledged">
+            {" "}
+            ({texts.alerts.acknowledged(acknowledgement.operator, timeOfDay(acknowledgement.utc_s))})
+          </small>
+        )}
       </span>
+    </li>
+  );
+}
+
+function MissingItem({ count }: { count: number }) {
+  return (
+    <li class="event small" data-testid="events-missing">
+      {texts.events.missing(count)}
     </li>
   );
 }

@@ -1,5 +1,6 @@
-/** Alerts that nobody has acknowledged: the worst one in words, the others behind it. */
+/** Alerts that no operator has acknowledged: the worst one in words, the others behind it. */
 import { useState } from "preact/hooks";
+import { acknowledgeNotices } from "../api/client";
 import type { Alert } from "../state/alerts";
 import { duration } from "../format";
 import { texts } from "../texts";
@@ -8,11 +9,17 @@ import { sentence } from "./use_alerts";
 
 interface Props {
   alerts: readonly Alert[];
-  onAcknowledge(alerts: readonly Alert[]): void;
+  /** Operators do so for all screens; observers only see. */
+  mayAcknowledge: boolean;
 }
 
-export function AlertBar({ alerts, onAcknowledge }: Props) {
+export function AlertBar({ alerts, mayAcknowledge }: Props) {
   const [isListOpen, setListOpen] = useState(false);
+  const [refusal, setRefusal] = useState("");
+  const acknowledge = async (those: readonly Alert[]): Promise<void> => {
+    const answer = await acknowledgeNotices(those.map(({ id }) => id));
+    setRefusal(answer.ok ? "" : answer.message);
+  };
   const [first, ...others] = alerts;
   if (first === undefined) return <div role="alert" />;
   return (
@@ -22,14 +29,17 @@ export function AlertBar({ alerts, onAcknowledge }: Props) {
         <b>{texts.alerts.severity[first.severity]}</b> {sentence(first)}
         {first.count > 1 && ` (${texts.alerts.times(first.count)})`}
       </p>
+      {refusal !== "" && <p data-testid="alert-refusal">{refusal}</p>}
       {others.length > 0 && (
         <button type="button" data-testid="alert-list" onClick={() => setListOpen(true)}>
           {texts.alerts.more(others.length)}
         </button>
       )}
-      <button type="button" data-testid="alert-acknowledge" onClick={() => onAcknowledge([first])}>
-        {texts.alerts.acknowledge}
-      </button>
+      {mayAcknowledge && (
+        <button type="button" data-testid="alert-acknowledge" onClick={() => void acknowledge([first])}>
+          {texts.alerts.acknowledge}
+        </button>
+      )}
       {isListOpen && (
         <Dialog title={texts.alerts.panel} testId="alert-dialog" onClose={() => setListOpen(false)}>
           <ul class="alert-list">
@@ -41,9 +51,11 @@ export function AlertBar({ alerts, onAcknowledge }: Props) {
             ))}
           </ul>
           <div class="dialog-buttons">
-            <button type="button" data-testid="alert-acknowledge-all" onClick={() => onAcknowledge(alerts)}>
-              {texts.alerts.acknowledgeAll(alerts.length)}
-            </button>
+            {mayAcknowledge && (
+              <button type="button" data-testid="alert-acknowledge-all" onClick={() => void acknowledge(alerts)}>
+                {texts.alerts.acknowledgeAll(alerts.length)}
+              </button>
+            )}
           </div>
         </Dialog>
       )}

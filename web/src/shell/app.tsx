@@ -1,12 +1,14 @@
 /** The shell: header, tabs, alerts and questions around one view. */
 import { useEffect, useState } from "preact/hooks";
 import { ReplayBar } from "../replay/bar";
+import { isSilent } from "../state/freshness";
 import { NO_SELECTION, retain, select, typeDigit } from "../state/selection";
 import type { Store } from "../state/store";
 import { texts } from "../texts";
 import { useTheme } from "../theme";
 import { DialogCorner } from "../ui/dialog";
 import { AlertBar } from "./alert_bar";
+import { Banners } from "./banners";
 import { Boundary } from "./boundary";
 import { useCommands } from "./commands";
 import { type Shell, ShellContext } from "./context";
@@ -38,16 +40,18 @@ export function App({ store }: { store: Store }) {
   const [selection, changeSelection] = useState(NO_SELECTION);
   const { mission, connection } = state;
   const commands = useCommands(mission, selection);
-  const [alerts, onAcknowledge] = useAlerts(state, voice);
   const fleet = mission?.vehicles.map((vehicle) => vehicle.vehicle_id) ?? [];
   useEffect(() => changeSelection((before) => retain(before, fleet)), [fleet.join()]);
 
   const isOperator = access.session?.role === "operator";
   const isReplay = mission !== null && mission.replay !== null;
+  // Ages in a record are those of its time, however long it stands still there.
+  const snapshotAge_s = isReplay ? 0 : (performance.now() - state.missionAtMs) / 1000;
+  const isMissionSilent = connection === "open" && isSilent(mission, snapshotAge_s);
+  const alerts = useAlerts(state, isMissionSilent, voice);
   const shell: Shell = {
     state,
-    // Ages in a record are those of its time, however long it stands still there.
-    snapshotAge_s: isReplay ? 0 : (performance.now() - state.missionAtMs) / 1000,
+    snapshotAge_s,
     isConnected: connection === "open",
     isOperator,
     mayCommand: isOperator && !isReplay,
@@ -75,10 +79,10 @@ export function App({ store }: { store: Store }) {
       <DialogCorner.Provider
         value={shell.mayCommand && <HoldAll testId="dialog-hold-all" onHoldAll={commands.holdAll} />}
       >
-        <div class={`page ${connection === "open" ? "" : "is-disconnected"}`}>
+        <div class={`page ${connection === "open" && !isMissionSilent ? "" : "is-old"}`}>
           <Header
             mission={mission}
-            connection={connection}
+            connection={isMissionSilent ? "silent" : connection}
             session={access.session}
             onHoldAll={commands.holdAll}
             onSignIn={() => setSigningIn(true)}
@@ -88,12 +92,12 @@ export function App({ store }: { store: Store }) {
           {mission?.replay && (
             <ReplayBar replay={mission.replay} missionId={mission.mission_id} mayControl={isOperator} />
           )}
-          {(connection === "lost" || connection === "incompatible") && (
-            <p class="banner" role="alert" data-testid="banner">
-              {connection === "lost" ? texts.connection.lostBanner : texts.connection.incompatibleBanner}
-            </p>
-          )}
-          <AlertBar alerts={alerts} onAcknowledge={onAcknowledge} />
+          <Banners
+            connection={connection}
+            silence_s={isMissionSilent ? snapshotAge_s : null}
+            missedNotices={state.missedNotices}
+          />
+          <AlertBar alerts={alerts} mayAcknowledge={shell.mayCommand} />
           <main class={`view view-${route.view}`} aria-label={texts.nav.view[route.view]}>
             <Boundary key={route.view}>
               <View />

@@ -21,6 +21,8 @@ export interface Commands {
   readonly question: Command | null;
   /** Ask for an action for the selected vehicles, or for all; dangerous ones are confirmed first. */
   request(action: Action): void;
+  /** Have a command confirmed, then send it. */
+  ask(command: Command): void;
   confirm(): void;
   cancel(): void;
   /** Stop every vehicle, whatever is selected, asked or in progress. */
@@ -33,10 +35,10 @@ export function useCommands(mission: Mission | null, selection: Selection): Comm
   const [reports, setReports] = useState<readonly Report[]>([]);
   const nextId = useRef(1);
 
-  const send = async ({ action, vehicleIds, label }: Command): Promise<void> => {
+  const send = async (command: Command): Promise<void> => {
     const id = nextId.current++;
-    setReports((before) => [{ id, label, answer: null }, ...before].slice(0, REPORTS_KEPT));
-    const answer = await postAction(action, vehicleIds);
+    setReports((before) => [{ id, label: command.label, answer: null }, ...before].slice(0, REPORTS_KEPT));
+    const answer = await postAction(command);
     setReports((before) => before.map((report) => (report.id === id ? { ...report, answer } : report)));
   };
   return {
@@ -47,6 +49,7 @@ export function useCommands(mission: Mission | null, selection: Selection): Comm
       if (asksFirst(action)) setQuestion(command);
       else void send(command);
     },
+    ask: setQuestion,
     confirm() {
       setQuestion(null);
       if (question !== null) void send(question);

@@ -9,7 +9,7 @@ import type { Route, ViewName } from "./route";
 
 export interface Shell {
   readonly state: State;
-  /** Seconds since the mission's snapshot arrived: what has to be added to every age in it. */
+  /** Seconds since the mission's last sign of life: what has to be added to every age in its state. */
   readonly snapshotAge_s: number;
   readonly isConnected: boolean;
   readonly isOperator: boolean;

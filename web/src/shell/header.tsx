@@ -7,7 +7,8 @@ import { HoldAll } from "./hold_all";
 
 interface Props {
   mission: Mission | null;
-  connection: Connection;
+  /** Silent: the service answers, the mission does not. */
+  connection: Connection | "silent";
   session: Session | null;
   onHoldAll(): void;
   onSignIn(): void;

@@ -4,7 +4,7 @@ import type { State } from "../state/state";
 import type { Store } from "../state/store";
 
 /** Ages go on counting while no data comes. */
-const AGEING_INTERVAL_MS = 1000;
+const AGEING_INTERVAL_MS = 500;
 
 export function useStoreState(store: Store): State {
   const [state, setState] = useState(store.state);

@@ -1,6 +1,5 @@
-/** Warnings and critical notices that nobody has acknowledged yet. Pure functions. */
-import type { Severity } from "../api/types";
-import type { NumberedNotice } from "./state";
+/** Warnings and critical notices, and who has acknowledged them: the same on every screen. Pure functions. */
+import type { Acknowledgement, Notice, Severity } from "../api/types";
 
 export interface Alert {
   /** The same for every repetition. */
@@ -14,23 +13,35 @@ export interface Alert {
   readonly count: number;
 }
 
-/** Number of the repetition up to which an alert was acknowledged, by key. */
-export type Acknowledged = ReadonlyMap<string, number>;
+const keyOf = ({ vehicle_id, text }: Notice): string => `${vehicle_id ?? ""} ${text}`;
+
+/** The acknowledgement of each notice that has one: it covers earlier repetitions, one that comes later is open again. */
+export function acknowledgementByNotice(
+  notices: readonly Notice[],
+  acknowledgements: readonly Acknowledgement[],
+): ReadonlyMap<number, Acknowledgement> {
+  const given = new Map(acknowledgements.map((one) => [one.notice_id, one]));
+  const latest = new Map<string, Acknowledgement>();
+  const found = new Map<number, Acknowledgement>();
+  for (const notice of notices.toReversed()) {
+    const acknowledgement = given.get(notice.notice_id) ?? latest.get(keyOf(notice));
+    if (acknowledgement === undefined) continue;
+    latest.set(keyOf(notice), acknowledgement);
+    found.set(notice.notice_id, acknowledgement);
+  }
+  return found;
+}
 
 /** Open alerts: critical ones first, newest first; repetitions of one text are one alert with a count. */
-export function openAlerts(notices: readonly NumberedNotice[], acknowledged: Acknowledged): Alert[] {
+export function openAlerts(notices: readonly Notice[], acknowledgements: readonly Acknowledgement[]): Alert[] {
+  const acknowledged = acknowledgementByNotice(notices, acknowledgements);
   const open = new Map<string, Alert>();
-  for (const { id, severity, text, vehicle_id: vehicleId, elapsed_s } of notices) {
-    if (severity === "info") continue;
-    const key = `${vehicleId ?? ""} ${text}`;
-    if (id <= (acknowledged.get(key) ?? 0)) continue;
+  for (const notice of notices) {
+    const { notice_id: id, severity, text, vehicle_id: vehicleId, elapsed_s } = notice;
+    if (severity === "info" || acknowledged.has(id)) continue;
+    const key = keyOf(notice);
     open.set(key, { key, severity, text, vehicleId, id, elapsed_s, count: (open.get(key)?.count ?? 0) + 1 });
   }
   const rank = (alert: Alert): number => (alert.severity === "critical" ? 0 : 1);
   return [...open.values()].sort((a, b) => rank(a) - rank(b) || b.id - a.id);
-}
-
-/** Acknowledge these alerts; one that comes again later is open again. */
-export function acknowledge(acknowledged: Acknowledged, alerts: readonly Alert[]): Acknowledged {
-  return new Map([...acknowledged, ...alerts.map(({ key, id }) => [key, id] as const)]);
 }

@@ -1,5 +1,6 @@
 /** Which actions are offered, for whom, in which words, and which of them ask first. */
 import type { Action, Mission } from "../api/types";
+import { quantity } from "../format";
 import { texts } from "../texts";
 
 /** These concern the whole mission, whatever is selected. */
@@ -14,8 +15,16 @@ export interface Command {
   readonly action: Action;
   /** Null for all. */
   readonly vehicleIds: readonly number[] | null;
+  /** Of the action focus alone; null leaves the height to the program. */
+  readonly focalHeight_m?: number | null;
   /** Verb and scope, for example "Hold 3 of 10: 1, 4, 7". */
   readonly label: string;
+}
+
+/** Have the mission integrate on another plane from now on, or leave that to the program again. */
+export function makeFocusCommand(focalHeight_m: number | null): Command {
+  const label = focalHeight_m === null ? texts.focus.leave : texts.focus.at(quantity(focalHeight_m, 1, "m"));
+  return { action: "focus", vehicleIds: null, focalHeight_m, label };
 }
 
 /** The command that an action would be now. */

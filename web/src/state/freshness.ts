@@ -1,5 +1,5 @@
-/** How old the values of a vehicle are. */
-import type { Vehicle } from "../api/types";
+/** How old is what the page knows. */
+import type { Mission, Vehicle } from "../api/types";
 
 /** A vehicle reports several times per second; after this its values are shown as old. */
 export const STALE_AFTER_S = 3;
@@ -12,4 +12,13 @@ export function linkAge_s(vehicle: Vehicle, snapshotAge_s: number): number | nul
 export function isStale(vehicle: Vehicle, snapshotAge_s: number): boolean {
   const age_s = linkAge_s(vehicle, snapshotAge_s);
   return age_s === null || age_s > STALE_AFTER_S;
+}
+
+/** The mission tells its state five times per second; a busy machine may be late by some of these. */
+export const SILENT_AFTER_S = 1.5;
+
+/** Whether a mission that should give signs of life gives none. One that is over, or a record, has none to give. */
+export function isSilent(mission: Mission | null, snapshotAge_s: number): boolean {
+  if (mission === null || mission.replay !== null || mission.phase === "done") return false;
+  return snapshotAge_s > SILENT_AFTER_S;
 }

@@ -1,22 +1,23 @@
 /** What the page knows of the mission: a pure reducer over the service's messages. */
 import type { Connection, PageMessage } from "../api/socket";
-import type { Mission, Notice, Picture, PictureKind, Step } from "../api/types";
+import type { Capabilities, Mission, Notice, Picture, PictureKind, Step } from "../api/types";
 import { extendSamples, type Sample } from "./samples";
 
 /** East and north, metres. */
 export type EnuPoint = readonly [number, number];
 
-/** A notice with a number of this page's own: mission time stands still before the start and cannot tell them apart. */
-export type NumberedNotice = Notice & { readonly id: number };
-
 export interface State {
   readonly connection: Connection;
   readonly mission: Mission | null;
-  /** When the service last told the mission's state, in the page's own milliseconds. */
+  /** When the mission last gave a sign of life, in the page's own milliseconds. */
   readonly missionAtMs: number;
+  /** What may be asked for. */
+  readonly capabilities: Capabilities;
   readonly steps: readonly Step[];
   /** Oldest first. */
-  readonly notices: readonly NumberedNotice[];
+  readonly notices: readonly Notice[];
+  /** How many notices of this mission came and went while this page was not connected. */
+  readonly missedNotices: number;
   readonly pictures: Readonly<Partial<Record<PictureKind, Picture>>>;
   readonly trails: ReadonlyMap<number, readonly EnuPoint[]>;
   /** Oldest first, about one per second of the mission. */
@@ -29,8 +30,10 @@ export const INITIAL_STATE: State = {
   connection: "connecting",
   mission: null,
   missionAtMs: 0,
+  capabilities: { planning: false, viewer: false, findings: false },
   steps: [],
   notices: [],
+  missedNotices: 0,
   pictures: {},
   trails: new Map(),
   samples: [],
@@ -45,14 +48,18 @@ const TRAIL_SPACING_M = 0.7;
 export function reduce(state: State, message: PageMessage, nowMs: number): State {
   switch (message.kind) {
     case "hello": {
-      // While connected, a hello tells that a replay has jumped to another time.
-      const isSame = state.mission?.mission_id === message.mission.mission_id && state.connection !== "open";
+      // While connected, a hello of a replay tells that it has jumped to another time.
+      const isJump = state.connection === "open" && message.mission.replay !== null;
+      const isSame = state.mission?.mission_id === message.mission.mission_id && !isJump;
+      const known = isSame ? state.notices : [];
       return {
         connection: state.connection,
         mission: message.mission,
-        missionAtMs: nowMs,
+        missionAtMs: signOfLifeMs(message, nowMs),
+        capabilities: message.capabilities,
         steps: message.steps,
-        notices: numberNotices(state.notices, message.notices),
+        notices: addNotices(known, message.notices),
+        missedNotices: (isSame ? state.missedNotices : 0) + missedBetween(known, message.notices),
         pictures: indexPictures({}, message.pictures),
         trails: extendTrails(isSame ? state.trails : new Map(), message.mission),
         samples: extendSamples(isSame ? state.samples : [], message.mission),
@@ -64,38 +71,39 @@ export function reduce(state: State, message: PageMessage, nowMs: number): State
       return {
         ...state,
         mission: message.mission,
-        missionAtMs: nowMs,
+        missionAtMs: signOfLifeMs(message, nowMs),
         trails: extendTrails(state.trails, message.mission),
         samples: extendSamples(state.samples, message.mission),
       };
     case "step":
       return { ...state, steps: addStep(state.steps, message.step) };
     case "notice":
-      return { ...state, notices: addNotice(state.notices, message.notice) };
+      return { ...state, notices: addNotices(state.notices, [message.notice]) };
     case "pictures":
       return { ...state, pictures: indexPictures(state.pictures, message.pictures) };
     case "plan":
       return { ...state, planRevision: state.planRevision + 1 };
     case "heartbeat":
-      // Nothing has changed: what was told before is true now.
-      return { ...state, missionAtMs: nowMs };
+      // Nothing has changed: what was told before was true when the mission last gave a sign of life.
+      return { ...state, missionAtMs: signOfLifeMs(message, nowMs) };
   }
 }
 
-const lastId = (notices: readonly NumberedNotice[]): number => notices.at(-1)?.id ?? 0;
+const signOfLifeMs = ({ mission_age_s }: { readonly mission_age_s: number }, nowMs: number): number =>
+  nowMs - 1000 * mission_age_s;
 
-function addNotice(notices: readonly NumberedNotice[], notice: Notice): readonly NumberedNotice[] {
-  return [...notices, { ...notice, id: lastId(notices) + 1 }].slice(-NOTICES_KEPT);
+const lastId = (notices: readonly Notice[]): number => notices.at(-1)?.notice_id ?? 0;
+
+/** Those that are known already came once more. */
+function addNotices(known: readonly Notice[], added: readonly Notice[]): readonly Notice[] {
+  const last = lastId(known);
+  return [...known, ...added.filter(({ notice_id }) => notice_id > last)].slice(-NOTICES_KEPT);
 }
 
-/** Those that are known already keep their numbers, so that nobody is alarmed twice. */
-function numberNotices(known: readonly NumberedNotice[], notices: readonly Notice[]): readonly NumberedNotice[] {
-  const keyOf = ({ elapsed_s, severity, vehicle_id, text }: Notice): string =>
-    JSON.stringify([elapsed_s, severity, vehicle_id, text]);
-  const ids = new Map<string, number[]>();
-  for (const notice of known) ids.set(keyOf(notice), [...(ids.get(keyOf(notice)) ?? []), notice.id]);
-  let next = lastId(known) + 1;
-  return notices.map((notice) => ({ ...notice, id: ids.get(keyOf(notice))?.shift() ?? next++ }));
+/** How many notices lie between what was known and the oldest that is still told. */
+function missedBetween(known: readonly Notice[], told: readonly Notice[]): number {
+  const [oldest] = told;
+  return known.length === 0 || oldest === undefined ? 0 : Math.max(0, oldest.notice_id - lastId(known) - 1);
 }
 
 /** A step that the hello has brought already comes once more when it was on its way. */
