@@ -173,6 +173,16 @@ def timeline(state: model.ReplayState, line: model.Timeline) -> wire.TimelineMod
         start_utc_s=line.start_utc_s,
         phases=[wire.ReplayPhaseModel(time_s=round(time_s, 1), phase=phase) for time_s, phase in line.phases],
         steps=[wire.ReplayStepModel(time_s=round(time_s, 1), step=step) for time_s, step in line.steps],
+        notices=[
+            wire.ReplayNoticeModel(
+                time_s=round(time_s, 1), severity=record.severity, text=record.text, vehicle_id=record.vehicle_id
+            )
+            for time_s, record in line.notices
+        ],
+        findings=[
+            wire.ReplayFindingModel(time_s=round(time_s, 1), finding_id=found.finding_id, status=found.status)
+            for time_s, found in line.findings
+        ],
     )
 
 

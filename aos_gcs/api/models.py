@@ -244,6 +244,23 @@ class ReplayStepModel(WireModel):
     step: int
 
 
+class ReplayNoticeModel(WireModel):
+    """When something happened."""
+
+    time_s: float
+    severity: Severity
+    text: str
+    vehicle_id: int | None
+
+
+class ReplayFindingModel(WireModel):
+    """When a finding was first known, and what became of it at last."""
+
+    time_s: float
+    finding_id: int
+    status: FindingStatus
+
+
 class TimelineModel(WireModel):
     """A replay, and what lies where in it."""
 
@@ -251,6 +268,8 @@ class TimelineModel(WireModel):
     start_utc_s: float
     phases: list[ReplayPhaseModel]
     steps: list[ReplayStepModel]
+    notices: list[ReplayNoticeModel]
+    findings: list[ReplayFindingModel]
 
 
 class ReplayRequest(WireModel):

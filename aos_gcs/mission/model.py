@@ -649,6 +649,9 @@ class Timeline:
     """When each phase began."""
     steps: tuple[tuple[float, int], ...]
     """When each step was decided."""
+    notices: tuple[tuple[float, NoticeRecord], ...]
+    findings: tuple[tuple[float, Finding], ...]
+    """When each finding was first known, and what became of it at last."""
 
 
 class ReplayControl(Protocol):

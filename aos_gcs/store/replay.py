@@ -14,6 +14,7 @@ from aos_gcs.mission.model import (
     Action,
     Event,
     EventKind,
+    Finding,
     JumpRecord,
     MissionSnapshot,
     NoticeRecord,
@@ -24,7 +25,7 @@ from aos_gcs.mission.model import (
     StepRecord,
     Timeline,
 )
-from aos_gcs.ports import Clock
+from aos_gcs.ports import Clock, Severity
 from aos_gcs.store.reader import EventEntry, MissionReader
 
 TICK_S: Final = 0.2
@@ -74,11 +75,14 @@ class MissionReplay:
         """Return the state at the present time of the replay; before the first recorded one, that."""
         entry = self._snapshots[max(0, bisect_right(self._snapshot_times, self._utc_s) - 1)]
         if self._shown is None or self._shown[0] is not entry:
-            data = self._reader.event(entry.seq).data
-            if not isinstance(data, MissionSnapshot):
-                raise InputDataError(f"event {entry.seq} of {self._reader.folder} is no snapshot")
-            self._shown = entry, data
+            self._shown = entry, self._snapshot_of(entry)
         return self._shown[1]
+
+    def _snapshot_of(self, entry: EventEntry) -> MissionSnapshot:
+        data = self._reader.event(entry.seq).data
+        if not isinstance(data, MissionSnapshot):
+            raise InputDataError(f"event {entry.seq} of {self._reader.folder} is no snapshot")
+        return data
 
     def steps(self) -> Sequence[StepRecord]:
         """Return all steps up to the present time, oldest first."""
@@ -144,28 +148,34 @@ class MissionReplay:
     def timeline(self) -> Timeline:
         """Return what lies where."""
         start_utc_s = self._start_utc_s
+        timed = [(event.utc_s - start_utc_s, event.data) for event in self._events]
         return Timeline(
             start_utc_s=start_utc_s,
             phases=tuple((utc_s - start_utc_s, phase) for utc_s, phase in self._reader.phases()),
-            steps=tuple(
-                (event.utc_s - start_utc_s, event.data.step)
-                for event in self._events
-                if isinstance(event.data, StepRecord)
-            ),
+            steps=tuple((time_s, data.step) for time_s, data in timed if isinstance(data, StepRecord)),
+            notices=tuple((time_s, data) for time_s, data in timed if isinstance(data, NoticeRecord)),
+            findings=self._findings(),
         )
+
+    def _findings(self) -> tuple[tuple[float, Finding], ...]:
+        last = self._snapshot_of(self._snapshots[-1])
+        # Findings count from the mission's start, a recording may begin earlier.
+        began_s = self._snapshots[-1].utc_s - last.elapsed_s - self._start_utc_s if last.elapsed_s > 0.0 else 0.0
+        return tuple((max(0.0, began_s + finding.found_at_s), finding) for finding in last.findings)
 
     def seek(self, *, time_s: float | None = None, speed: float | None = None, playing: bool | None = None) -> None:
         """Go to another time, change the speed, play or stop.
 
         Raises:
             ConfigurationError: the speed is out of range.
+            InputDataError: what was recorded at that time is damaged; the replay stays where it is.
         """
         if speed is not None:
             if not MIN_SPEED <= speed <= MAX_SPEED:
                 raise ConfigurationError(f"speed must lie within {MIN_SPEED:g} and {MAX_SPEED:g}, but is {speed:g}.")
             self._speed = speed
         if time_s is not None:
-            self._utc_s = min(max(self._start_utc_s + time_s, self._start_utc_s), self._end_utc_s)
+            self._go_to(self._start_utc_s + time_s)
             notices = [event.data for event in self._past() if isinstance(event.data, NoticeRecord)]
             self._stream.publish(EventKind.JUMP, JumpRecord(tuple(notices[-NOTICES_SHOWN:])))
         if playing is not None:
@@ -180,11 +190,27 @@ class MissionReplay:
             if self._playing:
                 self._advance(self._speed * (self._clock.now_s() - before_s))
 
+    def _go_to(self, utc_s: float) -> None:
+        """Go to a moment within the recording; one that cannot be shown is not gone to."""
+        before_utc_s = self._utc_s
+        self._utc_s = min(max(utc_s, self._start_utc_s), self._end_utc_s)
+        try:
+            self.snapshot()
+        except InputDataError:
+            self._utc_s = before_utc_s
+            raise
+
     def _advance(self, duration_s: float) -> None:
-        """Tell everything that has happened in a span of the recording."""
+        """Tell everything that has happened in a span of the recording; play stops before what is damaged."""
         known = len(self._past())
-        self._utc_s = min(self._utc_s + duration_s, self._end_utc_s)
-        self._playing = self._utc_s < self._end_utc_s
+        try:
+            self._go_to(self._utc_s + duration_s)
+        except InputDataError as error:
+            self._playing = False
+            notice = NoticeRecord(Severity.CRITICAL, f"Replay stopped: {error}", None, self.snapshot().elapsed_s)
+            self._stream.publish(EventKind.NOTICE, notice)
+        else:
+            self._playing = self._utc_s < self._end_utc_s
         for event in self._past()[known:]:
             self._stream.publish(event.kind, event.data)
         self._stream.publish(EventKind.SNAPSHOT, self.snapshot())

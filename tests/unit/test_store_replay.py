@@ -19,7 +19,8 @@ from aos_gcs.api.app import create_app
 from aos_gcs.api.hub import EventHub
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import ConfigurationError, InputDataError, MissionError
-from aos_gcs.mission.model import Action, CheckStatus, Event, EventKind, JumpRecord, PictureKind
+from aos_gcs.mission.model import Action, CheckStatus, Event, EventKind, JumpRecord, NoticeRecord, PictureKind
+from aos_gcs.ports import Severity
 from aos_gcs.store.database import MissionDatabase
 from aos_gcs.store.reader import MissionReader
 from aos_gcs.store.replay import MissionReplay
@@ -68,6 +69,18 @@ async def test_the_timeline_names_phases_and_steps(replay: MissionReplay) -> Non
     assert [step for _, step in line.steps] == list(range(1, len(line.steps) + 1))
     times_s = [time_s for time_s, _ in line.steps]
     assert times_s[1] - times_s[0] == pytest.approx(STEP_INTERVAL_S)
+
+
+async def test_the_timeline_marks_notices_and_findings(
+    replay: MissionReplay, recording: tuple[Path, list[Event]]
+) -> None:
+    line = replay.timeline()
+    assert [record for _, record in line.notices] == before(recording[1], EventKind.NOTICE, LENGTH_S)
+    ((found_at_s, finding),) = line.findings
+    replay.seek(time_s=found_at_s - 1.5)
+    assert replay.snapshot().findings == ()
+    replay.seek(time_s=found_at_s + 1.5)
+    assert [one.finding_id for one in replay.snapshot().findings] == [finding.finding_id]
 
 
 async def test_nothing_can_be_commanded(replay: MissionReplay) -> None:
@@ -129,6 +142,58 @@ async def test_a_recording_without_state_cannot_be_shown(tmp_path: Path) -> None
         MissionReplay(reader, LoopClock())
 
 
+def damaged(recording: Path, folder: Path, after_s: float) -> Path:
+    """Copy a recording whose snapshots cannot be read after a time, apart from the last one."""
+    shutil.copytree(recording, folder)
+    connection = sqlite3.connect(folder / "mission.sqlite")
+    (last,) = connection.execute("SELECT max(seq) FROM events WHERE kind = 'snapshot'").fetchone()
+    connection.execute(
+        "UPDATE events SET data = '{\"phase\": \"scan\"}' WHERE kind = 'snapshot' AND utc_s > ? AND seq < ?",
+        (START_UTC_S + after_s, last),
+    )
+    connection.commit()
+    connection.close()
+    return folder
+
+
+async def test_what_is_damaged_is_not_gone_to(recording: tuple[Path, list[Event]], tmp_path: Path) -> None:
+    with MissionReader(damaged(recording[0], tmp_path / "damaged", 20.0)) as reader:
+        replay = MissionReplay(reader, LoopClock())
+        replay.seek(time_s=10.0)
+        async with client_of(replay) as client:
+            refused = await client.post("/api/replay", json={"time_s": 30.0})
+            assert refused.status_code == 422
+            assert "mission.sqlite: event" in refused.json()["message"]
+            assert (await client.get("/api/replay")).json()["replay"]["time_s"] == 10.0
+
+
+@pytest.mark.looptime
+async def test_play_stops_before_what_is_damaged_and_says_so(
+    recording: tuple[Path, list[Event]], tmp_path: Path
+) -> None:
+    with MissionReader(damaged(recording[0], tmp_path / "damaged", 20.0)) as reader:
+        replay = MissionReplay(reader, LoopClock())
+        running = asyncio.create_task(replay.run())
+        with replay.subscribe() as events:
+            replay.seek(time_s=18.0, playing=True)
+            async for event in events:
+                if isinstance(event.data, NoticeRecord) and event.data.severity is Severity.CRITICAL:
+                    break
+        assert "Replay stopped" in event.data.text
+        assert not replay.replay().playing
+        assert 20.0 <= replay.replay().time_s <= 21.0
+        assert not running.done()
+        running.cancel()
+
+
+async def test_a_truncated_record_is_refused(recording: tuple[Path, list[Event]], tmp_path: Path) -> None:
+    shutil.copytree(recording[0], tmp_path / "truncated")
+    database = tmp_path / "truncated" / "mission.sqlite"
+    database.write_bytes(database.read_bytes()[: database.stat().st_size // 2])
+    with pytest.raises(InputDataError, match=r"mission\.sqlite is damaged"), MissionReader(database.parent) as reader:
+        MissionReplay(reader, LoopClock())
+
+
 @asynccontextmanager
 async def client_of(replay: MissionReplay) -> AsyncIterator[httpx.AsyncClient]:
     transport = httpx.ASGITransport(create_app(replay, replay=replay))
@@ -148,6 +213,8 @@ async def test_the_api_shows_and_moves_the_replay(replay: MissionReplay) -> None
         timeline = (await client.get("/api/replay")).json()
         assert timeline["replay"]["time_s"] == 20.0
         assert timeline["phases"][0]["phase"] == "arm"
+        assert timeline["notices"][-1]["text"] == "second 30"
+        assert [finding["finding_id"] for finding in timeline["findings"]] == [1]
 
         refused = await client.post("/api/mission/actions", json={"action": "hold"})
         assert (refused.status_code, refused.json()["id"]) == (409, "action_not_allowed")

@@ -1546,6 +1546,17 @@ export interface components {
       vehicle_id: number;
     };
     /**
+     * ReplayFindingModel
+     * @description When a finding was first known, and what became of it at last.
+     */
+    ReplayFindingModel: {
+      /** Finding Id */
+      finding_id: number;
+      status: components["schemas"]["FindingStatus"];
+      /** Time S */
+      time_s: number;
+    };
+    /**
      * ReplayModel
      * @description Where a replay is in the recorded mission.
      */
@@ -1564,6 +1575,19 @@ export interface components {
        * @description Since the recording began.
        */
       time_s: number;
+    };
+    /**
+     * ReplayNoticeModel
+     * @description When something happened.
+     */
+    ReplayNoticeModel: {
+      severity: components["schemas"]["Severity"];
+      /** Text */
+      text: string;
+      /** Time S */
+      time_s: number;
+      /** Vehicle Id */
+      vehicle_id: number | null;
     };
     /**
      * ReplayPhaseModel
@@ -1799,6 +1823,10 @@ export interface components {
      * @description A replay, and what lies where in it.
      */
     TimelineModel: {
+      /** Findings */
+      findings: components["schemas"]["ReplayFindingModel"][];
+      /** Notices */
+      notices: components["schemas"]["ReplayNoticeModel"][];
       /** Phases */
       phases: components["schemas"]["ReplayPhaseModel"][];
       replay: components["schemas"]["ReplayModel"];
