@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from aos_drivers.frames.fetching import Download, ImageFetcher
-from aos_drivers.mavlink.service import open_mavlink
+from aos_drivers.mavlink.service import MavlinkFleet, open_mavlink
 from aos_gcs.clock import LoopClock
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
@@ -93,14 +93,17 @@ class AirFlight:
 
 
 @asynccontextmanager
-async def flying_over(
-    monkeypatch: pytest.MonkeyPatch, air: Air, vehicles: int = 3, autopilot: str = "arducopter", **changes: object
-) -> AsyncIterator[AirFlight]:
-    """Fly a mission over ``air``; it has been started when this yields, and is over when it ends."""
+async def simulated(
+    monkeypatch: pytest.MonkeyPatch,
+    air: Air,
+    context: DriverContext,
+    images: dict[str, bytes],
+    **options: object,
+) -> AsyncIterator[tuple[MavlinkFleet, SimulatedSwarm]]:
+    """Open the driver, and a simulated swarm with ``options``, both over ``air``; files of images go to ``images``."""
     loop = asyncio.get_running_loop()
     air.install(loop)
     loop.set_default_executor(InlineExecutor(1))
-    images: dict[str, bytes] = {}
     publish = ImageServer.publish
 
     def remember(server: ImageServer, system_id: int, index: int, data: bytes) -> str:
@@ -117,20 +120,31 @@ async def flying_over(
     # Virtual time has a resolution of its own, below which it would stand still.
     delay_s = Pacer.delay_s
     monkeypatch.setattr(Pacer, "delay_s", lambda pacer, real_s: delay_s(pacer, real_s) + 1e-4)
-    simulated = SwarmOptions(
-        vehicles=vehicles,
+    swarm_options = SwarmOptions(
         links=(f"udpout://{GCS[0]}:{GCS[1]}",),
-        autopilot=autopilot,
         image_size_px=96,
         start_up_s=1.0,
-        parameters=changes.pop("parameters", {}),  # type: ignore[arg-type]
+        **options,  # type: ignore[arg-type]
     )
+    async with (
+        open_mavlink([f"udpin://{GCS[0]}:{GCS[1]}"], context) as fleet,
+        SimulatedSwarm(swarm_options, WarmSpot()) as swarm,
+    ):
+        yield fleet, swarm
+
+
+@asynccontextmanager
+async def flying_over(
+    monkeypatch: pytest.MonkeyPatch, air: Air, vehicles: int = 3, autopilot: str = "arducopter", **changes: object
+) -> AsyncIterator[AirFlight]:
+    """Fly a mission over ``air``; it has been started when this yields, and is over when it ends."""
+    images: dict[str, bytes] = {}
+    options = {"vehicles": vehicles, "autopilot": autopilot, "parameters": changes.pop("parameters", {})}
     clock = LoopClock()
     journal, recorder, pulse = Journal(clock), MemoryRecorder(), LoopMonitor(period_s=0.5)
     context = DriverContext(clock=clock, is_healthy=pulse.is_healthy, notify=journal.take)
     async with (
-        open_mavlink([f"udpin://{GCS[0]}:{GCS[1]}"], context) as fleet,
-        SimulatedSwarm(simulated, WarmSpot()) as swarm,
+        simulated(monkeypatch, air, context, images, **options) as (fleet, swarm),
         journal.recorded(recorder),
         asyncio.TaskGroup() as group,
     ):
@@ -140,7 +154,7 @@ async def flying_over(
                 vehicles,
                 **{
                     "area_enu_m": AREA_ENU_M,
-                    "origin": simulated.origin,
+                    "origin": swarm.options.origin,
                     "deadlines": Deadlines(preflight_s=120.0, capture_s=8.0),
                     # Faults of the way up and down are what counts here; uploads have tests of their own.
                     "preflight": PreflightSettings(overrides={"geofence": "nothing flies near it"}),
