@@ -143,6 +143,16 @@ class Service:
         self._stop = asyncio.Event()
         self._task: asyncio.Task[None] | None = None
         self._port = 0
+        self._flying: asyncio.Task[None] | None = None
+
+    def fly(self) -> None:
+        """Let the mission's time pass."""
+        self._flying = asyncio.create_task(self.mission.run(speed=_MISSION_SPEED))
+
+    def freeze(self) -> None:
+        """Stop the mission, and nothing else: the server does not notice."""
+        if self._flying is not None:
+            self._flying.cancel()
 
     async def start(self) -> None:
         """Listen; returns when requests are answered."""
@@ -174,9 +184,9 @@ async def serving(make_app: Callable[[ScriptedMission], FastAPI] = create_app) -
     mission = ScriptedMission(LoopClock())
     service = Service(mission, make_app)
     await service.start()
-    running = asyncio.create_task(mission.run(speed=_MISSION_SPEED))
+    service.fly()
     yield service
-    running.cancel()
+    service.freeze()
     await service.stop()
 
 

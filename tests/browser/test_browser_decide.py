@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import AsyncIterator
+from pathlib import Path
 
 import pytest
 import pytest_asyncio
@@ -10,7 +11,9 @@ from fastapi import FastAPI
 from playwright.async_api import Page, expect
 
 from aos_gcs.api.app import create_app
+from aos_gcs.imaging.step import ImagingSettings
 from aos_gcs.mission.model import Action, FindingStatus
+from aos_gcs.viewer import Viewer
 from tests.browser.conftest import OPERATOR_CODE, PageRecord, Service, serving
 from tests.browser.pages import open_page, sign_in, with_thumbnails
 from tests.fakes.mission import TARGET_ENU_M, ScriptedMission
@@ -21,11 +24,12 @@ STEPS_UNTIL_FOUND = 20
 
 
 @pytest_asyncio.fixture(loop_scope="session")
-async def found_service(dashboard_build: None) -> AsyncIterator[Service]:  # noqa: ARG001 - asked for its check only
+async def found_service(dashboard_build: None, tmp_path: Path) -> AsyncIterator[Service]:  # noqa: ARG001 - checks
     """A mission that has found something, for operators to judge."""
 
     def make_app(mission: ScriptedMission) -> FastAPI:
-        return create_app(mission, findings=mission, operator_code=OPERATOR_CODE)
+        viewer = Viewer(tmp_path, ImagingSettings(), focus_reach_m=5.0)  # of thumbnails, which the page shows then
+        return create_app(mission, findings=mission, viewer=viewer, operator_code=OPERATOR_CODE)
 
     async with serving(make_app) as service:
         await service.mission.act(Action.START, None)

@@ -22,7 +22,8 @@ export function notations({ position, dms, utm, mgrs }: Finding): [keyof typeof 
 }
 
 export function FindingDetail({ finding }: { finding: Finding }) {
-  const { mayCommand } = useShell();
+  const { state, mayCommand } = useShell();
+  const mayJudge = mayCommand && state.capabilities.findings;
   const title = texts.decide.finding(finding.finding_id);
   const facts: [string, string][] = [
     [texts.decide.local, eastNorth(finding.position.east_m, finding.position.north_m)],
@@ -47,7 +48,7 @@ export function FindingDetail({ finding }: { finding: Finding }) {
       <div class="finding-pictures">
         <Thumbnail finding={finding} kind="integral" />
         <Thumbnail finding={finding} kind="thermal" />
-        {mayCommand && <Judgement finding={finding} />}
+        {mayJudge && <Judgement finding={finding} />}
       </div>
       <ul class="notations">
         {notations(finding).map(([name, text]) => (
@@ -66,7 +67,7 @@ export function FindingDetail({ finding }: { finding: Finding }) {
           </div>
         ))}
       </dl>
-      {mayCommand ? <RemarksForm key={finding.finding_id} finding={finding} /> : <Remarks finding={finding} />}
+      {mayJudge ? <RemarksForm key={finding.finding_id} finding={finding} /> : <Remarks finding={finding} />}
     </Panel>
   );
 }

@@ -23,6 +23,7 @@ const OVERLAY = { kind: "integral", opacity: 1 } as const;
 
 export function DecideView() {
   const { state, route, navigate, mayCommand } = useShell();
+  const mayMark = mayCommand && state.capabilities.findings;
   const [filter, setFilter] = useState<Filter>("all");
   const [isMarking, setMarking] = useState(false);
   const [refusal, setRefusal] = useState<string | null>(null);
@@ -38,7 +39,7 @@ export function DecideView() {
 
   // The layers are made once and read what is current.
   const current = useRef({ chosen, isMarking, add });
-  current.current = { chosen, isMarking: isMarking && mayCommand, add };
+  current.current = { chosen, isMarking: isMarking && mayMark, add };
   const base = useBaseLayers();
   const layers = useMemo(() => {
     const shown = findingsLayer(() => current.current.chosen?.finding_id ?? null, choose);
@@ -76,7 +77,7 @@ export function DecideView() {
             chosen={chosen?.finding_id ?? null}
             onChoose={choose}
           />
-          {mayCommand && <MarkForm onPlace={(place) => void add(place)} />}
+          {mayMark && <MarkForm onPlace={(place) => void add(place)} />}
           <p class="is-bad" role="alert" data-testid="mark-refusal">
             {refusal}
           </p>
@@ -94,7 +95,7 @@ export function DecideView() {
         {chosen && <FindingDetail finding={chosen} />}
       </div>
       <MapPanel layers={layers} overlay={OVERLAY} lookAt={chosen && enu(chosen.position)}>
-        {mayCommand && (
+        {mayMark && (
           <button
             type="button"
             data-testid="mark"

@@ -2,6 +2,7 @@
 import { useEffect, useState } from "preact/hooks";
 import { thumbnailUrl } from "../../api/findings";
 import type { Finding } from "../../api/types";
+import { useShell } from "../../shell/context";
 import { texts } from "../../texts";
 
 const TRIES = 2;
@@ -13,6 +14,7 @@ interface Props {
 }
 
 export function Thumbnail({ finding, kind }: Props) {
+  const { capabilities } = useShell().state;
   const url = thumbnailUrl(finding, kind);
   const [tried, setTried] = useState({ url, times: 0, isWaiting: false });
   const { times, isWaiting } = tried.url === url ? tried : { times: 0, isWaiting: false };
@@ -21,7 +23,8 @@ export function Thumbnail({ finding, kind }: Props) {
     const timer = setTimeout(() => setTried({ url, times, isWaiting: false }), TRY_AGAIN_AFTER_MS);
     return () => clearTimeout(timer);
   }, [url, times, isWaiting]);
-  if (isWaiting || finding.step < 1) return <span class="thumbnail is-empty">{texts.decide.noPicture}</span>;
+  if (isWaiting || finding.step < 1 || !capabilities.viewer)
+    return <span class="thumbnail is-empty">{texts.decide.noPicture}</span>;
   return (
     <img
       class="thumbnail"

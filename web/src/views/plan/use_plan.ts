@@ -3,6 +3,7 @@ import { useEffect, useRef, useState } from "preact/hooks";
 import { checkPlan, readPlan } from "../../api/plans";
 import type { Plan, PlanReport } from "../../api/types";
 import { useShell } from "../../shell/context";
+import { texts } from "../../texts";
 
 const CHECK_AFTER_MS = 400;
 
@@ -39,6 +40,8 @@ export function usePlan(): PlanEditor {
   const { state, mayCommand, isConnected } = useShell();
   const missionId = state.mission?.mission_id ?? "";
   const hasOrigin = state.mission?.origin !== null;
+  // A plan in metres has no degrees before its origin is known; there is none to read in a record.
+  const isReadable = state.capabilities.planning && (hasOrigin || state.mission?.area.length === 0);
   const revision = state.planRevision;
   const [draft, setDraft] = useState(() => (kept?.missionId === missionId ? kept : null));
   const [failure, setFailure] = useState<string | null>(null);
@@ -59,8 +62,8 @@ export function usePlan(): PlanEditor {
   useEffect(() => {
     // The draft, too: the mission may have got another plan while this one was being read.
     const isCurrent = draft?.missionId === missionId && (isChanged || draft.revision === revision);
-    if (missionId !== "" && isConnected && !isCurrent) void reload();
-  }, [missionId, hasOrigin, revision, isConnected, draft]);
+    if (missionId !== "" && isConnected && isReadable && !isCurrent) void reload();
+  }, [missionId, isReadable, revision, isConnected, draft]);
 
   const plan = draft?.plan ?? null;
   const isCheckable = plan !== null && mayCommand && isConnected;
@@ -81,7 +84,7 @@ export function usePlan(): PlanEditor {
 
   return {
     plan,
-    failure,
+    failure: state.capabilities.planning ? failure : texts.plan.notHere,
     isChanged,
     isOvertaken: draft !== null && draft.revision !== revision,
     report: checked?.report ?? null,

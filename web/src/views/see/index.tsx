@@ -9,6 +9,7 @@ import { texts } from "../../texts";
 import { Choice } from "../../ui/choice";
 import { Panel } from "../../ui/panel";
 import { FocalPlane } from "./focal_plane";
+import { MissionPlane } from "./mission_plane";
 import { Mosaic } from "./mosaic";
 import { type Placed, Stage } from "./stage";
 import { StepChoice } from "./step_choice";
@@ -36,7 +37,7 @@ export function SeeView() {
   const first = state.steps[0]?.step ?? null;
   const last = state.steps.at(-1)?.step ?? null;
   const step = last === null || first === null ? null : Math.max(first, Math.min(chosenStep ?? last, last));
-  const answer = useViewedStep(step);
+  const answer = useViewedStep(state.capabilities.viewer ? step : null);
   const viewed = answer?.ok ? answer.value : null;
   const integralKind = viewed?.kinds.find((one) => one === kind) ?? null;
   const query = step === null || integralKind === null ? null : { step, kind: integralKind, height_m };
@@ -101,6 +102,8 @@ export function SeeView() {
             <FocalPlane {...{ viewed, height_m, shown, problem, centre }} onHeight={setHeight} />
           )}
           {answer?.ok === false && <p class="see-panel small">{answer.message}</p>}
+          {!state.capabilities.viewer && <p class="see-panel small">{texts.see.noViewer}</p>}
+          <MissionPlane viewed_m={viewed && (height_m ?? viewed.focal_height_m)} />
           <Measure
             isMeasuring={isMeasuring}
             measured={measured}

@@ -1,0 +1,116 @@
+"""What every screen must show truthfully: how old its data are, what was missed, and what others have done."""
+
+from __future__ import annotations
+
+import asyncio
+
+import pytest
+from playwright.async_api import Page, expect
+
+from aos_gcs.mission.model import Action, FocusSource
+from aos_gcs.ports import Severity
+from tests.browser.conftest import OPERATOR_CODE, PageRecord, Service
+from tests.browser.pages import VIEWS, confirm, open_page, sign_in
+
+pytestmark = pytest.mark.asyncio(loop_scope="session")
+
+
+async def test_a_mission_that_hangs_is_never_shown_as_current(page: Page, service: Service) -> None:
+    await open_page(page, service.url)
+    await expect(page.locator(".page.is-old")).to_have_count(0)
+    service.freeze()
+    await expect(page.get_by_test_id("silent-banner")).to_contain_text("The mission does not answer")
+    await expect(page.get_by_test_id("connection")).to_have_attribute("data-state", "silent")
+    await expect(page.locator(".page.is-old")).to_have_count(1)
+    # What comes from elsewhere, or to a page that is opened only now, makes it no younger.
+    service.mission.notify(Severity.WARNING, "a driver lives longer than its mission")
+    await page.reload()
+    await expect(page.get_by_test_id("silent-banner")).to_be_visible()
+    await page.get_by_test_id("hold-all").click()
+    await expect(page.get_by_test_id("result-1")).to_have_attribute("data-accepted", "true")
+    service.fly()
+    await expect(page.get_by_test_id("silent-banner")).to_have_count(0)
+    await expect(page.get_by_test_id("connection")).to_have_attribute("data-state", "open")
+
+
+async def test_an_alert_is_acknowledged_once_for_all_screens(page: Page, guarded_service: Service) -> None:
+    service = guarded_service
+    assert page.context.browser is not None
+    elsewhere = await page.context.browser.new_context()
+    observer = await elsewhere.new_page()
+    for screen in (page, observer):
+        await open_page(screen, service.url)
+    await page.get_by_test_id("sign-in-open").click()
+    await sign_in(page, "Ada", code=OPERATOR_CODE)
+    service.mission.notify(Severity.CRITICAL, "link lost", 6)
+    for screen in (page, observer):
+        await expect(screen.get_by_test_id("alert-bar")).to_contain_text("vehicle 6: link lost")
+    await expect(observer.get_by_test_id("alert-acknowledge")).to_have_count(0)
+
+    await page.get_by_test_id("alert-acknowledge").click()
+    for screen in (page, observer):
+        await expect(screen.get_by_test_id("alert-bar")).to_have_count(0)
+        await expect(screen.get_by_test_id("acknowledged")).to_contain_text("seen by Ada")
+    await observer.reload()
+    await expect(observer.get_by_test_id("acknowledged")).to_contain_text("seen by Ada")
+    await expect(observer.get_by_test_id("alert-bar")).to_have_count(0)
+    service.mission.notify(Severity.CRITICAL, "link lost", 6)
+    await expect(observer.get_by_test_id("alert-bar")).to_be_visible()
+    await elsewhere.close()
+
+
+async def test_a_page_that_was_away_for_too_long_says_what_it_has_missed(page: Page, service: Service) -> None:
+    service.mission.notify(Severity.INFO, "the first one")
+    await open_page(page, service.url)
+    await expect(page.get_by_test_id("event")).to_have_count(1)
+    await page.context.set_offline(True)
+    await service.stop()
+    await expect(page.get_by_test_id("connection")).to_have_attribute("data-state", "lost")
+    await service.start()
+    await asyncio.sleep(0)
+    for number in range(210):  # ten more than are kept for those who come
+        service.mission.notify(Severity.INFO, f"notice {number}")
+        await asyncio.sleep(0)
+    await page.context.set_offline(False)
+    await expect(page.get_by_test_id("missed-banner")).to_contain_text("10 events were lost")
+    await expect(page.get_by_test_id("events-missing")).to_contain_text("11 not shown here")  # the first one, too
+    await page.get_by_test_id("missed-dismiss").click()
+    await expect(page.get_by_test_id("missed-banner")).to_have_count(0)
+
+
+async def test_no_view_asks_for_what_the_service_does_not_have(
+    page: Page, service: Service, page_record: PageRecord
+) -> None:
+    """It has no viewer, no plan and no findings to change; Chromium would log every refused request."""
+    await service.mission.act(Action.START, None)
+    for _ in range(20):
+        service.mission.make_step()
+    for view in VIEWS:
+        await open_page(page, service.url, view)
+        await expect(page.locator(f".view-{view}")).to_be_visible()
+        await page.wait_for_load_state("networkidle")
+    await open_page(page, service.url, "decide")
+    await page.get_by_test_id("finding-1").click()
+    await page.get_by_test_id("report-open").click()
+    await page.wait_for_load_state("networkidle")
+    assert page_record.errors == []
+
+
+async def test_an_operator_changes_the_plane_of_the_mission(page: Page, guarded_service: Service) -> None:
+    service = guarded_service
+    await service.mission.act(Action.START, None)
+    service.mission.make_step()
+    await open_page(page, service.url, "see")
+    await expect(page.get_by_test_id("mission-focus")).to_have_attribute("data-source", "configured")
+    await expect(page.get_by_test_id("leave-plane")).to_have_count(0)
+    await page.get_by_test_id("sign-in-open").click()
+    await sign_in(page, "Ada", code=OPERATOR_CODE)
+    await service.mission.act(Action.FOCUS, None, 3.5)
+    await expect(page.get_by_test_id("mission-focus")).to_contain_text("3.5")
+    await page.get_by_test_id("leave-plane").click()
+    await expect(page.get_by_test_id("confirm")).to_contain_text("For the whole mission")
+    await confirm(page)
+    await expect(page.get_by_test_id("results")).to_contain_text("The mission has taken it.")
+    await expect(page.get_by_test_id("mission-focus")).to_have_attribute("data-source", "configured")
+    assert service.mission.focus.source is FocusSource.CONFIGURED
+    assert service.mission.operators[-1] == "Ada"
