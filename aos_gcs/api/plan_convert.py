@@ -10,10 +10,9 @@ from typing import Final
 from aos_gcs.api import plan_models as wire
 from aos_gcs.api.places import scan_leg
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
-from aos_gcs.mission.mission_plan import MissionPlan
+from aos_gcs.mission.mission_plan import MissionPlan, PlanProblem
 from aos_gcs.mission.plan import altitude_layers
 from aos_gcs.mission.plan_advice import Proposal
-from aos_gcs.mission.plan_check import PlanProblem
 from aos_gcs.mission.plan_estimate import PlanEstimate
 from aos_gcs.mission.plan_import import ImportedShape
 from aos_gcs.mission.polygon import Polygon

@@ -19,6 +19,7 @@ CLOCK: Final = "clock"
 POSITION: Final = "position"
 HOME: Final = "home"
 LAUNCH_POINT: Final = "launch point"
+WAYS: Final = "way to the area"
 ALTITUDE_LAYER: Final = "altitude layer"
 BATTERY: Final = "battery"
 READY_TO_ARM: Final = "ready to arm"
@@ -38,6 +39,7 @@ ORDER: Final = (
     POSITION,
     HOME,
     LAUNCH_POINT,
+    WAYS,
     ALTITUDE_LAYER,
     BATTERY,
     READY_TO_ARM,

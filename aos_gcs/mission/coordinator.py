@@ -244,9 +244,11 @@ class Coordinator:
     async def apply_plan(self, plan: MissionPlan, *, operator: str = "") -> None:
         """Fly by another plan; see ``PlanControl.apply_plan``."""
         context = self._context
+        # A tenth of a second and more: too long for the loop that commands vehicles.
+        problems = await asyncio.to_thread(check_plan, plan, context.settings)
         if self.heading not in BEFORE_START:
             raise MissionError(f"The plan can no longer be changed: the mission has started (phase {self.heading}).")
-        blocking = [problem for problem in check_plan(plan, context.settings) if problem.blocking]
+        blocking = [problem for problem in problems if problem.blocking]
         if blocking:
             raise MissionError(f"This plan cannot be flown: {blocking[0].text}")
         settings = context.settings = apply_plan(context.settings, plan)

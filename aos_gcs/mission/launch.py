@@ -15,8 +15,9 @@ from aos_gcs.mission.context import MissionContext
 from aos_gcs.mission.inspection import Inspector
 from aos_gcs.mission.model import Phase, PreflightCheck, Task
 from aos_gcs.mission.overrides import Overrides
-from aos_gcs.mission.plan import altitude_layers, propose_fence
+from aos_gcs.mission.plan import FENCE_MARGIN_M, altitude_layers, propose_fence
 from aos_gcs.mission.preflight import MIN_HOME_DISTANCE_M, check_all, check_area, check_layers
+from aos_gcs.mission.preflight_ground import check_ground
 from aos_gcs.mission.preflight_setup import check_setup, check_system_ids
 from aos_gcs.mission.roster import Member
 from aos_gcs.mission.safety import SafetyLimits
@@ -27,7 +28,6 @@ _POLL_S = 0.5
 _ARM_AGAIN_S = 2.0
 _SAME_HOME_M = 1.0
 """Homes that move less, as their receivers drift, leave the plan as it is."""
-_FENCE_MARGIN_M = 30.0
 _LAYER_MARGIN_M = 5.0
 """Between the lowest and highest layers and the floor and ceiling that are proposed around them."""
 
@@ -40,6 +40,8 @@ class Launch:
         self._overrides = overrides
         self._inspector = inspector
         self._advice = check_aperture(context.settings)
+        self._ground: tuple[PreflightCheck, ...] = ()
+        """Of the limits in force, and the homes that they were made for."""
 
     async def connect(self) -> Phase:
         """Wait until the expected number of vehicles is heard."""
@@ -149,6 +151,7 @@ class Launch:
             *check_all(roster, settings.vehicles, separation_m),
             *check_layers(roster, settings.flight.layer_spacing_m),
             *check_system_ids([member.state for member in members], board_ids),
+            *self._ground,
         ]
         for member in members:
             found += check_setup(member.state, inspections[member.vehicle_id], member.layer_above_home_m)
@@ -180,11 +183,13 @@ class Launch:
         if context.settings.return_enu_m is not None:
             grounds_m.append(np.array(context.settings.return_enu_m))
         proposal = SafetyLimits(
-            fence_enu_m=propose_fence(context.settings.area_enu_m, np.array(grounds_m), _FENCE_MARGIN_M),
+            fence_enu_m=propose_fence(context.settings.area_enu_m, np.array(grounds_m), FENCE_MARGIN_M),
             floor_m=float(min(layers_m)) - _LAYER_MARGIN_M,
             ceiling_m=float(max(layers_m)) + _LAYER_MARGIN_M,
         )
-        context.flight.limits = replace(proposal, **context.settings.safety)
+        limits = context.flight.limits = replace(proposal, **context.settings.safety)
+        homes = {member.vehicle_id: home_enu_m for member, home_enu_m in zip(members, homes_enu_m, strict=True)}
+        self._ground = check_ground(homes, limits, context.settings)
 
     def _is_planned(self, members: list[Member], homes_enu_m: list[NDArray[np.float64]]) -> bool:
         """Return whether the layers and limits in force are those of these vehicles at these homes."""

@@ -61,6 +61,18 @@ class MissionPlan:
         return {**self.strategy_parameters, SPACING_PARAMETER: self.spacing_m}
 
 
+@dataclass(frozen=True, slots=True)
+class PlanProblem:
+    """Something about a plan that is to be mended, or at least known."""
+
+    field: str
+    """Of ``MissionPlan``; an element of a list has its index behind, from 0: ``no_go_enu_m[0]``."""
+    text: str
+    """What is wrong, and the remedy."""
+    blocking: bool = True
+    """False for advice: the plan can be flown."""
+
+
 def strategy_names() -> tuple[str, ...]:
     """Return what a plan can name as its strategy."""
     return available_strategies()

@@ -17,6 +17,9 @@ from aos_gcs.swarm.line import in_projection_order, line_axis, line_places, unit
 
 FloatArray = NDArray[np.float64]
 
+FENCE_MARGIN_M = 30.0
+"""Of the fence that preflight proposes where none is given."""
+
 _CORNERS = 16
 """Of the polygon that stands in for a circle about each point of a fence."""
 
@@ -92,8 +95,14 @@ def scan_legs(
     except ValueError as error:
         raise ConfigurationError(f"direction_enu must have a length above 0: {error}.") from error
     axes = np.column_stack([along, line_axis(along)])
-    spans_m = _strip_spans(vertices_m @ axes, (n - 1) * spacing_m + footprint_m)
+    spans_m = _strip_spans(vertices_m @ axes, leg_count(vertices_m, along, (n - 1) * spacing_m + footprint_m))
     return _to_and_fro(spans_m, np.asarray(start_enu_m, dtype=np.float64) @ axes, axes)
+
+
+def leg_count(area_enu_m: Sequence[Sequence[float]] | FloatArray, direction_enu: FloatArray, swath_m: float) -> int:
+    """Return how many legs :func:`scan_legs` has for a swath, shape of the area (m, 2), without making them."""
+    across_m = np.asarray(area_enu_m, dtype=np.float64) @ line_axis(unit_vector(direction_enu))
+    return max(1, math.ceil((float(across_m.max()) - float(across_m.min())) / swath_m - 1e-9))
 
 
 def leg_formation(leg: ScanLeg, positions_enu_m: FloatArray, spacing_m: float) -> FloatArray:
@@ -147,15 +156,14 @@ def propose_fence(
     return as_points(grown_m[ConvexHull(grown_m).vertices])
 
 
-def _strip_spans(vertices_m: FloatArray, swath_m: float) -> FloatArray:
+def _strip_spans(vertices_m: FloatArray, count: int) -> FloatArray:
     """Return per strip its middle across, and the first and last place along of the area in it, shape (k, 3).
 
     Args:
         vertices_m: polygon in the axes (along, across), shape (m, 2).
-        swath_m: greatest width of a strip.
+        count: how many strips of equal width.
     """
     low_m, high_m = float(vertices_m[:, 1].min()), float(vertices_m[:, 1].max())
-    count = max(1, math.ceil((high_m - low_m) / swath_m - 1e-9))
     borders_m = np.linspace(low_m, high_m, count + 1)
     spans = []
     for lower_m, upper_m in pairwise(borders_m.tolist()):

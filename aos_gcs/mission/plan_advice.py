@@ -9,7 +9,7 @@ from typing import Final
 from aos_gcs.imaging.aperture import AperturePlan, plan_aperture
 from aos_gcs.mission.aperture_check import SATURATION
 from aos_gcs.mission.mission_plan import MissionPlan
-from aos_gcs.mission.plan_estimate import flight_way_m, planned_legs
+from aos_gcs.mission.plan_estimate import flight_way_m, planned_leg_count, planned_legs
 from aos_gcs.swarm.registry import make_strategy
 
 MIN_LAYERS_WITHOUT_RTK_M: Final = 3.0
@@ -68,7 +68,11 @@ def forest_aperture(plan: MissionPlan, plane_height_m: float) -> AperturePlan | 
 
 def _heading(plan: MissionPlan, plane_height_m: float) -> Proposal | None:
     present = planned_legs(plan, plane_height_m)
-    legs_of = {heading_rad: planned_legs(plan, plane_height_m, heading_rad) for heading_rad in _HEADINGS}
+    # More legs are more turns: not worth looking at, and of a long area they may be very many.
+    headings = [rad for rad in _HEADINGS if planned_leg_count(plan, plane_height_m, rad) <= len(present)]
+    legs_of = {heading_rad: planned_legs(plan, plane_height_m, heading_rad) for heading_rad in headings}
+    if not legs_of:
+        return None
     best_rad = min(legs_of, key=lambda heading_rad: flight_way_m(plan, legs_of[heading_rad]))
     best_m, present_m = flight_way_m(plan, legs_of[best_rad]), flight_way_m(plan, present)
     if best_m > _WORTH_TURNING * present_m:

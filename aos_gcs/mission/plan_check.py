@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from aos_gcs.errors import ConfigurationError
-from aos_gcs.mission.mission_plan import MissionPlan, apply_plan
+from aos_gcs.mission.mission_plan import MissionPlan, PlanProblem, apply_plan
 from aos_gcs.mission.plan_advice import MIN_LAYERS_WITHOUT_RTK_M, forest_aperture
-from aos_gcs.mission.plan_estimate import PlanEstimate, estimate_plan
+from aos_gcs.mission.plan_estimate import PlanEstimate, estimate_plan, planned_leg_count, planned_legs
+from aos_gcs.mission.plan_ground import Homes, check_points, check_ways, planned_ground
 from aos_gcs.mission.plan_raster import PlanRaster
 from aos_gcs.mission.polygon import Polygon, as_polygon, contains, edges_met
 from aos_gcs.mission.safety import SafetyLimits
@@ -20,43 +20,47 @@ from aos_gcs.swarm.registry import make_strategy
 
 MAX_EXTENT_M = 5000.0
 """Of an area from the origin: beyond it the local frame's axes no longer stand upright."""
+SWAPPED_FROM_M = 100_000.0
+"""Nobody plans for a place this far away."""
 MIN_FREE_FRACTION = 0.02
 """Of the search area that no-go areas must leave."""
 GOOD_COVERAGE = 0.95
 MAX_VERTICES = 500
 """Of a polygon; edges are compared in pairs."""
+MAX_BARRIER_VERTICES = 500
+"""Of fence and no-go areas together: ways around them are looked for from corner to corner."""
+MAX_LEGS = 100
+"""Far more than batteries last for."""
 
 _NAMES = {"area_enu_m": "The search area", "fence_enu_m": "The geofence"}
 
 
-@dataclass(frozen=True, slots=True)
-class PlanProblem:
-    """Something to be mended, or at least known."""
-
-    field: str
-    """Of ``MissionPlan``; an element of a list has its index behind, from 0: ``no_go_enu_m[0]``."""
-    text: str
-    """What is wrong, and the remedy."""
-    blocking: bool = True
-    """False for advice: the plan can be flown."""
-
-
-def check_plan(plan: MissionPlan, settings: MissionSettings) -> tuple[PlanProblem, ...]:
+def check_plan(plan: MissionPlan, settings: MissionSettings, homes_enu_m: Homes | None = None) -> list[PlanProblem]:
     """Return what speaks against a plan, blocking problems first; none if nothing does.
 
     Args:
         plan: to be checked.
         settings: of the mission that is to fly it.
+        homes_enu_m: where vehicles stand that are heard already.
     """
-    shapes = list(_check_shapes(plan))
+    homes_enu_m = homes_enu_m or {}
+    shapes = [*_check_shapes(plan), *_check_extent_of_points(plan)]
     problems = [*shapes, *_check_numbers(plan, settings)]
     if not shapes:
-        problems += _check_places(plan)
-    if not problems:
-        problems += _check_limits(plan, settings)
-    if not any(problem.blocking for problem in problems):
+        ground = planned_ground(plan, homes_enu_m, settings.flight.arrival_radius_m)
+        problems += [*_check_places(plan), *check_points(plan, ground, homes_enu_m)]
+        if not _blocks(problems):
+            problems += [*_check_limits(plan, settings), *_check_legs(plan, settings)]
+        if not _blocks(problems):
+            legs = planned_legs(plan, settings.imaging.plane_height_m)
+            problems += check_ways(plan, ground, homes_enu_m, legs)
+    if not _blocks(problems):
         problems += _warn(plan, estimate_plan(plan, settings.imaging.plane_height_m))
-    return tuple(sorted(problems, key=lambda problem: not problem.blocking))
+    return sorted(problems, key=lambda problem: not problem.blocking)
+
+
+def _blocks(problems: Sequence[PlanProblem]) -> bool:
+    return any(problem.blocking for problem in problems)
 
 
 # --- each shape by itself ---------------------------------------------------------------------------------------------
@@ -80,11 +84,29 @@ def _check_shapes(plan: MissionPlan) -> Iterator[PlanProblem]:
         if vertices_m is None:
             yield PlanProblem(field, f"{name} is empty; draw it.")
         elif np.abs(vertices_m).max() > MAX_EXTENT_M:
-            far_m = float(np.abs(vertices_m).max())
-            yield PlanProblem(field, f"{name} reaches {far_m:.0f} m from the origin; {MAX_EXTENT_M:.0f} m is allowed.")
+            yield PlanProblem(field, f"{name} reaches to {_far(float(np.abs(vertices_m).max()))}")
+    barriers = len(plan.fence_enu_m or ()) + sum(map(len, plan.no_go_enu_m))
+    if barriers > MAX_BARRIER_VERTICES:
+        text = f"Geofence and no-go areas have {barriers} points; simplify them to {MAX_BARRIER_VERTICES} in all."
+        yield PlanProblem("no_go_enu_m", text)
 
 
-# --- shapes and points against one another ----------------------------------------------------------------------------
+def _check_extent_of_points(plan: MissionPlan) -> Iterator[PlanProblem]:
+    for field, name in (("launch_enu_m", "launch"), ("return_enu_m", "return")):
+        point_enu_m = getattr(plan, field)
+        if point_enu_m is None:
+            continue
+        far_m = float(np.abs(np.array(point_enu_m)).max())
+        if not far_m <= MAX_EXTENT_M:
+            yield PlanProblem(field, f"The {name} point is {_far(far_m)}")
+
+
+def _far(far_m: float) -> str:
+    text = f"{far_m / 1000.0:.1f} km from the origin, {MAX_EXTENT_M / 1000.0:.0f} km are allowed: move it"
+    return f"{text}." if far_m < SWAPPED_FROM_M else f"{text}; are latitude and longitude the wrong way round?"
+
+
+# --- shapes against one another ---------------------------------------------------------------------------------------
 
 
 def _check_places(plan: MissionPlan) -> Iterator[PlanProblem]:
@@ -96,22 +118,6 @@ def _check_places(plan: MissionPlan) -> Iterator[PlanProblem]:
     free = inside & ~raster.inside(plan.no_go_enu_m)
     if np.count_nonzero(free) < MIN_FREE_FRACTION * np.count_nonzero(inside):
         yield PlanProblem("no_go_enu_m", "The no-go areas cover the whole search area; nothing is left to search.")
-    points = {"launch_enu_m": ("launch", plan.launch_enu_m), "return_enu_m": ("return", plan.return_enu_m)}
-    for field, (name, point_enu_m) in points.items():
-        if point_enu_m is not None:
-            yield from _check_point(plan, field, name, point_enu_m)
-
-
-def _check_point(plan: MissionPlan, field: str, name: str, point_enu_m: tuple[float, float]) -> Iterator[PlanProblem]:
-    place_m = np.array(point_enu_m)
-    if not np.isfinite(place_m).all() or np.abs(place_m).max() > MAX_EXTENT_M:
-        yield PlanProblem(field, f"The {name} point is more than {MAX_EXTENT_M:.0f} m from the origin; move it.")
-        return
-    if plan.fence_enu_m is not None and not contains(place_m, np.array(plan.fence_enu_m)):
-        yield PlanProblem(field, f"The {name} point is outside of the geofence; move it, or widen the fence.")
-    for index, zone_enu_m in enumerate(plan.no_go_enu_m):
-        if contains(place_m, np.array(zone_enu_m)):
-            yield PlanProblem(field, f"The {name} point is inside of no-go area {index + 1}; move one of them.")
 
 
 def _is_within(inner: Polygon, outer: Polygon) -> bool:
@@ -194,6 +200,13 @@ def _check_limits(plan: MissionPlan, settings: MissionSettings) -> Iterator[Plan
         forest_aperture(plan, settings.imaging.plane_height_m)
     except ConfigurationError as error:
         yield PlanProblem("forest", str(error))
+
+
+def _check_legs(plan: MissionPlan, settings: MissionSettings) -> Iterator[PlanProblem]:
+    count = planned_leg_count(plan, settings.imaging.plane_height_m)
+    if count > MAX_LEGS:
+        text = f"The search area takes {count} legs, {MAX_LEGS} are allowed: make it smaller, or the spacing wider."
+        yield PlanProblem("area_enu_m", text)
 
 
 # --- advice -----------------------------------------------------------------------------------------------------------

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.imaging.aperture import footprint_m
 from aos_gcs.mission.mission_plan import MissionPlan
-from aos_gcs.mission.plan import ScanLeg, scan_legs
+from aos_gcs.mission.plan import ScanLeg, leg_count, scan_legs
 from aos_gcs.mission.plan_raster import PlanRaster
 from aos_gcs.mission.polygon import Polygon
 from aos_gcs.swarm.line import line_axis, line_places
@@ -89,15 +89,20 @@ def estimate_plan(plan: MissionPlan, plane_height_m: float) -> PlanEstimate:
 
 def planned_legs(plan: MissionPlan, plane_height_m: float, heading_rad: float | None = None) -> tuple[ScanLeg, ...]:
     """Return the legs of a plan, or those of another heading."""
-    heading_rad = plan.scan_heading_rad if heading_rad is None else heading_rad
     return scan_legs(
         plan.area_enu_m,
         np.array(launch_place(plan)),
-        np.array([math.sin(heading_rad), math.cos(heading_rad)]),
+        _direction(plan.scan_heading_rad if heading_rad is None else heading_rad),
         n=plan.vehicles,
         spacing_m=make_strategy(plan.strategy, plan.parameters).spacing_m,
         footprint_m=footprint_m(plan.lowest_layer_m - plane_height_m, plan.camera_fov_rad),
     )
+
+
+def planned_leg_count(plan: MissionPlan, plane_height_m: float, heading_rad: float | None = None) -> int:
+    """Return how many legs a plan has, or those of another heading; cheap, however many they are."""
+    direction_enu = _direction(plan.scan_heading_rad if heading_rad is None else heading_rad)
+    return leg_count(plan.area_enu_m, direction_enu, _swath_m(plan, plane_height_m))
 
 
 def flight_way_m(plan: MissionPlan, legs: Sequence[ScanLeg]) -> float:
@@ -133,6 +138,10 @@ def move_s(distance_m: float, speed_mps: float) -> float:
     if distance_m < ramp_m:
         return 2.0 * math.sqrt(distance_m / ACCELERATION_MPS2)
     return distance_m / speed_mps + speed_mps / ACCELERATION_MPS2
+
+
+def _direction(heading_rad: float) -> NDArray[np.float64]:
+    return np.array([math.sin(heading_rad), math.cos(heading_rad)])
 
 
 def _step_s(plan: MissionPlan) -> float:

@@ -84,7 +84,7 @@ class SafetyLimits:
     def boundaries(self) -> tuple[Boundary, ...]:
         """Return what ways must not cross: the fence, and every no-go zone."""
         zones = [
-            Boundary(as_polygon(zone, f"no_go_enu_m[{row}]"), f"no-go zone {row + 1}", keeps_in=False)
+            Boundary(as_polygon(zone, f"no_go_enu_m[{row}]"), f"no-go area {row + 1}", keeps_in=False)
             for row, zone in enumerate(self.no_go_enu_m)
         ]
         return (Boundary(as_polygon(self.fence_enu_m, "fence_enu_m"), "the fence", keeps_in=True), *zones)

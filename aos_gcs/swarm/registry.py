@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from importlib.metadata import entry_points
+from functools import cache
+from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
 from aos_gcs.errors import ConfigurationError
@@ -27,12 +28,18 @@ def make_strategy(name: str, parameters: Mapping[str, object]) -> Strategy[Any]:
         ConfigurationError: the name is unknown, the package behind it cannot be imported, or a parameter is unknown or
             violates its constraint.
     """
-    found = tuple(entry_points(group=GROUP, name=name))
-    if not found:
-        raise ConfigurationError(f"There is no strategy {name!r}; choose one of {', '.join(available_strategies())}.")
     try:
-        make = found[0].load()
+        make = _entry_point(name).load()
     except (ImportError, AttributeError) as error:
         raise ConfigurationError(f"The strategy {name!r} cannot be loaded ({error}); install its package.") from error
     strategy: Strategy[Any] = make(parameters)
     return strategy
+
+
+@cache
+def _entry_point(name: str) -> EntryPoint:
+    """Return what is installed under a name; remembered, since looking takes milliseconds."""
+    found = tuple(entry_points(group=GROUP, name=name))
+    if not found:
+        raise ConfigurationError(f"There is no strategy {name!r}; choose one of {', '.join(available_strategies())}.")
+    return found[0]

@@ -21,6 +21,14 @@ SQUARE = ((-50.0, 0.0), (50.0, 0.0), (50.0, 100.0), (-50.0, 100.0))
 PLAN = MissionPlan(vehicles=5, area_enu_m=SQUARE, layer_spacing_m=3.0)
 SETTINGS = MissionSettings(vehicles=5, area_enu_m=SQUARE, imaging=ImagingSettings())
 FOREST = ForestSettings(canopy_height_m=25.0, crown_base_m=5.0)
+WIDE = ((-70.0, -20.0), (70.0, -20.0), (70.0, 120.0), (-70.0, 120.0))
+WALL = ((-80.0, -10.0), (80.0, -10.0), (80.0, -5.0), (-80.0, -5.0))
+"""From one side of the wide fence to the other, south of the square."""
+
+
+def circle(radius_m: float, count: int) -> tuple[tuple[float, float], ...]:
+    angles_rad = [math.tau * index / count for index in range(count)]
+    return tuple((radius_m * math.cos(angle), 50.0 + radius_m * math.sin(angle)) for angle in angles_rad)
 
 
 def blocking(plan: MissionPlan) -> dict[str, str]:
@@ -28,7 +36,7 @@ def blocking(plan: MissionPlan) -> dict[str, str]:
 
 
 def test_a_good_plan_has_no_problem() -> None:
-    assert check_plan(PLAN, SETTINGS) == ()
+    assert check_plan(PLAN, SETTINGS) == []
 
 
 @pytest.mark.parametrize(
@@ -42,8 +50,14 @@ def test_a_good_plan_has_no_problem() -> None:
         ({"no_go_enu_m": (SQUARE,)}, "no_go_enu_m", "nothing is left"),
         ({"fence_enu_m": ((-40.0, -10.0), (60.0, -10.0), (60.0, 110.0), (-40.0, 110.0))}, "area_enu_m", "geofence"),
         ({"launch_enu_m": (0.0, 50.0), "no_go_enu_m": (((-5, 45), (5, 45), (5, 55), (-5, 55)),)}, "launch_enu_m", "1"),
-        ({"fence_enu_m": SQUARE, "return_enu_m": (0.0, -9.0)}, "return_enu_m", "outside of the geofence"),
+        ({"fence_enu_m": SQUARE, "return_enu_m": (0.0, -9.0)}, "return_enu_m", "outside of the fence"),
         ({"launch_enu_m": (math.nan, 0.0)}, "launch_enu_m", "move it"),
+        ({"launch_enu_m": (0.0, 4.5e6)}, "launch_enu_m", "wrong way round"),
+        ({"no_go_enu_m": tuple(circle(20.0, 101) for _ in range(5))}, "no_go_enu_m", "500 in all"),
+        ({"area_enu_m": circle(4900.0, 9), "vehicles": 2}, "area_enu_m", "legs, 100 are allowed"),
+        ({"fence_margin_m": 5.0, "fence_enu_m": WIDE, "launch_enu_m": (0.0, -16.0)}, "launch_enu_m", "4.0 m from"),
+        ({"no_go_enu_m": (WALL,), "fence_enu_m": WIDE, "launch_enu_m": (0.0, -15.0)}, "launch_enu_m", "cut off"),
+        ({"no_go_enu_m": (WALL,), "fence_enu_m": WIDE, "return_enu_m": (0.0, -15.0)}, "return_enu_m", "cut off"),
         ({"vehicles": 1}, "vehicles", "2 to 250"),
         ({"layer_spacing_m": 1.0}, "layer_spacing_m", "too close"),
         ({"layer_spacing_m": math.nan}, "layer_spacing_m", "above 0"),
@@ -64,6 +78,20 @@ def test_a_good_plan_has_no_problem() -> None:
 def test_every_problem_names_its_field(changes: dict[str, object], field: str, words: str) -> None:
     found = blocking(replace(PLAN, **changes))  # type: ignore[arg-type]
     assert words in found[field]
+
+
+def test_vehicles_that_stand_where_they_must_not_are_named() -> None:
+    pond = replace(PLAN, no_go_enu_m=(((-5.0, -30.0), (5.0, -30.0), (5.0, -20.0), (-5.0, -20.0)),))
+    homes = {3: (0.0, -25.0), 1: (2.0, -25.0), 2: (20.0, -25.0)}
+    (problem,) = check_plan(pond, SETTINGS, homes)
+    assert problem.field == "launch_enu_m"
+    assert problem.text == "Vehicles 1, 3 are inside of no-go area 1; move one of them."
+    assert not problem.blocking
+
+
+def test_a_wall_that_can_be_flown_around_bars_nothing() -> None:
+    wall = ((-40.0, -10.0), (40.0, -10.0), (40.0, -5.0), (-40.0, -5.0))
+    assert blocking(replace(PLAN, no_go_enu_m=(wall,), fence_enu_m=WIDE, launch_enu_m=(0.0, -15.0))) == {}
 
 
 def test_all_problems_are_told_at_once() -> None:

@@ -95,7 +95,7 @@ def test_no_target_lies_in_a_no_go_zone_and_no_way_crosses_it() -> None:
         record = vet_one(mover(1, (0.0, 0.0, 35.0), end), limits=ZONED)
         assert record.verdict is Verdict.SHORTENED
         assert record.sent_enu_m == pytest.approx((5.0, 0.0, 35.0), abs=1e-5)
-        assert record.reason.endswith("no-go zone 1, with a margin of 5.0 m")
+        assert record.reason.endswith("no-go area 1, with a margin of 5.0 m")
     assert vet_one(mover(1, (0.0, 20.0, 35.0), (30.0, 20.0, 35.0)), limits=ZONED).verdict is Verdict.SENT
 
 
@@ -103,7 +103,7 @@ def test_inside_a_no_go_zone_only_a_straight_way_out_is_sent() -> None:
     start = (15.0, 0.0, 35.0)
     assert vet_one(mover(1, start, (30.0, 0.0, 35.0)), limits=ZONED).verdict is Verdict.SENT
     record = vet_one(mover(1, start, (16.0, 0.0, 35.0)), limits=ZONED)
-    assert record.reason == "held: it is inside no-go zone 1 and would not fly straight out of it"
+    assert record.reason == "held: it is inside no-go area 1 and would not fly straight out of it"
 
 
 def test_floor_and_ceiling_clip_the_way() -> None:
