@@ -6,7 +6,9 @@ The code is exchanged once for a cookie, so that it stands in no request but one
 from __future__ import annotations
 
 import hmac
+import math
 import secrets
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -14,6 +16,8 @@ from typing import Final
 
 from starlette.requests import HTTPConnection
 
+from aos_gcs.api.loop_time import loop_time_s
+from aos_gcs.api.throttle import GuessThrottle
 from aos_gcs.errors import AosError, ConfigurationError
 
 MIN_CODE_LENGTH: Final = 8
@@ -29,6 +33,17 @@ class AccessDeniedError(AosError):
 
 class WrongCodeError(AccessDeniedError):
     """A code that is not the service's."""
+
+
+class TooManyGuessesError(AccessDeniedError):
+    """Too many wrong codes: this one was not even looked at."""
+
+    def __init__(self, wait_s: float) -> None:
+        self.retry_after_s = math.ceil(wait_s)
+        super().__init__(
+            f"Too many wrong codes: wait {self.retry_after_s} s, then sign in with the code that the service has "
+            "printed at its start."
+        )
 
 
 class Role(StrEnum):
@@ -56,10 +71,12 @@ class Access:
 
     Args:
         operator_code: what makes an operator; None: nobody signs in, and everybody commands.
+        now_s: real seconds, for what wrong codes cost.
     """
 
-    def __init__(self, operator_code: str | None) -> None:
+    def __init__(self, operator_code: str | None, now_s: Callable[[], float] = loop_time_s) -> None:
         self._code = operator_code
+        self._throttle = GuessThrottle(now_s)
         self._sessions: dict[str, Session] = {}
 
     @property
@@ -67,14 +84,25 @@ class Access:
         """Whether commanding takes a sign-in."""
         return self._code is not None
 
-    def sign_in(self, code: str, name: str) -> str:
+    def sign_in(self, code: str, name: str, address: str) -> str:
         """Return the token of a new operator's session.
 
+        Args:
+            code: that somebody has typed.
+            name: of that person.
+            address: where the request has come from.
+
         Raises:
+            TooManyGuessesError: of wrong codes; this one was not compared.
             WrongCodeError: the code is not the service's.
         """
+        wait_s = self._throttle.wait_s(address)
+        if wait_s > 0.0:
+            raise TooManyGuessesError(wait_s)
         if self._code is None or not hmac.compare_digest(code.encode(), self._code.encode()):
+            self._throttle.note_wrong(address)
             raise WrongCodeError("The operators' code is wrong; the service has printed the right one at its start.")
+        self._throttle.note_right(address)
         if len(self._sessions) >= MAX_OPERATORS:
             del self._sessions[next(iter(self._sessions))]
         token = secrets.token_urlsafe(32)

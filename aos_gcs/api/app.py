@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Collection
+from collections.abc import AsyncIterator, Callable, Collection
 from contextlib import asynccontextmanager
 from pathlib import Path
 
 from fastapi import FastAPI
 
 from aos_gcs.api.access import Access
+from aos_gcs.api.body_limit import BodyLimitMiddleware
 from aos_gcs.api.errors import add_error_handlers
 from aos_gcs.api.hub import EventHub
+from aos_gcs.api.loop_time import loop_time_s
 from aos_gcs.api.models import CapabilitiesModel
 from aos_gcs.api.openapi import add_routes, make_document
 from aos_gcs.api.page import add_page
+from aos_gcs.api.plan_checks import PlanChecks
+from aos_gcs.api.routers.plans import IMPORT_PATH
 from aos_gcs.api.security import OperatorsOnlyMiddleware, SameOriginMiddleware, SecurityHeadersMiddleware
 from aos_gcs.mission.model import FindingControl, MissionControl, PlanControl, ReplayControl
 from aos_gcs.mission.viewing import ViewControl
@@ -41,6 +45,7 @@ def create_app(
     findings: FindingControl | None = None,
     plans_folder: Path = Path("plans"),
     basemap_file: Path | None = None,
+    now_s: Callable[[], float] = loop_time_s,
 ) -> FastAPI:
     """Make the application for one mission.
 
@@ -55,6 +60,7 @@ def create_app(
         findings: of the mission; None where they cannot be changed.
         plans_folder: where plans are saved.
         basemap_file: a PMTiles file to show below the mission; without one the page has a metric grid.
+        now_s: real seconds, for how long the mission is silent and for what wrong codes cost.
     """
     # The interactive documentation of FastAPI loads scripts from the internet, which a field laptop has not.
     app = FastAPI(title="aos-gcs", docs_url=None, redoc_url=None, openapi_url="/api/openapi.json", lifespan=_lifespan)
@@ -65,11 +71,13 @@ def create_app(
     app.state.findings = findings
     app.state.basemap_file = basemap_file
     app.state.plans = PlanFolder(plans_folder)
+    app.state.plan_checks = PlanChecks()
     capabilities = CapabilitiesModel(
         planning=planning is not None, viewer=viewer is not None, findings=findings is not None
     )
-    app.state.hub = EventHub(mission, replay=replay, capabilities=capabilities)
-    app.state.access = Access(operator_code)
+    app.state.hub = EventHub(mission, replay=replay, capabilities=capabilities, now_s=now_s)
+    app.state.access = Access(operator_code, now_s)
+    app.add_middleware(BodyLimitMiddleware, streaming_paths=[IMPORT_PATH])
     app.add_middleware(OperatorsOnlyMiddleware, access=app.state.access)
     app.add_middleware(SameOriginMiddleware, allowed_hosts=allowed_hosts)
     app.add_middleware(SecurityHeadersMiddleware)

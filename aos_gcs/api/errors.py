@@ -9,8 +9,9 @@ from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException
 
-from aos_gcs.api.access import AccessDeniedError, WrongCodeError
+from aos_gcs.api.access import AccessDeniedError, TooManyGuessesError, WrongCodeError
 from aos_gcs.api.models import ErrorModel
+from aos_gcs.api.plan_checks import TooManyChecksError
 from aos_gcs.errors import AosError, CommandError, ConfigurationError, InputDataError, LinkError, MissionError
 from aos_gcs.mission.viewing import ViewerBusyError
 
@@ -25,12 +26,14 @@ class TooLargeError(AosError):
 
 _STATUS_AND_ID: dict[type[AosError], tuple[int, str]] = {
     NotFoundError: (HTTPStatus.NOT_FOUND, "not_found"),
+    TooManyGuessesError: (HTTPStatus.TOO_MANY_REQUESTS, "too_many_guesses"),
     WrongCodeError: (HTTPStatus.FORBIDDEN, "wrong_code"),
     AccessDeniedError: (HTTPStatus.FORBIDDEN, "operators_only"),
     TooLargeError: (HTTPStatus.REQUEST_ENTITY_TOO_LARGE, "too_large"),
     InputDataError: (HTTPStatus.UNPROCESSABLE_ENTITY, "unusable_data"),
     ConfigurationError: (HTTPStatus.UNPROCESSABLE_ENTITY, "unusable_setting"),
     MissionError: (HTTPStatus.CONFLICT, "action_not_allowed"),
+    TooManyChecksError: (HTTPStatus.TOO_MANY_REQUESTS, "too_many_checks"),
     ViewerBusyError: (HTTPStatus.SERVICE_UNAVAILABLE, "busy"),
     LinkError: (HTTPStatus.BAD_GATEWAY, "link_failed"),
     CommandError: (HTTPStatus.BAD_GATEWAY, "command_failed"),
@@ -61,7 +64,10 @@ def add_error_handlers(app: FastAPI) -> None:
 
     @app.exception_handler(AosError)
     async def on_aos_error(_: Request, error: AosError) -> JSONResponse:
-        return error_response(*status_and_id(error), str(error))
+        response = error_response(*status_and_id(error), str(error))
+        if isinstance(error, TooManyGuessesError):
+            response.headers["Retry-After"] = str(error.retry_after_s)
+        return response
 
     @app.exception_handler(RequestValidationError)
     async def on_invalid_request(_: Request, error: RequestValidationError) -> JSONResponse:

@@ -10,6 +10,7 @@ import pytest
 
 from aos_gcs.api.access import MAX_OPERATORS, Access, Role, WrongCodeError, read_code
 from aos_gcs.api.app import create_app
+from aos_gcs.api.throttle import FORGET_AFTER_S, FREE_GUESSES, GUESSES_PER_MINUTE, GuessThrottle
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.mission.model import Action
@@ -17,6 +18,22 @@ from tests.fakes.mission import ScriptedMission
 
 CODE = "larch-and-spruce"
 BASE_URL = "http://127.0.0.1:8080"
+HERE = "127.0.0.1"
+
+
+class HandTime:
+    """Real seconds that pass by hand."""
+
+    def __init__(self) -> None:
+        self.now_s = 1000.0
+
+    def __call__(self) -> float:
+        return self.now_s
+
+
+@pytest.fixture
+def time() -> HandTime:
+    return HandTime()
 
 
 @pytest.fixture
@@ -25,8 +42,8 @@ async def mission() -> ScriptedMission:
 
 
 @pytest.fixture
-async def client(mission: ScriptedMission) -> AsyncIterator[httpx.AsyncClient]:
-    transport = httpx.ASGITransport(create_app(mission, operator_code=CODE))
+async def client(mission: ScriptedMission, time: HandTime) -> AsyncIterator[httpx.AsyncClient]:
+    transport = httpx.ASGITransport(create_app(mission, operator_code=CODE, now_s=time))
     async with httpx.AsyncClient(transport=transport, base_url=BASE_URL) as client:
         yield client
 
@@ -66,6 +83,69 @@ async def test_a_wrong_code_opens_nothing(client: httpx.AsyncClient) -> None:
     refused = await sign_in(client, code=CODE + "x")
     assert (refused.status_code, refused.json()["id"]) == (403, "wrong_code")
     assert (await start(client)).status_code == 403
+
+
+async def test_guessing_is_slowed_down_and_commands_are_not(
+    client: httpx.AsyncClient, mission: ScriptedMission, time: HandTime
+) -> None:
+    await sign_in(client)
+    for _ in range(FREE_GUESSES):
+        assert (await sign_in(client, code="guess")).status_code == 403
+    assert (await sign_in(client, code="guess")).status_code == 403
+    refused = await sign_in(client)  # the right code, too, or else guessing would go on
+    assert (refused.status_code, refused.json()["id"]) == (429, "too_many_guesses")
+    assert refused.headers["Retry-After"] == "1"
+    assert "wait 1 s, then sign in" in refused.json()["message"]
+    # Who is signed in already notices nothing of it.
+    command = await start(client)
+    assert (command.status_code, mission.operators) == (200, ["Ada"])
+    time.now_s += 1.0
+    assert (await sign_in(client)).status_code == 200
+    assert (await sign_in(client, code="guess")).status_code == 403, "begins anew after the right one"
+
+
+def test_each_wrong_code_costs_twice_the_wait_of_the_one_before(time: HandTime) -> None:
+    throttle = GuessThrottle(time)
+    waits_s = []
+    for _ in range(FREE_GUESSES + 9):
+        throttle.note_wrong(HERE)
+        waits_s.append(throttle.wait_s(HERE))
+        time.now_s += waits_s[-1]
+        assert throttle.wait_s(HERE) == 0.0
+    assert waits_s[FREE_GUESSES - 1 :] == [0.0, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 60.0, 60.0, 60.0]
+    time.now_s += FORGET_AFTER_S + 1.0
+    throttle.note_wrong(HERE)
+    assert throttle.wait_s(HERE) == 0.0
+
+
+def test_many_addresses_together_have_a_budget_that_leaves_this_machine_alone(time: HandTime) -> None:
+    throttle = GuessThrottle(time)
+    guesses = 0
+    for number in range(5000):
+        time.now_s += 0.1
+        address = f"10.0.{number // 250}.{number % 250}"
+        if throttle.wait_s(address) == 0.0:
+            throttle.note_wrong(address)
+            guesses += 1
+        assert throttle.wait_s(HERE) == 0.0
+    minutes = 5000 * 0.1 / 60.0
+    assert guesses <= GUESSES_PER_MINUTE * (minutes + 1.0)
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "is_same"),
+    [
+        ("2001:db8::1", "2001:db8::ffff:2", True),
+        ("2001:db8::1", "2001:db8:0:1::1", False),
+        ("::ffff:10.0.0.1", "10.0.0.1", True),
+        ("::ffff:10.0.0.1", "::ffff:10.0.0.2", False),
+    ],
+)
+def test_a_machine_counts_once_whatever_address_it_takes(time: HandTime, one: str, other: str, is_same: bool) -> None:
+    throttle = GuessThrottle(time)
+    for _ in range(FREE_GUESSES + 1):
+        throttle.note_wrong(one)
+    assert (throttle.wait_s(other) > 0.0) is is_same
 
 
 async def test_whoever_signs_out_observes(client: httpx.AsyncClient) -> None:
@@ -110,18 +190,18 @@ def _changing_routes(mission: ScriptedMission) -> Iterator[tuple[str, str]]:
 
 
 def test_the_longest_session_makes_room_for_a_new_one() -> None:
-    access = Access(CODE)
-    first = access.sign_in(CODE, "first")
-    last = [access.sign_in(CODE, "another") for _ in range(MAX_OPERATORS)][-1]
+    access = Access(CODE, HandTime())
+    first = access.sign_in(CODE, "first", HERE)
+    last = [access.sign_in(CODE, "another", HERE) for _ in range(MAX_OPERATORS)][-1]
     assert access.session(first).role is Role.OBSERVER
     assert access.session(last).role is Role.OPERATOR
 
 
 def test_codes_beyond_ascii_are_compared_too() -> None:
-    access = Access("fjällräven")
-    assert access.session(access.sign_in("fjällräven", "Åsa")).name == "Åsa"
+    access = Access("fjällräven", HandTime())
+    assert access.session(access.sign_in("fjällräven", "Åsa", HERE)).name == "Åsa"
     with pytest.raises(WrongCodeError):
-        access.sign_in("fjallraven", "Åsa")
+        access.sign_in("fjallraven", "Åsa", HERE)
 
 
 def test_the_code_is_read_from_a_file(tmp_path: Path) -> None:

@@ -17,12 +17,23 @@ async def read_session(session: CurrentSession, access: OperatorAccess) -> Sessi
     return _session_model(session, access.is_required)
 
 
-@router.post("", responses={403: {"model": ErrorModel}, 422: {"model": ErrorModel}})
+@router.post(
+    "",
+    responses={
+        403: {"model": ErrorModel},
+        422: {"model": ErrorModel},
+        429: {
+            "model": ErrorModel,
+            "description": "Too many wrong codes; Retry-After has the seconds to wait.",
+        },
+    },
+)
 async def sign_in(body: SignInRequest, request: Request, response: Response, access: OperatorAccess) -> SessionModel:
     """Become an operator by the service's code; the cookie that comes with the answer is the proof from then on."""
     if not access.is_required:
         return _session_model(access.session(None), is_required=False)
-    token = access.sign_in(body.code, body.name)
+    address = request.client.host if request.client else ""
+    token = access.sign_in(body.code, body.name, address)
     response.set_cookie(cookie_name(request), token, httponly=True, samesite="strict", path="/api")
     return _session_model(access.session(token), is_required=True)
 

@@ -295,7 +295,7 @@ export interface paths {
     put?: never;
     /**
      * Check
-     * @description Say what is wrong with a plan, what it will take, and what would be better.
+     * @description Say what is wrong with a plan, what it will take, and what would be better; observers may ask, too.
      */
     post: operations["check_api_plan_check_post"];
     delete?: never;
@@ -2618,6 +2618,15 @@ export interface operations {
           "application/json": components["schemas"]["ErrorModel"];
         };
       };
+      /** @description Too Many Requests */
+      429: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
     };
   };
   import_file_api_plan_import_post: {
@@ -3026,6 +3035,15 @@ export interface operations {
       };
       /** @description Unprocessable Entity */
       422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Too many wrong codes; Retry-After has the seconds to wait. */
+      429: {
         headers: {
           [name: string]: unknown;
         };

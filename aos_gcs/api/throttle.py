@@ -1,0 +1,90 @@
+"""Bounds how often somebody may guess the operators' code. Who is signed in already never comes here."""
+
+from __future__ import annotations
+
+import ipaddress
+from collections import OrderedDict
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+FREE_GUESSES: Final = 5
+"""Wrong ones of an address, for people who mistype; after that each costs twice the wait of the one before."""
+FIRST_WAIT_S: Final = 1.0
+LONGEST_WAIT_S: Final = 60.0
+FORGET_AFTER_S: Final = 900.0
+"""Without another wrong guess, an address begins anew."""
+GUESSES_PER_MINUTE: Final = 60.0
+"""Of all addresses together but this machine's own, so that the operator beside it can always sign in."""
+ADDRESSES_KEPT: Final = 1024
+
+
+@dataclass(slots=True)
+class _Guesses:
+    wrong: int
+    latest_s: float
+    open_at_s: float
+    """When the next guess is listened to."""
+
+
+class GuessThrottle:
+    """Counts wrong guesses per address and overall.
+
+    Args:
+        now_s: a clock that never jumps.
+    """
+
+    def __init__(self, now_s: Callable[[], float]) -> None:
+        self._now_s = now_s
+        self._by_address: OrderedDict[str, _Guesses] = OrderedDict()
+        self._budget = GUESSES_PER_MINUTE
+        self._budget_at_s: float | None = None
+
+    def wait_s(self, address: str) -> float:
+        """Return for how long an address is not listened to; 0: it may guess now."""
+        now_s, guesses = self._now_s(), self._by_address.get(_group(address))
+        own_s = 0.0 if guesses is None else guesses.open_at_s - now_s
+        shared_s = 0.0 if _is_here(address) else (1.0 - self._refilled(now_s)) * 60.0 / GUESSES_PER_MINUTE
+        return max(0.0, own_s, shared_s)
+
+    def note_wrong(self, address: str) -> None:
+        """Count a wrong guess."""
+        now_s, key = self._now_s(), _group(address)
+        guesses = self._by_address.pop(key, None)
+        wrong = 1 if guesses is None or now_s - guesses.latest_s > FORGET_AFTER_S else guesses.wrong + 1
+        # The exponent is bounded before it is used: an attacker's count is not.
+        doublings = min(wrong - FREE_GUESSES, 16)
+        wait_s = min(LONGEST_WAIT_S, FIRST_WAIT_S * 2.0 ** (doublings - 1)) if doublings > 0 else 0.0
+        self._by_address[key] = _Guesses(wrong, now_s, now_s + wait_s)
+        if len(self._by_address) > ADDRESSES_KEPT:
+            self._by_address.popitem(last=False)
+        if not _is_here(address):
+            self._budget = self._refilled(now_s) - 1.0
+            self._budget_at_s = now_s
+
+    def note_right(self, address: str) -> None:
+        """Forget what an address has guessed before."""
+        self._by_address.pop(_group(address), None)
+
+    def _refilled(self, now_s: float) -> float:
+        """Return how many guesses all together may make now."""
+        since_s = 0.0 if self._budget_at_s is None else now_s - self._budget_at_s
+        return min(GUESSES_PER_MINUTE, self._budget + since_s * GUESSES_PER_MINUTE / 60.0)
+
+
+def _is_here(address: str) -> bool:
+    try:
+        return ipaddress.ip_address(address).is_loopback
+    except ValueError:
+        return False
+
+
+def _group(address: str) -> str:
+    """Return what counts as one address: of IPv6 the network, of which a single machine may take any address."""
+    try:
+        parsed = ipaddress.ip_address(address)
+    except ValueError:
+        return address
+    if isinstance(parsed, ipaddress.IPv4Address):
+        return str(parsed)
+    return str(parsed.ipv4_mapped or ipaddress.ip_network((parsed, 64), strict=False))
