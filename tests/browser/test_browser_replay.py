@@ -79,6 +79,34 @@ async def test_the_slider_moves_the_vehicles_and_nothing_can_be_commanded(
     assert page_record.errors == []
 
 
+async def test_notices_and_findings_are_marks_that_lead_there(
+    page: Page, replayed: str, page_record: PageRecord
+) -> None:
+    await open_page(page, replayed, "understand")
+    await expect(page).to_have_title(re.compile("^REPLAY "))
+    marks, clock = page.get_by_test_id("replay-event"), page.get_by_test_id("replay-clock")
+    finding = page.get_by_role("button", name=re.compile(r"Finding 1 \("))
+    await expect(finding).to_have_count(1)
+    await finding.hover()
+    await expect(page.get_by_test_id("replay-tip")).to_contain_text("Finding 1")
+
+    # By keyboard alone: from mark to mark, and to its time.
+    await marks.first.focus()
+    await page.keyboard.press("End")
+    last = marks.nth(await marks.count() - 1)
+    await expect(last).to_be_focused()
+    await expect(page.get_by_test_id("replay-tip")).to_contain_text("second 30")
+    await page.keyboard.press("Escape")
+    await expect(page.get_by_test_id("replay-tip")).to_have_count(0)
+    await page.keyboard.press("Enter")
+    await expect(clock).to_contain_text("00:31 /")
+    await page.get_by_test_id("replay-event-before").click()
+    await expect(clock).not_to_contain_text("00:31 /")
+    await page.locator("body").press("]")
+    await expect(clock).to_contain_text("00:31 /")
+    assert page_record.errors == []
+
+
 async def test_steps_are_focused_measured_and_compared(page: Page, replayed: str, page_record: PageRecord) -> None:
     await open_page(page, replayed, "see?step=1")
     await seek(page, SCAN_S)

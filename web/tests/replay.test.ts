@@ -1,6 +1,14 @@
 import { describe, expect, test } from "vitest";
 import type { Timeline } from "../src/api/types";
-import { keyChange, neighbourSpeed, neighbourStep_s, phaseSpans, toggled } from "../src/replay/timeline";
+import {
+  clustersOf,
+  keyChange,
+  marksOf,
+  neighbour_s,
+  neighbourSpeed,
+  phaseSpans,
+  toggled,
+} from "../src/replay/timeline";
 
 const TIMELINE: Timeline = {
   replay: { time_s: 12, duration_s: 60, speed: 1, playing: false },
@@ -13,6 +21,12 @@ const TIMELINE: Timeline = {
     { time_s: 20, phase: "scan" },
   ],
   steps: [10, 12, 30].map((time_s, index) => ({ time_s, step: index + 1 })),
+  notices: [
+    { time_s: 3, severity: "info", text: "taking off", vehicle_id: null },
+    { time_s: 13, severity: "critical", text: "link lost", vehicle_id: 2 },
+    { time_s: 14, severity: "warning", text: "battery low", vehicle_id: 2 },
+  ],
+  findings: [{ time_s: 13.5, finding_id: 1, status: "confirmed" }],
 };
 const NOW = TIMELINE.replay;
 
@@ -25,10 +39,35 @@ test("phases end where the next one begins, the last one with the record", () =>
 });
 
 test("the steps before and after a time", () => {
-  expect(neighbourStep_s(TIMELINE, 12, -1)).toBe(10);
-  expect(neighbourStep_s(TIMELINE, 12, 1)).toBe(30);
-  expect(neighbourStep_s(TIMELINE, 10, -1)).toBeNull();
-  expect(neighbourStep_s(TIMELINE, 45, 1)).toBeNull();
+  expect(neighbour_s(TIMELINE.steps, 12, -1)).toBe(10);
+  expect(neighbour_s(TIMELINE.steps, 12, 1)).toBe(30);
+  expect(neighbour_s(TIMELINE.steps, 10, -1)).toBeNull();
+  expect(neighbour_s(TIMELINE.steps, 45, 1)).toBeNull();
+});
+
+test("notices and findings are marks in the order of their times", () => {
+  expect(marksOf(TIMELINE).map(({ kind, text }) => [kind, text])).toEqual([
+    ["info", "taking off"],
+    ["critical", "vehicle 2: link lost"],
+    ["finding", "Finding 1 (confirmed)"],
+    ["warning", "vehicle 2: battery low"],
+  ]);
+});
+
+test("marks that are close together are one, shown as what matters most", () => {
+  const shown = (gap_s: number) => clustersOf(marksOf(TIMELINE), gap_s).map(({ kind, marks }) => [kind, marks.length]);
+  expect(shown(0.1)).toEqual([
+    ["info", 1],
+    ["critical", 1],
+    ["finding", 1],
+    ["warning", 1],
+  ]);
+  expect(shown(2)).toEqual([
+    ["info", 1],
+    ["critical", 3],
+  ]);
+  expect(shown(60)).toEqual([["critical", 4]]);
+  expect(clustersOf([], 2)).toEqual([]);
 });
 
 test("speeds have ends", () => {
@@ -50,6 +89,8 @@ describe("keys", () => {
     ["ArrowRight", { time_s: 22 }],
     [",", { time_s: 10 }],
     [".", { time_s: 30 }],
+    ["[", { time_s: 3 }],
+    ["]", { time_s: 13 }],
     ["+", { speed: 2 }],
     ["x", null],
   ])("'%s'", (key, change) => {

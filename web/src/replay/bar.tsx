@@ -5,7 +5,8 @@ import { controlReplay, readTimeline } from "../api/replay";
 import type { Replay, ReplayRequest, Timeline } from "../api/types";
 import { duration } from "../format";
 import { texts } from "../texts";
-import { keyChange, neighbourStep_s, phaseSpans, SPEEDS, toggled } from "./timeline";
+import { EventMarks } from "./marks";
+import { keyChange, marksOf, neighbour_s, phaseSpans, SPEEDS, toggled } from "./timeline";
 import { useReplayKeys } from "./use_replay_keys";
 import "./replay.css";
 
@@ -25,6 +26,15 @@ export function ReplayBar({ replay, missionId, mayControl }: Props) {
       if (answer.ok) setTimeline(answer.value);
       else setProblem(answer.message);
     });
+  }, [missionId]);
+
+  // Of several tabs of the browser only one flies.
+  useEffect(() => {
+    const title = document.title;
+    document.title = `${texts.replay.mark} ${missionId} · ${title}`;
+    return () => {
+      document.title = title;
+    };
   }, [missionId]);
 
   const newest = useMemo(
@@ -70,7 +80,12 @@ export function ReplayBar({ replay, missionId, mayControl }: Props) {
           data-testid="replay-time"
           onInput={(event) => change({ time_s: event.currentTarget.valueAsNumber })}
         />
-        {timeline && <Marks timeline={timeline} />}
+        {timeline && (
+          <>
+            <EventMarks timeline={timeline} onGo={mayControl ? (time_s) => change({ time_s }) : null} />
+            <Phases timeline={timeline} />
+          </>
+        )}
       </div>
       <output data-testid="replay-clock">
         {duration(shown.time_s)} / {duration(replay.duration_s)}
@@ -92,21 +107,30 @@ interface ButtonsProps {
 
 function Buttons({ shown, timeline, onChange }: ButtonsProps) {
   const { replay: words } = texts;
-  const step = (direction: 1 | -1, label: string) => {
-    const time_s = timeline === null ? null : neighbourStep_s(timeline, shown.time_s, direction);
+  const marks = useMemo(() => (timeline === null ? [] : marksOf(timeline)), [timeline]);
+  const leap = (moments: readonly { time_s: number }[], direction: 1 | -1, label: string, testId: string) => {
+    const time_s = neighbour_s(moments, shown.time_s, direction);
     return (
-      <button type="button" disabled={time_s === null} onClick={() => time_s !== null && onChange({ time_s })}>
+      <button
+        type="button"
+        disabled={time_s === null}
+        data-testid={testId}
+        onClick={() => time_s !== null && onChange({ time_s })}
+      >
         {label}
       </button>
     );
   };
+  const steps = timeline?.steps ?? [];
   return (
     <div class="replay-buttons">
-      {step(-1, words.stepBefore)}
+      {leap(marks, -1, words.eventBefore, "replay-event-before")}
+      {leap(steps, -1, words.stepBefore, "replay-step-before")}
       <button type="button" class="primary" data-testid="replay-play" onClick={() => onChange(toggled(shown))}>
         {shown.playing ? words.stop : words.play}
       </button>
-      {step(1, words.stepAfter)}
+      {leap(steps, 1, words.stepAfter, "replay-step-after")}
+      {leap(marks, 1, words.eventAfter, "replay-event-after")}
       <label>
         <span class="visually-hidden">{words.speed}</span>
         <select
@@ -126,12 +150,12 @@ function Buttons({ shown, timeline, onChange }: ButtonsProps) {
 }
 
 /** Phases as bands with their names, steps as ticks. The slider and its keys do the same for those who do not see them. */
-function Marks({ timeline }: { timeline: Timeline }) {
+function Phases({ timeline }: { timeline: Timeline }) {
   const { duration_s } = timeline.replay;
   const percent = (time_s: number): number => (100 * time_s) / Math.max(duration_s, 1e-3);
   const ticks = timeline.steps.map(({ time_s }) => `M${percent(time_s)} 0V1`).join("");
   return (
-    <div class="replay-marks" aria-hidden="true">
+    <div class="replay-phases" aria-hidden="true">
       <svg viewBox="0 0 100 1" preserveAspectRatio="none">
         <path d={ticks} />
       </svg>

@@ -1,5 +1,6 @@
 /** What lies where in a replay, and what its keys mean. Pure functions. */
-import type { Phase, ReplayRequest, Timeline } from "../api/types";
+import type { Phase, ReplayRequest, Severity, Timeline } from "../api/types";
+import { texts } from "../texts";
 
 export const SPEEDS = [0.5, 1, 2, 4, 8, 16] as const;
 
@@ -10,6 +11,23 @@ export interface Span {
   readonly from_s: number;
   readonly to_s: number;
 }
+
+/** Something that happened, or was found. */
+export interface Mark {
+  readonly time_s: number;
+  readonly kind: Severity | "finding";
+  readonly text: string;
+}
+
+/** Marks that lie too close together to be shown apart; at least one, oldest first. */
+export interface Cluster {
+  readonly marks: readonly [Mark, ...Mark[]];
+  /** What of it matters most. */
+  readonly kind: Mark["kind"];
+}
+
+/** What a cluster is shown as, if it has one of these; first what matters most. */
+const BY_WEIGHT = ["critical", "finding", "warning", "info"] as const;
 
 /** The phases with their ends; what lasts no time is left out, and a phase that goes on is one. */
 export function phaseSpans({ phases, replay }: Timeline): Span[] {
@@ -23,15 +41,39 @@ export function phaseSpans({ phases, replay }: Timeline): Span[] {
     .filter(({ from_s, to_s }) => to_s > from_s);
 }
 
-/** When the step before or after a time was decided; null where there is none. */
-export function neighbourStep_s({ steps }: Timeline, time_s: number, direction: 1 | -1): number | null {
-  const times = steps.map((step) => step.time_s);
-  // A replay that has been led to a step stands on it, apart from rounding.
+/** Notices and findings by time. */
+export function marksOf({ notices, findings }: Timeline): Mark[] {
+  const { vehicleNotice, finding } = texts.replay;
+  const told = notices.map(({ time_s, severity: kind, text, vehicle_id: id }): Mark => {
+    return { time_s, kind, text: id === null ? text : vehicleNotice(id, text) };
+  });
+  const found = findings.map(({ time_s, finding_id: id, status }): Mark => {
+    return { time_s, kind: "finding", text: finding(id, status) };
+  });
+  return [...told, ...found].sort((a, b) => a.time_s - b.time_s);
+}
+
+/** The marks, those together that begin within a gap. */
+export function clustersOf(marks: readonly Mark[], gap_s: number): Cluster[] {
+  const groups: [Mark, ...Mark[]][] = [];
+  for (const mark of marks) {
+    const group = groups.at(-1);
+    if (group !== undefined && mark.time_s - group[0].time_s < gap_s) group.push(mark);
+    else groups.push([mark]);
+  }
+  const kindOf = (group: readonly Mark[]): Mark["kind"] =>
+    BY_WEIGHT.find((kind) => group.some((mark) => mark.kind === kind)) ?? "info";
+  return groups.map((group) => ({ marks: group, kind: kindOf(group) }));
+}
+
+/** The first of these moments after a time, or the last one before it; null where there is none. */
+export function neighbour_s(moments: readonly { time_s: number }[], time_s: number, direction: 1 | -1): number | null {
+  // A replay that has been led to a moment stands on it, apart from rounding.
   const found =
     direction === 1
-      ? times.find((step_s) => step_s > time_s + 0.05)
-      : times.findLast((step_s) => step_s < time_s - 0.05);
-  return found ?? null;
+      ? moments.find((moment) => moment.time_s > time_s + 0.05)
+      : moments.findLast((moment) => moment.time_s < time_s - 0.05);
+  return found?.time_s ?? null;
 }
 
 /** The next faster or slower of the speeds. */
@@ -42,8 +84,10 @@ export function neighbourSpeed(speed: number, direction: 1 | -1): number {
 
 /** What a key changes, or null where it means nothing here. */
 export function keyChange(key: string, timeline: Timeline, now: Timeline["replay"]): ReplayRequest | null {
-  const stepBefore_s = neighbourStep_s(timeline, now.time_s, -1);
-  const stepAfter_s = neighbourStep_s(timeline, now.time_s, 1);
+  const leap = (moments: readonly { time_s: number }[], direction: 1 | -1): ReplayRequest | null => {
+    const time_s = neighbour_s(moments, now.time_s, direction);
+    return time_s === null ? null : { time_s };
+  };
   switch (key) {
     case " ":
       return toggled(now);
@@ -52,9 +96,13 @@ export function keyChange(key: string, timeline: Timeline, now: Timeline["replay
     case "ArrowRight":
       return { time_s: Math.min(now.duration_s, now.time_s + SKIP_S) };
     case ",":
-      return stepBefore_s === null ? null : { time_s: stepBefore_s };
+      return leap(timeline.steps, -1);
     case ".":
-      return stepAfter_s === null ? null : { time_s: stepAfter_s };
+      return leap(timeline.steps, 1);
+    case "[":
+      return leap(marksOf(timeline), -1);
+    case "]":
+      return leap(marksOf(timeline), 1);
     case "-":
       return { speed: neighbourSpeed(now.speed, -1) };
     case "+":

@@ -1,13 +1,14 @@
 /** Pictures of the ground at their true places, north up: moved, zoomed, compared and measured in metres. */
 import type { ComponentChildren } from "preact";
-import { useEffect, useRef, useState } from "preact/hooks";
+import { useRef, useState } from "preact/hooks";
 import type { Geodetic, Target } from "../../api/types";
 import { eastNorth, latLon, quantity } from "../../format";
 import { type Bounds, toLngLat } from "../../geometry";
 import type { EnuPoint } from "../../state/state";
 import { texts } from "../../texts";
+import { type Size, useSize } from "../../ui/use_size";
 import { useGestures } from "./use_gestures";
-import { fitted, panned, scaleBar, type Size, toGround, toScreen, type Viewport, zoomed } from "./viewport";
+import { fitted, panned, scaleBar, toGround, toScreen, type Viewport, zoomed } from "./viewport";
 
 /** A picture with its place. */
 export interface Placed {
@@ -172,18 +173,4 @@ function Scale({ metresPerPx }: { metresPerPx: number }) {
       {length_m >= 1 ? quantity(length_m, 0, "m") : quantity(100 * length_m, 0, "cm")}
     </div>
   );
-}
-
-function useSize(element: { readonly current: HTMLElement | null }): Size | null {
-  const [size, setSize] = useState<Size | null>(null);
-  useEffect(() => {
-    const observed = element.current;
-    if (observed === null) return undefined;
-    const observer = new ResizeObserver(() =>
-      setSize({ width_px: observed.clientWidth, height_px: observed.clientHeight }),
-    );
-    observer.observe(observed);
-    return () => observer.disconnect();
-  }, []);
-  return size;
 }

@@ -1,15 +1,11 @@
 /** Which part of the ground a picture's frame shows, north up. Pure functions; pixels are the page's own, y down. */
 import type { Bounds } from "../../geometry";
 import type { EnuPoint } from "../../state/state";
+import type { Size } from "../../ui/use_size";
 
 export interface Viewport {
   readonly centre: EnuPoint;
   readonly metresPerPx: number;
-}
-
-export interface Size {
-  readonly width_px: number;
-  readonly height_px: number;
 }
 
 export type ScreenPoint = readonly [x_px: number, y_px: number];

@@ -1,0 +1,22 @@
+/** How large an element is, and becomes. */
+import { useEffect, useState } from "preact/hooks";
+
+export interface Size {
+  readonly width_px: number;
+  readonly height_px: number;
+}
+
+/** Without its borders; null before it is laid out. */
+export function useSize(element: { readonly current: HTMLElement | null }): Size | null {
+  const [size, setSize] = useState<Size | null>(null);
+  useEffect(() => {
+    const observed = element.current;
+    if (observed === null) return undefined;
+    const observer = new ResizeObserver(() =>
+      setSize({ width_px: observed.clientWidth, height_px: observed.clientHeight }),
+    );
+    observer.observe(observed);
+    return () => observer.disconnect();
+  }, []);
+  return size;
+}
