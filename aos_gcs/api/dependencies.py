@@ -11,6 +11,7 @@ from starlette.requests import HTTPConnection
 from aos_gcs.api.access import Access, Session
 from aos_gcs.api.errors import NotFoundError
 from aos_gcs.api.hub import EventHub
+from aos_gcs.api.plan_checks import PlanChecks
 from aos_gcs.errors import MissionError
 from aos_gcs.mission.model import FindingControl, MissionControl, PlanControl, ReplayControl
 from aos_gcs.mission.viewing import ViewControl
@@ -69,6 +70,10 @@ def _get_plans(connection: HTTPConnection) -> PlanFolder:
     return cast("PlanFolder", connection.app.state.plans)
 
 
+def _get_plan_checks(connection: HTTPConnection) -> PlanChecks:
+    return cast("PlanChecks", connection.app.state.plan_checks)
+
+
 def _get_basemap_file(connection: HTTPConnection) -> Path | None:
     return cast("Path | None", connection.app.state.basemap_file)
 
@@ -78,6 +83,7 @@ Planning = Annotated[PlanControl, Depends(_get_planning)]
 Replay = Annotated[ReplayControl, Depends(_get_replay)]
 Viewer = Annotated[ViewControl, Depends(_get_viewer)]
 Findings = Annotated[FindingControl, Depends(_get_findings)]
+Checks = Annotated[PlanChecks, Depends(_get_plan_checks)]
 Plans = Annotated[PlanFolder, Depends(_get_plans)]
 OperatorAccess = Annotated[Access, Depends(_get_access)]
 CurrentSession = Annotated[Session, Depends(_get_session)]

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Final
 
 from aos_gcs.api import plan_models as wire
 from aos_gcs.api.places import scan_leg
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.mission.mission_plan import MissionPlan, PlanProblem
+from aos_gcs.mission.model import VehicleSnapshot
 from aos_gcs.mission.plan import altitude_layers
 from aos_gcs.mission.plan_advice import Proposal
 from aos_gcs.mission.plan_estimate import PlanEstimate
@@ -43,6 +44,18 @@ def plan_origin(plan: wire.PlanModel, origin: GeodeticPosition | None) -> Geodet
     if not places:
         return NO_ORIGIN
     return GeodeticPosition(places[0].latitude_deg, places[0].longitude_deg, 0.0)
+
+
+def homes(vehicles: Iterable[VehicleSnapshot], origin: GeodeticPosition | None) -> dict[int, tuple[float, float]]:
+    """Return where vehicles have their homes, horizontal ENU metres by id; none while there is no origin."""
+    if origin is None:
+        return {}
+    frame, places = LocalFrame(origin), {}
+    for vehicle in vehicles:
+        if vehicle.telemetry.home is not None:
+            east_m, north_m, _ = frame.to_enu(vehicle.telemetry.home)
+            places[vehicle.telemetry.vehicle_id] = (float(east_m), float(north_m))
+    return places
 
 
 def plan_from_wire(plan: wire.PlanModel, origin: GeodeticPosition) -> MissionPlan:

@@ -36,7 +36,8 @@ _HEADERS = [
     (b"referrer-policy", b"no-referrer"),
 ]
 _POLICY_VIOLATION = 1008
-_SIGN_IN_PATH = "/api/session"
+_OPEN_PATHS = frozenset({"/api/session", "/api/plan/check"})
+"""Signing in, and saying what is wrong with a plan: neither changes anything about the mission."""
 _READING_METHODS = frozenset({"GET", "HEAD"})
 
 
@@ -113,7 +114,7 @@ class OperatorsOnlyMiddleware:
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Check, then pass on."""
         changes_nothing = scope["type"] != "http" or scope["method"] in _READING_METHODS
-        if changes_nothing or scope["path"] == _SIGN_IN_PATH or self._is_operator(scope):
+        if changes_nothing or scope["path"] in _OPEN_PATHS or self._is_operator(scope):
             await self._app(scope, receive, send)
             return
         refused = AccessDeniedError("Observers cannot command; sign in with the operators' code first.")

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import AsyncIterator
 from typing import Annotated, Any
 
 import pydantic
-from fastapi import APIRouter, Path, Request
+from fastapi import APIRouter, Depends, Path, Request
 
 from aos_gcs.api import plan_convert
-from aos_gcs.api.dependencies import CurrentSession, Mission, Planning, Plans
+from aos_gcs.api.access import cookie_name
+from aos_gcs.api.dependencies import Checks, CurrentSession, Mission, Planning, Plans
 from aos_gcs.api.errors import NotFoundError, TooLargeError
 from aos_gcs.api.models import ErrorModel
 from aos_gcs.api.plan_models import ImportedShapeModel, PlanModel, PlanReportModel, SavedPlanModel
@@ -19,11 +21,13 @@ from aos_gcs.mission.mission_plan import MissionPlan, plan_of, strategy_names
 from aos_gcs.mission.plan_advice import propose
 from aos_gcs.mission.plan_check import check_plan
 from aos_gcs.mission.plan_estimate import estimate_plan
+from aos_gcs.mission.plan_ground import Homes
 from aos_gcs.mission.plan_import import MAX_FILE_BYTES, import_shapes
 from aos_gcs.mission.settings import MissionSettings
 
 router = APIRouter(tags=["plans"])
 
+IMPORT_PATH = "/api/plan/import"
 _REFUSED: dict[int | str, dict[str, Any]] = {403: {"model": ErrorModel}, 422: {"model": ErrorModel}}
 PlanName = Annotated[str, Path(max_length=64)]
 
@@ -43,13 +47,25 @@ async def read_strategies() -> list[str]:
     return list(strategy_names())
 
 
-@router.post("/api/plan/check", responses=_REFUSED)
+async def _turn(request: Request, session: CurrentSession, checks: Checks) -> AsyncIterator[None]:
+    client = request.cookies.get(cookie_name(request)) or (request.client.host if request.client else "")
+    async with checks.turn(session.role, client):
+        yield
+
+
+@router.post(
+    "/api/plan/check",
+    responses=_REFUSED | {429: {"model": ErrorModel}},
+    dependencies=[Depends(_turn, scope="function")],
+)
 async def check(body: PlanModel, mission: Mission, planning: Planning) -> PlanReportModel:
-    """Say what is wrong with a plan, what it will take, and what would be better."""
-    origin = plan_convert.plan_origin(body, mission.snapshot().origin)
+    """Say what is wrong with a plan, what it will take, and what would be better; observers may ask, too."""
+    snapshot = mission.snapshot()
+    origin = plan_convert.plan_origin(body, snapshot.origin)
     plan = plan_convert.plan_from_wire(body, origin)
+    homes_enu_m = plan_convert.homes(snapshot.vehicles, snapshot.origin)
     # A tenth of a second and more: too long for the loop that commands vehicles.
-    return await asyncio.to_thread(_report, plan, planning.settings, origin)
+    return await asyncio.to_thread(_report, plan, planning.settings, homes_enu_m, origin)
 
 
 @router.post("/api/plan/apply", responses=_REFUSED | {409: {"model": ErrorModel}})
@@ -66,7 +82,7 @@ async def apply(body: PlanModel, mission: Mission, planning: Planning, session: 
 
 
 @router.post(
-    "/api/plan/import",
+    IMPORT_PATH,
     responses=_REFUSED | {413: {"model": ErrorModel}},
     openapi_extra={"requestBody": {"required": True, "content": {"application/octet-stream": {}}}},
 )
@@ -115,8 +131,10 @@ async def delete_plan(name: PlanName, plans: Plans) -> None:
         raise NotFoundError(f"There is no plan '{name}'.")
 
 
-def _report(plan: MissionPlan, settings: MissionSettings, origin: GeodeticPosition) -> PlanReportModel:
-    problems = check_plan(plan, settings)
+def _report(
+    plan: MissionPlan, settings: MissionSettings, homes_enu_m: Homes, origin: GeodeticPosition
+) -> PlanReportModel:
+    problems = check_plan(plan, settings, homes_enu_m)
     if any(problem.blocking for problem in problems):
         return plan_convert.report(plan, problems, (), None, origin)
     plane_height_m = settings.imaging.plane_height_m
