@@ -1,8 +1,10 @@
 import { afterEach, expect, test, vi } from "vitest";
 import { areaLayer } from "../src/map/layers/area";
 import { gridLayer } from "../src/map/layers/grid";
+import { heightsLayer } from "../src/map/layers/heights";
 import { targetsLayer } from "../src/map/layers/targets";
 import { trailsLayer } from "../src/map/layers/trails";
+import { vehiclesLayer } from "../src/map/layers/vehicles";
 import { waypointsLayer } from "../src/map/layers/waypoints";
 import { INITIAL_STATE } from "../src/state/state";
 import { drawn, FakeMap, scene } from "./fake_map";
@@ -16,6 +18,8 @@ const square = (half_m: number) =>
     [-1, 1],
   ].map(([e = 0, n = 0]) => ({ east_m: e * half_m, north_m: n * half_m, latitude_deg: null, longitude_deg: null }));
 
+// Without a browser there is no canvas to draw them on.
+vi.mock("../src/map/arrows", () => ({ addArrows: () => undefined, arrowName: () => "arrow" }));
 afterEach(() => vi.useRealTimers());
 
 test("data goes to the map only when its own part of the scene has changed, and not too often", () => {
@@ -80,4 +84,21 @@ test("targets have an ellipse where their uncertainty is known", () => {
   const targets = [target({ ellipse: error }), target({ track_id: 2, ellipse: null })];
   const features = drawn(targetsLayer, scene({ mission: mission({ targets }) }));
   expect(features.map((feature) => feature.geometry.type)).toEqual(["Polygon", "Point", "Point"]);
+});
+
+test("vehicles that are selected or need attention are prominent, the others' heights are a layer of its own", () => {
+  const vehicles = [
+    vehicle(1),
+    vehicle(2),
+    vehicle(3, { refusal: "outside the fence" }),
+    vehicle(4, { link_age_s: 9 }),
+  ];
+  const shown = scene({ mission: mission({ vehicles }), selected: new Set([2]) });
+  const features = drawn(
+    vehiclesLayer(() => undefined),
+    shown,
+  );
+  const prominent = features.filter((feature) => feature.properties?.["isProminent"]);
+  expect(prominent.map((feature) => feature.properties?.["id"])).toEqual([2, 3, 4]);
+  expect(drawn(heightsLayer, shown)).toHaveLength(1);
 });

@@ -16,7 +16,20 @@ export interface LayerChoice {
   readonly opacity: number;
 }
 
-export const ALL_LAYERS: LayerChoice = { hidden: new Set(), kind: "integral", opacity: OPACITY };
+const FIRST_CHOICE: LayerChoice = { hidden: new Set(["heights"]), kind: "integral", opacity: OPACITY };
+
+/** What was chosen last: a view that is opened again shows it. */
+let lastChoice = FIRST_CHOICE;
+
+/** The layers to show and a function that changes them. */
+export function useLayerChoice(): [LayerChoice, (choice: LayerChoice) => void] {
+  const [choice, setChoice] = useState(lastChoice);
+  const change = (chosen: LayerChoice): void => {
+    lastChoice = chosen;
+    setChoice(chosen);
+  };
+  return [choice, change];
+}
 
 export const shownOf = (layers: readonly MapLayer[], { hidden }: LayerChoice): MapLayer[] =>
   layers.filter((layer) => !hidden.has(layer.id));

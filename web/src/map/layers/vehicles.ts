@@ -1,12 +1,58 @@
-/** Vehicles as numbered arrows in the direction of their headings; their heights stand beside them where there is room. */
+/**
+ * Vehicles as arrows in the direction of their headings, with their numbers.
+ *
+ * Where vehicles are close together some numbers give way; those of vehicles that are selected or need attention never
+ * do, lie on top, and have their heights beside them. The heights of all others are a layer of its own.
+ */
+import type { ExpressionSpecification } from "maplibre-gl";
+import type { Vehicle } from "../../api/types";
 import { quantity } from "../../format";
 import { isStale } from "../../state/freshness";
 import { addArrows, arrowName } from "../arrows";
 import { enu, feature, point } from "../geojson";
-import { featureLayer, type MapLayer } from "../layer";
+import { featureLayer, type MapLayer, type Scene } from "../layer";
+import type { Palette } from "../palette";
 
 /** A part of a second more or less changes nothing that is shown. */
 const AGE_STEP_S = 0.5;
+
+const IS_PROMINENT: ExpressionSpecification = ["get", "isProminent"];
+
+/** Letters in the colours of the map's labels; those of old values are paler. */
+export const labelPaint = (palette: Palette) => ({
+  "text-color": palette.label,
+  "text-opacity": ["case", ["get", "isStale"], 0.6, 1] as ExpressionSpecification,
+  "text-halo-color": palette.halo,
+  "text-halo-width": 1.5,
+});
+
+/** Where a height stands: beside its arrow, on the side that is free. */
+export const HEIGHT_LAYOUT = {
+  "text-field": ["get", "height"] as ExpressionSpecification,
+  "text-size": 11,
+  "text-variable-anchor": ["left", "right", "top", "bottom"] as ("left" | "right" | "top" | "bottom")[],
+  "text-radial-offset": 1.9,
+  "text-justify": "auto" as const,
+};
+
+/** Whether a vehicle's label must be readable however crowded its place is: chosen, refused, or silent by itself. */
+export function isProminent(vehicle: Vehicle, { selected }: Scene): boolean {
+  return selected.has(vehicle.vehicle_id) || vehicle.refusal !== null || isStale(vehicle, 0);
+}
+
+/** On the ground the height says nothing. */
+export function heightText({ landed, height_above_home_m: height_m }: Vehicle): string {
+  return landed === "on_ground" ? "" : quantity(height_m, 0, "m");
+}
+
+/** What labels of vehicles depend on. */
+export const labelInputs = ({ origin, mission, selected, snapshotAge_s }: Scene): unknown[] => [
+  origin.latitude_deg,
+  origin.longitude_deg,
+  mission.vehicles,
+  selected,
+  Math.floor(snapshotAge_s / AGE_STEP_S),
+];
 
 /** `onClick` gets the vehicle's number and the event with its modifiers. */
 export function vehiclesLayer(onClick: (vehicleId: number, event: MouseEvent) => void): MapLayer {
@@ -24,64 +70,54 @@ export function vehiclesLayer(onClick: (vehicleId: number, event: MouseEvent) =>
           "circle-stroke-width": 2,
         },
       },
-      // Below the arrows, because what lies above is placed first: heights keep clear of all arrows.
-      {
-        type: "symbol",
-        layout: {
-          "text-field": ["get", "height"],
-          "text-size": 11,
-          "text-variable-anchor": ["left", "right", "top", "bottom", "top-left", "top-right", "bottom-left"],
-          "text-radial-offset": 1.9,
-          "text-justify": "auto",
-        },
-        paint: {
-          "text-color": palette.label,
-          "text-opacity": ["case", ["get", "isStale"], 0.6, 1],
-          "text-halo-color": palette.halo,
-          "text-halo-width": 1.5,
-        },
-      },
       {
         type: "symbol",
         layout: {
           "icon-image": ["get", "arrow"],
+          "icon-size": ["interpolate", ["linear"], ["zoom"], 16, 0.7, 19, 1],
           "icon-rotate": ["get", "heading_deg"],
           "icon-rotation-alignment": "map",
           "icon-allow-overlap": true,
-          "icon-padding": 0,
+          "icon-ignore-placement": true,
+          "symbol-sort-key": ["to-number", IS_PROMINENT],
+        },
+        paint: { "icon-opacity": ["case", ["get", "isStale"], 0.4, 1] },
+      },
+      {
+        type: "symbol",
+        filter: ["!", IS_PROMINENT],
+        layout: {
           "text-field": ["to-string", ["get", "id"]],
           "text-size": 12,
-          "text-offset": [0, 0.1],
-          "text-allow-overlap": true,
+          "text-padding": 0,
+          "text-variable-anchor": ["center", "top", "bottom"],
+          "text-radial-offset": 0.6,
         },
-        paint: {
-          "icon-opacity": ["case", ["get", "isStale"], 0.4, 1],
-          "text-color": palette.label,
-          "text-halo-color": palette.halo,
-          "text-halo-width": 1.5,
-        },
+        paint: labelPaint(palette),
+      },
+      { type: "symbol", filter: IS_PROMINENT, layout: HEIGHT_LAYOUT, paint: labelPaint(palette) },
+      {
+        type: "symbol",
+        filter: IS_PROMINENT,
+        layout: { "text-field": ["to-string", ["get", "id"]], "text-size": 13, "text-allow-overlap": true },
+        paint: labelPaint(palette),
       },
     ],
-    inputs: ({ origin, mission, selected, snapshotAge_s }) => [
-      origin.latitude_deg,
-      origin.longitude_deg,
-      mission.vehicles,
-      selected,
-      Math.floor(snapshotAge_s / AGE_STEP_S),
-    ],
-    features: ({ origin, mission, selected, snapshotAge_s }) =>
-      mission.vehicles.flatMap((vehicle) => {
+    inputs: labelInputs,
+    features: (scene) =>
+      scene.mission.vehicles.flatMap((vehicle) => {
         const { vehicle_id: id, position } = vehicle;
         if (position === null) return [];
         const properties = {
           id,
           arrow: arrowName(id, vehicle.refusal !== null),
           heading_deg: vehicle.heading_deg ?? 0,
-          height: quantity(vehicle.height_above_home_m, 0, "m"),
-          isSelected: selected.has(id),
-          isStale: isStale(vehicle, snapshotAge_s),
+          height: heightText(vehicle),
+          isProminent: isProminent(vehicle, scene),
+          isSelected: scene.selected.has(id),
+          isStale: isStale(vehicle, scene.snapshotAge_s),
         };
-        return [feature(point(origin, enu(position)), properties)];
+        return [feature(point(scene.origin, enu(position)), properties)];
       }),
     onClick,
   });

@@ -1,8 +1,9 @@
 /** Fly: the fleet on the map and in a table, and the commands for it. */
-import { useMemo, useState } from "preact/hooks";
-import { ALL_LAYERS, LayerSwitch, overlayOf, shownOf } from "../../map/layer_switch";
+import { useMemo } from "preact/hooks";
+import { LayerSwitch, overlayOf, shownOf, useLayerChoice } from "../../map/layer_switch";
 import { areaLayer } from "../../map/layers/area";
 import { footprintsLayer } from "../../map/layers/footprints";
+import { heightsLayer } from "../../map/layers/heights";
 import { homesLayer } from "../../map/layers/homes";
 import { legsLayer } from "../../map/layers/legs";
 import { pictureLayer } from "../../map/layers/picture";
@@ -22,7 +23,7 @@ import "./fly.css";
 
 export function FlyView() {
   const { state, changeSelection } = useShell();
-  const [choice, setChoice] = useState(ALL_LAYERS);
+  const [choice, setChoice] = useLayerChoice();
   const base = useBaseLayers();
   const layers = useMemo(() => {
     const vehicles = vehiclesLayer((id) => changeSelection((before) => toggle(before, id)));
@@ -36,6 +37,7 @@ export function FlyView() {
       trailsLayer,
       waypointsLayer,
       targetsLayer,
+      heightsLayer,
       vehicles,
     ];
   }, [base]);
@@ -49,7 +51,7 @@ export function FlyView() {
         <TargetsPanel targets={state.mission?.targets ?? []} />
       </div>
       <FleetPanel />
-      <EventsPanel notices={state.notices} />
+      <EventsPanel notices={state.notices} acknowledgements={state.mission?.acknowledgements ?? []} />
     </>
   );
 }
