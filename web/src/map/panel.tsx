@@ -41,7 +41,7 @@ export function MapPanel({ layers, overlay = null, extent = [], lookAt = null, c
     const made = new MapView(container.current, origin, theme, camera, { onCursor: setCursor });
     view.current = made;
     return () => {
-      lastCamera = { missionId, camera: made.camera };
+      lastCamera = made.camera && { missionId, camera: made.camera };
       made.remove();
       view.current = null;
     };

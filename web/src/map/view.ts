@@ -29,7 +29,9 @@ export function hasWebGl(): boolean {
 export class MapView {
   private readonly map: MapLibreMap;
   private isLoaded = false;
-  private isLookingAt = false;
+  /** Until somebody moves the map it keeps showing the fleet, also when that grows or the map gets another size. */
+  private isFollowing: boolean;
+  private located = 0;
   private theme: Theme;
   private layers: readonly MapLayer[] = [];
   private readonly attached = new Map<string, AttachedLayer>();
@@ -39,6 +41,7 @@ export class MapView {
   constructor(container: HTMLElement, origin: Geodetic, theme: Theme, camera: Camera | null, events: MapEvents) {
     maplibregl.setWorkerCount(1);
     this.theme = theme;
+    this.isFollowing = camera === null;
     this.map = new maplibregl.Map({
       container,
       style: emptyStyle(theme),
@@ -60,14 +63,23 @@ export class MapView {
       events.onCursor({ lngLat: place, enu: toEnu(this.scene?.origin ?? origin, place) });
     });
     this.map.on("mouseout", () => events.onCursor(null));
+    const stopFollowing = (): void => {
+      this.isFollowing = false;
+    };
+    this.map.on("mousedown", stopFollowing);
+    this.map.on("touchstart", stopFollowing);
+    this.map.on("movestart", ({ originalEvent }) => originalEvent !== undefined && stopFollowing());
+    this.map.on("resize", () => this.follow());
     this.map.once("load", () => {
       this.isLoaded = true;
       this.draw();
-      if (camera === null && !this.isLookingAt) this.fitFleet();
+      this.follow();
     });
   }
 
-  get camera(): Camera {
+  /** Where somebody has moved the map to, if anybody has. */
+  get camera(): Camera | null {
+    if (this.isFollowing) return null;
     const { lng, lat } = this.map.getCenter();
     return { center: [lng, lat], zoom: this.map.getZoom() };
   }
@@ -84,6 +96,9 @@ export class MapView {
     this.scene = scene;
     if (theme !== this.theme) this.changeTheme(theme);
     else this.draw();
+    const located = scene.mission.vehicles.filter(({ position }) => position !== null).length;
+    if (located !== this.located) this.follow();
+    this.located = located;
   }
 
   /** Show all vehicles, their waypoints, the search area, and more places. */
@@ -100,9 +115,13 @@ export class MapView {
   /** Show one place from near by. */
   lookAt(place: EnuPoint): void {
     if (this.scene === null) return;
-    this.isLookingAt = true;
+    this.isFollowing = false;
     const zoom = Math.max(this.map.getZoom(), NEAR_ZOOM);
     this.map.jumpTo({ center: toLngLat(this.scene.origin, place), zoom });
+  }
+
+  private follow(): void {
+    if (this.isLoaded && this.isFollowing) this.fitFleet();
   }
 
   private draw(): void {
