@@ -61,7 +61,7 @@ export function Controls() {
         </div>
       )}
       {mayCommand && (
-        <section class="last-commands" aria-label={texts.actions.results}>
+        <section class="last-commands" tabIndex={0} aria-label={texts.actions.results}>
           <h3>{texts.actions.results}</h3>
           {commands.reports.length === 0 && <p class="small">{texts.actions.noResults}</p>}
           <Reports reports={commands.reports} />
