@@ -194,7 +194,6 @@ export const texts = {
       waypoints: "Waypoints",
       targets: "Targets",
       heights: "Heights of all vehicles",
-      heights: "Heights of all vehicles",
       vehicles: "Vehicles",
     },
     refused: (verdict: string, reason: string) => `${verdict}: ${reason}`,

@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 import type { PreflightCheck } from "../src/api/types";
-import { matrixOf, verdictOf } from "../src/views/prepare/checks";
+import { blockersOf, matrixOf, ranges, subjectOf, verdictOf } from "../src/views/prepare/checks";
 
 const check = (vehicle_id: number, name: string, changes: Partial<PreflightCheck> = {}): PreflightCheck => ({
   vehicle_id,
@@ -27,4 +27,24 @@ test("an override does not make a failed check look passed", () => {
   const overridden = { reason: "known", by: "Ada", utc_s: 0 };
   expect(verdictOf(check(1, "link", { status: "fail", overridden }))).toBe("overridden");
   expect(verdictOf(check(1, "link", { status: "warn" }))).toBe("warn");
+});
+
+test("what stands against the launch with several vehicles is said once", () => {
+  const checks = [
+    check(1, "link", { blocks: true, text: "silent" }),
+    check(2, "link", { blocks: true, text: "silent" }),
+    check(3, "link", { blocks: true, text: "never heard" }),
+    check(4, "link"),
+  ];
+  const blockers = blockersOf(checks);
+  expect(blockers.map(({ ids, text }) => [subjectOf(...ids), text])).toEqual([
+    ["Vehicles 1–2", "silent"],
+    ["Vehicle 3", "never heard"],
+  ]);
+  expect(blockers[0]?.key).toBe("1 link");
+});
+
+test("numbers that follow each other are a range", () => {
+  expect(ranges([7, 2, 1, 3, 10])).toBe("1–3, 7, 10");
+  expect(ranges([4])).toBe("4");
 });

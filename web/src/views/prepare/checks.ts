@@ -30,11 +30,43 @@ export function verdictOf({ status, overridden }: PreflightCheck): Verdict {
   return overridden === null ? status : "overridden";
 }
 
+export interface Blocker {
+  readonly ids: number[];
+  readonly name: string;
+  readonly text: string;
+  /** Of the first of these checks. */
+  readonly key: string;
+}
+
+/** What stands against the launch; what is the same with several vehicles is said once. */
+export function blockersOf(checks: readonly PreflightCheck[]): Blocker[] {
+  const blockers: Blocker[] = [];
+  for (const check of checks.filter(({ blocks }) => blocks)) {
+    const same = blockers.find(({ name, text }) => name === check.name && text === check.text);
+    if (same) same.ids.push(check.vehicle_id);
+    else blockers.push({ ids: [check.vehicle_id], name: check.name, text: check.text, key: keyOf(check) });
+  }
+  return blockers;
+}
+
 export const keyOf = ({ vehicle_id: id, name }: PreflightCheck): string => `${id} ${name}`;
 
 /** Whom a check concerns, in words. */
-export function subjectOf(id: number): string {
-  return id === MISSION_ID ? texts.prepare.mission : `${texts.prepare.vehicle} ${id}`;
+export function subjectOf(...ids: readonly number[]): string {
+  const [first] = ids;
+  if (first === MISSION_ID) return texts.prepare.mission;
+  return `${ids.length === 1 ? texts.prepare.vehicle : texts.prepare.vehicles} ${ranges(ids)}`;
+}
+
+/** Numbers in order, those that follow each other as ranges: "1–4, 7". */
+export function ranges(ids: readonly number[]): string {
+  const runs: [number, number][] = [];
+  for (const id of ids.toSorted((a, b) => a - b)) {
+    const last = runs.at(-1);
+    if (last !== undefined && id === last[1] + 1) last[1] = id;
+    else runs.push([id, id]);
+  }
+  return runs.map(([from, to]) => (from === to ? `${from}` : `${from}–${to}`)).join(", ");
 }
 
 /** A check's name in words. */

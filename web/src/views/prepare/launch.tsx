@@ -4,7 +4,7 @@ import { useShell } from "../../shell/context";
 import { isOffered } from "../../state/commands";
 import { texts } from "../../texts";
 import { Panel } from "../../ui/panel";
-import { keyOf, nameOf, subjectOf } from "./checks";
+import { blockersOf, nameOf, subjectOf } from "./checks";
 
 const BEFORE_START: ReadonlySet<Phase> = new Set<Phase>(["connect", "preflight", "ready"]);
 
@@ -16,7 +16,7 @@ interface Props {
 export function LaunchPanel({ checks, onChoose }: Props) {
   const { state, isConnected, mayCommand, commands } = useShell();
   const { mission } = state;
-  const blockers = checks.filter((check) => check.blocks);
+  const blockers = blockersOf(checks);
   const isAllowed = isConnected && isOffered("start", mission, new Set());
   if (mission !== null && !BEFORE_START.has(mission.phase)) {
     return (
@@ -32,13 +32,13 @@ export function LaunchPanel({ checks, onChoose }: Props) {
         <ul data-testid="preflight-problems" aria-live="polite">
           {checks.length === 0 && <li>{texts.prepare.none}</li>}
           {checks.length > 0 && blockers.length === 0 && <li class="is-done">{texts.prepare.noBlockers}</li>}
-          {blockers.map((check) => (
-            <li key={keyOf(check)}>
-              <button type="button" class="link" onClick={() => onChoose(keyOf(check))}>
+          {blockers.map(({ key, ids, name, text }) => (
+            <li key={key}>
+              <button type="button" class="link" onClick={() => onChoose(key)}>
                 <b class="is-bad">
-                  {subjectOf(check.vehicle_id)}, {nameOf(check.name)}:
+                  {subjectOf(...ids)}, {nameOf(name)}:
                 </b>{" "}
-                {check.text}
+                {text}
               </button>
             </li>
           ))}

@@ -1,4 +1,4 @@
-/** The matrix vehicle x check; the arrow keys lead from cell to cell. */
+/** The matrix vehicle x check: one stop of the Tab key, from where the arrow keys lead from cell to cell. */
 import type { PreflightCheck } from "../../api/types";
 import { texts } from "../../texts";
 import { keyOf, type Matrix, nameOf, subjectOf, type Verdict, verdictOf } from "./checks";
@@ -21,6 +21,8 @@ interface Props {
 }
 
 export function PreflightMatrix({ matrix: { mission, names, rows }, chosen, onChoose }: Props) {
+  const all = rows.flatMap(({ checks }) => checks).filter((check) => check !== undefined);
+  const stop = all.find((check) => keyOf(check) === chosen) ?? all.find((check) => check.blocks) ?? all[0];
   return (
     <div class="scroll" onKeyDown={moveFocus}>
       {mission.length > 0 && (
@@ -28,7 +30,7 @@ export function PreflightMatrix({ matrix: { mission, names, rows }, chosen, onCh
           <b>{texts.prepare.mission}</b>
           {mission.map((check) => (
             <label key={check.name}>
-              <Cell check={check} isChosen={keyOf(check) === chosen} onChoose={onChoose} />
+              <Cell check={check} isChosen={keyOf(check) === chosen} isStop onChoose={onChoose} />
               {nameOf(check.name)}
             </label>
           ))}
@@ -37,7 +39,9 @@ export function PreflightMatrix({ matrix: { mission, names, rows }, chosen, onCh
       <table class={`matrix ${names.length > UPRIGHT_NAMES ? "is-wide" : ""}`}>
         <thead>
           <tr>
-            <th scope="col">{texts.prepare.vehicle}</th>
+            <th scope="col">
+              <span>{texts.prepare.vehicle}</span>
+            </th>
             {names.map((name) => (
               <th key={name} scope="col">
                 <span>{nameOf(name)}</span>
@@ -51,7 +55,14 @@ export function PreflightMatrix({ matrix: { mission, names, rows }, chosen, onCh
               <th scope="row">{id}</th>
               {checks.map((check, column) => (
                 <td key={names[column]}>
-                  {check && <Cell check={check} isChosen={keyOf(check) === chosen} onChoose={onChoose} />}
+                  {check && (
+                    <Cell
+                      check={check}
+                      isChosen={keyOf(check) === chosen}
+                      isStop={check === stop}
+                      onChoose={onChoose}
+                    />
+                  )}
                 </td>
               ))}
             </tr>
@@ -65,10 +76,12 @@ export function PreflightMatrix({ matrix: { mission, names, rows }, chosen, onCh
 interface CellProps {
   check: PreflightCheck;
   isChosen: boolean;
+  /** Whether the Tab key stops at it. */
+  isStop: boolean;
   onChoose(key: string): void;
 }
 
-function Cell({ check, isChosen, onChoose }: CellProps) {
+function Cell({ check, isChosen, isStop, onChoose }: CellProps) {
   const verdict = verdictOf(check);
   const word = verdict === "overridden" ? texts.prepare.overridden : texts.prepare.status[verdict];
   const choose = (): void => onChoose(keyOf(check));
@@ -79,6 +92,7 @@ function Cell({ check, isChosen, onChoose }: CellProps) {
       data-testid={`check-${check.vehicle_id}-${check.name}`}
       data-verdict={verdict}
       aria-pressed={isChosen}
+      tabIndex={isStop ? 0 : -1}
       aria-label={texts.prepare.cell(nameOf(check.name), subjectOf(check.vehicle_id), word)}
       title={check.text}
       onFocus={choose}
