@@ -17,11 +17,11 @@ import { HoldAll } from "./hold_all";
 import type { KeyCommand } from "./keys";
 import { Nav } from "./nav";
 import { Question } from "./question";
-import { Reports } from "./reports";
 import { routeHash } from "./route";
 import { Settings } from "./settings";
 import { SignIn } from "./sign_in";
 import { useStoreState } from "./store_state";
+import { Toast } from "./toast";
 import { useAlerts } from "./use_alerts";
 import { useKeys } from "./use_keys";
 import { useRoute } from "./use_route";
@@ -103,14 +103,7 @@ export function App({ store }: { store: Store }) {
               <View />
             </Boundary>
           </main>
-          {route.view !== "fly" && commands.reports.length > 0 && (
-            <aside class="toast" aria-label={texts.actions.results}>
-              <Reports reports={commands.reports} isBrief />
-              <button type="button" data-testid="reports-dismiss" onClick={commands.dismissReports}>
-                {texts.actions.dismiss}
-              </button>
-            </aside>
-          )}
+          {route.view !== "fly" && <Toast commands={commands} />}
           <Question commands={commands} />
           {isSigningIn && <SignIn access={access} onClose={() => setSigningIn(false)} />}
           {areSettingsOpen && (
