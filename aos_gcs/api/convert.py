@@ -106,6 +106,23 @@ def _written(
     return None if latitude_deg is None or longitude_deg is None else notation(latitude_deg, longitude_deg)
 
 
+class _Matrix:
+    """Converts the matrix of preflight, and remembers the latest: a fleet has thousands of cells, too many to hash."""
+
+    def __init__(self) -> None:
+        self._checks: tuple[model.PreflightCheck, ...] = ()
+        self._converted: list[wire.PreflightCheckModel] = []
+
+    def convert(self, checks: tuple[model.PreflightCheck, ...]) -> list[wire.PreflightCheckModel]:
+        """Return all cells."""
+        if checks is not self._checks:
+            self._checks, self._converted = checks, [preflight_check(check) for check in checks]
+        return self._converted
+
+
+_MATRIX = _Matrix()
+
+
 @lru_cache(maxsize=_CHECKS_KEPT)
 def preflight_check(check: model.PreflightCheck) -> wire.PreflightCheckModel:
     """Convert one cell of the matrix."""
@@ -144,7 +161,7 @@ def mission(snapshot: model.MissionSnapshot, replay: model.ReplayState | None = 
         leg=snapshot.leg,
         covered_percent=percent(snapshot.covered_fraction),
         vehicles=[vehicle(one, origin) for one in snapshot.vehicles],
-        preflight=[preflight_check(check) for check in snapshot.preflight],
+        preflight=_MATRIX.convert(snapshot.preflight),
         target=target(snapshot.target, origin) if snapshot.target else None,
         targets=[target(one, origin) for one in snapshot.targets],
         min_separation_m=rounded(snapshot.min_separation_m, 2),

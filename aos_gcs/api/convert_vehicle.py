@@ -14,6 +14,8 @@ from aos_gcs.ports import CameraState, LinkQuality
 
 AGE_STEP_S: Final = 0.5
 """Of ages on the wire: that of a living link would otherwise change with every snapshot, often as the only field."""
+_VEHICLES_KEPT: Final = 1024
+"""What a vehicle tells comes again with every snapshot, and most of it hardly changes."""
 
 
 def vehicle(vehicle: model.VehicleSnapshot, origin: GeodeticPosition | None) -> wire.VehicleModel:
@@ -67,6 +69,7 @@ def _age_s(age_s: float | None) -> float | None:
     return None if age_s is None else AGE_STEP_S * round(age_s / AGE_STEP_S)
 
 
+@lru_cache(maxsize=_VEHICLES_KEPT)
 def _link(link: LinkQuality) -> wire.LinkModel:
     return wire.LinkModel(
         address=link.address,
@@ -77,6 +80,7 @@ def _link(link: LinkQuality) -> wire.LinkModel:
     )
 
 
+@lru_cache(maxsize=_VEHICLES_KEPT)
 def _camera(camera: model.CameraSnapshot, reported: CameraState, origin: GeodeticPosition | None) -> wire.CameraModel:
     return wire.CameraModel(
         frames=camera.frames,
@@ -95,7 +99,7 @@ def _scaled(value: float | None, factor: float) -> float | None:
     return None if value is None else rounded(factor * value, 1)
 
 
-@lru_cache(maxsize=1024)
+@lru_cache(maxsize=_VEHICLES_KEPT)
 def _to_enu(origin: GeodeticPosition, position: GeodeticPosition) -> model.EnuPoint:
     east_m, north_m, up_m = LocalFrame(origin).to_enu(position)
     return float(east_m), float(north_m), float(up_m)

@@ -14,11 +14,6 @@ _PLACES_KEPT = 8192
 """Polygons, homes and waypoints come again with every snapshot; converting them each time would cost the loop."""
 
 
-@lru_cache(maxsize=_PLACES_KEPT)
-def _to_geodetic(origin: GeodeticPosition, point_enu_m: model.EnuPoint) -> GeodeticPosition:
-    return LocalFrame(origin).to_geodetic(point_enu_m)
-
-
 def finite(value: float | None) -> float | None:
     """Return the value, or ``None`` for one that JSON cannot carry."""
     return value if value is not None and math.isfinite(value) else None
@@ -43,10 +38,11 @@ def geodetic(position: GeodeticPosition) -> wire.GeodeticModel:
     )
 
 
+@lru_cache(maxsize=_PLACES_KEPT)
 def position(point_enu_m: model.EnuPoint, origin: GeodeticPosition | None) -> wire.PositionModel:
     """Convert an ENU point, with its place on the globe when the origin is known."""
     east_m, north_m, up_m = (float(coordinate) for coordinate in point_enu_m)
-    place = _to_geodetic(origin, (east_m, north_m, up_m)) if origin else None
+    place = LocalFrame(origin).to_geodetic((east_m, north_m, up_m)) if origin else None
     return place_model((east_m, north_m, up_m), place)
 
 
@@ -70,6 +66,7 @@ def place_model(point_enu_m: model.EnuPoint, place: GeodeticPosition | None) -> 
     )
 
 
+@lru_cache(maxsize=_PLACES_KEPT)
 def vertex(point_enu_m: tuple[float, float], origin: GeodeticPosition | None) -> wire.VertexModel:
     """Convert a corner on the ground plane."""
     full = position((*point_enu_m, 0.0), origin)

@@ -2,16 +2,19 @@
 
 Every snapshot of the mission makes a revision. A client is brought from the revision that it has to the latest one by
 one message with the fields that differ, however many revisions lie between; clients that keep up share its text.
+
+With a large fleet this is what clients cost. Values are compared as they are, by identity first, since conversion
+hands the same objects out again; only what has changed becomes JSON.
 """
 
 from __future__ import annotations
 
 import json
 from collections import deque
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Final, TypeVar
 
-from aos_gcs.api.models import MissionModel
+from aos_gcs.api.models import MissionModel, PreflightCheckModel
 
 REVISIONS_KEPT: Final = 32
 """Changes that can be merged; who is further behind gets the whole state."""
@@ -28,7 +31,7 @@ class _Change:
     mission: Fields = field(default_factory=dict)
     """With ``preflight`` only where checks have come or gone."""
     vehicles: dict[int, Fields] = field(default_factory=dict)
-    checks: dict[CheckKey, Fields] = field(default_factory=dict)
+    checks: dict[CheckKey, PreflightCheckModel] = field(default_factory=dict)
 
     def __bool__(self) -> bool:
         return bool(self.mission or self.vehicles or self.checks)
@@ -48,7 +51,8 @@ class MissionState:
     def __init__(self) -> None:
         self._mission: Fields = {}
         self._vehicles: dict[int, Fields] = {}
-        self._checks: dict[CheckKey, Fields] = {}
+        self._checks: dict[CheckKey, PreflightCheckModel] = {}
+        self._preflight: list[PreflightCheckModel] = []
         self._changes: deque[_Change | None] = deque(maxlen=REVISIONS_KEPT)
         """None: a change that cannot be told by fields, because a vehicle is gone."""
         self._bodies: dict[int, str] = {}
@@ -58,9 +62,8 @@ class MissionState:
 
     def update(self, mission: MissionModel, utc_s: float) -> bool:
         """Take in the state of the mission; return whether anything has changed."""
-        fields = mission.model_dump(mode="json")
-        vehicles = {one["vehicle_id"]: one for one in fields.pop("vehicles")}
-        checks = {(one["vehicle_id"], one["name"]): one for one in fields.pop("preflight")}
+        fields = {name: value for name, value in vars(mission).items() if name not in {"vehicles", "preflight"}}
+        vehicles = {one.vehicle_id: vars(one) for one in mission.vehicles}
         change = _Change(
             mission=_changed(self._mission, fields),
             vehicles={
@@ -68,15 +71,20 @@ class MissionState:
                 for vehicle_id, one in vehicles.items()
                 if (changed := _changed(self._vehicles.get(vehicle_id, {}), one))
             },
-            checks=_changed(self._checks, checks),
         )
-        if list(checks) != list(self._checks):
-            change = _Change(change.mission | {"preflight": list(checks.values())}, change.vehicles)
+        checks = self._checks
+        if mission.preflight != self._preflight:
+            checks = {(one.vehicle_id, one.name): one for one in mission.preflight}
+            if list(checks) == list(self._checks):
+                change = replace(change, checks=_changed(self._checks, checks))
+            else:
+                change = replace(change, mission=change.mission | {"preflight": mission.preflight})
         gone = not self._vehicles.keys() <= vehicles.keys()
         if not (change or gone):
             return False
         self._changes.append(None if gone else change)
-        self._mission, self._vehicles, self._checks = fields, vehicles, checks
+        self._mission, self._vehicles = fields, vehicles
+        self._checks, self._preflight = checks, mission.preflight
         self._bodies.clear()
         self._utc_s = utc_s
         self.revision += 1
@@ -94,16 +102,22 @@ class MissionState:
         whole = _Change()
         for change in changes:
             if change is None:
-                lists = {"vehicles": list(self._vehicles.values()), "preflight": list(self._checks.values())}
+                lists = {"vehicles": list(self._vehicles.values()), "preflight": self._preflight}
                 return self._body("snapshot", {"mission": self._mission | lists})
             whole = whole.then(change)
         vehicles, checks = list(whole.vehicles.values()), list(whole.checks.values())
         return self._body("changes", {"mission": whole.mission, "vehicles": vehicles, "preflight": checks})
 
     def _body(self, kind: str, fields: Fields) -> str:
-        return json.dumps({"kind": kind, "utc_s": self._utc_s, **fields}, separators=(",", ":"))[1:]
+        # What JSON does not know is a wire model, whose fields are its attributes.
+        return json.dumps({"kind": kind, "utc_s": self._utc_s, **fields}, separators=(",", ":"), default=vars)[1:]
 
 
 def _changed(before: dict[KeyT, Any], now: dict[KeyT, Any]) -> dict[KeyT, Any]:
     """Return the entries with another value than before."""
-    return {name: value for name, value in now.items() if name not in before or before[name] != value}
+    missing = object()
+    return {
+        name: value
+        for name, value in now.items()
+        if (old := before.get(name, missing)) is not value and (old is missing or old != value)
+    }
