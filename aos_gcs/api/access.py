@@ -38,12 +38,9 @@ class WrongCodeError(AccessDeniedError):
 class TooManyGuessesError(AccessDeniedError):
     """Too many wrong codes: this one was not even looked at."""
 
-    def __init__(self, wait_s: float) -> None:
-        self.retry_after_s = math.ceil(wait_s)
-        super().__init__(
-            f"Too many wrong codes: wait {self.retry_after_s} s, then sign in with the code that the service has "
-            "printed at its start."
-        )
+    def __init__(self, text: str, retry_after_s: int = 1) -> None:
+        super().__init__(text)
+        self.retry_after_s = retry_after_s
 
 
 class Role(StrEnum):
@@ -96,9 +93,10 @@ class Access:
             TooManyGuessesError: of wrong codes; this one was not compared.
             WrongCodeError: the code is not the service's.
         """
-        wait_s = self._throttle.wait_s(address)
-        if wait_s > 0.0:
-            raise TooManyGuessesError(wait_s)
+        wait_s = math.ceil(self._throttle.wait_s(address))
+        if wait_s > 0:
+            remedy = f"wait {wait_s} s, then sign in with the code that the service has printed at its start"
+            raise TooManyGuessesError(f"Too many wrong codes: {remedy}.", wait_s)
         if self._code is None or not hmac.compare_digest(code.encode(), self._code.encode()):
             self._throttle.note_wrong(address)
             raise WrongCodeError("The operators' code is wrong; the service has printed the right one at its start.")
