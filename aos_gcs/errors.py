@@ -15,6 +15,19 @@ class ConfigurationError(AosError):
     """A setting, option or file given by the user cannot be used; the text names the field and the remedy."""
 
 
+class ParameterError(ConfigurationError):
+    """One of a strategy's parameters cannot be used.
+
+    Args:
+        parameter: its name.
+        text: why, and what it must be.
+    """
+
+    def __init__(self, parameter: str, text: str) -> None:
+        super().__init__(text)
+        self.parameter = parameter
+
+
 class InputDataError(AosError):
     """Recorded data (images, poses, mission folders) is unreadable or inconsistent; the text names the file."""
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Sequence
+from dataclasses import asdict
 from typing import Final
 
 from aos_gcs.api import plan_models as wire
 from aos_gcs.api.places import scan_leg
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
-from aos_gcs.mission.mission_plan import MissionPlan, PlanProblem
+from aos_gcs.mission.mission_plan import SPACING_PARAMETER, MissionPlan, PlanProblem
 from aos_gcs.mission.model import VehicleSnapshot
 from aos_gcs.mission.plan import altitude_layers
 from aos_gcs.mission.plan_advice import Proposal
@@ -18,6 +19,7 @@ from aos_gcs.mission.plan_estimate import PlanEstimate
 from aos_gcs.mission.plan_import import ImportedShape
 from aos_gcs.mission.polygon import Polygon
 from aos_gcs.mission.settings import ForestSettings
+from aos_gcs.swarm.declaration import Parameter
 
 NO_ORIGIN: Final = GeodeticPosition(0.0, 0.0, 0.0)
 """For plans without any place."""
@@ -32,6 +34,7 @@ _WIRE_NAMES: Final = {
     "camera_fov_rad": "camera_fov_deg",
     "min_battery_fraction": "battery_reserve_percent",
     "endurance_s": "endurance_min",
+    "search_s": "search_min",
 }
 """Of the core's fields; the others have the same name here."""
 
@@ -90,6 +93,7 @@ def plan_from_wire(plan: wire.PlanModel, origin: GeodeticPosition) -> MissionPla
         cruise_speed_mps=plan.cruise_speed_mps,
         min_battery_fraction=plan.battery_reserve_percent / 100.0,
         endurance_s=60.0 * plan.endurance_min,
+        search_s=60.0 * plan.search_min,
         forest=ForestSettings(**plan.forest.model_dump()) if plan.forest else None,
     )
 
@@ -125,6 +129,7 @@ def plan_to_wire(plan: MissionPlan, origin: GeodeticPosition) -> wire.PlanModel:
         cruise_speed_mps=plan.cruise_speed_mps,
         battery_reserve_percent=100.0 * plan.min_battery_fraction,
         endurance_min=plan.endurance_s / 60.0,
+        search_min=plan.search_s / 60.0,
         forest=wire.ForestModel(
             canopy_height_m=forest.canopy_height_m,
             crown_base_m=forest.crown_base_m,
@@ -171,6 +176,26 @@ def _estimate(estimate: PlanEstimate, origin: GeodeticPosition) -> wire.PlanEsti
         scan_s=estimate.scan_s,
         flight_s=estimate.flight_s,
         battery_percent=100.0 * estimate.battery_fraction,
+    )
+
+
+def strategy(name: str, parameters: Sequence[Parameter]) -> wire.StrategyModel:
+    """Convert what can be chosen about a strategy."""
+    return wire.StrategyModel(
+        name=name,
+        parameters=[
+            wire.StrategyParameterModel(
+                name=one.name,
+                text=one.text,
+                unit=one.unit,
+                default=one.default,
+                is_switch=one.is_switch,
+                is_optional=one.is_optional,
+                **asdict(one.bounds),
+            )
+            for one in parameters
+            if one.name != SPACING_PARAMETER
+        ],
     )
 
 

@@ -66,13 +66,40 @@ class PlanModel(_FiniteModel):
     cruise_speed_mps: Annotated[float, Field(gt=0.0)] = 10.0
     battery_reserve_percent: Annotated[float, Field(ge=0.0, lt=90.0)] = 20.0
     endurance_min: Annotated[float, Field(gt=0.0)] = Field(default=25.0, description="Of a full battery in the air.")
+    search_min: Annotated[float, Field(gt=0.0)] = Field(
+        default=20.0, description="From the start; without a find until then, everybody returns."
+    )
     forest: ForestModel | None = Field(default=None, description="For the engine's proposals of spacing and number.")
+
+
+class StrategyParameterModel(WireModel):
+    """What can be chosen about a strategy, as the strategy declares it."""
+
+    name: str = Field(description="In PlanModel's strategy_parameters.")
+    text: str = Field(description="What it does.")
+    unit: str
+    default: float | bool | None
+    is_switch: bool = Field(description="True or false; else a number.")
+    is_optional: bool = Field(description="May be null.")
+    above: float | None
+    at_least: float | None
+    below: float | None
+    at_most: float | None
+
+
+class StrategyModel(WireModel):
+    """What a plan can name as its strategy."""
+
+    name: str
+    parameters: list[StrategyParameterModel] = Field(
+        description="Without the spacing, which a plan has as a field of its own."
+    )
 
 
 class PlanProblemModel(WireModel):
     """Something to be mended, or at least known."""
 
-    field: str = Field(description="Of PlanModel; an element of a list has its index behind: no_go[0].")
+    field: str = Field(description="Of PlanModel; a part of it follows: no_go[0], strategy_parameters.gamma.")
     text: str
     blocking: bool = Field(description="False for advice: the plan can be flown.")
 

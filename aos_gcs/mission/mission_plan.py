@@ -6,9 +6,11 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
+from aos_gcs.errors import ConfigurationError
 from aos_gcs.mission.polygon import Polygon
-from aos_gcs.mission.settings import FlightSettings, ForestSettings, MissionSettings
-from aos_gcs.swarm.registry import available_strategies
+from aos_gcs.mission.settings import Deadlines, FlightSettings, ForestSettings, MissionSettings
+from aos_gcs.swarm.declaration import Parameter
+from aos_gcs.swarm.registry import available_strategies, declared_parameters
 
 SPACING_PARAMETER = "c4_m"
 """The strategies' parameter for the distance of the drones."""
@@ -50,6 +52,8 @@ class MissionPlan:
     """At which a vehicle leaves for home."""
     endurance_s: float = 1500.0
     """How long a full battery keeps a vehicle in the air; for the estimate alone."""
+    search_s: float = Deadlines().search_s
+    """From the start; without a find until then, everybody returns."""
     forest: ForestSettings | None = None
     """None: no advice on the aperture."""
 
@@ -73,9 +77,19 @@ class PlanProblem:
     """False for advice: the plan can be flown."""
 
 
-def strategy_names() -> tuple[str, ...]:
-    """Return what a plan can name as its strategy."""
-    return available_strategies()
+def strategies() -> dict[str, tuple[Parameter, ...]]:
+    """Return what a plan can name as its strategy, with what can be chosen about each.
+
+    One that cannot be loaded has nothing to choose; :func:`~aos_gcs.mission.plan_check.check_plan` tells why.
+    """
+    return {name: _parameters(name) for name in available_strategies()}
+
+
+def _parameters(strategy: str) -> tuple[Parameter, ...]:
+    try:
+        return declared_parameters(strategy)
+    except ConfigurationError:
+        return ()
 
 
 _LIMITS = ("fence_enu_m", "floor_m", "ceiling_m")
@@ -107,6 +121,7 @@ def apply_plan(settings: MissionSettings, plan: MissionPlan) -> MissionSettings:
             layer_spacing_m=plan.layer_spacing_m,
             cruise_speed_mps=plan.cruise_speed_mps,
         ),
+        deadlines=replace(settings.deadlines, search_s=plan.search_s),
         forest=plan.forest,
     )
 
@@ -115,6 +130,8 @@ def plan_of(settings: MissionSettings) -> MissionPlan:
     """Return the plan that a mission's settings amount to, as a start for an operator's own."""
     east, north = settings.scan_direction_enu
     safety, default = settings.safety, MissionPlan(vehicles=settings.vehicles, area_enu_m=())
+    parameters = dict(settings.strategy_parameters)
+    spacing_m = parameters.pop(SPACING_PARAMETER, None)
     return MissionPlan(
         vehicles=settings.vehicles,
         area_enu_m=settings.area_enu_m,
@@ -125,12 +142,14 @@ def plan_of(settings: MissionSettings) -> MissionPlan:
         camera_fov_rad=settings.planning_fov_rad,
         lowest_layer_m=settings.flight.lowest_layer_m,
         layer_spacing_m=settings.flight.layer_spacing_m,
+        spacing_m=spacing_m if isinstance(spacing_m, int | float) else None,
         strategy=settings.strategy,
-        strategy_parameters=settings.strategy_parameters,
+        strategy_parameters=parameters,
         floor_m=safety.get("floor_m"),
         ceiling_m=safety.get("ceiling_m"),
         fence_margin_m=safety.get("margin_m", default.fence_margin_m),
         cruise_speed_mps=settings.flight.cruise_speed_mps,
         min_battery_fraction=safety.get("min_battery_fraction", default.min_battery_fraction),
+        search_s=settings.deadlines.search_s,
         forest=settings.forest,
     )

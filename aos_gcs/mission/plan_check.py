@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from aos_gcs.errors import ConfigurationError
-from aos_gcs.mission.mission_plan import MissionPlan, PlanProblem, apply_plan
+from aos_gcs.errors import ConfigurationError, ParameterError
+from aos_gcs.mission.mission_plan import SPACING_PARAMETER, MissionPlan, PlanProblem, apply_plan
 from aos_gcs.mission.plan_advice import MIN_LAYERS_WITHOUT_RTK_M, forest_aperture
 from aos_gcs.mission.plan_estimate import PlanEstimate, estimate_plan, planned_leg_count, planned_legs
 from aos_gcs.mission.plan_ground import Homes, check_points, check_ways, planned_ground
@@ -16,7 +16,8 @@ from aos_gcs.mission.plan_raster import PlanRaster
 from aos_gcs.mission.polygon import Polygon, as_polygon, contains, edges_met
 from aos_gcs.mission.safety import SafetyLimits
 from aos_gcs.mission.settings import MissionSettings
-from aos_gcs.swarm.registry import make_strategy
+from aos_gcs.swarm.declaration import Parameter
+from aos_gcs.swarm.registry import declared_parameters, make_strategy
 
 MAX_EXTENT_M = 5000.0
 """Of an area from the origin: beyond it the local frame's axes no longer stand upright."""
@@ -137,7 +138,7 @@ def _is_within(inner: Polygon, outer: Polygon) -> bool:
 def _check_numbers(plan: MissionPlan, settings: MissionSettings) -> Iterator[PlanProblem]:
     if not 2 <= plan.vehicles <= 250:
         yield PlanProblem("vehicles", f"A swarm has 2 to 250 vehicles, not {plan.vehicles}.")
-    for field in ("lowest_layer_m", "layer_spacing_m", "cruise_speed_mps", "endurance_s"):
+    for field in ("lowest_layer_m", "layer_spacing_m", "cruise_speed_mps", "endurance_s", "search_s"):
         value = getattr(plan, field)
         if not (math.isfinite(value) and value > 0.0):
             yield PlanProblem(field, f"This must be above 0, but is {value:g}.")
@@ -151,11 +152,36 @@ def _check_numbers(plan: MissionPlan, settings: MissionSettings) -> Iterator[Pla
     if plan.spacing_m is not None and not (math.isfinite(plan.spacing_m) and plan.spacing_m > 0.0):
         yield PlanProblem("spacing_m", f"The spacing of the vehicles must be above 0, but is {plan.spacing_m:g} m.")
         return
+    yield from _check_strategy(plan)
+
+
+def _check_strategy(plan: MissionPlan) -> Iterator[PlanProblem]:
     try:
-        make_strategy(plan.strategy, plan.parameters)
+        declared = {parameter.name: parameter for parameter in declared_parameters(plan.strategy)}
     except ConfigurationError as error:
-        # The spacing is one of the strategy's parameters; with the others as they are it may be what does not fit.
         yield PlanProblem("strategy", str(error))
+        return
+    refused = list(_refusals(plan.parameters, declared))
+    if not refused:
+        try:
+            make_strategy(plan.strategy, plan.parameters)
+        except ParameterError as error:
+            refused.append(error)
+        except ConfigurationError as error:
+            yield PlanProblem("strategy", str(error))
+    for refusal in refused:
+        is_spacing = refusal.parameter == SPACING_PARAMETER
+        yield PlanProblem("spacing_m" if is_spacing else f"strategy_parameters.{refusal.parameter}", str(refusal))
+
+
+def _refusals(values: Mapping[str, object], declared: Mapping[str, Parameter]) -> Iterator[ParameterError]:
+    """Yield what is wrong with each value by itself."""
+    for name, value in values.items():
+        if name in declared:
+            try:
+                declared[name].converted(value)
+            except ParameterError as error:
+                yield error
 
 
 def _check_heights(plan: MissionPlan, settings: MissionSettings) -> Iterator[PlanProblem]:
@@ -225,6 +251,14 @@ def _warn(plan: MissionPlan, estimate: PlanEstimate) -> Iterator[PlanProblem]:
             "area_enu_m",
             f"The legs sweep {estimate.covered_fraction:.0%} of the search area; the rest lies in no-go areas or "
             "beside the legs.",
+            blocking=False,
+        )
+    if estimate.flight_s > plan.search_s:
+        yield PlanProblem(
+            "search_s",
+            f"The flight takes {estimate.flight_s / 60.0:.0f} min, and everybody returns after "
+            f"{plan.search_s / 60.0:.0f} min: the search ends before its last leg; allow more time, or make the area "
+            "smaller.",
             blocking=False,
         )
     left = 1.0 - plan.min_battery_fraction

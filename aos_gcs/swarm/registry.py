@@ -8,7 +8,9 @@ from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
 from aos_gcs.errors import ConfigurationError
+from aos_gcs.swarm.declaration import Parameter, parameters_of
 from aos_gcs.swarm.model import Strategy
+from aos_gcs.swarm.parameters import StrategyParameters
 
 GROUP = "aos_gcs.strategies"
 
@@ -34,6 +36,19 @@ def make_strategy(name: str, parameters: Mapping[str, object]) -> Strategy[Any]:
         raise ConfigurationError(f"The strategy {name!r} cannot be loaded ({error}); install its package.") from error
     strategy: Strategy[Any] = make(parameters)
     return strategy
+
+
+def declared_parameters(name: str) -> tuple[Parameter, ...]:
+    """Return what can be chosen about a strategy; nothing of one that does not keep it in :class:`StrategyParameters`.
+
+    Raises:
+        ConfigurationError: the name is unknown, or the package behind it cannot be imported.
+    """
+    parameters: object = getattr(make_strategy(name, {}), "parameters", None)
+    if not isinstance(parameters, StrategyParameters):
+        return ()
+    kind: type[Any] = type(parameters)
+    return parameters_of(kind)
 
 
 @cache

@@ -69,6 +69,20 @@ async def test_problems_name_the_fields_of_the_request(client: httpx.AsyncClient
     assert {problem.field for problem in report.problems} == {"area", "no_go[0]", "layer_spacing_m", "strategy"}
 
 
+async def test_refused_parameters_are_told_by_their_own_names(client: httpx.AsyncClient) -> None:
+    report = await check(client, strategy_parameters={"gamma": 7, "c5": True})
+    assert {problem.field for problem in report.problems} == {"strategy_parameters.gamma", "strategy_parameters.c5"}
+
+
+async def test_strategies_come_with_what_can_be_chosen_about_them(client: httpx.AsyncClient) -> None:
+    strategies = {one["name"]: one["parameters"] for one in (await client.get("/api/plan/strategies")).json()}
+    gamma = next(parameter for parameter in strategies["aos-apso"] if parameter["name"] == "gamma")
+    assert (gamma["default"], gamma["above"], gamma["below"], gamma["at_most"]) == (0.9, 0.0, 1.0, None)
+    stabilised = next(parameter for parameter in strategies["aos-apso"] if parameter["name"] == "leader_stabilised")
+    assert (stabilised["default"], stabilised["is_switch"]) == (True, True)
+    assert "c4_m" not in {parameter["name"] for parameters in strategies.values() for parameter in parameters}
+
+
 async def test_the_engine_proposes_in_the_units_of_the_request(client: httpx.AsyncClient) -> None:
     report = await check(client, area=rectangle(0, 0, 0.3, 4.0), layer_spacing_m=2.0)
     proposals = {proposal.field: proposal.value for proposal in report.proposals}

@@ -67,7 +67,11 @@ def test_a_good_plan_has_no_problem() -> None:
         ({"lowest_layer_m": -1.0}, "lowest_layer_m", "above"),
         ({"forest": replace(FOREST, crown_base_m=30.0)}, "forest", "crown_base_m"),
         ({"strategy": "magic"}, "strategy", "magic"),
-        ({"strategy_parameters": {"gamma": 7.0}}, "strategy", "gamma"),
+        ({"strategy_parameters": {"gamma": 7.0}}, "strategy_parameters.gamma", "below 1"),
+        ({"strategy_parameters": {"gama": 0.7}}, "strategy_parameters.gama", "has no parameter"),
+        ({"strategy_parameters": {"min_factor": 0.55}}, "strategy_parameters.initial_c_s_hat", "between"),
+        ({"strategy": "aos-pso", "spacing_m": 2.0}, "strategy_parameters.c_s_m", "at most c4_m"),
+        ({"search_s": 0.0}, "search_s", "above 0"),
         ({"spacing_m": 0.0}, "spacing_m", "above 0"),
         ({"cruise_speed_mps": 0.0}, "cruise_speed_mps", "above 0"),
         ({"min_battery_fraction": 0.95}, "min_battery_fraction", "reserve"),
@@ -102,6 +106,16 @@ def test_all_problems_are_told_at_once() -> None:
 def test_a_plan_beyond_the_battery_can_be_flown_but_is_warned_of() -> None:
     (warning,) = check_plan(replace(PLAN, endurance_s=300.0), SETTINGS)
     assert (warning.field, warning.blocking) == ("endurance_s", False)
+
+
+def test_every_refused_parameter_is_told() -> None:
+    found = blocking(replace(PLAN, strategy_parameters={"gamma": 7.0, "c5": True}))
+    assert found.keys() == {"strategy_parameters.gamma", "strategy_parameters.c5"}
+
+
+def test_a_plan_beyond_the_time_for_searching_is_warned_of() -> None:
+    (warning,) = check_plan(replace(PLAN, search_s=300.0), SETTINGS)
+    assert (warning.field, warning.blocking) == ("search_s", False)
 
 
 def test_an_area_may_touch_its_fence() -> None:
@@ -161,6 +175,8 @@ def test_settings_and_plan_go_to_and_fro() -> None:
         ceiling_m=60.0,
         min_battery_fraction=0.3,
         cruise_speed_mps=7.0,
+        spacing_m=5.0,
+        search_s=700.0,
         strategy_parameters={"gamma": 0.8},
         forest=FOREST,
     )

@@ -231,7 +231,7 @@ class TestBadInput:
         [
             ({"aperture_radius_m": 0.0}, "aperture_radius_m must be above 0"),
             ({"max_step_m": -1.0}, "max_step_m must be above 0"),
-            ({"optimism": 1.5}, "optimism must lie between 0 and 1"),
+            ({"optimism": 1.5}, "optimism must be at least 0 and at most 1"),
             ({"min_distance_m": 4.0}, "min_distance_m must be at most view_spacing_m"),
             ({"hysteresis": -0.1}, "hysteresis must be at least 0"),
             ({"body_height_m": 20.0}, "body_height_m must be below canopy_height_m"),

@@ -14,10 +14,10 @@ from aos_gcs.api.access import cookie_name
 from aos_gcs.api.dependencies import Checks, CurrentSession, Mission, Planning, Plans
 from aos_gcs.api.errors import NotFoundError, TooLargeError
 from aos_gcs.api.models import ErrorModel
-from aos_gcs.api.plan_models import ImportedShapeModel, PlanModel, PlanReportModel, SavedPlanModel
+from aos_gcs.api.plan_models import ImportedShapeModel, PlanModel, PlanReportModel, SavedPlanModel, StrategyModel
 from aos_gcs.errors import InputDataError, MissionError
 from aos_gcs.geometry.geodesy import GeodeticPosition
-from aos_gcs.mission.mission_plan import MissionPlan, plan_of, strategy_names
+from aos_gcs.mission.mission_plan import MissionPlan, plan_of, strategies
 from aos_gcs.mission.plan_advice import propose
 from aos_gcs.mission.plan_check import check_plan
 from aos_gcs.mission.plan_estimate import estimate_plan
@@ -42,9 +42,9 @@ async def read_plan(mission: Mission, planning: Planning) -> PlanModel:
 
 
 @router.get("/api/plan/strategies")
-async def read_strategies() -> list[str]:
-    """Return the names of the strategies to choose from."""
-    return list(strategy_names())
+async def read_strategies() -> list[StrategyModel]:
+    """Return the strategies to choose from, with what can be chosen about each."""
+    return [plan_convert.strategy(name, parameters) for name, parameters in strategies().items()]
 
 
 async def _turn(request: Request, session: CurrentSession, checks: Checks) -> AsyncIterator[None]:

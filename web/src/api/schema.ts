@@ -333,7 +333,7 @@ export interface paths {
     };
     /**
      * Read Strategies
-     * @description Return the names of the strategies to choose from.
+     * @description Return the strategies to choose from, with what can be chosen about each.
      */
     get: operations["read_strategies_api_plan_strategies_get"];
     put?: never;
@@ -1426,6 +1426,12 @@ export interface components {
        */
       scan_heading_deg: number;
       /**
+       * Search Min
+       * @description From the start; without a find until then, everybody returns.
+       * @default 20
+       */
+      search_min: number;
+      /**
        * Spacing M
        * @description Of the vehicles in line (c4); null: as in the strategy's parameters.
        */
@@ -1457,7 +1463,7 @@ export interface components {
       blocking: boolean;
       /**
        * Field
-       * @description Of PlanModel; an element of a list has its index behind: no_go[0].
+       * @description Of PlanModel; a part of it follows: no_go[0], strategy_parameters.gamma.
        */
       field: string;
       /** Text */
@@ -1771,6 +1777,57 @@ export interface components {
       waypoints: components["schemas"]["WaypointModel"][];
       /** Work Ms */
       work_ms: number;
+    };
+    /**
+     * StrategyModel
+     * @description What a plan can name as its strategy.
+     */
+    StrategyModel: {
+      /** Name */
+      name: string;
+      /**
+       * Parameters
+       * @description Without the spacing, which a plan has as a field of its own.
+       */
+      parameters: components["schemas"]["StrategyParameterModel"][];
+    };
+    /**
+     * StrategyParameterModel
+     * @description What can be chosen about a strategy, as the strategy declares it.
+     */
+    StrategyParameterModel: {
+      /** Above */
+      above: number | null;
+      /** At Least */
+      at_least: number | null;
+      /** At Most */
+      at_most: number | null;
+      /** Below */
+      below: number | null;
+      /** Default */
+      default: number | boolean | null;
+      /**
+       * Is Optional
+       * @description May be null.
+       */
+      is_optional: boolean;
+      /**
+       * Is Switch
+       * @description True or false; else a number.
+       */
+      is_switch: boolean;
+      /**
+       * Name
+       * @description In PlanModel's strategy_parameters.
+       */
+      name: string;
+      /**
+       * Text
+       * @description What it does.
+       */
+      text: string;
+      /** Unit */
+      unit: string;
     };
     /**
      * Suspension
@@ -2695,7 +2752,7 @@ export interface operations {
           [name: string]: unknown;
         };
         content: {
-          "application/json": string[];
+          "application/json": components["schemas"]["StrategyModel"][];
         };
       };
     };
