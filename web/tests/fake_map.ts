@@ -9,6 +9,7 @@ import { mission } from "./samples";
 export class FakeMap {
   readonly sources = new Map<string, { data: FeatureCollection; changes: number }>();
   readonly layers: string[] = [];
+  readonly filters = new Map<string, unknown>();
 
   addSource(id: string, { data }: { data: FeatureCollection }): void {
     this.sources.set(id, { data, changes: 0 });
@@ -20,8 +21,9 @@ export class FakeMap {
   removeSource(id: string): void {
     this.sources.delete(id);
   }
-  addLayer({ id }: { id: string }): void {
+  addLayer({ id, filter }: { id: string; filter?: unknown }): void {
     this.layers.push(id);
+    this.filters.set(id, filter);
   }
   removeLayer(id: string): void {
     this.layers.splice(this.layers.indexOf(id), 1);
@@ -55,5 +57,5 @@ export function scene(changes: Partial<Scene> = {}): Scene {
 export function drawn(layer: MapLayer, shown: Scene): Feature[] {
   const map = new FakeMap();
   map.attach(layer).update(shown);
-  return map.sources.get(layer.id)?.data.features ?? [];
+  return [...map.sources.values()].flatMap(({ data }) => data.features);
 }

@@ -1,6 +1,7 @@
 import { afterEach, expect, test, vi } from "vitest";
 import { areaLayer } from "../src/map/layers/area";
 import { gridLayer } from "../src/map/layers/grid";
+import { homesLayer } from "../src/map/layers/homes";
 import { heightsLayer } from "../src/map/layers/heights";
 import { targetsLayer } from "../src/map/layers/targets";
 import { trailsLayer } from "../src/map/layers/trails";
@@ -46,6 +47,28 @@ test("a layer that is removed leaves nothing behind", () => {
   map.attach(areaLayer).remove();
   expect(map.layers).toEqual([]);
   expect(map.sources.size).toBe(0);
+});
+
+test("layers that share a source draw their own features of it, and leave the others theirs", () => {
+  const map = new FakeMap();
+  const shown = scene({ mission: mission({ area: square(9), vehicles: [vehicle(1, { home: position(0, 0) })] }) });
+  const [area, homes] = [map.attach(areaLayer), map.attach(homesLayer)];
+  const layersOf = (): unknown[] =>
+    [...map.sources.values()].flatMap(({ data }) => data.features.map(({ properties }) => properties?.["layer"]));
+  area.update(shown);
+  homes.update(shown);
+  expect(map.sources.size).toBe(1);
+  expect(layersOf()).toEqual(["area", "homes"]);
+  expect(map.layers.filter((id) => id.startsWith("homes")).map((id) => map.filters.get(id))).toEqual([
+    ["==", ["get", "layer"], "homes"],
+  ]);
+  area.remove();
+  homes.update(scene({ mission: mission({ vehicles: [] }) }));
+  expect(map.sources.size).toBe(1);
+  expect(layersOf()).toEqual([]);
+  homes.remove();
+  expect(map.sources.size).toBe(0);
+  expect(map.layers).toEqual([]);
 });
 
 test("area and fence are closed rings; incomplete ones are not drawn", () => {

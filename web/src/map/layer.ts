@@ -1,8 +1,9 @@
 /** What a layer of the map is, and the one that most are: features computed from the scene. */
-import type { Feature, GeoJSON } from "geojson";
-import type { GeoJSONSource, LayerSpecification, Map as MapLibreMap } from "maplibre-gl";
+import type { Feature } from "geojson";
+import type { FilterSpecification, LayerSpecification, Map as MapLibreMap } from "maplibre-gl";
 import type { Geodetic, Mission, PictureKind } from "../api/types";
 import type { State } from "../state/state";
+import { joinSource, LAYER_PROPERTY } from "./feature_source";
 import type { Palette } from "./palette";
 
 /** What layers may draw. */
@@ -40,6 +41,8 @@ export type Paint = WithoutSource<Exclude<LayerSpecification, { type: "backgroun
 
 interface FeatureLayer {
   readonly id: string;
+  /** A source shared with the layers next to it that change about as often; by default one of its own. */
+  readonly source?: string;
   /** How the features are drawn, bottom up. */
   paint(palette: Palette): readonly Paint[];
   /** What the features depend on; they are made again only when one of these is another object or value. */
@@ -51,15 +54,23 @@ interface FeatureLayer {
   onClick?(id: number, event: MouseEvent): void;
 }
 
-/** A layer of GeoJSON features in a source of its own, so that only what has changed is sent to the map's worker. */
-export function featureLayer({ id, paint, inputs, features, interval_ms = 0, onClick }: FeatureLayer): MapLayer {
+/** A layer of GeoJSON features. Only sources in which something has changed are sent to the map's worker. */
+export function featureLayer({
+  id,
+  source = id,
+  paint,
+  inputs,
+  features,
+  interval_ms = 0,
+  onClick,
+}: FeatureLayer): MapLayer {
   return {
     id,
     attach(map, palette) {
-      map.addSource(id, { type: "geojson", data: collection([]) });
+      const shared = joinSource(map, source, id);
       const layerIds = paint(palette).map((part, index) => {
         const layerId = `${id}-${index}`;
-        map.addLayer({ ...part, id: layerId, source: id } as LayerSpecification);
+        map.addLayer({ ...part, id: layerId, source, filter: filterOf(id, part) } as LayerSpecification);
         return layerId;
       });
       const stopClicks = onClick === undefined ? () => undefined : followClicks(map, layerIds, onClick);
@@ -73,20 +84,21 @@ export function featureLayer({ id, paint, inputs, features, interval_ms = 0, onC
           if (nowMs - drawnAtMs < interval_ms) return; // the next update is not far
           drawn = wanted;
           drawnAtMs = nowMs;
-          map.getSource<GeoJSONSource>(id)?.setData(collection(features(scene)));
+          shared.set(features(scene));
         },
         remove() {
           stopClicks();
           for (const layerId of layerIds) map.removeLayer(layerId);
-          map.removeSource(id);
+          shared.leave();
         },
       };
     },
   };
 }
 
-function collection(features: readonly Feature[]): GeoJSON {
-  return { type: "FeatureCollection", features: [...features] };
+function filterOf(layerId: string, { filter }: Paint): FilterSpecification {
+  const isOfLayer: FilterSpecification = ["==", ["get", LAYER_PROPERTY], layerId];
+  return filter === undefined ? isOfLayer : (["all", isOfLayer, filter] as FilterSpecification);
 }
 
 function followClicks(

@@ -4,6 +4,7 @@ import { featureLayer } from "../layer";
 
 export const areaLayer = featureLayer({
   id: "area",
+  source: "ground",
   paint: (palette) => [
     {
       type: "fill",

@@ -5,6 +5,7 @@ import { vehicleColourExpression } from "../palette";
 
 export const footprintsLayer = featureLayer({
   id: "footprints",
+  source: "swarm",
   interval_ms: 400,
   paint: () => [
     { type: "fill", paint: { "fill-color": vehicleColourExpression(), "fill-opacity": 0.06 } },

@@ -11,6 +11,7 @@ const FINE_FROM_ZOOM = 15;
 
 export const gridLayer = featureLayer({
   id: "grid",
+  source: "ground",
   paint: (palette) => [
     {
       type: "line",

@@ -4,6 +4,7 @@ import { featureLayer } from "../layer";
 
 export const homesLayer = featureLayer({
   id: "homes",
+  source: "ground",
   paint: (palette) => [
     {
       type: "circle",

@@ -4,6 +4,7 @@ import { featureLayer } from "../layer";
 
 export const legsLayer = featureLayer({
   id: "legs",
+  source: "ground",
   paint: (palette) => [
     {
       type: "line",

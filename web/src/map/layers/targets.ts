@@ -8,6 +8,7 @@ import { featureLayer } from "../layer";
 
 export const targetsLayer = featureLayer({
   id: "targets",
+  source: "swarm",
   paint: (palette) => [
     {
       type: "fill",

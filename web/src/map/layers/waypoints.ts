@@ -10,6 +10,7 @@ const isRole = (role: string): ["==", ["get", string], string] => ["==", ["get",
 
 export const waypointsLayer = featureLayer({
   id: "waypoints",
+  source: "swarm",
   interval_ms: 400,
   paint: (palette) => [
     {
