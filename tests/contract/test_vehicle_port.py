@@ -46,8 +46,11 @@ DRIVERS = ("mavlink", "mavsdk")
 AUTOPILOTS = ("arducopter", "px4")
 SPEED = 10.0
 SIZE_PX = 64
-PATIENT = {"arducopter": {"FS_GCS_TIMEOUT": 120}, "px4": {"COM_DL_LOSS_T": 120}}
-"""A busy machine may delay our heartbeats by a real second, which is ten of the vehicles' time."""
+PATIENT = {
+    "arducopter": {"FS_GCS_TIMEOUT": 120, "DISARM_DELAY": 120},
+    "px4": {"COM_DL_LOSS_T": 120, "COM_DISARM_PRFLT": 120},
+}
+"""A busy machine may delay our heartbeats, and the takeoff after arming, by a real second: ten of the vehicles' time."""
 
 
 def pairs(*in_every_run: tuple[str, str]) -> pytest.MarkDecorator:
@@ -430,6 +433,25 @@ async def test_a_return_height_is_set_on_the_ground_kept_in_the_air_and_set_back
 
         await vehicle.restore_return(before.return_settings, bench.after(100.0))
         assert (await vehicle.inspect(bench.after(100.0))).return_height_m == before.return_height_m
+
+
+async def test_link_and_clock_are_measured(driver: Driver) -> None:
+    async with open_bench(driver, "arducopter", vehicles=2) as bench:
+        await bench.all_ready()
+        await bench.until(lambda: all(_has_clock(vehicle) for vehicle in bench.fleet.vehicles().values()))
+        for vehicle in bench.fleet.vehicles().values():
+            link, loss = vehicle.state.link, vehicle.state.packet_loss_fraction
+            assert link is not None
+            assert link.address.startswith("127.0.0.1:")
+            assert link.living_addresses == 1
+            assert link.round_trip_s is not None
+            assert link.round_trip_s >= 0.0
+            assert loss is not None
+            assert loss < 0.5
+
+
+def _has_clock(vehicle: Vehicle) -> bool:
+    return vehicle.state.link is not None and vehicle.state.link.clock_offset_s is not None
 
 
 async def test_a_vehicle_that_does_not_answer_cannot_be_inspected(driver: Driver) -> None:

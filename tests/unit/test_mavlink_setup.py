@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 
 import numpy as np
@@ -91,9 +92,19 @@ def test_reading_asks_again_for_what_is_missing_alone() -> None:
 
 def test_reading_never_gives_up_what_has_to_exist() -> None:
     read = ParameterRead(TARGET, CAST, [("A",)])
-    for second in range(100):
+    for second in range(0, 500, 5):
         assert names(read.poll(float(second))) == ["A"]
     assert not read.is_done
+
+
+def test_reading_over_a_link_that_answers_late_asks_ever_more_rarely_until_it_does() -> None:
+    read = ParameterRead(TARGET, CAST, [("A",), ("B",)])
+    asked_s = [tenth / 10 for tenth in range(150) if read.poll(tenth / 10)]
+    assert len(asked_s) <= 6
+    assert max(after - before for before, after in itertools.pairwise(asked_s)) <= 4.1
+    read.on_message(value_of("A", 1.0))
+    assert names(read.poll(20.0)) == ["B"]
+    assert names(read.poll(20.8)) == ["B"], "it answers again: lost ones are repeated soon"
 
 
 def test_writing_waits_for_the_value_and_repeats() -> None:
@@ -107,11 +118,21 @@ def test_writing_waits_for_the_value_and_repeats() -> None:
 
 def test_a_vehicle_that_keeps_its_value_is_not_asked_without_end() -> None:
     write = ParameterWrite(TARGET, CAST, parameters(FENCE_TYPE=5.0))
-    for second in range(3):
+    for second in range(0, 20, 5):
         write.poll(float(second))
         write.on_message(value_of("FENCE_TYPE", 7.0))
     with pytest.raises(CommandRefusedError, match="does not take FENCE_TYPE = 5"):
-        write.poll(10.0)
+        write.poll(20.0)
+
+
+def test_late_answers_to_a_read_are_no_refusal_of_the_write_that_follows() -> None:
+    write = ParameterWrite(TARGET, CAST, parameters(FENCE_TYPE=5.0))
+    write.poll(0.0)
+    for _ in range(5):
+        write.on_message(value_of("FENCE_TYPE", 7.0))
+    assert names(write.poll(1.0)) == ["FENCE_TYPE"]
+    write.on_message(value_of("FENCE_TYPE", 5.0))
+    assert write.is_done
 
 
 def names(messages: list[mavlink.MAVLink_message]) -> list[str]:

@@ -13,10 +13,12 @@ from aos_gcs.errors import CommandRefusedError
 
 REPEAT_S = 0.7
 """Pause before a request without an answer is sent again."""
+_LONGEST_PAUSE_S = 4.0
+"""The pause is doubled up to this while nothing new comes: repeating faster than a link answers fills it up."""
 _OPTIONAL_ATTEMPTS = 6
 """A parameter that may be missing is taken to be so after as many requests."""
-_PATIENCE = 3
-"""A vehicle that answers as often with another value than the one written will not take it."""
+_PATIENCE = 4
+"""A vehicle that answers as many writes with another value than the one written will not take it."""
 _TOLERANCE = 1e-4
 
 
@@ -37,6 +39,9 @@ class ParameterRead:
         self._required = tuple(required)
         self._optional = tuple(optional)
         self._attempts = 0
+        self._pause_s = REPEAT_S
+        self._asked_for = 0
+        """How many names."""
         self.due_s = -math.inf
         self.found: dict[str, Parameter] = {}
         """By name, what has been read so far."""
@@ -53,15 +58,21 @@ class ParameterRead:
         if now_s < self.due_s:
             return []
         self._attempts += 1
-        self.due_s = now_s + REPEAT_S
-        groups = (*self._required, *((name,) for name in self._optional))
-        missing = [name for names in groups if not any(name in self.found for name in names) for name in names]
+        required, optional = self._missing(self._required), self._missing([(name,) for name in self._optional])
+        missing = [*required, *optional]
+        is_stuck = bool(required) and len(missing) == self._asked_for
+        self._pause_s = _longer(self._pause_s) if is_stuck else REPEAT_S
+        self._asked_for = len(missing)
+        self.due_s = now_s + self._pause_s
         return [
             mavlink.MAVLink_param_request_read_message(
                 self._target.system_id, self._target.component_id, name.encode(), -1
             )
             for name in dict.fromkeys(missing)
         ]
+
+    def _missing(self, groups: Sequence[tuple[str, ...]]) -> list[str]:
+        return [name for names in groups if not any(name in self.found for name in names) for name in names]
 
     def on_message(self, message: mavlink.MAVLink_message) -> None:
         """Take a PARAM_VALUE over."""
@@ -84,6 +95,9 @@ class ParameterWrite:
         self._encoding = encoding
         self._open = dict(values)
         self._refusals: dict[str, int] = {}
+        self._pause_s = REPEAT_S
+        self._unanswered: set[str] = set()
+        """Written since the last answer. Further answers are late ones, to a read or to an earlier write."""
         self.due_s = -math.inf
 
     @property
@@ -105,7 +119,9 @@ class ParameterWrite:
             )
         if now_s < self.due_s:
             return []
-        self.due_s = now_s + REPEAT_S
+        self.due_s = now_s + self._pause_s
+        self._pause_s = _longer(self._pause_s)
+        self._unanswered = set(self._open)
         return [
             mavlink.MAVLink_param_set_message(
                 self._target.system_id,
@@ -126,5 +142,10 @@ class ParameterWrite:
         if math.isclose(value, self._open[name].value, rel_tol=_TOLERANCE, abs_tol=_TOLERANCE):
             del self._open[name]
             self._refusals.pop(name, None)
-        else:
+        elif name in self._unanswered:
+            self._unanswered.discard(name)
             self._refusals[name] = self._refusals.get(name, 0) + 1
+
+
+def _longer(pause_s: float) -> float:
+    return min(2.0 * pause_s, _LONGEST_PAUSE_S)
