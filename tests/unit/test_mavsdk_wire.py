@@ -10,6 +10,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 pytest.importorskip("mavsdk", reason="needs the optional library mavsdk")
 
 from aos_drivers.mavlink.address import PeerAddress
+from aos_drivers.mavlink.autopilots import Target
 from aos_drivers.mavsdk.wire import ANY_COMPONENT, Wire
 
 NEAR, FAR = PeerAddress(0, "10.0.0.1", 1000), PeerAddress(0, "10.0.0.2", 1000)
@@ -126,3 +127,10 @@ def test_strangers_beyond_the_limit_are_not_kept() -> None:
     for number in range(600):
         bench.wire.receive(packet(heartbeat(), 1), PeerAddress(0, "10.0.0.9", number))
     assert len(bench.delivered) == 512
+
+
+def test_what_names_no_target_goes_to_one_vehicle_alone(bench: Bench) -> None:
+    bench.wire.receive(packet(heartbeat(), 2), FAR)
+    bench.wire.send_to(Target(2, 1), mavlink.MAVLink_timesync_message(0, 5))
+    bench.wire.send_to(Target(3, 1), mavlink.MAVLink_timesync_message(0, 6))
+    assert [(message.ts1, peer) for message, peer in bench.radio.sent] == [(5, FAR)]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
@@ -117,11 +117,14 @@ class VehicleRecord:
         self.requests.want(self.target.component_id, message_id, _PAUSE_S, _ATTEMPTS)
 
     def take_payload(self, message: mavlink.MAVLink_message, now_s: float) -> None:
-        """Take over what tells of poses and exposures."""
+        """Take over what tells of poses and exposures, and of a camera component."""
+        self._find_camera(message)
+        if self.camera is not None and message.get_srcComponent() == self.camera.component_id:
+            self.camera.update(message)
         of_autopilot = message.get_srcComponent() == self.target.component_id
         self.payload.update(message, now_s, self.clock.offset_s, of_autopilot=of_autopilot)
 
-    def find_camera(self, message: mavlink.MAVLink_message) -> None:
+    def _find_camera(self, message: mavlink.MAVLink_message) -> None:
         """Take the sender of ``message`` as the camera if it is one; the lowest component id wins."""
         component_id = message.get_srcComponent()
         is_camera = message.get_msgId() == mavlink.MAVLINK_MSG_ID_CAMERA_INFORMATION or (
@@ -136,6 +139,20 @@ class VehicleRecord:
                 mavlink.MAVLINK_MSG_ID_CAMERA_CAPTURE_STATUS,
             ):
                 self.requests.want(component_id, message_id, _PAUSE_S, _ATTEMPTS)
+
+    def due_requests(self, now_s: float) -> Iterator[tuple[int, int, tuple[float, ...]]]:
+        """Return what is to be asked for now: component, command and its parameters."""
+        stream = self.streams.poll(now_s)
+        if stream is not None:
+            message_id, interval_us = stream
+            yield self.target.component_id, mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, (float(message_id), interval_us)
+        for component_id, message_id in self.requests.poll(now_s):
+            yield component_id, mavlink.MAV_CMD_REQUEST_MESSAGE, (float(message_id),)
+        gap = self.camera.poll_gaps(now_s) if self.camera is not None else None
+        if self.camera is not None and gap is not None:
+            captured, (first, last) = mavlink.MAVLINK_MSG_ID_CAMERA_IMAGE_CAPTURED, gap
+            params = (float(captured), float(first), float(last if last > first else 0))
+            yield self.camera.component_id, mavlink.MAV_CMD_REQUEST_MESSAGE, params
 
     def loss_fraction(self) -> float | None:
         """Return the share of lost packets over all components, each at the address where it is spoken to."""

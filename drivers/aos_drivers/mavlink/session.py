@@ -228,9 +228,6 @@ class Session:
                 conversation.on_message(message)
         record.requests.on_message(component_id, message.get_msgId())
         record.take_payload(message, now_s)
-        record.find_camera(message)
-        if record.camera is not None and component_id == record.camera.component_id:
-            record.camera.update(message)
         if message.get_msgId() == mavlink.MAVLINK_MSG_ID_COMMAND_ACK:
             self._on_ack(record, message, now_s)
         elif is_autopilot and message.get_msgId() in self._handlers:
@@ -306,18 +303,8 @@ class Session:
 
     def _ask(self, record: VehicleRecord, now_s: float) -> None:
         target = record.target
-        stream = record.streams.poll(now_s)
-        if stream is not None:
-            command = mavlink.MAV_CMD_SET_MESSAGE_INTERVAL
-            self._request(target.system_id, target.component_id, command, float(stream[0]), stream[1])
-        for component_id, message_id in record.requests.poll(now_s):
-            self._request(target.system_id, component_id, mavlink.MAV_CMD_REQUEST_MESSAGE, float(message_id))
-        gap = record.camera.poll_gaps(now_s) if record.camera is not None else None
-        if record.camera is not None and gap is not None:
-            captured, (first, last) = mavlink.MAVLINK_MSG_ID_CAMERA_IMAGE_CAPTURED, gap
-            command = mavlink.MAV_CMD_REQUEST_MESSAGE
-            params = (float(captured), float(first), float(last if last > first else 0))
-            self._request(target.system_id, record.camera.component_id, command, *params)
+        for component_id, command, params in record.due_requests(now_s):
+            self.send(target.system_id, component_id, _command_long(target.system_id, component_id, command, *params))
         sent_ns = record.clock.poll(now_s)
         if sent_ns is not None:
             self.send(target.system_id, target.component_id, mavlink.MAVLink_timesync_message(0, sent_ns))
@@ -325,9 +312,6 @@ class Session:
             version = float(mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION)
             command = mavlink.MAV_CMD_REQUEST_MESSAGE
             self._peers.send(_command_long(target.system_id, target.component_id, command, version), peer)
-
-    def _request(self, system_id: int, component_id: int, command: int, *params: float) -> None:
-        self.send(system_id, component_id, _command_long(system_id, component_id, command, *params))
 
 
 def is_autopilot_heartbeat(message: mavlink.MAVLink_message) -> bool:

@@ -16,6 +16,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from aos_drivers.frames.fetching import ImageFetcher
 from aos_drivers.mavlink.address import LinkAddress, PeerAddress, parse_link
 from aos_drivers.mavlink.autopilots import Target
+from aos_drivers.mavlink.autopilots.base import command_long
 from aos_drivers.mavlink.background import BackgroundTasks
 from aos_drivers.mavlink.capture import CaptureRunner, make_source, report_receiver
 from aos_drivers.mavlink.commands import CommandRunner
@@ -117,22 +118,9 @@ class MavsdkVehicle:
 
     def poll(self, now_s: float) -> None:
         """Ask for streams and facts that are due. Call it several times a second."""
-        stream = self._record.streams.poll(now_s)
-        if stream is not None:
-            autopilot_id = self._record.target.component_id
-            self._command_long(autopilot_id, mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, float(stream[0]), stream[1])
-        for component_id, message_id in self._record.requests.poll(now_s):
-            self._request(component_id, message_id)
-
-    def _request(self, component_id: int, message_id: int, index: int = 0) -> None:
-        self._command_long(component_id, mavlink.MAV_CMD_REQUEST_MESSAGE, float(message_id), float(index))
-
-    def _command_long(self, component_id: int, command: int, param1: float, param2: float) -> None:
         system_id = self._record.vehicle_id
-        message = mavlink.MAVLink_command_long_message(
-            system_id, component_id, command, 0, param1, param2, 0.0, 0.0, 0.0, 0.0, 0.0
-        )
-        self._send(system_id, component_id, message)
+        for component_id, command, params in self._record.due_requests(now_s):
+            self._send(system_id, component_id, command_long(Target(system_id, component_id), command, *params))
 
     def _send(self, system_id: int, component_id: int, message: mavlink.MAVLink_message) -> None:
         """Send one packet.
@@ -171,8 +159,11 @@ class MavsdkFleet:
             record = self._records[system_id] = VehicleRecord(
                 target, message, self._position_hz, self._tools.cameras.of(system_id)
             )
-        record.heard_at_s = now_s
         component_id = message.get_srcComponent()
+        if isinstance(message, mavlink.MAVLink_unknown):
+            record.count_unknown(component_id, message.get_seq(), peer)
+            return
+        record.hear(component_id, message.get_seq(), peer, now_s)
         wire.route(system_id, component_id, peer)
         record.requests.on_message(component_id, message.get_msgId())
         record.take_payload(message, now_s)
@@ -182,7 +173,6 @@ class MavsdkFleet:
             return
         wire.route(system_id, ANY_COMPONENT, peer)
         record.streams.on_message(message.get_msgId())
-        record.identity.hear(peer, now_s)
         for conversation in record.conversations:
             conversation.on_message(message)
         if message.get_msgId() == mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT:
@@ -192,6 +182,8 @@ class MavsdkFleet:
         elif message.get_msgId() == mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION:
             record.identity.hear_uid(peer, bytes(message.uid2) + message.uid.to_bytes(8, "little"), now_s)
             record.telemetry.update(message, now_s)
+        elif message.get_msgId() == mavlink.MAVLINK_MSG_ID_TIMESYNC:
+            record.clock.on_message(message, now_s)
 
     async def run(self, wire: Wire, postman: Postman) -> None:
         """Do what is due, until cancelled."""
@@ -204,6 +196,9 @@ class MavsdkFleet:
             for vehicle_id, vehicle in self._vehicles.items():
                 vehicle.poll(now_s)
                 self._watch_identity(vehicle_id, now_s)
+                record = self._records[vehicle_id]
+                if (sent_ns := record.clock.poll(now_s)) is not None:
+                    wire.send_to(record.target, mavlink.MAVLink_timesync_message(0, sent_ns))
             if now_s >= heartbeat_due_s and self._context.is_healthy():
                 wire.send_heartbeat()
                 heartbeat_due_s = now_s + HEARTBEAT_PERIOD_S

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.mavlink.address import PeerAddress
+from aos_drivers.mavlink.autopilots import Target
 from aos_drivers.mavlink.framing import FrameParser
 from aos_drivers.mavlink.links import Endpoint
 
@@ -84,6 +85,12 @@ class Wire:
             peer = self._routes.get((system_id, component_id)) or self._routes.get((system_id, ANY_COMPONENT))
             if peer is not None and not isinstance(message, mavlink.MAVLink_unknown):
                 self._send_to(peer, message)
+
+    def send_to(self, target: Target, message: mavlink.MAVLink_message) -> None:
+        """Send what names no target itself, and need not pass through MAVSDK, to one component."""
+        peer = self._routes.get((target.system_id, target.component_id))
+        if peer is not None:
+            self._send_to(peer, message)
 
     def send_heartbeat(self) -> None:
         """Send our heartbeat, once to each address that carries a vehicle or that we call."""
