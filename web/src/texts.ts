@@ -528,5 +528,7 @@ export const texts = {
     findings: "Findings",
     judgedBy: "Judged by",
     scheme: "Scheme of the search area with the findings, north up",
+    legend: { area: "Search area", fence: "Geofence", "no-go": "No-go area" },
+    datum: "Positions are WGS 84. Times count from the start of the mission. Errors are one standard deviation.",
   },
 } as const;
