@@ -14,6 +14,7 @@ from aos_gcs.api.models import ErrorModel
 from aos_gcs.api.plan_checks import TooManyChecksError
 from aos_gcs.errors import AosError, CommandError, ConfigurationError, InputDataError, LinkError, MissionError
 from aos_gcs.mission.viewing import ViewerBusyError
+from aos_gcs.store.plan_folder import PlanChangedError
 
 
 class NotFoundError(AosError):
@@ -34,6 +35,7 @@ _STATUS_AND_ID: dict[type[AosError], tuple[int, str]] = {
     ConfigurationError: (HTTPStatus.UNPROCESSABLE_ENTITY, "unusable_setting"),
     MissionError: (HTTPStatus.CONFLICT, "action_not_allowed"),
     TooManyChecksError: (HTTPStatus.TOO_MANY_REQUESTS, "too_many_checks"),
+    PlanChangedError: (HTTPStatus.CONFLICT, "plan_changed"),
     ViewerBusyError: (HTTPStatus.SERVICE_UNAVAILABLE, "busy"),
     LinkError: (HTTPStatus.BAD_GATEWAY, "link_failed"),
     CommandError: (HTTPStatus.BAD_GATEWAY, "command_failed"),

@@ -149,3 +149,4 @@ class SavedPlanModel(WireModel):
 
     name: str
     saved_utc_s: float
+    version: str = Field(description="Another one after every change; for `replaces`.")

@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
+import os
 import re
+import threading
+import unicodedata
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
-from aos_gcs.errors import InputDataError, RecordingError
+from aos_gcs.errors import AosError, InputDataError, RecordingError
 
 _NAME = re.compile(r"\w(?:[\w .-]{0,48}\w)?")
 _SUFFIX = ".json"
+NOTHING: Final = "none"
+"""The version of a plan that there is not."""
+
+
+class PlanChangedError(AosError):
+    """Somebody else has saved, or removed, a plan meanwhile."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,6 +28,8 @@ class PlanEntry:
 
     name: str
     saved_utc_s: float
+    version: str
+    """Another one after every change."""
 
 
 class PlanFolder:
@@ -29,11 +41,12 @@ class PlanFolder:
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
+        self._writing = threading.Lock()
 
     def entries(self) -> tuple[PlanEntry, ...]:
         """Return what there is, by name."""
         found = (path for path in self._folder.glob(f"*{_SUFFIX}") if _NAME.fullmatch(path.stem))
-        return tuple(PlanEntry(path.stem, path.stat().st_mtime) for path in sorted(found))
+        return tuple(_entry(path.stem, path.stat()) for path in sorted(found))
 
     def read(self, name: str) -> str | None:
         """Return the text of a plan; None if there is none of that name.
@@ -49,19 +62,28 @@ class PlanFolder:
         except (OSError, UnicodeDecodeError) as error:
             raise InputDataError(f"The plan {path} cannot be read: {error}.") from error
 
-    def write(self, name: str, text: str) -> None:
+    def write(self, name: str, text: str, replaces: str | None = None) -> None:
         """Keep a plan; one of the same name is replaced, as a whole or not at all.
+
+        Args:
+            name: of the plan.
+            text: of the plan.
+            replaces: version of the plan that may be replaced, ``NOTHING`` for a new name; None: whatever is there.
 
         Raises:
             InputDataError: the name is none for a plan.
+            PlanChangedError: there is another version than may be replaced.
             RecordingError: the folder cannot be written.
         """
         path = self._path(name)
         try:
-            self._folder.mkdir(parents=True, exist_ok=True)
-            part = path.with_name(f".{path.name}.part")
-            part.write_text(text, encoding="utf-8")
-            part.replace(path)
+            with self._writing:
+                if replaces is not None:
+                    _check_version(path, replaces)
+                self._folder.mkdir(parents=True, exist_ok=True)
+                part = path.with_name(f".{path.name}.part")
+                part.write_text(text, encoding="utf-8")
+                part.replace(path)
         except OSError as error:
             text = f"The plan cannot be saved as {path}: {error}; make room or check the disk."
             raise RecordingError(text) from error
@@ -79,8 +101,27 @@ class PlanFolder:
         return True
 
     def _path(self, name: str) -> Path:
+        # The same letters, however they were typed: an umlaut may be one character or two.
+        name = unicodedata.normalize("NFC", name)
         if not _NAME.fullmatch(name):
             raise InputDataError(
                 f"'{name}' is no name for a plan; use up to 50 letters, digits, spaces, points, '-' and '_'."
             )
         return self._folder / f"{name}{_SUFFIX}"
+
+
+def _entry(name: str, status: os.stat_result) -> PlanEntry:
+    return PlanEntry(name, status.st_mtime, f"{status.st_mtime_ns:x}-{status.st_size:x}")
+
+
+def _check_version(path: Path, version: str) -> None:
+    try:
+        present = _entry(path.stem, path.stat()).version
+    except FileNotFoundError:
+        present = NOTHING
+    if present == version:
+        return
+    if version == NOTHING:
+        raise PlanChangedError(f"There is a plan '{path.stem}' already; choose another name, or replace it.")
+    done = "removed" if present == NOTHING else "saved"
+    raise PlanChangedError(f"The plan '{path.stem}' was {done} by somebody else meanwhile; look at it, or save again.")

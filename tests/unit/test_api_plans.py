@@ -137,10 +137,38 @@ async def test_plans_are_saved_listed_and_deleted(client: httpx.AsyncClient) -> 
     assert (await client.get("/api/plans/a")).status_code == 404
 
 
+async def test_what_another_screen_has_saved_is_not_replaced_unseen(client: httpx.AsyncClient) -> None:
+    async def version() -> str:
+        (entry,) = (await client.get("/api/plans")).json()
+        return str(entry["version"])
+
+    first = await client.put("/api/plans/a?replaces=none", json=PLAN)
+    assert first.status_code == 200
+    again = await client.put("/api/plans/a?replaces=none", json=PLAN)
+    assert (again.status_code, again.json()["id"]) == (409, "plan_changed")
+    assert "already" in again.json()["message"]
+
+    seen = await version()
+    assert (await client.put(f"/api/plans/a?replaces={seen}", json=PLAN | {"vehicles": 7})).status_code == 200
+    late = await client.put(f"/api/plans/a?replaces={seen}", json=PLAN | {"vehicles": 8})
+    assert (late.status_code, (await client.get("/api/plans/a")).json()["vehicles"]) == (409, 7)
+    assert "saved by somebody else" in late.json()["message"]
+    assert (await client.delete("/api/plans/a")).status_code == 204
+    gone = await client.put("/api/plans/a?replaces=1-2", json=PLAN)
+    assert "removed by somebody else" in gone.json()["message"]
+
+
+async def test_letters_are_the_same_however_they_were_typed(client: httpx.AsyncClient) -> None:
+    await client.put("/api/plans/Büchsenhausen", json=PLAN)
+    assert (await client.get("/api/plans/Bu\u0308chsenhausen")).status_code == 200
+
+
 @pytest.mark.parametrize("name", [".hidden", "..", "a%2Fb", "..%2F..%2Fetc", "x" * 60, "a%00b", "a:b"])
 async def test_names_that_leave_the_folder_are_refused(client: httpx.AsyncClient, name: str, tmp_path: Path) -> None:
     response = await client.put(f"/api/plans/{name}", json=PLAN)
     assert response.status_code in {404, 405, 422}
+    if response.status_code == 422:
+        assert "letters, digits" in response.json()["message"] or "64" in response.json()["message"]
     assert await asyncio.to_thread(lambda: list(tmp_path.iterdir())) == []
 
 
@@ -149,6 +177,8 @@ async def test_a_damaged_saved_plan_is_told(client: httpx.AsyncClient, tmp_path:
     (tmp_path / "plans" / "broken.json").write_text('{"vehicles": "many"}')
     response = await client.get("/api/plans/broken")
     assert (response.status_code, response.json()["id"]) == (422, "unusable_data")
+    assert "vehicles: Input should be" in response.json()["message"]
+    assert "http" not in response.json()["message"]
 
 
 async def test_shapes_of_a_file_are_returned(client: httpx.AsyncClient) -> None:

@@ -7,7 +7,7 @@ from collections.abc import AsyncIterator
 from typing import Annotated, Any
 
 import pydantic
-from fastapi import APIRouter, Depends, Path, Request
+from fastapi import APIRouter, Depends, Path, Query, Request
 
 from aos_gcs.api import plan_convert
 from aos_gcs.api.access import cookie_name
@@ -30,6 +30,12 @@ router = APIRouter(tags=["plans"])
 IMPORT_PATH = "/api/plan/import"
 _REFUSED: dict[int | str, dict[str, Any]] = {403: {"model": ErrorModel}, 422: {"model": ErrorModel}}
 PlanName = Annotated[str, Path(max_length=64)]
+Replaces = Annotated[
+    str | None,
+    Query(
+        description="Version of the plan that may be replaced, `none` for a new name; else, whatever is there."
+    ),
+]
 
 
 @router.get("/api/plan", responses={409: {"model": ErrorModel}})
@@ -102,10 +108,10 @@ async def import_file(request: Request) -> list[ImportedShapeModel]:
 async def list_plans(plans: Plans) -> list[SavedPlanModel]:
     """Return the names of the saved plans."""
     entries = await asyncio.to_thread(plans.entries)
-    return [SavedPlanModel(name=entry.name, saved_utc_s=entry.saved_utc_s) for entry in entries]
+    return [SavedPlanModel(name=entry.name, saved_utc_s=entry.saved_utc_s, version=entry.version) for entry in entries]
 
 
-@router.get("/api/plans/{name}", responses={404: {"model": ErrorModel}, 422: {"model": ErrorModel}})
+@router.get("/api/plans/{name:path}", responses={404: {"model": ErrorModel}, 422: {"model": ErrorModel}})
 async def read_saved_plan(name: PlanName, plans: Plans) -> PlanModel:
     """Return a saved plan."""
     text = await asyncio.to_thread(plans.read, name)
@@ -114,17 +120,18 @@ async def read_saved_plan(name: PlanName, plans: Plans) -> PlanModel:
     try:
         return PlanModel.model_validate_json(text)
     except pydantic.ValidationError as error:
-        raise InputDataError(f"The plan '{name}' is damaged: {error}.") from error
+        problems = "; ".join(f"{'.'.join(map(str, one['loc']))}: {one['msg']}" for one in error.errors())
+        raise InputDataError(f"The plan '{name}' is damaged: {problems}.") from error
 
 
-@router.put("/api/plans/{name}", responses=_REFUSED)
-async def save_plan(name: PlanName, body: PlanModel, plans: Plans) -> PlanModel:
-    """Keep a plan, finished or not; one of the same name is replaced."""
-    await asyncio.to_thread(plans.write, name, body.model_dump_json(indent=2))
+@router.put("/api/plans/{name:path}", responses=_REFUSED | {409: {"model": ErrorModel}})
+async def save_plan(name: PlanName, body: PlanModel, plans: Plans, replaces: Replaces = None) -> PlanModel:
+    """Keep a plan, finished or not."""
+    await asyncio.to_thread(plans.write, name, body.model_dump_json(indent=2), replaces)
     return body
 
 
-@router.delete("/api/plans/{name}", status_code=204, responses=_REFUSED | {404: {"model": ErrorModel}})
+@router.delete("/api/plans/{name:path}", status_code=204, responses=_REFUSED | {404: {"model": ErrorModel}})
 async def delete_plan(name: PlanName, plans: Plans) -> None:
     """Remove a saved plan."""
     if not await asyncio.to_thread(plans.delete, name):

@@ -378,7 +378,7 @@ export interface paths {
     get: operations["read_saved_plan_api_plans__name__get"];
     /**
      * Save Plan
-     * @description Keep a plan, finished or not; one of the same name is replaced.
+     * @description Keep a plan, finished or not.
      */
     put: operations["save_plan_api_plans__name__put"];
     post?: never;
@@ -1641,6 +1641,11 @@ export interface components {
       name: string;
       /** Saved Utc S */
       saved_utc_s: number;
+      /**
+       * Version
+       * @description Another one after every change; for `replaces`.
+       */
+      version: string;
     };
     /**
      * ScanLegModel
@@ -2819,7 +2824,10 @@ export interface operations {
   };
   save_plan_api_plans__name__put: {
     parameters: {
-      query?: never;
+      query?: {
+        /** @description Version of the plan that may be replaced, `none` for a new name; else, whatever is there. */
+        replaces?: string | null;
+      };
       header?: never;
       path: {
         name: string;
@@ -2843,6 +2851,15 @@ export interface operations {
       };
       /** @description Forbidden */
       403: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Conflict */
+      409: {
         headers: {
           [name: string]: unknown;
         };
