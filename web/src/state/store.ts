@@ -2,12 +2,13 @@
 import type { Connection, PageMessage } from "../api/socket";
 import { INITIAL_STATE, reduce, type State } from "./state";
 
-const NOTIFY_INTERVAL_MS = 200;
+const NOTIFY_INTERVAL_MS = 250;
 
 export class Store {
   private current: State = INITIAL_STATE;
   private readonly readers = new Set<(state: State) => void>();
   private timer: ReturnType<typeof setTimeout> | undefined;
+  private notifiedAtMs = -Infinity;
 
   get state(): State {
     return this.current;
@@ -15,7 +16,8 @@ export class Store {
 
   receive(message: PageMessage): void {
     this.current = reduce(this.current, message, performance.now());
-    this.timer ??= setTimeout(() => this.notify(), NOTIFY_INTERVAL_MS);
+    const dueAtMs = this.notifiedAtMs + NOTIFY_INTERVAL_MS;
+    this.timer ??= setTimeout(() => this.notify(), Math.max(0, dueAtMs - performance.now()));
   }
 
   setConnection(connection: Connection): void {
@@ -32,6 +34,7 @@ export class Store {
   private notify(): void {
     clearTimeout(this.timer);
     this.timer = undefined;
+    this.notifiedAtMs = performance.now();
     for (const reader of this.readers) reader(this.current);
   }
 }
