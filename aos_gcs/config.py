@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
 import pydantic
-from pydantic import BaseModel, ConfigDict, Field, FilePath, TypeAdapter
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
@@ -114,7 +114,7 @@ class ApiConfig(BaseModel):
     """Holds the code that makes a client an operator; by default a random one is made at each start."""
     plans_folder: Path = Path("plans")
     """Where operators save plans."""
-    basemap: FilePath | None = None
+    basemap: Path | None = None
     """A PMTiles file that the dashboard shows below the mission; by default it has a metric grid alone."""
 
 

@@ -8,6 +8,7 @@ from contextlib import asynccontextmanager
 
 from aos_gcs.api.access import random_code, read_code
 from aos_gcs.api.app import create_app
+from aos_gcs.api.basemap_file import check_basemap
 from aos_gcs.api.server import serve
 from aos_gcs.config import ApiConfig
 from aos_gcs.mission.model import FindingControl, MissionControl, PlanControl, ReplayControl
@@ -49,10 +50,13 @@ async def open_dashboard(
 
     Raises:
         LinkError: its port cannot be opened.
+        ConfigurationError: its base map cannot be shown.
     """
     if not config.enabled:
         yield
         return
+    if config.basemap is not None:
+        check_basemap(config.basemap)
     app = create_app(
         mission,
         operator_code=code,

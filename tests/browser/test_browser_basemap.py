@@ -1,70 +1,114 @@
-"""The map on a base map of the service, in a real browser."""
+"""The map on a base map of the service, in a real browser: pictures and vectors, and nothing from elsewhere."""
 
 from __future__ import annotations
 
-import asyncio
-import gzip
 import io
-import struct
+import re
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 import pytest
 from PIL import Image
-from playwright.async_api import FloatRect, Page, expect
+from playwright.async_api import Page
 
 from aos_gcs.api.app import create_app
-from tests.browser.conftest import serving
+from tests.browser.conftest import PageRecord, serving
+from tests.browser.map_places import map_places, place, show_only
 from tests.browser.pages import open_page
+from tests.fakes.tiles import MVT, PNG, Shape, pmtiles, tile_at, vector_tile
 
 pytestmark = pytest.mark.asyncio(loop_scope="session")
 
-ORANGE = (230, 120, 20)
-DRAWING_TIMEOUT_S = 60.0
-_HEADER_LENGTH = 127
-_TILE_TYPE_PNG = 2
-_GZIP, _UNCOMPRESSED = 2, 1
+ORANGE = "#e67814"
+PALETTE_FILE = Path(__file__).resolve().parents[2] / "web/src/map/palette.ts"
+ZOOM = 14
 
 
-def pmtiles_of(tile_png: bytes) -> bytes:
-    """Return a PMTiles archive (version 3) of the one tile that covers the world."""
-    # One entry: tile id 0, run length 1, its length, and offset 0 stored as 1; all as varints.
-    length = bytes([len(tile_png) & 0x7F | 0x80, len(tile_png) >> 7])
-    root = gzip.compress(bytes([1, 0, 1]) + length + bytes([1]))
-    metadata = gzip.compress(b"{}")
-    offsets = [_HEADER_LENGTH, _HEADER_LENGTH + len(root)]
-    tiles_at = offsets[1] + len(metadata)
-    header = struct.pack("<7sB", b"PMTiles", 3)
-    header += struct.pack("<8Q", offsets[0], len(root), offsets[1], len(metadata), 0, 0, tiles_at, len(tile_png))
-    header += struct.pack("<3Q", 1, 1, 1)
-    header += struct.pack("<6B", 1, _GZIP, _UNCOMPRESSED, _TILE_TYPE_PNG, 0, 0)
-    header += struct.pack("<4iB2i", -1800000000, -850000000, 1800000000, 850000000, 0, 0, 0)
-    return header + root + metadata + tile_png
+@dataclass(frozen=True, slots=True)
+class Names:
+    """What a schema calls its layers, and what its features are."""
+
+    wood: str
+    streams: str
+    buildings: str
+    roads: str
+    contours: str
+    kind: str
 
 
-async def test_the_map_lies_on_the_services_base_map(map_page: Page, tmp_path: Path, page_record) -> None:
+PROTOMAPS = Names("landuse", "water", "buildings", "roads", "contours", "kind")
+OPENMAPTILES = Names("landcover", "waterway", "building", "transportation", "contour", "class")
+
+
+def ground_colours(theme: str) -> dict[str, str]:
+    """Return the page's own colours of a base map in vectors."""
+    found = re.search(rf"\b{theme}: {{.*?ground: {{(.*?)}}", PALETTE_FILE.read_text(encoding="utf-8"), re.DOTALL)
+    assert found is not None
+    return dict(re.findall(r'(\w+): "(#\w{6})"', found[1]))
+
+
+def box(west_m: float, south_m: float, east_m: float, north_m: float, **properties: str) -> Shape:
+    """Return an area on the ground."""
+    corners = [(west_m, north_m), (east_m, north_m), (east_m, south_m), (west_m, south_m)]
+    return Shape([place(*corner) for corner in corners], is_area=True, properties=properties)
+
+
+def line(west_m: float, east_m: float, north_m: float, **properties: str) -> Shape:
+    """Return a line from west to east."""
+    return Shape([place(west_m, north_m), place(east_m, north_m)], is_area=False, properties=properties)
+
+
+async def test_the_map_lies_on_pictures(map_page: Page, tmp_path: Path, page_record: PageRecord) -> None:
     tile = io.BytesIO()
     Image.new("RGB", (256, 256), ORANGE).save(tile, "PNG")
     file = tmp_path / "orange.pmtiles"
-    file.write_bytes(pmtiles_of(tile.getvalue()))
+    file.write_bytes(pmtiles(tile.getvalue(), PNG))
     async with serving(partial(create_app, basemap_file=file)) as service:
         async with map_page.expect_response(lambda response: response.url.endswith(".pmtiles")) as answered:
             await open_page(map_page, service.url)
         assert (await answered.value).status == 206
-        canvas = map_page.locator(".map-canvas canvas")
-        await expect(canvas).to_be_visible()
-        box = await canvas.bounding_box()
-        assert box is not None
-        right, bottom = box["x"] + box["width"], box["y"] + box["height"]
-        corner: FloatRect = {"x": right - 60, "y": bottom - 60, "width": 40, "height": 40}
-        async with asyncio.timeout(DRAWING_TIMEOUT_S):
-            while await commonest_colour(map_page, corner) != ORANGE:  # noqa: ASYNC110 - nothing announces it
-                await asyncio.sleep(0.2)
+        places = await map_places(map_page)
+        await show_only(map_page, "basemap")
+        await places.await_colour(20.0, 40.0, ORANGE)
         assert page_record.errors == []
 
 
-async def commonest_colour(page: Page, clip: FloatRect) -> object:
-    """Return the colour of most pixels of a part of the screen."""
-    shot = Image.open(io.BytesIO(await page.screenshot(clip=clip))).convert("RGB")
-    colours = shot.getcolors(shot.width * shot.height)
-    return max(colours)[1] if colours else None
+@pytest.mark.parametrize("names", [PROTOMAPS, OPENMAPTILES], ids=["protomaps", "openmaptiles"])
+async def test_the_map_lies_on_vectors_at_their_true_places(
+    map_page: Page, tmp_path: Path, page_record: PageRecord, names: Names
+) -> None:
+    layers: dict[str, list[Shape]] = {
+        "water": [box(10.0, 65.0, 30.0, 85.0)],
+        names.wood: [
+            box(10.0, 30.0, 30.0, 50.0, **{names.kind: "forest"}),
+            box(40.0, 30.0, 58.0, 50.0, **{names.kind: "industrial"}),
+        ],
+        names.buildings: [box(40.0, 65.0, 55.0, 80.0)],
+        names.roads: [line(5.0, 58.0, 10.0, **{names.kind: "motorway"})],
+        names.contours: [line(5.0, 58.0, -5.0, ele="300")],
+    }
+    layers.setdefault(names.streams, []).append(line(5.0, 58.0, 57.5))
+    tile = tile_at(place(30.0, 40.0), ZOOM)
+    file = tmp_path / "ground.pmtiles"
+    file.write_bytes(pmtiles(vector_tile(tile, layers), MVT, tile, list(layers)))
+    colours = ground_colours("light")
+    await map_page.add_init_script("localStorage.setItem('aos-gcs-theme', 'light')")
+    async with serving(partial(create_app, basemap_file=file)) as service:
+        await open_page(map_page, service.url)
+        places = await map_places(map_page)
+        await show_only(map_page, "basemap")
+        background = await places.colour(-30.0, 40.0)
+        await places.await_colour(20.0, 75.0, colours["water"])
+        await places.await_colour(20.0, 40.0, colours["wood"])
+        await places.await_colour(47.5, 72.5, colours["building"])
+        await places.await_colour(30.0, 10.0, colours["road"])
+        assert await places.colour(30.0, 57.5) != background  # a stream
+        assert await places.colour(10.0, -5.0) != background  # a contour line
+        assert await places.colour(49.0, 40.0) == background  # no wood
+        # A metre inside and outside of the water's rims.
+        for inside, outside in [((11, 75), (9, 75)), ((29, 75), (31, 75)), ((20, 66), (20, 64)), ((20, 84), (20, 86))]:
+            await places.await_colour(*inside, colours["water"])
+            assert await places.colour(*outside) == background
+        assert page_record.errors == []
+        assert page_record.foreign_requests == []

@@ -8,9 +8,13 @@ import httpx
 import pytest
 
 from aos_gcs.api.app import create_app
+from aos_gcs.api.basemap_file import check_basemap
 from aos_gcs.clock import LoopClock
 from aos_gcs.config import ApiConfig
+from aos_gcs.dashboard import open_dashboard
+from aos_gcs.errors import ConfigurationError
 from tests.fakes.mission import ScriptedMission
+from tests.fakes.tiles import MVT, PNG, pmtiles
 
 BASE_URL = "http://127.0.0.1:8080"
 
@@ -44,6 +48,44 @@ async def test_a_base_map_that_is_gone_is_told_like_one_that_never_was(tmp_path:
         assert (await client.get("/api/basemap/tiles.pmtiles")).status_code == 404
 
 
-def test_a_file_that_does_not_exist_is_refused_in_the_configuration(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="basemap"):
-        ApiConfig(basemap=tmp_path / "none.pmtiles")
+ARCHIVE = pmtiles(b"tile", PNG)
+
+
+@pytest.mark.parametrize("tile_type", [MVT, PNG])
+def test_pictures_and_vectors_can_be_shown(tmp_path: Path, tile_type: int) -> None:
+    file = tmp_path / "area.pmtiles"
+    file.write_bytes(pmtiles(b"tile", tile_type))
+    check_basemap(file)
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [
+        (b"", "no PMTiles archive"),
+        (b"PK\x03\x04" + bytes(500), "no PMTiles archive; make one"),
+        (ARCHIVE[:100], "no PMTiles archive"),
+        (ARCHIVE[:-1], "incomplete: its tiles end at byte .*copy it again"),
+        (ARCHIVE[:7] + bytes([2]) + ARCHIVE[8:], "version 2; convert it"),
+        (ARCHIVE[:97] + bytes([3]) + ARCHIVE[98:], "directories of .* compression brotli"),
+        (ARCHIVE[:98] + bytes([4]) + ARCHIVE[99:], "tiles of .* compression zstd.* with gzip"),
+        (ARCHIVE[:99] + bytes([9]) + ARCHIVE[100:], "unknown type 9, not MVT"),
+    ],
+)
+def test_what_cannot_be_shown_is_refused_with_the_reason(tmp_path: Path, content: bytes, reason: str) -> None:
+    file = tmp_path / "broken.pmtiles"
+    file.write_bytes(content)
+    with pytest.raises(ConfigurationError, match=reason):
+        check_basemap(file)
+
+
+@pytest.mark.parametrize("url", ["https://tiles.example.org/world.pmtiles", "s3://bucket/world.pmtiles"])
+def test_remote_base_maps_are_refused(url: str) -> None:
+    with pytest.raises(ConfigurationError, match="loads nothing from a network"):
+        check_basemap(Path(url))
+
+
+async def test_nothing_is_served_with_a_base_map_that_does_not_exist(tmp_path: Path) -> None:
+    config = ApiConfig(basemap=tmp_path / "none.pmtiles", port=0)
+    with pytest.raises(ConfigurationError, match=r"none\.pmtiles: No such file"):
+        async with open_dashboard(ScriptedMission(LoopClock()), config, "code"):
+            pass

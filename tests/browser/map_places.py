@@ -1,0 +1,95 @@
+"""Where places on the ground lie on the screen, as the map itself tells under the mouse, and what is drawn there."""
+
+from __future__ import annotations
+
+import asyncio
+import io
+import re
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+from playwright.async_api import Locator, Page, expect
+
+from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from tests.fakes.mission import ORIGIN
+from tests.fakes.tiles import mercator
+
+DRAWING_TIMEOUT_S = 60.0
+_FRAME = LocalFrame(ORIGIN)
+_INSET = 0.2
+"""Of the map's width and height, from its rim to where the mouse asks."""
+
+
+def place(east_m: float, north_m: float) -> GeodeticPosition:
+    """Return a place on the ground."""
+    return _FRAME.to_geodetic(np.array([east_m, north_m, 0.0]))
+
+
+@dataclass(frozen=True, slots=True)
+class MapPlaces:
+    """The map's canvas, with two of its pixels and their places on the map of the world.
+
+    The page is asked for latitude and longitude only; from there it is the test's own Web Mercator.
+    """
+
+    canvas: Locator
+    pixels: NDArray[np.float64]
+    """Shape (2, 2): rows are pixels (x, y) of the canvas."""
+    world: NDArray[np.float64]
+    """The same points from 0 to 1, shape (2, 2)."""
+
+    def pixel(self, east_m: float, north_m: float) -> tuple[float, float]:
+        """Return where a place lies on the canvas."""
+        share = (np.array(mercator(place(east_m, north_m))) - self.world[0]) / (self.world[1] - self.world[0])
+        x, y = self.pixels[0] + share * (self.pixels[1] - self.pixels[0])
+        return float(x), float(y)
+
+    async def picture(self) -> NDArray[np.uint8]:
+        """Return what the canvas shows, shape (H, W, 3)."""
+        shot = await self.canvas.screenshot()
+        return np.asarray(Image.open(io.BytesIO(shot)).convert("RGB"))
+
+    async def colour(self, east_m: float, north_m: float) -> tuple[int, int, int]:
+        """Return the colour of the pixel at a place."""
+        x, y = self.pixel(east_m, north_m)
+        red, green, blue = (await self.picture())[round(y), round(x)]
+        return int(red), int(green), int(blue)
+
+    async def await_colour(self, east_m: float, north_m: float, colour: str) -> None:
+        """Wait until a place has a colour."""
+        wanted = tuple(bytes.fromhex(colour.removeprefix("#")))
+        async with asyncio.timeout(DRAWING_TIMEOUT_S):
+            while await self.colour(east_m, north_m) != wanted:  # noqa: ASYNC110 - nothing announces it
+                await asyncio.sleep(0.2)
+
+
+async def map_places(page: Page) -> MapPlaces:
+    """Ask the map with the mouse where two of its pixels lie."""
+    canvas = page.locator(".map-canvas canvas")
+    await expect(canvas).to_be_visible()
+    box = await canvas.bounding_box()
+    assert box is not None
+    pixels = np.array([(box["width"] * share, box["height"] * share) for share in (_INSET, 1.0 - _INSET)]).round()
+    world = []
+    for x, y in pixels:
+        await page.mouse.move(box["x"] + x, box["y"] + y)
+        await expect(page.get_by_test_id("map-cursor")).to_contain_text("°")
+        await asyncio.sleep(0.3)
+        found = re.search(r"([\d.]+)° N, ([\d.]+)° E", await page.get_by_test_id("map-cursor").inner_text())
+        assert found is not None
+        world.append(mercator(GeodeticPosition(float(found[1]), float(found[2]), 0.0)))
+    await page.mouse.move(0, 0)
+    await expect(page.get_by_test_id("map-cursor")).to_be_empty()
+    return MapPlaces(canvas, pixels, np.array(world))
+
+
+async def show_only(page: Page, *layers: str, picture: str = "") -> None:
+    """Show these layers of the map and a picture on the ground, if one is named, and nothing else."""
+    await page.get_by_test_id("map-layers").click()
+    await page.get_by_test_id("map-picture").select_option(picture)
+    for switch in await page.locator(".layer-list [data-testid^=layer-]").all():
+        name = (await switch.get_attribute("data-testid") or "").removeprefix("layer-")
+        await switch.set_checked(name in layers)
+    await page.get_by_test_id("map-layers").click()
