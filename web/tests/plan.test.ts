@@ -1,6 +1,8 @@
 import { describe, expect, test } from "vitest";
-import type { ImportedShape, Place, Plan, PlanReport } from "../src/api/types";
+import type { ImportedShape, Place, Plan, PlanReport, StrategyParameter } from "../src/api/types";
 import { type Drawing, draftFeatures } from "../src/views/plan/draw_layer";
+import { begun, changed, GESTURE_MS, type History, MAX_STEPS, redone, undone } from "../src/views/plan/history";
+import { parameterHint, parameterTitle, strangers, withParameter } from "../src/views/plan/parameters";
 import { adviceOf, problemOf } from "../src/views/plan/problems";
 import {
   midpoints,
@@ -30,6 +32,7 @@ const PLAN: Plan = {
   cruise_speed_mps: 10,
   battery_reserve_percent: 20,
   endurance_min: 25,
+  search_min: 20,
 };
 const drawing = (changes: Partial<Drawing> = {}): Drawing => ({
   plan: PLAN,
@@ -122,4 +125,87 @@ test("problems stand beside their own field, advice apart from them", () => {
   expect(problemOf(report, "layer_spacing_m")).toBeUndefined();
   expect(adviceOf(report, "layer_spacing_m")).toBe("Needs RTK.");
   expect(problemOf(null, "area")).toBeUndefined();
+});
+
+describe("undo", () => {
+  const LATER_MS = 2 * GESTURE_MS;
+  const withHeading = (plan: Plan, scan_heading_deg: number): Plan => ({ ...plan, scan_heading_deg });
+  const moved = (plan: Plan, latitude_deg: number): Plan => ({
+    ...plan,
+    area: plan.area.map((corner, index) => (index === 0 ? { ...corner, latitude_deg } : corner)),
+  });
+
+  test("takes back what was done, in turn, and makes it again", () => {
+    const [north, east] = [withHeading(PLAN, 10), withHeading(PLAN, 90)];
+    let history = changed(changed(begun(PLAN), north, 0), east, LATER_MS);
+    history = undone(history);
+    expect(history.plan).toBe(north);
+    history = undone(history);
+    expect(history.plan).toBe(PLAN);
+    expect(undone(history)).toBe(history);
+    history = redone(redone(history));
+    expect(history.plan).toBe(east);
+    expect(redone(history)).toBe(history);
+  });
+  test("a corner that is dragged and a number that is typed are one step", () => {
+    const drag = [48.1, 48.2, 48.3].reduce(
+      (history, lat, i) => changed(history, moved(history.plan, lat), 50 * i),
+      begun(PLAN),
+    );
+    expect(drag.past).toEqual([PLAN]);
+    const pause = changed(drag, moved(drag.plan, 48.4), 100 + LATER_MS);
+    expect(pause.past).toHaveLength(2);
+  });
+  test("every new corner is a step of its own, however fast they are set", () => {
+    const add = (plan: Plan): Plan => ({ ...plan, area: [...plan.area, place(48.5, 14)] });
+    const history = changed(changed(begun(PLAN), add(PLAN), 0), add(add(PLAN)), 10);
+    expect(history.past).toHaveLength(2);
+  });
+  test("different fields are different steps, and so is a change after an undo", () => {
+    const turned = changed(begun(PLAN), withHeading(PLAN, 10), 0);
+    expect(changed(turned, { ...turned.plan, vehicles: 7 }, 10).past).toHaveLength(2);
+    const back = undone(turned);
+    expect(changed(back, withHeading(PLAN, 20), 20).past).toEqual([PLAN]);
+    expect(changed(back, withHeading(PLAN, 20), 20).future).toEqual([]);
+  });
+  test("is bounded", () => {
+    let history: History = begun(PLAN);
+    for (let i = 1; i <= MAX_STEPS + 20; i++) history = changed(history, withHeading(PLAN, i), i * LATER_MS);
+    expect(history.past).toHaveLength(MAX_STEPS);
+    expect(history.past[0]?.scan_heading_deg).toBe(20);
+  });
+});
+
+describe("parameters of the strategy", () => {
+  const parameter = (changes: Partial<StrategyParameter>): StrategyParameter => ({
+    name: "c5",
+    text: "",
+    unit: "",
+    default: 0.3,
+    is_switch: false,
+    is_optional: false,
+    above: null,
+    at_least: null,
+    below: null,
+    at_most: null,
+    ...changes,
+  });
+
+  test("have titles in words, symbols as in the paper, without the unit", () => {
+    expect(parameterTitle(parameter({ name: "repulsion_cutoff_m", unit: "m" }))).toBe("repulsion cutoff");
+    expect(parameterTitle(parameter({ name: "initial_c_s_hat" }))).toBe("initial c_s hat");
+    expect(parameterTitle(parameter({ name: "c_s_m", unit: "m" }))).toBe("c_s");
+  });
+  test("tell their bounds and default", () => {
+    expect(parameterHint(parameter({ above: 0, at_most: 1 }))).toBe("Above 0 and at most 1, default 0.3.");
+    expect(parameterHint(parameter({ is_switch: true, default: true }))).toBe("Default on.");
+    expect(parameterHint(parameter({ unit: "m", default: 2, at_least: 0 }))).toBe("At least 0, default 2\u202fm.");
+  });
+  test("stand in the plan only where they differ from the strategy's own", () => {
+    const changed = withParameter(PLAN, parameter({}), 0.5);
+    expect(changed.strategy_parameters).toEqual({ c5: 0.5 });
+    expect(withParameter(changed, parameter({}), 0.3).strategy_parameters).toEqual({});
+    expect(strangers(changed, [])).toEqual(["c5"]);
+    expect(strangers(changed, [parameter({})])).toEqual([]);
+  });
 });

@@ -1,6 +1,6 @@
 /** Requests about plans. */
 import { type Answer, type Guard, request } from "./client";
-import type { ImportedShape, Plan, PlanReport, SavedPlan } from "./types";
+import type { ImportedShape, Plan, PlanReport, SavedPlan, Strategy } from "./types";
 
 const isObject = (value: unknown): value is Record<string, unknown> => typeof value === "object" && value !== null;
 const isPlan = (value: unknown): value is Plan =>
@@ -13,6 +13,8 @@ const listOf =
   <T>(isOne: Guard<T>): Guard<T[]> =>
   (value): value is T[] =>
     Array.isArray(value) && value.every(isOne);
+const isStrategy = (value: unknown): value is Strategy =>
+  isObject(value) && isString(value["name"]) && Array.isArray(value["parameters"]);
 const isSavedPlan = (value: unknown): value is SavedPlan => isObject(value) && isString(value["name"]);
 const isShape = (value: unknown): value is ImportedShape =>
   isObject(value) && isString(value["role"]) && Array.isArray(value["places"]);
@@ -29,8 +31,9 @@ export const checkPlan = (plan: Plan): Promise<Answer<PlanReport>> =>
 /** Let the mission fly by a plan. */
 export const applyPlan = (plan: Plan): Promise<Answer<Plan>> => request("POST", "/api/plan/apply", isPlan, plan);
 
-/** The names that a plan may have as its strategy. */
-export const readStrategies = (): Promise<Answer<string[]>> => request("GET", "/api/plan/strategies", listOf(isString));
+/** What a plan may have as its strategy, and what can be chosen about each. */
+export const readStrategies = (): Promise<Answer<Strategy[]>> =>
+  request("GET", "/api/plan/strategies", listOf(isStrategy));
 
 /** The shapes of a file: GeoJSON, KML or QGroundControl's plan. */
 export const importFile = (file: Blob): Promise<Answer<ImportedShape[]>> =>
@@ -38,5 +41,7 @@ export const importFile = (file: Blob): Promise<Answer<ImportedShape[]>> =>
 
 export const listPlans = (): Promise<Answer<SavedPlan[]>> => request("GET", "/api/plans", listOf(isSavedPlan));
 export const readSavedPlan = (name: string): Promise<Answer<Plan>> => request("GET", pathOf(name), isPlan);
-export const savePlan = (name: string, plan: Plan): Promise<Answer<Plan>> => request("PUT", pathOf(name), isPlan, plan);
+/** `replaces` is the version of the saved plan that was seen; null: there was none of that name. */
+export const savePlan = (name: string, plan: Plan, replaces: string | null): Promise<Answer<Plan>> =>
+  request("PUT", `${pathOf(name)}?replaces=${encodeURIComponent(replaces ?? "none")}`, isPlan, plan);
 export const deletePlan = (name: string): Promise<Answer<null>> => request("DELETE", pathOf(name), isNothing);

@@ -71,7 +71,7 @@ function Figures({ estimate, layers_m }: { estimate: PlanEstimate; layers_m: rea
 
 function Apply({ editor, form }: { editor: PlanEditor; form: string }) {
   const { state, isConnected } = useShell();
-  const { plan, report, isChecking, isChanged, isOvertaken, reload } = editor;
+  const { plan, report, isChecking, isChanged, isOvertaken, reload, canUndo, canRedo, undo, redo } = editor;
   const [answer, setAnswer] = useState<{ isDone: boolean; text: string } | null>(null);
   const phase = state.mission?.phase ?? "connect";
   const isLate = !BEFORE_START.includes(phase);
@@ -94,6 +94,12 @@ function Apply({ editor, form }: { editor: PlanEditor; form: string }) {
           onClick={() => void apply()}
         >
           {texts.plan.apply}
+        </button>
+        <button type="button" data-testid="plan-undo" title={texts.plan.undoHint} disabled={!canUndo} onClick={undo}>
+          {texts.plan.undo}
+        </button>
+        <button type="button" data-testid="plan-redo" title={texts.plan.redoHint} disabled={!canRedo} onClick={redo}>
+          {texts.plan.redo}
         </button>
         {(isChanged || isOvertaken) && (
           <button type="button" data-testid="plan-reload" onClick={reload}>

@@ -31,6 +31,7 @@ export const LIMITS: readonly [NumberName, NumberRule][] = [
   ["fence_margin_m", { unit: "m", decimals: 1, step: 1, min: 0 }],
   ["cruise_speed_mps", { unit: "m/s", decimals: 1, step: 0.5, min: 0.1 }],
   ["battery_reserve_percent", { unit: "%", decimals: 0, step: 5, min: 0, max: 89 }],
+  ["search_min", { unit: "min", decimals: 1, step: 1, min: 0.5 }],
   ["endurance_min", { unit: "min", decimals: 1, step: 1, min: 0.5 }],
 ];
 

@@ -23,16 +23,19 @@ export function SavedPlans({ plan, onLoad }: Props) {
     setAnswer(result.ok ? { isDone: true, text: done } : { isDone: false, text: result.message });
     void list();
   };
-  const save = async (): Promise<void> => tell(await savePlan(name.trim(), plan), texts.plan.saved(name.trim()));
-  const load = async (wanted: string): Promise<void> => {
-    const read = await readSavedPlan(wanted);
+  const wanted = name.trim();
+  const replaced = saved.find((entry) => entry.name === wanted.normalize("NFC"));
+  const save = async (): Promise<void> =>
+    tell(await savePlan(wanted, plan, replaced?.version ?? null), texts.plan.saved(wanted));
+  const load = async (chosen: string): Promise<void> => {
+    const read = await readSavedPlan(chosen);
     if (read.ok) {
-      setName(wanted);
+      setName(chosen);
       onLoad(read.value);
     }
-    tell(read, texts.plan.loaded(wanted));
+    tell(read, texts.plan.loaded(chosen));
   };
-  const remove = async (wanted: string): Promise<void> => tell(await deletePlan(wanted), texts.plan.deleted(wanted));
+  const remove = async (chosen: string): Promise<void> => tell(await deletePlan(chosen), texts.plan.deleted(chosen));
   return (
     <>
       <div class="button-row">
@@ -45,9 +48,13 @@ export function SavedPlans({ plan, onLoad }: Props) {
           value={name}
           onInput={(event) => setName(event.currentTarget.value)}
         />
-        <button type="button" data-testid="plan-save" disabled={name.trim() === ""} onClick={() => void save()}>
-          {saved.some((entry) => entry.name === name.trim()) ? texts.plan.replace : texts.plan.save}
-        </button>
+        {replaced ? (
+          <HoldButton label={texts.plan.replace} testId="plan-replace" onConfirm={() => void save()} />
+        ) : (
+          <button type="button" data-testid="plan-save" disabled={wanted === ""} onClick={() => void save()}>
+            {texts.plan.save}
+          </button>
+        )}
       </div>
       <p class={answer?.isDone ? "is-done" : "is-bad"} role="status" data-testid="plan-files-answer">
         {answer?.text}

@@ -17,11 +17,13 @@ import "./plan.css";
 import { ShapeList, shapeTitle } from "./shape_list";
 import { lngLat, placesOf, removed, type ShapeName, shapeNames, withNoGo, withPlaces } from "./shapes";
 import { usePlan } from "./use_plan";
+import { useUndoKeys } from "./use_undo_keys";
 import { VertexTable } from "./vertex_table";
 
 export function PlanView() {
   const { state, mayCommand } = useShell();
   const editor = usePlan();
+  useUndoKeys(editor, mayCommand);
   const files = useImport();
   const form = useId();
   const [wanted, setShape] = useState<ShapeName>("area");

@@ -1,14 +1,13 @@
 /** How is searched: numbers with what the engine would choose instead, heading, strategy, limits, forest. */
-import { useEffect, useState } from "preact/hooks";
-import { readStrategies } from "../../api/plans";
 import type { Plan, PlanProposal, PlanReport } from "../../api/types";
-import { quantity, words } from "../../format";
+import { quantity } from "../../format";
 import { useShell } from "../../shell/context";
 import { texts } from "../../texts";
 import { NumberField } from "../../ui/number_field";
 import { Dial } from "./dial";
 import { FOREST, HEADING, LIMITS, NEW_FOREST, type NumberName, type NumberRule, PATTERN } from "./fields";
 import { adviceOf, problemOf } from "./problems";
+import { StrategyFields } from "./strategy";
 
 interface Props {
   plan: Plan;
@@ -30,8 +29,8 @@ export function PatternFields({ plan, report, onChange }: Props) {
         {PATTERN.map(([name, rule]) => (
           <PlanNumber key={name} name={name} rule={rule} plan={plan} report={report} onChange={onChange} />
         ))}
-        <StrategyField plan={plan} report={report} onChange={onChange} />
       </div>
+      <StrategyFields plan={plan} report={report} onChange={onChange} />
       <ForestFields plan={plan} report={report} onChange={onChange} />
     </>
   );
@@ -83,43 +82,6 @@ function Proposal({
         {texts.plan.take(quantity(rounded, decimals, unit))}
       </button>
     </p>
-  );
-}
-
-function StrategyField({ plan, report, onChange }: Props) {
-  const [names, setNames] = useState<readonly string[]>([]);
-  useEffect(() => {
-    void readStrategies().then((answer) => answer.ok && setNames(answer.value));
-  }, []);
-  const offered = names.includes(plan.strategy) ? names : [plan.strategy, ...names];
-  return (
-    <div class="number-field">
-      <label for="plan-strategy">{texts.plan.strategy}</label>
-      <select
-        id="plan-strategy"
-        data-testid="plan-strategy"
-        value={plan.strategy}
-        aria-describedby="plan-strategy-problem"
-        onChange={({ currentTarget: { value } }) => {
-          // The parameters of one strategy mean nothing to another.
-          onChange({ ...plan, strategy: value, strategy_parameters: {} });
-        }}
-      >
-        {offered.map((name) => (
-          <option key={name} value={name}>
-            {name}
-          </option>
-        ))}
-      </select>
-      {Object.entries(plan.strategy_parameters).map(([name, value]) => (
-        <p key={name} class="small">
-          {words(name)}: {String(value)}
-        </p>
-      ))}
-      <p id="plan-strategy-problem" class="is-bad field-problem">
-        {problemOf(report, "strategy")}
-      </p>
-    </div>
   );
 }
 

@@ -44,10 +44,19 @@ export function ShapeList({ plan, report, chosen, onChoose, onAddNoGo }: ListPro
         ))}
       </ul>
       {mayCommand && (
-        <button type="button" data-testid="add-no-go" onClick={onAddNoGo}>
+        <button
+          type="button"
+          id="plan-no_go"
+          data-testid="add-no-go"
+          aria-describedby="shape-problem-no_go"
+          onClick={onAddNoGo}
+        >
           {texts.plan.addNoGo}
         </button>
       )}
+      <p id="shape-problem-no_go" class="is-bad field-problem" data-testid="shape-problem-no_go">
+        {problemOf(report, "no_go")}
+      </p>
     </>
   );
 }

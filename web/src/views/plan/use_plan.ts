@@ -4,21 +4,26 @@ import { checkPlan, readPlan } from "../../api/plans";
 import type { Plan, PlanReport } from "../../api/types";
 import { useShell } from "../../shell/context";
 import { texts } from "../../texts";
+import { begun, changed, type History, redone, undone } from "./history";
+import type { Undo } from "./use_undo_keys";
 
 const CHECK_AFTER_MS = 400;
+/** When the service has had too many plans to check. */
+const CHECK_AGAIN_MS = 1500;
+const TOO_MANY_REQUESTS = 429;
 
 interface Draft {
   readonly missionId: string;
-  readonly plan: Plan;
+  readonly history: History;
   /** What the mission flew by when it was read. */
   readonly flown: Plan;
   readonly revision: number;
 }
 
-/** Survives a look at another view. */
+/** Survives a look at another view, with all that can be undone. */
 let kept: Draft | null = null;
 
-export interface PlanEditor {
+export interface PlanEditor extends Undo {
   /** Null until it could be read. */
   readonly plan: Plan | null;
   /** Why it could not be read. */
@@ -37,7 +42,7 @@ export interface PlanEditor {
 }
 
 export function usePlan(): PlanEditor {
-  const { state, mayCommand, isConnected } = useShell();
+  const { state, isConnected } = useShell();
   const missionId = state.mission?.mission_id ?? "";
   const hasOrigin = state.mission?.origin !== null;
   // A plan in metres has no degrees before its origin is known; there is none to read in a record.
@@ -49,7 +54,7 @@ export function usePlan(): PlanEditor {
     null,
   );
   kept = draft;
-  const isChanged = draft !== null && draft.plan !== draft.flown;
+  const isChanged = draft !== null && draft.history.plan !== draft.flown;
   const newest = useRef(0);
 
   const reload = async (): Promise<void> => {
@@ -57,7 +62,7 @@ export function usePlan(): PlanEditor {
     const answer = await readPlan();
     if (mine !== newest.current) return;
     setFailure(answer.ok ? null : answer.message);
-    if (answer.ok) setDraft({ missionId, plan: answer.value, flown: answer.value, revision });
+    if (answer.ok) setDraft({ missionId, history: begun(answer.value), flown: answer.value, revision });
   };
   useEffect(() => {
     // The draft, too: the mission may have got another plan while this one was being read.
@@ -65,23 +70,31 @@ export function usePlan(): PlanEditor {
     if (missionId !== "" && isConnected && isReadable && !isCurrent) void reload();
   }, [missionId, isReadable, revision, isConnected, draft]);
 
-  const plan = draft?.plan ?? null;
-  const isCheckable = plan !== null && mayCommand && isConnected;
+  const plan = draft?.history.plan ?? null;
+  const isCheckable = plan !== null && isConnected;
   useEffect(() => {
     if (!isCheckable) return undefined;
     let isWanted = true;
-    const timer = setTimeout(async () => {
+    let timer: ReturnType<typeof setTimeout>;
+    const check = async (): Promise<void> => {
       const answer = await checkPlan(plan);
       if (!isWanted) return;
+      if (!answer.ok && answer.status === TOO_MANY_REQUESTS) {
+        timer = setTimeout(check, CHECK_AGAIN_MS);
+        return;
+      }
       const [report, message] = answer.ok ? [answer.value, null] : [null, answer.message];
       setChecked({ plan, report, failure: message });
-    }, CHECK_AFTER_MS);
+    };
+    timer = setTimeout(check, CHECK_AFTER_MS);
     return () => {
       isWanted = false;
       clearTimeout(timer);
     };
   }, [plan, isCheckable, revision, hasOrigin]);
 
+  const step = (take: (before: History) => History): void =>
+    setDraft((before) => before && { ...before, history: take(before.history) });
   return {
     plan,
     failure: state.capabilities.planning ? failure : texts.plan.notHere,
@@ -90,7 +103,11 @@ export function usePlan(): PlanEditor {
     report: checked?.report ?? null,
     checkFailure: checked?.failure ?? null,
     isChecking: checked?.plan !== plan,
-    change: (changed) => setDraft((before) => before && { ...before, plan: changed }),
+    canUndo: draft !== null && draft.history.past.length > 0,
+    canRedo: draft !== null && draft.history.future.length > 0,
+    undo: () => step(undone),
+    redo: () => step(redone),
+    change: (wanted) => step((before) => changed(before, wanted, performance.now())),
     reload: () => void reload(),
   };
 }

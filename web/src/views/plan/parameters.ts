@@ -1,0 +1,41 @@
+/** What the form of a strategy's parameters shows: made of the strategy's own declaration. Pure functions. */
+import type { Plan, StrategyParameter } from "../../api/types";
+import { texts } from "../../texts";
+
+/** Several letters are a word, single ones the symbols of a paper: "min factor", but "initial c_s hat". */
+export function parameterTitle({ name, unit }: StrategyParameter): string {
+  const bare = unit === "" ? name : name.slice(0, name.lastIndexOf("_"));
+  return bare.replace(/(?<=[a-z]{2})_|_(?=[a-z]{2})/g, " ");
+}
+
+/** "Above 0 and at most 1, default 0.3"; switches have no bounds. */
+export function parameterHint(parameter: StrategyParameter): string {
+  const words = Object.keys(texts.plan.bounds) as (keyof typeof texts.plan.bounds)[];
+  const bounds = words.flatMap((word) => {
+    const value = parameter[word];
+    return value === null ? [] : [texts.plan.bound(texts.plan.bounds[word], value)];
+  });
+  const parts = [texts.plan.and(bounds), texts.plan.byDefault(defaultText(parameter))].filter((part) => part !== "");
+  const hint = parts.join(", ");
+  return `${hint.charAt(0).toUpperCase()}${hint.slice(1)}.`;
+}
+
+export function defaultText({ default: value, unit }: StrategyParameter): string {
+  if (value === null || value === false) return texts.plan.off;
+  if (value === true) return texts.plan.on;
+  return unit === "" ? String(value) : `${value}\u202f${unit}`;
+}
+
+/** By how much an arrow key changes a number: finely where little is allowed. */
+export const parameterStep = ({ at_most, below }: StrategyParameter): number =>
+  (at_most ?? below ?? 2) <= 1 ? 0.05 : 0.1;
+
+/** The plan with another value; the default is left to the strategy. */
+export function withParameter(plan: Plan, { name, default: byDefault }: StrategyParameter, value: unknown): Plan {
+  const { [name]: _, ...others } = plan.strategy_parameters;
+  return { ...plan, strategy_parameters: value === byDefault ? others : { ...others, [name]: value } };
+}
+
+/** What a plan says of parameters that its strategy does not have: from another version, or another strategy. */
+export const strangers = (plan: Plan, parameters: readonly StrategyParameter[]): string[] =>
+  Object.keys(plan.strategy_parameters).filter((name) => !parameters.some((parameter) => parameter.name === name));
