@@ -77,6 +77,7 @@ export const texts = {
     lostBanner: "No connection to the service. Values below are old; trying to connect again …",
     incompatibleBanner: "The service and this page do not understand each other. Reload the page.",
     silentBanner: "The mission does not answer; values below are old. Commands may have no effect: have pilots ready.",
+    anotherMission: (id: string, formerId: string) => `This is another mission now, ${id}. Before, it was ${formerId}.`,
     silentFor: (age: string) => `Silent for ${age}.`,
     missed: (count: number) =>
       count === 1
@@ -104,6 +105,7 @@ export const texts = {
     open: "Sign in",
     signedInAs: (name: string) => `Operator ${name}`,
     signOut: "Sign out",
+    forgotten: "The service does not know you any more. Sign in again to command.",
   },
   nav: {
     label: "Views",

@@ -36,6 +36,15 @@ describe("reduce", () => {
     expect(other.trails.get(1)).toEqual([[10, 0]]);
   });
 
+  test("another mission names the one that was shown before", () => {
+    const first = reduce(INITIAL_STATE, hello(), 0);
+    expect(first.formerMissionId).toBeNull();
+    expect(reduce(first, hello(), 1).formerMissionId).toBeNull();
+    const other = reduce(first, hello({ mission: mission({ mission_id: "m2" }) }), 2);
+    expect(other.formerMissionId).toBe(first.mission?.mission_id);
+    expect(reduce(other, hello({ mission: mission({ mission_id: "m2" }) }), 3).formerMissionId).toBe("m1");
+  });
+
   test("a hello in mid-connection is a jump of a replay: trails begin anew", () => {
     const flown = { ...reduce(INITIAL_STATE, hello({ notices: [notice(8, "wind")] }), 0), connection: "open" } as const;
     const vehicles = [vehicle(1, { position: position(50, 0) })];

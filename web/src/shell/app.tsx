@@ -39,7 +39,7 @@ export function App({ store }: { store: Store }) {
   const [areSettingsOpen, setSettingsOpen] = useState(false);
   const [selection, changeSelection] = useState(NO_SELECTION);
   const { mission, connection } = state;
-  const commands = useCommands(mission, selection);
+  const commands = useCommands(mission, selection, () => void access.refresh());
   const fleet = mission?.vehicles.map((vehicle) => vehicle.vehicle_id) ?? [];
   useEffect(() => changeSelection((before) => retain(before, fleet)), [fleet.join()]);
 
@@ -64,7 +64,8 @@ export function App({ store }: { store: Store }) {
   };
   const obey = (command: KeyCommand): void => {
     if (command.kind === "holdAll") {
-      if (shell.mayCommand) commands.holdAll();
+      // An observer reads the service's refusal: a key that does nothing would look as if it had worked.
+      if (!isReplay) commands.holdAll();
     } else if (command.kind === "view") shell.navigate(command.view);
     else if (command.kind === "digit")
       changeSelection((before) => typeDigit(before, command, fleet, performance.now()));
@@ -96,6 +97,10 @@ export function App({ store }: { store: Store }) {
             connection={connection}
             silence_s={isMissionSilent ? snapshotAge_s : null}
             missedNotices={state.missedNotices}
+            missionId={mission?.mission_id ?? null}
+            formerMissionId={state.formerMissionId}
+            isSignedOut={access.isForgotten}
+            onSignIn={() => setSigningIn(true)}
           />
           <AlertBar alerts={alerts} mayAcknowledge={shell.mayCommand} />
           <main class={`view view-${route.view}`} aria-label={texts.nav.view[route.view]}>
@@ -103,7 +108,7 @@ export function App({ store }: { store: Store }) {
               <View />
             </Boundary>
           </main>
-          {route.view !== "fly" && <Toast commands={commands} />}
+          {(route.view !== "fly" || !shell.mayCommand) && <Toast commands={commands} />}
           <Question commands={commands} />
           {isSigningIn && <SignIn access={access} onClose={() => setSigningIn(false)} />}
           {areSettingsOpen && (

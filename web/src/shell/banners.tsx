@@ -1,4 +1,4 @@
-/** Says in large letters when the page does not show the present, or not all that has happened. */
+/** Says in large letters when the page does not show the present, not all that has happened, or something else now. */
 import { useState } from "preact/hooks";
 import type { Connection } from "../api/socket";
 import { age } from "../format";
@@ -9,9 +9,17 @@ interface Props {
   /** Seconds since the mission's last sign of life, where it should give one; null where all is well. */
   silence_s: number | null;
   missedNotices: number;
+  /** Null before the service has told of one. */
+  missionId: string | null;
+  /** The mission that this page has shown before; null without. */
+  formerMissionId: string | null;
+  /** Whether the service does not know this operator any more. */
+  isSignedOut: boolean;
+  onSignIn(): void;
 }
 
-export function Banners({ connection, silence_s, missedNotices }: Props) {
+export function Banners(props: Props) {
+  const { connection, silence_s, missedNotices, missionId, formerMissionId, isSignedOut, onSignIn } = props;
   return (
     <>
       {(connection === "lost" || connection === "incompatible") && (
@@ -26,6 +34,15 @@ export function Banners({ connection, silence_s, missedNotices }: Props) {
         </p>
       )}
       <Missed count={missedNotices} />
+      {missionId !== null && formerMissionId !== null && <AnotherMission id={missionId} formerId={formerMissionId} />}
+      {connection === "open" && isSignedOut && (
+        <div class="banner" data-testid="signed-out">
+          <span role="alert">{texts.signIn.forgotten}</span>{" "}
+          <button type="button" data-testid="sign-in-again" onClick={onSignIn}>
+            {texts.signIn.open}
+          </button>
+        </div>
+      )}
     </>
   );
 }
@@ -37,6 +54,19 @@ function Missed({ count }: { count: number }) {
     <div class="banner" data-testid="missed-banner">
       <span role="alert">{texts.connection.missed(count)}</span>{" "}
       <button type="button" data-testid="missed-dismiss" onClick={() => setRead(count)}>
+        {texts.actions.dismiss}
+      </button>
+    </div>
+  );
+}
+
+function AnotherMission({ id, formerId }: { id: string; formerId: string }) {
+  const [readId, setReadId] = useState<string | null>(null);
+  if (id === readId) return null;
+  return (
+    <div class="banner" data-testid="another-mission">
+      <span role="alert">{texts.connection.anotherMission(id, formerId)}</span>{" "}
+      <button type="button" data-testid="another-mission-dismiss" onClick={() => setReadId(id)}>
         {texts.actions.dismiss}
       </button>
     </div>

@@ -1,11 +1,12 @@
 /** Commands on their way: the question that is open, and what became of the last ones. */
-import { useRef, useState } from "preact/hooks";
+import { useEffect, useRef, useState } from "preact/hooks";
 import { type ActionAnswer, postAction } from "../api/client";
 import type { Action, Mission } from "../api/types";
 import { asksFirst, type Command, makeCommand } from "../state/commands";
 import type { Selection } from "../state/selection";
 
 const REPORTS_KEPT = 3;
+const FORBIDDEN = 403;
 
 export interface Report {
   readonly id: number;
@@ -30,15 +31,22 @@ export interface Commands {
   dismissReports(): void;
 }
 
-export function useCommands(mission: Mission | null, selection: Selection): Commands {
+/** `onForbidden` is called when the service does not take commands from this page. */
+export function useCommands(mission: Mission | null, selection: Selection, onForbidden: () => void): Commands {
   const [question, setQuestion] = useState<Command | null>(null);
   const [reports, setReports] = useState<readonly Report[]>([]);
   const nextId = useRef(1);
+  // What was asked of one mission says nothing about another.
+  useEffect(() => {
+    setQuestion(null);
+    setReports([]);
+  }, [mission?.mission_id]);
 
   const send = async (command: Command): Promise<void> => {
     const id = nextId.current++;
     setReports((before) => [{ id, label: command.label, answer: null }, ...before].slice(0, REPORTS_KEPT));
     const answer = await postAction(command);
+    if (!answer.ok && answer.status === FORBIDDEN) onForbidden();
     setReports((before) => before.map((report) => (report.id === id ? { ...report, answer } : report)));
   };
   return {

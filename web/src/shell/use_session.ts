@@ -10,6 +10,8 @@ const CODE_PREFIX = "#code=";
 export interface Access {
   /** Null until the service has told it. */
   readonly session: Session | null;
+  /** Whether an operator has become an observer without having asked for it. */
+  readonly isForgotten: boolean;
   /** From the address that the service has printed for operators; empty without. */
   readonly code: string;
   /** The name used last on this screen. */
@@ -17,6 +19,8 @@ export interface Access {
   /** Resolves to the reason of a refusal, or null. */
   signIn(code: string, name: string): Promise<string | null>;
   signOut(): Promise<void>;
+  /** Ask the service again. */
+  refresh(): Promise<void>;
 }
 
 /** Take the operators' code out of the address, so that it stays neither there nor in the history. */
@@ -29,14 +33,21 @@ function takeCode(): string {
 
 export function useSession(connection: Connection): Access {
   const [session, setSession] = useState<Session | null>(null);
+  const [isForgotten, setForgotten] = useState(false);
   const [code, setCode] = useState(takeCode);
+  const refresh = async (): Promise<void> => {
+    const answer = await readSession();
+    if (!answer.ok) return;
+    if (session?.role === "operator") setForgotten(answer.value.role === "observer");
+    setSession(answer.value);
+  };
   // A service that was started anew does not know its operators any more.
   useEffect(() => {
-    if (connection !== "open") return;
-    void readSession().then((answer) => answer.ok && setSession(answer.value));
+    if (connection === "open") void refresh();
   }, [connection]);
   return {
     session,
+    isForgotten,
     code,
     lastName: localStorage.getItem(NAME_KEY) ?? "",
     async signIn(given, name) {
@@ -44,6 +55,7 @@ export function useSession(connection: Connection): Access {
       if (!answer.ok) return answer.message;
       localStorage.setItem(NAME_KEY, name);
       setCode("");
+      setForgotten(false);
       setSession(answer.value);
       return null;
     },
@@ -51,5 +63,6 @@ export function useSession(connection: Connection): Access {
       const answer = await signOut();
       if (answer.ok) setSession(answer.value);
     },
+    refresh,
   };
 }

@@ -9,6 +9,8 @@ export type EnuPoint = readonly [number, number];
 export interface State {
   readonly connection: Connection;
   readonly mission: Mission | null;
+  /** The last one that this page has shown before it; null without. */
+  readonly formerMissionId: string | null;
   /** When the mission last gave a sign of life, in the page's own milliseconds. */
   readonly missionAtMs: number;
   /** What may be asked for. */
@@ -29,6 +31,7 @@ export interface State {
 export const INITIAL_STATE: State = {
   connection: "connecting",
   mission: null,
+  formerMissionId: null,
   missionAtMs: 0,
   capabilities: { planning: false, viewer: false, findings: false },
   steps: [],
@@ -52,9 +55,11 @@ export function reduce(state: State, message: PageMessage, nowMs: number): State
       const isJump = state.connection === "open" && message.mission.replay !== null;
       const isSame = state.mission?.mission_id === message.mission.mission_id && !isJump;
       const known = isSame ? state.notices : [];
+      const shownId = state.mission?.mission_id ?? message.mission.mission_id;
       return {
         connection: state.connection,
         mission: message.mission,
+        formerMissionId: shownId === message.mission.mission_id ? state.formerMissionId : shownId,
         missionAtMs: signOfLifeMs(message, nowMs),
         capabilities: message.capabilities,
         steps: message.steps,
