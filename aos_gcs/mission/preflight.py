@@ -41,7 +41,7 @@ def check_all(roster: Roster, expected: int, min_home_distance_m: float) -> tupl
     """
     members = roster.members()
     found = [check for member in members for check in _check_vehicle(roster, member)]
-    found += [_check_launch_point(roster, member, members, min_home_distance_m) for member in members]
+    found += _check_launch_points(roster, members, min_home_distance_m)
     if len(members) < expected:
         text, remedy = f"{len(members)} of {expected} are heard", "switch the others on or lower the number"
         found.append(checks.failed(checks.MISSION, checks.VEHICLES, text, remedy))
@@ -50,7 +50,16 @@ def check_all(roster: Roster, expected: int, min_home_distance_m: float) -> tupl
 
 def check_layers(roster: Roster, layer_spacing_m: float) -> list[PreflightCheck]:
     """Return for every vehicle whether it has an altitude layer, and the layer is free."""
-    return [_check_layer(roster, member, layer_spacing_m) for member in roster.members()]
+    members = roster.members()
+    layers_m = np.array([np.nan if m.layer_height_m is None else m.layer_height_m for m in members])
+    flown_m = np.array([_flown_height_m(roster, member) for member in members])
+    # Rows want a layer, columns may have taken it, by plan or because they fly there.
+    taken = np.abs(np.stack([layers_m, flown_m])[:, None, :] - layers_m[:, None]) < layer_spacing_m - _SLACK_M
+    taken_by = taken.any(axis=0) & ~np.eye(len(members), dtype=bool)
+    return [
+        _check_layer(member, [members[k] for k in np.flatnonzero(row)])
+        for member, row in zip(members, taken_by, strict=True)
+    ]
 
 
 def _check_vehicle(roster: Roster, member: Member) -> list[PreflightCheck]:
@@ -136,38 +145,45 @@ def _check_ready(member: Member) -> PreflightCheck:
     return checks.failed(member.vehicle_id, checks.READY_TO_ARM, "the autopilot is not ready", remedy)
 
 
-def _check_launch_point(
-    roster: Roster, member: Member, members: list[Member], min_home_distance_m: float
-) -> PreflightCheck:
-    vehicle_id, position_enu_m = member.vehicle_id, roster.position_enu_m(member)
-    if position_enu_m is None:
-        return checks.failed(vehicle_id, checks.LAUNCH_POINT, "unknown position", "wait for its position")
-    distances_m = {
-        other.vehicle_id: float(np.linalg.norm((position_enu_m - other_enu_m)[:2]))
-        for other in members
-        if other is not member and (other_enu_m := roster.position_enu_m(other)) is not None
+def _check_launch_points(roster: Roster, members: list[Member], min_home_distance_m: float) -> list[PreflightCheck]:
+    """Return for every vehicle how far away the nearest other one is; a large fleet has thousands of pairs."""
+    places = {m.vehicle_id: place for m in members if (place := roster.position_enu_m(m)) is not None}
+    ids, places_enu_m = list(places), np.array(list(places.values())).reshape(-1, 3)[:, :2]
+    distances_m = np.linalg.norm(places_enu_m[:, None] - places_enu_m, axis=-1)
+    np.fill_diagonal(distances_m, np.inf)
+    nearest = {
+        vehicle_id: (ids[int(np.argmin(row_m))], float(np.min(row_m)))
+        for vehicle_id, row_m in zip(ids, distances_m, strict=True)
     }
-    if not distances_m:
+    return [_check_launch_point(m.vehicle_id, nearest.get(m.vehicle_id), min_home_distance_m) for m in members]
+
+
+def _check_launch_point(
+    vehicle_id: int, nearest: tuple[int, float] | None, min_home_distance_m: float
+) -> PreflightCheck:
+    if nearest is None:
+        return checks.failed(vehicle_id, checks.LAUNCH_POINT, "unknown position", "wait for its position")
+    nearest_id, distance_m = nearest
+    if nearest_id == vehicle_id:
         return checks.passed(vehicle_id, checks.LAUNCH_POINT, "alone")
-    nearest_id = min(distances_m, key=lambda other_id: distances_m[other_id])
-    text = f"{distances_m[nearest_id]:.1f} m from vehicle {nearest_id}"
-    if distances_m[nearest_id] < min_home_distance_m:
+    text = f"{distance_m:.1f} m from vehicle {nearest_id}"
+    if distance_m < min_home_distance_m:
         return checks.failed(vehicle_id, checks.LAUNCH_POINT, text, f"put them {min_home_distance_m:.1f} m apart")
     return checks.passed(vehicle_id, checks.LAUNCH_POINT, text)
 
 
-def _check_layer(roster: Roster, member: Member, layer_spacing_m: float) -> PreflightCheck:
+def _flown_height_m(roster: Roster, member: Member) -> float:
+    """Return the height at which a vehicle is in the way of others; not a number while it is not."""
+    position_enu_m = roster.position_enu_m(member) if member.airborne else None
+    return np.nan if position_enu_m is None else float(position_enu_m[2])
+
+
+def _check_layer(member: Member, takers: list[Member]) -> PreflightCheck:
     vehicle_id, layer_m = member.vehicle_id, member.layer_height_m
     if layer_m is None:
         return checks.failed(vehicle_id, checks.ALTITUDE_LAYER, "none yet", "wait until all homes are known")
     text = f"{layer_m:g} m"
-    for other in roster.members():
-        if other is member:
-            continue
-        position_enu_m = roster.position_enu_m(other)
-        heights_m = [other.layer_height_m, float(position_enu_m[2]) if position_enu_m is not None else None]
-        taken_m = heights_m if other.airborne else heights_m[:1]
-        if any(height_m is not None and abs(height_m - layer_m) < layer_spacing_m - _SLACK_M for height_m in taken_m):
-            remedy = f"vehicle {other.vehicle_id} has it, or flies in it: land it first"
-            return checks.failed(vehicle_id, checks.ALTITUDE_LAYER, text, remedy)
+    if takers:
+        remedy = f"vehicle {takers[0].vehicle_id} has it, or flies in it: land it first"
+        return checks.failed(vehicle_id, checks.ALTITUDE_LAYER, text, remedy)
     return checks.passed(vehicle_id, checks.ALTITUDE_LAYER, text)

@@ -49,10 +49,12 @@ folder = "{folder}"
 
 
 class Fleet:
-    """Vehicles on the ground whose positions waver, one UDP socket each."""
+    """Vehicles on the ground whose positions waver, one UDP socket each, side by side from west to east."""
 
-    def __init__(self, vehicles: int, link_port: int) -> None:
+    def __init__(self, vehicles: int, link_port: int, spacing_deg: float = 0.0) -> None:
         self._vehicles = [FakeVehicle(system_id) for system_id in range(1, vehicles + 1)]
+        for number, vehicle in enumerate(self._vehicles):
+            vehicle.longitude_deg += number * spacing_deg
         self._sockets = [socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in self._vehicles]
         for one in self._sockets:
             one.connect(("127.0.0.1", link_port))
@@ -165,7 +167,10 @@ async def measure(vehicles: int, seconds: float, folder: Path) -> None:
     print(f"{vehicles} vehicles at {RATE_HZ:g} Hz")
     print(f"service without clients: {loads[0]:.1f} % of a core; the first one adds {loads[1] - loads[0]:.1f} %")
     print(f"each further client: {(loads[1 + CLIENTS] - loads[1]) / CLIENTS:.2f} % of a core")
-    print(f"messages: median {np.median(sizes) / 1e3:.1f} kB")
+    rate_hz = len(sizes) / seconds / (1 + CLIENTS)
+    print(
+        f"messages: {rate_hz:.1f} per second and client (fewer than five: starved), median {np.median(sizes) / 1e3:.1f} kB"
+    )
     print(f"from the telemetry's sending to the client: {describe(times_ms)} ({len(times_ms)} of {CHANGES} arrived)")
 
 
