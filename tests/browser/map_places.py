@@ -69,6 +69,8 @@ async def map_places(page: Page) -> MapPlaces:
     """Ask the map with the mouse where two of its pixels lie."""
     canvas = page.locator(".map-canvas canvas")
     await expect(canvas).to_be_visible()
+    # It does so by itself once it is loaded, which may be after it was asked.
+    await page.get_by_test_id("map-fit").click()
     box = await canvas.bounding_box()
     assert box is not None
     pixels = np.array([(box["width"] * share, box["height"] * share) for share in (_INSET, 1.0 - _INSET)]).round()

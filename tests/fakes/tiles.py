@@ -76,7 +76,7 @@ def vector_tile(tile: Tile, layers: Mapping[str, Sequence[Shape]]) -> bytes:
     return b"".join(_field(3, _layer(tile, name, shapes)) for name, shapes in layers.items())
 
 
-def pmtiles(content: bytes, tile_type: int, tile: Tile = Tile(0, 0, 0), layers: Sequence[str] = ()) -> bytes:  # noqa: B008 - immutable
+def pmtiles(content: bytes, tile_type: int, tile: Tile = Tile(0, 0, 0), layers: Sequence[str] = ()) -> bytes:
     """Return an archive of one tile."""
     # One entry: the tile's number, run length 1, its length, and offset 0 stored as 1.
     root = gzip.compress(b"".join(map(_varint, (1, tile.number, 1, len(content), 1))))
