@@ -6,6 +6,16 @@ from typing import Protocol
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+_LONGEST_PAUSE_S = 4.0
+
+
+def longer(pause_s: float) -> float:
+    """Return the pause after one that has brought nothing new.
+
+    Repeating faster than a link answers fills it up, with answers that nobody waits for any more.
+    """
+    return min(2.0 * pause_s, _LONGEST_PAUSE_S)
+
 
 class Conversation(Protocol):
     """Sans-IO state of one exchange: messages and times in, messages out."""

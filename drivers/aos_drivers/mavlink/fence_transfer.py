@@ -8,11 +8,12 @@ from collections.abc import Sequence
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.mavlink.autopilots import Target
+from aos_drivers.mavlink.conversation import longer
 from aos_drivers.mavlink.fence_items import FENCE
 from aos_gcs.errors import CommandRefusedError
 
 REPEAT_S = 1.0
-"""Pause before a message without an answer is sent again."""
+"""First pause before a message without an answer is sent again."""
 RESTART_S = 5.0
 """The vehicle asks again for an item that got lost. When it does not for as long, the upload starts over."""
 MAX_ITEMS = 1000
@@ -34,6 +35,7 @@ class FenceUpload:
         self._next: int | None = None
         """The item that was asked for last; None before the first."""
         self._is_asked = False
+        self._pause_s = REPEAT_S
         self._result: int | None = None
         self.due_s = -math.inf
 
@@ -61,7 +63,8 @@ class FenceUpload:
             self.due_s = now_s + RESTART_S
             return [self._items[self._next]]
         self._next = None
-        self.due_s = now_s + REPEAT_S
+        self.due_s = now_s + self._pause_s
+        self._pause_s = longer(self._pause_s)
         system_id, component_id = self._target.system_id, self._target.component_id
         return [mavlink.MAVLink_mission_count_message(system_id, component_id, len(self._items), FENCE)]
 
@@ -71,6 +74,7 @@ class FenceUpload:
             return
         if message.get_msgId() in _REQUESTS and message.seq < len(self._items):
             self._next, self._is_asked = message.seq, True
+            self._pause_s = REPEAT_S
             self.due_s = -math.inf
         elif message.get_msgId() == mavlink.MAVLINK_MSG_ID_MISSION_ACK:
             self._on_result(message.type)
@@ -97,6 +101,7 @@ class FenceDownload:
         self._our_system_id = our_system_id
         self._count: int | None = None
         self._problem = ""
+        self._pause_s = REPEAT_S
         self._is_confirmed = False
         self.items: list[mavlink.MAVLink_mission_item_int_message] = []
         """In order; complete when done."""
@@ -117,7 +122,8 @@ class FenceDownload:
             raise CommandRefusedError(f"vehicle {self._target.system_id} does not tell its geofence: {self._problem}")
         if now_s < self.due_s:
             return []
-        self.due_s = now_s + REPEAT_S
+        self.due_s = now_s + self._pause_s
+        self._pause_s = longer(self._pause_s)
         target = (self._target.system_id, self._target.component_id)
         if self._count is None:
             return [mavlink.MAVLink_mission_request_list_message(*target, FENCE)]
@@ -141,6 +147,7 @@ class FenceDownload:
                 self._problem = _result_text(message.type)
             case _:
                 return
+        self._pause_s = REPEAT_S
         self.due_s = -math.inf
 
 

@@ -8,13 +8,12 @@ from collections.abc import Mapping, Sequence
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.mavlink.autopilots import Target
+from aos_drivers.mavlink.conversation import longer
 from aos_drivers.mavlink.parameters import Parameter, ParameterEncoding
 from aos_gcs.errors import CommandRefusedError
 
 REPEAT_S = 0.7
-"""Pause before a request without an answer is sent again."""
-_LONGEST_PAUSE_S = 4.0
-"""The pause is doubled up to this while nothing new comes: repeating faster than a link answers fills it up."""
+"""First pause before a request without an answer is sent again."""
 _OPTIONAL_ATTEMPTS = 6
 """A parameter that may be missing is taken to be so after as many requests."""
 _PATIENCE = 4
@@ -61,7 +60,7 @@ class ParameterRead:
         required, optional = self._missing(self._required), self._missing([(name,) for name in self._optional])
         missing = [*required, *optional]
         is_stuck = bool(required) and len(missing) == self._asked_for
-        self._pause_s = _longer(self._pause_s) if is_stuck else REPEAT_S
+        self._pause_s = longer(self._pause_s) if is_stuck else REPEAT_S
         self._asked_for = len(missing)
         self.due_s = now_s + self._pause_s
         return [
@@ -120,7 +119,7 @@ class ParameterWrite:
         if now_s < self.due_s:
             return []
         self.due_s = now_s + self._pause_s
-        self._pause_s = _longer(self._pause_s)
+        self._pause_s = longer(self._pause_s)
         self._unanswered = set(self._open)
         return [
             mavlink.MAVLink_param_set_message(
@@ -145,7 +144,3 @@ class ParameterWrite:
         elif name in self._unanswered:
             self._unanswered.discard(name)
             self._refusals[name] = self._refusals.get(name, 0) + 1
-
-
-def _longer(pause_s: float) -> float:
-    return min(2.0 * pause_s, _LONGEST_PAUSE_S)
