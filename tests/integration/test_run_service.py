@@ -1,16 +1,25 @@
-"""``aos-gcs run`` as a process of its own: without vehicles, told to end, and with a simulated swarm."""
+"""``aos-gcs run`` as a process of its own: without vehicles, told to end, killed, frozen, with a simulated swarm."""
 
 from __future__ import annotations
 
+import asyncio
+import json
 import signal
 import socket
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from aos_drivers.mavlink.service import open_mavlink
+from aos_gcs.clock import LoopClock
 from aos_gcs.mission.model import Outcome, Phase, Task
+from aos_gcs.ports import Clock, DriverContext, Fleet, FlightMode
 from aos_gcs.store.reader import MissionReader
-from tests.fakes.program import running
+from tests.fakes.program import Program, running
 
 CONFIGURATION = """
 clock_speed = {speed}
@@ -24,6 +33,7 @@ auto_start = true
 auto_return = true
 [preflight]
 upload_fence = true
+set_return_height = true
 [deadlines]
 connect_s = {connect_s}
 capture_s = {capture_s}
@@ -37,12 +47,16 @@ folder = "{folder}"
 """
 
 
-@pytest.fixture
-def free_port() -> int:
+def unused_port() -> int:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.bind(("127.0.0.1", 0))
         port: int = probe.getsockname()[1]
     return port
+
+
+@pytest.fixture
+def free_port() -> int:
+    return unused_port()
 
 
 def write_file(folder: Path, port: int, *, connect_s: float, speed: float = 1.0) -> str:
@@ -97,3 +111,94 @@ async def test_a_simulated_swarm_is_led_like_any_other(tmp_path: Path, free_port
         final = reader.last_snapshot()
     assert final is not None
     assert [vehicle.task for vehicle in final.vehicles] == [Task.LANDED] * 3
+
+
+# --- killed and frozen ----------------------------------------------------------------------------------------------
+
+SLOW_SPEED = 5.0
+"""Of vehicles whose failsafe must not act on a busy machine's delays alone."""
+FAILSAFE_S = 10.0
+
+
+@dataclass
+class Search:
+    """A service in the search, its vehicles, and somebody who listens to them and never speaks as a ground station."""
+
+    program: Program
+    witness: Fleet
+    clock: Clock
+    report_file: Path
+
+    def report(self) -> dict[str, Any]:
+        """Return what the simulator knows."""
+        report: dict[str, Any] = json.loads(self.report_file.read_text(encoding="utf-8"))
+        return report
+
+    def modes(self) -> set[FlightMode]:
+        return {vehicle.state.mode for vehicle in self.witness.vehicles().values()}
+
+    async def all_return_by_themselves(self) -> None:
+        await self._until(lambda: self.modes() == {FlightMode.RETURN}, 60.0)
+
+    async def all_landed_apart(self) -> None:
+        await self._until(lambda: self.report()["landed"] == 3, 120.0)
+        assert self.report()["min_separation_m"] >= 1.5
+
+    async def _until(self, condition: Callable[[], bool], timeout_s: float) -> None:
+        async with asyncio.timeout(timeout_s):
+            while not condition():
+                await self.clock.sleep(1.0)
+
+
+@asynccontextmanager
+async def searching(folder: Path) -> AsyncIterator[Search]:
+    port, witness_port = unused_port(), unused_port()
+    simulator = (
+        *("sim", "--vehicles", "3", "--speed", str(SLOW_SPEED), "--trees-per-ha", "0", "--image-size", "64"),
+        *("--link", f"udpout://127.0.0.1:{port}", "--link", f"udpout://127.0.0.1:{witness_port}"),
+        *("--param", f"FS_GCS_TIMEOUT={FAILSAFE_S}", "--param", "RTL_ALT=6000"),
+        *("--report-file", str(folder / "report.json")),
+    )
+    clock = LoopClock(SLOW_SPEED)
+    silent = DriverContext(clock, is_healthy=lambda: False, notify=lambda _: None)
+    service_file = write_file(folder, port, connect_s=60.0 * SLOW_SPEED, speed=SLOW_SPEED)
+    async with (
+        open_mavlink([f"udpin://127.0.0.1:{witness_port}"], silent) as witness,
+        running(folder / "sim", *simulator),
+        running(folder, "run", service_file) as program,
+    ):
+        await program.until_logged("phase scan", 120.0)
+        yield Search(program, witness, clock, folder / "report.json")
+
+
+@pytest.mark.slow
+async def test_vehicles_of_a_service_that_is_killed_come_home_by_themselves(tmp_path: Path) -> None:
+    async with searching(tmp_path) as search:
+        search.program.stop(signal.SIGKILL)
+        await search.all_return_by_themselves()
+        await search.all_landed_apart()
+    with MissionReader(search.program.mission_folder) as reader:
+        assert reader.outcome() is None
+        assert reader.last_snapshot() is not None
+        changed = {record.vehicle_id: dict(record.former) for record in reader.settings()}
+    former = {"RTL_ALT": 6000.0, "RTL_CLIMB_MIN": 0.0}
+    assert changed == {1: former, 2: former, 3: former}, "to be set back by hand"
+
+
+@pytest.mark.slow
+async def test_a_service_frozen_for_five_seconds_finds_its_vehicles_on_their_way_home(tmp_path: Path) -> None:
+    async with searching(tmp_path) as search:
+        search.program.stop(signal.SIGSTOP)
+        await asyncio.sleep(5.0)
+        search.program.stop(signal.SIGCONT)
+        await search.all_return_by_themselves()
+        await search.program.until_logged("left the swarm: its mode is RTL", 30.0)
+        await search.all_landed_apart()
+        assert await search.program.ended(60.0) in {0, 1}
+    assert "Traceback" not in search.program.log
+    with MissionReader(search.program.mission_folder) as reader:
+        final = reader.last_snapshot()
+        restored = {record.vehicle_id for record in reader.settings() if record.is_restored}
+    assert final is not None
+    assert [vehicle.task for vehicle in final.vehicles] == [Task.LANDED] * 3
+    assert restored == {1, 2, 3}
