@@ -81,6 +81,11 @@ class AirFlight:
         """Return what a vehicle is doing, as the mission sees it."""
         return {v.telemetry.vehicle_id: v.task for v in self.mission.snapshot().vehicles}[vehicle_id]
 
+    def can_be_asked(self, vehicle_id: int) -> bool:
+        """Whether a vehicle is heard and ready to be armed."""
+        states = {v.telemetry.vehicle_id: v.telemetry for v in self.mission.snapshot().vehicles}
+        return vehicle_id in states and bool(states[vehicle_id].ready_to_arm)
+
     async def until(self, condition: Callable[[], bool], timeout_s: float = 300.0) -> None:
         """Wait in virtual time."""
         async with self.clock.timeout_at(self.clock.now_s() + timeout_s):
@@ -135,11 +140,24 @@ async def simulated(
 
 @asynccontextmanager
 async def flying_over(
-    monkeypatch: pytest.MonkeyPatch, air: Air, vehicles: int = 3, autopilot: str = "arducopter", **changes: object
+    monkeypatch: pytest.MonkeyPatch,
+    air: Air,
+    vehicles: int = 3,
+    autopilot: str = "arducopter",
+    late_vehicles: int = 0,
+    **changes: object,
 ) -> AsyncIterator[AirFlight]:
-    """Fly a mission over ``air``; it has been started when this yields, and is over when it ends."""
+    """Fly a mission over ``air``; it has been started when this yields, and is over when it ends.
+
+    ``late_vehicles`` more stand beside the others and are not heard until they are taken out of ``air.cut``.
+    """
     images: dict[str, bytes] = {}
-    options = {"vehicles": vehicles, "autopilot": autopilot, "parameters": changes.pop("parameters", {})}
+    air.cut |= set(range(vehicles, vehicles + late_vehicles))
+    options = {
+        "vehicles": vehicles + late_vehicles,
+        "autopilot": autopilot,
+        "parameters": changes.pop("parameters", {}),
+    }
     clock = LoopClock()
     journal, recorder, pulse = Journal(clock), MemoryRecorder(), LoopMonitor(period_s=0.5)
     context = DriverContext(clock=clock, is_healthy=pulse.is_healthy, notify=journal.take)
