@@ -26,6 +26,7 @@ from aos_gcs.ports import (
     Land,
     LandedState,
     Notice,
+    ReturnToLaunch,
     Takeoff,
     Vehicle,
 )
@@ -37,6 +38,7 @@ LINKS = {"arducopter": "AOS_SITL_ARDUCOPTER", "px4": "AOS_SITL_PX4"}
 HEIGHT_M = 10.0
 AWAY_ENU_M = (0.0, 20.0, HEIGHT_M + 2.0)
 FAR_ENU_M = (0.0, 55.0, HEIGHT_M)
+RETURN_HEIGHT_M = 18.0
 """Within the fence, which the vehicle keeps from one test to the next."""
 
 
@@ -152,3 +154,31 @@ async def test_a_fence_is_read_back_and_kept(driver: str, autopilot: str) -> Non
                 assert distance_m(vehicle, frame, (0.0, 0.0, HEIGHT_M)) < 5.0
         finally:
             await bench.landed()
+
+
+@everywhere
+async def test_a_return_height_is_kept_and_set_back(driver: str, autopilot: str) -> None:
+    async with open_bench(driver, autopilot) as bench:
+        vehicle, clock, frame, after = bench.vehicle, bench.clock, bench.frame, bench.after
+        before = await vehicle.inspect(after(30.0))
+        await vehicle.set_return_height(RETURN_HEIGHT_M, after(30.0))
+        try:
+            assert (await vehicle.inspect(after(30.0))).return_height_m == pytest.approx(RETURN_HEIGHT_M, abs=0.01)
+            await vehicle.execute(Arm(), after(30.0))
+            try:
+                await vehicle.execute(Takeoff(HEIGHT_M), after(90.0))
+                with pytest.raises(CommandRefusedError, match="motors"):
+                    await vehicle.set_return_height(2.0 * RETURN_HEIGHT_M, after(5.0))
+                await vehicle.execute(Goto(frame.to_geodetic(AWAY_ENU_M), 5.0), after(15.0))
+                await until(clock, lambda: distance_m(vehicle, frame, AWAY_ENU_M) < 1.5, 60.0)
+                await vehicle.execute(ReturnToLaunch(), after(15.0))
+                heights_m = [HEIGHT_M]
+                while vehicle.state.armed:
+                    heights_m.append(vehicle.state.height_above_home_m or 0.0)
+                    await clock.sleep(0.2)
+                assert max(heights_m) == pytest.approx(RETURN_HEIGHT_M, abs=1.0)
+            finally:
+                await bench.landed()
+        finally:
+            await vehicle.restore_return(before.return_settings, after(30.0))
+        assert (await vehicle.inspect(after(30.0))).return_settings == before.return_settings
