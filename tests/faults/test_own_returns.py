@@ -13,7 +13,7 @@ from aos_sim.swarm import SimulatedSwarm
 from tests.fakes.air import Air
 from tests.fakes.air_flight import SEPARATION_M, simulated
 
-pytestmark = [pytest.mark.looptime, pytest.mark.slow, pytest.mark.timeout(300)]
+pytestmark = [pytest.mark.looptime, pytest.mark.slow, pytest.mark.timeout(900)]
 
 LAYERS_M = {1: 35.0, 2: 37.0, 3: 39.0}
 PLACES_M = {1: (12.0, 24.0), 2: (0.0, 30.0), 3: (-12.0, 38.0)}

@@ -8,7 +8,7 @@ from aos_gcs.mission.model import Outcome
 from tests.fakes.air import Air, Faults
 from tests.fakes.air_flight import flying_over
 
-pytestmark = [pytest.mark.looptime, pytest.mark.slow, pytest.mark.timeout(300)]
+pytestmark = [pytest.mark.looptime, pytest.mark.slow, pytest.mark.timeout(900)]
 
 
 @pytest.mark.parametrize(

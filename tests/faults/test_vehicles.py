@@ -19,7 +19,7 @@ from aos_sim.vehicle.vehicle import SimulatedVehicle
 from tests.fakes.air import FIRST_PORT, GCS, Address, Air
 from tests.fakes.air_flight import WarmSpot, flying_over
 
-pytestmark = [pytest.mark.looptime, pytest.mark.slow, pytest.mark.timeout(300)]
+pytestmark = [pytest.mark.looptime, pytest.mark.slow, pytest.mark.timeout(900)]
 
 FAILSAFE = {"FS_GCS_ENABLE": 1.0, "FS_GCS_TIMEOUT": 5.0, "RTL_ALT": 0.0}
 """Return at the height that a vehicle has when its link is lost, or 15 m at least as delivered."""
