@@ -4,6 +4,7 @@ import { useEffect, useRef, useState } from "preact/hooks";
 import { eastNorth, latLon } from "../format";
 import type { LngLat } from "../geometry";
 import { useShell } from "../shell/context";
+import type { ViewName } from "../shell/route";
 import type { EnuPoint } from "../state/state";
 import { texts } from "../texts";
 import type { MapLayer, Overlay } from "./layer";
@@ -21,11 +22,11 @@ interface Props {
   children?: ComponentChildren;
 }
 
-/** What the map showed when the operator last left one: the next view begins there. */
-let lastCamera: { missionId: string; camera: Camera } | null = null;
+/** Where the operator has moved each view's map to: it shows that when it is opened again. */
+const lastCameras = new Map<ViewName, { missionId: string; camera: Camera }>();
 
 export function MapPanel({ layers, overlay = null, extent = [], lookAt = null, children }: Props) {
-  const { state, theme, selection, snapshotAge_s } = useShell();
+  const { state, theme, selection, snapshotAge_s, route } = useShell();
   const container = useRef<HTMLDivElement>(null);
   const view = useRef<MapView | null>(null);
   const [isPossible] = useState(hasWebGl);
@@ -37,11 +38,13 @@ export function MapPanel({ layers, overlay = null, extent = [], lookAt = null, c
   useEffect(() => {
     if (!isPossible || !container.current || !mission || !origin) return undefined;
     const missionId = mission.mission_id;
-    const camera = lastCamera?.missionId === missionId ? lastCamera.camera : null;
+    const { view: name } = route;
+    const last = lastCameras.get(name);
+    const camera = last?.missionId === missionId ? last.camera : null;
     const made = new MapView(container.current, origin, theme, camera, { onCursor: setCursor });
     view.current = made;
     return () => {
-      lastCamera = made.camera && { missionId, camera: made.camera };
+      if (made.camera !== null) lastCameras.set(name, { missionId, camera: made.camera });
       made.remove();
       view.current = null;
     };
