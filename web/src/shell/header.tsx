@@ -21,7 +21,7 @@ export function Header({ mission, connection, session, onHoldAll, onSignIn, onSe
     <header class="header">
       <h1>{texts.title}</h1>
       {mission && <Facts mission={mission} />}
-      <p class="message" data-testid="message" role="status">
+      <p class="message" data-testid="message" role="status" title={mission?.message}>
         {mission?.message ?? texts.waiting}
       </p>
       <span class={`connection is-${connection}`} data-testid="connection" data-state={connection} role="status">
