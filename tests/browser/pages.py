@@ -48,13 +48,24 @@ async def place_m(page: Page, vehicle_id: int) -> tuple[float, float]:
     return float(await row.get_attribute("data-east") or "nan"), float(await row.get_attribute("data-north") or "nan")
 
 
+async def wait_for(page: Page, condition: str, argument: object = None) -> None:
+    """Wait until an expression of the page holds; a function is called with the argument."""
+    await page.wait_for_function(condition, arg=argument, timeout=TIMEOUT_MS)
+
+
+async def wait_until_moved(page: Page, vehicle_id: int, place: tuple[float, float], distance_m: float) -> None:
+    """Wait until the fleet table has a vehicle at some distance from a place."""
+    condition = """([id, east, north, distance]) => {
+        const place = document.querySelector(`[data-testid=vehicle-${id}]`)?.dataset;
+        return place && Math.hypot(place.east - east, place.north - north) > distance;
+    }"""
+    await wait_for(page, condition, [vehicle_id, *place, distance_m])
+
+
 async def wait_for_visibility(page: Page, lowest_m2: float) -> None:
     """Wait until the view Understand shows that much of a target."""
-    await page.wait_for_function(
-        "lowest => Number(document.querySelector('[data-testid=visibility]')?.dataset.value) > lowest",
-        arg=lowest_m2,
-        timeout=TIMEOUT_MS,
-    )
+    condition = "lowest => Number(document.querySelector('[data-testid=visibility]')?.dataset.value) > lowest"
+    await wait_for(page, condition, lowest_m2)
 
 
 async def with_thumbnails(page: Page) -> None:
