@@ -11,6 +11,10 @@ export function quantity(value: number | null | undefined, decimals: number, uni
   return unit === "" ? number : `${number}\u202f${unit}`;
 }
 
+/** A probability as a share of a hundred. */
+export const likelihood = (probability: number | null): string =>
+  probability === null ? texts.noData : quantity(100 * probability, 0, "%");
+
 /** Minutes and seconds, with hours where there are any. */
 export function duration(seconds: number): string {
   const total = Math.max(0, Math.floor(seconds));

@@ -63,6 +63,7 @@ const THEME: Readonly<Record<Theme, string>> = { dark: "Dark", light: "Light", c
 export const texts = {
   title: "aos-gcs",
   waiting: "Waiting for the first data of the mission …",
+  noData: "no data",
   gpsFix: GPS_FIX,
   requests: {
     notSent: "Not sent: the service cannot be reached. Try again, or use the remote control.",
@@ -223,13 +224,13 @@ export const texts = {
     neverHeard: "never heard",
     linkHint: "Age of the last message, share of messages lost, round trip",
     selectRow: (id: number) => `Select vehicle ${id}`,
-    noData: "no data",
   },
   target: {
     panel: "Targets",
     none: "None yet",
     sightings: (count: number) => (count === 1 ? "1 sighting" : `${count} sightings`),
     sigma: "1 σ",
+    person: "Person",
   },
   pictures: {
     kind: PICTURE,

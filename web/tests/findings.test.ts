@@ -1,6 +1,7 @@
 import { expect, test } from "vitest";
+import { likelihood } from "../src/format";
 import { notations } from "../src/views/decide/detail";
-import { ellipseText, listed, percent, reported } from "../src/views/decide/findings";
+import { ellipseText, listed, reported, sightingsText } from "../src/views/decide/findings";
 import { findingsLayer } from "../src/views/decide/findings_layer";
 import { drawn, scene } from "./fake_map";
 import { finding, mission } from "./samples";
@@ -23,9 +24,12 @@ test("the report begins with what is confirmed", () => {
   expect(ids(reported(FINDINGS))).toEqual([1, 4, 2, 3]);
 });
 
-test("what is not known is a dash, never a zero", () => {
-  expect(percent(null)).toBe("–");
-  expect(percent(0.724)).toBe("72\u202f%");
+test("what is not known is told as such, never as a zero", () => {
+  expect(likelihood(null)).toBe("no data");
+  expect(likelihood(0)).toBe("0\u202f%");
+  expect(likelihood(0.724)).toBe("72\u202f%");
+  expect(sightingsText(finding(1, { track_id: null, sightings: 0 }))).toBe("no data");
+  expect(sightingsText(finding(1, { track_id: 3, sightings: 12 }))).toBe("12 sightings");
   expect(ellipseText(finding(1, { sigma_m: null }))).toBe("–");
   const ellipse = { semi_major_m: 2, semi_minor_m: 1, heading_deg: 30 };
   expect(ellipseText(finding(1, { ellipse }))).toBe("2.0 × 1.0\u202fm, 30\u202f°");

@@ -1,6 +1,6 @@
 /** Where targets are believed to be. */
 import type { Target } from "../api/types";
-import { eastNorth, latLon, quantity } from "../format";
+import { eastNorth, latLon, likelihood, quantity } from "../format";
 import { texts } from "../texts";
 import { Panel } from "../ui/panel";
 
@@ -12,7 +12,7 @@ export function TargetsPanel({ targets }: { targets: readonly Target[] }) {
   );
 }
 
-function TargetFacts({ track_id: id, position, sigma_m, sightings }: Target) {
+function TargetFacts({ track_id: id, position, sigma_m, sightings, person_confidence: person }: Target) {
   const { latitude_deg: lat, longitude_deg: lon } = position;
   return (
     <dl key={id} data-testid={`target-${id}`}>
@@ -21,6 +21,9 @@ function TargetFacts({ track_id: id, position, sigma_m, sightings }: Target) {
       {lat !== null && lon !== null && <dd class="small">{latLon(lat, lon)}</dd>}
       <dd class="small">
         {texts.target.sigma} {quantity(sigma_m, 2, "m")}, {texts.target.sightings(sightings)}
+      </dd>
+      <dd class="small" data-testid="target-person">
+        {texts.target.person}: {likelihood(person)}
       </dd>
     </dl>
   );

@@ -2,11 +2,11 @@
 import { useEffect, useState } from "preact/hooks";
 import { changeFinding } from "../../api/findings";
 import type { Finding, FindingChange } from "../../api/types";
-import { duration, eastNorth, latLon, quantity } from "../../format";
+import { duration, eastNorth, latLon, likelihood } from "../../format";
 import { useShell } from "../../shell/context";
 import { texts } from "../../texts";
 import { Panel } from "../../ui/panel";
-import { ellipseText, percent, STATUS_SIGNS } from "./findings";
+import { ellipseText, sightingsText, STATUS_SIGNS } from "./findings";
 import { Thumbnail } from "./thumbnail";
 
 /** A place in the notations that search teams use; those that are not known are left out. */
@@ -28,8 +28,8 @@ export function FindingDetail({ finding }: { finding: Finding }) {
   const facts: [string, string][] = [
     [texts.decide.local, eastNorth(finding.position.east_m, finding.position.north_m)],
     [texts.decide.ellipse, ellipseText(finding)],
-    [texts.decide.views, quantity(finding.sightings, 0)],
-    [texts.decide.confidence, percent(finding.person_confidence)],
+    [texts.decide.views, sightingsText(finding)],
+    [texts.decide.confidence, likelihood(finding.person_confidence)],
     [texts.decide.found, duration(finding.found_at_s)],
     [texts.decide.seen, duration(finding.seen_at_s)],
   ];

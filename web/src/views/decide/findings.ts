@@ -1,6 +1,7 @@
 /** What the list of findings shows, and in which order. Pure functions. */
 import type { Finding, FindingStatus } from "../../api/types";
-import { quantity, UNKNOWN } from "../../format";
+import { quantity } from "../../format";
+import { texts } from "../../texts";
 
 export const STATUS_SIGNS: Readonly<Record<FindingStatus, string>> = { new: "?", confirmed: "✓", rejected: "✗" };
 
@@ -25,9 +26,9 @@ const ranked = (findings: readonly Finding[], ranks: Ranks): Finding[] =>
     (a, b) => ranks[a.status] - ranks[b.status] || b.seen_at_s - a.seen_at_s || a.finding_id - b.finding_id,
   );
 
-/** A probability as a share of a hundred. */
-export const percent = (probability: number | null): string =>
-  probability === null ? UNKNOWN : quantity(100 * probability, 0, "%");
+/** How often it was seen; what an operator has marked was never looked for. */
+export const sightingsText = ({ track_id, sightings }: Finding): string =>
+  track_id === null ? texts.noData : texts.target.sightings(sightings);
 
 /** Half axes and heading of an ellipse of one standard deviation. */
 export function ellipseText({ ellipse, sigma_m }: Finding): string {

@@ -1,8 +1,8 @@
 /** All findings, those that wait for a decision first. */
 import type { Finding } from "../../api/types";
-import { duration } from "../../format";
+import { duration, likelihood } from "../../format";
 import { texts } from "../../texts";
-import { type Filter, percent, STATUS_SIGNS } from "./findings";
+import { type Filter, sightingsText, STATUS_SIGNS } from "./findings";
 import { Thumbnail } from "./thumbnail";
 
 interface Props {
@@ -34,7 +34,8 @@ export function FindingList({ findings, filter, chosen, onChoose }: Props) {
               </span>
               <br />
               <span class="small">
-                {texts.decide.confidence} {percent(finding.person_confidence)} · {duration(finding.seen_at_s)}
+                {texts.decide.confidence}: {likelihood(finding.person_confidence)} · {sightingsText(finding)} ·{" "}
+                {duration(finding.seen_at_s)}
               </span>
               {finding.assignee !== "" && (
                 <>

@@ -1,9 +1,9 @@
 /** The report of the mission's findings, made to be printed. */
 import type { Finding, Mission } from "../../api/types";
-import { duration, eastNorth, quantity, words } from "../../format";
+import { duration, eastNorth, likelihood, quantity, words } from "../../format";
 import { texts } from "../../texts";
 import { notations } from "./detail";
-import { ellipseText, percent, reported, STATUS_SIGNS } from "./findings";
+import { ellipseText, reported, sightingsText, STATUS_SIGNS } from "./findings";
 import "./report.css";
 import { Scheme } from "./scheme";
 import { Thumbnail } from "./thumbnail";
@@ -58,13 +58,13 @@ export function Report({ mission, onClose }: Props) {
 }
 
 function ReportedFinding({ finding }: { finding: Finding }) {
-  const { finding_id: id, status, position, sightings, person_confidence, comment, assignee, operator } = finding;
+  const { finding_id: id, status, position, person_confidence, comment, assignee, operator } = finding;
   const facts: [string, string][] = [
     ...notations(finding).map(([name, text]): [string, string] => [texts.decide.notation[name], text]),
     [texts.decide.local, eastNorth(position.east_m, position.north_m)],
     [texts.decide.ellipse, ellipseText(finding)],
-    [texts.decide.views, quantity(sightings, 0)],
-    [texts.decide.confidence, percent(person_confidence)],
+    [texts.decide.views, sightingsText(finding)],
+    [texts.decide.confidence, likelihood(person_confidence)],
     [texts.decide.found, duration(finding.found_at_s)],
     [texts.decide.seen, duration(finding.seen_at_s)],
     [texts.report.judgedBy, operator],

@@ -135,7 +135,7 @@ function Quantity({ value, decimals = 0, unit, isBad = false, testId }: Quantity
 /** A dash to the eye, words to a screen reader: never reported, which is not zero. */
 function NoData() {
   return (
-    <span class="no-data" role="img" aria-label={texts.fleet.noData} title={texts.fleet.noData}>
+    <span class="no-data" role="img" aria-label={texts.noData} title={texts.noData}>
       {UNKNOWN}
     </span>
   );

@@ -70,7 +70,7 @@ const columnsOf = ({ elapsed_s, series }: Chart): uPlot.AlignedData =>
 function describe({ title, series, left, right }: Chart): string {
   const latest = series.map(({ label, values, isOnRight }) => {
     const value = values.at(-1) ?? null;
-    return `${label} ${value === null ? texts.fleet.noData : ((isOnRight ? right : left) ?? left).format(value)}`;
+    return `${label} ${value === null ? texts.noData : ((isOnRight ? right : left) ?? left).format(value)}`;
   });
   return `${title}: ${latest.join(", ")}`;
 }
