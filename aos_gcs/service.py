@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import platform
 import shutil
 from collections.abc import AsyncIterator
@@ -41,6 +42,11 @@ class Service:
         async with self._journal.recorded(self._recorder):
             await self.mission.run()
         return self.mission.snapshot()
+
+    async def stay(self) -> None:
+        """Keep the dashboard up until cancelled, and record what operators make of the findings."""
+        async with self._journal.recorded(self._recorder):
+            await asyncio.Event().wait()
 
 
 @asynccontextmanager

@@ -100,6 +100,10 @@ class Demo:
             raise LinkError(f"The simulator was not ready in time; see {folder / 'simulator.log'}.")
         return await asyncio.to_thread(score_mission, snapshot, self.folder, world_file, report_file)
 
+    async def stay(self) -> None:
+        """Keep the dashboard up until cancelled."""
+        await self._service.stay()
+
     async def _watch(self, simulator: asyncio.subprocess.Process, log: Path) -> None:
         """End the mission when the simulator ends before it does: its vehicles will not be heard again."""
         code = await simulator.wait()

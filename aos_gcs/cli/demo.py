@@ -69,7 +69,8 @@ async def _fly(options: DemoOptions, as_json: bool, stay: bool) -> Score:
         async with followed(flight.mission):
             score = await flight.run()
         _print(score, as_json)
-        await stay_up(stay)
+        if stay:
+            await stay_up(flight)
     return score
 
 

@@ -6,7 +6,7 @@ import asyncio
 import signal
 from collections.abc import Coroutine
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Protocol, TypeVar
 
 import typer
 
@@ -16,6 +16,15 @@ if TYPE_CHECKING:
     from aos_gcs.config import ServiceConfig
 
 T = TypeVar("T")
+
+
+class Staying(Protocol):
+    """A mission whose dashboard may stay up."""
+
+    async def stay(self) -> None:
+        """Keep it up until cancelled."""
+        ...
+
 
 EXIT_FAILED = 1
 CODE_FILE_HELP = "File with the code that makes a client of the dashboard an operator, instead of a random one."
@@ -82,15 +91,15 @@ async def _fly(config: ServiceConfig, stay: bool) -> bool:
         async with followed(service.mission):
             snapshot = await service.run()
         typer.echo(f"{snapshot.outcome}: {snapshot.message} Recorded in {service.folder}.")
-        await stay_up(stay)
+        if stay:
+            await stay_up(service)
     return snapshot.outcome not in {Outcome.FAILED, Outcome.ABORTED}
 
 
-async def stay_up(stay: bool) -> None:
-    """Wait until cancelled, if so wished, for the dashboard to be looked at."""
-    if stay:
-        typer.echo("The mission is over; the dashboard stays up until Ctrl-C.", err=True)
-        await asyncio.Event().wait()
+async def stay_up(mission: Staying) -> None:
+    """Wait until cancelled, for the dashboard to be looked at."""
+    typer.echo("The mission is over; the dashboard stays up until Ctrl-C.", err=True)
+    await mission.stay()
 
 
 def run_until_terminated(main: Coroutine[Any, Any, T]) -> T:

@@ -34,6 +34,10 @@ class Subscription:
         self._closed = True
         self._ready.set()
 
+    def reopen(self) -> None:
+        """Let another iteration wait for more."""
+        self._closed = False
+
     def __aiter__(self) -> AsyncIterator[Event]:
         return self
 
@@ -65,11 +69,16 @@ class EventStream:
             subscription.put(event)
         return event
 
+    def attach(self, capacity: int) -> Subscription:
+        """Follow the stream for as long as it lives."""
+        subscription = Subscription(capacity)
+        self._subscriptions.add(subscription)
+        return subscription
+
     @contextmanager
     def subscribe(self, capacity: int = DEFAULT_CAPACITY) -> Iterator[Subscription]:
         """Follow the stream for as long as the context is entered."""
-        subscription = Subscription(capacity)
-        self._subscriptions.add(subscription)
+        subscription = self.attach(capacity)
         try:
             yield subscription
         finally:

@@ -9,7 +9,7 @@ from contextlib import AbstractContextManager, asynccontextmanager
 from typing import Protocol
 
 from aos_gcs.errors import RecordingError
-from aos_gcs.mission.events import EventStream, Subscription
+from aos_gcs.mission.events import EventStream
 from aos_gcs.mission.model import (
     ActionRecord,
     Event,
@@ -81,6 +81,8 @@ class Journal:
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
         self._stream = EventStream(clock)
+        self._unwritten = self._stream.attach(EVENT_BACKLOG)
+        self._missing_count = 0
         self._start_s: float | None = None
         self.steps: list[StepRecord] = []
         self.notice_count = 0
@@ -137,27 +139,33 @@ class Journal:
     async def recorded(self, recorder: Recorder) -> AsyncIterator[None]:
         """Write every event for as long as the context is entered; leaving waits until all are written.
 
+        Those before come too: vehicles are heard before a mission begins. It may be entered again, since findings are
+        judged when the vehicles have landed.
         Snapshots are thinned to one per second and phase: the raw telemetry is in the .tlog. When the disk
         is slower than the mission for long, the oldest events are lost and the operator is told.
         """
-        with self._stream.subscribe(EVENT_BACKLOG) as subscription:
-            async with asyncio.TaskGroup() as group:
-                writer = group.create_task(self._write(subscription, recorder))
-                try:
-                    yield
-                finally:
-                    subscription.close()
-                    await asyncio.wait({writer})
+        self._unwritten.reopen()
+        async with asyncio.TaskGroup() as group:
+            writer = group.create_task(self._write(recorder))
+            try:
+                yield
+            finally:
+                self._unwritten.close()
+                await asyncio.wait({writer})
 
-    async def _write(self, subscription: Subscription, recorder: Recorder) -> None:
+    async def _write(self, recorder: Recorder) -> None:
         due_utc_s, phase = 0.0, None
-        dropped = 0
-        async for event in subscription:
+        left_out: Event | None = None
+        async for event in self._unwritten:
             if isinstance(event.data, MissionSnapshot):
+                left_out = event
                 if event.utc_s < due_utc_s and event.data.phase is phase:
                     continue
                 due_utc_s, phase = event.utc_s + 1.0, event.data.phase
+                left_out = None
             await recorder.record_event(event)
-            if subscription.dropped > dropped:
-                dropped = subscription.dropped
-                self.notice(Severity.WARNING, f"the disk is too slow: {dropped} events were not recorded")
+            if self._unwritten.dropped > self._missing_count:
+                self._missing_count = self._unwritten.dropped
+                self.notice(Severity.WARNING, f"the disk is too slow: {self._missing_count} events were not recorded")
+        if left_out is not None:
+            await recorder.record_event(left_out)

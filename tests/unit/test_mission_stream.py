@@ -108,6 +108,22 @@ async def test_snapshots_are_thinned_on_the_disk_but_for_changes_of_the_phase() 
     assert first.utc_s - snapshots[0].utc_s == pytest.approx(1.5, abs=0.05)
 
 
+async def test_what_is_said_before_and_after_a_mission_is_recorded_with_the_last_state() -> None:
+    snapshot = prepare().mission.snapshot()
+    clock = LoopClock()
+    journal, recorder = Journal(clock), MemoryRecorder()
+    journal.notice(Severity.INFO, "heard")
+    async with journal.recorded(recorder):
+        journal.notice(Severity.INFO, "landed")
+    journal.notice(Severity.INFO, "between")
+    async with journal.recorded(recorder):
+        for message in ("confirmed", "commented"):
+            journal.publish(EventKind.SNAPSHOT, replace(snapshot, message=message))
+            await clock.sleep(0.1)
+    told = [event.data.text if event.kind is EventKind.NOTICE else event.data.message for event in recorder.events]
+    assert told == ["heard", "landed", "between", "confirmed", "commented"]
+
+
 async def broken_off(journal: Journal, recorder: MemoryRecorder) -> None:
     async with journal.recorded(recorder):
         journal.notice(Severity.CRITICAL, "the last words")
