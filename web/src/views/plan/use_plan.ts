@@ -56,6 +56,8 @@ export function usePlan(): PlanEditor {
   kept = draft;
   const isChanged = draft !== null && draft.history.plan !== draft.flown;
   const newest = useRef(0);
+  /** The check that is on its way: one at a time, since only the newest plan counts. */
+  const pending = useRef<Promise<unknown>>(Promise.resolve());
 
   const reload = async (): Promise<void> => {
     const mine = ++newest.current;
@@ -77,7 +79,11 @@ export function usePlan(): PlanEditor {
     let isWanted = true;
     let timer: ReturnType<typeof setTimeout>;
     const check = async (): Promise<void> => {
-      const answer = await checkPlan(plan);
+      await pending.current;
+      if (!isWanted) return;
+      const asked = checkPlan(plan);
+      pending.current = asked;
+      const answer = await asked;
       if (!isWanted) return;
       if (!answer.ok && answer.status === TOO_MANY_REQUESTS) {
         timer = setTimeout(check, CHECK_AGAIN_MS);
