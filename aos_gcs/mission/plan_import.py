@@ -10,7 +10,7 @@ import json
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any, Final
 from xml.etree.ElementTree import Element, ParseError
@@ -25,10 +25,16 @@ MAX_SHAPES: Final = 200
 MAX_POINTS: Final = 500
 """Of a shape."""
 
+MAX_TEXT: Final = 120
+"""Of what is repeated from a file, characters."""
+
 _CIRCLE_CORNERS = 32
 _METRES_PER_DEGREE = 111_320.0
 _NO_GO = re.compile(r"no.?go|no.?fly|exclusion|keep.?out|forbidden", re.IGNORECASE)
 _FENCE = re.compile(r"fence", re.IGNORECASE)
+_WGS84 = re.compile(r"(CRS:?84|EPSG:(.*:)?(4326|4979))$", re.IGNORECASE)
+"""As older GeoJSON names it; RFC 7946 knows no other."""
+_BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 
 
 class ShapeRole(StrEnum):
@@ -66,12 +72,15 @@ def import_shapes(content: bytes) -> tuple[ImportedShape, ...]:
     """
     if len(content) > MAX_FILE_BYTES:
         raise InputDataError(f"The file is larger than {MAX_FILE_BYTES // 1024**2} MiB; leave out what is not needed.")
+    content = content.removeprefix(_BYTE_ORDER_MARK)
     if content.startswith(b"PK"):
         raise InputDataError("The file is a ZIP archive (KMZ?); unpack it and import the .kml in it.")
     try:
         shapes = _bounded(_from_kml(content) if content.lstrip()[:1] == b"<" else _from_json(content))
     except (ValueError, TypeError, KeyError, IndexError, AttributeError, RecursionError) as error:
-        raise InputDataError(f"The file is damaged, or no GeoJSON, KML or QGroundControl plan: {error}.") from error
+        raise InputDataError(
+            f"The file is damaged, or no GeoJSON, KML or QGroundControl plan: {_short(error)}."
+        ) from error
     if not shapes:
         raise InputDataError("The file holds neither polygons nor points.")
     return shapes
@@ -83,17 +92,22 @@ def _bounded(shapes: Iterator[ImportedShape]) -> tuple[ImportedShape, ...]:
         if len(found) == MAX_SHAPES:
             raise InputDataError(f"The file holds more than {MAX_SHAPES} shapes; leave out what is not needed.")
         if len(shape.places) > MAX_POINTS:
-            raise InputDataError(
-                f"The shape '{shape.name}' has {len(shape.places)} points; simplify it to {MAX_POINTS} or fewer."
-            )
-        found.append(shape)
+            which = f"The shape '{_short(shape.name)}'" if shape.name else "A shape without a name"
+            raise InputDataError(f"{which} has {len(shape.places)} points; simplify it to {MAX_POINTS} or fewer.")
+        found.append(replace(shape, name=_short(shape.name)))
     return tuple(found)
+
+
+def _short(text: object) -> str:
+    """Return the beginning: what stands in a file may be as long as the file."""
+    return str(text)[:MAX_TEXT]
 
 
 def _place(latitude_deg: object, longitude_deg: object) -> Place:
     place = Place(float(str(latitude_deg)), float(str(longitude_deg)))
     if not (abs(place.latitude_deg) <= 90.0 and abs(place.longitude_deg) <= 180.0):
-        raise InputDataError(f"{latitude_deg}, {longitude_deg} is no latitude and longitude in degrees.")
+        where = f"{_short(latitude_deg)}, {_short(longitude_deg)}"
+        raise InputDataError(f"{where} is no latitude and longitude in degrees; export it in WGS 84 (EPSG:4326).")
     return place
 
 
@@ -116,7 +130,17 @@ def _from_json(content: bytes) -> Iterator[ImportedShape]:
     if document.get("fileType") == "Plan":
         yield from _from_qgc(document)
     else:
+        _check_crs(document)
         yield from _from_geojson(document, "")
+
+
+def _check_crs(document: Mapping[str, Any]) -> None:
+    crs = document.get("crs")
+    if crs is None:
+        return
+    name = str(crs["properties"]["name"])
+    if _WGS84.search(name) is None:
+        raise InputDataError(f"The file's coordinates are in '{_short(name)}'; export it in WGS 84 (EPSG:4326).")
 
 
 def _from_geojson(value: Mapping[str, Any], name: str) -> Iterator[ImportedShape]:

@@ -12,10 +12,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aos_gcs.errors import InputDataError
-from aos_gcs.mission.plan_import import MAX_POINTS, MAX_SHAPES, Place, ShapeRole, import_shapes
+from aos_gcs.mission.plan_import import MAX_POINTS, MAX_SHAPES, MAX_TEXT, Place, ShapeRole, import_shapes
 
 RING = [[14.0, 48.0], [14.1, 48.0], [14.1, 48.1], [14.0, 48.0]]
 HOLE = [[14.05, 48.01], [14.06, 48.01], [14.06, 48.02], [14.05, 48.01]]
+UTM = {"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::32633"}}
 PLACES = (Place(48.0, 14.0), Place(48.0, 14.1), Place(48.1, 14.1))
 
 KML = """<?xml version="1.0" encoding="UTF-8"?>
@@ -99,12 +100,34 @@ def test_qgroundcontrol_plans() -> None:
         (b'{"type": "Polygon", "coordinates": 7}', "damaged"),
         (b'{"type":"GeometryCollection","geometries":' * 50_000, "damaged"),
         (b"[" * 1_000_000, "damaged"),
+        (as_bytes({"type": "Point", "coordinates": [450e3, 5.34e6]}), "WGS 84"),
+        (as_bytes({"type": "Point", "coordinates": [14, 48], "crs": UTM}), "32633.*WGS 84"),
         (KML.replace("14.1,48.0,0", "east").encode(), "damaged"),
     ],
 )
 def test_broken_files_are_refused_with_the_reason(content: bytes, words: str) -> None:
     with pytest.raises(InputDataError, match=words):
         import_shapes(content)
+
+
+def test_what_is_told_of_a_file_is_short() -> None:
+    content = "9" * 100_000
+    with pytest.raises(InputDataError) as refused:
+        import_shapes(KML.replace("14.1", f"east{content}").encode())
+    assert len(str(refused.value)) < 400
+    (shape, _) = import_shapes(KML.replace("the farm", content).encode())
+    assert len(shape.name) == MAX_TEXT
+
+
+@pytest.mark.parametrize("crs", ["urn:ogc:def:crs:OGC:1.3:CRS84", "urn:ogc:def:crs:EPSG::4326", "EPSG:4326"])
+def test_geojson_may_name_the_only_system_that_it_has(crs: str) -> None:
+    named = {"type": "name", "properties": {"name": crs}}
+    (shape,) = import_shapes(as_bytes({"type": "Point", "coordinates": [14.0, 48.0], "crs": named}))
+    assert shape.places == (Place(48.0, 14.0),)
+
+
+def test_a_byte_order_mark_does_no_harm() -> None:
+    assert len(import_shapes(b"\xef\xbb\xbf" + KML.encode())) == 2
 
 
 @pytest.mark.parametrize(
