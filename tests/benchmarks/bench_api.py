@@ -176,9 +176,7 @@ async def measure(vehicles: int, seconds: float, folder: Path) -> None:
     print(f"service without clients: {loads[0]:.1f} % of a core; the first one adds {loads[1] - loads[0]:.1f} %")
     print(f"each further client: {(loads[1 + CLIENTS] - loads[1]) / CLIENTS:.2f} % of a core")
     rate_hz = len(sizes) / seconds / (1 + CLIENTS)
-    print(
-        f"messages: median {np.median(sizes) / 1e3:.1f} kB, {rate_hz:.1f} Hz per client (less than {RATE_HZ:g}: starved)"
-    )
+    print(f"messages: median {np.median(sizes) / 1e3:.1f} kB, {rate_hz:.1f} Hz per client (below {RATE_HZ:g}: starved)")
     print(f"from the telemetry's sending to the client: {describe(times_ms)} ({len(times_ms)} of {CHANGES} arrived)")
 
 
