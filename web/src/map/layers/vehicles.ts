@@ -40,9 +40,9 @@ export function isProminent(vehicle: Vehicle, { selected }: Scene): boolean {
   return selected.has(vehicle.vehicle_id) || vehicle.refusal !== null || isStale(vehicle, 0);
 }
 
-/** On the ground the height says nothing. */
-export function heightText({ landed, height_above_home_m: height_m }: Vehicle): string {
-  return landed === "on_ground" ? "" : quantity(height_m, 0, "m");
+/** With the number, because a neighbour may be as near; on the ground the height says nothing. */
+export function heightText({ vehicle_id: id, landed, height_above_home_m: height_m }: Vehicle): string {
+  return landed === "on_ground" ? "" : `${id}: ${quantity(height_m, 0, "m")}`;
 }
 
 /** What labels of vehicles depend on. */
