@@ -39,6 +39,20 @@ describe("samples", () => {
     expect(samples).toHaveLength(900);
     expect(samples.at(-1)?.elapsed_s).toBe(1199);
   });
+  test("have a gap where nothing was told", () => {
+    const samples = extendSamples(at(1), mission({ elapsed_s: 61, vehicles: [vehicle(1, { link: link(40) })] }), true);
+    const chart = linkChart(samples, "roundTrip_ms", [1]);
+    expect(chart.elapsed_s).toEqual([1, 31, 61]);
+    expect(chart.series[0]?.values).toEqual([40, null, 40]);
+  });
+  test("tell only the age of a vehicle that is silent", () => {
+    const silent = { link_age_s: 9, packet_loss_percent: 1 };
+    const [age, ...others] = (["age_s", "loss_percent", "roundTrip_ms"] as const).map(
+      (figure) => linkChart(at(1, silent), figure, [1]).series[0]?.values,
+    );
+    expect(age).toEqual([9]);
+    expect(others).toEqual([[null], [null]]);
+  });
   test("tell of links, with gaps where a vehicle was not there", () => {
     const samples = [...at(1), ...at(2, { link: null }), ...at(3)];
     expect(linkChart(samples, "roundTrip_ms", [1]).series[0]?.values).toEqual([40, null, 40]);

@@ -45,6 +45,15 @@ describe("reduce", () => {
     expect(reduce(other, hello({ mission: mission({ mission_id: "m2" }) }), 3).formerMissionId).toBe("m1");
   });
 
+  test("after a pause samples have a gap, in a flight as after a lost connection", () => {
+    const at = (elapsed_s: number) => mission({ elapsed_s });
+    const flown = reduce(INITIAL_STATE, hello({ mission: at(10) }), 10_000);
+    const times = (state: State): number[] => state.samples.map(({ elapsed_s }) => elapsed_s);
+    expect(times(reduce(flown, snapshot(at(12)), 12_000))).toEqual([10, 12]);
+    expect(times(reduce(flown, snapshot(at(20)), 20_000))).toEqual([10, 15, 20]);
+    expect(times(reduce(flown, hello({ mission: at(20) }), 20_000))).toEqual([10, 15, 20]);
+  });
+
   test("a hello in mid-connection is a jump of a replay: trails begin anew", () => {
     const flown = { ...reduce(INITIAL_STATE, hello({ notices: [notice(8, "wind")] }), 0), connection: "open" } as const;
     const vehicles = [vehicle(1, { position: position(50, 0) })];

@@ -1,5 +1,6 @@
 /** What the mission's state was over time, as far as this page has seen it. Pure. */
-import type { Mission } from "../api/types";
+import type { Mission, Vehicle } from "../api/types";
+import { STALE_AFTER_S } from "./freshness";
 
 /** How one vehicle was reached; null where it is not known. */
 export interface LinkSample {
@@ -18,14 +19,29 @@ const SPACING_S = 1;
 /** A quarter of an hour. */
 const SAMPLES_KEPT = 900;
 
-/** The same list when the last one is young. Before the start, where time stands still, there is one sample. */
-export function extendSamples(samples: readonly Sample[], mission: Mission): readonly Sample[] {
+/**
+ * The same list when the last one is young. Before the start, where time stands still, there is one sample.
+ *
+ * After a pause in which nothing was told there is a gap: nobody knows what was in between.
+ */
+export function extendSamples(samples: readonly Sample[], mission: Mission, isAfterPause = false): readonly Sample[] {
   const last = samples.at(-1);
   if (last !== undefined && mission.elapsed_s < last.elapsed_s + SPACING_S) return samples;
-  const links = mission.vehicles.map(({ vehicle_id, link_age_s, packet_loss_percent, link }): [number, LinkSample] => [
-    vehicle_id,
-    { age_s: link_age_s, loss_percent: packet_loss_percent, roundTrip_ms: link?.round_trip_ms ?? null },
-  ]);
   const { elapsed_s, covered_percent } = mission;
-  return [...samples, { elapsed_s, covered_percent, links: new Map(links) }].slice(-SAMPLES_KEPT);
+  const links = new Map(mission.vehicles.map((vehicle) => [vehicle.vehicle_id, linkSample(vehicle)]));
+  const gap: Sample[] =
+    last !== undefined && isAfterPause
+      ? [{ elapsed_s: (last.elapsed_s + elapsed_s) / 2, covered_percent: null, links: new Map() }]
+      : [];
+  return [...samples, ...gap, { elapsed_s, covered_percent, links }].slice(-SAMPLES_KEPT);
+}
+
+/** Of a vehicle that is silent only its age is known: the other figures are of the time before. */
+function linkSample({ link_age_s: age_s, packet_loss_percent, link }: Vehicle): LinkSample {
+  const isHeard = age_s !== null && age_s <= STALE_AFTER_S;
+  return {
+    age_s,
+    loss_percent: isHeard ? packet_loss_percent : null,
+    roundTrip_ms: isHeard ? (link?.round_trip_ms ?? null) : null,
+  };
 }

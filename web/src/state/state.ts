@@ -1,6 +1,7 @@
 /** What the page knows of the mission: a pure reducer over the service's messages. */
 import type { Connection, PageMessage } from "../api/socket";
 import type { Capabilities, Mission, Notice, Picture, PictureKind, Step } from "../api/types";
+import { STALE_AFTER_S } from "./freshness";
 import { extendSamples, type Sample } from "./samples";
 
 /** East and north, metres. */
@@ -67,7 +68,7 @@ export function reduce(state: State, message: PageMessage, nowMs: number): State
         missedNotices: (isSame ? state.missedNotices : 0) + missedBetween(known, message.notices),
         pictures: indexPictures({}, message.pictures),
         trails: extendTrails(isSame ? state.trails : new Map(), message.mission),
-        samples: extendSamples(isSame ? state.samples : [], message.mission),
+        samples: extendSamples(isSame ? state.samples : [], message.mission, hasPaused(state, nowMs)),
         // It may have changed while there was no connection.
         planRevision: state.planRevision + 1,
       };
@@ -78,7 +79,7 @@ export function reduce(state: State, message: PageMessage, nowMs: number): State
         mission: message.mission,
         missionAtMs: signOfLifeMs(message, nowMs),
         trails: extendTrails(state.trails, message.mission),
-        samples: extendSamples(state.samples, message.mission),
+        samples: extendSamples(state.samples, message.mission, hasPaused(state, nowMs)),
       };
     case "step":
       return { ...state, steps: addStep(state.steps, message.step) };
@@ -96,6 +97,10 @@ export function reduce(state: State, message: PageMessage, nowMs: number): State
 
 const signOfLifeMs = ({ mission_age_s }: { readonly mission_age_s: number }, nowMs: number): number =>
   nowMs - 1000 * mission_age_s;
+
+/** Whether the page has not heard of the mission for so long that what was in between is unknown; records lack nothing. */
+const hasPaused = ({ mission, missionAtMs }: State, nowMs: number): boolean =>
+  mission !== null && mission.replay === null && nowMs - missionAtMs > 1000 * STALE_AFTER_S;
 
 const lastId = (notices: readonly Notice[]): number => notices.at(-1)?.notice_id ?? 0;
 
