@@ -176,8 +176,7 @@ class MissionReplay:
             self._speed = speed
         if time_s is not None:
             self._go_to(self._start_utc_s + time_s)
-            notices = [event.data for event in self._past() if isinstance(event.data, NoticeRecord)]
-            self._stream.publish(EventKind.JUMP, JumpRecord(tuple(notices[-NOTICES_SHOWN:])))
+            self._stream.publish(EventKind.JUMP, JumpRecord(tuple(self._notices()[-NOTICES_SHOWN:])))
         if playing is not None:
             self._playing = playing
         self._stream.publish(EventKind.SNAPSHOT, self.snapshot())
@@ -207,8 +206,9 @@ class MissionReplay:
             self._go_to(self._utc_s + duration_s)
         except InputDataError as error:
             self._playing = False
-            notice = NoticeRecord(Severity.CRITICAL, f"Replay stopped: {error}", None, self.snapshot().elapsed_s)
-            self._stream.publish(EventKind.NOTICE, notice)
+            number = max((data.notice_id for data in self._notices()), default=0) + 1
+            text, elapsed_s = f"Replay stopped: {error}", self.snapshot().elapsed_s
+            self._stream.publish(EventKind.NOTICE, NoticeRecord(Severity.CRITICAL, text, None, elapsed_s, number))
         else:
             self._playing = self._utc_s < self._end_utc_s
         for event in self._past()[known:]:
@@ -217,6 +217,9 @@ class MissionReplay:
 
     def _past(self) -> list[Event]:
         return self._events[: bisect_right(self._event_times, self._utc_s)]
+
+    def _notices(self) -> list[NoticeRecord]:
+        return [event.data for event in self._past() if isinstance(event.data, NoticeRecord)]
 
 
 def _numbered(events: Iterable[Event]) -> Iterator[Event]:
