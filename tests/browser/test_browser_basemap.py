@@ -74,7 +74,13 @@ async def test_the_map_lies_on_pictures(map_page: Page, tmp_path: Path, page_rec
         assert page_record.errors == []
 
 
-@pytest.mark.parametrize("names", [PROTOMAPS, OPENMAPTILES], ids=["protomaps", "openmaptiles"])
+@pytest.mark.parametrize(
+    "names",
+    [
+        pytest.param(PROTOMAPS, id="protomaps"),
+        pytest.param(OPENMAPTILES, id="openmaptiles", marks=pytest.mark.slow),
+    ],
+)
 async def test_the_map_lies_on_vectors_at_their_true_places(
     map_page: Page, tmp_path: Path, page_record: PageRecord, names: Names
 ) -> None:

@@ -21,7 +21,7 @@ from tests.browser.map_places import DRAWING_TIMEOUT_S, MapPlaces, map_places, s
 from tests.browser.pages import open_page
 from tests.fakes.mission import ScriptedMission
 
-pytestmark = pytest.mark.asyncio(loop_scope="session")
+pytestmark = [pytest.mark.asyncio(loop_scope="session"), pytest.mark.slow]
 
 STEPS = 12
 ELLIPSE = ErrorEllipse(semi_major_m=44.0, semi_minor_m=30.0, heading_rad=math.radians(60.0))

@@ -1,5 +1,5 @@
 /** See: what the swarm sees through the canopy, step by step, on any plane, and frame by frame. */
-import { useState } from "preact/hooks";
+import { useEffect, useState } from "preact/hooks";
 import type { Picture } from "../../api/types";
 import { quantity } from "../../format";
 import { boundsOf } from "../../geometry";
@@ -26,13 +26,17 @@ const CHOICES = Object.keys(texts.see.kind) as Chosen[];
 export function SeeView() {
   const { state, route } = useShell();
   const [kind, setKind] = useState<Chosen>("integral");
-  const [chosenStep, setChosenStep] = useState<number | null>(Number(route.params["step"]) || null);
+  const asked = Number(route.params["step"]) || null;
+  const [chosenStep, setChosenStep] = useState(asked);
   const [height_m, setHeight] = useState<number | null>(null);
   const [viewport, setViewport] = useState<Viewport | null>(null);
   const [measured, setMeasured] = useState<readonly EnuPoint[]>([]);
   const [isMeasuring, setMeasuring] = useState(false);
   const [left, setLeft] = useState<IntegralQuery | null>(null);
   const [swipe, setSwipe] = useState(0.5);
+  useEffect(() => {
+    if (asked !== null) setChosenStep(asked);
+  }, [asked]);
 
   const first = state.steps[0]?.step ?? null;
   const last = state.steps.at(-1)?.step ?? null;
