@@ -114,6 +114,7 @@ export const texts = {
     key: (key: string) => `Key ${key}`,
     broken: "This view has met an error. The other views and HOLD ALL work on; choose the view again to retry.",
   },
+  dialog: { close: "Close the window" },
   settings: {
     open: "Settings",
     theme: "Colours",

@@ -1,6 +1,7 @@
-/** A modal window inside the page; Escape closes it, and the first of its buttons has the focus. */
+/** A modal window inside the page; Escape and a cross close it, and the first of its buttons has the focus. */
 import { type ComponentChildren, createContext } from "preact";
 import { useContext, useEffect, useRef } from "preact/hooks";
+import { texts } from "../texts";
 
 /** What every window shows in its corner, because it covers what is behind it. */
 export const DialogCorner = createContext<ComponentChildren>(null);
@@ -24,7 +25,15 @@ export function Dialog({ title, testId, onClose, children }: Props) {
     <dialog ref={dialog} class="dialog" data-testid={testId} aria-label={title} onClose={onClose}>
       <h2>{title}</h2>
       {children}
-      {/* Last, so that it does not get the first focus. */}
+      {/* Both last, so that they do not get the first focus. */}
+      <button
+        type="button"
+        class="dialog-close"
+        aria-label={texts.dialog.close}
+        onClick={() => dialog.current?.close()}
+      >
+        ✕
+      </button>
       {corner && <div class="dialog-corner">{corner}</div>}
     </dialog>
   );
