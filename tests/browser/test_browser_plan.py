@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from pathlib import Path
 
 import pytest
@@ -14,7 +15,7 @@ from playwright.async_api import FilePayload, Page, Route, expect
 from aos_gcs.api.app import create_app
 from aos_gcs.mission.mission_plan import plan_of
 from aos_gcs.mission.plan_import import MAX_FILE_BYTES
-from tests.browser.conftest import PageRecord, Service, serving
+from tests.browser.conftest import OPERATOR_CODE, PageRecord, Service, serving
 from tests.browser.pages import confirm, open_page
 from tests.fakes.mission import ORIGIN, ScriptedMission
 
@@ -29,14 +30,30 @@ BETWEEN_CLICKS_MS = 350
 """Two clicks that follow one another faster are a double click, which ends the drawing."""
 
 
-@pytest_asyncio.fixture(loop_scope="session")
-async def planned_service(tmp_path: Path, dashboard_build: None) -> AsyncIterator[Service]:  # noqa: ARG001 - its check
+@asynccontextmanager
+async def planning(plans_folder: Path, operator_code: str | None = None) -> AsyncIterator[Service]:
     """A mission that can be planned."""
 
     def make_app(mission: ScriptedMission) -> FastAPI:
-        return create_app(mission, planning=mission, findings=mission, plans_folder=tmp_path / "plans")
+        return create_app(
+            mission, planning=mission, findings=mission, plans_folder=plans_folder, operator_code=operator_code
+        )
 
     async with serving(make_app) as service:
+        yield service
+
+
+@pytest_asyncio.fixture(loop_scope="session")
+async def planned_service(tmp_path: Path, dashboard_build: None) -> AsyncIterator[Service]:  # noqa: ARG001 - its check
+    """One that everybody may plan."""
+    async with planning(tmp_path / "plans") as service:
+        yield service
+
+
+@pytest_asyncio.fixture(loop_scope="session")
+async def guarded_plan(tmp_path: Path, dashboard_build: None) -> AsyncIterator[Service]:  # noqa: ARG001 - its check
+    """One that only operators may plan."""
+    async with planning(tmp_path / "plans", OPERATOR_CODE) as service:
         yield service
 
 
@@ -171,3 +188,135 @@ async def test_shapes_come_from_files_and_broken_ones_are_refused(page: Page, pl
     await page.get_by_test_id("shape-area").click()
     await page.get_by_test_id("unit-deg").click()
     await expect(page.get_by_test_id("vertex-0-0")).to_have_value(f"{ORIGIN.latitude_deg - 1e-3:.4f}")
+
+
+async def test_changes_are_taken_back_and_made_again(page: Page, planned_service: Service) -> None:
+    await open_plan(page, planned_service)
+    undo, redo = page.get_by_test_id("plan-undo"), page.get_by_test_id("plan-redo")
+    speed, layers = page.get_by_test_id("plan-cruise_speed_mps"), page.get_by_test_id("plan-layer_spacing_m")
+    await expect(undo).to_be_disabled()
+    await speed.fill("7")
+    await layers.fill("4")
+    await layers.press("Control+z")
+    await expect(speed).to_have_value("7")  # the field has its own undo
+    await layers.fill("4")
+    await page.get_by_test_id("vertex-remove-3").click()
+    await expect(page.get_by_test_id("shape-area")).to_contain_text("3 corners")
+
+    await page.get_by_test_id("view-fly").click()
+    await page.get_by_test_id("view-plan").click()
+    await page.get_by_test_id("shape-area").press("Control+z")
+    await expect(page.get_by_test_id("shape-area")).to_contain_text("4 corners")
+    await expect(redo).to_be_enabled()
+    await undo.click()
+    await expect(layers).to_have_value("2")
+    await page.keyboard.press("Control+Shift+Z")
+    await expect(layers).to_have_value("4")
+    await redo.click()
+    await expect(page.get_by_test_id("shape-area")).to_contain_text("3 corners")
+    await expect(redo).to_be_disabled()
+
+    await page.get_by_test_id("plan-reload").click()
+    await expect(speed).to_have_value("10")
+    await expect(undo).to_be_disabled()
+
+
+async def test_parameters_of_the_strategy_are_chosen_and_refused_beside_their_fields(
+    page: Page, planned_service: Service
+) -> None:
+    await open_plan(page, planned_service)
+    form = page.get_by_test_id("strategy-parameters")
+    await form.locator("summary").click()
+    gamma = page.get_by_test_id("plan-strategy_parameters.gamma")
+    await expect(gamma).to_have_value("0.9")
+    await expect(form).to_contain_text("Above 0 and below 1, default 0.9.")
+    await gamma.fill("7")
+    problem = page.get_by_test_id("plan-strategy_parameters.gamma-problem")
+    await expect(problem).to_have_text("gamma must be above 0 and below 1, but is 7.")
+    await expect(page.get_by_test_id("plan-apply")).to_be_disabled()
+    await page.get_by_test_id("reset-gamma").click()
+    await expect(problem).to_have_text("")
+    await expect(gamma).to_have_value("0.9")
+    await gamma.fill("0.8")
+    await page.get_by_test_id("plan-strategy_parameters.leader_stabilised").uncheck()
+    await expect(form).to_contain_text("2 changed")
+    await expect(page.get_by_test_id("plan-apply")).to_be_enabled()
+    await page.get_by_test_id("plan-apply").click()
+    await expect(page.get_by_test_id("plan-answer")).to_contain_text("flies by this plan")
+    applied = planned_service.mission.settings.strategy_parameters
+    assert applied == {"gamma": 0.8, "leader_stabilised": False}
+
+
+async def test_observers_see_the_estimate_and_change_nothing(page: Page, guarded_plan: Service) -> None:
+    await open_plan(page, guarded_plan)
+    estimate = page.get_by_test_id("plan-estimate")
+    await expect(estimate).to_contain_text("Coverage")
+    await expect(estimate).to_contain_text("Only operators change the plan.")
+    await expect(page.get_by_test_id("plan-vehicles")).to_be_disabled()
+    for control in ("plan-apply", "plan-undo", "plan-import", "plan-files", "draw", "add-no-go"):
+        await expect(page.get_by_test_id(control)).to_have_count(0)
+    answer = await page.request.post(f"{guarded_plan.url}api/plan/apply", data={"vehicles": 3})
+    assert answer.status == 403
+
+
+async def test_what_another_screen_has_saved_is_replaced_knowingly(page: Page, planned_service: Service) -> None:
+    await open_plan(page, planned_service)
+    name, answer = page.get_by_test_id("plan-name"), page.get_by_test_id("plan-files-answer")
+    await name.fill("valley/../east?")
+    await page.get_by_test_id("plan-save").click()
+    await expect(answer).to_contain_text("is no name for a plan")
+    await name.fill("valley")
+    other = await page.request.put(f"{planned_service.url}api/plans/valley", data={"vehicles": 3})
+    assert other.ok
+    await page.get_by_test_id("plan-save").click()
+    await expect(answer).to_contain_text("There is a plan 'valley' already")
+    await page.get_by_test_id("plan-replace").click(delay=KEEP_PRESSED_MS)
+    await expect(answer).to_have_text("Saved as valley.")
+    saved = await (await page.request.get(f"{planned_service.url}api/plans/valley")).json()
+    assert saved["vehicles"] == 8
+
+
+async def test_bad_files_and_areas_are_refused_where_they_were_given(page: Page, planned_service: Service) -> None:
+    await open_plan(page, planned_service)
+    picker, refusal = page.get_by_test_id("plan-import"), page.get_by_test_id("import-refusal")
+    ring = [[14.0 + 1e-6 * corner, 48.0] for corner in range(100_000)]
+    utm = {"type": "name", "properties": {"name": "EPSG:32633"}}
+    bomb = b'<!DOCTYPE kml [<!ENTITY a "boom"><!ENTITY b "&a;&a;&a;&a;">]><kml>&b;</kml>'
+    for content, words in (
+        (geojson()[:-9], "damaged"),
+        (bomb, "document type or entities"),
+        (b" " * 10 * 1024**2, "larger than 4 MiB"),
+        (json.dumps({"type": "Polygon", "coordinates": [square(1e-3)], "crs": utm}).encode(), "WGS 84"),
+        (json.dumps({"type": "Polygon", "coordinates": [ring]}).encode(), "100000 points; simplify it to 500"),
+        (b'{"type": "Point", "coordinates": [NaN, 48.0]}', "no latitude and longitude"),
+    ):
+        await picker.set_input_files(FilePayload(name="bad", mimeType="", buffer=content))
+        await expect(refusal).to_contain_text(words)
+    await expect(page.get_by_test_id("shape-area")).to_contain_text("4 corners")
+
+    swapped = [[latitude_deg, longitude_deg] for longitude_deg, latitude_deg in square(1e-3)]
+    document = json.dumps({"type": "Polygon", "coordinates": [swapped]}).encode()
+    problem = page.get_by_test_id("shape-problem-area")
+    await picker.set_input_files(FilePayload(name="swapped", mimeType="", buffer=document))
+    await page.get_by_test_id("import-ok").click()
+    await expect(problem).to_contain_text("latitude and longitude the wrong way round")
+    await expect(page.get_by_test_id("plan-apply")).to_be_disabled()
+    await page.get_by_test_id("plan-undo").click()
+    await expect(problem).to_have_text("")
+
+    await page.get_by_test_id("vertex-2-0").fill("90000")
+    await expect(problem).to_contain_text("5 km are allowed")
+    await page.get_by_test_id("shape-clear").click()
+    await expect(problem).to_contain_text("is empty; draw it")
+    await expect(page.get_by_test_id("plan-blocked")).to_be_visible()
+
+
+async def test_points_in_no_go_areas_are_told_beside_them(page: Page, planned_service: Service) -> None:
+    await open_plan(page, planned_service)
+    picker = page.get_by_test_id("plan-import")
+    for name, content in (("pond.kml", kml()), ("home.plan", qgc_plan())):
+        await picker.set_input_files(FilePayload(name=name, mimeType="", buffer=content))
+        await page.get_by_test_id("import-ok").click()
+    problem = page.get_by_test_id("shape-problem-launch")
+    await expect(problem).to_have_text("The launch point is inside of no-go area 1; move one of them.")
+    await expect(page.get_by_test_id("plan-apply")).to_be_disabled()
