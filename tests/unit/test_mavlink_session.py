@@ -304,6 +304,20 @@ def test_streams_are_requested_one_after_the_other_and_lost_requests_again() -> 
     assert mavlink.MAVLINK_MSG_ID_EKF_STATUS_REPORT in asked
 
 
+def test_the_fast_streams_of_px4_are_switched_off_before_anything_is_asked_for() -> None:
+    session = new_session()
+    vehicle = FakeVehicle(autopilot=mavlink.MAV_AUTOPILOT_PX4)
+    session.feed(vehicle.heartbeat(), A, 0.0)
+    asked = []
+    for step in range(10):
+        session.poll(step / 10)
+        session.feed(vehicle.ack(mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, 0), A, step / 10)
+        asked += requested(session.take_outgoing(), mavlink.MAV_CMD_SET_MESSAGE_INTERVAL)
+    quiet = session.records[1].autopilot.quiet_message_ids
+    assert tuple(asked[: len(quiet)]) == quiet
+    assert mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT in asked
+
+
 def answer_streams(session: Session, vehicle: FakeVehicle, now_s: float) -> None:
     for _ in range(40):
         session.poll(now_s)

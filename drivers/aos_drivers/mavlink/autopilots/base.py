@@ -94,7 +94,7 @@ class Autopilot(ABC):
         return command_long(target, mavlink.MAV_CMD_IMAGE_START_CAPTURE, 0.0, 0.0, 1.0)
 
     def stream_rates_hz(self, position_hz: float) -> Mapping[int, float]:
-        """Return the wanted rate of each message; 0 switches one off."""
+        """Return the wanted rate of each message; 0 switches one off. Those come first: they fill a slow link up."""
         rates = {
             mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT: position_hz,
             mavlink.MAVLINK_MSG_ID_POSITION_TARGET_GLOBAL_INT: 2.0,
@@ -104,7 +104,7 @@ class Autopilot(ABC):
             mavlink.MAVLINK_MSG_ID_BATTERY_STATUS: 1.0,
             mavlink.MAVLINK_MSG_ID_ATTITUDE: 1.0,
         }
-        return rates | dict.fromkeys(self.quiet_message_ids, 0.0)
+        return dict.fromkeys(self.quiet_message_ids, 0.0) | rates
 
 
 def has_position_and_home(telemetry: Telemetry, now_s: float) -> bool:
