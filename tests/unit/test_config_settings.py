@@ -184,9 +184,11 @@ def test_learning_and_advice_are_configured() -> None:
 
 
 def test_standing_overrides_name_a_check_and_a_reason() -> None:
-    table = {"overrides": ["link-loss failsafe: pilots: stand by"], "upload_fence": True}
+    table = {"overrides": ["link-loss failsafe: pilots: stand by"], "upload_fence": True, "set_return_height": True}
     preflight = mission_settings(configuration(preflight=table)).preflight
-    assert preflight == PreflightSettings(True, {"link-loss failsafe": "pilots: stand by"})
+    overrides = {"link-loss failsafe": "pilots: stand by"}
+    assert preflight == PreflightSettings(upload_fence=True, set_return_height=True, overrides=overrides)
+    assert not mission_settings(configuration()).preflight.set_return_height, "settings of vehicles are left alone"
 
 
 @pytest.mark.parametrize(
