@@ -4,15 +4,27 @@ import type { Answer } from "../../api/client";
 import type { ViewedStep } from "../../api/types";
 import { describeStep } from "../../api/viewer";
 
+/** A step may be told of before its frames are on the disk. */
+const TRIES = 10;
+const TRY_AGAIN_AFTER_MS = 1500;
+
 /** That of the step before while the answer is on its way; null before the first one. */
 export function useViewedStep(step: number | null): Answer<ViewedStep> | null {
   const [answer, setAnswer] = useState<Answer<ViewedStep> | null>(null);
   useEffect(() => {
     if (step === null) return undefined;
     let isWanted = true;
-    void describeStep(step).then((told) => isWanted && setAnswer(told));
+    let timer: ReturnType<typeof setTimeout>;
+    const ask = async (tries: number): Promise<void> => {
+      const told = await describeStep(step);
+      if (!isWanted) return;
+      setAnswer(told);
+      if (!told.ok && tries > 1) timer = setTimeout(() => void ask(tries - 1), TRY_AGAIN_AFTER_MS);
+    };
+    void ask(TRIES);
     return () => {
       isWanted = false;
+      clearTimeout(timer);
     };
   }, [step]);
   return step === null ? null : answer;
