@@ -138,3 +138,42 @@ async def test_steps_are_focused_measured_and_compared(page: Page, replayed: str
     await page.get_by_test_id("frame-2").click()
     await expect(page.get_by_test_id("frame-large")).to_be_visible()
     assert page_record.errors == []
+
+
+async def test_a_picture_is_moved_and_zoomed_by_keys_and_fingers(
+    page: Page, replayed: str, page_record: PageRecord
+) -> None:
+    await open_page(page, replayed, "see?step=1")
+    await seek(page, SCAN_S)
+    stage, picture = page.get_by_test_id("stage"), page.get_by_test_id("picture")
+    await expect(page.get_by_test_id("picture-label")).to_have_text(re.compile("Integral, step 1, plane at"))
+
+    async def scale() -> float:
+        return float(await stage.get_attribute("data-metres-per-px") or "nan")
+
+    whole_m_per_px, at_first = await scale(), await picture.bounding_box()
+    assert at_first is not None
+    await stage.focus()
+    await page.keyboard.press("+")
+    assert await scale() == pytest.approx(whole_m_per_px / 1.4)
+    await page.keyboard.press("Home")
+    assert await scale() == pytest.approx(whole_m_per_px)
+    await page.keyboard.press("ArrowRight")
+    moved = await picture.bounding_box()
+    assert moved is not None
+    assert moved["x"] == pytest.approx(at_first["x"] - 60.0, abs=1.0)
+
+    # Two fingers that move apart: twice as large, and what is between them stays there.
+    box = await stage.bounding_box()
+    assert box is not None
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    session = await page.context.new_cdp_session(page)
+    for kind, apart_px in (("touchStart", 50.0), ("touchMove", 75.0), ("touchMove", 100.0), ("touchEnd", None)):
+        sides = () if apart_px is None else (-apart_px, apart_px)
+        points = [{"x": x + side, "y": y, "id": index} for index, side in enumerate(sides)]
+        await session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+    assert await scale() == pytest.approx(whole_m_per_px / 2.0, rel=0.02)
+    pinched = await picture.bounding_box()
+    assert pinched is not None
+    assert pinched["x"] - x == pytest.approx(2.0 * (moved["x"] - x), abs=3.0)
+    assert page_record.errors == []

@@ -44,8 +44,7 @@ export function Stage(props: Props) {
   const [cursor, setCursor] = useState<EnuPoint | null>(null);
   const viewport = props.viewport ?? (picture && size ? fitted(picture.bounds, size) : null);
   useGestures(element, {
-    onPan: (by) => viewport && onViewport(panned(viewport, by)),
-    onZoom: (factor, at) => viewport && size && onViewport(zoomed(viewport, size, factor, at)),
+    onMove: (by, factor, at) => viewport && size && onViewport(zoomed(panned(viewport, by), size, factor, at)),
     onTap: (at) => viewport && size && onMeasure?.(toGround(viewport, size, at)),
     onHover: (at) => setCursor(at && viewport && size ? toGround(viewport, size, at) : null),
   });

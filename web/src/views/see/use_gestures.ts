@@ -3,8 +3,8 @@ import { useEffect, useRef } from "preact/hooks";
 import type { ScreenPoint } from "./viewport";
 
 export interface Gestures {
-  onPan(by: ScreenPoint): void;
-  onZoom(factor: number, at: ScreenPoint): void;
+  /** Moved by pixels, then enlarged by a factor about a point: two fingers do both at once. */
+  onMove(by: ScreenPoint, factor: number, at: ScreenPoint): void;
   onTap(at: ScreenPoint): void;
   /** Null when the pointer has left. */
   onHover(at: ScreenPoint | null): void;
@@ -43,11 +43,11 @@ export function useGestures(element: { readonly current: HTMLElement | null }, g
         pointers.set(event.pointerId, now);
         if (other === undefined) {
           travelled_px += distance(before, now);
-          if (travelled_px > TAP_RADIUS_PX) latest.current.onPan([now[0] - before[0], now[1] - before[1]]);
+          if (travelled_px > TAP_RADIUS_PX) latest.current.onMove([now[0] - before[0], now[1] - before[1]], 1, now);
         } else {
           const middle: ScreenPoint = [(now[0] + other[0]) / 2, (now[1] + other[1]) / 2];
-          latest.current.onPan([(now[0] - before[0]) / 2, (now[1] - before[1]) / 2]);
-          latest.current.onZoom(distance(now, other) / Math.max(1, distance(before, other)), middle);
+          const by: ScreenPoint = [(now[0] - before[0]) / 2, (now[1] - before[1]) / 2];
+          latest.current.onMove(by, distance(now, other) / Math.max(1, distance(before, other)), middle);
         }
       },
       pointerup(event) {
@@ -57,7 +57,7 @@ export function useGestures(element: { readonly current: HTMLElement | null }, g
       pointerleave: () => latest.current.onHover(null),
       wheel(event) {
         event.preventDefault();
-        latest.current.onZoom(ZOOM_PER_WHEEL_PX ** -event.deltaY, place(event));
+        latest.current.onMove([0, 0], ZOOM_PER_WHEEL_PX ** -event.deltaY, place(event));
       },
     };
     const listeners = Object.entries(on) as [string, (event: Event) => void][];
