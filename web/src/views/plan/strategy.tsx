@@ -125,9 +125,11 @@ function ParameterField({ parameter, plan, report, onChange }: Props & { paramet
           />
           {parameterTitle(parameter)}
         </label>
-        <p id={`${id}-problem`} class="is-bad field-problem">
-          {problem}
-        </p>
+        {problem && (
+          <p id={`${id}-problem`} class="is-bad">
+            {problem}
+          </p>
+        )}
         {explanation}
       </div>
     );
