@@ -45,7 +45,7 @@ class PlanModel(_FiniteModel):
 
     vehicles: Annotated[int, Field(ge=2, le=250)]
     area: PolygonModel = Field(default=[])
-    no_go: Annotated[list[PolygonModel], Field(max_length=100)] = Field(default=[])
+    no_go: Annotated[list[PolygonModel], Field(max_length=500)] = Field(default=[])
     launch: PlaceModel | None = Field(default=None, description="Known from the vehicles once they are heard.")
     return_point: PlaceModel | None = Field(default=None, description="Null: where they have started.")
     fence: PolygonModel | None = Field(default=None, description="Null: around area and launch points.")
