@@ -1,0 +1,75 @@
+"""Every view on every screen: nothing overlaps, nothing is out of reach, and fingers have room."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+
+import pytest
+import pytest_asyncio
+from playwright.async_api import Browser, Page, expect
+
+from aos_gcs.ports import Severity
+from tests.browser.conftest import WITHOUT_WEBGL, Service
+from tests.browser.pages import VIEWS, open_page
+
+pytestmark = pytest.mark.asyncio(loop_scope="session")
+
+SMALLEST_TARGET_PX = 44
+
+# Names of panels that lie on each other, and of what reaches out of its panel to the bottom.
+OVERLAPS = """() => {
+    const panels = [...document.querySelectorAll("main .panel")].filter((panel) => !panel.querySelector(".panel"));
+    const boxes = panels.map((panel) => ({ name: panel.dataset.testid, box: panel.getBoundingClientRect() }));
+    const apart = (a, b) => a.right <= b.left || b.right <= a.left || a.bottom <= b.top || b.bottom <= a.top;
+    const pairs = boxes.flatMap((a, i) => boxes.slice(i + 1).map((b) => [a, b]));
+    const overlapping = pairs.filter(([a, b]) => !apart(a.box, b.box)).map(([a, b]) => `${a.name} and ${b.name}`);
+    const flat = boxes.filter(({ box }) => box.height < 30).map(({ name }) => `${name} is flat`);
+    return [...overlapping, ...flat];
+}"""
+
+# Checkboxes of rows are smaller: the whole row takes the touch.
+SMALL_TARGETS = """(smallest_px) =>
+    [...document.querySelectorAll("button, a, input:not([type=checkbox]), select, summary")]
+        .map((element) => ({ element, box: element.getBoundingClientRect() }))
+        .filter(({ box }) => box.width > 0 && Math.min(box.width, box.height) < smallest_px - 0.5)
+        .map(({ element, box }) => `${element.outerHTML.slice(0, 120)}: ${box.width} x ${box.height}`)"""
+
+
+@pytest_asyncio.fixture(loop_scope="session")
+async def tablet(browser: Browser) -> AsyncIterator[Page]:
+    """A page that is touched."""
+    context = await browser.new_context(viewport={"width": 800, "height": 1280}, has_touch=True, is_mobile=True)
+    page = await context.new_page()
+    await page.add_init_script(WITHOUT_WEBGL)
+    yield page
+    await context.close()
+
+
+@pytest.mark.parametrize("size", [(640, 400), (800, 1280), (1920, 1080)], ids=lambda size: f"{size[0]}")
+async def test_no_view_is_squeezed_or_wider_than_the_screen(
+    page: Page, service: Service, size: tuple[int, int]
+) -> None:
+    await page.set_viewport_size({"width": size[0], "height": size[1]})
+    service.mission.notify(Severity.CRITICAL, "link lost", 6)
+    await open_page(page, service.url)
+    await expect(page.get_by_test_id("alert-bar")).to_be_visible()
+    for view in VIEWS:
+        await page.get_by_test_id(f"view-{view}").click()
+        await expect(page.locator(f"main.view-{view} .panel").first).to_be_visible()
+        assert await page.evaluate(OVERLAPS) == [], view
+        assert await page.evaluate("document.documentElement.scrollWidth") <= size[0], view
+        await expect(page.get_by_test_id("hold-all")).to_be_in_viewport(ratio=1)
+
+
+async def test_all_that_is_touched_is_as_large_as_a_finger(tablet: Page, service: Service) -> None:
+    service.mission.notify(Severity.CRITICAL, "link lost", 6)
+    service.mission.notify(Severity.WARNING, "battery at 24 %", 2)
+    await open_page(tablet, service.url)
+    for view in VIEWS:
+        await tablet.get_by_test_id(f"view-{view}").tap()
+        await expect(tablet.locator(f"main.view-{view} .panel").first).to_be_visible()
+        assert await tablet.evaluate(SMALL_TARGETS, SMALLEST_TARGET_PX) == [], view
+    await tablet.get_by_test_id("alert-list").tap()
+    assert await tablet.evaluate(SMALL_TARGETS, SMALLEST_TARGET_PX) == []
+    await tablet.get_by_test_id("alert-dialog").get_by_label("Close the window").tap()
+    await expect(tablet.get_by_test_id("alert-dialog")).to_have_count(0)
