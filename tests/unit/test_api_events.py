@@ -205,6 +205,26 @@ async def test_a_client_that_was_away_fetches_what_it_has_missed(mission: Script
         assert (await client.get("/api/events", params={"after": -1})).status_code == 422
 
 
+@pytest.mark.parametrize("away", [1, 7, 300, EVENTS_KEPT])
+async def test_whoever_comes_back_gets_exactly_what_it_has_missed(mission: ScriptedMission, away: int) -> None:
+    async with serve(create_app(mission), port=0) as address, httpx.AsyncClient(base_url=address.url) as client:
+        url = f"ws://127.0.0.1:{address.port}/api/events"
+        async with connect(url) as websocket:
+            hello = await receive(websocket)
+            for number in range(5):
+                mission.notify(Severity.INFO, f"seen {number}")
+                seq = (await receive(websocket))["seq"]
+        for number in range(away):
+            mission.notify(Severity.INFO, f"missed {number}")
+            await asyncio.sleep(0)
+        async with connect(url) as websocket:
+            again = await receive(websocket)
+        missed = (await client.get("/api/events", params={"after": seq})).json()
+    assert [event["notice"]["text"] for event in missed["events"]] == [f"missed {number}" for number in range(away)]
+    assert [event["seq"] for event in missed["events"]] == list(range(seq + 1, again["seq"] + 1))
+    assert (missed["hello"], missed["mission_id"]) == (None, hello["mission"]["mission_id"])
+
+
 async def test_after_a_gap_beyond_the_store_the_whole_state_comes(mission: ScriptedMission) -> None:
     hub = EventHub(mission)
     running = asyncio.create_task(hub.run())
@@ -216,6 +236,13 @@ async def test_after_a_gap_beyond_the_store_the_whole_state_comes(mission: Scrip
     assert hub.missed(0).hello is not None
     assert len(hub.missed(1).events) == EVENTS_KEPT
     running.cancel()
+
+
+@pytest.mark.parametrize("has_all", [True, False])
+async def test_the_greeting_names_what_the_service_offers(mission: ScriptedMission, has_all: bool) -> None:
+    parts = {"planning": mission, "findings": mission} if has_all else {}
+    hub = create_app(mission, **parts).state.hub
+    assert hub.hello().capabilities.model_dump() == {"planning": has_all, "findings": has_all, "viewer": False}
 
 
 async def test_hello_brings_the_state_and_events_follow(mission: ScriptedMission) -> None:

@@ -16,6 +16,7 @@ from aos_gcs.api.models import ErrorModel, MissionModel, PreflightCheckModel, St
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import AosError, CommandTimeoutError, LinkError, MissionError
 from aos_gcs.mission.model import Action, ErrorEllipse, PictureKind, TargetEstimate
+from aos_gcs.ports import Severity
 from tests.fakes.mission import ORIGIN, SILENT_ID, ScriptedMission
 
 BASE_URL = "http://127.0.0.1:8080"
@@ -102,6 +103,19 @@ async def test_picture_comes_once_and_then_is_unchanged(
     assert (await client.get(f"/api/mission/pictures/{kind}.png", headers=known)).status_code == 304
     mission.make_step()
     assert (await client.get(f"/api/mission/pictures/{kind}.png", headers=known)).headers["x-step"] == "2"
+
+
+async def test_notices_are_acknowledged_for_all(client: httpx.AsyncClient, mission: ScriptedMission) -> None:
+    for text in ("wind", "rain"):
+        mission.notify(Severity.WARNING, text)
+    assert (await client.post("/api/notices/acknowledge", json={"notice_ids": [2, 2]})).status_code == 204
+    assert (await client.post("/api/notices/acknowledge", json={"notice_ids": [2]})).status_code == 204
+    shown = (await client.get("/api/mission")).json()["acknowledgements"]
+    assert [(one["notice_id"], one["operator"]) for one in shown] == [(2, "")]
+    refused = await client.post("/api/notices/acknowledge", json={"notice_ids": [1, 3]})
+    assert (refused.status_code, error_of(refused).id) == (409, "action_not_allowed")
+    for ids in ([], [0], list(range(1, 202))):
+        assert (await client.post("/api/notices/acknowledge", json={"notice_ids": ids})).status_code == 422
 
 
 async def test_action_answers_vehicle_by_vehicle(client: httpx.AsyncClient, mission: ScriptedMission) -> None:

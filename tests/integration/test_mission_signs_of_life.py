@@ -1,0 +1,57 @@
+"""What clients are told of a real coordinator: that it lives, and who has acknowledged what it says."""
+
+from __future__ import annotations
+
+import asyncio
+
+import pytest
+
+from aos_gcs.api.hub import EventHub
+from aos_gcs.errors import MissionError
+from aos_gcs.mission.model import MissionSnapshot, Phase
+from aos_gcs.ports import Severity
+from tests.fakes.mission_flight import flying, prepare
+
+pytestmark = pytest.mark.looptime
+
+
+async def test_a_mission_that_hangs_ages_although_its_server_lives(monkeypatch: pytest.MonkeyPatch) -> None:
+    flight = prepare()
+    hub = EventHub(flight.mission)
+    async with flying(flight) as run, asyncio.TaskGroup() as group:
+        serving = group.create_task(hub.run())
+        await flight.until(lambda: flight.mission.phase is Phase.SCAN)
+        await asyncio.sleep(2.0)
+        assert hub.mission_age_s() <= 0.3
+
+        async def hang(duration_s: float) -> None:  # noqa: ARG001 - of the clock
+            await asyncio.Event().wait()
+
+        monkeypatch.setattr(flight.clock, "sleep", hang)
+        await asyncio.sleep(4.0)
+        assert 3.5 <= hub.mission_age_s() <= 4.5
+        assert hub.hello().mission_age_s == hub.mission_age_s()
+        flight.journal.notice(Severity.WARNING, "a driver lives longer than its mission")
+        await asyncio.sleep(0.0)
+        assert hub.mission_age_s() >= 3.5, "a notice is no sign of life of the mission itself"
+        monkeypatch.undo()  # it has to be able to send its vehicles home
+        serving.cancel()
+        run.cancel()
+
+
+async def test_acknowledgements_are_the_same_for_all_and_on_record() -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await flight.until(lambda: flight.mission.phase is Phase.SCAN)
+        flight.journal.notice(Severity.WARNING, "wind", 2)
+        flight.mission.acknowledge([flight.journal.notice_count], operator="Ada")
+        flight.mission.acknowledge([flight.journal.notice_count], operator="Bob")
+        with pytest.raises(MissionError, match="no notice 999 in this mission"):
+            flight.mission.acknowledge([999], operator="Ada")
+        await run
+    (given,) = flight.mission.snapshot().acknowledgements
+    notices = {event.data.notice_id: event.data.text for event in flight.recorder.events if event.kind == "notice"}
+    assert (given.operator, notices[given.notice_id]) == ("Ada", "wind")
+    assert sorted(notices) == list(range(1, flight.journal.notice_count + 1)), "numbered without gaps"
+    recorded = [event.data for event in flight.recorder.events if isinstance(event.data, MissionSnapshot)]
+    assert recorded[-1].acknowledgements == (given,)
