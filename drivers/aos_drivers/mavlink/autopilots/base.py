@@ -94,17 +94,20 @@ class Autopilot(ABC):
         return command_long(target, mavlink.MAV_CMD_IMAGE_START_CAPTURE, 0.0, 0.0, 1.0)
 
     def stream_rates_hz(self, position_hz: float) -> Mapping[int, float]:
-        """Return the wanted rate of each message; 0 switches one off. Those come first: they fill a slow link up."""
-        rates = {
-            mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT: position_hz,
+        """Return the wanted rate of each message, in the order in which they are asked for; 0 switches one off.
+
+        What autopilots send many times a second by themselves comes first: until it is slowed down or switched off it
+        fills a slow link up, and all else waits behind it.
+        """
+        fast = {mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT: position_hz, mavlink.MAVLINK_MSG_ID_ATTITUDE: 1.0}
+        others = {
             mavlink.MAVLINK_MSG_ID_POSITION_TARGET_GLOBAL_INT: 2.0,
             mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: 2.0,
             mavlink.MAVLINK_MSG_ID_SYS_STATUS: 1.0,
             mavlink.MAVLINK_MSG_ID_GPS_RAW_INT: 1.0,
             mavlink.MAVLINK_MSG_ID_BATTERY_STATUS: 1.0,
-            mavlink.MAVLINK_MSG_ID_ATTITUDE: 1.0,
         }
-        return dict.fromkeys(self.quiet_message_ids, 0.0) | rates
+        return fast | dict.fromkeys(self.quiet_message_ids, 0.0) | others
 
 
 def has_position_and_home(telemetry: Telemetry, now_s: float) -> bool:
