@@ -153,6 +153,7 @@ class Operator:
     async def _hold(self) -> Sequence[ActionResult]:
         self._tell("hold all")
         self._errands.stop_all()
+        self._joining.call_off()
         for member in self._context.roster.members(Task.JOINING):
             member.task = Task.HELD
         if self._flow.heading not in ON_GROUND:
@@ -197,6 +198,7 @@ class Operator:
         return ()
 
     def _go_down(self, phase: Phase, text: str) -> Sequence[ActionResult]:
+        self._joining.call_off()
         if self._flow.heading is phase:
             self._flow.resume()
         elif self._flow.heading is Phase.LAND and self._flow.suspension is not Suspension.HELD:

@@ -28,11 +28,16 @@ class Joining:
         self._inspector = inspector
         self._check = check
         self._one_at_a_time = asyncio.Lock()
+        self._calls_off = 0
 
     def candidates(self) -> list[Member]:
         """Return who stands on the ground and could be asked to join."""
         members = self._context.roster.members(Task.IDLE, Task.LANDED)
         return [member for member in members if not member.airborne]
+
+    def call_off(self) -> None:
+        """Let nobody start who is still being checked, such as after a hold of all."""
+        self._calls_off += 1
 
     async def join(self, member: Member) -> str | None:
         """Have a vehicle take off and fly to the swarm; return why it does not, if so. It goes on in the background."""
@@ -46,8 +51,11 @@ class Joining:
         reason = self._find_place(member)
         if reason is not None:
             return reason
+        calls_off = self._calls_off
         await self._inspector.settle(member)
         blocking = [check for check in await self._check(member) if check.blocks]
+        if self._calls_off != calls_off:
+            return "was called off before it started"
         if blocking:
             return blocking[0].describe()
         if (other_id := self._above(member)) is not None:

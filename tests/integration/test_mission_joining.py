@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+
 import numpy as np
 import pytest
 
@@ -137,6 +139,27 @@ async def test_a_hold_of_all_stops_a_joining_vehicle_and_resume_makes_it_part_of
         assert (5, True) in {(result.vehicle_id, result.accepted) for result in results}
         assert await run is Outcome.FOUND
     assert flight.task(5) is Task.LANDED
+
+
+@pytest.mark.parametrize("action", [Action.HOLD, Action.RETURN])
+async def test_who_is_still_being_checked_does_not_start_after_a_hold_or_a_return(action: Action) -> None:
+    flight = prepare(preflight=PreflightSettings(upload_fence=True, set_return_height=True))
+    async with flying(flight) as run, asyncio.TaskGroup() as group:
+        await flight.until(lambda: len(flight.mission.steps()) == 1)
+        await flight.mission.act(Action.PAUSE, None)
+        vehicle = switch_on(flight, 5)
+        await heard(flight, 5)
+        joining = group.create_task(flight.mission.act(Action.JOIN, (5,)))
+        await asyncio.sleep(0)
+        await flight.mission.act(action, None)
+        (result,) = await joining
+        assert not result.accepted
+        assert "called off" in result.text
+        await flight.clock.sleep(5.0)
+        assert vehicle.commands == []
+        if action is Action.HOLD:
+            await flight.mission.act(Action.ABORT, None)
+        await run
 
 
 async def test_a_return_brings_a_joining_vehicle_home_too() -> None:
