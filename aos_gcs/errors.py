@@ -19,11 +19,11 @@ class ParameterError(ConfigurationError):
     """One of a strategy's parameters cannot be used.
 
     Args:
-        parameter: its name.
         text: why, and what it must be.
+        parameter: its name.
     """
 
-    def __init__(self, parameter: str, text: str) -> None:
+    def __init__(self, text: str, parameter: str = "") -> None:
         super().__init__(text)
         self.parameter = parameter
 

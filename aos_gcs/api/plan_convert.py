@@ -11,7 +11,7 @@ from typing import Final
 from aos_gcs.api import plan_models as wire
 from aos_gcs.api.places import scan_leg
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
-from aos_gcs.mission.mission_plan import SPACING_PARAMETER, MissionPlan, PlanProblem
+from aos_gcs.mission.mission_plan import MissionPlan, PlanProblem, StrategyOptions
 from aos_gcs.mission.model import VehicleSnapshot
 from aos_gcs.mission.plan import altitude_layers
 from aos_gcs.mission.plan_advice import Proposal
@@ -19,7 +19,6 @@ from aos_gcs.mission.plan_estimate import PlanEstimate
 from aos_gcs.mission.plan_import import ImportedShape
 from aos_gcs.mission.polygon import Polygon
 from aos_gcs.mission.settings import ForestSettings
-from aos_gcs.swarm.declaration import Parameter
 
 NO_ORIGIN: Final = GeodeticPosition(0.0, 0.0, 0.0)
 """For plans without any place."""
@@ -179,10 +178,10 @@ def _estimate(estimate: PlanEstimate, origin: GeodeticPosition) -> wire.PlanEsti
     )
 
 
-def strategy(name: str, parameters: Sequence[Parameter]) -> wire.StrategyModel:
+def strategy(options: StrategyOptions) -> wire.StrategyModel:
     """Convert what can be chosen about a strategy."""
     return wire.StrategyModel(
-        name=name,
+        name=options.name,
         parameters=[
             wire.StrategyParameterModel(
                 name=one.name,
@@ -193,8 +192,7 @@ def strategy(name: str, parameters: Sequence[Parameter]) -> wire.StrategyModel:
                 is_optional=one.is_optional,
                 **asdict(one.bounds),
             )
-            for one in parameters
-            if one.name != SPACING_PARAMETER
+            for one in options.parameters
         ],
     )
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 from aos_gcs.errors import ConfigurationError
@@ -77,19 +77,29 @@ class PlanProblem:
     """False for advice: the plan can be flown."""
 
 
-def strategies() -> dict[str, tuple[Parameter, ...]]:
-    """Return what a plan can name as its strategy, with what can be chosen about each.
+@dataclass(frozen=True, slots=True)
+class StrategyOptions:
+    """What can be chosen about a strategy."""
 
-    One that cannot be loaded has nothing to choose; :func:`~aos_gcs.mission.plan_check.check_plan` tells why.
+    name: str
+    parameters: tuple[Parameter, ...]
+    """Without the spacing, which a plan has as a field of its own."""
+
+
+def available_options() -> tuple[StrategyOptions, ...]:
+    """Return what a plan can name as its strategy.
+
+    One that cannot be loaded has no parameters; :func:`~aos_gcs.mission.plan_check.check_plan` tells why.
     """
-    return {name: _parameters(name) for name in available_strategies()}
+    return tuple(StrategyOptions(name, tuple(_parameters(name))) for name in available_strategies())
 
 
-def _parameters(strategy: str) -> tuple[Parameter, ...]:
+def _parameters(strategy: str) -> Iterator[Parameter]:
     try:
-        return declared_parameters(strategy)
+        parameters = declared_parameters(strategy)
     except ConfigurationError:
-        return ()
+        return
+    yield from (parameter for parameter in parameters if parameter.name != SPACING_PARAMETER)
 
 
 _LIMITS = ("fence_enu_m", "floor_m", "ceiling_m")

@@ -64,15 +64,15 @@ class ArchiveParameters(AosPsoParameters):
         AosPsoParameters.__post_init__(self)
         if self.min_distance_m > self.view_spacing_m:
             raise ParameterError(
-                "min_distance_m",
                 f"min_distance_m must be at most view_spacing_m, {self.view_spacing_m:g}, "
                 f"but is {self.min_distance_m:g}.",
+                "min_distance_m",
             )
         if self.body_height_m >= self.canopy_height_m:
             raise ParameterError(
-                "body_height_m",
                 f"body_height_m must be below canopy_height_m, {self.canopy_height_m:g}, "
                 f"but is {self.body_height_m:g}.",
+                "body_height_m",
             )
 
     @property

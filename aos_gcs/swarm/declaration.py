@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import Field, dataclass, field, fields
-from functools import cache
 from typing import Any, Final, TypeVar
 
 from aos_gcs.errors import ParameterError
@@ -75,16 +74,16 @@ class Parameter:
         """
         if self.is_switch:
             if not isinstance(value, bool):
-                raise ParameterError(self.name, f"{self.name} must be true or false, but is {value!r}.")
+                raise ParameterError(f"{self.name} must be true or false, but is {value!r}.", self.name)
             return value
         if value is None and self.is_optional:
             return None
         if isinstance(value, bool) or not isinstance(value, int | float):
-            raise ParameterError(self.name, f"{self.name} must be a number, but is {value!r}.")
+            raise ParameterError(f"{self.name} must be a number, but is {value!r}.", self.name)
         if not math.isfinite(value):
-            raise ParameterError(self.name, f"{self.name} must be a finite number, but is {value}.")
+            raise ParameterError(f"{self.name} must be a finite number, but is {value}.", self.name)
         if not self.bounds.hold(value):
-            raise ParameterError(self.name, f"{self.name} must be {self.bounds}, but is {value:g}.")
+            raise ParameterError(f"{self.name} must be {self.bounds}, but is {value:g}.", self.name)
         return float(value)
 
 
@@ -100,7 +99,6 @@ def declared(default: T, text: str, **bounds: float) -> T:
     return made
 
 
-@cache
 def parameters_of(kind: type[Any]) -> tuple[Parameter, ...]:
     """Return what a dataclass of parameters has, in the order of its fields; an undeclared one may be anything."""
     return tuple(_parameter(kind, item) for item in fields(kind))

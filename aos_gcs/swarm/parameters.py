@@ -84,14 +84,14 @@ class AosPsoParameters(SwarmParameters):
         # The paper's eq:aos-pso-parameter-constraint-1 and, below, -2.
         if self.c_s_m <= self.c_c_m:
             raise ParameterError(
-                "c_s_m",
                 f"c_s_m must be above c_c_m (c_s > c_c), but c_s_m is {self.c_s_m:g} and c_c_m {self.c_c_m:g}.",
+                "c_s_m",
             )
         if self.c_s_m + self.c_c_m > self.c4_m:
             raise ParameterError(
-                "c_s_m",
                 f"c_s_m + c_c_m must be at most c4_m (c_s + c_c <= c4), "
                 f"but {self.c_s_m:g} + {self.c_c_m:g} is above {self.c4_m:g}.",
+                "c_s_m",
             )
 
 
@@ -134,17 +134,17 @@ class AosApsoParameters(SwarmParameters):
         LineParameters.__post_init__(self)
         if self.min_factor >= self.max_factor:
             raise ParameterError(
-                "min_factor",
                 f"min_factor must be below max_factor, but they are {self.min_factor:g} and {self.max_factor:g}.",
+                "min_factor",
             )
         for name, value in (("initial_c_s_hat", self.initial_c_s_hat), ("initial_c_c_hat", self.initial_c_c_hat)):
             if not self.min_factor <= value <= self.max_factor:
-                raise ParameterError(name, f"{name} must lie between min_factor and max_factor, but is {value:g}.")
+                raise ParameterError(f"{name} must lie between min_factor and max_factor, but is {value:g}.", name)
         share = self.initial_c_s_hat * (1.0 + self.initial_c_c_hat)
         if share > 1.0:
             raise ParameterError(
-                "initial_c_s_hat",
                 f"initial_c_s_hat * (1 + initial_c_c_hat) must be at most 1 (c_s + c_c <= c4), but is {share:g}.",
+                "initial_c_s_hat",
             )
 
 
@@ -161,6 +161,6 @@ def parse_parameters(kind: type[ParametersT], values: Mapping[str, object], stra
     for name in values:
         if name not in known:
             text = f"{strategy} has no parameter {name}; it has {', '.join(sorted(known))}."
-            raise ParameterError(name, text)
+            raise ParameterError(text, name)
     converted: dict[str, Any] = {name: known[name].converted(value) for name, value in values.items()}
     return kind(**converted)

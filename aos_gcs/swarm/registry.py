@@ -45,10 +45,7 @@ def declared_parameters(name: str) -> tuple[Parameter, ...]:
         ConfigurationError: the name is unknown, or the package behind it cannot be imported.
     """
     parameters: object = getattr(make_strategy(name, {}), "parameters", None)
-    if not isinstance(parameters, StrategyParameters):
-        return ()
-    kind: type[Any] = type(parameters)
-    return parameters_of(kind)
+    return parameters_of(type(parameters)) if isinstance(parameters, StrategyParameters) else ()
 
 
 @cache

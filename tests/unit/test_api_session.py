@@ -185,7 +185,8 @@ async def test_every_route_that_changes_something_is_for_operators(
 def _changing_routes(mission: ScriptedMission) -> Iterator[tuple[str, str]]:
     for path, item in create_app(mission).openapi()["paths"].items():
         for method in item:
-            if method != "get" and path != "/api/session":
+            # Anybody signs in, and anybody may know what is wrong with a plan.
+            if method != "get" and path not in {"/api/session", "/api/plan/check"}:
                 yield path, method
 
 

@@ -17,7 +17,7 @@ from aos_gcs.api.models import ErrorModel
 from aos_gcs.api.plan_models import ImportedShapeModel, PlanModel, PlanReportModel, SavedPlanModel, StrategyModel
 from aos_gcs.errors import InputDataError, MissionError
 from aos_gcs.geometry.geodesy import GeodeticPosition
-from aos_gcs.mission.mission_plan import MissionPlan, plan_of, strategies
+from aos_gcs.mission.mission_plan import MissionPlan, available_options, plan_of
 from aos_gcs.mission.plan_advice import propose
 from aos_gcs.mission.plan_check import check_plan
 from aos_gcs.mission.plan_estimate import estimate_plan
@@ -32,9 +32,7 @@ _REFUSED: dict[int | str, dict[str, Any]] = {403: {"model": ErrorModel}, 422: {"
 PlanName = Annotated[str, Path(max_length=64)]
 Replaces = Annotated[
     str | None,
-    Query(
-        description="Version of the plan that may be replaced, `none` for a new name; else, whatever is there."
-    ),
+    Query(description="Version of the plan that may be replaced, `none` for a new name; else, whatever is there."),
 ]
 
 
@@ -50,7 +48,7 @@ async def read_plan(mission: Mission, planning: Planning) -> PlanModel:
 @router.get("/api/plan/strategies")
 async def read_strategies() -> list[StrategyModel]:
     """Return the strategies to choose from, with what can be chosen about each."""
-    return [plan_convert.strategy(name, parameters) for name, parameters in strategies().items()]
+    return [plan_convert.strategy(options) for options in available_options()]
 
 
 async def _turn(request: Request, session: CurrentSession, checks: Checks) -> AsyncIterator[None]:
