@@ -24,13 +24,14 @@ from aos_gcs.imaging.autofocus import find_focus
 from aos_gcs.imaging.focus_measure import FocusSignal
 from aos_gcs.imaging.focus_region import GroundRegion
 from aos_gcs.imaging.model import Frame, StepAnalysis
-from aos_gcs.imaging.pictures import MAX_CELLS, encode_png, render_pictures, shade_integral, shade_thermal
+from aos_gcs.imaging.pictures import MAX_CELLS, encode_jpeg, encode_png, shade_integral, shade_step, shade_thermal
 from aos_gcs.imaging.step import FindMask, ImagingSettings, analyse_step, find_mask
 from aos_gcs.mission.sampling import to_frame
 from aos_gcs.mission.settings import AutofocusSettings
 from aos_gcs.mission.viewing import (
     FocusFound,
     FrameKind,
+    PictureFormat,
     View,
     ViewedFrame,
     ViewedStep,
@@ -51,6 +52,7 @@ DEPTH_BELOW_M = 50.0
 """How far below the mission's own plane one may look."""
 CLEARANCE_M = 1.0
 """Between the highest plane and the lowest camera."""
+_ENCODE = {PictureFormat.PNG: encode_png, PictureFormat.JPEG: encode_jpeg}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -103,10 +105,17 @@ class Viewer:
             frames=tuple(map(_described, loaded.frames, loaded.utc_s)),
         )
 
-    async def view(self, step: int, kind: ViewKind, height_m: float | None, window: ViewWindow | None = None) -> View:
+    async def view(
+        self,
+        step: int,
+        kind: ViewKind,
+        height_m: float | None,
+        window: ViewWindow | None = None,
+        picture_format: PictureFormat = PictureFormat.PNG,
+    ) -> View:
         """Return the integral of a step's frames on the plane of this height, None: the mission's own."""
         async with self._in_turn():
-            return await asyncio.to_thread(self._view, step, kind, height_m, window)
+            return await asyncio.to_thread(self._view, step, kind, height_m, window, picture_format)
 
     async def frame(self, step: int, vehicle_id: int, kind: FrameKind, width_px: int | None) -> bytes:
         """Return a vehicle's frame of a step as a PNG, reduced to a width if it is wider."""
@@ -154,7 +163,14 @@ class Viewer:
         loaded = self._load(step)
         return _told(lambda: analyse_step(loaded.frames, settings, known_mask=loaded.known_mask), InputDataError)
 
-    def _view(self, step: int, kind: ViewKind, height_m: float | None, window: ViewWindow | None) -> View:
+    def _view(
+        self,
+        step: int,
+        kind: ViewKind,
+        height_m: float | None,
+        window: ViewWindow | None,
+        picture_format: PictureFormat,
+    ) -> View:
         loaded = self._load(step)
         low_m, high_m = loaded.heights_m
         chosen_m = loaded.focal_height_m if height_m is None else height_m
@@ -165,20 +181,20 @@ class Viewer:
         analysis = self._analyse(step, chosen_m)
         if window is not None:
             analysis = _within(analysis, window)
-        pictures = render_pictures(analysis, loaded.frames[0].bands, [kind.value])
-        if not pictures:
+        images = shade_step(analysis, loaded.frames[0].bands, [kind.value])
+        if not images:
             raise ConfigurationError(f"kind: the frames of step {step} have no {kind.value} band.")
-        picture = pictures[0]
+        grid = analysis.grid
         return View(
             step=step,
             kind=kind,
             height_m=chosen_m,
             visibility_m2=analysis.visibility_m2,
-            png=picture.png,
-            west_m=picture.west_m,
-            south_m=picture.south_m,
-            east_m=picture.east_m,
-            north_m=picture.north_m,
+            data=_ENCODE[picture_format](images[kind.value]),
+            west_m=grid.west_m,
+            south_m=grid.north_m - grid.rows * grid.resolution_m,
+            east_m=grid.west_m + grid.columns * grid.resolution_m,
+            north_m=grid.north_m,
         )
 
     def _frame(self, step: int, vehicle_id: int, kind: FrameKind, width_px: int | None) -> bytes:

@@ -32,6 +32,8 @@ KINDS = ("integral", "thermal", "anomaly", "coverage")
 _PNG_OPTIONS = [cv2.IMWRITE_PNG_COMPRESSION, 1, cv2.IMWRITE_PNG_STRATEGY, cv2.IMWRITE_PNG_STRATEGY_RLE]
 """Run lengths are faster than the default search for matches, which finds next to none in noise."""
 
+_JPEG_OPTIONS = [cv2.IMWRITE_JPEG_QUALITY, 85]
+
 
 @dataclass(frozen=True, slots=True)
 class RasterPicture:
@@ -56,6 +58,25 @@ def render_pictures(
         bands: of the step's frames.
         kinds: of :data:`KINDS`.
     """
+    images = shade_step(analysis, bands, kinds)
+    with ThreadPoolExecutor(max(1, len(images))) as pool:
+        encoded = list(pool.map(encode_png, images.values()))
+    grid = analysis.grid
+    return tuple(
+        RasterPicture(
+            kind=kind,
+            png=png,
+            west_m=grid.west_m,
+            south_m=grid.north_m - grid.rows * grid.resolution_m,
+            east_m=grid.west_m + grid.columns * grid.resolution_m,
+            north_m=grid.north_m,
+        )
+        for kind, png in zip(images, encoded, strict=True)
+    )
+
+
+def shade_step(analysis: StepAnalysis, bands: tuple[str, ...], kinds: Sequence[str]) -> dict[str, NDArray[np.uint8]]:
+    """Return a step as RGBA by kind, shape (H, W, 4), reduced to :data:`MAX_CELLS`; arguments as above."""
     rows, columns = analysis.coverage.shape
     scale = min(1.0, (MAX_CELLS / (rows * columns)) ** 0.5)
     size = max(1, round(columns * scale)), max(1, round(rows * scale))
@@ -74,20 +95,7 @@ def render_pictures(
         images["anomaly"] = shade_counts(_reduce_counts(analysis.anomaly_count, size), coverage > 0)
     if "coverage" in kinds:
         images["coverage"] = shade_counts(coverage, coverage > 0)
-    with ThreadPoolExecutor(max(1, len(images))) as pool:
-        encoded = list(pool.map(encode_png, images.values()))
-    grid = analysis.grid
-    return tuple(
-        RasterPicture(
-            kind=kind,
-            png=png,
-            west_m=grid.west_m,
-            south_m=grid.north_m - grid.rows * grid.resolution_m,
-            east_m=grid.west_m + grid.columns * grid.resolution_m,
-            north_m=grid.north_m,
-        )
-        for kind, png in zip(images, encoded, strict=True)
-    )
+    return images
 
 
 def shade_integral(
@@ -114,6 +122,13 @@ def encode_png(rgba: NDArray[np.uint8]) -> bytes:
     """Return an RGBA image, shape (H, W, 4), as a PNG file."""
     bgra = cv2.cvtColor(rgba, cv2.COLOR_RGBA2BGRA)
     return cv2.imencode(".png", bgra, _PNG_OPTIONS)[1].tobytes()
+
+
+def encode_jpeg(rgba: NDArray[np.uint8]) -> bytes:
+    """Return an RGBA image, shape (H, W, 4), as a JPEG file: fast and small, not exact; black where transparent."""
+    bgr = cv2.cvtColor(rgba, cv2.COLOR_RGBA2BGR)
+    bgr[rgba[:, :, 3] == 0] = 0
+    return cv2.imencode(".jpg", bgr, _JPEG_OPTIONS)[1].tobytes()
 
 
 def shade_thermal(band: NDArray[np.float32], contrast_from: NDArray[np.bool] | None = None) -> NDArray[np.uint8]:

@@ -26,6 +26,15 @@ class ViewKind(StrEnum):
     """Number of frames that see each cell."""
 
 
+class PictureFormat(StrEnum):
+    """How a picture is written; the names are those of files."""
+
+    PNG = "png"
+    """Exact, transparent where nothing covers."""
+    JPEG = "jpg"
+    """A draft for a plane that moves: a fifth of the size and soon encoded; black where nothing covers."""
+
+
 class FrameKind(StrEnum):
     """What of a frame is shown."""
 
@@ -80,8 +89,8 @@ class View:
     height_m: float
     visibility_m2: float
     """Of the largest blob on this plane."""
-    png: bytes = field(repr=False)
-    """RGBA; transparent where nothing covers."""
+    data: bytes = field(repr=False)
+    """A file of the format that was asked for."""
     west_m: float
     south_m: float
     east_m: float
@@ -111,7 +120,14 @@ class ViewControl(Protocol):
         """
         ...
 
-    async def view(self, step: int, kind: ViewKind, height_m: float | None, window: ViewWindow | None = None) -> View:
+    async def view(
+        self,
+        step: int,
+        kind: ViewKind,
+        height_m: float | None,
+        window: ViewWindow | None = None,
+        picture_format: PictureFormat = PictureFormat.PNG,
+    ) -> View:
         """Return the integral of a step's frames on the plane of this height, None: the mission's own.
 
         Only the part within the window, if one is given.

@@ -112,6 +112,22 @@ DRAG = """async ([heights_m, interval_ms]) => {
     return { late_ms: painted_ms - moved_ms, fetched: window.fetched().length };
 }"""
 
+FORMATS = """async (heights_m) => {
+    const times_ms = { jpg: [], png: [] };
+    for (const height_m of heights_m)
+        // Each is asked for on a plane of its own: what the server remembers of one would help the other.
+        for (const [format, shift_m] of [['jpg', 0.001], ['png', 0.002]]) {
+            const begun_ms = performance.now();
+            const answer = await fetch(`/api/viewer/1/integrals/integral.${format}?height_m=${height_m + shift_m}`);
+            const image = new Image();
+            image.src = URL.createObjectURL(await answer.blob());
+            await image.decode();
+            URL.revokeObjectURL(image.src);
+            times_ms[format].push(performance.now() - begun_ms);
+        }
+    return times_ms;
+}"""
+
 
 async def measure_moves(page: Page, kind: str, moves: int) -> tuple[list[dict[str, float]], float]:
     """Return the milliseconds of single moves of the slider, each to a plane that was not shown before.
@@ -130,6 +146,13 @@ async def measure_moves(page: Page, kind: str, moves: int) -> tuple[list[dict[st
     begun_s = time.process_time()
     results: list[dict[str, float]] = await page.evaluate(MOVE, heights_m[WARMING_MOVES:])
     return results, 1e3 * (time.process_time() - begun_s) / moves
+
+
+async def measure_formats(page: Page, moves: int) -> dict[str, float]:
+    """Return the median milliseconds from a request to the decoded picture, drafts and exact ones in turn."""
+    heights_m = np.random.default_rng(9).permutation(np.linspace(*HEIGHTS_M, moves)).round(2).tolist()
+    times_ms: dict[str, list[float]] = await page.evaluate(FORMATS, heights_m)
+    return {name: float(np.median(times)) for name, times in times_ms.items()}
 
 
 async def measure_drag(page: Page) -> dict[str, Any]:
@@ -162,13 +185,20 @@ async def run(moves: int, folder: Path) -> None:
         table = Table("picture", "median", "p95", "request", "server", "transfer", "decode, paint", "kB", "server CPU")
         for kind in KINDS:
             table.add_row(*row(kind, *await measure_moves(page, kind, moves)))
-        Console().print(f"From the slider's event to the painted picture, {moves} moves each, milliseconds:", table)
+        Console(width=110).print(
+            f"From the slider's event to the painted picture, {moves} moves each, milliseconds:", table
+        )
         for _ in range(3):
             drag = await measure_drag(page)
             print(
                 f"drag of {DRAG_MOVES} moves in {DRAG_MOVES * DRAG_INTERVAL_MS / 1000:.1f} s: {drag['fetched']} planes "
                 f"asked for, {DRAG_MOVES - drag['fetched']} left out, the last one {drag['late_ms']:.0f} ms late"
             )
+        formats_ms = await measure_formats(page, moves)
+        print(
+            f"from the request to the decoded integral, in turn: a draft (jpg) {formats_ms['jpg']:.0f} ms, an exact "
+            f"picture (png) {formats_ms['png']:.0f} ms"
+        )
         await browser.close()
 
 

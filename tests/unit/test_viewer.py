@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 from aos_gcs.api.app import create_app
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.imaging.step import ImagingSettings
-from aos_gcs.mission.viewing import FrameKind, ViewerBusyError, ViewKind
+from aos_gcs.mission.viewing import FrameKind, PictureFormat, ViewerBusyError, ViewKind
 from aos_gcs.store.reader import MissionReader
 from aos_gcs.viewer import MAX_WAITING, Viewer, open_viewer
 from tests.fakes.mission import ScriptedMission
@@ -55,7 +56,7 @@ async def test_the_spot_is_sharp_on_its_own_plane_and_parts_elsewhere(viewer: Vi
     assert ground.height_m == 0.0
     # On the ground the four views lie 1.3 m apart: each is a blob of its own.
     assert sharp.visibility_m2 < 0.5 * ground.visibility_m2 * 4
-    assert peak(sharp.png) < peak(ground.png)
+    assert peak(sharp.data) < peak(ground.data)
     assert sharp.west_m < 0.0 < sharp.east_m
     assert sharp.south_m < 0.0 < sharp.north_m
 
@@ -63,7 +64,21 @@ async def test_the_spot_is_sharp_on_its_own_plane_and_parts_elsewhere(viewer: Vi
 @pytest.mark.parametrize("kind", ViewKind)
 async def test_every_kind_can_be_seen(viewer: Viewer, kind: ViewKind) -> None:
     view = await viewer.view(1, kind, SPOT_HEIGHT_M)
-    assert decoded(view.png).shape[2] == 4
+    assert decoded(view.data).shape[2] == 4
+
+
+async def test_a_draft_shows_the_same_in_fewer_bytes(viewer: Viewer) -> None:
+    exact = await viewer.view(1, ViewKind.INTEGRAL, SPOT_HEIGHT_M)
+    draft = await viewer.view(1, ViewKind.INTEGRAL, SPOT_HEIGHT_M, picture_format=PictureFormat.JPEG)
+    assert len(draft.data) < 0.5 * len(exact.data)
+    assert replace(draft, data=b"") == replace(exact, data=b"")
+    shown, rgba = decoded(draft.data).astype(np.float32), decoded(exact.data)
+    covered = rgba[..., 3] > 0
+    inner = cv2.erode(covered.astype(np.uint8), np.ones((17, 17))) > 0
+    # Noise is coded coarsely: what it stands for is the same in the mean of each neighbourhood.
+    blurred, wanted = (cv2.blur(image, (9, 9)) for image in (shown, rgba[..., :3].astype(np.float32)))
+    assert np.abs(blurred - wanted)[inner].mean() < 3.0
+    assert shown[cv2.dilate(covered.astype(np.uint8), np.ones((17, 17))) == 0].max(initial=0.0) < 8.0
 
 
 async def test_a_step_tells_what_can_be_seen_of_it(viewer: Viewer) -> None:
@@ -115,6 +130,9 @@ async def test_the_api_shows_integrals_with_their_place(client: httpx.AsyncClien
     rows, columns = decoded(response.content).shape[:2]
     assert (east_m - west_m) / (north_m - south_m) == pytest.approx(columns / rows, rel=0.02)
     assert float(response.headers["X-Height-M"]) == SPOT_HEIGHT_M
+    draft = await client.get("/api/viewer/1/integrals/integral.jpg", params={"height_m": SPOT_HEIGHT_M})
+    assert draft.headers["Content-Type"] == "image/jpeg"
+    assert draft.headers["X-Bounds-M"] == response.headers["X-Bounds-M"]
     described = (await client.get("/api/viewer/1")).json()
     assert described["kinds"] == ["integral", "thermal", "anomaly", "coverage"]
     frame = await client.get("/api/viewer/1/frames/3/colour.png", params={"width_px": 64})
@@ -136,6 +154,7 @@ async def test_autofocus_answers_with_a_height_or_a_reason(client: httpx.AsyncCl
         ("/api/viewer/7", 422, "no step 7"),
         ("/api/viewer/0", 422, "step"),
         ("/api/viewer/1/integrals/smell.png", 422, "kind"),
+        ("/api/viewer/1/integrals/integral.gif", 422, "picture_format"),
         ("/api/viewer/1/integrals/integral.png?height_m=nan", 422, "height_m"),
         ("/api/viewer/1/integrals/integral.png?height_m=99", 422, "height_m"),
         ("/api/viewer/1/frames/1/colour.png?width_px=3", 422, "width_px"),

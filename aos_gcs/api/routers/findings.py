@@ -77,7 +77,7 @@ async def read_thumbnail(finding_id: FindingId, kind: ViewKind, mission: Mission
         raise NotFoundError(f"Finding {finding_id} was marked before the first step; no frame shows it.")
     east_m, north_m, _ = finding.position_enu_m
     view = await viewer.view(finding.step, kind, None, ViewWindow(east_m, north_m, _THUMBNAIL_HALF_WIDTH_M))
-    return Response(view.png, media_type="image/png", headers={"Cache-Control": "no-cache"})
+    return Response(view.data, media_type="image/png", headers={"Cache-Control": "no-cache"})
 
 
 @router.get(".{suffix}", response_class=Response, responses={409: {"model": ErrorModel}})

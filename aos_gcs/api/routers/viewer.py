@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated, Final
 
 from fastapi import APIRouter, Path, Query, Response
 
@@ -10,7 +10,7 @@ from aos_gcs.api import viewer_convert
 from aos_gcs.api.dependencies import Viewer
 from aos_gcs.api.models import ErrorModel
 from aos_gcs.api.viewer_models import FocusFoundModel, ViewedStepModel
-from aos_gcs.mission.viewing import FrameKind, ViewKind
+from aos_gcs.mission.viewing import FrameKind, PictureFormat, ViewKind
 
 router = APIRouter(
     prefix="/api/viewer",
@@ -20,13 +20,10 @@ router = APIRouter(
 
 _FOREVER = "private, max-age=86400, immutable"
 """What a step's own frames show never changes."""
+_MEDIA_TYPES: Final = {PictureFormat.PNG: "image/png", PictureFormat.JPEG: "image/jpeg"}
 
 StepNumber = Annotated[int, Path(ge=1, le=1_000_000)]
 Metres = Annotated[float, Query(ge=-100_000.0, le=100_000.0, allow_inf_nan=False)]
-
-
-def _png(description: str) -> dict[int | str, dict[str, Any]]:
-    return {200: {"content": {"image/png": {}}, "description": description}}
 
 
 @router.get("/{step}")
@@ -36,13 +33,21 @@ async def describe(step: StepNumber, viewer: Viewer) -> ViewedStepModel:
 
 
 @router.get(
-    "/{step}/integrals/{kind}.png",
+    "/{step}/integrals/{kind}.{picture_format}",
     response_class=Response,
-    responses=_png("A north-up raster. Headers: X-Height-M, X-Visibility-M2, X-Bounds-M (west, south, east, north)."),
+    responses={
+        200: {
+            "content": {media_type: {} for media_type in _MEDIA_TYPES.values()},
+            "description": "A north-up raster: png is exact, and transparent where no frame covers; jpg is a draft. "
+            "Headers: X-Height-M, X-Visibility-M2, X-Bounds-M (west, south, east, north).",
+        }
+    },
 )
-async def read_integral(step: StepNumber, kind: ViewKind, viewer: Viewer, height_m: Metres | None = None) -> Response:
+async def read_integral(
+    step: StepNumber, kind: ViewKind, picture_format: PictureFormat, viewer: Viewer, height_m: Metres | None = None
+) -> Response:
     """Return the integral of a step's frames on a horizontal plane; without a height, on the mission's own."""
-    view = await viewer.view(step, kind, height_m)
+    view = await viewer.view(step, kind, height_m, picture_format=picture_format)
     bounds_m = (view.west_m, view.south_m, view.east_m, view.north_m)
     headers = {
         "Cache-Control": "no-cache",
@@ -50,11 +55,13 @@ async def read_integral(step: StepNumber, kind: ViewKind, viewer: Viewer, height
         "X-Visibility-M2": f"{view.visibility_m2:.4f}",
         "X-Bounds-M": ",".join(f"{value:.3f}" for value in bounds_m),
     }
-    return Response(view.png, media_type="image/png", headers=headers)
+    return Response(view.data, media_type=_MEDIA_TYPES[picture_format], headers=headers)
 
 
 @router.get(
-    "/{step}/frames/{vehicle_id}/{kind}.png", response_class=Response, responses=_png("The frame as it was taken.")
+    "/{step}/frames/{vehicle_id}/{kind}.png",
+    response_class=Response,
+    responses={200: {"content": {"image/png": {}}, "description": "The frame as it was taken."}},
 )
 async def read_frame(
     step: StepNumber,

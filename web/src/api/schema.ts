@@ -524,7 +524,7 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
-  "/api/viewer/{step}/integrals/{kind}.png": {
+  "/api/viewer/{step}/integrals/{kind}.{picture_format}": {
     parameters: {
       query?: never;
       header?: never;
@@ -535,7 +535,7 @@ export interface paths {
      * Read Integral
      * @description Return the integral of a step's frames on a horizontal plane; without a height, on the mission's own.
      */
-    get: operations["read_integral_api_viewer__step__integrals__kind__png_get"];
+    get: operations["read_integral_api_viewer__step__integrals__kind___picture_format__get"];
     put?: never;
     post?: never;
     delete?: never;
@@ -1244,6 +1244,12 @@ export interface components {
       | "return"
       | "land"
       | "done";
+    /**
+     * PictureFormat
+     * @description How a picture is written; the names are those of files.
+     * @enum {string}
+     */
+    PictureFormat: "png" | "jpg";
     /**
      * PictureKind
      * @description The rasters that are shown live.
@@ -3302,7 +3308,7 @@ export interface operations {
       };
     };
   };
-  read_integral_api_viewer__step__integrals__kind__png_get: {
+  read_integral_api_viewer__step__integrals__kind___picture_format__get: {
     parameters: {
       query?: {
         height_m?: number | null;
@@ -3310,18 +3316,20 @@ export interface operations {
       header?: never;
       path: {
         kind: components["schemas"]["ViewKind"];
+        picture_format: components["schemas"]["PictureFormat"];
         step: number;
       };
       cookie?: never;
     };
     requestBody?: never;
     responses: {
-      /** @description A north-up raster. Headers: X-Height-M, X-Visibility-M2, X-Bounds-M (west, south, east, north). */
+      /** @description A north-up raster: png is exact, and transparent where no frame covers; jpg is a draft. Headers: X-Height-M, X-Visibility-M2, X-Bounds-M (west, south, east, north). */
       200: {
         headers: {
           [name: string]: unknown;
         };
         content: {
+          "image/jpeg": unknown;
           "image/png": unknown;
         };
       };

@@ -11,7 +11,7 @@ const isFocusFound = (value: unknown): value is FocusFound => isObject(value) &&
 
 /** An integral, and where it lies. */
 export interface Integral {
-  readonly png: Blob;
+  readonly picture: Blob;
   readonly bounds: Bounds;
   readonly height_m: number;
   /** Of the largest blob on this plane. */
@@ -40,17 +40,31 @@ export function frameUrl(step: number, vehicleId: number, kind: FrameKind, width
   return `/api/viewer/${step}/frames/${vehicleId}/${kind}.png${query}`;
 }
 
-/** The integral of a step's frames on a horizontal plane; on the mission's own where the height is null. */
-export async function readIntegral(step: number, kind: ViewKind, height_m: number | null): Promise<Answer<Integral>> {
+export interface IntegralQuery {
+  readonly step: number;
+  readonly kind: ViewKind;
+  /** Null: the mission's own plane. */
+  readonly height_m: number | null;
+  /** Small and soon there, not exact. */
+  readonly isDraft: boolean;
+}
+
+/** Of few colours: these are small as they are, and a draft would blur their counts. */
+const COUNTS: ReadonlySet<ViewKind> = new Set(["anomaly", "coverage"]);
+
+/** The integral of a step's frames on a horizontal plane. */
+export async function readIntegral({ step, kind, height_m, isDraft }: IntegralQuery): Promise<Answer<Integral>> {
+  const format = isDraft && !COUNTS.has(kind) ? "jpg" : "png";
   const query = height_m === null ? "" : `?height_m=${height_m}`;
   try {
-    const response = await fetch(`/api/viewer/${step}/integrals/${kind}.png${query}`);
+    const response = await fetch(`/api/viewer/${step}/integrals/${kind}.${format}${query}`);
     if (!response.ok) return { ok: false, message: await messageOf(response), status: response.status };
     const bounds = parseBounds(response.headers.get("X-Bounds-M"));
     if (bounds === null) return { ok: false, message: texts.requests.unreadableAnswer };
     const value = (name: string): number => Number(response.headers.get(name) ?? NaN);
-    const png = await response.blob();
-    return { ok: true, value: { png, bounds, height_m: value("X-Height-M"), visibility_m2: value("X-Visibility-M2") } };
+    const picture = await response.blob();
+    const [shown_m, visibility_m2] = [value("X-Height-M"), value("X-Visibility-M2")];
+    return { ok: true, value: { picture, bounds, height_m: shown_m, visibility_m2 } };
   } catch {
     return { ok: false, message: texts.requests.notSent };
   }

@@ -1,6 +1,7 @@
 /** See: what the swarm sees through the canopy, step by step, on any plane, and frame by frame. */
 import { useEffect, useState } from "preact/hooks";
 import type { Picture } from "../../api/types";
+import type { IntegralQuery } from "../../api/viewer";
 import { quantity } from "../../format";
 import { boundsOf } from "../../geometry";
 import { useShell } from "../../shell/context";
@@ -14,10 +15,14 @@ import { Mosaic } from "./mosaic";
 import { type Placed, Stage } from "./stage";
 import { StepChoice } from "./step_choice";
 import { Compare, Measure } from "./tools";
-import { type IntegralQuery, type ShownIntegral, useIntegral } from "./use_integral";
+import { type ShownIntegral, useIntegral } from "./use_integral";
+import { useResting } from "./use_resting";
 import { useViewedStep } from "./use_viewed_step";
 import type { Viewport } from "./viewport";
 import "./see.css";
+
+/** A slider that stands still so long has been let go of, or looked at. */
+const RESTING_MS = 300;
 
 type Chosen = keyof typeof texts.see.kind;
 
@@ -44,7 +49,8 @@ export function SeeView() {
   const answer = useViewedStep(state.capabilities.viewer ? step : null);
   const viewed = answer?.ok ? answer.value : null;
   const integralKind = viewed?.kinds.find((one) => one === kind) ?? null;
-  const query = step === null || integralKind === null ? null : { step, kind: integralKind, height_m };
+  const isDraft = !useResting(height_m, RESTING_MS);
+  const query = step === null || integralKind === null ? null : { step, kind: integralKind, height_m, isDraft };
   const { shown, problem } = useIntegral(query);
   const { shown: before } = useIntegral(left);
 
@@ -127,7 +133,7 @@ export function SeeView() {
   );
 }
 
-const queryOf = ({ step, kind, height_m }: ShownIntegral): IntegralQuery => ({ step, kind, height_m });
+const queryOf = ({ step, kind, height_m }: ShownIntegral): IntegralQuery => ({ step, kind, height_m, isDraft: false });
 
 function placedIntegral({ url, bounds, step, kind, height_m }: ShownIntegral): Placed {
   return { url, bounds, label: texts.see.label(texts.see.kind[kind], step, quantity(height_m, 1, "m")) };

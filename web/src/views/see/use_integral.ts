@@ -1,16 +1,8 @@
 /** The integral of a step on a plane, asked for anew whenever the plane changes. */
 import { useEffect, useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 import { Newest } from "../../api/newest";
-import type { ViewKind } from "../../api/types";
-import { readIntegral } from "../../api/viewer";
+import { type IntegralQuery, readIntegral } from "../../api/viewer";
 import type { Bounds } from "../../geometry";
-
-export interface IntegralQuery {
-  readonly step: number;
-  readonly kind: ViewKind;
-  /** Null: the mission's own plane. */
-  readonly height_m: number | null;
-}
 
 /** A picture that is ready to be shown. */
 export interface ShownIntegral extends IntegralQuery {
@@ -18,7 +10,7 @@ export interface ShownIntegral extends IntegralQuery {
   readonly bounds: Bounds;
   readonly height_m: number;
   readonly visibility_m2: number;
-  /** From the request until the picture was decoded. */
+  /** From the request until the picture, or its draft before, was decoded. */
   readonly latency_ms: number;
 }
 
@@ -42,14 +34,14 @@ export function useIntegral(query: IntegralQuery | null): Result {
           return;
         }
         // A picture that is too old is better than none: its height stands beside it.
-        setResult((before) => (next.shown === null ? { ...before, problem: next.problem } : next));
+        setResult((before) => (next.shown === null ? { ...before, problem: next.problem } : following(before, next)));
       }),
     [],
   );
   // Before the page is painted, not after: the picture is one frame earlier there.
   useLayoutEffect(() => {
     if (query !== null) newest.ask(query);
-  }, [query?.step, query?.kind, query?.height_m]);
+  }, [query?.step, query?.kind, query?.height_m, query?.isDraft]);
   useEffect(() => {
     const url = result.shown?.url;
     return url === undefined ? undefined : () => URL.revokeObjectURL(url);
@@ -64,12 +56,20 @@ export function useIntegral(query: IntegralQuery | null): Result {
   return query === null ? NOTHING : result;
 }
 
+/** An exact picture that takes the place of its draft is no news: what the operator has waited for was the draft. */
+function following({ shown: before }: Result, next: Result): Result {
+  if (before === null || next.shown === null || !before.isDraft) return next;
+  const { step, kind, height_m } = next.shown;
+  const isSame = before.step === step && before.kind === kind && before.height_m === height_m;
+  return isSame ? { ...next, shown: { ...next.shown, latency_ms: before.latency_ms } } : next;
+}
+
 async function load(query: IntegralQuery): Promise<Result> {
   const askedAtMs = performance.now();
-  const answer = await readIntegral(query.step, query.kind, query.height_m);
+  const answer = await readIntegral(query);
   if (!answer.ok) return { shown: null, problem: answer.message };
-  const { png, ...facts } = answer.value;
-  const url = URL.createObjectURL(png);
+  const { picture, ...facts } = answer.value;
+  const url = URL.createObjectURL(picture);
   const image = new Image();
   image.src = url;
   // What cannot be decoded is shown by the browser as it shows broken pictures.

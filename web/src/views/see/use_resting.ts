@@ -1,0 +1,12 @@
+/** Whether a value that a hand moves has come to rest. */
+import { useEffect, useState } from "preact/hooks";
+
+/** True at first, and when the value has not changed for this time. */
+export function useResting(value: unknown, after_ms: number): boolean {
+  const [rested, setRested] = useState(value);
+  useEffect(() => {
+    const timer = setTimeout(() => setRested(value), after_ms);
+    return () => clearTimeout(timer);
+  }, [value, after_ms]);
+  return Object.is(rested, value);
+}
