@@ -44,11 +44,13 @@ WARMING_MOVES = 3
 DRAG_MOVES = 60
 DRAG_INTERVAL_MS = 16.0
 
-HELPERS = """() => {
+HELPERS = r"""() => {
     performance.setResourceTimingBufferSize(10000);
     const slider = document.querySelector('[data-testid=height]');
-    const stage = document.querySelector('[data-testid=stage]');
-    const picture = () => stage.querySelector('[data-testid=picture]').src;
+    const label = document.querySelector('[data-testid=picture-label]');
+    // The picture and its label change together.
+    window.isShown = (height_m) =>
+        label.textContent.includes(`plane at ${height_m.toFixed(1).replace('-', '\u2212')}`);
     window.move = (height_m) => {
         slider.value = height_m;
         slider.dispatchEvent(new Event('input', { bubbles: true }));
@@ -59,19 +61,20 @@ HELPERS = """() => {
         channel.port1.onmessage = () => done(performance.now());
         channel.port2.postMessage(null);
     }));
-    window.changed = async () => {
-        const before = picture();
+    window.shown = async (height_m) => {
         await new Promise((done) => {
             const observer = new MutationObserver(() => {
-                if (picture() === before) return;
+                if (!window.isShown(height_m)) return;
                 observer.disconnect();
                 done();
             });
-            observer.observe(stage, { subtree: true, childList: true, attributes: true });
+            observer.observe(label, { subtree: true, childList: true, characterData: true });
         });
         return window.painted();
     };
-    window.fetched = () => performance.getEntriesByType('resource').filter(({ name }) => name.includes('/integrals/'));
+    // A picture that rests is exact: the next move's draft must not be taken for it.
+    window.fetched = (since_ms) => performance.getEntriesByType('resource').filter(
+        ({ name, startTime }) => name.includes('/integrals/') && startTime >= since_ms);
 }"""
 
 MOVE = """async (heights_m) => {
@@ -79,11 +82,11 @@ MOVE = """async (heights_m) => {
     for (const height_m of heights_m) {
         performance.clearResourceTimings();
         const begun_ms = performance.now();
-        const shown = window.changed();
+        const shown = window.shown(height_m);
         window.move(height_m);
         const painted_ms = await shown;
-        while (window.fetched().length === 0) await new Promise((done) => setTimeout(done, 5));
-        const { requestStart, responseStart, responseEnd, encodedBodySize } = window.fetched().at(-1);
+        while (window.fetched(begun_ms).length === 0) await new Promise((done) => setTimeout(done, 5));
+        const { requestStart, responseStart, responseEnd, encodedBodySize } = window.fetched(begun_ms)[0];
         results.push({
             total: painted_ms - begun_ms,
             request: requestStart - begun_ms,
@@ -104,12 +107,10 @@ DRAG = """async ([heights_m, interval_ms]) => {
         window.move(height_m);
         await new Promise((done) => setTimeout(done, interval_ms));
     }
-    const wanted = `plane at ${heights_m.at(-1).toFixed(1)}`;
-    const isThere = () => document.querySelector('[data-testid=picture-label]').textContent.includes(wanted);
-    while (!isThere()) await new Promise((done) => requestAnimationFrame(done));
+    while (!window.isShown(heights_m.at(-1))) await new Promise((done) => requestAnimationFrame(done));
     const painted_ms = await window.painted();
     await new Promise((done) => setTimeout(done, 50));
-    return { late_ms: painted_ms - moved_ms, fetched: window.fetched().length };
+    return { late_ms: painted_ms - moved_ms, fetched: window.fetched(0).length };
 }"""
 
 FORMATS = """async (heights_m) => {
@@ -141,7 +142,7 @@ async def measure_moves(page: Page, kind: str, moves: int) -> tuple[list[dict[st
     )
     await page.evaluate(HELPERS)
     rng = np.random.default_rng(KINDS.index(kind))
-    heights_m = rng.permutation(np.linspace(*HEIGHTS_M, moves + WARMING_MOVES)).round(2).tolist()
+    heights_m = rng.permutation(np.linspace(*HEIGHTS_M, moves + WARMING_MOVES)).round(1).tolist()
     await page.evaluate(MOVE, heights_m[:WARMING_MOVES])
     begun_s = time.process_time()
     results: list[dict[str, float]] = await page.evaluate(MOVE, heights_m[WARMING_MOVES:])
