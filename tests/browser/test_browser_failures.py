@@ -1,0 +1,150 @@
+"""What goes wrong in flight, as an operator sees it: real processes are killed and frozen, the page alone tells."""
+
+from __future__ import annotations
+
+import re
+import signal
+from pathlib import Path
+
+import pytest
+from playwright.async_api import Page, expect
+
+from aos_gcs.mission.model import EventKind, NoticeRecord
+from aos_gcs.store.reader import MissionReader
+from tests.browser.map_colours import wait_until_drawn, wait_until_gone
+from tests.browser.pages import open_page
+from tests.browser.station import FLIGHT_MS, Station, launch, sign_in_as_operator
+
+pytestmark = [pytest.mark.asyncio(loop_scope="session"), pytest.mark.usefixtures("dashboard_build")]
+
+WORLD = ("--no-render", "--image-size", "64")
+"""There is nothing to be found: the swarm scans until something goes wrong."""
+BESIDE = ("--origin", "48.3,14.3002,260")
+"""Of a second simulator, whose vehicles must not stand where those of the first one do."""
+NO_GO_ENU_M = ((-20.0, 30.0), (20.0, 30.0), (20.0, 40.0), (-20.0, 40.0))
+REFUSED_COLOUR = "#c40d1c"
+"""In the light theme."""
+CRITICAL_TONES_HZ = [880, 660, 880]
+HEAR_TONES = """window.tones = [];
+window.OscillatorNode = class extends OscillatorNode {
+    constructor(context, options) {
+        super(context, options);
+        window.tones.push(options.frequency);
+    }
+};"""
+
+
+async def start(page: Page, station: Station) -> None:
+    """Sign in, and start the mission once its preflight has passed."""
+    await open_page(page, station.url)
+    await sign_in_as_operator(page)
+    await launch(page, "action-start")
+
+
+async def wait_for_step(page: Page, number: int) -> None:
+    condition = "number => Number(document.querySelector('[data-testid=step]').textContent) >= number"
+    await page.wait_for_function(condition, arg=number, timeout=FLIGHT_MS)
+
+
+async def current_step(page: Page) -> int:
+    return int(await page.get_by_test_id("step").inner_text())
+
+
+@pytest.mark.timeout(600)
+async def test_a_killed_vehicle_is_shown_as_lost_loudly_and_the_others_go_on(page: Page, tmp_path: Path) -> None:
+    await page.add_init_script(HEAR_TONES)
+    station = Station(tmp_path, 3)
+    async with (
+        station.fly(2, *WORLD),
+        station.fly(1, *WORLD, *BESIDE, "--first-system-id", "3", name="another") as another,
+        station.serve(),
+    ):
+        await start(page, station)
+        await wait_for_step(page, 1)
+        another.stop(signal.SIGKILL)
+        row = page.get_by_test_id("vehicle-3")
+        await expect(row).to_have_attribute("data-stale", "true")
+        await expect(page.get_by_test_id("task-3")).to_have_text("lost")
+        alert = page.get_by_test_id("alert-bar")
+        await expect(alert).to_have_attribute("data-severity", "critical")
+        await expect(alert).to_contain_text("vehicle 3: link lost")
+        assert str(CRITICAL_TONES_HZ)[1:-1] in str(await page.evaluate("window.tones"))
+
+        await wait_for_step(page, await current_step(page) + 2)
+        await expect(page.get_by_test_id("vehicle-1")).to_have_attribute("data-stale", "false")
+        await page.get_by_test_id("select-3").click()
+        await page.get_by_test_id("action-hold").click()
+        result = page.get_by_test_id("result-3")
+        await expect(result).to_have_attribute("data-accepted", "false")
+        await expect(result).to_contain_text("is lost; it cannot be reached")
+
+
+@pytest.mark.timeout(600)
+async def test_a_refused_waypoint_stands_in_the_table_and_on_the_map_with_its_reason(
+    map_page: Page, tmp_path: Path
+) -> None:
+    page = map_page
+    station = Station(tmp_path, 2, no_go_enu_m=(NO_GO_ENU_M,))
+    async with station.fly(2, *WORLD), station.serve():
+        await start(page, station)
+        await wait_until_gone(page, REFUSED_COLOUR)
+        await expect(page.get_by_test_id("vehicles")).to_contain_text("no-go area 1", timeout=FLIGHT_MS)
+        await wait_until_drawn(page, REFUSED_COLOUR)
+
+
+async def events_shown(page: Page) -> list[str]:
+    """Return the words of all events on the page, oldest first."""
+    texts = await page.get_by_test_id("event").locator("span").all_inner_texts()
+    return [re.sub("^(Warning|Critical) ", "", text) for text in reversed(texts)]
+
+
+def events_recorded(folder: Path) -> list[str]:
+    """Return the same from the record."""
+    with MissionReader(folder) as reader:
+        notices = [event.data for event in reader.events() if event.kind is EventKind.NOTICE]
+    return [
+        notice.text if notice.vehicle_id is None else f"vehicle {notice.vehicle_id}: {notice.text}"
+        for notice in notices
+        if isinstance(notice, NoticeRecord)
+    ]
+
+
+def check_none_lost_or_doubled(shown: list[str], recorded: list[str]) -> None:
+    """The first ones may be older than the dashboard, the last ones on their way, to the page or to the disk."""
+    since = recorded[recorded.index(shown[0]) :]
+    both = min(len(shown), len(since))
+    assert shown[:both] == since[:both]
+
+
+@pytest.mark.timeout(600)
+async def test_the_page_outlives_a_service_that_freezes_and_one_that_is_started_anew(
+    page: Page, tmp_path: Path
+) -> None:
+    banner = page.get_by_test_id("banner")
+    station = Station(tmp_path, 2)
+    async with station.fly(2, *WORLD):
+        async with station.serve() as service:
+            await start(page, station)
+            await wait_for_step(page, 2)
+            service.stop(signal.SIGSTOP)
+            await expect(banner).to_be_visible()
+            await expect(page.get_by_test_id("action-return")).to_be_disabled()
+            service.stop(signal.SIGCONT)
+            await expect(banner).to_have_count(0)
+            await wait_for_step(page, await current_step(page) + 1)
+            service.stop(signal.SIGKILL)
+            await expect(banner).to_be_visible()
+            shown = await events_shown(page)
+        check_none_lost_or_doubled(shown, events_recorded(station.mission_folders[0]))
+        async with station.serve():
+            await expect(banner).to_have_count(0)
+            await expect(page.get_by_test_id("step")).to_have_text("0")
+            await expect(page.get_by_test_id("another-mission")).to_contain_text(station.mission_folders[1].name)
+            await expect(page.get_by_test_id("signed-out")).to_be_visible()
+            await expect(page.get_by_test_id("hold-all")).to_have_count(0)
+            await expect(page.get_by_test_id("event").first).to_be_visible()
+            check_none_lost_or_doubled(await events_shown(page), events_recorded(station.mission_folders[1]))
+            await sign_in_as_operator(page)
+            await expect(page.get_by_test_id("signed-out")).to_have_count(0)
+            await page.get_by_test_id("hold-all").click()
+            await expect(page.get_by_test_id("result-1")).to_have_attribute("data-accepted", "true")
