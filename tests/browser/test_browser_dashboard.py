@@ -23,6 +23,20 @@ from tests.fakes.mission import REFUSING_ID, SILENT_ID
 
 pytestmark = pytest.mark.asyncio(loop_scope="session")
 
+COMMANDS: dict[str, dict[str, object]] = {
+    "/api/mission/actions": {"action": "start"},
+    "/api/preflight/override": {"vehicle_id": SILENT_ID, "check": "camera", "reason": "none"},
+    "/api/findings": {"position": {"latitude_deg": 48.3358, "longitude_deg": 14.3263}},
+    "/api/plan/apply": {},
+    "/api/notices/acknowledge": {"notice_ids": [1]},
+}
+"""Whatever an observer's browser may try behind the page's back."""
+POST = """async ([path, body]) => {
+    const answer = await fetch(path, {
+        method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) });
+    return { status: answer.status, id: (await answer.json()).id };
+}"""
+
 
 async def test_page_shows_a_mission_without_errors_or_foreign_requests(map_page, service, page_record) -> None:
     await open_page(map_page, service.url)
@@ -153,7 +167,14 @@ async def test_observers_see_the_same_and_cannot_command_until_they_sign_in(page
     for command in ("hold-all", "action-hold", "action-start"):
         await expect(page.get_by_test_id(command)).to_have_count(0)
     await page.keyboard.press("h")
+    await expect(page.get_by_test_id("results-error")).to_contain_text("Observers cannot command; sign in")
+    for path, body in COMMANDS.items():
+        answer = await page.evaluate(POST, [path, body])
+        assert answer == {"status": 403, "id": "operators_only"}, path
     assert guarded_service.mission.actions == []
+    assert guarded_service.mission.overrides == {}
+    assert guarded_service.mission.findings.all() == ()
+    await expect(page.get_by_test_id("phase")).to_have_text("ready")
 
     await page.get_by_test_id("sign-in-open").click()
     await sign_in(page, "Ada", code="not-the-code")
