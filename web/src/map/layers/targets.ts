@@ -34,7 +34,7 @@ export const targetsLayer = featureLayer({
         "text-variable-anchor": ["left", "right", "top", "bottom"],
         "text-radial-offset": 1.1,
       },
-      paint: { "text-color": palette.target, "text-halo-color": palette.halo, "text-halo-width": 1.5 },
+      paint: { "text-color": palette.label, "text-halo-color": palette.halo, "text-halo-width": 2 },
     },
   ],
   inputs: ({ origin, mission }) => [JSON.stringify([origin, mission.targets])],
