@@ -107,6 +107,25 @@ async def test_notices_and_findings_are_marks_that_lead_there(
     assert page_record.errors == []
 
 
+async def test_a_finger_draws_a_stretch_of_time_out_of_the_charts(
+    page: Page, replayed: str, page_record: PageRecord
+) -> None:
+    await open_page(page, replayed, "understand")
+    await seek(page, 30.0)
+    over = page.get_by_test_id("plot-visibility").locator(".u-over")
+    box = await over.bounding_box()
+    assert box is not None
+    session = await page.context.new_cdp_session(page)
+    y = box["y"] + box["height"] / 2
+    for kind, share in (("touchStart", 0.25), ("touchMove", 0.5), ("touchMove", 0.75), ("touchEnd", None)):
+        points = [] if share is None else [{"x": box["x"] + share * box["width"], "y": y}]
+        await session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+    await expect(page.get_by_test_id("zoom-out")).to_be_visible()
+    await page.get_by_test_id("zoom-out").click()
+    await expect(page.get_by_test_id("zoom-out")).to_have_count(0)
+    assert page_record.errors == []
+
+
 async def test_steps_are_focused_measured_and_compared(page: Page, replayed: str, page_record: PageRecord) -> None:
     await open_page(page, replayed, "see?step=1")
     await seek(page, SCAN_S)

@@ -7,6 +7,7 @@ import { vehicleColour } from "../../map/palette";
 import { texts } from "../../texts";
 import type { Theme } from "../../theme";
 import type { Axis, Chart, Series } from "./charts";
+import { selectByFinger } from "./finger";
 
 const FONT = "11px system-ui, sans-serif";
 const STEPPED = uPlot.paths.stepped?.({ align: 1 });
@@ -43,7 +44,9 @@ export function Plot({ chart, range, theme, onZoom }: Props) {
     made.setSize(size());
     const observer = new ResizeObserver(() => made.setSize(size()));
     observer.observe(element);
+    const stopFingers = selectByFinger(made);
     return () => {
+      stopFingers();
       observer.disconnect();
       made.destroy();
       plot.current = null;
