@@ -143,12 +143,14 @@ class Inspector:
         """Wait until a vehicle that was given its layer returns by itself in it, or has said why it does not."""
         clock, wanted_m, until_s = self._context.clock, self._return_heights.wanted_m(member), self._deadline_s()
         self._starting_again.add(member.vehicle_id)
-        while wanted_m is not None and clock.now_s() < until_s:
-            found = self.inspection(member.vehicle_id)
-            if found.wanted_return_m == wanted_m and (found.has_wanted_return or found.return_problem):
-                break
-            await clock.sleep(_POLL_S)
-        self._starting_again.discard(member.vehicle_id)
+        try:
+            while wanted_m is not None and clock.now_s() < until_s:
+                found = self.inspection(member.vehicle_id)
+                if found.wanted_return_m == wanted_m and (found.has_wanted_return or found.return_problem):
+                    break
+                await clock.sleep(_POLL_S)
+        finally:
+            self._starting_again.discard(member.vehicle_id)
 
     def _before_their_start(self) -> list[Member]:
         members = self._context.roster.members(Task.IDLE, Task.LANDED)
@@ -162,11 +164,12 @@ class Inspector:
     def _is_due(self, member: Member, subject: _Subject) -> bool:
         fence = self._planned_fence(member)
         return_m = self._return_heights.wanted_m(member)
-        is_new = (subject.inspection.planned_fence, subject.inspection.wanted_return_m) != (fence, return_m)
+        is_new = subject.inspection.planned_fence != fence
         may_upload = self._context.settings.preflight.upload_fence
-        subject.inspection = replace(
-            subject.inspection, planned_fence=fence, may_upload=may_upload, wanted_return_m=return_m
-        )
+        subject.inspection = replace(subject.inspection, planned_fence=fence, may_upload=may_upload)
+        if subject.inspection.wanted_return_m != return_m:
+            is_new = True
+            subject.inspection = replace(subject.inspection, wanted_return_m=return_m, return_problem="")
         state = member.state
         situation = (state.autopilot, state.home is None, None if state.link is None else state.link.address)
         if situation != subject.situation:
