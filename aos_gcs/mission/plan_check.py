@@ -26,6 +26,8 @@ SWAPPED_FROM_M = 100_000.0
 MIN_FREE_FRACTION = 0.02
 """Of the search area that no-go areas must leave."""
 GOOD_COVERAGE = 0.95
+USUAL_CEILING_M = 120.0
+"""Of uncrewed aircraft above the ground, in Europe and the United States among others."""
 MAX_VERTICES = 500
 """Of a polygon; edges are compared in pairs."""
 MAX_BARRIER_VERTICES = 500
@@ -244,6 +246,14 @@ def _warn(plan: MissionPlan, estimate: PlanEstimate) -> Iterator[PlanProblem]:
             "layer_spacing_m",
             f"Layers of {plan.layer_spacing_m:g} m need heights known by RTK; without it, "
             f"{MIN_LAYERS_WITHOUT_RTK_M:g} m and more are safe.",
+            blocking=False,
+        )
+    highest_m = plan.lowest_layer_m + (plan.vehicles - 1) * plan.layer_spacing_m
+    if highest_m > USUAL_CEILING_M:
+        yield PlanProblem(
+            "ceiling_m",
+            f"The highest layer is at {highest_m:g} m; most countries allow {USUAL_CEILING_M:g} m above the ground "
+            "without a permission: lower the layers or their spacing, or take fewer vehicles.",
             blocking=False,
         )
     if estimate.covered_fraction < GOOD_COVERAGE:

@@ -108,6 +108,12 @@ def test_a_plan_beyond_the_battery_can_be_flown_but_is_warned_of() -> None:
     assert (warning.field, warning.blocking) == ("endurance_s", False)
 
 
+def test_heights_that_need_a_permission_are_warned_of() -> None:
+    (warning,) = check_plan(replace(PLAN, vehicles=40), SETTINGS)
+    assert (warning.field, warning.blocking) == ("ceiling_m", False)
+    assert "152 m" in warning.text
+
+
 def test_every_refused_parameter_is_told() -> None:
     found = blocking(replace(PLAN, strategy_parameters={"gamma": 7.0, "c5": True}))
     assert found.keys() == {"strategy_parameters.gamma", "strategy_parameters.c5"}
