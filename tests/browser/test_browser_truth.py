@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import asyncio
+from functools import partial
+from pathlib import Path
 
 import pytest
 from playwright.async_api import Page, expect
 
-from aos_gcs.mission.model import Action, FocusSource
+from aos_gcs.api.app import create_app
+from aos_gcs.imaging.step import ImagingSettings
+from aos_gcs.mission.model import Action, FocusSnapshot, FocusSource
 from aos_gcs.ports import Severity
-from tests.browser.conftest import OPERATOR_CODE, PageRecord, Service
+from aos_gcs.viewer import Viewer
+from tests.browser.conftest import OPERATOR_CODE, PageRecord, Service, serving
 from tests.browser.pages import VIEWS, confirm, open_page, sign_in
+from tests.fakes.viewed_step import record_viewed_step
 
 pytestmark = pytest.mark.asyncio(loop_scope="session")
 
@@ -96,21 +102,32 @@ async def test_no_view_asks_for_what_the_service_does_not_have(
     assert page_record.errors == []
 
 
-async def test_an_operator_changes_the_plane_of_the_mission(page: Page, guarded_service: Service) -> None:
-    service = guarded_service
-    await service.mission.act(Action.START, None)
-    service.mission.make_step()
-    await open_page(page, service.url, "see")
-    await expect(page.get_by_test_id("mission-focus")).to_have_attribute("data-source", "configured")
-    await expect(page.get_by_test_id("leave-plane")).to_have_count(0)
-    await page.get_by_test_id("sign-in-open").click()
-    await sign_in(page, "Ada", code=OPERATOR_CODE)
-    await service.mission.act(Action.FOCUS, None, 3.5)
-    await expect(page.get_by_test_id("mission-focus")).to_contain_text("3.5")
-    await page.get_by_test_id("leave-plane").click()
-    await expect(page.get_by_test_id("confirm")).to_contain_text("For the whole mission")
-    await confirm(page)
-    await expect(page.get_by_test_id("results")).to_contain_text("The mission has taken it.")
-    await expect(page.get_by_test_id("mission-focus")).to_have_attribute("data-source", "configured")
-    assert service.mission.focus.source is FocusSource.CONFIGURED
-    assert service.mission.operators[-1] == "Ada"
+async def test_an_operator_changes_the_plane_of_the_mission(
+    page: Page,
+    dashboard_build: None,  # noqa: ARG001 - asked for its check only
+    tmp_path: Path,
+) -> None:
+    viewer = Viewer(await record_viewed_step(tmp_path), ImagingSettings(), focus_reach_m=5.0)
+    async with serving(partial(create_app, viewer=viewer, operator_code=OPERATOR_CODE)) as service:
+        await service.mission.act(Action.START, None)
+        service.mission.make_step()
+        await open_page(page, service.url, "see?step=1")
+        focus = page.get_by_test_id("mission-focus")
+        await expect(focus).to_have_attribute("data-source", "configured")
+        await expect(page.get_by_test_id("height")).to_be_visible()
+        await expect(page.get_by_test_id("use-plane")).to_have_count(0)  # observers only see
+
+        await page.get_by_test_id("sign-in-open").click()
+        await sign_in(page, "Ada", code=OPERATOR_CODE)
+        await page.get_by_test_id("height").fill("1.2")
+        await page.get_by_test_id("use-plane").click()
+        await expect(page.get_by_test_id("confirm")).to_contain_text("the whole mission")
+        await confirm(page)
+        await expect(page.get_by_test_id("results")).to_contain_text("The mission has taken it.")
+        await expect(focus).to_contain_text("1.2")
+        assert service.mission.focus == FocusSnapshot(1.2, FocusSource.OPERATOR, None)
+        assert service.mission.operators[-1] == "Ada"
+
+        await page.get_by_test_id("leave-plane").click()
+        await confirm(page)
+        await expect(focus).to_have_attribute("data-source", "configured")

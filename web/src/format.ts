@@ -25,7 +25,7 @@ export function duration(seconds: number): string {
 
 /** The time of day at this screen. */
 export function timeOfDay(utc_s: number): string {
-  return new Date(1000 * utc_s).toLocaleTimeString();
+  return new Date(1000 * utc_s).toLocaleTimeString([], { hourCycle: "h23" });
 }
 
 /** An age; short ones with a decimal, long ones in minutes. */

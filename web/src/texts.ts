@@ -35,7 +35,7 @@ const CONSEQUENCE: Readonly<Partial<Record<Action, string>>> = {
   return: "They stop searching and fly home to their launch points.",
   land: "They descend where they are now, onto whatever is below them.",
   abort: "The mission ends and cannot be resumed; all vehicles come home.",
-  focus: "For the whole mission and all who look: steps from now on are summed up, and searched, on this plane.",
+  focus: "It concerns the whole mission from its next step on: what all see, and where it looks for anomalies.",
 };
 
 const PICTURE: Readonly<Record<PictureKind, string>> = {
@@ -361,6 +361,7 @@ export const texts = {
     at: (height: string) => `Focus the mission at ${height}`,
     use: (height: string) => `Use ${height} in the mission`,
     leave: "Leave the mission's focus to the program",
+    leaveShort: "Leave to the program",
     unavailable: "Not possible in this phase",
   },
   prepare: {

@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { isOffered, makeCommand, targets } from "../src/state/commands";
+import { isOffered, makeCommand, makeFocusCommand, targets } from "../src/state/commands";
 import { mission, vehicle } from "./samples";
 
 test("the selection is the scope, but start and abort concern all", () => {
@@ -28,4 +28,14 @@ test("a single vehicle can be paused while the mission is", () => {
   const paused = mission({ suspension: "paused", allowed_actions: ["resume", "hold"] });
   expect(isOffered("pause", paused, new Set())).toBe(false);
   expect(isOffered("pause", paused, new Set([1]))).toBe(true);
+});
+
+test("the focal plane is the mission's, whatever is selected; zero is a height", () => {
+  expect(makeFocusCommand(0)).toEqual({
+    action: "focus",
+    vehicleIds: null,
+    focalHeight_m: 0,
+    label: "Focus the mission at 0.0\u202fm",
+  });
+  expect(makeFocusCommand(null)).toMatchObject({ focalHeight_m: null });
 });

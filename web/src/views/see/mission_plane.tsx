@@ -48,7 +48,7 @@ export function MissionPlane({ viewed_m }: Props) {
               title={title}
               onClick={() => commands.ask(makeFocusCommand(null))}
             >
-              {texts.focus.leave}
+              {texts.focus.leaveShort}
             </button>
           )}
         </div>
