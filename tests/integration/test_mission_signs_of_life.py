@@ -8,7 +8,7 @@ import pytest
 
 from aos_gcs.api.hub import EventHub
 from aos_gcs.errors import MissionError
-from aos_gcs.mission.model import MissionSnapshot, Phase
+from aos_gcs.mission.model import MissionSnapshot, NoticeRecord, Phase
 from aos_gcs.ports import Severity
 from tests.fakes.mission_flight import flying, prepare
 
@@ -50,7 +50,8 @@ async def test_acknowledgements_are_the_same_for_all_and_on_record() -> None:
             flight.mission.acknowledge([999], operator="Ada")
         await run
     (given,) = flight.mission.snapshot().acknowledgements
-    notices = {event.data.notice_id: event.data.text for event in flight.recorder.events if event.kind == "notice"}
+    told = [event.data for event in flight.recorder.events if isinstance(event.data, NoticeRecord)]
+    notices = {notice.notice_id: notice.text for notice in told}
     assert (given.operator, notices[given.notice_id]) == ("Ada", "wind")
     assert sorted(notices) == list(range(1, flight.journal.notice_count + 1)), "numbered without gaps"
     recorded = [event.data for event in flight.recorder.events if isinstance(event.data, MissionSnapshot)]

@@ -240,8 +240,8 @@ async def test_after_a_gap_beyond_the_store_the_whole_state_comes(mission: Scrip
 
 @pytest.mark.parametrize("has_all", [True, False])
 async def test_the_greeting_names_what_the_service_offers(mission: ScriptedMission, has_all: bool) -> None:
-    parts = {"planning": mission, "findings": mission} if has_all else {}
-    hub = create_app(mission, **parts).state.hub
+    part = mission if has_all else None
+    hub = create_app(mission, planning=part, findings=part).state.hub
     assert hub.hello().capabilities.model_dump() == {"planning": has_all, "findings": has_all, "viewer": False}
 
 
