@@ -55,8 +55,9 @@ export function SeeView() {
   const { shown: before } = useIntegral(left);
 
   const latest = placedLatest(state, kind);
-  // Without its own record a step is seen as the mission has shown it.
-  const picture = integralKind !== null ? shown && placedIntegral(shown) : latest;
+  // Without its own record a step is seen as the mission has shown it; so is the last one until its own is there.
+  const own = integralKind === null ? null : shown && placedIntegral(shown);
+  const picture = own ?? (integralKind === null || step === last ? latest : null);
   if (step === null || last === null || first === null) {
     return (
       <Panel title={texts.see.panel} testId="pictures" class="see-stage">
