@@ -105,7 +105,12 @@ function ParameterField({ parameter, plan, report, onChange }: Props & { paramet
         {text} {parameterHint(parameter)}
       </p>
       {isChanged && (
-        <button type="button" data-testid={`reset-${name}`} onClick={() => change(parameter.default)}>
+        <button
+          type="button"
+          data-testid={`reset-${name}`}
+          aria-label={`${texts.plan.reset(defaultText(parameter))}, ${parameterTitle(parameter)}`}
+          onClick={() => change(parameter.default)}
+        >
           {texts.plan.reset(defaultText(parameter))}
         </button>
       )}
