@@ -50,7 +50,7 @@ PATIENT = {
     "arducopter": {"FS_GCS_TIMEOUT": 120, "DISARM_DELAY": 120},
     "px4": {"COM_DL_LOSS_T": 120, "COM_DISARM_PRFLT": 120},
 }
-"""A busy machine may delay our heartbeats, and the takeoff after arming, by a real second: ten of the vehicles' time."""
+"""A busy machine may delay our heartbeats, and the takeoff after arming, by a real second, ten of the vehicles'."""
 
 
 def pairs(*in_every_run: tuple[str, str]) -> pytest.MarkDecorator:
