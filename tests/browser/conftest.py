@@ -9,6 +9,7 @@ from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 from functools import partial
+from pathlib import Path
 from typing import NoReturn
 
 import pytest
@@ -20,8 +21,14 @@ from aos_gcs.api.app import create_app
 from aos_gcs.api.page import STATIC_FOLDER
 from aos_gcs.api.server import serve
 from aos_gcs.clock import LoopClock
+from aos_gcs.imaging.step import ImagingSettings
+from aos_gcs.store.reader import MissionReader
+from aos_gcs.store.replay import MissionReplay
+from aos_gcs.viewer import Viewer
 from tests.browser.pages import TIMEOUT_MS
 from tests.fakes.mission import ScriptedMission
+from tests.fakes.recording import record
+from tests.fakes.viewed_step import record_viewed_step
 
 expect.set_options(timeout=TIMEOUT_MS)
 
@@ -202,3 +209,17 @@ async def guarded_service(dashboard_build: None) -> AsyncIterator[Service]:  # n
     """A mission that only operators may command."""
     async with serving(partial(create_app, operator_code=OPERATOR_CODE)) as service:
         yield service
+
+
+@pytest_asyncio.fixture(loop_scope="session")
+async def replayed(tmp_path: Path, dashboard_build: None) -> AsyncIterator[str]:  # noqa: ARG001 - asked for its check
+    """A scripted mission as ``aos-gcs replay`` serves it, with frames for its first step."""
+    await record(tmp_path / "mission")
+    frames = await record_viewed_step(tmp_path / "frames")
+    with MissionReader(tmp_path / "mission") as reader:
+        mission = MissionReplay(reader, LoopClock())
+        viewer = Viewer(frames, ImagingSettings(), focus_reach_m=10.0)
+        async with serve(create_app(mission, replay=mission, viewer=viewer), port=0) as address:
+            running = asyncio.create_task(mission.run())
+            yield address.url
+            running.cancel()

@@ -66,6 +66,14 @@ async def test_axe_finds_nothing_serious_in_any_view_and_theme(checked_page: Pag
         assert await serious_issues(page) == [], theme
 
 
+async def test_axe_finds_nothing_serious_in_a_replay(checked_page: Page, replayed: str) -> None:
+    await open_page(checked_page, replayed)
+    await checked_page.add_script_tag(path=AXE)
+    await checked_page.get_by_test_id("replay-event").last.focus()
+    await expect(checked_page.get_by_test_id("replay-tip")).to_be_visible()
+    assert await serious_issues(checked_page) == []
+
+
 async def test_a_mission_is_launched_by_keyboard_alone(page: Page, service) -> None:
     await open_page(page, service.url)
     await page.keyboard.press("r")

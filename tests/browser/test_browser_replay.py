@@ -2,46 +2,19 @@
 
 from __future__ import annotations
 
-import asyncio
 import hashlib
 import re
-from collections.abc import AsyncIterator
-from pathlib import Path
 
 import pytest
-import pytest_asyncio
 from playwright.async_api import Page, expect
 
-from aos_gcs.api.app import create_app
-from aos_gcs.api.server import serve
-from aos_gcs.clock import LoopClock
-from aos_gcs.imaging.step import ImagingSettings
-from aos_gcs.store.reader import MissionReader
-from aos_gcs.store.replay import MissionReplay
-from aos_gcs.viewer import Viewer
 from tests.browser.conftest import PageRecord
 from tests.browser.pages import open_page, place_m
-from tests.fakes.recording import record
-from tests.fakes.viewed_step import record_viewed_step
 
 pytestmark = pytest.mark.asyncio(loop_scope="session")
 
 SCAN_S = 14.0
 """Recorded when the vehicles have left their launch points and the first steps are made."""
-
-
-@pytest_asyncio.fixture(loop_scope="session")
-async def replayed(tmp_path: Path, dashboard_build: None) -> AsyncIterator[str]:  # noqa: ARG001 - asked for its check
-    """A scripted mission as ``aos-gcs replay`` serves it, with frames for its first step."""
-    await record(tmp_path / "mission")
-    frames = await record_viewed_step(tmp_path / "frames")
-    with MissionReader(tmp_path / "mission") as reader:
-        mission = MissionReplay(reader, LoopClock())
-        viewer = Viewer(frames, ImagingSettings(), focus_reach_m=10.0)
-        async with serve(create_app(mission, replay=mission, viewer=viewer), port=0) as address:
-            running = asyncio.create_task(mission.run())
-            yield address.url
-            running.cancel()
 
 
 async def seek(page: Page, time_s: float) -> None:

@@ -55,6 +55,7 @@ export function EventMarks({ timeline, onGo }: Props) {
           tabIndex={index === stop ? 0 : -1}
           aria-label={wordsOf(cluster).join("; ")}
           aria-disabled={onGo === null}
+          data-count={cluster.marks.length > 1 ? cluster.marks.length : undefined}
           data-testid="replay-event"
           onClick={() => onGo?.(cluster.marks[0].time_s)}
           onFocus={() => {
@@ -66,7 +67,6 @@ export function EventMarks({ timeline, onGo }: Props) {
           onMouseLeave={() => setTold(null)}
         >
           {SYMBOLS[cluster.kind]}
-          {cluster.marks.length > 1 && cluster.marks.length}
         </button>
       ))}
       {told !== null && clusters[told] && <Tip cluster={clusters[told]} length_s={length_s} />}
