@@ -87,9 +87,12 @@ async def test_a_refused_waypoint_stands_in_the_table_and_on_the_map_with_its_re
     station = Station(tmp_path, 2, no_go_enu_m=(NO_GO_ENU_M,))
     async with station.fly(2, *WORLD), station.serve():
         await start(page, station)
-        await wait_until_gone(page, REFUSED_COLOUR)
         await expect(page.get_by_test_id("vehicles")).to_contain_text("no-go area 1", timeout=FLIGHT_MS)
+        await page.get_by_test_id("map-layers").click()
+        await page.get_by_test_id("layer-vehicles").uncheck()  # an arrow has a red outline then
         await wait_until_drawn(page, REFUSED_COLOUR)
+        await page.get_by_test_id("layer-waypoints").uncheck()
+        await wait_until_gone(page, REFUSED_COLOUR)
 
 
 async def events_shown(page: Page) -> list[str]:
