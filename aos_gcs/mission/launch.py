@@ -188,8 +188,8 @@ class Launch:
             ceiling_m=float(max(layers_m)) + _LAYER_MARGIN_M,
         )
         limits = context.flight.limits = replace(proposal, **context.settings.safety)
-        homes = {member.vehicle_id: home_enu_m for member, home_enu_m in zip(members, homes_enu_m, strict=True)}
-        self._ground = check_ground(homes, limits, context.settings)
+        launch_points = {member.vehicle_id: home_enu_m for member, home_enu_m in zip(members, homes_enu_m, strict=True)}
+        self._ground = check_ground(launch_points, limits, context.settings)
 
     def _is_planned(self, members: list[Member], homes_enu_m: list[NDArray[np.float64]]) -> bool:
         """Return whether the layers and limits in force are those of these vehicles at these homes."""

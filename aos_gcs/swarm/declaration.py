@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import Field, dataclass, field, fields
+from dataclasses import MISSING, Field, dataclass, field, fields
 from typing import Any, Final, TypeVar
 
 from aos_gcs.errors import ParameterError
@@ -108,6 +108,8 @@ def _parameter(kind: type[Any], item: Field[Any]) -> Parameter:
     inherited = (_own_fields(owner).get(item.name) for owner in kind.__mro__)
     declarations = (known.metadata[_KEY] for known in inherited if known is not None and _KEY in known.metadata)
     declaration = next(declarations, _Declaration("", Bounds()))
+    if item.default is MISSING:
+        raise TypeError(f"the parameter {item.name} of {kind.__name__} has no default")
     return Parameter(
         item.name,
         declaration.text,
