@@ -100,7 +100,8 @@ def save(screenshot: bytes, file: Path) -> None:
     with Image.open(io.BytesIO(screenshot)) as image:
         colours = image.convert("RGB")
     for count in (256, 128, 64, 32):
-        colours.quantize(count).save(file, optimize=True)
+        # Covers colours however few pixels have them: those of the page beside a large noisy picture.
+        colours.quantize(count, method=Image.Quantize.MAXCOVERAGE).save(file, optimize=True)
         if file.stat().st_size <= LARGEST_BYTES:
             return
 
