@@ -20,7 +20,7 @@ export const plan = {
   setPoint: "Set it at the origin",
   draw: (name: string) => `Draw: ${name}`,
   drawn: "Done",
-  drawHint: "Click to set corners, drag to move them. A click on the first corner, or Done, ends.",
+  drawHint: "Click to set corners, drag to move them. A click on the first corner, a double click or Done ends.",
   pattern: "Search pattern",
   field: {
     vehicles: "Vehicles",
