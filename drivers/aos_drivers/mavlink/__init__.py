@@ -5,6 +5,7 @@ files and HTTP are in ``links``, ``recorder`` and ``imagery``; ``service`` joins
 """
 
 from aos_drivers.mavlink.options import MavlinkOptions
-from aos_drivers.mavlink.service import MavlinkFleet, MavlinkVehicle, open_mavlink
+from aos_drivers.mavlink.service import MavlinkFleet, open_mavlink
+from aos_drivers.mavlink.vehicle import MavlinkVehicle
 
 __all__ = ["MavlinkFleet", "MavlinkOptions", "MavlinkVehicle", "open_mavlink"]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncIterator, Mapping, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager
+from functools import partial
 from types import MappingProxyType
 
 import aiohttp
@@ -13,77 +14,26 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from aos_drivers.frames.fetching import ImageFetcher
 from aos_drivers.mavlink.address import PeerAddress, parse_link
 from aos_drivers.mavlink.background import BackgroundTasks
-from aos_drivers.mavlink.capture import CaptureRunner, make_source, report_receiver
-from aos_drivers.mavlink.commands import CommandRunner, Send
+from aos_drivers.mavlink.capture import report_receiver
 from aos_drivers.mavlink.component import ComponentSource
 from aos_drivers.mavlink.exposure import CaptureTools, VehicleAccess
 from aos_drivers.mavlink.keyring import Keyring
 from aos_drivers.mavlink.links import Endpoint, LinkOpener
 from aos_drivers.mavlink.options import MavlinkOptions
-from aos_drivers.mavlink.record import VehicleRecord
 from aos_drivers.mavlink.recorder import TlogRecorder, open_recorder
 from aos_drivers.mavlink.session import Event, PacketReceived, Session, VehicleFound
-from aos_drivers.mavlink.setup import SetupRunner
+from aos_drivers.mavlink.vehicle import MavlinkVehicle
 from aos_drivers.mavlink.waiting import Changes
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.ports import (
-    Capture,
-    Command,
     DriverContext,
-    Geofence,
     Notice,
     Severity,
     Vehicle,
-    VehicleFacts,
-    VehicleState,
 )
 
 TICK_S = 0.1
 """Clock seconds between two looks at what is due; a late one is skipped."""
-
-
-class MavlinkVehicle:
-    """A vehicle of the fleet (``aos_gcs.ports.Vehicle``)."""
-
-    def __init__(
-        self, record: VehicleRecord, send: Send, changes: Changes, tools: CaptureTools, our_system_id: int
-    ) -> None:
-        self._record = record
-        self._clock = tools.clock
-        self._commands = CommandRunner(record, send, changes, tools.clock)
-        self._setup = SetupRunner(record, send, changes, tools.clock, our_system_id)
-        access = VehicleAccess(record, send, changes, record.host_of)
-        source = make_source(access, tools, lambda: ComponentSource(access, tools))
-        self._captures = CaptureRunner(record, tools, source)
-
-    @property
-    def state(self) -> VehicleState:
-        """The latest telemetry."""
-        return self._record.state(self._clock.now_s())
-
-    async def execute(self, command: Command, deadline_s: float) -> None:
-        """Carry the command out; see the port."""
-        await self._commands.run(command, deadline_s)
-
-    async def inspect(self, deadline_s: float) -> VehicleFacts:
-        """Ask the vehicle how it is set up; see the port."""
-        return await self._setup.inspect(deadline_s)
-
-    async def upload_fence(self, fence: Geofence, deadline_s: float) -> None:
-        """Replace the vehicle's fence; see the port."""
-        await self._setup.upload_fence(fence, deadline_s)
-
-    async def set_return_height(self, height_above_home_m: float, deadline_s: float) -> None:
-        """Have the vehicle return by itself at this height; see the port."""
-        await self._setup.set_return_height(height_above_home_m, deadline_s)
-
-    async def restore_return(self, settings: Mapping[str, float], deadline_s: float) -> None:
-        """Set back how the vehicle returned before; see the port."""
-        await self._setup.restore_return(settings, deadline_s)
-
-    async def capture(self, deadline_s: float) -> Capture:
-        """Expose one image and fetch it; see the port."""
-        return await self._captures.run(deadline_s)
 
 
 class MavlinkFleet:
@@ -140,8 +90,9 @@ class MavlinkFleet:
                         self._changes[vehicle_id].announce()
                 case VehicleFound(record):
                     changes = self._changes[record.vehicle_id] = Changes(self._context.clock)
-                    our_id = self._context.system_id
-                    vehicle = MavlinkVehicle(record, self._send, changes, self._tools, our_id)
+                    access = VehicleAccess(record, self._send, changes, record.host_of)
+                    make_source = partial(ComponentSource, access, self._tools)
+                    vehicle = MavlinkVehicle(access, self._tools, make_source, self._context.system_id)
                     self._vehicles[record.vehicle_id] = vehicle
                 case Notice():
                     self._context.notify(event)

@@ -18,15 +18,14 @@ from aos_drivers.mavlink.address import LinkAddress, PeerAddress, parse_link
 from aos_drivers.mavlink.autopilots import Target
 from aos_drivers.mavlink.autopilots.base import command_long
 from aos_drivers.mavlink.background import BackgroundTasks
-from aos_drivers.mavlink.capture import CaptureRunner, make_source, report_receiver
-from aos_drivers.mavlink.commands import CommandRunner
+from aos_drivers.mavlink.capture import report_receiver
 from aos_drivers.mavlink.exposure import CaptureTools, VehicleAccess
 from aos_drivers.mavlink.links import LinkOpener
 from aos_drivers.mavlink.options import MavlinkOptions
 from aos_drivers.mavlink.record import VehicleRecord
 from aos_drivers.mavlink.recorder import open_recorder
 from aos_drivers.mavlink.session import HEARTBEAT_PERIOD_S, is_autopilot_heartbeat
-from aos_drivers.mavlink.setup import SetupRunner
+from aos_drivers.mavlink.vehicle import MavlinkVehicle
 from aos_drivers.mavlink.waiting import Changes
 from aos_drivers.mavsdk.component import ComponentSource
 from aos_drivers.mavsdk.core import Postman, direct_from_message, open_core
@@ -34,22 +33,17 @@ from aos_drivers.mavsdk.telemetry import TelemetryFeed
 from aos_drivers.mavsdk.wire import ANY_COMPONENT, Wire
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.ports import (
-    Capture,
-    Command,
     DriverContext,
-    Geofence,
     Notice,
     Severity,
-    VehicleFacts,
-    VehicleState,
 )
 
 TICK_S = 0.1
 """Clock seconds between two looks at what is due; a late one is skipped."""
 
 
-class MavsdkVehicle:
-    """A vehicle of the fleet (``aos_gcs.ports.Vehicle``)."""
+class MavsdkVehicle(MavlinkVehicle):
+    """A vehicle that MAVSDK has found."""
 
     def __init__(
         self,
@@ -61,8 +55,6 @@ class MavsdkVehicle:
         wire: Wire,
         postman: Postman,
     ) -> None:
-        self._record = record
-        self._clock = context.clock
         changes = self._changes = Changes(context.clock)
         direct = MavlinkDirect(system)
         self._direct = direct
@@ -75,42 +67,12 @@ class MavsdkVehicle:
             on_change=changes.announce,
             notify=context.notify,
         )
-        self._commands = CommandRunner(record, self._send, changes, context.clock)
-        self._setup = SetupRunner(record, self._send, changes, context.clock, context.system_id)
         access = VehicleAccess(
             record, self._send, changes, lambda component_id: wire.host_of(record.vehicle_id, component_id)
         )
-        source = make_source(access, tools, lambda: ComponentSource(system, direct, access, tools, postman))
-        self._captures = CaptureRunner(record, tools, source)
-
-    @property
-    def state(self) -> VehicleState:
-        """The latest telemetry."""
-        return self._record.state(self._clock.now_s())
-
-    async def execute(self, command: Command, deadline_s: float) -> None:
-        """Carry the command out; see the port."""
-        await self._commands.run(command, deadline_s)
-
-    async def inspect(self, deadline_s: float) -> VehicleFacts:
-        """Ask the vehicle how it is set up; see the port."""
-        return await self._setup.inspect(deadline_s)
-
-    async def upload_fence(self, fence: Geofence, deadline_s: float) -> None:
-        """Replace the vehicle's fence; see the port."""
-        await self._setup.upload_fence(fence, deadline_s)
-
-    async def set_return_height(self, height_above_home_m: float, deadline_s: float) -> None:
-        """Have the vehicle return by itself at this height; see the port."""
-        await self._setup.set_return_height(height_above_home_m, deadline_s)
-
-    async def restore_return(self, settings: Mapping[str, float], deadline_s: float) -> None:
-        """Set back how the vehicle returned before; see the port."""
-        await self._setup.restore_return(settings, deadline_s)
-
-    async def capture(self, deadline_s: float) -> Capture:
-        """Expose one image and fetch it; see the port."""
-        return await self._captures.run(deadline_s)
+        super().__init__(
+            access, tools, lambda: ComponentSource(system, direct, access, tools, postman), context.system_id
+        )
 
     def announce(self) -> None:
         """Have those look again who wait for something about the vehicle."""
