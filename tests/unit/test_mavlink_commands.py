@@ -260,6 +260,23 @@ async def test_a_late_second_answer_can_refuse_what_the_first_accepted() -> None
             await landing
 
 
+async def test_a_refused_repetition_does_not_undo_what_was_accepted() -> None:
+    vehicle = copter()
+    vehicle.armed, vehicle.custom_mode = True, 4
+    vehicle.obeys = lambda _message: None  # slow to answer, like a long link
+    async with open_network(vehicle) as network:
+        peer = next(iter(network.vehicles))
+        climbing = asyncio.create_task(network.vehicle().execute(Takeoff(20.0), 20.0))
+        await network.clock.sleep(1.0)
+        assert len(vehicle.sent(TAKEOFF)) == 2
+        network.deliver(vehicle.ack(TAKEOFF, mavlink.MAV_RESULT_ACCEPTED), peer)
+        network.deliver(vehicle.ack(TAKEOFF, mavlink.MAV_RESULT_FAILED), peer)
+        await network.clock.sleep(5.0)
+        vehicle.landed, vehicle.height_m = mavlink.MAV_LANDED_STATE_IN_AIR, 20.0
+        await climbing
+    assert len(vehicle.sent(TAKEOFF)) == 2
+
+
 # --- goto and telemetry ---------------------------------------------------------------------------------------------
 
 

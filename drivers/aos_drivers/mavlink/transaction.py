@@ -29,7 +29,9 @@ class Answer(Enum):
 class CommandTransaction:
     """Sans-IO state of one command (https://mavlink.io/en/services/command.html).
 
-    The last acknowledgement counts: PX4 sends two for some commands, the second by the part that acts on it.
+    The last acknowledgement counts: PX4 sends two for some commands, the second by the part that acts on it. A refusal
+    after an acceptance does not count where the command was sent twice in between: ArduCopter refuses a second takeoff,
+    being in the air by the first, whose acknowledgement came late.
     """
 
     def __init__(
@@ -46,14 +48,15 @@ class CommandTransaction:
         self.result: int | None = None
         self.due_s = -math.inf
         """When ``poll`` wants to be called next."""
+        self._sendings = 0
 
     def poll(self, now_s: float) -> CommandMessage | None:
         """Return the packet to send now, if one is due."""
         if now_s < self.due_s:
             return None
         message = self._message
-        is_first = self.due_s == -math.inf
-        if not is_first and message.get_msgId() == mavlink.MAVLINK_MSG_ID_COMMAND_LONG:
+        self._sendings += 1
+        if self._sendings > 1 and message.get_msgId() == mavlink.MAVLINK_MSG_ID_COMMAND_LONG:
             message.confirmation = min(message.confirmation + 1, 255)
         self.due_s = now_s + self._ack_timeout_s
         return message
@@ -63,6 +66,9 @@ class CommandTransaction:
         message = self._message
         if ack.command != message.command or source != (message.target_system, message.target_component):
             return False
+        may_be_of_repetition = self.answer is Answer.ACCEPTED and self._sendings > 1 and math.isinf(self._repeat_s)
+        if may_be_of_repetition and ack.result != mavlink.MAV_RESULT_ACCEPTED:
+            return True
         self.result = ack.result
         if ack.result == mavlink.MAV_RESULT_ACCEPTED:
             self.answer = Answer.ACCEPTED
