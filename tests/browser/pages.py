@@ -49,7 +49,7 @@ async def place_m(page: Page, vehicle_id: int) -> tuple[float, float]:
 
 
 async def wait_for(page: Page, condition: str, argument: object = None) -> None:
-    """Wait until an expression of the page holds; a function is called with the argument."""
+    """Wait until a function of the page returns true; the page's own policy forbids plain expressions."""
     await page.wait_for_function(condition, arg=argument, timeout=TIMEOUT_MS)
 
 

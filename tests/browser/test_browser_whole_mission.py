@@ -113,13 +113,13 @@ async def refocus(page: Page) -> None:
     await page.get_by_test_id("height").fill("12")
     await expect(label).to_have_text(re.compile(r"Thermal, step \d+, plane at 12\.0"))
     assert await picture.get_attribute("src") != ground
-    await wait_for(page, "document.querySelector('[data-testid=picture]').naturalWidth > 0")
+    await wait_for(page, "() => document.querySelector('[data-testid=picture]').naturalWidth > 0")
 
 
 async def decide(page: Page, truth_enu_m: tuple[float, ...]) -> None:
     """Confirm the finding where it is."""
     await page.get_by_test_id("finding-1").click(timeout=FLIGHT_MS)
-    await wait_for(page, "document.querySelector('[data-testid=finding-1] img')?.naturalWidth > 0")
+    await wait_for(page, "() => document.querySelector('[data-testid=finding-1] img')?.naturalWidth > 0")
     position = await page.get_by_test_id("position-decimal").inner_text()
     latitude_deg, longitude_deg = (float(number) for number in re.findall(r"[\d.]+(?=°)", position))
     found_enu_m = LocalFrame(GeodeticPosition(*ORIGIN_DEG)).to_enu(
