@@ -7,7 +7,7 @@ from functools import lru_cache
 from typing import Final
 
 from aos_gcs.api import models as wire
-from aos_gcs.api.places import optional_position, percent, place_model, position, rounded, vertex
+from aos_gcs.api.places import optional_position, percent, place_model, position, rounded, vertices
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.mission import model
 from aos_gcs.ports import CameraState, LinkQuality
@@ -86,7 +86,7 @@ def _camera(camera: model.CameraSnapshot, reported: CameraState, origin: Geodeti
         frames=camera.frames,
         failures=camera.failures,
         last_step=camera.last_step,
-        footprint=[vertex(corner, origin) for corner in camera.footprint_enu_m],
+        footprint=vertices(camera.footprint_enu_m, origin),
         failure=camera.failure,
         source=reported.source,
         refused=reported.refused,

@@ -69,7 +69,15 @@ def place_model(point_enu_m: model.EnuPoint, place: GeodeticPosition | None) -> 
 @lru_cache(maxsize=_PLACES_KEPT)
 def vertex(point_enu_m: tuple[float, float], origin: GeodeticPosition | None) -> wire.VertexModel:
     """Convert a corner on the ground plane."""
-    full = position((*point_enu_m, 0.0), origin)
+    return _on_ground(position((*point_enu_m, 0.0), origin))
+
+
+def vertices(points_enu_m: Sequence[tuple[float, float]], origin: GeodeticPosition | None) -> list[wire.VertexModel]:
+    """Convert corners on the ground plane at once, which is much faster than one by one."""
+    return [_on_ground(full) for full in positions([(*point_enu_m, 0.0) for point_enu_m in points_enu_m], origin)]
+
+
+def _on_ground(full: wire.PositionModel) -> wire.VertexModel:
     return wire.VertexModel(
         east_m=full.east_m, north_m=full.north_m, latitude_deg=full.latitude_deg, longitude_deg=full.longitude_deg
     )
