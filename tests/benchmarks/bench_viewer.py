@@ -141,8 +141,10 @@ async def measure_moves(page: Page, kind: str, moves: int) -> tuple[list[dict[st
         re.compile(f"{kind}, step 1, plane at", re.IGNORECASE)
     )
     await page.evaluate(HELPERS)
-    rng = np.random.default_rng(KINDS.index(kind))
-    heights_m = rng.permutation(np.linspace(*HEIGHTS_M, moves + WARMING_MOVES)).round(1).tolist()
+    index = KINDS.index(kind)
+    # Shifted, so that none begins on the plane on which the one before has ended.
+    planes_m = np.linspace(*HEIGHTS_M, moves + WARMING_MOVES) + 0.1 * index
+    heights_m = np.random.default_rng(index).permutation(planes_m).round(1).tolist()
     await page.evaluate(MOVE, heights_m[:WARMING_MOVES])
     begun_s = time.process_time()
     results: list[dict[str, float]] = await page.evaluate(MOVE, heights_m[WARMING_MOVES:])
