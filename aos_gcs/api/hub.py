@@ -18,6 +18,7 @@ from aos_gcs.api.models import (
 )
 from aos_gcs.api.outbox import DEFAULT_CAPACITY, Outbox
 from aos_gcs.api.state import MissionState
+from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.mission.model import (
     Event,
     JumpRecord,
@@ -71,6 +72,7 @@ class EventHub:
         self._capabilities = capabilities
         self._now_s = now_s
         self._heard_at_s: float | None = None
+        self._known_origin: GeodeticPosition | None = None
 
     async def run(self) -> None:
         """Distribute events until cancelled."""
@@ -173,11 +175,17 @@ class EventHub:
     def _step(self, record: StepRecord) -> StepModel:
         """Convert a step, once: doing it for a whole mission when a client connects would block the loop."""
         if record.step not in self._steps:
-            self._steps[record.step] = convert.step(record, self._mission.snapshot().origin)
+            self._steps[record.step] = convert.step(record, self._origin())
         return self._steps[record.step]
 
+    def _origin(self) -> GeodeticPosition | None:
+        """Return the mission's origin, which never moves: a snapshot of a large fleet just for it would be dear."""
+        if self._known_origin is None:
+            self._known_origin = self._mission.snapshot().origin
+        return self._known_origin
+
     def _pictures(self) -> list[PictureModel]:
-        origin = self._mission.snapshot().origin
+        origin = self._origin()
         found = (self._mission.picture(kind) for kind in PictureKind)
         return [
             described
@@ -197,6 +205,6 @@ class EventHub:
         if isinstance(data, PlanRecord):
             return messages.PlanMessage(seq=seq, utc_s=utc_s, operator=data.operator)
         if isinstance(data, PicturesRecord):
-            origin = self._mission.snapshot().origin
+            origin = self._origin()
             return messages.PicturesMessage(seq=seq, utc_s=utc_s, pictures=convert.pictures(data.kinds, data, origin))
         raise TypeError(f"{event.kind} is no event for clients")
