@@ -10,6 +10,8 @@ import { keyChange, marksOf, neighbour_s, phaseSpans, SPEEDS, toggled } from "./
 import { useReplayKeys } from "./use_replay_keys";
 import "./replay.css";
 
+const SLIDER_STEP_S = 0.1;
+
 interface Props {
   replay: Replay;
   missionId: string;
@@ -71,8 +73,9 @@ export function ReplayBar({ replay, missionId, mayControl }: Props) {
         <input
           type="range"
           min={0}
-          max={replay.duration_s}
-          step={0.1}
+          // A slider rests on whole steps: without a last one the end could not be reached.
+          max={Math.ceil(replay.duration_s / SLIDER_STEP_S) * SLIDER_STEP_S}
+          step={SLIDER_STEP_S}
           value={shown.time_s}
           disabled={!mayControl}
           aria-label={texts.replay.time}
