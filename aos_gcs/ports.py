@@ -363,6 +363,8 @@ class Severity(StrEnum):
 
     INFO = "info"
     WARNING = "warning"
+    NEWS = "news"
+    """What the mission is flown for: to be noted before all warnings, though nothing is wrong."""
     CRITICAL = "critical"
 
 

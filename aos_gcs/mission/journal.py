@@ -26,7 +26,12 @@ from aos_gcs.ports import Capture, Clock, Notice, Severity
 
 _log = logging.getLogger(__name__)
 
-_LOG_LEVELS = {Severity.INFO: logging.INFO, Severity.WARNING: logging.WARNING, Severity.CRITICAL: logging.ERROR}
+_LOG_LEVELS = {
+    Severity.INFO: logging.INFO,
+    Severity.NEWS: logging.INFO,
+    Severity.WARNING: logging.WARNING,
+    Severity.CRITICAL: logging.ERROR,
+}
 
 DISK_PATIENCE_S = 1.0
 """Real seconds."""

@@ -266,7 +266,7 @@ class Search:
         if estimate is not None:
             east_m, north_m, _ = estimate.position_enu_m
             context.journal.notice(
-                Severity.INFO,
+                Severity.NEWS,
                 f"target found at {east_m:.1f} m east, {north_m:.1f} m north, give or take {estimate.sigma_m:.1f} m"
                 + _person_text(estimate.person_confidence),
             )
@@ -292,7 +292,7 @@ class Search:
         self.leg, self._progress_m = self.leg + 1, 0.0
         if self.leg < len(self.legs):
             return Phase.LINE
-        self._context.journal.notice(Severity.INFO, "the whole area has been scanned, nothing was found")
+        self._context.journal.notice(Severity.NEWS, "the whole area has been scanned, nothing was found")
         return Phase.RETURN
 
     async def _act(self, record: StepRecord, received_at_s: float) -> float:

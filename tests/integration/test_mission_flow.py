@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from aos_gcs.errors import MissionError
-from aos_gcs.mission.model import Action, Outcome, Phase, Suspension, Task
+from aos_gcs.mission.model import Action, NoticeRecord, Outcome, Phase, Suspension, Task
 from aos_gcs.mission.settings import Deadlines, PreflightSettings
-from aos_gcs.ports import Arm, Goto, Hold, Land, ReturnToLaunch
+from aos_gcs.ports import Arm, Goto, Hold, Land, ReturnToLaunch, Severity
 from tests.fakes.mission_flight import TARGET, flying, prepare
 
 pytestmark = pytest.mark.looptime
@@ -34,6 +34,9 @@ async def test_a_whole_mission_finds_the_target_and_lands_all() -> None:
     assert snapshot.min_separation_m >= 2.0 - 1e-6
     assert flight.recorder.outcome is not None
     assert flight.recorder.outcome.outcome is Outcome.FOUND
+    notices = [event.data for event in flight.recorder.events if isinstance(event.data, NoticeRecord)]
+    news = [notice.text for notice in notices if notice.severity is Severity.NEWS]
+    assert [text.split(" at ")[0] for text in news] == ["target found"]
 
 
 async def test_each_step_is_recorded_before_its_waypoints_are_sent() -> None:

@@ -49,7 +49,12 @@ const PICTURE: Readonly<Record<PictureKind, string>> = {
 const SEEN: Readonly<Record<PictureKind | "frames", string>> = { ...PICTURE, frames: "Frames" };
 const FRAME: Readonly<Record<FrameKind, string>> = { colour: "Colour", thermal: "Thermal" };
 
-const SEVERITY: Readonly<Record<Severity, string>> = { info: "Info", warning: "Warning", critical: "Critical" };
+const SEVERITY: Readonly<Record<Severity, string>> = {
+  info: "Info",
+  warning: "Warning",
+  news: "News",
+  critical: "Critical",
+};
 const VIEW: Readonly<Record<ViewName, string>> = {
   plan: "Plan",
   prepare: "Prepare",

@@ -4,14 +4,15 @@ import { notice } from "./samples";
 
 const by = (operator: string, notice_id: number) => ({ notice_id, operator, utc_s: 100 + notice_id });
 
-test("critical alerts come first, then newer ones; info is no alert", () => {
+test("critical alerts come first, then news, then newer warnings; info is no alert", () => {
   const notices = [
     notice(1, "link lost", { severity: "critical", vehicle_id: 3 }),
     notice(2, "battery"),
     notice(3, "step 4", { severity: "info" }),
-    notice(4, "wind"),
+    notice(4, "target found", { severity: "news" }),
+    notice(5, "wind"),
   ];
-  expect(openAlerts(notices, []).map((alert) => alert.text)).toEqual(["link lost", "wind", "battery"]);
+  expect(openAlerts(notices, []).map((alert) => alert.text)).toEqual(["link lost", "target found", "wind", "battery"]);
 });
 
 test("repetitions are one alert with a count, of each vehicle its own", () => {

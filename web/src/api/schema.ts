@@ -1692,7 +1692,7 @@ export interface components {
      * @description How much an operator should care.
      * @enum {string}
      */
-    Severity: "info" | "warning" | "critical";
+    Severity: "info" | "warning" | "news" | "critical";
     /**
      * ShapeRole
      * @description What a shape may be meant for.

@@ -2,12 +2,13 @@
 import { useMemo, useState } from "preact/hooks";
 import type { Acknowledgement, Notice, Severity } from "../api/types";
 import { duration, timeOfDay } from "../format";
-import { acknowledgementByNotice } from "../state/alerts";
+import { acknowledgementByNotice, SEVERITIES } from "../state/alerts";
 import { texts } from "../texts";
 import { Choice } from "../ui/choice";
 import { Panel } from "../ui/panel";
 
-const SEVERITIES: readonly Severity[] = ["info", "warning", "critical"];
+/** The least of what is shown. */
+const FILTERS = ["info", "warning", "critical"] as const satisfies readonly Severity[];
 const WORDS: Readonly<Record<Severity, string>> = { ...texts.alerts.severity, info: texts.events.all };
 
 const rank = (severity: Severity): number => SEVERITIES.indexOf(severity);
@@ -18,7 +19,7 @@ interface Props {
 }
 
 export function EventsPanel({ notices, acknowledgements }: Props) {
-  const [lowest, setLowest] = useState<Severity>("info");
+  const [lowest, setLowest] = useState<(typeof FILTERS)[number]>("info");
   const items = useMemo(() => {
     const acknowledged = acknowledgementByNotice(notices, acknowledgements);
     return notices.flatMap((notice, index) => {
@@ -35,7 +36,7 @@ export function EventsPanel({ notices, acknowledgements }: Props) {
     <Choice
       label={texts.events.panel}
       testId="events"
-      values={SEVERITIES}
+      values={FILTERS}
       chosen={lowest}
       words={WORDS}
       onChoose={setLowest}

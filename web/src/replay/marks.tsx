@@ -9,7 +9,13 @@ import { type Cluster, clustersOf, type Mark, marksOf } from "./timeline";
 /** As wide as a finger needs. */
 const MARK_PX = 24;
 const LISTED = 6;
-const SYMBOLS: Readonly<Record<Mark["kind"], string>> = { finding: "◆", critical: "▲", warning: "△", info: "•" };
+const SYMBOLS: Readonly<Record<Mark["kind"], string>> = {
+  finding: "◆",
+  news: "★",
+  critical: "▲",
+  warning: "△",
+  info: "•",
+};
 
 interface Props {
   timeline: Timeline;

@@ -27,7 +27,7 @@ export interface Cluster {
 }
 
 /** What a cluster is shown as, if it has one of these; first what matters most. */
-const BY_WEIGHT = ["critical", "finding", "warning", "info"] as const;
+const BY_WEIGHT = ["critical", "finding", "news", "warning", "info"] as const;
 
 /** The phases with their ends; what lasts no time is left out, and a phase that goes on is one. */
 export function phaseSpans({ phases, replay }: Timeline): Span[] {

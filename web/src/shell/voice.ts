@@ -8,7 +8,12 @@ const KEY = "aos-gcs-voice";
 const TONE_S = 0.16;
 const GAP_S = 0.08;
 /** Frequencies in hertz, one tone each. */
-const TONES: Readonly<Record<Severity, readonly number[]>> = { info: [], warning: [660], critical: [880, 660, 880] };
+const TONES: Readonly<Record<Severity, readonly number[]>> = {
+  info: [],
+  warning: [660],
+  news: [523, 659, 784],
+  critical: [880, 660, 880],
+};
 
 export function storedVoice(): Voice {
   return VOICES.find((voice) => voice === localStorage.getItem(KEY)) ?? "sound";

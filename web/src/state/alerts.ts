@@ -1,4 +1,4 @@
-/** Warnings and critical notices, and who has acknowledged them: the same on every screen. Pure functions. */
+/** Notices that want to be noted, and who has acknowledged them: the same on every screen. Pure functions. */
 import type { Acknowledgement, Notice, Severity } from "../api/types";
 
 export interface Alert {
@@ -12,6 +12,9 @@ export interface Alert {
   readonly elapsed_s: number;
   readonly count: number;
 }
+
+/** What matters least comes first. */
+export const SEVERITIES = ["info", "warning", "news", "critical"] as const satisfies readonly Severity[];
 
 const keyOf = ({ vehicle_id, text }: Notice): string => `${vehicle_id ?? ""} ${text}`;
 
@@ -32,7 +35,7 @@ export function acknowledgementByNotice(
   return found;
 }
 
-/** Open alerts: critical ones first, newest first; repetitions of one text are one alert with a count. */
+/** Open alerts: what matters most first, newest first; repetitions of one text are one alert with a count. */
 export function openAlerts(notices: readonly Notice[], acknowledgements: readonly Acknowledgement[]): Alert[] {
   const acknowledged = acknowledgementByNotice(notices, acknowledgements);
   const open = new Map<string, Alert>();
@@ -42,6 +45,6 @@ export function openAlerts(notices: readonly Notice[], acknowledgements: readonl
     const key = keyOf(notice);
     open.set(key, { key, severity, text, vehicleId, id, elapsed_s, count: (open.get(key)?.count ?? 0) + 1 });
   }
-  const rank = (alert: Alert): number => (alert.severity === "critical" ? 0 : 1);
-  return [...open.values()].sort((a, b) => rank(a) - rank(b) || b.id - a.id);
+  const rank = ({ severity }: Alert): number => SEVERITIES.indexOf(severity);
+  return [...open.values()].sort((a, b) => rank(b) - rank(a) || b.id - a.id);
 }
