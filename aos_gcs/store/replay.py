@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_right
 from collections.abc import AsyncIterator, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager
@@ -58,7 +59,8 @@ class MissionReplay:
         self._snapshots = [entry for entry in index if entry.kind is EventKind.SNAPSHOT]
         if not self._snapshots:
             raise InputDataError(f"{reader.folder} holds no snapshot of the mission; it ended before it began")
-        self._start_utc_s, self._end_utc_s = index[0].utc_s, index[-1].utc_s
+        self._start_utc_s = index[0].utc_s
+        self._end_utc_s = self._start_utc_s + _reached_s(index[-1].utc_s - self._start_utc_s)
         kinds = (kind for kind in EventKind if kind is not EventKind.SNAPSHOT)
         events = sorted((event for kind in kinds for event in reader.events(kind)), key=lambda event: event.seq)
         self._events = list(_numbered(events))
@@ -146,12 +148,12 @@ class MissionReplay:
         )
 
     def timeline(self) -> Timeline:
-        """Return what lies where."""
+        """Return what lies where; who goes to the moment of something sees it."""
         start_utc_s = self._start_utc_s
-        timed = [(event.utc_s - start_utc_s, event.data) for event in self._events]
+        timed = [(_reached_s(event.utc_s - start_utc_s), event.data) for event in self._events]
         return Timeline(
             start_utc_s=start_utc_s,
-            phases=tuple((utc_s - start_utc_s, phase) for utc_s, phase in self._reader.phases()),
+            phases=tuple((_reached_s(utc_s - start_utc_s), phase) for utc_s, phase in self._reader.phases()),
             steps=tuple((time_s, data.step) for time_s, data in timed if isinstance(data, StepRecord)),
             notices=tuple((time_s, data) for time_s, data in timed if isinstance(data, NoticeRecord)),
             findings=self._findings(),
@@ -161,7 +163,7 @@ class MissionReplay:
         last = self._snapshot_of(self._snapshots[-1])
         # Findings count from the mission's start, a recording may begin earlier.
         began_s = self._snapshots[-1].utc_s - last.elapsed_s - self._start_utc_s if last.elapsed_s > 0.0 else 0.0
-        return tuple((max(0.0, began_s + finding.found_at_s), finding) for finding in last.findings)
+        return tuple((_reached_s(max(0.0, began_s + finding.found_at_s)), finding) for finding in last.findings)
 
     def seek(self, *, time_s: float | None = None, speed: float | None = None, playing: bool | None = None) -> None:
         """Go to another time, change the speed, play or stop.
@@ -220,6 +222,11 @@ class MissionReplay:
 
     def _notices(self) -> list[NoticeRecord]:
         return [event.data for event in self._past() if isinstance(event.data, NoticeRecord)]
+
+
+def _reached_s(time_s: float) -> float:
+    """Return the first whole tenth of a second at which something has happened: clients know no finer moments."""
+    return math.ceil(time_s * 10.0) / 10.0
 
 
 def _numbered(events: Iterable[Event]) -> Iterator[Event]:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import json
+import math
 import shutil
 import sqlite3
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -43,6 +45,12 @@ async def replay(recording: tuple[Path, list[Event]]) -> AsyncIterator[MissionRe
 def before(events: list[Event], kind: EventKind, time_s: float) -> list[Any]:
     start_utc_s = events[0].utc_s
     return [event.data for event in events if event.kind is kind and event.utc_s <= start_utc_s + time_s]
+
+
+def write_events(folder: Path, events: list[Event]) -> None:
+    database = MissionDatabase(folder, {})
+    database.write([partial(MissionDatabase.add_event, event=event) for event in events])
+    database.close()
 
 
 @pytest.mark.parametrize("time_s", [0.0, 12.3, 39.9, 17.0, 1.0, 1e9, -5.0])
@@ -81,6 +89,31 @@ async def test_the_timeline_marks_notices_and_findings(
     assert replay.snapshot().findings == ()
     replay.seek(time_s=found_at_s + 1.5)
     assert [one.finding_id for one in replay.snapshot().findings] == [finding.finding_id]
+
+
+def at_odd_moments(events: list[Event]) -> list[Event]:
+    """Spread events as a clock stamps them: between the tenths of a second, the last one just after one of them."""
+    return [replace(event, utc_s=START_UTC_S + 1.003 * (event.utc_s - START_UTC_S) - 0.08) for event in events]
+
+
+async def test_who_goes_to_a_moment_that_the_api_names_sees_what_happened_then(
+    recording: tuple[Path, list[Event]], tmp_path: Path
+) -> None:
+    events = at_odd_moments(recording[1])
+    write_events(tmp_path / "odd", events)
+    with MissionReader(tmp_path / "odd") as reader:
+        replay = MissionReplay(reader, LoopClock())
+        async with client_of(replay) as client:
+            line = (await client.get("/api/replay")).json()
+            end_s = line["replay"]["duration_s"]
+            assert (await client.post("/api/replay", json={"time_s": end_s})).json()["time_s"] == end_s
+            assert replay.snapshot() == before(events, EventKind.SNAPSHOT, math.inf)[-1]
+            for step in line["steps"]:
+                await client.post("/api/replay", json={"time_s": step["time_s"]})
+                assert replay.steps()[-1].step == step["step"]
+            for phase in line["phases"]:
+                await client.post("/api/replay", json={"time_s": phase["time_s"]})
+                assert replay.snapshot().phase == phase["phase"]
 
 
 async def test_nothing_can_be_commanded(replay: MissionReplay) -> None:
@@ -127,9 +160,7 @@ async def test_speeds_out_of_range_are_refused(replay: MissionReplay, speed: flo
 
 
 async def test_older_recordings_have_no_pictures(recording: tuple[Path, list[Event]], tmp_path: Path) -> None:
-    database = MissionDatabase(tmp_path / "old", {})
-    database.write([partial(MissionDatabase.add_event, event=event) for event in recording[1]])
-    database.close()
+    write_events(tmp_path / "old", recording[1])
     with MissionReader(tmp_path / "old") as reader:
         old = MissionReplay(reader, LoopClock())
         old.seek(time_s=30.0)
