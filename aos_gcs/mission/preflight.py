@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 import numpy as np
 
 from aos_gcs.mission import checks
@@ -11,6 +13,18 @@ from aos_gcs.mission.settings import MissionSettings
 
 MIN_GPS_FIX = 3
 """A 3D fix."""
+GPS_FIXES: Final = {
+    0: "no GPS",
+    1: "no fix",
+    2: "2D fix",
+    3: "3D fix",
+    4: "DGPS fix",
+    5: "RTK float fix",
+    6: "RTK fix",
+    7: "static fix",
+    8: "PPP fix",
+}
+"""MAVLink's GPS_FIX_TYPE in words."""
 MIN_START_BATTERY_FRACTION = 0.5
 MAX_LINK_AGE_S = 3.0
 MAX_LOSS_FRACTION = 0.2
@@ -112,10 +126,14 @@ def _check_clock(member: Member) -> PreflightCheck:
 
 def _check_position(member: Member) -> PreflightCheck:
     state = member.state
-    text = f"fix type {state.gps_fix}, {state.satellites} satellites"
-    if state.position is None or state.gps_fix is None or state.gps_fix < MIN_GPS_FIX:
+    fix = "fix unknown" if state.gps_fix is None else GPS_FIXES.get(state.gps_fix, f"GPS fix {state.gps_fix}")
+    text = f"{fix}, " + ("satellites unknown" if state.satellites is None else f"{state.satellites} satellites")
+    if state.gps_fix is None or state.gps_fix < MIN_GPS_FIX:
         remedy = "no 3D position fix: wait, or move it away from obstacles"
         return checks.failed(member.vehicle_id, checks.POSITION, text, remedy)
+    if state.position is None:
+        remedy = "wait until its autopilot has worked out a position from the GPS"
+        return checks.failed(member.vehicle_id, checks.POSITION, f"{text}, but no position yet", remedy)
     text += "" if state.hdop is None else f", HDOP {state.hdop:.1f}"
     if (state.satellites or 0) < MIN_SATELLITES or (state.hdop or 0.0) > MAX_HDOP:
         return checks.warned(member.vehicle_id, checks.POSITION, text, "wait for more satellites, with a free sky")
