@@ -41,7 +41,7 @@ Hub = Annotated[EventHub, Depends(_get_hub)]
 def _get_planning(connection: HTTPConnection) -> PlanControl:
     planning = cast("PlanControl | None", connection.app.state.planning)
     if planning is None:
-        raise MissionError("This is the record of a mission: its plan cannot be changed any more.")
+        raise MissionError("Planning is not available here: this service only shows a mission.")
     return planning
 
 
@@ -62,7 +62,7 @@ def _get_viewer(connection: HTTPConnection) -> ViewControl:
 def _get_findings(connection: HTTPConnection) -> FindingControl:
     findings = cast("FindingControl | None", connection.app.state.findings)
     if findings is None:
-        raise MissionError("This is the record of a mission: its findings cannot be changed any more.")
+        raise MissionError("Findings cannot be changed here: this service only shows a mission.")
     return findings
 
 

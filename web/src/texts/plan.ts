@@ -73,7 +73,7 @@ export const plan = {
     count === 1 ? "1 problem has to be mended first." : `${count} problems have to be mended first.`,
   showProblem: "Show",
   readOnly: "Only operators change the plan.",
-  notHere: "This is the record of a mission: its plan cannot be changed any more.",
+  notHere: "Planning is not available here: this service only shows a mission.",
   apply: "Apply to the mission",
   applied: "The mission flies by this plan; its checks start anew.",
   late: "The mission has started: its plan can no longer be changed. It can still be saved for the next one.",
