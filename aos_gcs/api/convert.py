@@ -24,7 +24,8 @@ from aos_gcs.geometry.notations import dms, mgrs_text, utm_text
 from aos_gcs.mission import model
 from aos_gcs.mission.acknowledgements import ACKNOWLEDGEMENTS_KEPT
 from aos_gcs.mission.findings import MAX_FINDINGS
-from aos_gcs.mission.phases import ACTIONS
+from aos_gcs.mission.phases import is_allowed
+from aos_gcs.ports import LandedState
 
 _CHECKS_KEPT = 4096
 """The matrix of a large fleet comes again with every snapshot, and hardly changes."""
@@ -46,7 +47,14 @@ def allowed_actions(snapshot: model.MissionSnapshot) -> list[model.Action]:
         useless.add(model.Action.RESUME)
     if not tasks & {model.Task.IDLE, model.Task.LANDED}:
         useless.add(model.Action.JOIN)
-    return [action for action, phases in ACTIONS.items() if snapshot.phase in phases and action not in useless]
+    anyone_flies = any(
+        one.telemetry.armed and one.telemetry.landed is not LandedState.ON_GROUND for one in snapshot.vehicles
+    )
+    return [
+        action
+        for action in model.Action
+        if is_allowed(snapshot.phase, action, anyone_flies=anyone_flies) and action not in useless
+    ]
 
 
 def ellipse(error: model.ErrorEllipse) -> wire.EllipseModel:

@@ -15,7 +15,14 @@ from aos_gcs.mission.model import Action, ActionRecord, ActionResult, Outcome, P
 from aos_gcs.mission.phases import ENDING, ON_GROUND, check_action
 from aos_gcs.mission.roster import Member
 from aos_gcs.mission.vision import Vision
-from aos_gcs.ports import FlightMode, Hold, Land, Severity
+from aos_gcs.ports import FlightMode, Hold, Land, ReturnToLaunch, Severity
+
+_HOLDS = "holds its position"
+_LANDS = "lands where it is"
+_RETURNS = "returns to its launch point"
+_RETURNS_BY_ITSELF = "returns by itself, at its autopilot's own height"
+_LOST = "is lost; it cannot be reached"
+_NO_MOTOR = "Aborted before any motor was started."
 
 
 class Flow(Protocol):
@@ -91,7 +98,7 @@ class Operator:
         """See ``MissionControl.act``."""
         context = self._context
         try:
-            check_action(self._flow.heading, action)
+            check_action(self._flow.heading, action, anyone_flies=bool(context.roster.airborne()))
             if action is Action.FOCUS:
                 results = self._set_focus(vehicle_ids, focal_height_m)
             elif action is Action.OVERRIDE:
@@ -143,8 +150,8 @@ class Operator:
         results = [self._result(self._resume_one, member, "is back in the swarm") for member in held]
         if self._flow.heading not in ENDING:
             for task, act, done in (
-                (Task.RETURNING, self._return_one, "returns to its launch point"),
-                (Task.LANDING, self._land_one, "lands where it is"),
+                (Task.RETURNING, self._return_one, _RETURNS),
+                (Task.LANDING, self._land_one, _LANDS),
             ):
                 stopped = [member for member in roster.members(task) if isinstance(member.last_command, Hold)]
                 results += [self._result(act, member, done) for member in stopped]
@@ -156,31 +163,34 @@ class Operator:
         self._joining.call_off()
         for member in self._context.roster.members(Task.JOINING):
             member.task = Task.HELD
-        if self._flow.heading not in ON_GROUND:
+        if self._is_under_way():
             self._flow.suspend(Suspension.HELD)
             self._context.message = "Held: all vehicles stop where they are."
-        airborne = self._context.roster.airborne()
-        ours = [member for member in airborne if not _has_pilot(member)]
-        reasons = await self._context.flight.command_each(ours, lambda _: Hold())
-        reasons |= {member.vehicle_id: "is flown by its pilot" for member in airborne if _has_pilot(member)}
-        return [_result(vehicle_id, reason, "holds its position") for vehicle_id, reason in reasons.items()]
+        return await self._command_airborne(lambda member: self._context.flight.command(member, Hold()), _HOLDS)
 
     async def _return(self) -> Sequence[ActionResult]:
         self._tell("return")
-        return self._go_down(Phase.RETURN, "returns to its launch point")
+        if not self._is_under_way():
+            return await self._command_airborne(self._return_one, _RETURNS_BY_ITSELF)
+        return self._go_down(Phase.RETURN, _RETURNS)
 
     async def _land(self) -> Sequence[ActionResult]:
         self._tell("land")
-        return self._go_down(Phase.LAND, "lands where it is")
+        if not self._is_under_way():
+            return await self._command_airborne(self._land_one, _LANDS)
+        return self._go_down(Phase.LAND, _LANDS)
 
     async def _abort(self) -> Sequence[ActionResult]:
         self._tell("abort")
-        if self._flow.heading in ON_GROUND:
-            self._context.message = "Aborted before any motor was started."
-            self._flow.redirect(Phase.DONE)
-            results = self._all_members("stays on the ground")
+        if self._is_under_way():
+            results = self._go_down(Phase.RETURN, _RETURNS)
         else:
-            results = self._go_down(Phase.RETURN, "returns to its launch point")
+            flying = await self._command_airborne(self._return_one, _RETURNS_BY_ITSELF)
+            told = {result.vehicle_id for result in flying}
+            waiting = [one for one in self._all_members("stays on the ground") if one.vehicle_id not in told]
+            results = [*flying, *waiting]
+            self._context.message = "Aborted: who flew returns by itself." if flying else _NO_MOTOR
+            self._flow.redirect(Phase.DONE)
         self._context.outcome = Outcome.ABORTED
         return results
 
@@ -205,13 +215,28 @@ class Operator:
             raise MissionError("Cannot return: everybody is landing; hold first.")
         else:
             self._flow.redirect(phase)
+        lost = self._context.roster.members(Task.LOST)
         return [
-            _result(member.vehicle_id, "is flown by its pilot" if _has_pilot(member) else None, text)
-            for member in self._reachable()
+            *(
+                _result(member.vehicle_id, "is flown by its pilot" if _has_pilot(member) else None, text)
+                for member in self._reachable()
+            ),
+            *(_result(member.vehicle_id, _LOST, text) for member in lost),
         ]
 
     def _all_members(self, text: str) -> Sequence[ActionResult]:
         return [_result(member.vehicle_id, None, text) for member in self._reachable()]
+
+    async def _command_airborne(
+        self, act: Callable[[Member], Awaitable[str | None]], done: str
+    ) -> Sequence[ActionResult]:
+        """Have all who fly do something at the same time, except those that their pilots fly."""
+        airborne = self._context.roster.airborne()
+        return await asyncio.gather(*(self._result(_unless_piloted(act), member, done) for member in airborne))
+
+    def _is_under_way(self) -> bool:
+        """Whether the mission flies, or is about to. Else who flies has neither task nor altitude layer."""
+        return self._flow.heading not in ON_GROUND
 
     def _reachable(self) -> list[Member]:
         return [m for m in self._context.roster.members() if m.task not in {Task.LOST, Task.LANDED}]
@@ -227,10 +252,10 @@ class Operator:
         done = {
             Action.PAUSE: "stays at its waypoint",
             Action.RESUME: "is back in the swarm",
-            Action.HOLD: "holds its position",
-            Action.LAND: "lands where it is",
+            Action.HOLD: _HOLDS,
+            Action.LAND: _LANDS,
             Action.JOIN: "takes off and flies to the swarm",
-        }.get(action, "returns to its launch point")
+        }.get(action, _RETURNS if self._is_under_way() else _RETURNS_BY_ITSELF)
         if action is Action.JOIN:
             # One after another: each takes a layer, and the column above its launch point.
             return tuple([_result(member.vehicle_id, await self._joining.join(member), done) for member in members])
@@ -238,7 +263,7 @@ class Operator:
 
     async def _result(self, act: Callable[[Member], Awaitable[str | None]], member: Member, done: str) -> ActionResult:
         if member.task is Task.LOST:
-            return ActionResult(member.vehicle_id, accepted=False, text="is lost; it cannot be reached")
+            return ActionResult(member.vehicle_id, accepted=False, text=_LOST)
         if not member.airborne:
             return ActionResult(member.vehicle_id, accepted=False, text="is not flying")
         return _result(member.vehicle_id, await act(member), done)
@@ -261,10 +286,12 @@ class Operator:
 
     async def _hold_one(self, member: Member) -> str | None:
         self._errands.stop(member.vehicle_id)
-        member.task = Task.HELD
+        self._assign(member, Task.HELD)
         return await self._context.flight.command(member, Hold())
 
     async def _return_one(self, member: Member) -> str | None:
+        if not self._is_under_way():
+            return await self._context.flight.command(member, ReturnToLaunch())
         return await self._homing.send_home(member, "told by the operator")
 
     async def _land_one(self, member: Member) -> str | None:
@@ -272,11 +299,23 @@ class Operator:
         if below is not None:
             return f"vehicle {below} flies below it, or will; hold or return it, or land all"
         self._errands.stop(member.vehicle_id)
-        member.task = Task.LANDING
+        self._assign(member, Task.LANDING)
         return await self._context.flight.command(member, Land())
+
+    def _assign(self, member: Member, task: Task) -> None:
+        """Give a vehicle a task; who flies before the start takes part in the mission after it, like all others."""
+        if self._is_under_way():
+            member.task = task
 
     def _tell(self, text: str) -> None:
         self._context.journal.notice(Severity.INFO, f"operator: {text}")
+
+
+def _unless_piloted(act: Callable[[Member], Awaitable[str | None]]) -> Callable[[Member], Awaitable[str | None]]:
+    async def checked(member: Member) -> str | None:
+        return "is flown by its pilot" if _has_pilot(member) else await act(member)
+
+    return checked
 
 
 def _has_pilot(member: Member) -> bool:

@@ -57,15 +57,27 @@ ACTIONS: Mapping[Action, frozenset[Phase]] = MappingProxyType(
 )
 
 
+_DOWN = frozenset({Action.RETURN, Action.LAND})
+
+
+def is_allowed(phase: Phase, action: Action, *, anyone_flies: bool) -> bool:
+    """Tell whether ``action`` makes sense in ``phase``.
+
+    Vehicles may fly before the start, such as after a restart of the service in mid-mission, and after the end: they
+    can always be brought down.
+    """
+    return phase in ACTIONS[action] or (anyone_flies and action in _DOWN and phase in ON_GROUND)
+
+
 def check_transition(current: Phase, following: Phase) -> None:
     """Raise ``RuntimeError`` for a transition that the table does not have: a defect of the caller, not of a user."""
     if following not in TRANSITIONS[current]:
         raise RuntimeError(f"no transition from {current} to {following}")
 
 
-def check_action(phase: Phase, action: Action) -> None:
+def check_action(phase: Phase, action: Action, *, anyone_flies: bool = False) -> None:
     """Raise ``MissionError`` with the reason when ``action`` makes no sense in ``phase``."""
-    if phase in ACTIONS[action]:
+    if is_allowed(phase, action, anyone_flies=anyone_flies):
         return
     if phase is Phase.DONE:
         raise MissionError(f"Cannot {action}: the mission is over.")

@@ -45,6 +45,12 @@ def test_what_keeps_the_swarm_safe_is_possible_in_every_flying_phase(phase: Phas
     check_action(phase, action)
 
 
+@pytest.mark.parametrize("phase", sorted(Phase))
+@pytest.mark.parametrize("action", [Action.HOLD, Action.RETURN, Action.LAND])
+def test_who_flies_can_be_brought_down_in_every_phase(phase: Phase, action: Action) -> None:
+    check_action(phase, action, anyone_flies=True)
+
+
 def test_transitions_outside_the_table_are_defects() -> None:
     for current, following in itertools.product(Phase, Phase):
         if following in TRANSITIONS[current]:
