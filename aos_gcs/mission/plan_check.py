@@ -30,8 +30,8 @@ USUAL_CEILING_M = 120.0
 """Of uncrewed aircraft above the ground, in Europe and the United States among others."""
 MAX_VERTICES = 500
 """Of a polygon; edges are compared in pairs."""
-MAX_BARRIER_VERTICES = 500
-"""Of fence and no-go areas together: ways around them are looked for from corner to corner."""
+MAX_BARRIER_VERTICES = 200
+"""Of fence and no-go areas together: ways around them are looked for from corner to corner, while vehicles fly."""
 MAX_LEGS = 100
 """Far more than batteries last for."""
 

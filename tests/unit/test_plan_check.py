@@ -53,7 +53,7 @@ def test_a_good_plan_has_no_problem() -> None:
         ({"fence_enu_m": SQUARE, "return_enu_m": (0.0, -9.0)}, "return_enu_m", "outside of the fence"),
         ({"launch_enu_m": (math.nan, 0.0)}, "launch_enu_m", "move it"),
         ({"launch_enu_m": (0.0, 4.5e6)}, "launch_enu_m", "wrong way round"),
-        ({"no_go_enu_m": tuple(circle(20.0, 101) for _ in range(5))}, "no_go_enu_m", "500 in all"),
+        ({"no_go_enu_m": tuple(circle(20.0, 101) for _ in range(2))}, "no_go_enu_m", "200 in all"),
         ({"area_enu_m": circle(4900.0, 9), "vehicles": 2}, "area_enu_m", "legs, 100 are allowed"),
         ({"fence_margin_m": 5.0, "fence_enu_m": WIDE, "launch_enu_m": (0.0, -16.0)}, "launch_enu_m", "4.0 m from"),
         ({"no_go_enu_m": (WALL,), "fence_enu_m": WIDE, "launch_enu_m": (0.0, -15.0)}, "launch_enu_m", "cut off"),
