@@ -47,6 +47,9 @@ async def test_the_slider_moves_the_vehicles_and_nothing_can_be_commanded(
     await expect(page.get_by_test_id("phase")).to_have_text("converge")
     await page.keyboard.press("u")
     await expect(page.get_by_test_id("plot-visibility")).to_have_attribute("aria-label", re.compile(r"visible \d"))
+    # Without a cursor the legend tells the latest values.
+    legend = page.get_by_test_id("plot-visibility").locator(".u-legend .u-value")
+    await expect(legend).to_have_text([re.compile(r"^\d\d:\d\d$"), *[re.compile(r"^\d\.\d\d\sm²$")] * 2])
     await page.get_by_test_id("form-table").click()
     await expect(page.get_by_test_id("step-table")).to_contain_text("exploitation")
     assert page_record.errors == []

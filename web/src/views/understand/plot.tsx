@@ -11,6 +11,8 @@ import { selectByFinger } from "./finger";
 
 const FONT = "11px system-ui, sans-serif";
 const STEPPED = uPlot.paths.stepped?.({ align: 1 });
+/** Whole seconds, since the axis names no smaller ones. */
+const TIME_TICKS_S = [1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 14400];
 const SHARED_CURSOR = "mission-time";
 /** A stretch that is shorter than this was a click. */
 const SHORTEST_DRAG_PX = 6;
@@ -106,14 +108,14 @@ function makeOptions(
     legend: { live: true },
     scales: { x: { time: false }, left: { range: rangeOf(left) }, right: { range: rangeOf(right ?? left) } },
     axes: [
-      { ...axis, grid, size: 22, space: 60, values: (_, splits) => splits.map(duration) },
+      { ...axis, grid, size: 22, space: 60, incrs: TIME_TICKS_S, values: (_, splits) => splits.map(duration) },
       { ...axis, grid, ...ticksOf(left), scale: "left" },
       ...(right ? [{ ...axis, grid: { show: false }, ...ticksOf(right), scale: "right", side: 1 as const }] : []),
     ],
     series: [
       {
         label: texts.understand.time,
-        value: (_, time_s: number | null) => (time_s === null ? UNKNOWN : duration(time_s)),
+        value: atCursor((time_s) => duration(time_s)),
       },
       ...series.map((one): uPlot.Series => ({
         label: one.label,
@@ -122,8 +124,7 @@ function makeOptions(
         width: 2,
         points: { show: one.values.length < 3, size: 5 },
         spanGaps: false,
-        value: (_, value: number | null) =>
-          value === null ? UNKNOWN : ((one.isOnRight ? right : left) ?? left).format(value),
+        value: atCursor((value) => ((one.isOnRight ? right : left) ?? left).format(value)),
         ...(one.isStepped && STEPPED && { paths: STEPPED }),
         ...(one.isDashed && { dash: [5, 4] }),
         ...(one.isFilled && { fill: token("--accent-faint") }),
@@ -142,6 +143,14 @@ function makeOptions(
     },
   };
 }
+
+/** A value of the legend: at the cursor, or the latest one where there is no cursor. */
+const atCursor =
+  (format: (value: number) => string): uPlot.Series.Value =>
+  (made, value: number | null, line, index) => {
+    const shown = index === null ? made.data[line]?.at(-1) : value;
+    return typeof shown === "number" ? format(shown) : UNKNOWN;
+  };
 
 const rangeOf =
   ({ ends, least = 0 }: Axis) =>
