@@ -10,6 +10,7 @@ import { keyChange, marksOf, neighbour_s, phaseSpans, SPEEDS, toggled } from "./
 import { useReplayKeys } from "./use_replay_keys";
 import "./replay.css";
 
+/** Moments of a replay are told in these: its end is one of them. */
 const SLIDER_STEP_S = 0.1;
 
 interface Props {
@@ -73,8 +74,7 @@ export function ReplayBar({ replay, missionId, mayControl }: Props) {
         <input
           type="range"
           min={0}
-          // A slider rests on whole steps: without a last one the end could not be reached.
-          max={Math.ceil(replay.duration_s / SLIDER_STEP_S) * SLIDER_STEP_S}
+          max={replay.duration_s}
           step={SLIDER_STEP_S}
           value={shown.time_s}
           disabled={!mayControl}
