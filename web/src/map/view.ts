@@ -42,9 +42,10 @@ export class MapView {
     maplibregl.setWorkerCount(1);
     this.theme = theme;
     this.isFollowing = camera === null;
+    container.style.background = PALETTES[theme].background;
     this.map = new maplibregl.Map({
       container,
-      style: emptyStyle(theme),
+      style: EMPTY_STYLE,
       center: camera?.center ?? toLngLat(origin, [0, 0]),
       zoom: camera?.zoom ?? 17,
       maxZoom: 22,
@@ -142,7 +143,8 @@ export class MapView {
     this.theme = theme;
     this.detachAll();
     this.isLoaded = false;
-    this.map.setStyle(emptyStyle(theme), { diff: false });
+    this.map.getContainer().style.background = PALETTES[theme].background;
+    this.map.setStyle(EMPTY_STYLE, { diff: false });
     this.map.once("style.load", () => {
       this.isLoaded = true;
       this.draw();
@@ -150,10 +152,8 @@ export class MapView {
   }
 }
 
-function emptyStyle(theme: Theme): StyleSpecification {
-  const background = { "background-color": PALETTES[theme].background };
-  return { version: 8, sources: {}, layers: [{ id: "background", type: "background", paint: background }] };
-}
+/** Without a layer for the background, which the container has: it would take an eighth of a frame's time. */
+const EMPTY_STYLE: StyleSpecification = { version: 8, sources: {}, layers: [] };
 
 /** The points that "fit to fleet" shows. */
 function fleetPoints(mission: Mission): EnuPoint[] {
