@@ -69,6 +69,22 @@ class Detours:
         """Return whether there is a way between two points, shape (2,) each, on the allowed side of all boundaries."""
         return self._is_clear(start_m, end_m) or self._search(start_m, end_m) is not None
 
+    def reached(self, start_m: FloatArray, ends_m: FloatArray) -> NDArray[np.bool_]:
+        """Return to which places, shape (k, 2), there is a way from a point, shape (2,), with the margin kept there."""
+        is_reached = self._sees(start_m, ends_m, self._required_m(self._depth_m(start_m)))
+        is_reached[is_reached] = self._is_admissible(ends_m[is_reached])
+        settled, waiting = {_START}, [_START]
+        while waiting and not is_reached.all():
+            node = waiting.pop()
+            here_m = start_m if node == _START else self._corners_m[node]
+            if node != _START:
+                unreached = np.flatnonzero(~is_reached)
+                is_reached[unreached] = self._sees(here_m, ends_m[unreached], self._margin_m)
+            found = set(np.flatnonzero(self._corners_seen(node, here_m)).tolist()) - settled
+            settled |= found
+            waiting += sorted(found)
+        return is_reached
+
     def _is_clear(self, start_m: FloatArray, end_m: FloatArray) -> bool:
         nearest_edge_m = point_segment_distance(start_m, self._edge_starts, self._edge_ends)[0].min()
         if nearest_edge_m - math.dist(start_m, end_m) > max(self._margin_m, 2.0 * TOLERANCE_M):
@@ -103,17 +119,18 @@ class Detours:
 
     def _legs(self, node: int, here_m: FloatArray, end_m: FloatArray) -> Iterator[tuple[int, float]]:
         """Yield what is seen from a node, the corners and the end, with the distance."""
-        if node == _START:
-            seen = self._sees(here_m, self._corners_m, self._required_m(self._depth_m(here_m)))
-        else:
-            if node not in self._seen_from:
-                between_m = self._margin_m + self._slack_m
-                self._seen_from[node] = self._sees(here_m, self._corners_m, between_m)
-            seen = self._seen_from[node]
-            if self._sees(here_m, end_m[None], self._margin_m)[0]:
-                yield _END, math.dist(here_m, end_m)
-        for corner in np.flatnonzero(seen):
+        if node != _START and self._sees(here_m, end_m[None], self._margin_m)[0]:
+            yield _END, math.dist(here_m, end_m)
+        for corner in np.flatnonzero(self._corners_seen(node, here_m)):
             yield int(corner), math.dist(here_m, self._corners_m[corner])
+
+    def _corners_seen(self, node: int, here_m: FloatArray) -> NDArray[np.bool_]:
+        """Return which corners are seen from a node, shape (c,)."""
+        if node == _START:
+            return self._sees(here_m, self._corners_m, self._required_m(self._depth_m(here_m)))
+        if node not in self._seen_from:
+            self._seen_from[node] = self._sees(here_m, self._corners_m, self._margin_m + self._slack_m)
+        return self._seen_from[node]
 
     def _depth_m(self, point_m: FloatArray) -> float:
         return min(boundary.depth_m(point_m) for boundary in self._boundaries)
@@ -136,9 +153,12 @@ class Detours:
 
     def _admissible(self, points_m: FloatArray) -> FloatArray:
         """Return those of the points, shape (n, 2), that keep the margin from every boundary."""
+        return np.array(points_m[self._is_admissible(points_m)])
+
+    def _is_admissible(self, points_m: FloatArray) -> NDArray[np.bool_]:
         least_m = max(self._margin_m - TOLERANCE_M, 2.0 * TOLERANCE_M)
         clear = [all(b.depth_m(point_m) >= least_m for b in self._boundaries) for point_m in points_m]
-        return np.array(points_m[np.array(clear, dtype=bool)])
+        return np.array(clear, dtype=np.bool_)
 
 
 def _corners(boundary: Boundary, distance_m: float) -> Iterator[FloatArray]:

@@ -150,6 +150,15 @@ class FlightControl:
             obstacles.append(obstacle)
         return obstacles
 
+    def reached(self, members: Iterable[Member], places_m: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return to which horizontal places, shape (k, 2), any of the vehicles has a way past fence and no-go zones."""
+        is_reached = np.zeros(len(places_m), dtype=np.bool_)
+        for member in members:
+            position_enu_m = self._roster.position_enu_m(member)
+            if self._detours is not None and position_enu_m is not None and not is_reached.all():
+                is_reached[~is_reached] = self._detours.reached(position_enu_m[:2], places_m[~is_reached])
+        return is_reached
+
     def in_the_way(
         self, member: Member, start_enu_m: NDArray[np.float64], end_enu_m: NDArray[np.float64]
     ) -> int | None:

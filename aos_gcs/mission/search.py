@@ -20,11 +20,12 @@ from aos_gcs.mission.coverage import CoverageMap
 from aos_gcs.mission.findings import Findings
 from aos_gcs.mission.gallery import Gallery
 from aos_gcs.mission.launch import MIN_SWARM
-from aos_gcs.mission.model import Outcome, Phase, StepRecord, Task, WaypointRecord
+from aos_gcs.mission.model import Outcome, Phase, StepRecord, Task, Verdict, WaypointRecord
 from aos_gcs.mission.observing import make_observation
 from aos_gcs.mission.plan import ScanLeg, leg_formation, scan_legs
 from aos_gcs.mission.roster import Member
 from aos_gcs.mission.sampling import Sample, sample, to_frame
+from aos_gcs.mission.stalls import StallWatch, place_ahead_m
 from aos_gcs.mission.targeting import TargetTracker
 from aos_gcs.mission.vision import Vision
 from aos_gcs.ports import Severity
@@ -52,6 +53,11 @@ class Search:
         self._state = self._strategy.init(np.array(settings.scan_direction_enu))
         self._coverage: CoverageMap | None = None
         self._progress_m = 0.0
+        self._stalls = StallWatch(settings.flight.arrival_radius_m)
+        self._barred: tuple[WaypointRecord, ...] = ()
+        """Of the latest step: what was not sent as it was planned."""
+        self._left_out_m = 0.0
+        """Of all legs: their stretches that were not flown."""
         self._blind_steps = 0
         self._steps_found = 0
         self.found_at_s: float | None = None
@@ -79,6 +85,7 @@ class Search:
         for member in late:
             context.journal.notice(Severity.WARNING, "did not reach its place in the line in time", member.vehicle_id)
         self._state = self._strategy.init(np.array(leg.direction_enu))
+        self._stalls.restart()
         return Phase.SCAN
 
     def _plan_legs(self, swarm: list[Member]) -> tuple[ScanLeg, ...]:
@@ -240,7 +247,9 @@ class Search:
         self._state = self._strategy.tell(self._state, observation)
         next_enu_m, self._state = self._strategy.ask(self._state, self._rng)
         requests = self._in_layers(swarm, next_enu_m)
-        return self._strategy.diagnostics(self._state), self._context.flight.vet(requests)
+        waypoints = self._context.flight.vet(requests)
+        self._barred = tuple(waypoint for waypoint in waypoints if waypoint.verdict is not Verdict.SENT)
+        return self._strategy.diagnostics(self._state), waypoints
 
     def _next_phase(self, phase: Phase, swarm: list[Member], in_view: bool) -> Phase:
         settings, context = self._context.settings, self._context
@@ -286,13 +295,42 @@ class Search:
             self._vision.forget()
             return Phase.LINE
         offset_m = self._horizontal_enu_m(swarm).mean(axis=0) - np.array(leg.start_enu_m)
-        self._progress_m = max(self._progress_m, float(offset_m @ np.array(leg.direction_enu)))
-        if self._progress_m < leg.length_m:
-            return Phase.SCAN
+        along_m = float(offset_m @ np.array(leg.direction_enu))
+        self._progress_m = max(self._progress_m, along_m)
+        if self._progress_m >= leg.length_m:
+            return self._next_leg()
+        is_stuck = self._stalls.is_stuck(along_m, barred=bool(self._barred))
+        return self._go_on_behind(swarm) if is_stuck else Phase.SCAN
+
+    def _go_on_behind(self, swarm: list[Member]) -> Phase:
+        """Leave out the stretch of the leg in front of which the scan is stuck, and say so."""
+        context, leg, reason = self._context, self.legs[self.leg], self._barred[0]
+        left = leg.after(self._progress_m)
+        ahead_m = place_ahead_m(
+            left, len(swarm), self._strategy.spacing_m, lambda places_m: context.flight.reached(swarm, places_m)
+        )
+        left_out_m = left.length_m if ahead_m is None else ahead_m
+        context.journal.notice(
+            Severity.WARNING,
+            f"leg {self.leg + 1} is barred after {self._progress_m:.0f} of {leg.length_m:.0f} m "
+            f"(vehicle {reason.vehicle_id}: {reason.reason}); the scan leaves out "
+            + ("the rest of it" if ahead_m is None else f"{left_out_m:.0f} m and goes on behind"),
+        )
+        self._left_out_m += left_out_m
+        self._progress_m += left_out_m
+        return self._next_leg() if ahead_m is None else Phase.LINE
+
+    def _next_leg(self) -> Phase:
         self.leg, self._progress_m = self.leg + 1, 0.0
         if self.leg < len(self.legs):
             return Phase.LINE
-        self._context.journal.notice(Severity.NEWS, "the whole area has been scanned, nothing was found")
+        journal = self._context.journal
+        if self._left_out_m == 0.0:
+            journal.notice(Severity.NEWS, "the whole area has been scanned, nothing was found")
+        else:
+            text = f"the scan is over, nothing was found; {self._left_out_m:.0f} m of its legs were left out"
+            seen = self.covered_fraction or 0.0
+            journal.notice(Severity.NEWS, f"{text}, {100 * seen:.0f} % of the area has been in a frame")
         return Phase.RETURN
 
     async def _act(self, record: StepRecord, received_at_s: float) -> float:

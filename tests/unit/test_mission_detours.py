@@ -110,3 +110,18 @@ def test_no_way_comes_nearer_to_a_boundary_than_the_margin(
             gaps_m = segment_distance(one_m, other_m, vertices_m, np.roll(vertices_m, -1, axis=0))
             assert gaps_m.min() >= MARGIN_M - 1e-6
             assert boundary.depth_m(other_m) >= MARGIN_M - 1e-6
+
+
+@settings(max_examples=40, deadline=None)
+@given(data=st.data())
+def test_places_reached_are_those_that_a_way_leads_to(data: st.DataObject) -> None:
+    coordinate = st.floats(-45.0, 45.0)
+    notches = zone((-5.0, -60.0), (5.0, -60.0), (5.0, data.draw(st.floats(0.0, 60.0))), (-5.0, 40.0))
+    detours = Detours([FENCE, notches], MARGIN_M, SLACK_M)
+    start_m = detours.reachable(np.array(data.draw(st.tuples(coordinate, coordinate))))
+    places_m = np.array(data.draw(st.lists(st.tuples(coordinate, coordinate), min_size=1, max_size=6)))
+    expected = [
+        bool(np.array_equal(detours.reachable(place_m), place_m)) and detours.has_way(start_m, place_m)
+        for place_m in places_m
+    ]
+    assert detours.reached(start_m, places_m).tolist() == expected

@@ -1,0 +1,87 @@
+"""When a scan counts as stuck, and where its line goes on."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from aos_gcs.mission.detours import Detours
+from aos_gcs.mission.plan import ScanLeg
+from aos_gcs.mission.polygon import Boundary
+from aos_gcs.mission.stalls import STALLED_STEPS, StallWatch, place_ahead_m
+
+LEAST_GAIN_M = 0.5
+SPACING_M = 4.0
+NORTHWARD = ScanLeg((0.0, 0.0), (0.0, 1.0), 40.0)
+FENCE = Boundary(np.array([[-50.0, -50.0], [50.0, -50.0], [50.0, 90.0], [-50.0, 90.0]]), "the fence", keeps_in=True)
+
+
+def zone(*vertices_m: tuple[float, float]) -> Boundary:
+    return Boundary(np.array(vertices_m), "a zone", keeps_in=False)
+
+
+def ahead_m(*zones: Boundary, vehicles: int = 4, leg: ScanLeg = NORTHWARD) -> float | None:
+    detours = Detours([FENCE, *zones], 1.0, 0.5)
+
+    def is_free(places_m: NDArray[np.float64]) -> NDArray[np.bool_]:
+        return detours.reached(np.array(leg.start_enu_m), places_m)
+
+    return place_ahead_m(leg, vehicles, SPACING_M, is_free)
+
+
+def test_standing_still_counts_as_stuck_only_while_something_bars_the_way() -> None:
+    watch = StallWatch(LEAST_GAIN_M)
+    assert not any(watch.is_stuck(3.0, barred=False) for _ in range(2 * STALLED_STEPS))
+    stuck = [watch.is_stuck(3.0, barred=True) for _ in range(STALLED_STEPS)]
+    assert stuck == [False] * (STALLED_STEPS - 1) + [True]
+
+
+@pytest.mark.parametrize("gain_m", [LEAST_GAIN_M, 2.0])
+def test_ground_gained_while_barred_is_progress(gain_m: float) -> None:
+    watch = StallWatch(LEAST_GAIN_M)
+    assert not any(watch.is_stuck(step * gain_m, barred=True) for step in range(5 * STALLED_STEPS))
+
+
+def test_hovering_to_and_fro_is_no_progress() -> None:
+    watch = StallWatch(LEAST_GAIN_M)
+    assert any(watch.is_stuck(0.2 * (-1) ** step, barred=True) for step in range(STALLED_STEPS + 1))
+
+
+def test_a_line_that_was_formed_anew_starts_from_where_it_stands() -> None:
+    watch = StallWatch(LEAST_GAIN_M)
+    assert any(watch.is_stuck(20.0, barred=True) for _ in range(STALLED_STEPS + 1))
+    watch.restart()
+    assert not any(watch.is_stuck(5.0 + 2.0 * step, barred=True) for step in range(STALLED_STEPS))
+
+
+def test_the_line_goes_on_at_the_first_place_where_all_of_it_is_free() -> None:
+    across = zone((-20.0, 2.0), (20.0, 2.0), (20.0, 14.0), (-20.0, 14.0))
+    assert ahead_m(across) == pytest.approx(16.0)
+    before_one = zone((5.0, 2.0), (7.0, 2.0), (7.0, 22.0), (5.0, 22.0))
+    assert ahead_m(before_one) == pytest.approx(24.0)
+
+
+def test_where_the_whole_line_never_fits_most_of_it_goes_on() -> None:
+    before_one_to_the_end = zone((5.0, 2.0), (20.0, 2.0), (20.0, 60.0), (5.0, 60.0))
+    across_first = zone((-20.0, 2.0), (5.0, 2.0), (5.0, 10.0), (-20.0, 10.0))
+    assert ahead_m(before_one_to_the_end) == pytest.approx(SPACING_M)
+    assert ahead_m(before_one_to_the_end, across_first) == pytest.approx(12.0)
+
+
+def test_there_is_no_place_in_a_zone_behind_which_the_leg_ends() -> None:
+    to_the_end = zone((-20.0, 2.0), (20.0, 2.0), (20.0, 60.0), (-20.0, 60.0))
+    assert ahead_m(to_the_end) is None
+
+
+def test_a_place_without_a_way_to_it_is_none() -> None:
+    from_fence_to_fence = zone((-60.0, 2.0), (60.0, 2.0), (60.0, 10.0), (-60.0, 10.0))
+    assert ahead_m(from_fence_to_fence) is None
+
+
+def test_a_single_vehicle_is_no_line() -> None:
+    all_but_one = zone((-4.0, 2.0), (20.0, 2.0), (20.0, 60.0), (-4.0, 60.0))
+    assert ahead_m(all_but_one) is None
+
+
+def test_the_last_spacing_of_a_leg_has_no_place_ahead() -> None:
+    assert ahead_m(leg=NORTHWARD.after(37.0)) is None
+    assert ahead_m(leg=NORTHWARD.after(50.0)) is None
