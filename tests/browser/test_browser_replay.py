@@ -47,9 +47,6 @@ async def test_the_slider_moves_the_vehicles_and_nothing_can_be_commanded(
     await expect(page.get_by_test_id("phase")).to_have_text("converge")
     await page.keyboard.press("u")
     await expect(page.get_by_test_id("plot-visibility")).to_have_attribute("aria-label", re.compile(r"visible \d"))
-    # Without a cursor the legend tells the latest values.
-    legend = page.get_by_test_id("plot-visibility").locator(".u-legend .u-value")
-    await expect(legend).to_have_text([re.compile(r"^\d\d:\d\d$"), *[re.compile(r"^\d\.\d\d\sm²$")] * 2])
     await page.get_by_test_id("form-table").click()
     await expect(page.get_by_test_id("step-table")).to_contain_text("exploitation")
     assert page_record.errors == []
@@ -80,6 +77,18 @@ async def test_notices_and_findings_are_marks_that_lead_there(
     await expect(clock).not_to_contain_text("00:31 /")
     await page.locator("body").press("]")
     await expect(clock).to_contain_text("00:31 /")
+    assert page_record.errors == []
+
+
+async def test_a_legend_without_a_cursor_tells_the_latest_values(
+    page: Page, replayed: str, page_record: PageRecord
+) -> None:
+    await open_page(page, replayed, "understand")
+    values = page.get_by_test_id("plot-visibility").locator(".u-legend .u-value")
+    areas = [re.compile(r"^\d\.\d\d\sm²$")] * 2
+    for time_s, latest in ((30.0, "00:(2.|30)"), (SCAN_S, "00:1[0-4]")):
+        await seek(page, time_s)
+        await expect(values).to_have_text([re.compile(latest), *areas])
     assert page_record.errors == []
 
 

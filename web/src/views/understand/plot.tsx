@@ -59,6 +59,8 @@ export function Plot({ chart, range, theme, onZoom }: Props) {
       plot.current?.setData(columnsOf(chart), false);
       plot.current?.setScale("x", { min: range[0], max: range[1] });
     });
+    // It follows the cursor, and not new values by itself.
+    plot.current?.setLegend({});
   }, [chart, range[0], range[1], theme, lines]);
   return <div class="plot" ref={container} role="img" aria-label={describe(chart)} data-testid={`plot-${chart.id}`} />;
 }
