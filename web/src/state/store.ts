@@ -2,7 +2,7 @@
 import type { Connection, PageMessage } from "../api/socket";
 import { INITIAL_STATE, reduce, type State } from "./state";
 
-const NOTIFY_INTERVAL_MS = 250;
+const NOTIFY_INTERVAL_MS = 150;
 
 export class Store {
   private current: State = INITIAL_STATE;
