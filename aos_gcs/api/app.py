@@ -20,7 +20,7 @@ from aos_gcs.api.page import add_page
 from aos_gcs.api.plan_checks import PlanChecks
 from aos_gcs.api.routers.plans import IMPORT_PATH
 from aos_gcs.api.security import OperatorsOnlyMiddleware, SameOriginMiddleware, SecurityHeadersMiddleware
-from aos_gcs.mission.model import FindingControl, MissionControl, PlanControl, ReplayControl
+from aos_gcs.mission.control import FindingControl, MissionControl, PlanControl, ReplayControl
 from aos_gcs.mission.viewing import ViewControl
 from aos_gcs.store.plan_folder import PlanFolder
 

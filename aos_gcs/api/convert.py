@@ -23,6 +23,7 @@ from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.geometry.notations import dms, mgrs_text, utm_text
 from aos_gcs.mission import model
 from aos_gcs.mission.acknowledgements import ACKNOWLEDGEMENTS_KEPT
+from aos_gcs.mission.control import ReplayState, Timeline
 from aos_gcs.mission.findings import MAX_FINDINGS
 from aos_gcs.mission.phases import is_allowed
 from aos_gcs.ports import LandedState
@@ -149,7 +150,7 @@ def preflight_check(check: model.PreflightCheck) -> wire.PreflightCheckModel:
     )
 
 
-def mission(snapshot: model.MissionSnapshot, replay: model.ReplayState | None = None) -> wire.MissionModel:
+def mission(snapshot: model.MissionSnapshot, replay: ReplayState | None = None) -> wire.MissionModel:
     """Convert a whole snapshot; in a replay there is nothing to command."""
     origin = snapshot.origin
     return wire.MissionModel(
@@ -181,7 +182,7 @@ def mission(snapshot: model.MissionSnapshot, replay: model.ReplayState | None = 
     )
 
 
-def replay_state(state: model.ReplayState) -> wire.ReplayModel:
+def replay_state(state: ReplayState) -> wire.ReplayModel:
     """Convert where a replay is."""
     return wire.ReplayModel(
         time_s=round(state.time_s, 1),
@@ -191,7 +192,7 @@ def replay_state(state: model.ReplayState) -> wire.ReplayModel:
     )
 
 
-def timeline(state: model.ReplayState, line: model.Timeline) -> wire.TimelineModel:
+def timeline(state: ReplayState, line: Timeline) -> wire.TimelineModel:
     """Convert a replay, and what lies where in it."""
     return wire.TimelineModel(
         replay=replay_state(state),

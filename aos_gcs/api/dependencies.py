@@ -13,7 +13,7 @@ from aos_gcs.api.errors import NotFoundError
 from aos_gcs.api.hub import EventHub
 from aos_gcs.api.plan_checks import PlanChecks
 from aos_gcs.errors import MissionError
-from aos_gcs.mission.model import FindingControl, MissionControl, PlanControl, ReplayControl
+from aos_gcs.mission.control import FindingControl, MissionControl, PlanControl, ReplayControl
 from aos_gcs.mission.viewing import ViewControl
 from aos_gcs.store.plan_folder import PlanFolder
 

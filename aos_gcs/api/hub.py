@@ -19,16 +19,15 @@ from aos_gcs.api.models import (
 from aos_gcs.api.outbox import DEFAULT_CAPACITY, Outbox
 from aos_gcs.api.state import MissionState
 from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.mission.control import MissionControl, ReplayControl
 from aos_gcs.mission.model import (
     Event,
     JumpRecord,
-    MissionControl,
     MissionSnapshot,
     NoticeRecord,
     PictureKind,
     PicturesRecord,
     PlanRecord,
-    ReplayControl,
     StepRecord,
 )
 

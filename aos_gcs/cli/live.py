@@ -11,7 +11,8 @@ from contextlib import asynccontextmanager
 from rich.console import Console
 
 from aos_gcs.cli.preflight_table import preflight_table
-from aos_gcs.mission.model import EventKind, MissionControl, MissionSnapshot, Phase, StepRecord
+from aos_gcs.mission.control import MissionControl
+from aos_gcs.mission.model import EventKind, MissionSnapshot, Phase, StepRecord
 
 _log = logging.getLogger(__name__)
 

@@ -10,6 +10,7 @@ from dataclasses import replace
 from typing import Final, NoReturn
 
 from aos_gcs.errors import ConfigurationError, InputDataError, MissionError
+from aos_gcs.mission.control import ReplayState, Timeline
 from aos_gcs.mission.events import EventStream
 from aos_gcs.mission.model import (
     Action,
@@ -22,9 +23,7 @@ from aos_gcs.mission.model import (
     Picture,
     PictureKind,
     PicturesRecord,
-    ReplayState,
     StepRecord,
-    Timeline,
 )
 from aos_gcs.ports import Clock, Severity
 from aos_gcs.store.reader import EventEntry, MissionReader
