@@ -21,7 +21,8 @@ WORLD = ("--no-render", "--image-size", "64")
 """There is nothing to be found: the swarm scans until something goes wrong."""
 BESIDE = ("--origin", "48.3,14.3002,260")
 """Of a second simulator, whose vehicles must not stand where those of the first one do."""
-NO_GO_ENU_M = ((-20.0, 30.0), (20.0, 30.0), (20.0, 40.0), (-20.0, 40.0))
+NO_GO_ENU_M = ((-12.5, 30.0), (12.5, 30.0), (12.5, 70.0), (-12.5, 70.0))
+"""Before one of the two vehicles on either leg: the other one goes on for a while, then the area is left behind."""
 REFUSED_COLOUR = "#c40d1c"
 """In the light theme."""
 CRITICAL_TONES_HZ = [880, 660, 880]
@@ -88,6 +89,8 @@ async def test_a_refused_waypoint_stands_in_the_table_and_on_the_map_with_its_re
     async with station.fly(2, *WORLD), station.serve():
         await start(page, station)
         await expect(page.get_by_test_id("vehicles")).to_contain_text("no-go area 1", timeout=FLIGHT_MS)
+        await wait_for_step(page, await current_step(page) + 1)
+        await page.get_by_test_id("hold-all").click()  # before the scan goes on behind the area
         await page.get_by_test_id("map-layers").click()
         await page.get_by_test_id("layer-vehicles").uncheck()  # an arrow has a red outline then
         await wait_until_drawn(page, REFUSED_COLOUR)
