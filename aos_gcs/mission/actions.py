@@ -185,11 +185,11 @@ class Operator:
         if self._is_under_way():
             results = self._go_down(Phase.RETURN, _RETURNS)
         else:
-            flying = await self._command_airborne(self._return_one, _RETURNS_BY_ITSELF)
-            told = {result.vehicle_id for result in flying}
-            waiting = [one for one in self._all_members("stays on the ground") if one.vehicle_id not in told]
-            results = [*flying, *waiting]
-            self._context.message = "Aborted: who flew returns by itself." if flying else _NO_MOTOR
+            anyone_flies = bool(self._context.roster.airborne())
+            told = {one.vehicle_id: one for one in self._all_members("stays on the ground")}
+            told |= {one.vehicle_id: one for one in await self._command_airborne(self._return_one, _RETURNS_BY_ITSELF)}
+            results = tuple(told.values())
+            self._context.message = "Aborted: who flew returns by itself." if anyone_flies else _NO_MOTOR
             self._flow.redirect(Phase.DONE)
         self._context.outcome = Outcome.ABORTED
         return results
@@ -215,24 +215,26 @@ class Operator:
             raise MissionError("Cannot return: everybody is landing; hold first.")
         else:
             self._flow.redirect(phase)
-        lost = self._context.roster.members(Task.LOST)
-        return [
-            *(
-                _result(member.vehicle_id, "is flown by its pilot" if _has_pilot(member) else None, text)
-                for member in self._reachable()
-            ),
-            *(_result(member.vehicle_id, _LOST, text) for member in lost),
+        results = [
+            _result(member.vehicle_id, "is flown by its pilot" if _has_pilot(member) else None, text)
+            for member in self._reachable()
         ]
+        return [*results, *self._lost_results()]
 
     def _all_members(self, text: str) -> Sequence[ActionResult]:
-        return [_result(member.vehicle_id, None, text) for member in self._reachable()]
+        return [*(_result(member.vehicle_id, None, text) for member in self._reachable()), *self._lost_results()]
+
+    def _lost_results(self) -> list[ActionResult]:
+        """Nobody must believe that an action on all has reached them."""
+        return [_result(member.vehicle_id, _LOST, "") for member in self._context.roster.members(Task.LOST)]
 
     async def _command_airborne(
         self, act: Callable[[Member], Awaitable[str | None]], done: str
     ) -> Sequence[ActionResult]:
         """Have all who fly do something at the same time, except those that their pilots fly."""
-        airborne = self._context.roster.airborne()
-        return await asyncio.gather(*(self._result(_unless_piloted(act), member, done) for member in airborne))
+        airborne, lost = self._context.roster.airborne(), self._lost_results()
+        results = await asyncio.gather(*(self._result(_unless_piloted(act), member, done) for member in airborne))
+        return [*results, *lost]
 
     def _is_under_way(self) -> bool:
         """Whether the mission flies, or is about to. Else who flies has neither task nor altitude layer."""

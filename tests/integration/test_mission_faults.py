@@ -184,6 +184,22 @@ async def test_who_is_heard_again_during_the_return_is_sent_home_and_not_landed_
     assert not any(isinstance(command, Land) for command in vehicle.commands)
 
 
+@pytest.mark.parametrize("action", [Action.HOLD, Action.PAUSE, Action.RETURN, Action.LAND])
+async def test_actions_on_all_tell_who_was_not_reached(action: Action) -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await flight.until(lambda: flight.mission.phase is Phase.SCAN)
+        flight.fleet.members[2].silent_since_s = flight.clock.now_s()
+        await flight.until(lambda: flight.task(2) is Task.LOST)
+        results = {result.vehicle_id: result for result in await flight.mission.act(action, None)}
+        assert [results[number].accepted for number in (1, 2, 3, 4)] == [True, False, True, True]
+        assert "cannot be reached" in results[2].text
+        if action in {Action.HOLD, Action.PAUSE}:
+            await flight.mission.act(Action.RETURN, None)
+        flight.fleet.members[2].silent_since_s = None
+        await run
+
+
 async def test_a_lost_vehicle_whose_failsafe_brings_it_home_is_left_alone() -> None:
     flight = prepare()
     async with flying(flight) as run:
