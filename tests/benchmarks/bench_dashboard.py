@@ -125,7 +125,9 @@ def main_thread_tasks(events: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return [
         event
         for event in events
-        if event["name"] == "ThreadControllerImpl::RunTask" and (event["pid"], event["tid"]) in threads and "dur" in event
+        if event["name"] == "ThreadControllerImpl::RunTask"
+        and (event["pid"], event["tid"]) in threads
+        and "dur" in event
     ]
 
 
