@@ -54,8 +54,14 @@ class MapPlaces:
     async def colour(self, east_m: float, north_m: float) -> tuple[int, int, int]:
         """Return the colour of the pixel at a place."""
         x, y = self.pixel(east_m, north_m)
-        red, green, blue = (await self.picture())[round(y), round(x)]
+        red, green, blue = (await self.picture())[int(y), int(x)]
         return int(red), int(green), int(blue)
+
+    async def colours_near(self, east_m: float, north_m: float) -> set[tuple[int, int, int]]:
+        """Return the colours at most a pixel away from a place, where a thin line may lie."""
+        x, y = (int(value) for value in self.pixel(east_m, north_m))
+        around = (await self.picture())[y - 1 : y + 2, x - 1 : x + 2].reshape(-1, 3)
+        return {(int(red), int(green), int(blue)) for red, green, blue in around}
 
     async def await_colour(self, east_m: float, north_m: float, colour: str) -> None:
         """Wait until a place has a colour."""
