@@ -11,7 +11,7 @@ from playwright.async_api import Page, Route, expect
 VIEWS = ("plan", "prepare", "fly", "see", "understand", "decide")
 TIMEOUT_MS = 60_000
 """Far more than a page needs: the machine may be busy with other things."""
-KEEP_PRESSED_MS = 1000
+KEEP_PRESSED_MS = 2000
 """Longer than the page asks for before a dangerous command."""
 
 

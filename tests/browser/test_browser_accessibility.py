@@ -19,7 +19,7 @@ pytestmark = pytest.mark.asyncio(loop_scope="session")
 
 AXE = Path(__file__).parents[2] / "web" / "node_modules" / "axe-core" / "axe.min.js"
 THEMES = ("dark", "light", "contrast")
-KEEP_PRESSED_MS = 1000
+KEEP_PRESSED_MS = 2000
 
 
 @pytest_asyncio.fixture(loop_scope="session")

@@ -21,7 +21,7 @@ from tests.fakes.mission import ORIGIN, ScriptedMission
 
 pytestmark = pytest.mark.asyncio(loop_scope="session")
 
-KEEP_PRESSED_MS = 1000
+KEEP_PRESSED_MS = 2000
 CORNERS_PX = ((-60, -60), (60, -60), (60, 40), (-60, 40))
 """From the middle of the map; y is down."""
 NEWS_MS = 500
