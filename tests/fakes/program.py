@@ -92,6 +92,8 @@ async def running(folder: Path, *arguments: str) -> AsyncIterator[Program]:
         arguments = (*arguments, "--folder", str(folder / "missions"))
     await asyncio.to_thread(folder.mkdir, exist_ok=True)
     output_file, log_file = folder / "output.txt", folder / "log.txt"
+    # Whoever starts the tests in the background has them ignore Ctrl-C, and so what they start.
+    ours = signal.signal(signal.SIGINT, signal.default_int_handler)
     with output_file.open("wb") as output, log_file.open("wb") as log:
         process = await asyncio.create_subprocess_exec(
             *(sys.executable, "-m", "aos_gcs", *arguments),
@@ -100,6 +102,7 @@ async def running(folder: Path, *arguments: str) -> AsyncIterator[Program]:
             stderr=log,
             env={**os.environ, "NO_COLOR": "1"},
         )
+    signal.signal(signal.SIGINT, ours)
     program = Program(process, output_file, log_file, folder / "missions")
     try:
         yield program
