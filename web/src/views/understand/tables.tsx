@@ -10,15 +10,7 @@ export function StepTable({ steps }: { steps: readonly Step[] }) {
     <div class="scroll panel" tabIndex={0}>
       <table class="number-table" data-testid="step-table">
         <caption>{stepTable}</caption>
-        <thead>
-          <tr>
-            {Object.values(column).map((name) => (
-              <th key={name} scope="col">
-                {name}
-              </th>
-            ))}
-          </tr>
-        </thead>
+        <Head names={Object.values(column)} />
         <tbody>
           {steps.toReversed().map((step) => (
             <tr key={step.step}>
@@ -49,15 +41,7 @@ export function LinkTable({ mission, snapshotAge_s }: { mission: Mission; snapsh
     <div class="scroll panel" tabIndex={0}>
       <table class="number-table" data-testid="link-table">
         <caption>{linkTable}</caption>
-        <thead>
-          <tr>
-            {Object.values(linkColumn).map((name) => (
-              <th key={name} scope="col">
-                {name}
-              </th>
-            ))}
-          </tr>
-        </thead>
+        <Head names={Object.values(linkColumn)} />
         <tbody>
           {mission.vehicles.map((vehicle) => (
             <tr key={vehicle.vehicle_id} class={isStale(vehicle, snapshotAge_s) ? "is-stale" : ""}>
@@ -71,5 +55,19 @@ export function LinkTable({ mission, snapshotAge_s }: { mission: Mission; snapsh
         </tbody>
       </table>
     </div>
+  );
+}
+
+function Head({ names }: { names: readonly string[] }) {
+  return (
+    <thead>
+      <tr>
+        {names.map((name) => (
+          <th key={name} scope="col">
+            {name}
+          </th>
+        ))}
+      </tr>
+    </thead>
   );
 }
