@@ -17,16 +17,16 @@ from typing import Annotated, Any, TypeVar
 import pydantic
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
+from aos_gcs.airspace.polygon import Polygon, as_polygon
+from aos_gcs.airspace.safety import SafetyLimits
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.imaging.geolocation import Uncertainty
 from aos_gcs.imaging.step import ImagingSettings
-from aos_gcs.mission.aperture_check import advise
-from aos_gcs.mission.checks import OVERRIDABLE
-from aos_gcs.mission.plan import altitude_layers
-from aos_gcs.mission.polygon import Polygon, as_polygon
-from aos_gcs.mission.safety import SafetyLimits
-from aos_gcs.mission.settings import (
+from aos_gcs.mission.preflight.checks import OVERRIDABLE
+from aos_gcs.planning.aperture import advise
+from aos_gcs.planning.layout import altitude_layers
+from aos_gcs.planning.settings import (
     AutofocusSettings,
     Deadlines,
     DetectionSettings,

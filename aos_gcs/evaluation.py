@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.mission.model import MissionSnapshot, Outcome, Task
-from aos_gcs.mission.sampling import to_frame
+from aos_gcs.mission.search.sampling import to_frame
 from aos_gcs.store.reader import MissionReader
 
 TRUTH_GROUP = "aos_gcs.truths"

@@ -1,9 +1,9 @@
 """Flying a swarm from a short script: connect, take off, fly to places, take frames, come home.
 
 For what is no search: trying a vehicle, a link or a SITL, or collecting frames. Every waypoint is vetted as in a
-mission (:func:`aos_gcs.mission.safety.vet_waypoints`), every vehicle has an altitude layer of its own, the same monitor
-watches links, batteries and distances, and however the script ends, everybody is led home and lands. There is no
-operator and no dashboard: somebody has to watch.
+mission (:func:`aos_gcs.airspace.safety.vet_waypoints`), every vehicle has an altitude layer of its own, the same
+monitor watches links, batteries and distances, and however the script ends, everybody is led home and lands. There is
+no operator and no dashboard: somebody has to watch.
 """
 
 from __future__ import annotations
@@ -18,24 +18,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from aos_gcs.airspace.safety import SafetyLimits
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import MissionError
 from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.imaging.step import ImagingSettings
 from aos_gcs.mission.context import FlightContext
-from aos_gcs.mission.errands import Errands
-from aos_gcs.mission.flight import FlightControl
+from aos_gcs.mission.fleet.flight import FlightControl
+from aos_gcs.mission.fleet.monitor import Monitor
+from aos_gcs.mission.fleet.return_and_land import Homing
+from aos_gcs.mission.fleet.roster import Member, Roster
+from aos_gcs.mission.fleet.vehicle_tasks import Errands
 from aos_gcs.mission.health import LoopMonitor
-from aos_gcs.mission.homing import Homing
 from aos_gcs.mission.journal import Journal
 from aos_gcs.mission.model import Task
-from aos_gcs.mission.monitor import Monitor
-from aos_gcs.mission.plan import altitude_layers, propose_fence
-from aos_gcs.mission.preflight import MIN_HOME_DISTANCE_M, check_all
-from aos_gcs.mission.roster import Member, Roster
-from aos_gcs.mission.safety import SafetyLimits
-from aos_gcs.mission.sampling import Sample, sample
-from aos_gcs.mission.settings import Deadlines, FlightSettings, MissionSettings
+from aos_gcs.mission.preflight.telemetry import MIN_HOME_DISTANCE_M, check_all
+from aos_gcs.mission.search.sampling import Sample, sample
+from aos_gcs.planning.layout import altitude_layers, propose_fence
+from aos_gcs.planning.settings import Deadlines, FlightSettings, MissionSettings
 from aos_gcs.ports import Arm, Clock, DriverContext, Fleet, Severity, Takeoff, VehicleState
 from aos_gcs.service import load_driver
 

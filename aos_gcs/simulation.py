@@ -17,7 +17,7 @@ from aos_gcs.errors import ConfigurationError, LinkError
 from aos_gcs.evaluation import Score, score_mission
 from aos_gcs.mission.coordinator import Coordinator
 from aos_gcs.mission.model import Phase
-from aos_gcs.mission.settings import Deadlines
+from aos_gcs.planning.settings import Deadlines
 from aos_gcs.service import Service, open_service
 
 MAX_VEHICLES = 100

@@ -20,14 +20,13 @@ from numpy.typing import NDArray
 from aos_gcs.config import mission_settings, parse_config
 from aos_gcs.errors import ConfigurationError, ImagingError, InputDataError
 from aos_gcs.geometry.geodesy import LocalFrame
-from aos_gcs.imaging.autofocus import find_focus
-from aos_gcs.imaging.focus_measure import FocusSignal
-from aos_gcs.imaging.focus_region import GroundRegion
+from aos_gcs.imaging.focus.autofocus import find_focus
+from aos_gcs.imaging.focus.measure import FocusSignal
+from aos_gcs.imaging.focus.region import GroundRegion
 from aos_gcs.imaging.model import Frame, StepAnalysis
 from aos_gcs.imaging.pictures import MAX_CELLS, encode_jpeg, encode_png, shade_integral, shade_step, shade_thermal
 from aos_gcs.imaging.step import FindMask, ImagingSettings, analyse_step, find_mask
-from aos_gcs.mission.sampling import to_frame
-from aos_gcs.mission.settings import AutofocusSettings
+from aos_gcs.mission.search.sampling import to_frame
 from aos_gcs.mission.viewing import (
     FocusFound,
     FrameKind,
@@ -39,6 +38,7 @@ from aos_gcs.mission.viewing import (
     ViewKind,
     ViewWindow,
 )
+from aos_gcs.planning.settings import AutofocusSettings
 from aos_gcs.store.reader import MissionReader
 
 T = TypeVar("T")

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from aos_gcs.mission.settings import FlightSettings
+from aos_gcs.planning.settings import FlightSettings
 from aos_gcs.ports import Capture
 from aos_gcs.scripting import Swarm, SwarmOptions, open_swarm
 

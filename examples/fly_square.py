@@ -7,7 +7,7 @@ python examples/fly_square.py --driver mavsdk --side 40 udpin://127.0.0.1:14550
 import argparse
 import asyncio
 
-from aos_gcs.mission.settings import FlightSettings
+from aos_gcs.planning.settings import FlightSettings
 from aos_gcs.scripting import Swarm, SwarmOptions, open_swarm
 
 SPACING_M = 5.0

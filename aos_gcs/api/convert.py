@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from functools import lru_cache
 
+from aos_gcs.airspace.waypoints import WaypointRecord
 from aos_gcs.api import models as wire
 from aos_gcs.api.convert_vehicle import vehicle
 from aos_gcs.api.places import (
@@ -24,8 +25,8 @@ from aos_gcs.geometry.notations import dms, mgrs_text, utm_text
 from aos_gcs.mission import model
 from aos_gcs.mission.acknowledgements import ACKNOWLEDGEMENTS_KEPT
 from aos_gcs.mission.control import ReplayState, Timeline
-from aos_gcs.mission.findings import MAX_FINDINGS
 from aos_gcs.mission.phases import is_allowed
+from aos_gcs.mission.search.findings import MAX_FINDINGS
 from aos_gcs.ports import LandedState
 
 _CHECKS_KEPT = 4096
@@ -236,7 +237,7 @@ def step(record: model.StepRecord, origin: GeodeticPosition | None) -> wire.Step
     )
 
 
-def waypoints(records: Sequence[model.WaypointRecord], origin: GeodeticPosition | None) -> list[wire.WaypointModel]:
+def waypoints(records: Sequence[WaypointRecord], origin: GeodeticPosition | None) -> list[wire.WaypointModel]:
     """Convert the waypoints of a step."""
     requested = positions([record.requested_enu_m for record in records], origin)
     sent = iter(positions([record.sent_enu_m for record in records if record.sent_enu_m is not None], origin))

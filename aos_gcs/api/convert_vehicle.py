@@ -8,7 +8,7 @@ from typing import Final
 
 from aos_gcs.api import models as wire
 from aos_gcs.api.places import optional_position, percent, place_model, position, rounded, vertices
-from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.geometry.geodesy import EnuPoint, GeodeticPosition, LocalFrame
 from aos_gcs.mission import model
 from aos_gcs.ports import CameraState, LinkQuality
 
@@ -100,6 +100,6 @@ def _scaled(value: float | None, factor: float) -> float | None:
 
 
 @lru_cache(maxsize=_VEHICLES_KEPT)
-def _to_enu(origin: GeodeticPosition, position: GeodeticPosition) -> model.EnuPoint:
+def _to_enu(origin: GeodeticPosition, position: GeodeticPosition) -> EnuPoint:
     east_m, north_m, up_m = LocalFrame(origin).to_enu(position)
     return float(east_m), float(north_m), float(up_m)

@@ -10,6 +10,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from aos_gcs.airspace.waypoints import WaypointVerdict
 from aos_gcs.api.access import Role
 from aos_gcs.mission.model import (
     Action,
@@ -21,7 +22,6 @@ from aos_gcs.mission.model import (
     PictureKind,
     Suspension,
     Task,
-    Verdict,
 )
 from aos_gcs.ports import FlightMode, LandedState, Severity
 
@@ -332,7 +332,7 @@ class WaypointModel(WireModel):
     vehicle_id: int
     requested: PositionModel
     sent: PositionModel | None
-    verdict: Verdict
+    verdict: WaypointVerdict
     reason: str
 
 

@@ -7,8 +7,7 @@ from collections.abc import Sequence
 from functools import lru_cache
 
 from aos_gcs.api import models as wire
-from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
-from aos_gcs.mission import model
+from aos_gcs.geometry.geodesy import EnuPoint, GeodeticPosition, LocalFrame
 
 _PLACES_KEPT = 8192
 """Polygons, homes and waypoints come again with every snapshot; converting them each time would cost the loop."""
@@ -39,14 +38,14 @@ def geodetic(position: GeodeticPosition) -> wire.GeodeticModel:
 
 
 @lru_cache(maxsize=_PLACES_KEPT)
-def position(point_enu_m: model.EnuPoint, origin: GeodeticPosition | None) -> wire.PositionModel:
+def position(point_enu_m: EnuPoint, origin: GeodeticPosition | None) -> wire.PositionModel:
     """Convert an ENU point, with its place on the globe when the origin is known."""
     east_m, north_m, up_m = (float(coordinate) for coordinate in point_enu_m)
     place = LocalFrame(origin).to_geodetic((east_m, north_m, up_m)) if origin else None
     return place_model((east_m, north_m, up_m), place)
 
 
-def positions(points_enu_m: Sequence[model.EnuPoint], origin: GeodeticPosition | None) -> list[wire.PositionModel]:
+def positions(points_enu_m: Sequence[EnuPoint], origin: GeodeticPosition | None) -> list[wire.PositionModel]:
     """Convert many ENU points at once."""
     if origin is None or not points_enu_m:
         return [position(point_enu_m, origin) for point_enu_m in points_enu_m]
@@ -54,7 +53,7 @@ def positions(points_enu_m: Sequence[model.EnuPoint], origin: GeodeticPosition |
     return [place_model(point_enu_m, place) for point_enu_m, place in zip(points_enu_m, places, strict=True)]
 
 
-def place_model(point_enu_m: model.EnuPoint, place: GeodeticPosition | None) -> wire.PositionModel:
+def place_model(point_enu_m: EnuPoint, place: GeodeticPosition | None) -> wire.PositionModel:
     """Join a point in both frames, to the centimetre."""
     east_m, north_m, up_m = point_enu_m
     return wire.PositionModel(
@@ -90,6 +89,6 @@ def scan_leg(
     return wire.ScanLegModel(start=vertex(start_enu_m, origin), end=vertex(end_enu_m, origin))
 
 
-def optional_position(point_enu_m: model.EnuPoint | None, origin: GeodeticPosition | None) -> wire.PositionModel | None:
+def optional_position(point_enu_m: EnuPoint | None, origin: GeodeticPosition | None) -> wire.PositionModel | None:
     """Convert an ENU point that may be unknown."""
     return position(point_enu_m, origin) if point_enu_m is not None else None

@@ -8,17 +8,17 @@ from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from typing import Final
 
+from aos_gcs.airspace.polygon import Polygon
 from aos_gcs.api import plan_models as wire
 from aos_gcs.api.places import scan_leg
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
-from aos_gcs.mission.mission_plan import MissionPlan, PlanProblem, StrategyOptions
 from aos_gcs.mission.model import VehicleSnapshot
-from aos_gcs.mission.plan import altitude_layers
-from aos_gcs.mission.plan_advice import Proposal
-from aos_gcs.mission.plan_estimate import PlanEstimate
-from aos_gcs.mission.plan_import import ImportedShape
-from aos_gcs.mission.polygon import Polygon
-from aos_gcs.mission.settings import ForestSettings
+from aos_gcs.planning.advice import Proposal
+from aos_gcs.planning.estimate import PlanEstimate
+from aos_gcs.planning.layout import altitude_layers
+from aos_gcs.planning.plan import MissionPlan, PlanProblem, StrategyOptions
+from aos_gcs.planning.settings import ForestSettings
+from aos_gcs.planning.shape_files import ImportedShape
 
 NO_ORIGIN: Final = GeodeticPosition(0.0, 0.0, 0.0)
 """For plans without any place."""

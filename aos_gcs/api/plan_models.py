@@ -11,7 +11,7 @@ from typing import Annotated, Any
 from pydantic import ConfigDict, Field
 
 from aos_gcs.api.models import ScanLegModel, WireModel
-from aos_gcs.mission.plan_import import ShapeRole
+from aos_gcs.planning.shape_files import ShapeRole
 
 Latitude = Annotated[float, Field(ge=-90.0, le=90.0)]
 Longitude = Annotated[float, Field(ge=-180.0, le=180.0)]

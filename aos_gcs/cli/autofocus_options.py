@@ -14,8 +14,8 @@ from aos_gcs.cli.numbers import parse_numbers
 from aos_gcs.cli.output import progress
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.projection import Plane, project_points
-from aos_gcs.imaging.autofocus import find_focus
-from aos_gcs.imaging.focus_region import FocusRegion, GroundRegion
+from aos_gcs.imaging.focus.autofocus import find_focus
+from aos_gcs.imaging.focus.region import FocusRegion, GroundRegion
 from aos_gcs.imaging.model import Frame
 from aos_gcs.imaging.undistort import seen_pixels
 from aos_gcs.surveys.images import LazyFrames

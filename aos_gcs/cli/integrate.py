@@ -17,10 +17,10 @@ from aos_gcs.cli.survey_options import open_survey, tell_left_out
 from aos_gcs.cli.work_options import DEFAULT_MAX_MEMORY_MB, WorkOptions
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.exports.georeference import Georeference, LocalGeoreference, ProjectedGeoreference
-from aos_gcs.imaging.dem_files import is_geotiff, read_dem_crs
-from aos_gcs.imaging.ground import choose_raster, covered_part
 from aos_gcs.imaging.model import Detector, GroundRaster
-from aos_gcs.imaging.terrain import Terrain
+from aos_gcs.imaging.surfaces.dem_files import is_geotiff, read_dem_crs
+from aos_gcs.imaging.surfaces.ground import choose_raster, covered_part
+from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.imaging.views import FocalSurface
 from aos_gcs.surveys.anomalies import MapBlob, map_blobs
 from aos_gcs.surveys.integration import Work

@@ -30,10 +30,10 @@ def effectiveness(
     was stopped. See docs/effectiveness.md.
     """
     from aos_gcs.cli.output import progress  # noqa: PLC0415 - keeps the other commands' help fast
-    from aos_gcs.imaging.person import read_model  # noqa: PLC0415
-    from aos_gcs.lab.effectiveness import StudySettings, scene_keys, study_scenes  # noqa: PLC0415
-    from aos_gcs.lab.effectiveness_report import Rule, as_markdown, decide, summarise  # noqa: PLC0415
-    from aos_gcs.lab.effectiveness_store import StudyFolder, missing  # noqa: PLC0415
+    from aos_gcs.imaging.persons.likeness import read_model  # noqa: PLC0415
+    from aos_gcs.lab.effectiveness.report import Rule, as_markdown, decide, summarise  # noqa: PLC0415
+    from aos_gcs.lab.effectiveness.store import StudyFolder, missing  # noqa: PLC0415
+    from aos_gcs.lab.effectiveness.study import StudySettings, scene_keys, study_scenes  # noqa: PLC0415
     from aos_gcs.lab.scenes import PositionGrade  # noqa: PLC0415
 
     if scenes < 1 or jobs < 1 or seed < 0:
@@ -68,9 +68,9 @@ def fit_person(
     Judge it on scenes of other seeds: aos-gcs lab effectiveness --model FILE --seed N.
     """
     from aos_gcs.cli.files import check_writable  # noqa: PLC0415 - keeps the other commands' help fast
-    from aos_gcs.imaging.person import fit_person_model, write_model  # noqa: PLC0415
-    from aos_gcs.lab.effectiveness_report import labelled_bodies  # noqa: PLC0415
-    from aos_gcs.lab.effectiveness_store import read_results  # noqa: PLC0415
+    from aos_gcs.imaging.persons.likeness import fit_person_model, write_model  # noqa: PLC0415
+    from aos_gcs.lab.effectiveness.report import labelled_bodies  # noqa: PLC0415
+    from aos_gcs.lab.effectiveness.store import read_results  # noqa: PLC0415
 
     check_writable(out)
     evidence, is_person = labelled_bodies(read_results(study))

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from aos_gcs.mission.checks import MISSION
 from aos_gcs.mission.model import CheckStatus, PreflightCheck
+from aos_gcs.mission.preflight.checks import MISSION
 
 _SIGNS = {CheckStatus.PASS: "✓", CheckStatus.WARN: "!", CheckStatus.FAIL: "✗"}
 _OVERRIDDEN = "o"

@@ -10,7 +10,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from aos_gcs.mission.model import EnuPoint, MissionSnapshot, Outcome, SettingsRecord, StepRecord, VehicleSnapshot
+from aos_gcs.geometry.geodesy import EnuPoint
+from aos_gcs.mission.model import MissionSnapshot, Outcome, SettingsRecord, StepRecord, VehicleSnapshot
 from aos_gcs.store.summary import FrameCount, MissionSummary
 
 Row = Sequence[str]

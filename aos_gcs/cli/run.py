@@ -68,7 +68,7 @@ def run(
 
 def _show_plan(config: ServiceConfig) -> None:
     from aos_gcs.config import mission_settings  # noqa: PLC0415 - heavy, only for this command
-    from aos_gcs.mission.aperture_check import advise  # noqa: PLC0415
+    from aos_gcs.planning.aperture import advise  # noqa: PLC0415
 
     settings = mission_settings(config)
     if settings.forest is None:

@@ -16,9 +16,9 @@ from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.geometry.projection import Plane
-from aos_gcs.imaging.dem_files import is_geotiff, read_dem
-from aos_gcs.imaging.focus_region import FocusRegion, ViewRegion
+from aos_gcs.imaging.focus.region import FocusRegion, ViewRegion
 from aos_gcs.imaging.model import GroundRaster
+from aos_gcs.imaging.surfaces.dem_files import is_geotiff, read_dem
 from aos_gcs.imaging.views import FocalSurface
 from aos_gcs.surveys.model import Survey
 

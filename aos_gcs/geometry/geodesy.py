@@ -8,6 +8,9 @@ import numpy as np
 import pymap3d
 from numpy.typing import ArrayLike, NDArray
 
+EnuPoint = tuple[float, float, float]
+"""East, north and up in metres."""
+
 
 @dataclass(frozen=True, slots=True)
 class GeodeticPosition:

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.imaging.blobs import BlobCells
-from aos_gcs.imaging.marks import NO_MARKS, Marks
+from aos_gcs.imaging.detection.marks import NO_MARKS, Marks
 from aos_gcs.imaging.model import FocalGrid, Frame, KeptView
 
 MIN_GAIN = 0.03

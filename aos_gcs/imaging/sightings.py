@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from aos_gcs.imaging.blobs import BlobCells
-from aos_gcs.imaging.marks import Marks
+from aos_gcs.imaging.detection.marks import Marks
 from aos_gcs.imaging.model import Blob, BlobView, FocalGrid, Frame, Sighting
 
 

@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.imaging.blobs import BlobCells, find_blobs
-from aos_gcs.imaging.detectors import detect
+from aos_gcs.imaging.detection.detectors import detect
+from aos_gcs.imaging.detection.marks import NO_MARKS, Marks, covered_marks, project_marks
 from aos_gcs.imaging.focal_plane import DEFAULT_MAX_CELLS, choose_grid
 from aos_gcs.imaging.frame_checks import usable_frames
 from aos_gcs.imaging.history import marks_on, views_to_keep
 from aos_gcs.imaging.integral import BATCH_FRAMES, ViewIntegral
-from aos_gcs.imaging.marks import NO_MARKS, Marks, covered_marks, project_marks
 from aos_gcs.imaging.model import AnomalySource, Detector, FocalGrid, Frame, KeptView, LeaderCriterion, StepAnalysis
 from aos_gcs.imaging.sightings import sight
 from aos_gcs.imaging.views import PlaneView, grid_view

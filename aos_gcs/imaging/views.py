@@ -20,7 +20,7 @@ from aos_gcs.geometry.projection import Plane, pixel_rays, plane_to_image
 from aos_gcs.imaging.focal_plane import MAX_DEPTH_RATIO, grid_to_plane, visible_half_planes
 from aos_gcs.imaging.layers import Layer, Projection, exact_layer
 from aos_gcs.imaging.model import FocalGrid, Frame, GroundRaster, Pixels
-from aos_gcs.imaging.terrain import Terrain
+from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.imaging.undistort import RIM_PX, lens_map, sample_pixels, seen_pixels
 from aos_gcs.imaging.warp import PlaneProjection
 

@@ -12,8 +12,8 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.geometry.projection import project_points
 from aos_gcs.imaging.blobs import BlobCells
+from aos_gcs.imaging.detection.marks import Marks
 from aos_gcs.imaging.focal_plane import grid_to_image
-from aos_gcs.imaging.marks import Marks
 from aos_gcs.imaging.model import FocalGrid, VehicleMasks
 
 TIE_TOLERANCE = 1e-9

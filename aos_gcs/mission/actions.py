@@ -8,13 +8,13 @@ from typing import Protocol
 
 from aos_gcs.errors import MissionError
 from aos_gcs.mission.context import MissionContext
-from aos_gcs.mission.errands import Errands
-from aos_gcs.mission.homing import Homing
-from aos_gcs.mission.joining import Joining
+from aos_gcs.mission.fleet.joining import Joining
+from aos_gcs.mission.fleet.return_and_land import Homing
+from aos_gcs.mission.fleet.roster import Member
+from aos_gcs.mission.fleet.vehicle_tasks import Errands
 from aos_gcs.mission.model import Action, ActionRecord, ActionResult, Outcome, Phase, Suspension, Task
 from aos_gcs.mission.phases import ENDING, ON_GROUND, check_action
-from aos_gcs.mission.roster import Member
-from aos_gcs.mission.vision import Vision
+from aos_gcs.mission.search.vision import Vision
 from aos_gcs.ports import FlightMode, Hold, Land, ReturnToLaunch, Severity
 
 _HOLDS = "holds its position"

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from aos_gcs.mission.cameras import CameraLog
-from aos_gcs.mission.flight import FlightControl
+from aos_gcs.mission.fleet.flight import FlightControl
+from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal, Recorder
 from aos_gcs.mission.model import Outcome, PreflightCheck
-from aos_gcs.mission.roster import Roster
-from aos_gcs.mission.settings import MissionSettings
+from aos_gcs.mission.search.cameras import CameraLog
+from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.ports import Clock
 
 

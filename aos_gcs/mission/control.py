@@ -7,11 +7,10 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Protocol
 
-from aos_gcs.mission.mission_plan import MissionPlan
+from aos_gcs.geometry.geodesy import EnuPoint
 from aos_gcs.mission.model import (
     Action,
     ActionResult,
-    EnuPoint,
     Event,
     Finding,
     FindingChange,
@@ -23,7 +22,8 @@ from aos_gcs.mission.model import (
     PreflightCheck,
     StepRecord,
 )
-from aos_gcs.mission.settings import MissionSettings
+from aos_gcs.planning.plan import MissionPlan
+from aos_gcs.planning.settings import MissionSettings
 
 
 class MissionControl(Protocol):

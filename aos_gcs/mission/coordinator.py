@@ -11,24 +11,23 @@ from typing import Any
 import numpy as np
 
 from aos_gcs.errors import AosError, MissionError
+from aos_gcs.geometry.geodesy import EnuPoint
 from aos_gcs.mission.acknowledgements import Acknowledgements
 from aos_gcs.mission.actions import Operator
 from aos_gcs.mission.context import MissionContext
-from aos_gcs.mission.errands import Errands
-from aos_gcs.mission.findings import Findings
-from aos_gcs.mission.flight import FlightControl
-from aos_gcs.mission.gallery import Gallery
+from aos_gcs.mission.fleet.flight import FlightControl
+from aos_gcs.mission.fleet.joining import Joining
+from aos_gcs.mission.fleet.monitor import Monitor
+from aos_gcs.mission.fleet.return_and_land import Homing
+from aos_gcs.mission.fleet.return_heights import ReturnHeights
+from aos_gcs.mission.fleet.roster import Member, Roster
+from aos_gcs.mission.fleet.vehicle_tasks import Errands
 from aos_gcs.mission.health import LoopMonitor
-from aos_gcs.mission.homing import Homing
-from aos_gcs.mission.inspection import Inspector
-from aos_gcs.mission.joining import Joining
 from aos_gcs.mission.journal import Journal, Recorder
 from aos_gcs.mission.launch import Launch
-from aos_gcs.mission.mission_plan import MissionPlan, apply_plan
 from aos_gcs.mission.model import (
     Action,
     ActionResult,
-    EnuPoint,
     Event,
     EventKind,
     Finding,
@@ -45,15 +44,16 @@ from aos_gcs.mission.model import (
     Suspension,
     Task,
 )
-from aos_gcs.mission.monitor import Monitor
-from aos_gcs.mission.overrides import Overrides
 from aos_gcs.mission.phases import BEFORE_START, ENDING, ON_GROUND, check_action, check_transition
-from aos_gcs.mission.plan_check import check_plan
-from aos_gcs.mission.return_heights import ReturnHeights
-from aos_gcs.mission.roster import Member, Roster
-from aos_gcs.mission.search import Search
-from aos_gcs.mission.settings import MissionSettings
-from aos_gcs.mission.vision import Vision
+from aos_gcs.mission.preflight.inspection import Inspector
+from aos_gcs.mission.preflight.overrides import Overrides
+from aos_gcs.mission.search.findings import Findings
+from aos_gcs.mission.search.gallery import Gallery
+from aos_gcs.mission.search.search import Search
+from aos_gcs.mission.search.vision import Vision
+from aos_gcs.planning.check import check_plan
+from aos_gcs.planning.plan import MissionPlan, apply_plan
+from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.ports import Clock, Fleet, ReturnToLaunch, Severity
 
 _FAREWELL_S = 5.0

@@ -7,20 +7,20 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from aos_gcs.airspace.safety import SafetyLimits
 from aos_gcs.errors import MissionFailedError
 from aos_gcs.geometry.geodesy import LocalFrame
-from aos_gcs.mission import checks
-from aos_gcs.mission.aperture_check import check_aperture
 from aos_gcs.mission.context import MissionContext
-from aos_gcs.mission.inspection import Inspector
+from aos_gcs.mission.fleet.roster import Member
 from aos_gcs.mission.model import Phase, PreflightCheck, Task
-from aos_gcs.mission.overrides import Overrides
-from aos_gcs.mission.plan import FENCE_MARGIN_M, altitude_layers, propose_fence
-from aos_gcs.mission.preflight import MIN_HOME_DISTANCE_M, check_all, check_area, check_layers
-from aos_gcs.mission.preflight_ground import check_ground
-from aos_gcs.mission.preflight_setup import check_setup, check_system_ids
-from aos_gcs.mission.roster import Member
-from aos_gcs.mission.safety import SafetyLimits
+from aos_gcs.mission.preflight import checks
+from aos_gcs.mission.preflight.aperture import check_aperture
+from aos_gcs.mission.preflight.ground import check_ground
+from aos_gcs.mission.preflight.inspection import Inspector
+from aos_gcs.mission.preflight.overrides import Overrides
+from aos_gcs.mission.preflight.setup import check_setup, check_system_ids
+from aos_gcs.mission.preflight.telemetry import MIN_HOME_DISTANCE_M, check_all, check_area, check_layers
+from aos_gcs.planning.layout import FENCE_MARGIN_M, altitude_layers, propose_fence
 from aos_gcs.ports import Arm, Disarm, Severity, Takeoff
 
 MIN_SWARM = 2

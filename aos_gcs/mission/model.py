@@ -10,11 +10,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 
-from aos_gcs.geometry.geodesy import GeodeticPosition
-from aos_gcs.mission.mission_plan import MissionPlan
+from aos_gcs.airspace.waypoints import WaypointRecord
+from aos_gcs.geometry.geodesy import EnuPoint, GeodeticPosition
+from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.ports import Severity, VehicleState
-
-EnuPoint = tuple[float, float, float]
 
 
 class Phase(StrEnum):
@@ -373,26 +372,6 @@ class MissionSnapshot:
     """Oldest first."""
     acknowledgements: tuple[Acknowledgement, ...] = ()
     """The latest ones, by the number of their notice."""
-
-
-class Verdict(StrEnum):
-    """What safety has made of a planned waypoint."""
-
-    SENT = "sent"
-    SHORTENED = "shortened"
-    HELD = "held"
-
-
-@dataclass(frozen=True, slots=True)
-class WaypointRecord:
-    """One vehicle's planned waypoint of a step."""
-
-    vehicle_id: int
-    requested_enu_m: EnuPoint
-    sent_enu_m: EnuPoint | None
-    """None when the vehicle was held in place."""
-    verdict: Verdict
-    reason: str
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ from enum import StrEnum
 from typing import Protocol
 
 from aos_gcs.errors import AosError
-from aos_gcs.mission.model import EnuPoint
+from aos_gcs.geometry.geodesy import EnuPoint
 
 
 class ViewerBusyError(AosError):

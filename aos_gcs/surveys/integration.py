@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.errors import InputDataError
-from aos_gcs.imaging.detectors import detect
+from aos_gcs.imaging.detection.detectors import detect
+from aos_gcs.imaging.detection.marks import project_marks
 from aos_gcs.imaging.integral import ViewIntegral
-from aos_gcs.imaging.marks import project_marks
 from aos_gcs.imaging.model import Detector, Frame
-from aos_gcs.imaging.terrain import Terrain
+from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.imaging.trimmed import integrate_trimmed
 from aos_gcs.imaging.views import FocalSurface, FocalView
 from aos_gcs.imaging.warp import PlaneProjection
@@ -127,8 +127,9 @@ def add_marks(
 ) -> None:
     """Count a frame's anomaly mask, values 0 and 1, into the cells of a view.
 
-    On a plane see :func:`~aos_gcs.imaging.marks.project_marks`. On terrain a marked pixel marks the cells whose centres
-    it holds; where cells are larger than pixels it is grown to their size first, so that it cannot fall between them.
+    On a plane see :func:`~aos_gcs.imaging.detection.marks.project_marks`. On terrain a marked pixel marks the cells
+    whose centres it holds; where cells are larger than pixels it is grown to their size first, so that it cannot fall
+    between them.
     """
     projection = view.project(mask)
     if isinstance(projection, PlaneProjection):

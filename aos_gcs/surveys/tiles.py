@@ -17,9 +17,9 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.geometry.projection import Plane
 from aos_gcs.imaging.focal_plane import footprint
-from aos_gcs.imaging.ground import raster_part
 from aos_gcs.imaging.model import GroundRaster
-from aos_gcs.imaging.terrain import Terrain
+from aos_gcs.imaging.surfaces.ground import raster_part
+from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.imaging.views import FocalSurface, FocalView, ortho_view, perspective_view
 from aos_gcs.surveys.model import SurveyImage
 

@@ -20,9 +20,9 @@ from rich.table import Table
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose, nadir_pose
 from aos_gcs.imaging.aperture import integral_visibility, seen_at_least_once, smallest_spacing_m
-from aos_gcs.imaging.autofocus import find_focus
-from aos_gcs.imaging.focus_measure import FocusSignal
-from aos_gcs.imaging.focus_region import FocusRegion, GroundRegion, ViewRegion
+from aos_gcs.imaging.focus.autofocus import find_focus
+from aos_gcs.imaging.focus.measure import FocusSignal
+from aos_gcs.imaging.focus.region import FocusRegion, GroundRegion, ViewRegion
 from aos_gcs.imaging.integral import integrate_view
 from aos_gcs.imaging.model import Frame
 from aos_gcs.surveys.images import LazyFrames

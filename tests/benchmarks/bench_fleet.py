@@ -21,17 +21,17 @@ import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.mavlink import links, open_mavlink
+from aos_gcs.airspace.safety import SafetyLimits
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import CommandError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.mission.coordinator import Coordinator
-from aos_gcs.mission.flight import FlightControl
+from aos_gcs.mission.fleet.flight import FlightControl
+from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal
 from aos_gcs.mission.model import Action, Phase, Task
-from aos_gcs.mission.roster import Roster
-from aos_gcs.mission.safety import SafetyLimits
-from aos_gcs.mission.settings import Deadlines, FlightSettings, PreflightSettings
+from aos_gcs.planning.settings import Deadlines, FlightSettings, PreflightSettings
 from aos_gcs.ports import Clock, DriverContext, Fleet, Goto, LandedState
 from aos_gcs.swarm.model import Observation
 from aos_gcs.swarm.registry import make_strategy

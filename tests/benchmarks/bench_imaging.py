@@ -26,12 +26,12 @@ from rich.table import Table
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.distortion import LensDistortion, LensModel
 from aos_gcs.geometry.poses import nadir_pose
+from aos_gcs.imaging.detection.rx import rx_scores
 from aos_gcs.imaging.integral import integrate
 from aos_gcs.imaging.model import AnomalySource, Detector, Frame
 from aos_gcs.imaging.pictures import render_pictures
-from aos_gcs.imaging.rx import rx_scores
 from aos_gcs.imaging.step import ImagingSettings, analyse_step
-from aos_gcs.imaging.terrain import Terrain
+from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.imaging.views import perspective_view
 
 ROUNDS = 15

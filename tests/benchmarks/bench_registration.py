@@ -19,7 +19,7 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose, nadir_pose
 from aos_gcs.geometry.projection import intersect_plane, project_points
 from aos_gcs.imaging.model import Frame
-from aos_gcs.imaging.registration import Registration, apply_sure, register
+from aos_gcs.imaging.registration.pose_errors import Registration, apply_sure, register
 from aos_gcs.imaging.step import ImagingSettings, analyse_step
 from aos_sim.noise import GNSS, LastingErrors, PoseErrors, draw_lasting_errors, reported_pose
 from aos_sim.render.renderer import Renderer

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from aos_gcs.mission.safety import Mover, SafetyLimits, vet_waypoints
+from aos_gcs.airspace.safety import Mover, SafetyLimits, vet_waypoints
 from aos_gcs.swarm.model import Observation
 from aos_gcs.swarm.registry import available_strategies, make_strategy
 from aos_gcs.swarm.scatter import DURATION_S, scatter

@@ -13,8 +13,8 @@ from fastapi import FastAPI
 from playwright.async_api import FilePayload, Page, Route, expect
 
 from aos_gcs.api.app import create_app
-from aos_gcs.mission.mission_plan import plan_of
-from aos_gcs.mission.plan_import import MAX_FILE_BYTES
+from aos_gcs.planning.plan import plan_of
+from aos_gcs.planning.shape_files import MAX_FILE_BYTES
 from tests.browser.conftest import OPERATOR_CODE, PageRecord, Service, serving
 from tests.browser.pages import confirm, open_page
 from tests.fakes.mission import ORIGIN, ScriptedMission

@@ -19,7 +19,7 @@ from aos_gcs.mission.coordinator import Coordinator
 from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal
 from aos_gcs.mission.model import Outcome, Task
-from aos_gcs.mission.settings import Deadlines, PreflightSettings
+from aos_gcs.planning.settings import Deadlines, PreflightSettings
 from aos_gcs.ports import DriverContext
 from aos_sim.camera.server import ImageServer
 from aos_sim.camera.synthetic import SyntheticImage

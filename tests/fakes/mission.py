@@ -11,20 +11,17 @@ from dataclasses import dataclass, field, replace
 import cv2
 import numpy as np
 
+from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict
 from aos_gcs.errors import MissionError
-from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.geometry.geodesy import EnuPoint, GeodeticPosition, LocalFrame
 from aos_gcs.imaging.step import ImagingSettings
 from aos_gcs.mission.acknowledgements import Acknowledgements
-from aos_gcs.mission.checks import failed, passed
 from aos_gcs.mission.events import EventStream
-from aos_gcs.mission.findings import Findings
-from aos_gcs.mission.mission_plan import MissionPlan, apply_plan
 from aos_gcs.mission.model import (
     Action,
     ActionResult,
     CameraSnapshot,
     CheckOverride,
-    EnuPoint,
     ErrorEllipse,
     Event,
     EventKind,
@@ -46,11 +43,12 @@ from aos_gcs.mission.model import (
     TargetEstimate,
     Task,
     VehicleSnapshot,
-    Verdict,
-    WaypointRecord,
 )
 from aos_gcs.mission.phases import check_action
-from aos_gcs.mission.settings import MissionSettings
+from aos_gcs.mission.preflight.checks import failed, passed
+from aos_gcs.mission.search.findings import Findings
+from aos_gcs.planning.plan import MissionPlan, apply_plan
+from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.ports import Clock, FlightMode, LandedState, LinkQuality, Severity, VehicleState
 
 ORIGIN = GeodeticPosition(48.3358, 14.3263, 262.0)
@@ -367,10 +365,10 @@ class ScriptedMission:
         requested = (east_m, north_m, body.layer_height_m)
         if body.vehicle_id == 2 and number % 5 == 0:
             body.refusal = "held: vehicle 3 would come closer than 5.0 m"
-            return WaypointRecord(body.vehicle_id, requested, None, Verdict.HELD, body.refusal)
+            return WaypointRecord(body.vehicle_id, requested, None, WaypointVerdict.HELD, body.refusal)
         body.refusal = None
         body.waypoint_enu_m = requested
-        return WaypointRecord(body.vehicle_id, requested, requested, Verdict.SENT, "")
+        return WaypointRecord(body.vehicle_id, requested, requested, WaypointVerdict.SENT, "")
 
     # --- what is shown
 

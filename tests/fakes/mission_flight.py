@@ -23,7 +23,7 @@ from aos_gcs.mission.model import (
     StepRecord,
     Task,
 )
-from aos_gcs.mission.settings import Deadlines, DetectionSettings, MissionSettings, PreflightSettings
+from aos_gcs.planning.settings import Deadlines, DetectionSettings, MissionSettings, PreflightSettings
 from aos_gcs.ports import Capture
 from tests.fakes.fleet import ORIGIN, FakeFleet
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from aos_gcs.swarm.archive_raster import CELL_M, HALF_CELLS, SIDE, BoolArray, FloatArray
+from aos_gcs.swarm.archive.raster import CELL_M, HALF_CELLS, SIDE, BoolArray, FloatArray
 
 _AXIS_M = CELL_M * (np.arange(SIDE) + 0.5 - HALF_CELLS)
 _CELLS_M = np.stack([axis.ravel() for axis in np.meshgrid(_AXIS_M, -_AXIS_M)]).astype(np.float32)

@@ -14,9 +14,9 @@ from aos_gcs.cli import main
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.geometry.projection import intersect_plane
-from aos_gcs.imaging.autofocus import find_focus
-from aos_gcs.imaging.focus_region import GroundRegion, ViewRegion
-from aos_gcs.imaging.focus_track import FocusTrack, search_range_m, update_focus
+from aos_gcs.imaging.focus.autofocus import find_focus
+from aos_gcs.imaging.focus.region import GroundRegion, ViewRegion
+from aos_gcs.imaging.focus.track import FocusTrack, search_range_m, update_focus
 from aos_gcs.imaging.model import Frame
 from aos_gcs.surveys.images import LazyFrames
 from aos_gcs.surveys.poses_file import read_poses

@@ -15,8 +15,8 @@ from aos_gcs.errors import ConfigurationError, InputDataError, LinkError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import nadir_pose
 from aos_gcs.geometry.projection import Plane
-from aos_gcs.imaging.ground import choose_raster
 from aos_gcs.imaging.model import Detector
+from aos_gcs.imaging.surfaces.ground import choose_raster
 from aos_gcs.surveys.cluster import integrate_on_cluster
 from aos_gcs.surveys.integration import Work, integrate_tiles
 from aos_gcs.surveys.model import SurveyImage

@@ -9,10 +9,10 @@ import pytest
 
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
-from aos_gcs.imaging.dem_files import read_dem
 from aos_gcs.imaging.integral import integrate
 from aos_gcs.imaging.model import Frame
-from aos_gcs.imaging.terrain import Terrain
+from aos_gcs.imaging.surfaces.dem_files import read_dem
+from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.imaging.views import FocalView, perspective_view
 from aos_gcs.surveys.images import LazyFrames
 from aos_gcs.surveys.poses_file import read_poses

@@ -8,9 +8,9 @@ from typer.testing import CliRunner
 
 from aos_gcs.cli.lab import lab
 from aos_gcs.errors import ConfigurationError
-from aos_gcs.lab.effectiveness import SceneKey, StudySettings, study_scene, study_scenes
-from aos_gcs.lab.effectiveness_report import Rule, Verdict, decide
-from aos_gcs.lab.effectiveness_store import DECISIONS_FILE, SCENES_FILE, SUMMARY_FILE, read_results
+from aos_gcs.lab.effectiveness.report import Rule, Verdict, decide
+from aos_gcs.lab.effectiveness.store import DECISIONS_FILE, SCENES_FILE, SUMMARY_FILE, read_results
+from aos_gcs.lab.effectiveness.study import SceneKey, StudySettings, study_scene, study_scenes
 from aos_gcs.lab.scenes import PositionGrade
 
 SMALL = StudySettings(vehicles=4, image_size_px=256, imaging_steps=1)

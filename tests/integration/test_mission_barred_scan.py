@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from aos_gcs.airspace.polygon import Polygon
 from aos_gcs.mission.model import Outcome
-from aos_gcs.mission.polygon import Polygon
-from aos_gcs.mission.settings import Deadlines
+from aos_gcs.planning.settings import Deadlines
 from tests.fakes.mission_flight import Flight, flying, prepare
 
 pytestmark = pytest.mark.looptime

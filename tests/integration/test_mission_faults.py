@@ -10,15 +10,16 @@ from types import UnionType
 import numpy as np
 import pytest
 
+from aos_gcs.airspace.safety import SafetyLimits
+from aos_gcs.airspace.waypoints import WaypointVerdict
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import MissionError
 from aos_gcs.geometry.geodesy import LocalFrame
-from aos_gcs.mission.flight import FlightControl
+from aos_gcs.mission.fleet.flight import FlightControl
+from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.journal import Journal
-from aos_gcs.mission.model import Action, ActionRecord, Outcome, Phase, Task, Verdict
-from aos_gcs.mission.roster import Roster
-from aos_gcs.mission.safety import SafetyLimits
-from aos_gcs.mission.settings import Deadlines, FlightSettings
+from aos_gcs.mission.model import Action, ActionRecord, Outcome, Phase, Task
+from aos_gcs.planning.settings import Deadlines, FlightSettings
 from aos_gcs.ports import (
     Arm,
     Capture,
@@ -135,7 +136,7 @@ async def test_others_keep_off_the_ways_that_a_vehicle_may_take_by_itself(
 
     def is_free(target_enu_m: list[float]) -> bool:
         (record,) = control.vet({1: np.array(target_enu_m)})
-        return record.verdict is Verdict.SENT
+        return record.verdict is WaypointVerdict.SENT
 
     assert is_free([0.0, 5.0, 35.0]) is passes_below
     assert is_free([60.0, 0.0, 35.0]) is crosses_its_way

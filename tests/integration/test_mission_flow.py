@@ -9,7 +9,7 @@ import pytest
 
 from aos_gcs.errors import MissionError
 from aos_gcs.mission.model import Action, NoticeRecord, Outcome, Phase, Suspension, Task
-from aos_gcs.mission.settings import Deadlines, PreflightSettings
+from aos_gcs.planning.settings import Deadlines, PreflightSettings
 from aos_gcs.ports import Arm, Goto, Hold, Land, ReturnToLaunch, Severity
 from tests.fakes.mission_flight import TARGET, flying, prepare
 

@@ -9,7 +9,7 @@ import pytest
 
 from aos_gcs.errors import MissionError
 from aos_gcs.mission.model import Action, Outcome, Task
-from aos_gcs.mission.settings import PreflightSettings
+from aos_gcs.planning.settings import PreflightSettings
 from aos_gcs.ports import Arm, Hold, Takeoff
 from tests.fakes.fleet import FakeVehicle
 from tests.fakes.mission_flight import Flight, flying, prepare

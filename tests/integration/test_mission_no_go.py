@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from aos_gcs.mission.model import Outcome, Verdict
-from aos_gcs.mission.polygon import signed_depth_m
+from aos_gcs.airspace.polygon import signed_depth_m
+from aos_gcs.airspace.waypoints import WaypointVerdict
+from aos_gcs.mission.model import Outcome
 from tests.fakes.mission_flight import Flight, flying, prepare
 
 pytestmark = pytest.mark.looptime
@@ -38,7 +39,7 @@ async def test_nobody_enters_a_no_go_zone_and_everybody_comes_home() -> None:
     assert [vehicle.armed for vehicle in flight.fleet.members.values()] == [False] * 4
     for vehicle in flight.fleet.members.values():
         assert vehicle.position_enu_m() == pytest.approx(vehicle.home_enu_m, abs=0.6)
-    bent = [w for step in flight.mission.steps() for w in step.waypoints if w.verdict is not Verdict.SENT]
+    bent = [w for step in flight.mission.steps() for w in step.waypoints if w.verdict is not WaypointVerdict.SENT]
     assert any("no-go zone" in waypoint.reason for waypoint in bent)
 
 

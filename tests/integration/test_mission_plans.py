@@ -8,8 +8,8 @@ from dataclasses import replace
 import pytest
 
 from aos_gcs.errors import MissionError
-from aos_gcs.mission.mission_plan import plan_of
 from aos_gcs.mission.model import Action, Phase, PlanRecord
+from aos_gcs.planning.plan import plan_of
 from tests.fakes.mission_flight import Flight, flying, prepare, settings
 
 pytestmark = pytest.mark.looptime

@@ -7,10 +7,10 @@ import pytest
 
 from aos_gcs.errors import MissionError
 from aos_gcs.geometry.geodesy import LocalFrame
-from aos_gcs.mission import checks
 from aos_gcs.mission.model import Action, CheckStatus, Outcome, Phase, PreflightCheck
-from aos_gcs.mission.overrides import BY_CONFIGURATION
-from aos_gcs.mission.settings import Deadlines, PreflightSettings
+from aos_gcs.mission.preflight import checks
+from aos_gcs.mission.preflight.overrides import BY_CONFIGURATION
+from aos_gcs.planning.settings import Deadlines, PreflightSettings
 from aos_gcs.ports import Geofence, Safeguard
 from tests.fakes.fleet import ORIGIN
 from tests.fakes.mission_flight import Flight, flying, prepare

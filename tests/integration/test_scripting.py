@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from aos_gcs.errors import ConfigurationError, MissionError
-from aos_gcs.mission.settings import Deadlines, FlightSettings
+from aos_gcs.planning.settings import Deadlines, FlightSettings
 from aos_gcs.scripting import SwarmOptions, open_swarm
 from aos_sim.camera.synthetic import CheckerboardGround
 from aos_sim.swarm import SimulatedSwarm

@@ -11,7 +11,7 @@ import pytest
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import MissionError
 from aos_gcs.mission.journal import Journal
-from aos_gcs.mission.settings import Deadlines
+from aos_gcs.planning.settings import Deadlines
 from aos_gcs.scripting import Swarm, SwarmOptions
 from tests.fakes.fleet import FakeFleet
 

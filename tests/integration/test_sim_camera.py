@@ -22,7 +22,7 @@ from aos_gcs.config import parse_config
 from aos_gcs.errors import CaptureError, LinkError
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.mission.model import Outcome, Task
-from aos_gcs.mission.settings import Deadlines, FlightSettings
+from aos_gcs.planning.settings import Deadlines, FlightSettings
 from aos_gcs.ports import Capture, DriverContext, Vehicle
 from aos_gcs.scripting import SwarmOptions, open_swarm
 from aos_gcs.service import open_service

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from aos_gcs.mission.model import Action, Outcome, Task
-from aos_gcs.mission.settings import PreflightSettings
+from aos_gcs.planning.settings import PreflightSettings
 from tests.fakes.air import Air
 from tests.fakes.air_flight import flying_over
 

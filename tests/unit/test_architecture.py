@@ -11,6 +11,13 @@ SOURCE_FOLDERS = {"aos_gcs": ROOT, "aos_drivers": ROOT / "drivers", "aos_sim": R
 
 FOUNDATION = {"aos_gcs.errors", "aos_gcs.extras", "aos_gcs.geometry", "aos_gcs.radiometry"}
 CONTRACT = FOUNDATION | {"aos_gcs.ports"}
+MISSION = CONTRACT | {
+    "aos_gcs.airspace",
+    "aos_gcs.imaging",
+    "aos_gcs.planning",
+    "aos_gcs.swarm",
+    "aos_gcs.tracking",
+}
 MAY_IMPORT = {
     "aos_gcs.errors": set(),
     "aos_gcs.extras": {"aos_gcs.errors"},
@@ -24,13 +31,15 @@ MAY_IMPORT = {
     "aos_gcs.optimisers": {"aos_gcs.errors"},
     "aos_gcs.swarm": CONTRACT | {"aos_gcs.optimisers"},
     "aos_gcs.tracking": {"aos_gcs.errors"},
-    "aos_gcs.mission": CONTRACT | {"aos_gcs.imaging", "aos_gcs.swarm", "aos_gcs.tracking"},
-    "aos_gcs.store": CONTRACT | {"aos_gcs.mission"},
-    "aos_gcs.api": CONTRACT | {"aos_gcs.mission", "aos_gcs.store"},
+    "aos_gcs.airspace": CONTRACT,
+    "aos_gcs.planning": CONTRACT | {"aos_gcs.airspace", "aos_gcs.imaging", "aos_gcs.swarm", "aos_gcs.tracking"},
+    "aos_gcs.mission": MISSION,
+    "aos_gcs.store": MISSION | {"aos_gcs.mission"},
+    "aos_gcs.api": MISSION | {"aos_gcs.exports", "aos_gcs.mission", "aos_gcs.store"},
     "aos_gcs.lab.scenes": CONTRACT,
     "aos_gcs.lab.worlds": CONTRACT,
     "aos_gcs.surveys": CONTRACT | {"aos_gcs.cluster", "aos_gcs.geotags", "aos_gcs.imaging"},
-    "aos_gcs.exports": CONTRACT | {"aos_gcs.imaging", "aos_gcs.surveys"},
+    "aos_gcs.exports": CONTRACT | {"aos_gcs.imaging", "aos_gcs.mission", "aos_gcs.surveys"},
     "aos_drivers": CONTRACT | {"aos_gcs.clock", "aos_gcs.geotags"},
     "aos_sim": CONTRACT | {"aos_gcs.clock", "aos_gcs.lab.scenes", "aos_gcs.lab.worlds"},
 }

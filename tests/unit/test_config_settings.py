@@ -12,7 +12,7 @@ from aos_gcs.config import ServiceConfig, mission_settings, parse_config, read_c
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.imaging.model import AnomalySource, Detector, LeaderCriterion
-from aos_gcs.mission.settings import PreflightSettings
+from aos_gcs.planning.settings import PreflightSettings
 
 ORIGIN = GeodeticPosition(48.3, 14.3, 260.0)
 SQUARE = [[-10.0, 0.0], [10.0, 0.0], [10.0, 40.0], [-10.0, 40.0]]

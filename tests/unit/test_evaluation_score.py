@@ -13,10 +13,9 @@ import pytest
 from aos_gcs.errors import InputDataError
 from aos_gcs.evaluation import Score, score_mission
 from aos_gcs.geometry.camera import CameraModel
-from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.geometry.geodesy import EnuPoint, GeodeticPosition, LocalFrame
 from aos_gcs.geometry.poses import nadir_pose
 from aos_gcs.mission.model import (
-    EnuPoint,
     MissionSnapshot,
     Outcome,
     OutcomeRecord,

@@ -11,9 +11,9 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.distortion import LensDistortion, LensModel
 from aos_gcs.geometry.poses import Pose, nadir_pose
 from aos_gcs.geometry.projection import Plane, intersect_plane
-from aos_gcs.imaging.autofocus import find_focus, focus_curve
-from aos_gcs.imaging.focus_measure import FocusSignal
-from aos_gcs.imaging.focus_region import MAX_POINTS, GroundRegion, ViewRegion
+from aos_gcs.imaging.focus.autofocus import find_focus, focus_curve
+from aos_gcs.imaging.focus.measure import FocusSignal
+from aos_gcs.imaging.focus.region import MAX_POINTS, GroundRegion, ViewRegion
 from aos_gcs.imaging.model import Frame
 
 CAMERA = CameraModel.from_fov(320, 240, np.radians(55.0))

@@ -8,8 +8,8 @@ from scipy import ndimage
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose, nadir_pose
 from aos_gcs.imaging.blobs import BlobCells, find_blobs
+from aos_gcs.imaging.detection.marks import Marks, project_marks
 from aos_gcs.imaging.focal_plane import choose_grid
-from aos_gcs.imaging.marks import Marks, project_marks
 from aos_gcs.imaging.model import FocalGrid, Frame
 from aos_gcs.imaging.views import grid_view
 from aos_gcs.imaging.visibility import area_in_view_px, choose_leader, contribution_m2, distance_to_centre

@@ -7,10 +7,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from aos_gcs.imaging.detectors import DETECTORS, detect
-from aos_gcs.imaging.local_rx import LOADING, local_rx_scores
+from aos_gcs.imaging.detection.detectors import DETECTORS, detect
+from aos_gcs.imaging.detection.local_rx import LOADING, local_rx_scores
+from aos_gcs.imaging.detection.thermal_anomaly import warm_scores
 from aos_gcs.imaging.model import Detector
-from aos_gcs.imaging.thermal_anomaly import warm_scores
 
 
 def naive_local_rx(image: NDArray[np.float64], guard_px: int, background_px: int) -> NDArray[np.float64]:

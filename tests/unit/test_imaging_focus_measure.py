@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from aos_gcs.imaging.focus_measure import Agreement, FocusSignal, focus_signal
+from aos_gcs.imaging.focus.measure import Agreement, FocusSignal, focus_signal
 
 
 def agreement_of(*frames: np.ndarray) -> Agreement:

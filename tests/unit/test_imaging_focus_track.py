@@ -4,8 +4,8 @@ import pytest
 
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.projection import Plane
-from aos_gcs.imaging.autofocus import FocusResult
-from aos_gcs.imaging.focus_track import FocusTrack, overridden, search_range_m, update_focus
+from aos_gcs.imaging.focus.autofocus import FocusResult
+from aos_gcs.imaging.focus.track import FocusTrack, overridden, search_range_m, update_focus
 
 
 def found(height_m: float, sigma_m: float = 0.5) -> FocusResult:

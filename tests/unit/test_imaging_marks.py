@@ -12,7 +12,7 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.distortion import LensDistortion, LensModel
 from aos_gcs.geometry.poses import Pose, nadir_pose
 from aos_gcs.geometry.projection import intersect_plane, project_points
-from aos_gcs.imaging.marks import Marks, project_marks
+from aos_gcs.imaging.detection.marks import Marks, project_marks
 from aos_gcs.imaging.model import FocalGrid, Frame
 from aos_gcs.imaging.views import grid_view
 

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from aos_gcs.errors import InputDataError
-from aos_gcs.imaging.person import (
+from aos_gcs.imaging.persons.evidence import Evidence
+from aos_gcs.imaging.persons.likeness import (
     DECISION,
     PersonModel,
     fit_person_model,
@@ -15,7 +16,6 @@ from aos_gcs.imaging.person import (
     read_model,
     write_model,
 )
-from aos_gcs.imaging.person_evidence import Evidence
 
 PERSON = Evidence(
     views=24,

@@ -17,11 +17,11 @@ from aos_gcs.errors import ImagingError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose, nadir_pose
 from aos_gcs.geometry.projection import Plane, plane_to_image
-from aos_gcs.imaging import registration as registration_module
-from aos_gcs.imaging.autofocus import focus_curve
-from aos_gcs.imaging.focus_region import ViewRegion
+from aos_gcs.imaging.focus.autofocus import focus_curve
+from aos_gcs.imaging.focus.region import ViewRegion
 from aos_gcs.imaging.model import Frame
-from aos_gcs.imaging.registration import (
+from aos_gcs.imaging.registration import pose_errors as registration_module
+from aos_gcs.imaging.registration.pose_errors import (
     MIN_INLIER_SHARE,
     ErrorBudget,
     PoseCorrection,

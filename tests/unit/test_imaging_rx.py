@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from aos_gcs.imaging.rx import anomaly_mask, default_min_score, rx_scores
+from aos_gcs.imaging.detection.rx import anomaly_mask, default_min_score, rx_scores
 
 RECORDED = Path(__file__).resolve().parents[3] / "shared" / "data" / "rx" / "rx_512x512x4.npz"
 

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from aos_gcs import extras
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.geometry.geodesy import GeodeticPosition
-from aos_gcs.imaging.dem_files import read_dem
-from aos_gcs.imaging.mesh import terrain_from_mesh
-from aos_gcs.imaging.terrain import Terrain
+from aos_gcs.imaging.surfaces.dem_files import read_dem
+from aos_gcs.imaging.surfaces.mesh import terrain_from_mesh
+from aos_gcs.imaging.surfaces.terrain import Terrain
 
 ORIGIN = GeodeticPosition(48.0, 14.0, 500.0)
 

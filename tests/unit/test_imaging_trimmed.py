@@ -9,7 +9,7 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import nadir_pose
 from aos_gcs.imaging.integral import integrate
 from aos_gcs.imaging.model import Frame
-from aos_gcs.imaging.terrain import Terrain
+from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.imaging.trimmed import MEDIAN, integrate_trimmed
 from aos_gcs.imaging.views import perspective_view
 

@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import pytest
 
-from aos_gcs.imaging.person import PersonModel
-from aos_gcs.imaging.person_evidence import Evidence
-from aos_gcs.lab.effectiveness import Anomaly, SceneKey, SceneResult, WarmBody
-from aos_gcs.lab.effectiveness_report import Rule, Share, Verdict, as_markdown, decide, labelled_bodies, summarise
+from aos_gcs.imaging.persons.evidence import Evidence
+from aos_gcs.imaging.persons.likeness import PersonModel
+from aos_gcs.lab.effectiveness.report import Rule, Share, Verdict, as_markdown, decide, labelled_bodies, summarise
+from aos_gcs.lab.effectiveness.study import Anomaly, SceneKey, SceneResult, WarmBody
 from aos_gcs.lab.scenes import Body, PositionGrade
 
 PERSON_ENU_M, DEER_ENU_M = (0.0, 30.0), (10.0, 30.0)

@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from aos_gcs.errors import ConfigurationError, InputDataError
-from aos_gcs.imaging.person_evidence import Evidence
-from aos_gcs.lab.effectiveness import Anomaly, SceneKey, SceneResult, StudySettings, WarmBody, scene_keys
-from aos_gcs.lab.effectiveness_store import SCENES_FILE, StudyFolder, missing, read_results
+from aos_gcs.imaging.persons.evidence import Evidence
+from aos_gcs.lab.effectiveness.store import SCENES_FILE, StudyFolder, missing, read_results
+from aos_gcs.lab.effectiveness.study import Anomaly, SceneKey, SceneResult, StudySettings, WarmBody, scene_keys
 from aos_gcs.lab.scenes import Body, PositionGrade
 
 SETTINGS = StudySettings()

@@ -9,9 +9,10 @@ import pytest
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.imaging.aperture import plan_aperture, smallest_spacing_m
 from aos_gcs.imaging.step import ImagingSettings
-from aos_gcs.mission.aperture_check import advise, check_aperture
 from aos_gcs.mission.model import CheckStatus
-from aos_gcs.mission.settings import FlightSettings, ForestSettings, MissionSettings
+from aos_gcs.mission.preflight.aperture import check_aperture
+from aos_gcs.planning.aperture import advise
+from aos_gcs.planning.settings import FlightSettings, ForestSettings, MissionSettings
 
 FOREST = ForestSettings(canopy_height_m=18.0, crown_base_m=6.0)
 AREA = ((0.0, 0.0), (50.0, 0.0), (50.0, 50.0))

@@ -9,9 +9,9 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from aos_gcs.mission.detours import Detours
-from aos_gcs.mission.polygon import Boundary
-from aos_gcs.mission.separation import segment_distance
+from aos_gcs.airspace.detours import Detours
+from aos_gcs.airspace.polygon import Boundary
+from aos_gcs.airspace.separation import segment_distance
 
 FENCE = Boundary(np.array([[-50.0, -50.0], [50.0, -50.0], [50.0, 50.0], [-50.0, 50.0]]), "the fence", keeps_in=True)
 NOTCHED = Boundary(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from aos_gcs.mission.energy import BatteryMeter, time_home_s
+from aos_gcs.mission.fleet.energy import BatteryMeter, time_home_s
 
 
 def test_whole_percents_still_give_the_rate() -> None:

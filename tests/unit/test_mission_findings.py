@@ -13,11 +13,9 @@ from defusedxml import ElementTree
 
 from aos_gcs.api.app import create_app
 from aos_gcs.errors import MissionError
-from aos_gcs.geometry.geodesy import GeodeticPosition
-from aos_gcs.mission.finding_files import PlacedFinding, to_geojson, to_gpx, to_kml
-from aos_gcs.mission.findings import MAX_FINDINGS, SAME_PLACE_M, Findings
+from aos_gcs.exports.finding_files import PlacedFinding, to_geojson, to_gpx, to_kml
+from aos_gcs.geometry.geodesy import EnuPoint, GeodeticPosition
 from aos_gcs.mission.model import (
-    EnuPoint,
     ErrorEllipse,
     Finding,
     FindingChange,
@@ -25,6 +23,7 @@ from aos_gcs.mission.model import (
     MissionSnapshot,
     TargetEstimate,
 )
+from aos_gcs.mission.search.findings import MAX_FINDINGS, SAME_PLACE_M, Findings
 from tests.fakes.mission import ScriptedMission
 from tests.fakes.recording import HandClock
 

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from aos_gcs.airspace.safety import SafetyLimits
 from aos_gcs.imaging.step import ImagingSettings
-from aos_gcs.mission import checks
 from aos_gcs.mission.model import CheckStatus, PreflightCheck
-from aos_gcs.mission.preflight_ground import check_ground
-from aos_gcs.mission.safety import SafetyLimits
-from aos_gcs.mission.settings import MissionSettings
+from aos_gcs.mission.preflight import checks
+from aos_gcs.mission.preflight.ground import check_ground
+from aos_gcs.planning.settings import MissionSettings
 
 AREA = ((-50.0, 0.0), (50.0, 0.0), (50.0, 100.0), (-50.0, 100.0))
 FENCE = ((-70.0, -40.0), (70.0, -40.0), (70.0, 120.0), (-70.0, 120.0))

@@ -9,12 +9,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from aos_gcs.mission.model import Verdict
-from aos_gcs.mission.plan import ScanLeg, altitude_layers, leg_formation, propose_fence
-from aos_gcs.mission.preflight import MIN_HOME_DISTANCE_M
-from aos_gcs.mission.safety import Mover, SafetyLimits, vet_waypoints
-from aos_gcs.mission.separation import segment_distance
-from aos_gcs.mission.settings import FlightSettings
+from aos_gcs.airspace.safety import Mover, SafetyLimits, vet_waypoints
+from aos_gcs.airspace.separation import segment_distance
+from aos_gcs.airspace.waypoints import WaypointVerdict
+from aos_gcs.mission.preflight.telemetry import MIN_HOME_DISTANCE_M
+from aos_gcs.planning.layout import ScanLeg, altitude_layers, leg_formation, propose_fence
+from aos_gcs.planning.settings import FlightSettings
 
 FloatArray = NDArray[np.float64]
 FLIGHT = FlightSettings()
@@ -68,7 +68,7 @@ def assert_granted(starts_m: FloatArray, ends_m: FloatArray, limits: SafetyLimit
         )
         for row, (start_m, end_m) in enumerate(zip(starts_m, ends_m, strict=True))
     ]
-    assert {record.verdict for record in vet_waypoints(movers, [], limits)} == {Verdict.SENT}
+    assert {record.verdict for record in vet_waypoints(movers, [], limits)} == {WaypointVerdict.SENT}
 
 
 @settings(max_examples=30, deadline=None)

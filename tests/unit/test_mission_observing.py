@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from aos_gcs.imaging.model import FocalGrid, StepAnalysis, VehicleMasks
-from aos_gcs.mission.observing import make_observation
+from aos_gcs.mission.search.observing import make_observation
 
 MARKED = np.zeros((2, 3, 4), np.bool_)
 MARKED[0, 1, 2] = MARKED[1, 0, 0] = True

@@ -10,12 +10,12 @@ import pytest
 
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import MissionError
-from aos_gcs.mission import checks
 from aos_gcs.mission.context import MissionContext
 from aos_gcs.mission.journal import Journal
 from aos_gcs.mission.model import Action, CheckStatus, PreflightCheck
-from aos_gcs.mission.overrides import BY_CONFIGURATION, Overrides
-from aos_gcs.mission.settings import PreflightSettings
+from aos_gcs.mission.preflight import checks
+from aos_gcs.mission.preflight.overrides import BY_CONFIGURATION, Overrides
+from aos_gcs.planning.settings import PreflightSettings
 from tests.fakes.mission_flight import MemoryRecorder
 
 pytestmark = pytest.mark.looptime

@@ -8,8 +8,8 @@ import numpy as np
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import nadir_pose
 from aos_gcs.imaging.model import Frame
-from aos_gcs.imaging.person import DECISION
-from aos_gcs.mission.persons import KEPT_STEPS, PersonWatch
+from aos_gcs.imaging.persons.likeness import DECISION
+from aos_gcs.mission.search.persons import KEPT_STEPS, PersonWatch
 
 CAMERA = CameraModel.from_fov(256, 256, math.radians(50.0))
 PLACE_ENU_M = np.array([2.0, -1.0])

@@ -11,13 +11,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from aos_gcs.airspace.geofence import vehicle_fence
+from aos_gcs.airspace.safety import SafetyLimits
 from aos_gcs.geometry.geodesy import LocalFrame
-from aos_gcs.mission import checks
-from aos_gcs.mission.geofence import vehicle_fence
-from aos_gcs.mission.inspection import Inspection, TrialFrame
 from aos_gcs.mission.model import CheckStatus, PreflightCheck
-from aos_gcs.mission.preflight_setup import check_setup, check_system_ids
-from aos_gcs.mission.safety import SafetyLimits
+from aos_gcs.mission.preflight import checks
+from aos_gcs.mission.preflight.inspection import Inspection, TrialFrame
+from aos_gcs.mission.preflight.setup import check_setup, check_system_ids
 from aos_gcs.ports import Geofence, Safeguard, VehicleState
 from tests.fakes.fleet import GOOD_FACTS, ORIGIN
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from aos_gcs.mission.detours import Detours
-from aos_gcs.mission.plan import ScanLeg
-from aos_gcs.mission.polygon import Boundary
-from aos_gcs.mission.stalls import STALLED_STEPS, StallWatch, place_ahead_m
+from aos_gcs.airspace.detours import Detours
+from aos_gcs.airspace.polygon import Boundary
+from aos_gcs.mission.search.stalls import STALLED_STEPS, StallWatch, place_ahead_m
+from aos_gcs.planning.layout import ScanLeg
 
 LEAST_GAIN_M = 0.5
 SPACING_M = 4.0

@@ -13,8 +13,8 @@ from aos_gcs.geometry.poses import nadir_pose
 from aos_gcs.imaging.geolocation import Uncertainty
 from aos_gcs.imaging.model import Blob, BlobView, FocalGrid, Sighting, StepAnalysis
 from aos_gcs.imaging.step import ImagingSettings
-from aos_gcs.mission.settings import DetectionSettings, MissionSettings
-from aos_gcs.mission.targeting import TargetTracker, error_ellipse
+from aos_gcs.mission.search.targeting import TargetTracker, error_ellipse
+from aos_gcs.planning.settings import DetectionSettings, MissionSettings
 
 SETTINGS = MissionSettings(
     vehicles=2,

@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from aos_gcs.airspace.raster import PlanRaster
 from aos_gcs.imaging.step import ImagingSettings
-from aos_gcs.mission.mission_plan import MissionPlan, apply_plan, plan_of
-from aos_gcs.mission.plan_advice import propose
-from aos_gcs.mission.plan_check import check_plan
-from aos_gcs.mission.plan_estimate import estimate_plan, scan_step_m
-from aos_gcs.mission.plan_raster import PlanRaster
-from aos_gcs.mission.settings import ForestSettings, MissionSettings
+from aos_gcs.planning.advice import propose
+from aos_gcs.planning.check import check_plan
+from aos_gcs.planning.estimate import estimate_plan, scan_step_m
+from aos_gcs.planning.plan import MissionPlan, apply_plan, plan_of
+from aos_gcs.planning.settings import ForestSettings, MissionSettings
 
 SQUARE = ((-50.0, 0.0), (50.0, 0.0), (50.0, 100.0), (-50.0, 100.0))
 PLAN = MissionPlan(vehicles=5, area_enu_m=SQUARE, layer_spacing_m=3.0)

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aos_gcs.errors import InputDataError
-from aos_gcs.mission.plan_import import MAX_POINTS, MAX_SHAPES, MAX_TEXT, Place, ShapeRole, import_shapes
+from aos_gcs.planning.shape_files import MAX_POINTS, MAX_SHAPES, MAX_TEXT, Place, ShapeRole, import_shapes
 
 RING = [[14.0, 48.0], [14.1, 48.0], [14.1, 48.1], [14.0, 48.0]]
 HOLE = [[14.05, 48.01], [14.06, 48.01], [14.06, 48.02], [14.05, 48.01]]

@@ -8,16 +8,16 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from aos_gcs.airspace.polygon import as_polygon, contains, signed_area_m2, signed_depth_m
+from aos_gcs.airspace.separation import point_segment_distance
 from aos_gcs.errors import ConfigurationError
-from aos_gcs.mission.plan import (
+from aos_gcs.planning.layout import (
     ScanLeg,
     altitude_layers,
     leg_formation,
     propose_fence,
     scan_legs,
 )
-from aos_gcs.mission.polygon import as_polygon, contains, signed_area_m2, signed_depth_m
-from aos_gcs.mission.separation import point_segment_distance
 
 FloatArray = NDArray[np.float64]
 SQUARE = ((0.0, 0.0), (100.0, 0.0), (100.0, 100.0), (0.0, 100.0))

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
-from aos_gcs.mission.separation import (
+from aos_gcs.airspace.separation import (
     admissible_fraction,
     closest_approach,
     minimum_separation,

@@ -9,11 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from aos_gcs.airspace.polygon import as_polygon, signed_depth_m
+from aos_gcs.airspace.safety import Mover, Obstacle, SafetyLimits, vet_waypoints
+from aos_gcs.airspace.separation import segment_distance
+from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict
 from aos_gcs.errors import ConfigurationError
-from aos_gcs.mission.model import Verdict, WaypointRecord
-from aos_gcs.mission.polygon import as_polygon, signed_depth_m
-from aos_gcs.mission.safety import Mover, Obstacle, SafetyLimits, vet_waypoints
-from aos_gcs.mission.separation import segment_distance
 
 FloatArray = NDArray[np.float64]
 SQUARE = ((-50.0, -50.0), (50.0, -50.0), (50.0, 50.0), (-50.0, 50.0))
@@ -49,17 +49,17 @@ def vet_one(vehicle: Mover, *obstacles: Obstacle, limits: SafetyLimits = LIMITS)
 
 def test_an_admissible_waypoint_is_sent_as_it_is() -> None:
     record = vet_one(mover(4, (0.0, 0.0, 35.0), (3.0, 4.0, 35.5)))
-    assert record == WaypointRecord(4, (3.0, 4.0, 35.5), (3.0, 4.0, 35.5), Verdict.SENT, "")
+    assert record == WaypointRecord(4, (3.0, 4.0, 35.5), (3.0, 4.0, 35.5), WaypointVerdict.SENT, "")
 
 
 def test_staying_in_place_is_always_admissible() -> None:
     record = vet_one(mover(1, (0.0, 0.0, 35.0), (0.0, 0.0, 35.0)), Obstacle(2, np.array([0.5, 0.0, 35.0])))
-    assert record.verdict is Verdict.SENT
+    assert record.verdict is WaypointVerdict.SENT
 
 
 def test_the_fence_shortens_with_its_margin() -> None:
     record = vet_one(mover(1, (40.0, 0.0, 35.0), (60.0, 0.0, 35.0)))
-    assert record.verdict is Verdict.SHORTENED
+    assert record.verdict is WaypointVerdict.SHORTENED
     assert record.sent_enu_m == pytest.approx((45.0, 0.0, 35.0), abs=1e-5)
     assert record.reason == "shortened to 5.0 of 20.0 m: the fence, with a margin of 5.0 m"
 
@@ -67,7 +67,7 @@ def test_the_fence_shortens_with_its_margin() -> None:
 def test_a_way_across_a_notch_of_the_fence_stops_before_it() -> None:
     limits = SafetyLimits(fence_enu_m=NOTCHED, floor_m=20.0, ceiling_m=60.0)
     record = vet_one(mover(1, (-40.0, 10.0, 35.0), (40.0, 10.0, 35.0)), limits=limits)
-    assert record.verdict is Verdict.SHORTENED
+    assert record.verdict is WaypointVerdict.SHORTENED
     assert record.sent_enu_m is not None
     # The notch's left side runs from (-50, 50) to (0, -10): at north 10 it is at east -50/3.
     assert record.sent_enu_m[0] == pytest.approx(-50.0 / 3.0, abs=1e-4)
@@ -75,15 +75,15 @@ def test_a_way_across_a_notch_of_the_fence_stops_before_it() -> None:
 
 def test_within_the_margin_only_ways_inwards_are_sent() -> None:
     start = (48.0, 0.0, 35.0)
-    assert vet_one(mover(1, start, (40.0, 0.0, 35.0))).verdict is Verdict.SENT
-    assert vet_one(mover(1, start, (49.0, 0.0, 35.0))).verdict is Verdict.HELD
+    assert vet_one(mover(1, start, (40.0, 0.0, 35.0))).verdict is WaypointVerdict.SENT
+    assert vet_one(mover(1, start, (49.0, 0.0, 35.0))).verdict is WaypointVerdict.HELD
 
 
 def test_outside_the_fence_only_a_straight_way_back_is_sent() -> None:
     start = (55.0, 0.0, 35.0)
-    assert vet_one(mover(1, start, (40.0, 0.0, 35.0))).verdict is Verdict.SENT
+    assert vet_one(mover(1, start, (40.0, 0.0, 35.0))).verdict is WaypointVerdict.SENT
     record = vet_one(mover(1, start, (53.0, 0.0, 35.0)))
-    assert (record.verdict, record.sent_enu_m) == (Verdict.HELD, None)
+    assert (record.verdict, record.sent_enu_m) == (WaypointVerdict.HELD, None)
     assert "outside the fence" in record.reason
 
 
@@ -93,15 +93,15 @@ ZONED = replace(LIMITS, no_go_enu_m=(((10.0, -10.0), (20.0, -10.0), (20.0, 10.0)
 def test_no_target_lies_in_a_no_go_zone_and_no_way_crosses_it() -> None:
     for end in ((15.0, 0.0, 35.0), (30.0, 0.0, 35.0)):
         record = vet_one(mover(1, (0.0, 0.0, 35.0), end), limits=ZONED)
-        assert record.verdict is Verdict.SHORTENED
+        assert record.verdict is WaypointVerdict.SHORTENED
         assert record.sent_enu_m == pytest.approx((5.0, 0.0, 35.0), abs=1e-5)
         assert record.reason.endswith("no-go area 1, with a margin of 5.0 m")
-    assert vet_one(mover(1, (0.0, 20.0, 35.0), (30.0, 20.0, 35.0)), limits=ZONED).verdict is Verdict.SENT
+    assert vet_one(mover(1, (0.0, 20.0, 35.0), (30.0, 20.0, 35.0)), limits=ZONED).verdict is WaypointVerdict.SENT
 
 
 def test_inside_a_no_go_zone_only_a_straight_way_out_is_sent() -> None:
     start = (15.0, 0.0, 35.0)
-    assert vet_one(mover(1, start, (30.0, 0.0, 35.0)), limits=ZONED).verdict is Verdict.SENT
+    assert vet_one(mover(1, start, (30.0, 0.0, 35.0)), limits=ZONED).verdict is WaypointVerdict.SENT
     record = vet_one(mover(1, start, (16.0, 0.0, 35.0)), limits=ZONED)
     assert record.reason == "held: it is inside no-go area 1 and would not fly straight out of it"
 
@@ -116,8 +116,8 @@ def test_floor_and_ceiling_clip_the_way() -> None:
 
 
 def test_below_the_floor_only_climbing_is_sent() -> None:
-    assert vet_one(mover(1, (0.0, 0.0, 10.0), (0.0, 0.0, 15.0))).verdict is Verdict.SENT
-    assert vet_one(mover(1, (0.0, 0.0, 10.0), (0.0, 0.0, 9.0))).verdict is Verdict.HELD
+    assert vet_one(mover(1, (0.0, 0.0, 10.0), (0.0, 0.0, 15.0))).verdict is WaypointVerdict.SENT
+    assert vet_one(mover(1, (0.0, 0.0, 10.0), (0.0, 0.0, 9.0))).verdict is WaypointVerdict.HELD
 
 
 @pytest.mark.parametrize(
@@ -133,11 +133,11 @@ def test_below_the_floor_only_climbing_is_sent() -> None:
 )
 def test_who_must_not_move_is_held(vehicle: Mover, reason: str) -> None:
     record = vet_one(vehicle)
-    assert (record.verdict, record.sent_enu_m, record.reason) == (Verdict.HELD, None, reason)
+    assert (record.verdict, record.sent_enu_m, record.reason) == (WaypointVerdict.HELD, None, reason)
 
 
 def test_a_vehicle_on_its_way_home_is_not_kept_up_by_its_battery() -> None:
-    assert vet_one(mover(1, (0.0, 0.0, 35.0), (5.0, 0.0, 35.0), battery_fraction=None)).verdict is Verdict.SENT
+    assert vet_one(mover(1, (0.0, 0.0, 35.0), (5.0, 0.0, 35.0), battery_fraction=None)).verdict is WaypointVerdict.SENT
 
 
 def test_the_energy_to_fly_there_and_home_must_be_left() -> None:
@@ -145,7 +145,7 @@ def test_the_energy_to_fly_there_and_home_must_be_left() -> None:
     home = (-40.0, 0.0, 35.0)
     way = ((0.0, 0.0, 35.0), (5.0, 0.0, 35.0))
     # 5 m there and 45 m home cost 0.5, and 0.2 must be left.
-    assert vet_one(mover(1, *way, battery_fraction=0.71, home=home), limits=limits).verdict is Verdict.SENT
+    assert vet_one(mover(1, *way, battery_fraction=0.71, home=home), limits=limits).verdict is WaypointVerdict.SENT
     record = vet_one(mover(1, *way, battery_fraction=0.69, home=home), limits=limits)
     assert record.reason == "held: battery at 69%, but 70% are needed to go there and return home"
     assert "home is unknown" in vet_one(mover(1, *way), limits=limits).reason
@@ -153,21 +153,21 @@ def test_the_energy_to_fly_there_and_home_must_be_left() -> None:
 
 def test_a_hovering_vehicle_in_the_way_shortens() -> None:
     record = vet_one(mover(1, (0.0, 0.0, 35.0), (10.0, 0.0, 35.0)), Obstacle(7, np.array([10.0, 0.0, 36.0])))
-    assert record.verdict is Verdict.SHORTENED
+    assert record.verdict is WaypointVerdict.SHORTENED
     assert record.sent_enu_m == pytest.approx((10.0 - np.sqrt(3.0), 0.0, 35.0), abs=1e-5)
     assert record.reason == "shortened to 8.3 of 10.0 m: it would pass vehicle 7 at 1.0 m, limit 2.0 m"
 
 
 def test_a_vertical_layer_between_is_enough() -> None:
     record = vet_one(mover(1, (0.0, 0.0, 35.0), (10.0, 0.0, 35.0)), Obstacle(7, np.array([5.0, 0.0, 37.0])))
-    assert record.verdict is Verdict.SENT
+    assert record.verdict is WaypointVerdict.SENT
 
 
 @pytest.mark.parametrize(("height_m", "top_m", "free"), [(60.0, None, False), (10.0, None, True), (10.0, 50.0, False)])
 def test_a_landing_or_climbing_vehicle_takes_its_column(height_m: float, top_m: float | None, free: bool) -> None:
     obstacle = Obstacle(7, np.array([5.0, 0.0, height_m]), column=True, top_m=top_m)
     record = vet_one(mover(1, (0.0, 0.0, 35.0), (10.0, 0.0, 35.0)), obstacle)
-    assert (record.verdict is Verdict.SENT) == free
+    assert (record.verdict is WaypointVerdict.SENT) == free
     if not free:
         assert record.sent_enu_m == pytest.approx((3.0, 0.0, 35.0), abs=1e-5)
 
@@ -181,14 +181,14 @@ def test_who_flies_home_by_itself_takes_its_way_and_the_column_at_its_end(
 ) -> None:
     obstacle = Obstacle(7, np.array([10.0, 30.0, 39.0]), column=True, home_enu_m=np.array([10.0, 0.0, 0.0]))
     record = vet_one(mover(1, (0.0, 0.0, 35.0), end), obstacle)
-    assert (record.verdict is Verdict.SENT) == free
+    assert (record.verdict is WaypointVerdict.SENT) == free
 
 
 def test_of_two_crossing_ways_the_later_id_yields() -> None:
     first, second = vet_waypoints(
         [mover(1, (0.0, -10.0, 35.0), (0.0, 10.0, 35.0)), mover(2, (-10.0, 0.0, 35.0), (10.0, 0.0, 35.0))], [], LIMITS
     )
-    assert first.verdict is Verdict.SENT
+    assert first.verdict is WaypointVerdict.SENT
     assert second.sent_enu_m == pytest.approx((-2.0, 0.0, 35.0), abs=1e-5)
 
 
@@ -199,28 +199,28 @@ def test_an_earlier_way_keeps_off_where_a_later_vehicle_may_be_held() -> None:
         LIMITS,
     )
     assert first.sent_enu_m == pytest.approx((3.0, 0.0, 35.0), abs=1e-5)
-    assert second.verdict is Verdict.HELD
+    assert second.verdict is WaypointVerdict.HELD
 
 
 def test_vehicles_that_are_too_close_may_only_part() -> None:
     parting = vet_waypoints(
         [mover(1, (0.0, 0.0, 35.0), (-4.0, 0.0, 35.0)), mover(2, (1.0, 0.0, 35.0), (5.0, 0.0, 35.0))], [], LIMITS
     )
-    assert [record.verdict for record in parting] == [Verdict.SENT, Verdict.SENT]
+    assert [record.verdict for record in parting] == [WaypointVerdict.SENT, WaypointVerdict.SENT]
     closing = vet_waypoints(
         [mover(1, (0.0, 0.0, 35.0), (0.5, 0.0, 35.0)), mover(2, (1.0, 0.0, 35.0), (-4.0, 0.0, 35.0))], [], LIMITS
     )
-    assert [record.verdict for record in closing] == [Verdict.HELD, Verdict.HELD]
+    assert [record.verdict for record in closing] == [WaypointVerdict.HELD, WaypointVerdict.HELD]
     for way_m in (5.0, 9.0):
         together = vet_waypoints(
             [mover(1, (0.0, 0.0, 35.0), (0.0, 5.0, 35.0)), mover(2, (1.0, 0.0, 35.0), (1.0, way_m, 35.0))], [], LIMITS
         )
-        assert [record.verdict for record in together] == [Verdict.SENT, Verdict.HELD]
+        assert [record.verdict for record in together] == [WaypointVerdict.SENT, WaypointVerdict.HELD]
 
 
 def test_a_way_too_short_for_a_length_is_none() -> None:
     way = mover(1, (0.0, 0.0, 35.0), (0.0, 1e-200, 35.0))
-    assert vet_one(way, Obstacle(2, np.array([1.0, 0.0, 35.0]))).verdict is Verdict.SENT
+    assert vet_one(way, Obstacle(2, np.array([1.0, 0.0, 35.0]))).verdict is WaypointVerdict.SENT
 
 
 def test_ids_must_differ_and_positions_be_known() -> None:
@@ -362,4 +362,4 @@ def test_a_hundred_vehicles_in_their_own_cells_all_fly() -> None:
     ends = np.column_stack([cells + rng.uniform(0.0, 6.0, (100, 2)), np.full(100, 35.0)])
     limits = SafetyLimits(fence_enu_m=SQUARE, floor_m=20.0, ceiling_m=60.0)
     vehicles = [mover(row, tuple(starts[row]), tuple(ends[row])) for row in range(100)]
-    assert {record.verdict for record in vet_waypoints(vehicles, [], limits)} == {Verdict.SENT}
+    assert {record.verdict for record in vet_waypoints(vehicles, [], limits)} == {WaypointVerdict.SENT}

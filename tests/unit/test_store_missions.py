@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict
 from aos_gcs.errors import ConfigurationError, InputDataError, RecordingError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
@@ -33,8 +34,6 @@ from aos_gcs.mission.model import (
     TargetEstimate,
     Task,
     VehicleSnapshot,
-    Verdict,
-    WaypointRecord,
 )
 from aos_gcs.ports import Capture, Notice, Severity, VehicleState
 from aos_gcs.store.database import MissionDatabase, Write
@@ -64,7 +63,7 @@ def step_record(step: int) -> StepRecord:
         target_enu_m=(1.0, 2.0, 0.0),
         fitness={1: 0.5, 2: 0.75},
         missing={3: "no frame within 5 s"},
-        waypoints=(WaypointRecord(1, (0.1, 0.2, 35.0), None, Verdict.HELD, "outside of the fence"),),
+        waypoints=(WaypointRecord(1, (0.1, 0.2, 35.0), None, WaypointVerdict.HELD, "outside of the fence"),),
         imaging_ms=20.0,
         work_ms=50.0,
         loop_lag_p99_ms=1.0,

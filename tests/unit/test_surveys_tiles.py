@@ -14,10 +14,10 @@ from aos_gcs.errors import ImagingError, InputDataError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import nadir_pose
 from aos_gcs.geometry.projection import Plane
-from aos_gcs.imaging.ground import choose_raster
 from aos_gcs.imaging.integral import integrate
 from aos_gcs.imaging.model import Detector, GroundRaster
-from aos_gcs.imaging.terrain import Terrain
+from aos_gcs.imaging.surfaces.ground import choose_raster
+from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.imaging.views import FocalSurface, ortho_view
 from aos_gcs.surveys.anomalies import map_blobs
 from aos_gcs.surveys.images import LazyFrames, read_image

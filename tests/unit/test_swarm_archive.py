@@ -10,8 +10,8 @@ from scipy.spatial.distance import pdist
 
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.store.codec import decode, encode
-from aos_gcs.swarm.archive import FORGET_STEPS, SEARCH_STEPS, ArchiveState, ArchiveStrategy, make_aos_archive
-from aos_gcs.swarm.archive_raster import CELL_M, CELLS, SIDE, anchor_of
+from aos_gcs.swarm.archive.raster import CELL_M, CELLS, SIDE, anchor_of
+from aos_gcs.swarm.archive.strategy import FORGET_STEPS, SEARCH_STEPS, ArchiveState, ArchiveStrategy, make_aos_archive
 from aos_gcs.swarm.model import Observation, TargetMasks
 from aos_gcs.swarm.registry import make_strategy
 from tests.fakes.silhouettes import footprints

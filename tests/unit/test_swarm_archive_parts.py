@@ -9,13 +9,13 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial.distance import pdist
 
-from aos_gcs.swarm.archive_body import learnt_body
-from aos_gcs.swarm.archive_exploration import expected_masks, lattice
-from aos_gcs.swarm.archive_looks import Canopy, no_looks, with_looks
-from aos_gcs.swarm.archive_moves import assigned, kept_apart, stepped
-from aos_gcs.swarm.archive_parameters import ArchiveParameters
-from aos_gcs.swarm.archive_plan import plan
-from aos_gcs.swarm.archive_raster import (
+from aos_gcs.swarm.archive.body import learnt_body
+from aos_gcs.swarm.archive.exploration import expected_masks, lattice
+from aos_gcs.swarm.archive.looks import Canopy, no_looks, with_looks
+from aos_gcs.swarm.archive.moves import assigned, kept_apart, stepped
+from aos_gcs.swarm.archive.parameters import ArchiveParameters
+from aos_gcs.swarm.archive.plan import plan
+from aos_gcs.swarm.archive.raster import (
     CELL_M,
     CELLS,
     SIDE,
@@ -25,8 +25,8 @@ from aos_gcs.swarm.archive_raster import (
     shifted,
     unpacked,
 )
-from aos_gcs.swarm.archive_selection import Outlook, Views, choose_views, still_held
-from aos_gcs.swarm.archive_target import after_sighting, first_sighting, ground_point, is_elsewhere, out_of_view
+from aos_gcs.swarm.archive.selection import Outlook, Views, choose_views, still_held
+from aos_gcs.swarm.archive.target import after_sighting, first_sighting, ground_point, is_elsewhere, out_of_view
 from aos_gcs.swarm.model import TargetMasks
 from tests.fakes.silhouettes import footprints
 

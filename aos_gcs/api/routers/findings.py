@@ -12,9 +12,9 @@ from aos_gcs.api.errors import NotFoundError
 from aos_gcs.api.finding_models import FindingChangeRequest, FindingRequest
 from aos_gcs.api.models import ErrorModel, FindingModel
 from aos_gcs.errors import InputDataError, MissionError
+from aos_gcs.exports.finding_files import FORMATS, PlacedFinding
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.mission.control import MissionControl
-from aos_gcs.mission.finding_files import FORMATS, PlacedFinding
 from aos_gcs.mission.model import Finding, FindingChange
 from aos_gcs.mission.viewing import ViewKind, ViewWindow
 

@@ -17,13 +17,13 @@ from aos_gcs.api.models import ErrorModel
 from aos_gcs.api.plan_models import ImportedShapeModel, PlanModel, PlanReportModel, SavedPlanModel, StrategyModel
 from aos_gcs.errors import InputDataError, MissionError
 from aos_gcs.geometry.geodesy import GeodeticPosition
-from aos_gcs.mission.mission_plan import MissionPlan, available_options, plan_of
-from aos_gcs.mission.plan_advice import propose
-from aos_gcs.mission.plan_check import check_plan
-from aos_gcs.mission.plan_estimate import estimate_plan
-from aos_gcs.mission.plan_ground import Homes
-from aos_gcs.mission.plan_import import MAX_FILE_BYTES, import_shapes
-from aos_gcs.mission.settings import MissionSettings
+from aos_gcs.planning.advice import propose
+from aos_gcs.planning.check import check_plan
+from aos_gcs.planning.estimate import estimate_plan
+from aos_gcs.planning.plan import MissionPlan, available_options, plan_of
+from aos_gcs.planning.settings import MissionSettings
+from aos_gcs.planning.shape_files import MAX_FILE_BYTES, import_shapes
+from aos_gcs.planning.sites import Homes
 
 router = APIRouter(tags=["plans"])
 

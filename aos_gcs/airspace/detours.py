@@ -1,0 +1,187 @@
+"""Ways around no-go zones and notches of the fence, where the straight way is barred.
+
+The shortest way between two points past polygons bends at their corners only, so it is looked for on the graph of
+corners that see each other [de Berg et al., Computational Geometry, chapter 15].
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.airspace.polygon import Boundary, edges, signed_area_m2
+from aos_gcs.airspace.separation import TOLERANCE_M, near_pairs, point_segment_distance, segment_distance
+
+FloatArray = NDArray[np.float64]
+
+_START, _END = -1, -2
+
+
+class Detours:
+    """The admissible ways within one set of boundaries.
+
+    Args:
+        boundaries: the fence and the no-go zones.
+        margin_m: distance that every way keeps from them; also what a way must keep to be granted.
+        slack_m: by which vehicles may miss a corner and still see the next one; their arrival radius.
+    """
+
+    def __init__(self, boundaries: Sequence[Boundary], margin_m: float, slack_m: float) -> None:
+        self._boundaries = boundaries
+        self._margin_m = margin_m
+        self._slack_m = slack_m
+        starts, ends = zip(*(edges(boundary.vertices_m) for boundary in boundaries), strict=True)
+        self._edge_starts, self._edge_ends = np.concatenate(starts), np.concatenate(ends)
+        self._corners_m = self._admissible(
+            np.array([c for b in boundaries for c in _corners(b, margin_m + 2.0 * slack_m)]).reshape(-1, 2)
+        )
+        self._seen_from: dict[int, NDArray[np.bool_]] = {}
+
+    def reachable(self, point_m: FloatArray) -> FloatArray:
+        """Return the admissible place nearest to a point, shape (2,): the point itself unless it lies in a zone."""
+        if len(self._admissible(point_m[None])):
+            return point_m
+        _, fraction = point_segment_distance(point_m, self._edge_starts, self._edge_ends)
+        way = self._edge_ends - self._edge_starts
+        feet_m = self._edge_starts + fraction[:, None] * way
+        normals = np.column_stack([way[:, 1], -way[:, 0]]) / np.linalg.norm(way, axis=1)[:, None]
+        step_m = (self._margin_m + self._slack_m) * normals
+        places_m = self._admissible(np.vstack([feet_m + step_m, feet_m - step_m, self._corners_m]))
+        if len(places_m) == 0:
+            return point_m
+        return np.asarray(places_m[np.linalg.norm(places_m - point_m, axis=1).argmin()])
+
+    def next_corner(self, start_m: FloatArray, end_m: FloatArray) -> FloatArray | None:
+        """Return the first corner, shape (2,), of the shortest way between two points, shape (2,) each.
+
+        None: the straight way is clear, or there is no way at all.
+        """
+        if self._is_clear(start_m, end_m):
+            return None
+        came_from = self._search(start_m, end_m)
+        return None if came_from is None else self._first_corner(came_from)
+
+    def has_way(self, start_m: FloatArray, end_m: FloatArray) -> bool:
+        """Return whether there is a way between two points, shape (2,) each, on the allowed side of all boundaries."""
+        return self._is_clear(start_m, end_m) or self._search(start_m, end_m) is not None
+
+    def reached(self, start_m: FloatArray, ends_m: FloatArray) -> NDArray[np.bool_]:
+        """Return to which places, shape (k, 2), there is a way from a point, shape (2,), with the margin kept there."""
+        is_reached = self._sees(start_m, ends_m, self._required_m(self._depth_m(start_m)))
+        is_reached[is_reached] = self._is_admissible(ends_m[is_reached])
+        settled, waiting = {_START}, [_START]
+        while waiting and not is_reached.all():
+            node = waiting.pop()
+            here_m = start_m if node == _START else self._corners_m[node]
+            if node != _START:
+                unreached = np.flatnonzero(~is_reached)
+                is_reached[unreached] = self._sees(here_m, ends_m[unreached], self._margin_m)
+            found = set(np.flatnonzero(self._corners_seen(node, here_m)).tolist()) - settled
+            settled |= found
+            waiting += sorted(found)
+        return is_reached
+
+    def _is_clear(self, start_m: FloatArray, end_m: FloatArray) -> bool:
+        nearest_edge_m = point_segment_distance(start_m, self._edge_starts, self._edge_ends)[0].min()
+        if nearest_edge_m - math.dist(start_m, end_m) > max(self._margin_m, 2.0 * TOLERANCE_M):
+            return True  # no edge is within reach
+        return bool(self._sees(start_m, end_m[None], self._required_m(self._depth_m(start_m)))[0])
+
+    def _search(self, start_m: FloatArray, end_m: FloatArray) -> dict[int, int] | None:
+        """Return from where each corner is reached on the shortest way, by A*; None if there is no way."""
+        came_from, queue = {_START: _START}, [(0.0, 0.0, _START, _START)]
+        settled: set[int] = set()
+        while queue:
+            _, flown_m, node, previous = heapq.heappop(queue)
+            if node in settled:
+                continue
+            settled.add(node)
+            came_from[node] = previous
+            if node == _END:
+                return came_from
+            here_m = start_m if node == _START else self._corners_m[node]
+            for following, length_m in self._legs(node, here_m, end_m):
+                if following not in settled:
+                    there_m = end_m if following == _END else self._corners_m[following]
+                    way_m = flown_m + length_m
+                    heapq.heappush(queue, (way_m + math.dist(there_m, end_m), way_m, following, node))
+        return None
+
+    def _first_corner(self, came_from: dict[int, int]) -> FloatArray:
+        node = _END
+        while came_from[node] != _START:
+            node = came_from[node]
+        return np.array(self._corners_m[node])
+
+    def _legs(self, node: int, here_m: FloatArray, end_m: FloatArray) -> Iterator[tuple[int, float]]:
+        """Yield what is seen from a node, the corners and the end, with the distance."""
+        if node != _START and self._sees(here_m, end_m[None], self._margin_m)[0]:
+            yield _END, math.dist(here_m, end_m)
+        for corner in np.flatnonzero(self._corners_seen(node, here_m)):
+            yield int(corner), math.dist(here_m, self._corners_m[corner])
+
+    def _corners_seen(self, node: int, here_m: FloatArray) -> NDArray[np.bool_]:
+        """Return which corners are seen from a node, shape (c,)."""
+        if node == _START:
+            return self._sees(here_m, self._corners_m, self._required_m(self._depth_m(here_m)))
+        if node not in self._seen_from:
+            self._seen_from[node] = self._sees(here_m, self._corners_m, self._margin_m + self._slack_m)
+        return self._seen_from[node]
+
+    def _depth_m(self, point_m: FloatArray) -> float:
+        return min(boundary.depth_m(point_m) for boundary in self._boundaries)
+
+    def _required_m(self, depth_m: float) -> float:
+        """Return what a way keeps that starts nearer to an edge than the margin; infinity beyond a boundary."""
+        return min(self._margin_m, depth_m) if depth_m > 0.0 else math.inf
+
+    def _sees(self, here_m: FloatArray, there_m: FloatArray, required_m: float) -> NDArray[np.bool_]:
+        """Return to which points, shape (n, 2), the straight way keeps the required distance and meets no edge."""
+        least_m = max(required_m - TOLERANCE_M, 2.0 * TOLERANCE_M)
+        if math.isinf(least_m):
+            return np.zeros(len(there_m), dtype=np.bool_)
+        starts, ends = self._edge_starts, self._edge_ends
+        there, edge = near_pairs(np.broadcast_to(here_m, there_m.shape), there_m, starts, ends, least_m)
+        gaps_m = segment_distance(here_m, there_m[there], starts[edge], ends[edge])
+        is_clear = np.ones(len(there_m), dtype=np.bool_)
+        is_clear[there[gaps_m < least_m]] = False
+        return is_clear
+
+    def _admissible(self, points_m: FloatArray) -> FloatArray:
+        """Return those of the points, shape (n, 2), that keep the margin from every boundary."""
+        return np.array(points_m[self._is_admissible(points_m)])
+
+    def _is_admissible(self, points_m: FloatArray) -> NDArray[np.bool_]:
+        least_m = max(self._margin_m - TOLERANCE_M, 2.0 * TOLERANCE_M)
+        clear = [all(b.depth_m(point_m) >= least_m for b in self._boundaries) for point_m in points_m]
+        return np.array(clear, dtype=np.bool_)
+
+
+def _corners(boundary: Boundary, distance_m: float) -> Iterator[FloatArray]:
+    """Yield where ways bend about a boundary: the corners that jut out, moved off to a distance.
+
+    Sharp ones get two, so that nobody flies far out to the tip of a mitre.
+    """
+    vertices_m = boundary.vertices_m
+    # Seen counter-clockwise about what is barred, corners that jut out turn left.
+    if (signed_area_m2(vertices_m) > 0.0) == boundary.keeps_in:
+        vertices_m = vertices_m[::-1]
+    incoming = vertices_m - np.roll(vertices_m, 1, axis=0)
+    outgoing = np.roll(incoming, -1, axis=0)
+    headings_rad = np.arctan2(incoming[:, 1], incoming[:, 0])
+    turns_rad = np.arctan2(
+        incoming[:, 0] * outgoing[:, 1] - incoming[:, 1] * outgoing[:, 0], np.einsum("ij,ij->i", incoming, outgoing)
+    )
+    for vertex_m, heading_rad, turn_rad in zip(vertices_m, headings_rad, turns_rad, strict=True):
+        if turn_rad <= 0.0:
+            continue
+        count = math.ceil(turn_rad / (0.5 * math.pi) - 1e-9)
+        part_rad = turn_rad / count
+        for part in range(count):
+            normal_rad = heading_rad - 0.5 * math.pi + (part + 0.5) * part_rad
+            reach_m = distance_m / math.cos(0.5 * part_rad)
+            yield vertex_m + reach_m * np.array([math.cos(normal_rad), math.sin(normal_rad)])

@@ -1,0 +1,57 @@
+"""Whether vehicles may stand and land somewhere, and whether they get from there to where they search."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.airspace.detours import Detours
+from aos_gcs.airspace.safety import SafetyLimits
+from aos_gcs.airspace.separation import TOLERANCE_M
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Obstruction:
+    """Why a place will not do."""
+
+    text: str
+    remedy: str
+
+
+class Ground:
+    """The ground within a mission's limits.
+
+    Args:
+        limits: fence, no-go areas, and the margin that is kept from them.
+        slack_m: by which vehicles may miss their waypoints.
+    """
+
+    def __init__(self, limits: SafetyLimits, slack_m: float) -> None:
+        self._boundaries, self._margin_m = limits.boundaries(), limits.margin_m
+        self._detours = Detours(self._boundaries, limits.margin_m, slack_m)
+
+    def at(self, place_enu_m: FloatArray) -> Obstruction | None:
+        """Return what speaks against standing and landing at a place, shape (2,); None if nothing does."""
+        for boundary in self._boundaries:
+            depth_m = boundary.depth_m(place_enu_m)
+            if depth_m < 0.0 and boundary.keeps_in:
+                return Obstruction(f"outside of {boundary.name}", "move it, or widen the fence")
+            if depth_m < 0.0:
+                return Obstruction(f"inside of {boundary.name}", "move one of them")
+            if depth_m < self._margin_m - TOLERANCE_M:
+                text = f"{depth_m:.1f} m from {boundary.name}, within the margin of {self._margin_m:g} m"
+                return Obstruction(text, "move it, or lower the margin")
+        return None
+
+    def between(self, start_enu_m: FloatArray, end_enu_m: FloatArray) -> Obstruction | None:
+        """Return what bars every way between two places, shape (2,); None if there is one.
+
+        An end inside of a no-go area stands for the nearest place outside of it, as in flight.
+        """
+        if self._detours.has_way(start_enu_m, self._detours.reachable(end_enu_m)):
+            return None
+        return Obstruction("cut off from the search area by the fence or no-go areas", "open a way, or move it")

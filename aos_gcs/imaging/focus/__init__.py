@@ -1,0 +1,1 @@
+"""Autofocus: height and tilt of the focal plane."""

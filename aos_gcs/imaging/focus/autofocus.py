@@ -1,0 +1,317 @@
+"""Finds the height, and the tilt if wanted, of the focal plane that a region is in focus on.
+
+Heights are z coordinates of the world of the poses, whichever way its z axis points.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import find_peaks, peak_prominences, peak_widths
+
+from aos_gcs.errors import ImagingError
+from aos_gcs.geometry.projection import Plane, project_points
+from aos_gcs.imaging.focus.measure import CORRELATION_AREA_PX, Agreement, FocusSignal, focus_signal
+from aos_gcs.imaging.focus.region import FocusRegion
+from aos_gcs.imaging.model import Frame
+
+FINEST_REDUCTION = 2
+"""Pixels per side of the blocks that are averaged first: what is finer seldom survives the errors of poses."""
+
+MAX_SCAN_HEIGHTS = 96
+"""Longer ranges are scanned with coarser structure, and refined in more rounds."""
+
+MAX_CANDIDATES = 3
+"""Peaks of the scan that are looked at more closely."""
+
+CHANCE_SIGNIFICANCE, SURE_SIGNIFICANCE = 4.0, 12.0
+"""Prominences of a peak, in standard deviations of chance, at which confidence begins and is complete.
+
+The best of some dozens of heights reaches 3 by chance.
+"""
+
+MIN_CONFIDENCE = 0.2
+
+MAX_SLOPE = math.tan(math.radians(30.0))
+
+MIN_TILT_GAIN = 3.0
+"""Standard deviations of chance by which a tilt must improve the agreement to be taken."""
+
+
+@dataclass(frozen=True, slots=True)
+class FocusResult:
+    """Where a region is in focus, or that this could not be told."""
+
+    plane: Plane
+    """The best guess where ``found`` is False; horizontal unless a tilt was looked for."""
+    height_m: float
+    """z of the plane at the region's centre."""
+    confidence: float
+    """0 to 1: how far the peak stands out from chance, less for a rival peak nearly as high."""
+    sigma_m: float
+    """Standard deviation of the height; infinite without a peak."""
+    agreement: float
+    """Mean correlation of all pairs of frames on the plane."""
+    found: bool
+    reason: str
+    """Why nothing was found; empty otherwise."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FocusCurve:
+    """The agreement on a series of planes."""
+
+    values: NDArray[np.float64]
+    scatter: float
+    """Standard deviation of the values by chance."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Peak:
+    height_m: float
+    prominence: float
+    half_width_m: float
+    at_limit: bool
+
+
+@dataclass(frozen=True, slots=True)
+class _Geometry:
+    """What sets the depth of field."""
+
+    sampling_m: float
+    """Ground sampling distance at the region."""
+    spread: float
+    """Of the cameras about the region: metres on the plane by which frames part per metre of height."""
+
+    def step_m(self, reduction: int) -> float:
+        """Height in which the outermost frames part by the width of the structure that the filter lets through."""
+        return 2.0 * reduction * self.sampling_m / self.spread if self.spread > 0.0 else math.inf
+
+
+def find_focus(
+    frames: Iterable[Frame],
+    region: FocusRegion,
+    low_m: float,
+    high_m: float,
+    *,
+    signal: FocusSignal = FocusSignal.TEXTURE,
+    tilt: bool = False,
+) -> FocusResult:
+    """Find the focal plane that a region is in focus on.
+
+    The whole range is scanned before the best peaks are refined: canopy and ground make the curve multimodal.
+
+    Args:
+        frames: at least two, all with the same bands. They are gone through several times, one after the other.
+        region: where to look.
+        low_m: smallest z of the range.
+        high_m: greatest z; the cameras must be outside of the range.
+        signal: what of the frames must agree.
+        tilt: whether to look for the slopes of the plane, too.
+
+    Raises:
+        ImagingError: if the range is not one, or there are fewer than two frames.
+    """
+    if not (math.isfinite(low_m) and math.isfinite(high_m) and low_m < high_m):
+        raise ImagingError(f"The range of heights must be finite and ascending, got {low_m:g} to {high_m:g} m.")
+    search = _Search(frames, region, signal, _geometry(frames, region, (low_m + high_m) / 2))
+    reduction = FINEST_REDUCTION
+    while (high_m - low_m) / search.geometry.step_m(reduction) > MAX_SCAN_HEIGHTS:
+        reduction *= 2
+    # Cameras close together blur the peak over the range: some heights are needed to see that there is none.
+    step_m = min(search.geometry.step_m(reduction), (high_m - low_m) / 8)
+    heights_m = np.linspace(low_m, high_m, math.ceil((high_m - low_m) / step_m) + 1)
+    scan = search.curve([search.plane(height_m) for height_m in heights_m], reduction)
+    peaks = _peaks(heights_m, scan)
+    inner = [peak for peak in peaks if not peak.at_limit]
+    if not inner:
+        height_m = peaks[0].height_m if peaks else (low_m + high_m) / 2
+        reason = "the agreement is best at the limit of the range" if peaks else "no height is better than another"
+        return FocusResult(search.plane(height_m), height_m, 0.0, math.inf, float(scan.values.max()), False, reason)
+    # A rise towards the limit is a rival, but no candidate.
+    height_m, agreement = search.refine([peak.height_m for peak in inner[:MAX_CANDIDATES]], step_m, reduction)
+    result = _result(search, height_m, agreement, scan, peaks)
+    return search.tilted(result) if tilt and result.found else result
+
+
+def focus_curve(
+    frames: Iterable[Frame],
+    region: FocusRegion,
+    planes: Sequence[Plane],
+    *,
+    signal: FocusSignal = FocusSignal.TEXTURE,
+    reduction: int = 1,
+) -> FocusCurve:
+    """Return the agreement of frames on some planes, in one pass through the frames.
+
+    Args:
+        frames: at least two, all with the same bands.
+        region: where to compare.
+        planes: at least one.
+        signal: what to compare.
+        reduction: edge of the blocks of pixels that are averaged first.
+
+    Raises:
+        ImagingError: if there are fewer than two frames.
+    """
+    surfaces = [region.points_m(plane) for plane in planes]
+    sums: list[Agreement] = []
+    patches = []
+    for frame in frames:
+        image = focus_signal(frame.image, signal, reduction)
+        sums = sums or [Agreement(len(points), image.shape[2]) for points in surfaces]
+        for total, points in zip(sums, surfaces, strict=True):
+            pixels = project_points(points, frame.camera, frame.pose)
+            total.add(_sample(image, pixels, reduction))
+        patches.append(CORRELATION_AREA_PX * reduction**2 / _pixels_per_point(pixels))
+    if len(patches) < 2:
+        raise ImagingError(f"Focusing needs at least two frames, got {len(patches)}.")
+    scatter = float(np.median([total.scatter(float(np.nanmedian(patches))) for total in sums]))
+    return FocusCurve(np.array([total.value() for total in sums]), scatter)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Search:
+    frames: Iterable[Frame]
+    region: FocusRegion
+    signal: FocusSignal
+    geometry: _Geometry
+
+    def plane(self, height_m: float, slopes: tuple[float, float] = (0.0, 0.0)) -> Plane:
+        """Return the plane that has this height at the region's centre."""
+        return Plane.through(self.region.centre_m(height_m), *slopes) if any(slopes) else Plane(height_m)
+
+    def curve(self, planes: Sequence[Plane], reduction: int) -> FocusCurve:
+        return focus_curve(self.frames, self.region, planes, signal=self.signal, reduction=reduction)
+
+    def refine(self, candidates_m: Sequence[float], step_m: float, reduction: int) -> tuple[float, float]:
+        """Return the best height and its agreement, looked for about each candidate with ever finer structure."""
+        while True:
+            reduction = max(reduction // 2, FINEST_REDUCTION)
+            step_m /= 2
+            offsets_m = step_m * np.arange(-3, 4)
+            heights_m = np.add.outer(candidates_m, offsets_m)
+            planes = [self.plane(float(height_m)) for height_m in heights_m.ravel()]
+            values = self.curve(planes, reduction).values.reshape(heights_m.shape)
+            best = int(values.max(axis=1).argmax())
+            if reduction == FINEST_REDUCTION:
+                height_m = heights_m[best, 3] + step_m * (_vertex(values[best]) - 3)
+                return float(height_m), float(values[best].max())
+            candidates_m = heights_m[np.arange(len(values)), values.argmax(axis=1)].tolist()
+
+    def tilted(self, level: FocusResult) -> FocusResult:
+        """Return the result with the slopes that improve the agreement beyond chance, or as it was."""
+        centre_m = self.region.centre_m(level.height_m)
+        offsets_m = np.abs(self.region.points_m(level.plane) - centre_m)[:, :2]
+        reach_m = float(np.nanmean(offsets_m.max(axis=1)))
+        estimate = np.array([level.height_m, 0.0, 0.0])
+        step_m = self.geometry.step_m(FINEST_REDUCTION)
+        for fineness in (1.0, 0.5):
+            steps = fineness * np.array([step_m / 2, *[step_m / reach_m] * 2])
+            slope_count = math.ceil(MAX_SLOPE / steps[1]) if fineness == 1.0 else 3
+            for axis in (1, 2, 0, 1, 2, 0):
+                estimate, curve = self._best_along(estimate, axis, steps[axis], slope_count if axis else 3)
+        agreement = float(curve.values.max())
+        if agreement < level.agreement + MIN_TILT_GAIN * curve.scatter:
+            return level
+        height_m, slopes = float(estimate[0]), (float(estimate[1]), float(estimate[2]))
+        return replace(level, plane=self.plane(height_m, slopes), height_m=height_m, agreement=agreement)
+
+    def _best_along(
+        self, estimate: NDArray[np.float64], axis: int, step: float, count: int
+    ) -> tuple[NDArray[np.float64], FocusCurve]:
+        """Vary one of height, slope along x, slope along y."""
+        tried = np.tile(estimate, (2 * count + 1, 1))
+        tried[:, axis] += step * np.arange(-count, count + 1)
+        curve = self.curve([self.plane(float(h), (float(x), float(y))) for h, x, y in tried], FINEST_REDUCTION)
+        best = estimate.copy()
+        best[axis] += step * (_vertex(curve.values) - count)
+        return best, curve
+
+
+def _geometry(frames: Iterable[Frame], region: FocusRegion, height_m: float) -> _Geometry:
+    centre_m = region.centre_m(height_m)
+    samplings_m, directions = [], []
+    for frame in frames:
+        gap_m = centre_m - frame.pose.position_enu_m
+        depth_m = float(gap_m @ frame.pose.R_cam2enu[:, 2])
+        if depth_m > 0.0 and gap_m[2] != 0.0:
+            samplings_m.append(depth_m / frame.camera.fx_px)
+            directions.append(gap_m[:2] / gap_m[2])
+    if len(directions) < 2:
+        raise ImagingError(
+            f"Fewer than two cameras have the region to focus on in front of them at a height of {height_m:g} m: "
+            "choose another region or range."
+        )
+    variance = np.linalg.eigvalsh(np.cov(np.array(directions).T)).max()
+    # A line of evenly spaced cameras is sqrt(12) times as long as its standard deviation.
+    return _Geometry(float(np.median(samplings_m)), math.sqrt(12.0 * max(float(variance), 0.0)))
+
+
+def _sample(image: NDArray[np.float32], pixels: NDArray[np.float64], reduction: int) -> NDArray[np.float32]:
+    """Return a reduced image at pixels of the full one, shape (n, C); NaN outside and where they are NaN."""
+    reduced = (np.nan_to_num(pixels, nan=-1e6) + 0.5) / reduction - 0.5
+    # Beyond one pixel outside all coordinates are alike, and OpenCV's own range is limited.
+    u, v = np.clip(reduced, -2.0, [image.shape[1] + 1.0, image.shape[0] + 1.0]).astype(np.float32).T
+    samples = cv2.remap(image, u, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=[math.nan] * 4)
+    return np.asarray(samples, dtype=np.float32).reshape(len(pixels), image.shape[2])
+
+
+def _pixels_per_point(pixels: NDArray[np.float64]) -> float:
+    """Return how many pixels of a frame there are to a point of the lattice; NaN if the frame sees none."""
+    known = pixels[np.isfinite(pixels).all(axis=1)]
+    return float(np.ptp(known, axis=0).prod()) / len(known) if len(known) > 1 else math.nan
+
+
+def _peaks(heights_m: NDArray[np.float64], curve: FocusCurve) -> list[_Peak]:
+    """Return the peaks, the most prominent one first; the ends of the range count as peaks where the curve rises."""
+    padded = np.concatenate(([curve.values.min()], curve.values, [curve.values.min()]))
+    indices = find_peaks(padded)[0]
+    if not indices.size:
+        return []
+    prominences = peak_prominences(padded, indices)
+    half_widths = peak_widths(padded, indices, 0.5, prominences)[0] / 2 * float(heights_m[1] - heights_m[0])
+    limits = (1, len(heights_m))
+    peaks = [
+        _Peak(float(heights_m[index - 1]), float(prominence), float(half_width_m), index in limits)
+        for index, prominence, half_width_m in zip(indices, prominences[0], half_widths, strict=True)
+    ]
+    return sorted(peaks, key=lambda peak: -peak.prominence)
+
+
+def _result(
+    search: _Search, height_m: float, agreement: float, scan: FocusCurve, peaks: Sequence[_Peak]
+) -> FocusResult:
+    """Judge the refined height by the peak that it comes from, and by the others."""
+    chosen = min((peak for peak in peaks if not peak.at_limit), key=lambda peak: abs(peak.height_m - height_m))
+    rival = max((peak.prominence for peak in peaks if peak is not chosen), default=0.0)
+    distinctness = 1.0 - min(rival / chosen.prominence, 1.0)
+    significance = max(min(chosen.prominence, agreement) / scan.scatter, 0.0)
+    sureness = (significance - CHANCE_SIGNIFICANCE) / (SURE_SIGNIFICANCE - CHANCE_SIGNIFICANCE)
+    sureness = min(max(sureness, 0.0), 1.0)
+    found = sureness * distinctness >= MIN_CONFIDENCE
+    reason = "another height is about as good" if distinctness < sureness else "the agreement may be chance"
+    return FocusResult(
+        plane=search.plane(height_m),
+        height_m=height_m,
+        confidence=sureness * distinctness,
+        sigma_m=chosen.half_width_m / math.sqrt(significance) if significance > 0.0 else math.inf,
+        agreement=agreement,
+        found=found,
+        reason="" if found else reason,
+    )
+
+
+def _vertex(values: NDArray[np.float64]) -> float:
+    """Return where the parabola through the greatest value and its neighbours peaks, in indices."""
+    best = int(values.argmax())
+    if not 0 < best < len(values) - 1:
+        return float(best)
+    before, at, after = values[best - 1 : best + 2]
+    curvature = before - 2.0 * at + after
+    return float(best) if curvature >= 0.0 else best + float(0.5 * (before - after) / curvature)

@@ -1,0 +1,1 @@
+"""Evidence that a warm body is a person."""

@@ -1,0 +1,1 @@
+"""Errors of the vehicles' poses, estimated from overlapping frames."""

@@ -1,0 +1,271 @@
+"""Errors of the vehicles' poses, estimated from what their frames have in common.
+
+An error has a part that lasts and one that passes with its frame. What is learnt of the lasting parts is carried from
+step to step as a Gaussian: a step in which a vehicle moves about the others tells more than one in which the formation
+keeps its shape. docs/registration.md says what can be told.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag
+from scipy.spatial.transform import Rotation
+
+from aos_gcs.errors import ImagingError
+from aos_gcs.geometry.poses import Pose
+from aos_gcs.imaging.focal_plane import footprint
+from aos_gcs.imaging.integral import check_frame
+from aos_gcs.imaging.model import Frame
+from aos_gcs.imaging.registration.adjustment import POSE_ERRORS, Gaussian, adjust
+from aos_gcs.imaging.registration.ties import PatchSize, measure_ties
+from aos_gcs.imaging.undistort import undistorted
+
+ROUNDS = ((32, 1 / 110, 0.3), (40, 1 / 160, 0.6), (40, 1 / 160, 0.6))
+"""Edge of the patches (pixels), their resolution (share of the cameras' height above them), greatest parallax of a pair
+(baseline over height): in the first round, neither errors nor heights are known; the last one is linear about what the
+others have found."""
+
+PATCH_SPACING = 0.5
+"""Between the centres of patches, in edges of one."""
+
+MAX_NEIGHBOURS = 8
+"""Pairs that each frame begins; more bring little news."""
+
+MIN_TIES_PER_FRAME = 4
+"""Two equations each: fewer could not tell the frame's six errors and the heights of its patches."""
+
+_JUDGED = np.array([0, 1, 3])
+"""East, north and yaw among the errors of a pose: what the confidence is about."""
+
+MIN_INLIER_SHARE = 0.5
+"""Of the ties of a step that must fit; else nothing is learnt from it. Simulated forests reach 0.5 to 0.95."""
+
+
+@dataclass(frozen=True, slots=True)
+class PoseSigmas:
+    """How large the errors of poses are expected to be, standard deviations."""
+
+    offset_m: float
+    """Of the position along each horizontal axis."""
+    height_m: float
+    yaw_rad: float
+    tilt_rad: float
+    """Of roll and pitch each."""
+
+    def of_one(self) -> NDArray[np.float64]:
+        """Return those of one pose in the order of its errors, shape (``POSE_ERRORS``,)."""
+        return np.array([self.offset_m, self.offset_m, self.height_m, self.yaw_rad, self.tilt_rad, self.tilt_rad])
+
+
+@dataclass(frozen=True, slots=True)
+class ErrorBudget:
+    """A satellite receiver, a compass and a gimbal: 0.5 m (height 0.75 m), 3 degrees and 1 degree in all."""
+
+    lasting: PoseSigmas = PoseSigmas(0.47, 0.71, math.radians(2.9), math.radians(0.7))
+    """Stays with a vehicle."""
+    passing: PoseSigmas = PoseSigmas(0.16, 0.24, math.radians(0.7), math.radians(0.7))
+    """Differs from one exposure to the next."""
+
+
+@dataclass(frozen=True, slots=True)
+class PoseCorrection:
+    """What has to be added to the poses that a vehicle reports."""
+
+    east_m: float
+    north_m: float
+    up_m: float
+    yaw_rad: float
+    """Clockwise seen from above, as headings are."""
+    about_east_rad: float
+    about_north_rad: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Registration:
+    """What is known of the vehicles' errors; a new one for every step."""
+
+    budget: ErrorBudget = field(default_factory=ErrorBudget)
+    vehicle_ids: tuple[int, ...] = ()
+    errors: Gaussian = field(default_factory=lambda: Gaussian(np.zeros(0), np.zeros((0, 0))))
+    """The lasting ones of one vehicle after the other, shape (``POSE_ERRORS`` n,)."""
+    inlier_share: float = 0.0
+    """Of the ties of the latest step that was learnt from."""
+    steps: int = 0
+    """That were learnt from."""
+
+    @property
+    def confidence(self) -> float:
+        """0 to 1: share of ties that fit, times the share of variance explained in the worst of all directions.
+
+        A direction is any combination of the vehicles' horizontal offsets and headings, relative to the fleet: to turn
+        or to scale the whole formation is one of them.
+        """
+        if self.steps == 0:
+            return 0.0
+        told = _JUDGED + POSE_ERRORS * np.arange(len(self.vehicle_ids))[:, np.newaxis]
+        sigmas = np.tile(self.budget.lasting.of_one()[_JUDGED], len(self.vehicle_ids))
+        left = self._relative_covariance()[np.ix_(told.ravel(), told.ravel())] / np.outer(sigmas, sigmas)
+        return self.inlier_share * max(0.0, 1.0 - float(np.linalg.eigvalsh(left)[-1]))
+
+    def sigmas(self) -> NDArray[np.float64]:
+        """Return the standard deviations of the lasting errors relative to the mean of the fleet, shape (n, 6)."""
+        return np.asarray(np.sqrt(np.diag(self._relative_covariance())).reshape(-1, POSE_ERRORS))
+
+    def corrections(self) -> Mapping[int, PoseCorrection]:
+        """Return the correction of each vehicle by its id; one of which little is known has a small one."""
+        values = self.errors.mean.reshape(-1, POSE_ERRORS)
+        return {i: PoseCorrection(*map(float, row)) for i, row in zip(self.vehicle_ids, values, strict=True)}
+
+    def _relative_covariance(self) -> NDArray[np.float64]:
+        n = len(self.vehicle_ids)
+        to_relative = np.kron(np.eye(n) - 1.0 / n, np.eye(POSE_ERRORS))
+        return np.asarray(to_relative @ self.errors.covariance @ to_relative.T)
+
+
+def corrected(pose: Pose, correction: PoseCorrection) -> Pose:
+    """Return a pose with a vehicle's correction applied."""
+    turn = Rotation.from_rotvec([correction.about_east_rad, correction.about_north_rad, -correction.yaw_rad])
+    offset_m = np.array([correction.east_m, correction.north_m, correction.up_m])
+    return Pose(pose.position_enu_m + offset_m, turn.as_matrix() @ pose.R_cam2enu)
+
+
+def apply_sure(registration: Registration, frames: Sequence[Frame], min_confidence: float) -> list[Frame]:
+    """Return frames with their poses corrected, or as they are while confidence is low or a vehicle is unknown."""
+    if registration.confidence < min_confidence:
+        return list(frames)
+    corrections = registration.corrections()
+    return [
+        replace(frame, pose=corrected(frame.pose, corrections[frame.vehicle_id]))
+        if frame.vehicle_id in corrections
+        else frame
+        for frame in frames
+    ]
+
+
+def register(frames: Sequence[Frame], known: Registration, plane_height_m: float) -> Registration:
+    """Learn from one step's frames about the errors of the vehicles' poses.
+
+    Blocks for a second or two with ten frames: call it in a worker thread.
+
+    Args:
+        frames: with the poses that the vehicles report; one per vehicle, all with the same bands.
+        known: from the steps before.
+        plane_height_m: z of the focal plane, about which patches of the world are looked for.
+
+    Returns:
+        What is known now: no more than before where the frames have too little in common, or it does not fit.
+
+    Raises:
+        ImagingError: two frames are of the same vehicle, or bands differ.
+    """
+    vehicle_ids = tuple(frame.vehicle_id for frame in frames)
+    if len(set(vehicle_ids)) < len(vehicle_ids):
+        raise ImagingError("Registration takes one frame per vehicle: leave the older ones out.")
+    for frame in frames:
+        check_frame(frame, frames[0].bands)
+    known = _with_vehicles(known, vehicle_ids)
+    rows = _rows(known, vehicle_ids)
+    prior = _of_frames(known, rows)
+    ideal = [undistorted(frame) for frame in frames]
+    estimate, height_m, inlier_share = prior, plane_height_m, 0.0
+    for edge_px, share, max_parallax in ROUNDS:
+        poses = _corrected_poses(ideal, estimate.mean)
+        gaps_m = np.abs([pose.position_enu_m[2] - height_m for pose in poses])
+        size = PatchSize(edge_px, float(np.median(gaps_m)) * share)
+        patches_m = _lattice(ideal, poses, height_m, size.edge_m * PATCH_SPACING)
+        ties = measure_ties(ideal, poses, patches_m, _pairs(poses, gaps_m, max_parallax), size)
+        if len(ties.patch) < MIN_TIES_PER_FRAME * len(frames):
+            return known
+        # Each round starts from the prior again: the first one only finds out where to look.
+        solution = adjust(ties, poses, patches_m, patch_spacing=PATCH_SPACING, applied=estimate.mean, prior=prior)
+        estimate, inlier_share = solution.errors, solution.inlier_share
+        height_m += solution.height_m
+    if inlier_share < MIN_INLIER_SHARE:
+        return known
+    learnt = _learnt(known.errors, rows, prior, _without_formation(prior, estimate, poses))
+    return replace(known, errors=learnt, inlier_share=inlier_share, steps=known.steps + 1)
+
+
+def _corrected_poses(frames: Sequence[Frame], errors: NDArray[np.float64]) -> list[Pose]:
+    return [
+        corrected(f.pose, PoseCorrection(*values))
+        for f, values in zip(frames, errors.reshape(-1, POSE_ERRORS), strict=True)
+    ]
+
+
+def _lattice(frames: Sequence[Frame], poses: Sequence[Pose], height_m: float, spacing_m: float) -> NDArray[np.float64]:
+    """Return the centres of patches all over what the frames see of a horizontal plane, shape (m, 3)."""
+    outline_m = np.vstack([footprint(f.camera, pose, height_m) for f, pose in zip(frames, poses, strict=True)])
+    if not len(outline_m):
+        return np.empty((0, 3))
+    first, last = np.ceil(outline_m.min(axis=0) / spacing_m), np.floor(outline_m.max(axis=0) / spacing_m)
+    x, y = np.meshgrid(*(np.arange(low, high + 1) * spacing_m for low, high in zip(first, last, strict=True)))
+    return np.column_stack((x.ravel(), y.ravel(), np.full(x.size, height_m)))
+
+
+def _pairs(poses: Sequence[Pose], gaps_m: NDArray[np.float64], max_parallax: float) -> NDArray[np.bool_]:
+    """Return which frames to compare, shape (n, n): the nearest ones of each, with not too much parallax."""
+    places_m = np.array([pose.position_enu_m[:2] for pose in poses])
+    baselines_m = np.linalg.norm(places_m[:, np.newaxis] - places_m, axis=2)
+    np.fill_diagonal(baselines_m, np.inf)
+    nearest = np.argsort(baselines_m, axis=1)[:, :MAX_NEIGHBOURS]
+    chosen = np.zeros(baselines_m.shape, dtype=np.bool_)
+    np.put_along_axis(chosen, nearest, values=True, axis=1)
+    return np.asarray((chosen | chosen.T) & (baselines_m <= max_parallax * np.minimum.outer(gaps_m, gaps_m)))
+
+
+def _with_vehicles(known: Registration, vehicle_ids: Sequence[int]) -> Registration:
+    """Return what is known with the vehicles added that are new; of them, only the expected size of errors is known."""
+    new = [vehicle_id for vehicle_id in vehicle_ids if vehicle_id not in known.vehicle_ids]
+    if not new:
+        return known
+    expected = np.tile(known.budget.lasting.of_one(), len(new))
+    mean = np.concatenate((known.errors.mean, np.zeros(len(expected))))
+    # SciPy counts an empty array as one row.
+    blocks = [block for block in (known.errors.covariance, np.diag(expected**2)) if block.size]
+    return replace(known, vehicle_ids=(*known.vehicle_ids, *new), errors=Gaussian(mean, block_diag(*blocks)))
+
+
+def _rows(known: Registration, vehicle_ids: Sequence[int]) -> NDArray[np.intp]:
+    first = POSE_ERRORS * np.array([known.vehicle_ids.index(vehicle_id) for vehicle_id in vehicle_ids], dtype=np.intp)
+    return np.asarray((first[:, np.newaxis] + np.arange(POSE_ERRORS)).ravel())
+
+
+def _of_frames(known: Registration, rows: NDArray[np.intp]) -> Gaussian:
+    """Return what is known beforehand of the errors of frames: what lasts, and what passes with them."""
+    passing = np.tile(known.budget.passing.of_one(), len(rows) // POSE_ERRORS)
+    return Gaussian(known.errors.mean[rows], known.errors.covariance[np.ix_(rows, rows)] + np.diag(passing**2))
+
+
+def _without_formation(before: Gaussian, after: Gaussian, poses: Sequence[Pose]) -> Gaussian:
+    """Return what frames tell when nothing that they seem to tell of the whole formation's turn and scale is believed.
+
+    One step cannot tell these two. Small errors of the measurement and of its linear model look as if it could, mostly
+    in the same direction, and would add up from step to step (the inconsistency of filters that Huang, Mourikis and
+    Roumeliotis describe in *Observability-based Rules for Designing Consistent EKF SLAM Estimators*, IJRR 2010).
+    """
+    place_m = np.array([pose.position_enu_m for pose in poses])
+    x, y, z = (place_m - place_m.mean(axis=0)).T
+    zero = np.zeros(len(x))
+    turn = np.column_stack((y, -x, zero, zero + 1.0, zero, zero)).ravel()
+    scale = np.column_stack((x, y, z, zero, zero, zero)).ravel()
+    whole = np.column_stack((turn, scale))
+    told = np.linalg.inv(after.covariance) - np.linalg.inv(before.covariance)
+    # As if each step had a turn and a scale of its own, of standard deviations of 1 rad and 100 %.
+    doubt = told @ whole @ np.linalg.inv(whole.T @ told @ whole + np.eye(2)) @ whole.T
+    covariance = np.linalg.inv(np.linalg.inv(before.covariance) + told - doubt @ told)
+    pull = np.linalg.solve(after.covariance, after.mean - before.mean)
+    return Gaussian(before.mean + covariance @ (pull - doubt @ pull), (covariance + covariance.T) / 2.0)
+
+
+def _learnt(lasting: Gaussian, rows: NDArray[np.intp], before: Gaussian, after: Gaussian) -> Gaussian:
+    """Return what is known of the lasting errors once those of frames, of which they are parts, are better known."""
+    gain = np.linalg.solve(before.covariance, lasting.covariance[rows]).T
+    mean = lasting.mean + gain @ (after.mean - before.mean)
+    covariance = lasting.covariance + gain @ (after.covariance - before.covariance) @ gain.T
+    return Gaussian(mean, (covariance + covariance.T) / 2.0)

@@ -1,0 +1,1 @@
+"""Terrain and meshes as focal surfaces."""

@@ -1,0 +1,227 @@
+"""Precision, recall and position error of the study of effectiveness, with their intervals."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from scipy import stats
+
+from aos_gcs.imaging.persons.evidence import Evidence
+from aos_gcs.imaging.persons.likeness import DECISION, MIN_VEHICLES, PersonModel, person_confidence
+from aos_gcs.lab.effectiveness.study import IN_VIEW_M2, Anomaly, SceneResult
+from aos_gcs.lab.scenes import PositionGrade
+
+HERE_M = 3.0
+"""A claim farther from the person than this is one about something else."""
+CONFIDENCE = 0.95
+_RESAMPLES = 2000
+_MIN_FOR_INTERVAL = 3
+"""Position errors below which their median has no interval worth the name."""
+
+
+class Verdict(StrEnum):
+    """How a scene was judged."""
+
+    HIT = "hit"
+    """There is a person, and it was claimed where it is."""
+    MISS = "miss"
+    """There is a person, and nothing was claimed."""
+    WRONG_PLACE = "wrong place"
+    """There is a person, but something else was claimed to be it: a miss and a false alarm."""
+    FALSE_ALARM = "false alarm"
+    """There is no person, but one was claimed."""
+    CLEAR = "clear"
+    """There is no person, and none was claimed."""
+
+
+class Rule(StrEnum):
+    """How the system decides that a person is here."""
+
+    PERSON = "person"
+    """Of the warm bodies that look like a person with sufficient confidence, the one seen in most frames."""
+    ANOMALY = "anomaly"
+    """Every step has an anomaly of the size from which missions count a target as in view, whatever it is."""
+
+
+@dataclass(frozen=True, slots=True)
+class Decision:
+    """What the system says about one scene, and whether that is right."""
+
+    trees_per_ha: float
+    seed: int
+    grade: PositionGrade
+    rule: Rule
+    verdict: Verdict
+    approached: str | None
+    confidence: float
+    """Of the body that looks most like a person; 0 when nothing warm was seen."""
+    person_seen: bool
+    """Something warm was seen where the person is; False without a person."""
+    error_m: float
+    """Distance of the claim from the person; NaN unless it is a hit."""
+    sigma_m: float
+    """The estimate's own standard deviation per axis; NaN where it has none."""
+
+
+@dataclass(frozen=True, slots=True)
+class Share:
+    """A proportion with Wilson's interval."""
+
+    hits: int
+    trials: int
+    low: float
+    high: float
+
+    @property
+    def value(self) -> float:
+        """The proportion; NaN without trials."""
+        return self.hits / self.trials if self.trials else math.nan
+
+    @classmethod
+    def of(cls, hits: int, trials: int) -> Share:
+        """Return the proportion with its interval; without trials the interval is that of ignorance."""
+        if not trials:
+            return cls(0, 0, 0.0, 1.0)
+        interval = stats.binomtest(hits, trials).proportion_ci(CONFIDENCE, method="wilson")
+        return cls(hits, trials, float(interval.low), float(interval.high))
+
+
+@dataclass(frozen=True, slots=True)
+class Effectiveness:
+    """Figures of many scenes of one density, one grade of positions and one rule."""
+
+    trees_per_ha: float
+    grade: PositionGrade
+    rule: Rule
+    with_person: int
+    without_person: int
+    precision: Share
+    recall: Share
+    median_error_m: float
+    error_interval_m: tuple[float, float]
+    """Bootstrap interval of the median."""
+    unseen: int
+    """Scenes whose person no frame showed."""
+
+
+def decide(result: SceneResult, grade: PositionGrade, rule: Rule, model: PersonModel | None = None) -> Decision:
+    """Judge one scene; ``model`` is that of persons, None for the program's own."""
+    confidences = [person_confidence(body.evidence, model) for body in result.warm[grade]]
+    persons = [body for body, value in zip(result.warm[grade], confidences, strict=True) if value >= DECISION]
+    claim_enu_m: tuple[float, float] | None = None
+    sigma_m = math.nan
+    if rule is Rule.ANOMALY:
+        claim_enu_m = _lasting_anomaly(result.anomalies[grade])
+    elif persons:
+        claim = max(persons, key=lambda body: body.evidence.views)
+        claim_enu_m, sigma_m = claim.position_enu_m, claim.sigma_m
+    verdict, error_m = _verdict(result, claim_enu_m)
+    return Decision(
+        trees_per_ha=result.key.trees_per_ha,
+        seed=result.key.seed,
+        grade=grade,
+        rule=rule,
+        verdict=verdict,
+        approached=result.approached,
+        confidence=max(confidences, default=0.0),
+        person_seen=any(_is_person(result, body.position_enu_m) for body in result.warm[grade]),
+        error_m=error_m,
+        sigma_m=sigma_m,
+    )
+
+
+def summarise(decisions: Iterable[Decision]) -> list[Effectiveness]:
+    """Return the figures per rule, density and grade, in this order."""
+    groups: dict[tuple[Rule, float, PositionGrade], list[Decision]] = {}
+    for decision in decisions:
+        groups.setdefault((decision.rule, decision.trees_per_ha, decision.grade), []).append(decision)
+    return [_summary(groups[group]) for group in sorted(groups, key=lambda group: (group[0] != Rule.PERSON, *group))]
+
+
+def labelled_bodies(results: Iterable[SceneResult]) -> tuple[list[Evidence], list[bool]]:
+    """Return the evidence on warm bodies, and whether each is the person: to fit a model with.
+
+    A warm body is what it lies nearest to. What too few vehicles have seen is left out, as the model does not judge it.
+    """
+    evidence, is_person = [], []
+    for result in results:
+        for warm in itertools.chain.from_iterable(result.warm.values()):
+            if warm.evidence.vehicles >= MIN_VEHICLES:
+                evidence.append(warm.evidence)
+                nearest = min(result.bodies, key=lambda body: math.dist(body.position_enu_m, warm.position_enu_m))
+                is_person.append(nearest is result.bodies[0] and result.key.has_person)
+    return evidence, is_person
+
+
+def as_markdown(figures: Sequence[Effectiveness]) -> str:
+    """Return the figures as a table."""
+    lines = [
+        "| rule | trees/ha | positions | scenes with, without | precision | recall | median error, m | never seen |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    lines += [
+        f"| {one.rule} | {one.trees_per_ha:g} | {one.grade} | {one.with_person}, {one.without_person} "
+        f"| {_percent(one.precision)} | {_percent(one.recall)} "
+        f"| {one.median_error_m:.2f} ({one.error_interval_m[0]:.2f} to {one.error_interval_m[1]:.2f}) "
+        f"| {one.unseen} |"
+        for one in figures
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _lasting_anomaly(steps: Sequence[Anomaly | None]) -> tuple[float, float] | None:
+    """Return where the last step's anomaly is if every step has one."""
+    seen = [step for step in steps if step is not None and step.area_m2 >= IN_VIEW_M2]
+    return seen[-1].position_enu_m if seen and len(seen) == len(steps) else None
+
+
+def _verdict(result: SceneResult, claim_enu_m: tuple[float, float] | None) -> tuple[Verdict, float]:
+    """Return the verdict on a claim, None for no claim, and its error, NaN unless it is a hit."""
+    if claim_enu_m is None:
+        return (Verdict.MISS if result.key.has_person else Verdict.CLEAR), math.nan
+    if not result.key.has_person:
+        return Verdict.FALSE_ALARM, math.nan
+    if not _is_person(result, claim_enu_m):
+        return Verdict.WRONG_PLACE, math.nan
+    return Verdict.HIT, math.dist(result.bodies[0].position_enu_m, claim_enu_m)
+
+
+def _is_person(result: SceneResult, position_enu_m: tuple[float, float]) -> bool:
+    return result.key.has_person and math.dist(result.bodies[0].position_enu_m, position_enu_m) <= HERE_M
+
+
+def _summary(decisions: Sequence[Decision]) -> Effectiveness:
+    count = {verdict: sum(one.verdict is verdict for one in decisions) for verdict in Verdict}
+    hits, wrong = count[Verdict.HIT], count[Verdict.WRONG_PLACE]
+    with_person = hits + count[Verdict.MISS] + wrong
+    errors_m = np.array([one.error_m for one in decisions if one.verdict is Verdict.HIT])
+    return Effectiveness(
+        trees_per_ha=decisions[0].trees_per_ha,
+        grade=decisions[0].grade,
+        rule=decisions[0].rule,
+        with_person=with_person,
+        without_person=len(decisions) - with_person,
+        precision=Share.of(hits, hits + wrong + count[Verdict.FALSE_ALARM]),
+        recall=Share.of(hits, with_person),
+        median_error_m=float(np.median(errors_m)) if len(errors_m) else math.nan,
+        error_interval_m=_median_interval(errors_m),
+        unseen=with_person - sum(one.person_seen for one in decisions),
+    )
+
+
+def _median_interval(values: np.ndarray) -> tuple[float, float]:
+    if len(values) < _MIN_FOR_INTERVAL:
+        return math.nan, math.nan
+    interval = stats.bootstrap(
+        (values,), np.median, n_resamples=_RESAMPLES, confidence_level=CONFIDENCE, method="percentile", rng=0
+    ).confidence_interval
+    return float(interval.low), float(interval.high)
+
+
+def _percent(share: Share) -> str:
+    return f"{100 * share.value:.1f} % ({100 * share.low:.1f} to {100 * share.high:.1f})"

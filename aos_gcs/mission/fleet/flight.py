@@ -1,0 +1,308 @@
+"""Commands to the vehicles of a mission: several at once, never one waiting for another, every waypoint vetted."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.airspace.detours import Detours
+from aos_gcs.airspace.safety import Mover, Obstacle, SafetyLimits, as_enu_point, vet_waypoints
+from aos_gcs.airspace.separation import segment_distance
+from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict
+from aos_gcs.errors import CommandError, CommandRefusedError
+from aos_gcs.mission.fleet.roster import Member, Roster
+from aos_gcs.mission.journal import Journal
+from aos_gcs.mission.model import Task
+from aos_gcs.planning.settings import Deadlines, FlightSettings
+from aos_gcs.ports import Clock, Command, FlightMode, Goto, Hold, Land, ReturnToLaunch, Severity, Takeoff
+
+_POLL_S = 0.1
+_RETRY_S = 1.0
+"""Between two attempts to send a vehicle that has refused."""
+_SWARM = frozenset({Task.SWARM})
+
+
+class FlightControl:
+    """The only place from which a mission commands its vehicles."""
+
+    def __init__(
+        self, roster: Roster, clock: Clock, journal: Journal, settings: FlightSettings, deadlines: Deadlines
+    ) -> None:
+        self._roster = roster
+        self._clock = clock
+        self._journal = journal
+        self._settings = settings
+        self._deadlines = deadlines
+        self._limits: SafetyLimits | None = None
+        self._detours: Detours | None = None
+
+    @property
+    def limits(self) -> SafetyLimits | None:
+        """Set by preflight; without limits no waypoint is sent."""
+        return self._limits
+
+    @limits.setter
+    def limits(self, limits: SafetyLimits) -> None:
+        self._limits = limits
+        self._detours = Detours(limits.boundaries(), limits.margin_m, self._settings.arrival_radius_m)
+
+    async def command(self, member: Member, command: Command, timeout_s: float | None = None) -> str | None:
+        """Have one vehicle do something; return None when it is confirmed, else the reason, which is also reported."""
+        now_s = self._clock.now_s()
+        deadline_s = now_s + (timeout_s if timeout_s is not None else self._deadlines.command_s)
+        member.last_command = command
+        if not isinstance(command, Hold):
+            member.sent_at_s = now_s
+        try:
+            await member.vehicle.execute(command, deadline_s)
+        except CommandError as error:
+            if isinstance(error, CommandRefusedError) and member.last_command is command:
+                member.last_command = None
+            self._journal.notice(Severity.WARNING, f"{_name(command)}: {error}", member.vehicle_id)
+            return str(error)
+        return None
+
+    async def command_each(
+        self,
+        members: Iterable[Member],
+        command_for: Callable[[Member], Command],
+        timeout_s: float | None = None,
+        on_handed_over: Callable[[], None] | None = None,
+    ) -> dict[int, str | None]:
+        """Command several vehicles at the same time and return the reason of each that did not, by id.
+
+        ``on_handed_over`` is called when every command has been given to the link, before any is confirmed.
+        """
+        async with asyncio.TaskGroup() as group:
+            tasks = {
+                member.vehicle_id: group.create_task(self.command(member, command_for(member), timeout_s))
+                for member in members
+            }
+            await asyncio.sleep(0)
+            if on_handed_over is not None:
+                on_handed_over()
+        return {vehicle_id: task.result() for vehicle_id, task in tasks.items()}
+
+    def vet(
+        self,
+        requests: Mapping[int, NDArray[np.float64]],
+        tasks: frozenset[Task] = _SWARM,
+        *,
+        homing: bool = False,
+    ) -> tuple[WaypointRecord, ...]:
+        """Check planned waypoints, shape (3,) each, against the limits, each other and everyone else in the air.
+
+        Where a boundary bars the straight way and there is one around it, the next corner of that one is granted.
+
+        Args:
+            requests: planned waypoint by vehicle id.
+            tasks: what a vehicle has to be doing to be moved; who has left since the plan was made is held.
+            homing: the vehicles fly home, which a low battery must not prevent.
+        """
+        limits, detours = self._limits, self._detours
+        if limits is None or detours is None:
+            raise RuntimeError("no safety limits: preflight has not passed")
+        members = self._roster.select(requests)
+        movers = [
+            Mover(
+                vehicle_id=member.vehicle_id,
+                position_enu_m=position_enu_m,
+                requested_enu_m=_first_leg(detours, position_enu_m, requests[member.vehicle_id]),
+                link_age_s=self._roster.link_age_s(member),
+                position_age_s=self._roster.position_age_s(member),
+                battery_fraction=None if homing else member.state.battery_fraction,
+                home_enu_m=member.home_enu_m,
+                battery_per_m=self._battery_per_m(member),
+            )
+            for member in members
+            if _is_ours(member, tasks) and (position_enu_m := self._roster.position_enu_m(member)) is not None
+        ]
+        left = [_left(member, requests[member.vehicle_id]) for member in members if not _is_ours(member, tasks)]
+        moving_ids = {mover.vehicle_id for mover in movers}
+        vetted = vet_waypoints(movers, self._obstacles(moving_ids), limits)
+        return (*(_as_planned(record, requests[record.vehicle_id]) for record in vetted), *left)
+
+    def _obstacles(self, moving_ids: set[int]) -> list[Obstacle]:
+        """Return the others in the air: where they hover, or the column in which they may be sinking.
+
+        Who was sent somewhere has the way there; who returns by its autopilot, or is lost and probably does, also has
+        the way to its launch point.
+        """
+        obstacles = []
+        for member in self._roster.members():
+            position_enu_m = self._roster.position_enu_m(member)
+            if member.vehicle_id in moving_ids or not member.airborne or position_enu_m is None:
+                continue
+            is_lost, command = member.task is Task.LOST, member.last_command
+            goes_home = is_lost or member.state.mode is FlightMode.RETURN or isinstance(command, ReturnToLaunch)
+            climbs = isinstance(command, Takeoff) and not self._roster.is_in_layer(member)
+            obstacle = Obstacle(
+                member.vehicle_id,
+                position_enu_m,
+                waypoint_enu_m=member.waypoint_enu_m if isinstance(command, Goto) else None,
+                column=goes_home or climbs or not member.follows_us or isinstance(command, Land),
+                top_m=member.layer_height_m if climbs else None,
+                home_enu_m=member.home_enu_m if goes_home else None,
+            )
+            obstacles.append(obstacle)
+        return obstacles
+
+    def reached(self, members: Iterable[Member], places_m: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return to which horizontal places, shape (k, 2), any of the vehicles has a way past fence and no-go zones."""
+        is_reached = np.zeros(len(places_m), dtype=np.bool_)
+        for member in members:
+            position_enu_m = self._roster.position_enu_m(member)
+            if self._detours is not None and position_enu_m is not None and not is_reached.all():
+                is_reached[~is_reached] = self._detours.reached(position_enu_m[:2], places_m[~is_reached])
+        return is_reached
+
+    def in_the_way(
+        self, member: Member, start_enu_m: NDArray[np.float64], end_enu_m: NDArray[np.float64]
+    ) -> int | None:
+        """Return the id of a vehicle that is, or may come, too near to a straight way; None if that is free.
+
+        Args:
+            member: who is to fly it, and does not count itself.
+            start_enu_m: shape (3,).
+            end_enu_m: shape (3,).
+        """
+        if self._limits is None:
+            return None
+        for obstacle in self._obstacles({member.vehicle_id}):
+            segments = obstacle.segments()
+            distances_m = segment_distance(start_enu_m, end_enu_m, segments[:, 0], segments[:, 1])
+            if distances_m.min() < self._limits.separation_m:
+                return obstacle.vehicle_id
+        return None
+
+    def in_the_way_down(self, member: Member) -> int | None:
+        """Return who is, or may come, too near to the column below a vehicle; None if that is free."""
+        position_enu_m = self._roster.position_enu_m(member)
+        if position_enu_m is None:
+            return None
+        ground_enu_m = np.array([*position_enu_m[:2], min(0.0, position_enu_m[2])])
+        return self.in_the_way(member, position_enu_m, ground_enu_m)
+
+    def _battery_per_m(self, member: Member) -> float | None:
+        per_s = member.battery.per_s
+        return None if per_s is None else per_s / self._settings.cruise_speed_mps
+
+    async def send(
+        self,
+        records: Sequence[WaypointRecord],
+        on_handed_over: Callable[[], None] | None = None,
+        tasks: frozenset[Task] = _SWARM,
+    ) -> dict[int, str | None]:
+        """Send vetted waypoints; what safety has held is not sent. Returns as ``command_each`` does.
+
+        Nor is anything sent to a vehicle that has left ``tasks`` since it was vetted, or was taken over.
+        """
+        targets: dict[int, NDArray[np.float64]] = {}
+        for record, member in zip(records, self._roster.select(record.vehicle_id for record in records), strict=True):
+            member.refusal = None if record.verdict is WaypointVerdict.SENT else record.reason
+            if record.sent_enu_m is not None and _is_ours(member, tasks):
+                targets[member.vehicle_id] = member.waypoint_enu_m = np.array(record.sent_enu_m)
+
+        def goto(member: Member) -> Goto:
+            return Goto(self._roster.geodetic(targets[member.vehicle_id]), self._settings.cruise_speed_mps)
+
+        return await self.command_each(self._roster.select(targets), goto, on_handed_over=on_handed_over)
+
+    def has_arrived(self, member: Member) -> bool:
+        """Return whether the vehicle hovers at its waypoint."""
+        position_enu_m = self._roster.position_enu_m(member)
+        if position_enu_m is None or member.waypoint_enu_m is None:
+            return False
+        velocity_enu_mps = member.state.velocity_enu_mps
+        speed_mps = 0.0 if velocity_enu_mps is None else float(np.linalg.norm(velocity_enu_mps))
+        distance_m = float(np.linalg.norm(position_enu_m - member.waypoint_enu_m))
+        return distance_m <= self._settings.arrival_radius_m and speed_mps <= self._settings.arrival_speed_mps
+
+    async def wait_until(
+        self, members: Callable[[], Iterable[Member]], done: Callable[[Member], bool], timeout_s: float
+    ) -> list[Member]:
+        """Wait until ``done`` holds for all ``members()``, asked anew each time; return those left at the deadline."""
+        deadline_s = self._clock.now_s() + timeout_s
+        while True:
+            waiting = [member for member in members() if not done(member)]
+            if not waiting or self._clock.now_s() >= deadline_s:
+                return waiting
+            await self._clock.sleep(_POLL_S)
+
+    async def transfer(
+        self, requests: Mapping[int, NDArray[np.float64]], tasks: frozenset[Task], *, homing: bool = False
+    ) -> list[Member]:
+        """Fly to far waypoints, sent again while safety shortens or holds them; return those not there in time.
+
+        A waypoint in a no-go zone is replaced by the nearest place outside of it.
+        Vehicles whose task leaves ``tasks`` on the way, or that are taken over, are no longer waited for.
+        """
+        deadline_s = self._clock.now_s() + self._deadlines.transfer_s
+        places_enu_m = {vehicle_id: self._reachable(place_enu_m) for vehicle_id, place_enu_m in requests.items()}
+
+        def pending() -> list[Member]:
+            return [
+                member
+                for member in self._roster.select(places_enu_m)
+                if _is_ours(member, tasks) and not self.is_at(member, places_enu_m[member.vehicle_id])
+            ]
+
+        while (members := pending()) and (left_s := deadline_s - self._clock.now_s()) > 0.0:
+            planned = {member.vehicle_id: places_enu_m[member.vehicle_id] for member in members}
+            results = await self.send(self.vet(planned, tasks, homing=homing), tasks=tasks)
+            refused = [vehicle_id for vehicle_id, reason in results.items() if reason is not None]
+            # Who refuses is asked again soon, whoever else is still under way.
+            patience_s = _RETRY_S if refused else self._deadlines.move_s
+            await self.wait_until(pending, self.has_arrived, min(left_s, patience_s))
+            await self._clock.sleep(_POLL_S)
+        return pending()
+
+    def _reachable(self, place_enu_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        if self._detours is None:
+            return place_enu_m
+        return np.array([*self._detours.reachable(place_enu_m[:2]), place_enu_m[2]])
+
+    def is_at(self, member: Member, target_enu_m: NDArray[np.float64]) -> bool:
+        """Return whether the vehicle was sent to this very place, shape (3,), and hovers there."""
+        waypoint_enu_m = member.waypoint_enu_m
+        return waypoint_enu_m is not None and np.array_equal(waypoint_enu_m, target_enu_m) and self.has_arrived(member)
+
+
+def _is_ours(member: Member, tasks: frozenset[Task]) -> bool:
+    """Whether a waypoint may be sent: a goto would end a pilot's flight, a hold, a return or a landing."""
+    return member.task in tasks and member.follows_us
+
+
+def _first_leg(
+    detours: Detours, position_enu_m: NDArray[np.float64], requested_enu_m: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the waypoint itself, or the next corner of the way around what bars the straight one, at its height."""
+    if not np.isfinite(requested_enu_m).all():
+        return requested_enu_m
+    corner_m = detours.next_corner(position_enu_m[:2], requested_enu_m[:2])
+    return requested_enu_m if corner_m is None else np.array([*corner_m, requested_enu_m[2]])
+
+
+def _as_planned(record: WaypointRecord, planned_enu_m: NDArray[np.float64]) -> WaypointRecord:
+    """Tell what became of the waypoint that was planned, where a corner on the way to it was vetted."""
+    planned = as_enu_point(planned_enu_m)
+    if record.requested_enu_m == planned or not np.isfinite(planned_enu_m).all():
+        return record
+    if record.verdict is not WaypointVerdict.SENT:
+        return replace(record, requested_enu_m=planned)
+    east_m, north_m, _ = record.requested_enu_m
+    reason = f"around the fence or a no-go zone, by {east_m:.0f} m east, {north_m:.0f} m north"
+    return replace(record, requested_enu_m=planned, verdict=WaypointVerdict.SHORTENED, reason=reason)
+
+
+def _left(member: Member, requested_enu_m: NDArray[np.float64]) -> WaypointRecord:
+    reason = f"held: it left the swarm ({member.task}, mode {member.state.mode_name or member.state.mode})"
+    return WaypointRecord(member.vehicle_id, as_enu_point(requested_enu_m), None, WaypointVerdict.HELD, reason)
+
+
+def _name(command: Command) -> str:
+    return type(command).__name__.lower()

@@ -1,0 +1,141 @@
+"""A vehicle on the ground joins the swarm in mid-mission: checked, given a free layer, brought up and there."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.mission.context import MissionContext
+from aos_gcs.mission.fleet.roster import FLYING, Member
+from aos_gcs.mission.fleet.vehicle_tasks import Errands
+from aos_gcs.mission.model import PreflightCheck, Task
+from aos_gcs.mission.preflight.inspection import Inspector
+from aos_gcs.ports import Arm, Disarm, Severity, Takeoff
+
+Check = Callable[[Member], Awaitable[Sequence[PreflightCheck]]]
+"""Returns the checks of preflight of one vehicle, as they are now."""
+
+
+class Joining:
+    """Brings replacements to the swarm. The way up is a column of its own, the way there a layer of its own."""
+
+    def __init__(self, context: MissionContext, errands: Errands, inspector: Inspector, check: Check) -> None:
+        self._context = context
+        self._errands = errands
+        self._inspector = inspector
+        self._check = check
+        self._one_at_a_time = asyncio.Lock()
+        self._calls_off = 0
+
+    def candidates(self) -> list[Member]:
+        """Return who stands on the ground and could be asked to join."""
+        members = self._context.roster.members(Task.IDLE, Task.LANDED)
+        return [member for member in members if not member.airborne]
+
+    def call_off(self) -> None:
+        """Let nobody start who is still being checked, such as after a hold of all."""
+        self._calls_off += 1
+
+    async def join(self, member: Member) -> str | None:
+        """Have a vehicle take off and fly to the swarm; return why it does not, if so. It goes on in the background."""
+        async with self._one_at_a_time:
+            # Two that are checked at the same time would be given the same layer.
+            return await self._join(member)
+
+    async def _join(self, member: Member) -> str | None:
+        if member.task not in {Task.IDLE, Task.LANDED} or member.airborne:
+            return f"is part of the mission already ({member.task})"
+        reason = self._find_place(member)
+        if reason is not None:
+            return reason
+        calls_off = self._calls_off
+        await self._inspector.settle(member)
+        blocking = [check for check in await self._check(member) if check.blocks]
+        if self._calls_off != calls_off:
+            return "was called off before it started"
+        if blocking:
+            return blocking[0].describe()
+        if (other_id := self._above(member)) is not None:
+            return f"vehicle {other_id} is above its launch point, or will be: try again when it has passed"
+        member.task = Task.JOINING
+        text = f"joins: it climbs to its layer at {member.layer_height_m:.0f} m and flies to the swarm"
+        self._context.journal.notice(Severity.INFO, text, member.vehicle_id)
+        self._errands.start(member.vehicle_id, self._bring(member))
+        return None
+
+    def _find_place(self, member: Member) -> str | None:
+        """Give the vehicle its launch point and the lowest free layer; return why there is none, if so."""
+        context, limits, home = self._context, self._context.flight.limits, member.state.home
+        if limits is None or home is None:
+            return "its home position is not known yet"
+        home_enu_m = context.roster.local_frame().to_enu(home)
+        for boundary in limits.boundaries():
+            if boundary.depth_m(home_enu_m[:2]) <= 0.0:
+                return f"its launch point lies on the wrong side of {boundary.name}"
+        layer_height_m = self._free_layer_m(member, limits.ceiling_m)
+        if layer_height_m is None:
+            return f"no altitude layer is free below the ceiling at {limits.ceiling_m:.0f} m"
+        for other in context.roster.members(Task.LANDED):
+            if other.layer_height_m == layer_height_m:
+                other.layer_height_m = None
+        member.home_enu_m, member.layer_height_m = home_enu_m, layer_height_m
+        return None
+
+    def _free_layer_m(self, member: Member, ceiling_m: float) -> float | None:
+        """Return the lowest layer that no vehicle in the air has, such as that of one that left."""
+        flight = self._context.settings.flight
+        taken_m = [
+            other.layer_height_m
+            for other in self._context.roster.members(*FLYING, Task.LOST)
+            if other is not member and other.layer_height_m is not None
+        ]
+        layer_height_m = flight.lowest_layer_m
+        while layer_height_m <= ceiling_m:
+            if all(abs(layer_height_m - other_m) > 0.5 * flight.layer_spacing_m for other_m in taken_m):
+                return layer_height_m
+            layer_height_m += flight.layer_spacing_m
+        return None
+
+    def _above(self, member: Member) -> int | None:
+        """Return who is, or may come, too near to the column above the launch point."""
+        if member.home_enu_m is None or member.layer_height_m is None:
+            raise RuntimeError(f"vehicle {member.vehicle_id} has no altitude layer")
+        top_enu_m = np.array([*member.home_enu_m[:2], member.layer_height_m])
+        return self._context.flight.in_the_way(member, member.home_enu_m, top_enu_m)
+
+    async def _bring(self, member: Member) -> None:
+        """Start, climb, fly to the swarm and become part of it; who does not get there is left where it is."""
+        context = self._context
+        if await context.flight.command(member, Arm()) is not None:
+            member.task = Task.IDLE
+            return
+        if (height_m := member.layer_above_home_m) is None:
+            raise RuntimeError(f"vehicle {member.vehicle_id} has no altitude layer")
+        refusal = await context.flight.command(member, Takeoff(height_m), context.settings.deadlines.takeoff_s)
+        if refusal is not None and not member.airborne:
+            await context.flight.command(member, Disarm())
+            member.task = Task.IDLE
+            return
+        if (place_enu_m := self._beside_the_swarm(member)) is not None:
+            await context.flight.transfer({member.vehicle_id: place_enu_m}, frozenset({Task.JOINING}))
+        if member.task is not Task.JOINING:
+            return
+        has_come = member.follows_us and place_enu_m is not None and context.flight.has_arrived(member)
+        member.task = Task.SWARM if has_come else Task.HELD
+        severity, text = (
+            (Severity.INFO, "has joined the swarm")
+            if has_come
+            else (Severity.WARNING, "did not reach the swarm in time; resume it to have it follow, or return it")
+        )
+        context.journal.notice(severity, text, member.vehicle_id)
+
+    def _beside_the_swarm(self, member: Member) -> NDArray[np.float64] | None:
+        """Return the place in its layer above or below the middle of the swarm; None if there is no swarm."""
+        roster = self._context.roster
+        places = [p for other in roster.members(Task.SWARM) if (p := roster.position_enu_m(other)) is not None]
+        if not places or member.layer_height_m is None:
+            return None
+        return np.array([*np.mean(places, axis=0)[:2], member.layer_height_m])

@@ -1,0 +1,174 @@
+"""Watches over all vehicles while the procedures fly them: links, take-overs, batteries, distances, landings."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+
+from aos_gcs.mission.context import FlightContext
+from aos_gcs.mission.fleet.energy import time_home_s
+from aos_gcs.mission.fleet.proximity import ProximityWatch
+from aos_gcs.mission.fleet.return_and_land import Homing
+from aos_gcs.mission.fleet.roster import FLYING, Member
+from aos_gcs.mission.model import Task
+from aos_gcs.ports import Goto, Hold, LandedState, Severity
+
+_PERIOD_S = 0.1
+_SNAPSHOT_PERIOD_S = 0.2
+"""Real seconds between snapshots on the event stream, however fast the clock."""
+_REPEAT_S = 5.0
+"""Between two attempts to send a vehicle home that does not go."""
+
+
+class Monitor:
+    """Runs beside the procedures for the whole mission."""
+
+    def __init__(
+        self,
+        context: FlightContext,
+        homing: Homing,
+        publish: Callable[[], None],
+        on_all_lost: Callable[[], None],
+    ) -> None:
+        """Watch the vehicles of ``context``; ``publish`` is called a few times per second."""
+        self._context = context
+        self._homing = homing
+        self._publish = publish
+        self._on_all_lost = on_all_lost
+        self._proximity = ProximityWatch(context.roster, context.clock, context.journal)
+        self._all_lost_since_s: float | None = None
+        self._send_home_at_s: dict[int, float] = {}
+        """When a vehicle that must leave may be told so again, by id."""
+
+    @property
+    def min_separation_m(self) -> float | None:
+        """The smallest 3-D distance measured between two vehicles in the air so far."""
+        return self._proximity.min_separation_m
+
+    async def run(self) -> None:
+        """Watch until cancelled."""
+        loop = asyncio.get_running_loop()
+        next_snapshot_s = loop.time()
+        async with asyncio.TaskGroup() as group:
+            while True:
+                self._take_in_newcomers()
+                for member in self._context.roster.members():
+                    self._watch_link(member)
+                    self._watch_landing(member)
+                    self._measure_battery(member)
+                    if (reason := self._must_leave(member)) is not None:
+                        group.create_task(self._homing.send_home(member, reason))
+                    self._watch_take_over(member)
+                self._watch_all_lost()
+                for member in self._proximity.look(self._context.flight.limits):
+                    group.create_task(self._hold(member))
+                if loop.time() >= next_snapshot_s:
+                    next_snapshot_s = loop.time() + _SNAPSHOT_PERIOD_S
+                    self._publish()
+                await self._context.clock.sleep(_PERIOD_S)
+
+    def _take_in_newcomers(self) -> None:
+        """Once the mission flies, vehicles that are heard for the first time may join; preflight needs their home."""
+        context = self._context
+        found, is_started = context.roster.refresh(), context.journal.elapsed_s() > 0.0
+        if not is_started:
+            return
+        for member in found:
+            context.journal.notice(Severity.INFO, "is heard in mid-mission; it may join", member.vehicle_id)
+        for member in context.roster.members(Task.IDLE):
+            if member.home_enu_m is None and member.state.home is not None:
+                member.home_enu_m = context.roster.local_frame().to_enu(member.state.home)
+
+    def _watch_link(self, member: Member) -> None:
+        context = self._context
+        age_s = context.roster.link_age_s(member)
+        silent = age_s is not None and age_s > context.settings.deadlines.lost_s
+        if silent and member.task in FLYING:
+            # Nobody goes on joining by itself: heard again, it waits for the operator.
+            member.task_before_loss = Task.HELD if member.task is Task.JOINING else member.task
+            member.task = Task.LOST
+            context.journal.notice(
+                Severity.CRITICAL, f"link lost for {age_s:.0f} s; its own failsafe flies it now", member.vehicle_id
+            )
+        elif not silent and member.task is Task.LOST:
+            member.task = member.task_before_loss
+            context.journal.notice(Severity.WARNING, "heard again", member.vehicle_id)
+
+    def _watch_landing(self, member: Member) -> None:
+        state = member.state
+        down = not state.armed and state.landed in {LandedState.ON_GROUND, LandedState.UNKNOWN}
+        if member.task in {Task.RETURNING, Task.LANDING, Task.HELD} and down:
+            member.task = Task.LANDED
+            self._context.journal.notice(Severity.INFO, "landed", member.vehicle_id)
+        elif member.task is Task.SWARM and down and isinstance(member.last_command, Goto):
+            member.task = Task.LANDED
+            self._context.journal.notice(
+                Severity.CRITICAL, "left the swarm: it is on the ground and its motors have stopped", member.vehicle_id
+            )
+
+    def _measure_battery(self, member: Member) -> None:
+        if not member.airborne:
+            member.battery.reset()
+        elif member.state.battery_fraction is not None:
+            member.battery.take(self._context.clock.now_s(), member.state.battery_fraction)
+
+    def _must_leave(self, member: Member) -> str | None:
+        """Return why a vehicle has to be sent home now, if it has to."""
+        if not member.airborne or not member.follows_us or self._homing.is_led(member):
+            return None
+        reason = self._why_home(member)
+        now_s = self._context.clock.now_s()
+        if reason is None or now_s < self._send_home_at_s.get(member.vehicle_id, now_s):
+            return None
+        self._send_home_at_s[member.vehicle_id] = now_s + _REPEAT_S
+        return reason
+
+    def _why_home(self, member: Member) -> str | None:
+        if member.task is Task.RETURNING:
+            stopped = self._homing.leads_all or isinstance(member.last_command, Hold)
+            return None if stopped else "it is still on its way"
+        limits, battery = self._context.flight.limits, member.state.battery_fraction
+        if limits is None or battery is None or member.task not in {Task.SWARM, Task.HELD}:
+            return None
+        way_home = self._battery_home(member)
+        if battery >= limits.min_battery_fraction + way_home:
+            return None
+        if battery < limits.min_battery_fraction:
+            return f"battery at {battery:.0%}"
+        return (
+            f"battery at {battery:.0%}: {way_home:.0%} are needed to come home with {limits.min_battery_fraction:.0%}"
+        )
+
+    def _battery_home(self, member: Member) -> float:
+        """Return the battery fraction that the way home takes at the measured rate; 0 while it is not known."""
+        position_enu_m, per_s = self._context.roster.position_enu_m(member), member.battery.per_s
+        if per_s is None or position_enu_m is None or member.home_enu_m is None:
+            return 0.0
+        return per_s * time_home_s(position_enu_m, member.home_enu_m, self._context.settings.flight.cruise_speed_mps)
+
+    async def _hold(self, member: Member) -> None:
+        """Stop one of two that are too close, whatever it was doing; the operator resumes it."""
+        self._homing.let_go(member)
+        member.task = Task.HELD
+        await self._context.flight.command(member, Hold())
+
+    def _watch_take_over(self, member: Member) -> None:
+        if member.task is Task.SWARM and member.airborne and not member.follows_us:
+            member.task = Task.HELD
+            self._context.journal.notice(
+                Severity.WARNING,
+                f"left the swarm: its mode is {member.state.mode_name or member.state.mode}",
+                member.vehicle_id,
+            )
+
+    def _watch_all_lost(self) -> None:
+        context = self._context
+        now_s = context.clock.now_s()
+        lost = context.roster.members(Task.LOST)
+        if not lost or context.roster.members(*FLYING, Task.LANDED):
+            self._all_lost_since_s = None
+        elif self._all_lost_since_s is None:
+            self._all_lost_since_s = now_s
+        elif now_s - self._all_lost_since_s > context.settings.deadlines.all_lost_s:
+            self._all_lost_since_s = None
+            self._on_all_lost()

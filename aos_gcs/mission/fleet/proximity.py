@@ -1,0 +1,127 @@
+"""Watches the measured distances in the air: an alarm where two come close, and hold where they come too close.
+
+Waypoints are vetted before they are sent; this is for what happens all the same: wind, wrong positions, pilots and
+failsafes. Positions are carried forward by their age, so that a late one does not hide an approach.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.airspace.safety import SafetyLimits
+from aos_gcs.airspace.separation import minimum_separation
+from aos_gcs.mission.fleet.roster import Member, Roster
+from aos_gcs.mission.journal import Journal
+from aos_gcs.ports import Clock, FlightMode, Hold, Severity
+
+_REPEAT_S = 1.0
+"""Between two holds of a vehicle that goes on all the same."""
+_HOVER_MPS = 0.3
+"""Gusts and noise stay below."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Located:
+    member: Member
+    position_enu_m: NDArray[np.float64]
+    """Where it is now, carried forward; shape (3,)."""
+
+
+class ProximityWatch:
+    """Remembers who has been warned of and held already."""
+
+    def __init__(self, roster: Roster, clock: Clock, journal: Journal) -> None:
+        self._roster = roster
+        self._clock = clock
+        self._journal = journal
+        self._close: set[tuple[int, int]] = set()
+        self._violating: set[tuple[int, int]] = set()
+        self._unlocated: set[int] = set()
+        self._hold_again_at_s: dict[int, float] = {}
+        self.min_separation_m: float | None = None
+        """The smallest 3-D distance so far."""
+
+    def look(self, limits: SafetyLimits | None) -> list[Member]:
+        """Measure all distances in the air, raise alarms, and return who has to hold now."""
+        located = self._locate(limits)
+        if len(located) < 2:
+            self._close.clear()
+            self._violating.clear()
+            return []
+        smallest_m, _ = minimum_separation(np.array([each.position_enu_m for each in located]))
+        self.min_separation_m = min(smallest_m, self.min_separation_m or smallest_m)
+        if limits is None:
+            return []
+        if smallest_m >= limits.separation_m:
+            self._close.clear()
+            self._violating.clear()
+            return []
+        return self._judge(located, limits)
+
+    def _locate(self, limits: SafetyLimits | None) -> list[_Located]:
+        """Return where everybody in the air is; tell of those whose last position is too old to be watched."""
+        located, unlocated = [], set()
+        for member in self._roster.airborne():
+            position_enu_m, age_s = self._roster.position_enu_m(member), self._roster.position_age_s(member)
+            if position_enu_m is None or age_s is None or (limits is not None and age_s > limits.max_position_age_s):
+                unlocated.add(member.vehicle_id)
+                continue
+            velocity_enu_mps = np.array(member.state.velocity_enu_mps or (0.0, 0.0, 0.0))
+            located.append(_Located(member, position_enu_m + age_s * velocity_enu_mps))
+        for vehicle_id in unlocated - self._unlocated:
+            text = "flies, but its position is unknown or old: its distance to others is not watched"
+            self._journal.notice(Severity.WARNING, text, vehicle_id)
+        self._unlocated = unlocated
+        return located
+
+    def _judge(self, located: list[_Located], limits: SafetyLimits) -> list[Member]:
+        close, violating, to_hold = set(), set(), []
+        for one, other in combinations(located, 2):
+            offset_m = other.position_enu_m - one.position_enu_m
+            distance_m = float(np.linalg.norm(offset_m))
+            if distance_m >= limits.separation_m:
+                continue
+            pair = one.member.vehicle_id, other.member.vehicle_id
+            close.add(pair)
+            if pair not in self._close:
+                text = f"only {distance_m:.1f} m from vehicle {pair[1]}, below the {limits.separation_m:.1f} m allowed"
+                self._journal.notice(Severity.CRITICAL, text, pair[0])
+            beside_m, above_m = float(np.hypot(*offset_m[:2])), abs(float(offset_m[2]))
+            if beside_m >= limits.hold_horizontal_m or above_m >= limits.hold_vertical_m:
+                continue
+            violating.add(pair)
+            mover = _later_mover(one.member, other.member)
+            if pair not in self._violating:
+                text = f"{beside_m:.1f} m beside and {above_m:.1f} m above or below vehicle {pair[1]}: " + (
+                    f"vehicle {mover.vehicle_id} is held" if mover is not None else "neither can be held"
+                )
+                self._journal.notice(Severity.CRITICAL, text, pair[0])
+            if mover is not None and self._is_due(mover):
+                to_hold.append(mover)
+        self._close, self._violating = close, violating
+        return to_hold
+
+    def _is_due(self, member: Member) -> bool:
+        now_s = self._clock.now_s()
+        if now_s < self._hold_again_at_s.get(member.vehicle_id, now_s):
+            return False
+        self._hold_again_at_s[member.vehicle_id] = now_s + _REPEAT_S
+        return True
+
+
+def _later_mover(one: Member, other: Member) -> Member | None:
+    """Return who of a pair was sent on its way last and can be stopped; None if neither can.
+
+    A pilot is not overruled; who hovers or holds already is not the one to stop.
+    """
+    return max((m for m in (one, other) if _can_be_stopped(m)), key=lambda member: member.sent_at_s, default=None)
+
+
+def _can_be_stopped(member: Member) -> bool:
+    velocity_enu_mps, command = member.state.velocity_enu_mps, member.last_command
+    moves = velocity_enu_mps is None or float(np.linalg.norm(velocity_enu_mps)) > _HOVER_MPS
+    return moves and member.state.mode is not FlightMode.MANUAL and not isinstance(command, Hold)

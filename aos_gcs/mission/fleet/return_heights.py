@@ -1,0 +1,78 @@
+"""How high vehicles return by themselves: in their layers while the mission has them, then as their owners want it."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Mapping
+
+from aos_gcs.errors import CommandError
+from aos_gcs.mission.context import MissionContext
+from aos_gcs.mission.fleet.roster import Member
+from aos_gcs.mission.model import SettingsRecord
+from aos_gcs.ports import Severity, VehicleFacts
+
+PURPOSE = "return height"
+_MAX_HEARD_AGO_S = 3.0
+_DECIMALS = 2
+"""Autopilots keep centimetres."""
+
+
+class ReturnHeights:
+    """Gives vehicles the return heights of their layers before they start, and their own ones back in the end.
+
+    Nothing is written unless ``preflight.set_return_height`` says so, and never while motors run.
+    """
+
+    def __init__(self, context: MissionContext) -> None:
+        self._context = context
+        self._former: dict[int, Mapping[str, float]] = {}
+        """Settings before the mission, by vehicle."""
+
+    def wanted_m(self, member: Member) -> float | None:
+        """Return the height above home at which a vehicle is to return by itself; None where it is left alone."""
+        height_m = member.layer_above_home_m if self._context.settings.preflight.set_return_height else None
+        return None if height_m is None else round(height_m, _DECIMALS)
+
+    async def set(self, member: Member, facts: VehicleFacts, height_m: float, deadline_s: float) -> None:
+        """Set a vehicle's return height; what it was before is on the disk by then.
+
+        Raises:
+            CommandError: the vehicle does not take it.
+        """
+        if member.vehicle_id not in self._former:
+            self._former[member.vehicle_id] = facts.return_settings
+            await self._record(member, facts.return_settings, is_restored=False)
+        await member.vehicle.set_return_height(height_m, deadline_s)
+        before = _in_words(self._former[member.vehicle_id])
+        text = f"returns by itself at {height_m:g} m now, its altitude layer; before the mission: {before}"
+        self._context.journal.notice(Severity.INFO, text, member.vehicle_id)
+
+    async def restore(self) -> None:
+        """Give all vehicles on the ground their own settings back, and name those that cannot be given them."""
+        members = self._context.roster.select(self._former)
+        await asyncio.gather(*[self._restore(member, self._former[member.vehicle_id]) for member in members])
+
+    async def _restore(self, member: Member, former: Mapping[str, float]) -> None:
+        context, link_age_s = self._context, self._context.roster.link_age_s(member)
+        try:
+            if link_age_s is None or link_age_s > _MAX_HEARD_AGO_S:
+                raise CommandError("it is not heard")
+            deadline_s = context.clock.now_s() + context.settings.deadlines.command_s
+            await member.vehicle.restore_return(former, deadline_s)
+        except CommandError as error:
+            text = f"keeps the return height of this mission ({error}); set back by hand: {_in_words(former)}"
+            context.journal.notice(Severity.WARNING, text, member.vehicle_id)
+            return
+        context.journal.notice(Severity.INFO, f"returns as before again: {_in_words(former)}", member.vehicle_id)
+        await self._record(member, former, is_restored=True)
+
+    async def _record(self, member: Member, former: Mapping[str, float], *, is_restored: bool) -> None:
+        context = self._context
+        record = SettingsRecord(context.clock.utc_s(), member.vehicle_id, PURPOSE, former, is_restored)
+        async with context.journal.patience(f"{PURPOSE} of vehicle {member.vehicle_id}"):
+            await context.recorder.record_settings(record)
+            await context.recorder.flush()
+
+
+def _in_words(settings: Mapping[str, float]) -> str:
+    return ", ".join(f"{name} = {value:g}" for name, value in settings.items())

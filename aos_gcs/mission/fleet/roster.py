@@ -1,0 +1,176 @@
+"""The vehicles of a mission and what each of them has been told."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.airspace.safety import as_enu_point
+from aos_gcs.errors import MissionError
+from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.mission.fleet.energy import BatteryMeter
+from aos_gcs.mission.model import Task, VehicleSnapshot
+from aos_gcs.ports import Clock, Command, Fleet, FlightMode, LandedState, Takeoff, Vehicle, VehicleState
+
+_FOLLOWS_US = frozenset({FlightMode.GUIDED, FlightMode.HOLD, FlightMode.TAKEOFF})
+
+_LAYER_TOLERANCE_M = 1.0
+
+FLYING = frozenset({Task.JOINING, Task.SWARM, Task.HELD, Task.RETURNING, Task.LANDING})
+"""Tasks of vehicles whose motors we have started and which are still heard."""
+
+
+@dataclass(slots=True)
+class Member:
+    """One vehicle in the mission."""
+
+    vehicle_id: int
+    vehicle: Vehicle
+    task: Task = Task.IDLE
+    task_before_loss: Task = Task.IDLE
+    """What a lost vehicle goes on with when it is heard again."""
+    layer_height_m: float | None = None
+    home_enu_m: NDArray[np.float64] | None = None
+    """Where it has started, and where its autopilot returns to."""
+    landing_enu_m: NDArray[np.float64] | None = None
+    """Where we bring it down; None: at home."""
+    waypoint_enu_m: NDArray[np.float64] | None = None
+    refusal: str | None = None
+    last_command: Command | None = None
+    """Handed to the link last and not refused; telemetry shows its effect up to seconds later."""
+    sent_at_s: float = -math.inf
+    """When it was last told to move."""
+    battery: BatteryMeter = field(default_factory=BatteryMeter)
+
+    @property
+    def state(self) -> VehicleState:
+        """Latest telemetry."""
+        return self.vehicle.state
+
+    @property
+    def layer_above_home_m(self) -> float | None:
+        """Height of its altitude layer above its home; None while one of both is not known."""
+        if self.layer_height_m is None or self.home_enu_m is None:
+            return None
+        return self.layer_height_m - float(self.home_enu_m[2])
+
+    @property
+    def airborne(self) -> bool:
+        """True unless the vehicle is known to stand on the ground and to stay there; in doubt it flies."""
+        state, is_told_to_climb = self.state, isinstance(self.last_command, Takeoff)
+        return state.armed and (is_told_to_climb or state.landed is not LandedState.ON_GROUND)
+
+    @property
+    def follows_us(self) -> bool:
+        """False when a pilot or the vehicle's own failsafe has taken over."""
+        return self.state.mode in _FOLLOWS_US
+
+
+class Roster:
+    """All vehicles heard, in the order of their ids, within one local frame."""
+
+    def __init__(self, fleet: Fleet, clock: Clock) -> None:
+        self._fleet = fleet
+        self._clock = clock
+        self._members: dict[int, Member] = {}
+        self._places: dict[int, tuple[GeodeticPosition, NDArray[np.float64]]] = {}
+        """The position that was converted last, and what came of it."""
+        self.frame: LocalFrame | None = None
+
+    def refresh(self) -> list[Member]:
+        """Take in vehicles that the fleet has found since the last call, and return them."""
+        found = [
+            Member(vehicle_id, vehicle)
+            for vehicle_id, vehicle in sorted(self._fleet.vehicles().items())
+            if vehicle_id not in self._members
+        ]
+        self._members = dict(sorted((self._members | {member.vehicle_id: member for member in found}).items()))
+        return found
+
+    def members(self, *tasks: Task) -> list[Member]:
+        """Return the members with one of ``tasks``, or all of them."""
+        return [member for member in self._members.values() if not tasks or member.task in tasks]
+
+    def airborne(self) -> list[Member]:
+        """Return the members that fly and are still heard."""
+        return [member for member in self._members.values() if member.airborne and member.task is not Task.LOST]
+
+    def select(self, vehicle_ids: Iterable[int]) -> list[Member]:
+        """Return the members of these ids.
+
+        Raises:
+            MissionError: an id is unknown.
+        """
+        wanted = tuple(vehicle_ids)
+        unknown = [vehicle_id for vehicle_id in wanted if vehicle_id not in self._members]
+        if unknown:
+            known = ", ".join(map(str, self._members)) or "none"
+            raise MissionError(f"No vehicle {unknown[0]} in this mission; the vehicles are: {known}.")
+        return [self._members[vehicle_id] for vehicle_id in dict.fromkeys(wanted)]
+
+    def link_age_s(self, member: Member) -> float | None:
+        """Return the seconds since the vehicle's last message."""
+        heard_at_s = member.state.heard_at_s
+        return None if heard_at_s is None else max(0.0, self._clock.now_s() - heard_at_s)
+
+    def position_age_s(self, member: Member) -> float | None:
+        """Return the seconds since the vehicle's last position."""
+        position_at_s = member.state.position_at_s
+        return None if position_at_s is None else max(0.0, self._clock.now_s() - position_at_s)
+
+    def local_frame(self) -> LocalFrame:
+        """Return the mission's frame.
+
+        Raises:
+            RuntimeError: preflight has not set it yet; a defect of the caller.
+        """
+        if self.frame is None:
+            raise RuntimeError("the mission's origin is not known yet")
+        return self.frame
+
+    def position_enu_m(self, member: Member) -> NDArray[np.float64] | None:
+        """Return the last reported position, shape (3,); None before the first one."""
+        position = member.state.position
+        if self.frame is None or position is None:
+            return None
+        known = self._places.get(member.vehicle_id)
+        if known is None or known[0] is not position:
+            # Asked for many times between two reports, by checks of each vehicle against each other above all.
+            known = self._places[member.vehicle_id] = (position, self.frame.to_enu(position))
+            known[1].setflags(write=False)
+        return known[1]
+
+    def is_in_layer(self, member: Member) -> bool:
+        """Return whether a vehicle is at the height of its altitude layer."""
+        position_enu_m = self.position_enu_m(member)
+        if position_enu_m is None or member.layer_height_m is None:
+            return False
+        return abs(float(position_enu_m[2]) - member.layer_height_m) <= _LAYER_TOLERANCE_M
+
+    def own_column_enu_m(self, member: Member) -> NDArray[np.float64] | None:
+        """Return the place in its layer straight above or below a vehicle, shape (3,)."""
+        position_enu_m = self.position_enu_m(member)
+        if position_enu_m is None or member.layer_height_m is None:
+            return None
+        return np.array([*position_enu_m[:2], member.layer_height_m])
+
+    def geodetic(self, position_enu_m: NDArray[np.float64]) -> GeodeticPosition:
+        """Return the geodetic position of a point of the mission's frame."""
+        return self.local_frame().to_geodetic(position_enu_m)
+
+    def snapshot(self, member: Member) -> VehicleSnapshot:
+        """Describe one member."""
+        position_enu_m = self.position_enu_m(member)
+        return VehicleSnapshot(
+            telemetry=member.state,
+            task=member.task,
+            layer_height_m=member.layer_height_m,
+            position_enu_m=None if position_enu_m is None else as_enu_point(position_enu_m),
+            link_age_s=self.link_age_s(member),
+            waypoint_enu_m=None if member.waypoint_enu_m is None else as_enu_point(member.waypoint_enu_m),
+            refusal=member.refusal,
+        )

@@ -1,0 +1,1 @@
+"""Checks of every vehicle before the launch, and the operator's overrides."""

@@ -1,0 +1,156 @@
+"""What every vehicle has to show before its motors start, from what it tells when asked."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+
+from aos_gcs.mission.model import CheckStatus, PreflightCheck
+from aos_gcs.mission.preflight import checks
+from aos_gcs.mission.preflight.inspection import Inspection
+from aos_gcs.ports import Safeguard, VehicleFacts, VehicleState
+
+MIN_BELOW_HORIZON_RAD = math.radians(45.0)
+"""Cameras that look further up see little of the forest's ground."""
+
+_SLACK_M = 0.1
+"""Autopilots round what they keep."""
+
+
+def check_setup(
+    state: VehicleState, inspection: Inspection, layer_height_above_home_m: float | None
+) -> list[PreflightCheck]:
+    """Return the checks of one vehicle's settings, fence and camera.
+
+    Args:
+        state: its telemetry.
+        inspection: what it has told so far.
+        layer_height_above_home_m: where it is going to fly; None while that is not known.
+    """
+    vehicle_id, facts = state.vehicle_id, inspection.facts
+    if facts is None:
+        names = (checks.FIRMWARE, checks.GEOFENCE, checks.LINK_LOSS, checks.LOW_BATTERY, checks.RETURN_HEIGHT)
+        unknown = [_unknown(vehicle_id, name, inspection.problem) for name in names]
+        return [*unknown, _check_camera(state, inspection)]
+    return [
+        _check_firmware(state, facts.firmware),
+        _check_fence(vehicle_id, inspection),
+        _check_link_loss(vehicle_id, facts.link_loss),
+        _check_low_battery(vehicle_id, facts.low_battery),
+        _check_return_height(vehicle_id, facts, inspection, layer_height_above_home_m),
+        _check_camera(state, inspection),
+    ]
+
+
+def check_system_ids(states: Iterable[VehicleState], board_ids: Mapping[int, str]) -> list[PreflightCheck]:
+    """Return for every vehicle whether its system id is its own, by the addresses and boards that it is heard from.
+
+    Args:
+        states: the vehicles' telemetry.
+        board_ids: of the flight controllers, by vehicle; empty where it is not known.
+    """
+    return [_check_system_id(state, board_ids) for state in states]
+
+
+def _check_system_id(state: VehicleState, board_ids: Mapping[int, str]) -> PreflightCheck:
+    vehicle_id, board_id = state.vehicle_id, board_ids.get(state.vehicle_id, "")
+    if state.is_ambiguous:
+        return checks.failed(vehicle_id, checks.SYSTEM_ID, "two vehicles use it", "give one of them another id")
+    twins = [other for other, other_board_id in board_ids.items() if other != vehicle_id and other_board_id == board_id]
+    if board_id and twins:
+        text = f"its board has the id of vehicle {twins[0]}'s"
+        remedy = "simulators do so; with real vehicles, look whether one is heard under two ids"
+        return checks.warned(vehicle_id, checks.SYSTEM_ID, text, remedy)
+    return checks.passed(vehicle_id, checks.SYSTEM_ID, f"its own, board {board_id[:16]}" if board_id else "its own")
+
+
+def _unknown(vehicle_id: int, name: str, problem: str) -> PreflightCheck:
+    """Return a check that waits for an answer: it cannot be overridden before the vehicle had its chance."""
+    if not problem:
+        status = CheckStatus.FAIL if name in checks.OVERRIDABLE else CheckStatus.WARN
+        return PreflightCheck(vehicle_id, name, status, "not known yet", "wait, the vehicle is being asked")
+    make = checks.failed if name in checks.OVERRIDABLE else checks.warned
+    return make(vehicle_id, name, "not known", problem)
+
+
+def _check_firmware(state: VehicleState, firmware: str) -> PreflightCheck:
+    if not firmware:
+        return checks.warned(state.vehicle_id, checks.FIRMWARE, "not told", "look it up in another ground station")
+    return checks.passed(state.vehicle_id, checks.FIRMWARE, f"{state.autopilot} {firmware}")
+
+
+def _check_fence(vehicle_id: int, inspection: Inspection) -> PreflightCheck:
+    facts, planned = inspection.facts, inspection.planned_fence
+    stored = None if facts is None else facts.fence
+    if facts is None or planned is None:
+        return PreflightCheck(
+            vehicle_id, checks.GEOFENCE, CheckStatus.FAIL, "not planned yet", "wait until all homes are known"
+        )
+    if inspection.upload_problem:
+        return checks.failed(vehicle_id, checks.GEOFENCE, "not taken", inspection.upload_problem)
+    if not inspection.has_planned_fence:
+        text = "none" if stored is None else "another one than the mission's"
+        if inspection.may_upload:
+            wait = "wait, the mission's is being written"
+            return PreflightCheck(vehicle_id, checks.GEOFENCE, CheckStatus.FAIL, text, wait)
+        remedy = "let preflight.upload_fence write it, or upload it with another ground station"
+        return checks.failed(vehicle_id, checks.GEOFENCE, text, remedy)
+    if not facts.at_fence.is_on:
+        return checks.failed(vehicle_id, checks.GEOFENCE, f"not kept: {facts.at_fence.text}", facts.at_fence.remedy)
+    corners = len(planned.inclusion_deg) + sum(map(len, planned.exclusions_deg))
+    limits = f"{corners} corners, up to {planned.ceiling_above_home_m:g} m"
+    return checks.passed(vehicle_id, checks.GEOFENCE, f"as planned, {limits}: {facts.at_fence.text}")
+
+
+def _check_link_loss(vehicle_id: int, safeguard: Safeguard) -> PreflightCheck:
+    if safeguard.is_on:
+        return checks.passed(vehicle_id, checks.LINK_LOSS, safeguard.text)
+    return checks.failed(vehicle_id, checks.LINK_LOSS, safeguard.text, safeguard.remedy)
+
+
+def _check_low_battery(vehicle_id: int, safeguard: Safeguard) -> PreflightCheck:
+    if safeguard.is_on:
+        return checks.passed(vehicle_id, checks.LOW_BATTERY, safeguard.text)
+    return checks.warned(vehicle_id, checks.LOW_BATTERY, safeguard.text, safeguard.remedy)
+
+
+def _check_return_height(
+    vehicle_id: int, facts: VehicleFacts, inspection: Inspection, layer_height_m: float | None
+) -> PreflightCheck:
+    """Check that a return by itself stays in the vehicle's own layer: one that climbs crosses those of others."""
+    name, text = checks.RETURN_HEIGHT, f"{facts.return_height_m:g} m"
+    if facts.return_climb_m > 0.0:
+        text += f", and {facts.return_climb_m:g} m above where it is"
+    if inspection.return_problem:
+        return checks.failed(vehicle_id, name, f"{text}, not taken", inspection.return_problem)
+    if not inspection.has_wanted_return:
+        return PreflightCheck(vehicle_id, name, CheckStatus.FAIL, text, "wait, its layer's is being set")
+    if layer_height_m is not None and (facts.return_height_m > layer_height_m + _SLACK_M or facts.return_climb_m > 0.0):
+        settings = ", ".join(facts.return_settings)
+        remedy = (
+            "it would climb through others' layers: let preflight.set_return_height set it, or set it with another "
+            f"ground station ({settings}) to {layer_height_m:g} m, its layer, or less"
+        )
+        return checks.failed(vehicle_id, name, text, remedy)
+    return checks.passed(vehicle_id, name, text)
+
+
+def _check_camera(state: VehicleState, inspection: Inspection) -> PreflightCheck:
+    vehicle_id, frame = state.vehicle_id, inspection.frame
+    if frame is None:
+        if inspection.frame_problem:
+            return checks.failed(vehicle_id, checks.CAMERA, "no frame", inspection.frame_problem)
+        wait = "wait, a test frame is being taken"
+        return PreflightCheck(vehicle_id, checks.CAMERA, CheckStatus.FAIL, "no frame yet", wait)
+    text = f"{frame.width_px} x {frame.height_px}, {' '.join(frame.bands)}"
+    if not frame.is_rotation:
+        return checks.failed(vehicle_id, checks.CAMERA, f"{text}, no orientation", "check how the camera is mounted")
+    distance_m = frame.distance_m(state)
+    text += f", {math.degrees(frame.below_horizon_rad):.0f}° below the horizon"
+    text += "" if distance_m is None else f", {distance_m:.1f} m from the vehicle"
+    if not frame.is_plausible(state):
+        remedy = "its pose is wrong: check the camera's clock and where its positions come from"
+        return checks.failed(vehicle_id, checks.CAMERA, text, remedy)
+    if frame.below_horizon_rad < MIN_BELOW_HORIZON_RAD:
+        return checks.warned(vehicle_id, checks.CAMERA, text, "turn it down: it hardly sees the ground")
+    return checks.passed(vehicle_id, checks.CAMERA, text)

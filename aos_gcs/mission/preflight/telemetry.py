@@ -1,0 +1,207 @@
+"""What every vehicle has to show before its motors start, from its telemetry: the matrix vehicle x check."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from aos_gcs.mission.fleet.roster import Member, Roster
+from aos_gcs.mission.model import PreflightCheck
+from aos_gcs.mission.preflight import checks
+from aos_gcs.planning.settings import MissionSettings
+
+MIN_GPS_FIX = 3
+"""A 3D fix."""
+GPS_FIXES: Final = {
+    0: "no GPS",
+    1: "no fix",
+    2: "2D fix",
+    3: "3D fix",
+    4: "DGPS fix",
+    5: "RTK float fix",
+    6: "RTK fix",
+    7: "static fix",
+    8: "PPP fix",
+}
+"""MAVLink's GPS_FIX_TYPE in words."""
+MIN_START_BATTERY_FRACTION = 0.5
+MAX_LINK_AGE_S = 3.0
+MAX_LOSS_FRACTION = 0.2
+MAX_ROUND_TRIP_S = 1.0
+MAX_CLOCK_DRIFT = 1e-3
+"""A quartz is at least ten times better; more is a clock that is being set, or a link that is overloaded."""
+MIN_SATELLITES = 8
+MAX_HDOP = 2.0
+MIN_HOME_DISTANCE_M = 2.0
+_SLACK_M = 0.01
+
+
+def check_area(settings: MissionSettings) -> tuple[PreflightCheck, ...]:
+    """Return a failed check as long as there is no area to search."""
+    if settings.area_enu_m:
+        return ()
+    text, remedy = "there is no search area", "draw one in the dashboard's plan, and apply it"
+    return (checks.failed(checks.MISSION, checks.PLAN, text, remedy),)
+
+
+def check_all(roster: Roster, expected: int, min_home_distance_m: float) -> tuple[PreflightCheck, ...]:
+    """Return the matrix vehicle x check, in the order of the ids.
+
+    Args:
+        roster: the vehicles heard.
+        expected: how many the mission waits for.
+        min_home_distance_m: smallest distance between two launch points, for vertical take-offs side by side.
+    """
+    members = roster.members()
+    found = [check for member in members for check in _check_vehicle(roster, member)]
+    found += _check_launch_points(roster, members, min_home_distance_m)
+    if len(members) < expected:
+        text, remedy = f"{len(members)} of {expected} are heard", "switch the others on or lower the number"
+        found.append(checks.failed(checks.MISSION, checks.VEHICLES, text, remedy))
+    return checks.in_order(found)
+
+
+def check_layers(roster: Roster, layer_spacing_m: float) -> list[PreflightCheck]:
+    """Return for every vehicle whether it has an altitude layer, and the layer is free."""
+    members = roster.members()
+    layers_m = np.array([np.nan if m.layer_height_m is None else m.layer_height_m for m in members])
+    flown_m = np.array([_flown_height_m(roster, member) for member in members])
+    # Rows want a layer, columns may have taken it, by plan or because they fly there.
+    taken = np.abs(np.stack([layers_m, flown_m])[:, None, :] - layers_m[:, None]) < layer_spacing_m - _SLACK_M
+    taken_by = taken.any(axis=0) & ~np.eye(len(members), dtype=bool)
+    return [
+        _check_layer(member, [members[k] for k in np.flatnonzero(row)])
+        for member, row in zip(members, taken_by, strict=True)
+    ]
+
+
+def _check_vehicle(roster: Roster, member: Member) -> list[PreflightCheck]:
+    return [
+        _check_autopilot(member),
+        _check_link(roster, member),
+        _check_clock(member),
+        _check_position(member),
+        _check_home(member),
+        _check_battery(member),
+        _check_ready(member),
+    ]
+
+
+def _check_autopilot(member: Member) -> PreflightCheck:
+    autopilot = member.state.autopilot
+    if autopilot == "unknown":
+        remedy = "it is shown but not commanded: use ArduCopter or PX4"
+        return checks.failed(member.vehicle_id, checks.AUTOPILOT, autopilot, remedy)
+    return checks.passed(member.vehicle_id, checks.AUTOPILOT, autopilot)
+
+
+def _check_link(roster: Roster, member: Member) -> PreflightCheck:
+    age_s = roster.link_age_s(member)
+    text = "never heard" if age_s is None else f"heard {age_s:.1f} s ago"
+    if age_s is None or age_s > MAX_LINK_AGE_S:
+        return checks.failed(member.vehicle_id, checks.LINK, text, "check its radio and the link's address")
+    loss_fraction, link = member.state.packet_loss_fraction, member.state.link
+    round_trip_s = None if link is None else link.round_trip_s
+    text += "" if loss_fraction is None else f", {100 * loss_fraction:.0f} % lost"
+    text += "" if round_trip_s is None else f", {1000 * round_trip_s:.0f} ms there and back"
+    if (loss_fraction or 0.0) > MAX_LOSS_FRACTION or (round_trip_s or 0.0) > MAX_ROUND_TRIP_S:
+        return checks.warned(member.vehicle_id, checks.LINK, text, "bring it closer, or lower the rates of its streams")
+    return checks.passed(member.vehicle_id, checks.LINK, text)
+
+
+def _check_clock(member: Member) -> PreflightCheck:
+    link = member.state.link
+    if link is None or link.clock_offset_s is None:
+        return checks.warned(
+            member.vehicle_id, checks.CLOCK, "offset not known", "wait: it is being asked for its time"
+        )
+    if link.clock_drift is None:
+        return checks.passed(member.vehicle_id, checks.CLOCK, "offset known")
+    text = f"offset known, drifts by {1e6 * link.clock_drift:+.0f} µs per second"
+    if abs(link.clock_drift) > MAX_CLOCK_DRIFT:
+        return checks.warned(member.vehicle_id, checks.CLOCK, text, "wait until its clock is set, or look at its link")
+    return checks.passed(member.vehicle_id, checks.CLOCK, text)
+
+
+def _check_position(member: Member) -> PreflightCheck:
+    state = member.state
+    fix = "fix unknown" if state.gps_fix is None else GPS_FIXES.get(state.gps_fix, f"GPS fix {state.gps_fix}")
+    text = f"{fix}, " + ("satellites unknown" if state.satellites is None else f"{state.satellites} satellites")
+    if state.gps_fix is None or state.gps_fix < MIN_GPS_FIX:
+        remedy = "no 3D position fix: wait, or move it away from obstacles"
+        return checks.failed(member.vehicle_id, checks.POSITION, text, remedy)
+    if state.position is None:
+        remedy = "wait until its autopilot has worked out a position from the GPS"
+        return checks.failed(member.vehicle_id, checks.POSITION, f"{text}, but no position yet", remedy)
+    text += "" if state.hdop is None else f", HDOP {state.hdop:.1f}"
+    if (state.satellites or 0) < MIN_SATELLITES or (state.hdop or 0.0) > MAX_HDOP:
+        return checks.warned(member.vehicle_id, checks.POSITION, text, "wait for more satellites, with a free sky")
+    return checks.passed(member.vehicle_id, checks.POSITION, text)
+
+
+def _check_home(member: Member) -> PreflightCheck:
+    if member.state.home is None:
+        return checks.failed(member.vehicle_id, checks.HOME, "not set", "wait for the position estimate")
+    return checks.passed(member.vehicle_id, checks.HOME, "set")
+
+
+def _check_battery(member: Member) -> PreflightCheck:
+    fraction = member.state.battery_fraction
+    text = "unknown" if fraction is None else f"{100 * fraction:.0f} %"
+    if fraction is None or fraction < MIN_START_BATTERY_FRACTION:
+        remedy = f"change the battery: a search needs {100 * MIN_START_BATTERY_FRACTION:.0f} % or more"
+        return checks.failed(member.vehicle_id, checks.BATTERY, text, remedy)
+    return checks.passed(member.vehicle_id, checks.BATTERY, text)
+
+
+def _check_ready(member: Member) -> PreflightCheck:
+    state = member.state
+    if state.ready_to_arm is True:
+        return checks.passed(member.vehicle_id, checks.READY_TO_ARM, "yes")
+    remedy = state.text or "wait for its own checks, or look at its messages"
+    return checks.failed(member.vehicle_id, checks.READY_TO_ARM, "the autopilot is not ready", remedy)
+
+
+def _check_launch_points(roster: Roster, members: list[Member], min_home_distance_m: float) -> list[PreflightCheck]:
+    """Return for every vehicle how far away the nearest other one is; a large fleet has thousands of pairs."""
+    places = {m.vehicle_id: place for m in members if (place := roster.position_enu_m(m)) is not None}
+    ids, places_enu_m = list(places), np.array(list(places.values())).reshape(-1, 3)[:, :2]
+    distances_m = np.linalg.norm(places_enu_m[:, None] - places_enu_m, axis=-1)
+    np.fill_diagonal(distances_m, np.inf)
+    nearest = {
+        vehicle_id: (ids[int(np.argmin(row_m))], float(np.min(row_m)))
+        for vehicle_id, row_m in zip(ids, distances_m, strict=True)
+    }
+    return [_check_launch_point(m.vehicle_id, nearest.get(m.vehicle_id), min_home_distance_m) for m in members]
+
+
+def _check_launch_point(
+    vehicle_id: int, nearest: tuple[int, float] | None, min_home_distance_m: float
+) -> PreflightCheck:
+    if nearest is None:
+        return checks.failed(vehicle_id, checks.LAUNCH_POINT, "unknown position", "wait for its position")
+    nearest_id, distance_m = nearest
+    if nearest_id == vehicle_id:
+        return checks.passed(vehicle_id, checks.LAUNCH_POINT, "alone")
+    text = f"{distance_m:.1f} m from vehicle {nearest_id}"
+    if distance_m < min_home_distance_m:
+        return checks.failed(vehicle_id, checks.LAUNCH_POINT, text, f"put them {min_home_distance_m:.1f} m apart")
+    return checks.passed(vehicle_id, checks.LAUNCH_POINT, text)
+
+
+def _flown_height_m(roster: Roster, member: Member) -> float:
+    """Return the height at which a vehicle is in the way of others; not a number while it is not."""
+    position_enu_m = roster.position_enu_m(member) if member.airborne else None
+    return np.nan if position_enu_m is None else float(position_enu_m[2])
+
+
+def _check_layer(member: Member, takers: list[Member]) -> PreflightCheck:
+    vehicle_id, layer_m = member.vehicle_id, member.layer_height_m
+    if layer_m is None:
+        return checks.failed(vehicle_id, checks.ALTITUDE_LAYER, "none yet", "wait until all homes are known")
+    text = f"{layer_m:g} m"
+    if takers:
+        remedy = f"vehicle {takers[0].vehicle_id} has it, or flies in it: land it first"
+        return checks.failed(vehicle_id, checks.ALTITUDE_LAYER, text, remedy)
+    return checks.passed(vehicle_id, checks.ALTITUDE_LAYER, text)

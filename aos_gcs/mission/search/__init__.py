@@ -1,0 +1,1 @@
+"""The search: sampling, vision, targets, findings, and the progress of the scan."""

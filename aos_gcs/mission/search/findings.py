@@ -1,0 +1,104 @@
+"""The list of what was found: every confirmed target, and what operators have marked."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+from aos_gcs.errors import MissionError
+from aos_gcs.geometry.geodesy import EnuPoint
+from aos_gcs.mission.model import Finding, FindingChange, FindingStatus, TargetEstimate
+
+MAX_FINDINGS = 500
+"""Beyond it, the list serves nobody: detection is set far too sensitive."""
+SAME_PLACE_M = 3.0
+"""A new target this near to a finding that nothing follows any more is that finding, seen again."""
+
+
+class Findings:
+    """Keeps findings for good: a target that is lost, or turns out to be nothing, stays in the list."""
+
+    def __init__(self) -> None:
+        self._findings: dict[int, Finding] = {}
+
+    def all(self) -> tuple[Finding, ...]:
+        """Return all findings, oldest first."""
+        return tuple(self._findings.values())
+
+    def observe(self, targets: Sequence[TargetEstimate], step: int, now_s: float) -> tuple[Finding, ...]:
+        """Take the targets of a step in and return the findings that are new.
+
+        Args:
+            targets: confirmed ones become findings.
+            step: that has shown them.
+            now_s: mission time.
+        """
+        known = {finding.track_id: finding for finding in self._findings.values() if finding.track_id is not None}
+        living = {target.track_id for target in targets}
+        new = []
+        for target in targets:
+            if not target.confirmed:
+                continue
+            finding = known.get(target.track_id) or self._seen_again(target, living)
+            if finding is None:
+                if len(self._findings) >= MAX_FINDINGS:
+                    continue
+                finding = self._make(target.position_enu_m, step, now_s)
+                new.append(finding.finding_id)
+            self._findings[finding.finding_id] = _updated(finding, target, step)
+        return tuple(self._findings[finding_id] for finding_id in new)
+
+    def add(self, position_enu_m: EnuPoint, comment: str, operator: str, step: int, now_s: float) -> Finding:
+        """Mark a place by hand; see ``FindingControl.add_finding``."""
+        if len(self._findings) >= MAX_FINDINGS:
+            raise MissionError(f"There are {MAX_FINDINGS} findings already, the most that are kept.")
+        finding = replace(self._make(position_enu_m, step, now_s), comment=comment, operator=operator)
+        self._findings[finding.finding_id] = finding
+        return finding
+
+    def change(self, finding_id: int, change: FindingChange, operator: str) -> Finding:
+        """Judge, comment or assign; see ``FindingControl.change_finding``."""
+        finding = self._findings.get(finding_id)
+        if finding is None:
+            raise MissionError(f"There is no finding {finding_id}.")
+        finding = replace(
+            finding,
+            status=finding.status if change.status is None else change.status,
+            comment=finding.comment if change.comment is None else change.comment,
+            assignee=finding.assignee if change.assignee is None else change.assignee,
+            operator=operator,
+        )
+        self._findings[finding_id] = finding
+        return finding
+
+    def _make(self, position_enu_m: EnuPoint, step: int, now_s: float) -> Finding:
+        finding_id = len(self._findings) + 1
+        return Finding(finding_id, FindingStatus.NEW, position_enu_m, found_at_s=now_s, seen_at_s=now_s, step=step)
+
+    def _seen_again(self, target: TargetEstimate, living: set[int]) -> Finding | None:
+        """Return the nearest finding about the target's place whose own target is gone."""
+        near = [
+            (distance_m, finding.finding_id)
+            for finding in self._findings.values()
+            if finding.track_id is not None and finding.track_id not in living
+            if (distance_m := math.dist(finding.position_enu_m[:2], target.position_enu_m[:2])) <= SAME_PLACE_M
+        ]
+        return self._findings[min(near)[1]] if near else None
+
+
+def _updated(finding: Finding, target: TargetEstimate, step: int) -> Finding:
+    """Return a finding with what is known of its target now; the step stays while the target is out of view."""
+    seen_at_s = finding.seen_at_s if target.seen_at_s is None else target.seen_at_s
+    is_new = finding.track_id is None
+    return replace(
+        finding,
+        track_id=target.track_id,
+        position_enu_m=target.position_enu_m,
+        sigma_m=target.sigma_m,
+        ellipse=target.ellipse,
+        sightings=target.sightings,
+        person_confidence=finding.person_confidence if target.person_confidence is None else target.person_confidence,
+        seen_at_s=seen_at_s,
+        step=step if is_new or seen_at_s > finding.seen_at_s else finding.step,
+    )

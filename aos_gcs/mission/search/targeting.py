@@ -1,0 +1,175 @@
+"""From sightings to tracks of targets, and the decision that a target has been found."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.geometry.geodesy import EnuPoint
+from aos_gcs.imaging.geolocation import Geolocation, geolocate
+from aos_gcs.imaging.model import FocalGrid, StepAnalysis
+from aos_gcs.mission.model import ErrorEllipse, TargetEstimate
+from aos_gcs.planning.settings import MissionSettings
+from aos_gcs.tracking.tracker import Measurement, Track, Tracks, observe
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Seen:
+    """A sighting that belongs to a track."""
+
+    position_enu_m: NDArray[np.float64]
+    """Shape (3,)."""
+    surprise_m: float | None
+    """Its distance from where the track predicted it; None for the track's first."""
+    agreeing: bool
+    """Enough frames mark the same cell."""
+
+
+class TargetTracker:
+    """Follows everything that is seen, and tells of one target at a time: that of the largest blob.
+
+    ``observe`` once per step.
+    """
+
+    def __init__(self, settings: MissionSettings) -> None:
+        self._detection = settings.detection
+        self._tracking = settings.tracking
+        self._uncertainty = settings.uncertainty
+        self._speed_mps = settings.flight.arrival_speed_mps
+        self._tracks = Tracks()
+        self._seen: dict[int, deque[_Seen]] = {}
+        """The latest sightings of each track, without a gap."""
+        self._up_m: dict[int, float] = {}
+        """Height of the ground at each track."""
+        self._person: dict[int, float] = {}
+        """How much each track looks like a person, where that is known."""
+        self._target: Track | None = None
+        self.measured_enu_m: EnuPoint | None = None
+        """Where the target stands by the latest step alone; None when it is out of view."""
+        self.steps_out_of_view = 0
+
+    @property
+    def target_walks(self) -> bool:
+        """Whether the target more likely walks than stays."""
+        return self._target is not None and self._target.walking_share > 0.5
+
+    def observe(self, analysis: StepAnalysis, now_s: float) -> bool:
+        """Take a step's analysis in and return whether a target is in view."""
+        sightings = [seen for seen in analysis.sightings if seen.blob.area_m2 >= self._detection.threshold_m2]
+        places = [
+            geolocate(seen.views, analysis.grid.height_m, self._uncertainty, self._speed_mps) for seen in sightings
+        ]
+        self._tracks, track_ids = observe(
+            self._tracks,
+            [_measurement(place) for place in places],
+            now_s,
+            self._tracking,
+            lambda position_enu_m: _is_covered(analysis.grid, analysis.coverage, position_enu_m),
+        )
+        before, self._seen = self._seen, {}
+        for sighting, place, track_id in zip(sightings, places, track_ids, strict=True):
+            track = self._tracks.find(track_id)
+            surprise_m = None if track is None else track.surprise_m
+            agreeing = sighting.blob.max_count >= self._detection.found_min_count
+            latest = before.get(track_id, deque(maxlen=self._detection.found_steps))
+            latest.append(_Seen(place.position_enu_m, surprise_m, agreeing))
+            self._seen[track_id] = latest
+            self._up_m[track_id] = float(place.position_enu_m[2])
+        if not sightings:
+            self.measured_enu_m = None
+            self.steps_out_of_view += 1
+            self._target = self._tracks.find(self._target.track_id) or self._target if self._target else None
+            return False
+        self.measured_enu_m = _point(places[0].position_enu_m)
+        self.steps_out_of_view = 0
+        self._target = self._tracks.find(track_ids[0])
+        return True
+
+    def judge(self, confidence_at: Callable[[NDArray[np.float64]], float | None]) -> None:
+        """Have every track judged by its place, horizontal, shape (2,); without a verdict the one before stays."""
+        before, self._person = self._person, {}
+        for track in self._tracks.tracks:
+            confidence = confidence_at(track.position_enu_m)
+            if confidence is None:
+                confidence = before.get(track.track_id)
+            if confidence is not None:
+                self._person[track.track_id] = confidence
+
+    def give_up(self) -> None:
+        """Tell of no target until one is in view again."""
+        self._target = None
+
+    def estimate(self) -> TargetEstimate | None:
+        """Return where the target is: the one in view, or else the one seen last."""
+        return None if self._target is None else self._describe(self._target)
+
+    def estimates(self) -> tuple[TargetEstimate, ...]:
+        """Return all targets: those that are confirmed, and the one that :meth:`estimate` tells of."""
+        shown = [track for track in self._tracks.tracks if track.confirmed or self._is_target(track)]
+        if self._target is not None and not any(map(self._is_target, shown)):
+            shown.append(self._target)
+        return tuple(map(self._describe, shown))
+
+    def is_found(self) -> bool:
+        """Return whether the latest sightings agree, each confirmed by enough frames.
+
+        They agree on one place when they lie about their mean, or on one way when each lies where the track predicted
+        it.
+        """
+        latest = [] if self._target is None else list(self._seen.get(self._target.track_id, ()))
+        if len(latest) < self._detection.found_steps or not all(seen.agreeing for seen in latest):
+            return False
+        positions_enu_m = np.array([seen.position_enu_m for seen in latest])
+        spread_m = np.linalg.norm(positions_enu_m - positions_enu_m.mean(axis=0), axis=1).max()
+        surprises_m = [math.inf if seen.surprise_m is None else seen.surprise_m for seen in latest]
+        return bool(min(spread_m, max(surprises_m)) <= self._detection.found_radius_m)
+
+    def _is_target(self, track: Track) -> bool:
+        return self._target is not None and track.track_id == self._target.track_id
+
+    def _describe(self, track: Track) -> TargetEstimate:
+        covariance_m2 = track.covariance_m2
+        east_m, north_m = track.position_enu_m
+        east_mps, north_mps = track.velocity_enu_mps
+        return TargetEstimate(
+            position_enu_m=_point([east_m, north_m, self._up_m[track.track_id]]),
+            sigma_m=math.sqrt(float(np.trace(covariance_m2)) / 2.0),
+            sightings=track.hits,
+            track_id=track.track_id,
+            confirmed=track.confirmed,
+            ellipse=error_ellipse(covariance_m2),
+            velocity_enu_mps=(float(east_mps), float(north_mps)),
+            seen_at_s=track.seen_at_s,
+            person_confidence=self._person.get(track.track_id),
+        )
+
+
+def error_ellipse(covariance_m2: NDArray[np.float64]) -> ErrorEllipse:
+    """Return the ellipse of one standard deviation of a horizontal position with this covariance, shape (2, 2)."""
+    (minor_m2, major_m2), axes = np.linalg.eigh(covariance_m2)
+    east, north = axes[:, 1]
+    return ErrorEllipse(
+        semi_major_m=math.sqrt(max(major_m2, 0.0)),
+        semi_minor_m=math.sqrt(max(minor_m2, 0.0)),
+        heading_rad=math.atan2(east, north) % math.pi,
+    )
+
+
+def _measurement(place: Geolocation) -> Measurement:
+    return Measurement(place.position_enu_m[:2], place.random_m2[:2, :2], place.systematic_m2[:2, :2])
+
+
+def _is_covered(grid: FocalGrid, coverage: NDArray[np.uint16], position_enu_m: NDArray[np.float64]) -> bool:
+    row = math.floor((grid.north_m - position_enu_m[1]) / grid.resolution_m)
+    column = math.floor((position_enu_m[0] - grid.west_m) / grid.resolution_m)
+    return 0 <= row < grid.rows and 0 <= column < grid.columns and bool(coverage[row, column])
+
+
+def _point(position_enu_m: NDArray[np.float64] | list[float]) -> EnuPoint:
+    east_m, north_m, up_m = (float(value) for value in position_enu_m)
+    return east_m, north_m, up_m

@@ -1,0 +1,131 @@
+"""What the swarm sees: from the frames of a step to their analysis, on the right plane and with the right poses."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from dataclasses import replace
+
+from aos_gcs.errors import ImagingError, MissionError
+from aos_gcs.imaging.focus.step import follow_focus
+from aos_gcs.imaging.focus.track import FocusTrack, overridden
+from aos_gcs.imaging.model import Frame, KeptView, StepAnalysis
+from aos_gcs.imaging.registration.pose_errors import Registration, apply_sure, register
+from aos_gcs.imaging.step import analyse_step
+from aos_gcs.mission.context import MissionContext
+from aos_gcs.mission.model import FocusSnapshot, FocusSource
+from aos_gcs.mission.search.persons import PersonWatch
+from aos_gcs.mission.search.sampling import Sample, to_frame
+from aos_gcs.ports import Severity
+
+_TOLD_CHANGE_M = 0.5
+"""Of the focal height, from which the operator is told."""
+
+
+class Vision:
+    """Turns the frames of each step into what is known from them, and learns from them for the next ones."""
+
+    def __init__(self, context: MissionContext) -> None:
+        self._context = context
+        self._focus = FocusTrack(context.settings.imaging.plane_height_m, math.inf)
+        self._told_height_m = self._focus.height_m
+        self._registration = Registration()
+        self._history: tuple[KeptView, ...] = ()
+        """Views of earlier steps that stay in the integral."""
+        self._reported: list[Frame] = []
+        """The frames of this step with the poses that the vehicles have reported."""
+        self.persons = PersonWatch()
+
+    @property
+    def focus(self) -> FocusSnapshot:
+        """The focal plane in use."""
+        track = self._focus
+        if track.override_m is not None:
+            return FocusSnapshot(track.override_m, FocusSource.OPERATOR, None)
+        if math.isinf(track.sigma_m):
+            return FocusSnapshot(track.height_m, FocusSource.CONFIGURED, None)
+        return FocusSnapshot(track.height_m, FocusSource.AUTOFOCUS, track.sigma_m)
+
+    def override_focus(self, height_m: float | None) -> None:
+        """Focus on the operator's height from the next step on; None gives it back to autofocus.
+
+        Raises:
+            MissionError: the height is not below the cameras.
+        """
+        lowest_m = self._context.settings.flight.lowest_layer_m
+        if height_m is not None and not (math.isfinite(height_m) and height_m < lowest_m):
+            raise MissionError(
+                f"The focal height must be below the lowest layer, {lowest_m:g} m above the origin; it is {height_m:g}."
+            )
+        self._focus = overridden(self._focus, height_m)
+
+    async def see(self, step: int, taken: Sample) -> StepAnalysis:
+        """Analyse the frames; they are written to the disk meanwhile."""
+        context, settings = self._context, self._context.settings
+        self._reported = [to_frame(capture, context.roster.local_frame()) for capture in taken.captures]
+        async with context.journal.patience(f"frames of step {step}"):
+            for capture in taken.captures:
+                await context.recorder.record_frame(step, capture)
+        imaging = replace(settings.imaging, plane_height_m=self._focus.focal_height_m)
+        analysis = await asyncio.to_thread(analyse_step, self._placed(), imaging, self._history)
+        self._history = analysis.history
+        return analysis
+
+    def forget(self) -> None:
+        """Drop the views of earlier steps: the target has moved."""
+        self._history = ()
+        self.persons.forget()
+
+    async def learn(self, step: int, analysis: StepAnalysis) -> None:
+        """Learn from the step's frames for the next ones; there is time for it while the vehicles move."""
+        settings = self._context.settings
+        await asyncio.to_thread(self.persons.look, self._usable(self._placed(), analysis), analysis.grid.height_m)
+        if settings.registration.is_due(step):
+            await self._register(analysis)
+        if settings.autofocus.is_due(step):
+            await self._refocus(analysis)
+        self._reported = []
+
+    def _placed(self) -> list[Frame]:
+        """Return the step's frames with the poses that are believed in."""
+        settings = self._context.settings.registration
+        if not settings.enabled:
+            return self._reported
+        return apply_sure(self._registration, self._reported, settings.min_confidence)
+
+    def _usable(self, frames: list[Frame], analysis: StepAnalysis) -> list[Frame]:
+        return [frame for frame in frames if frame.vehicle_id in analysis.vehicle_ids]
+
+    async def _register(self, analysis: StepAnalysis) -> None:
+        usable = self._usable(self._reported, analysis)
+        before, limit = self._registration, self._context.settings.registration.min_confidence
+        try:
+            self._registration = await asyncio.to_thread(register, usable, before, analysis.grid.height_m)
+        except ImagingError as error:
+            self._context.journal.notice(Severity.WARNING, f"registration: nothing was learnt from this step: {error}")
+            return
+        if before.confidence < limit <= self._registration.confidence:
+            corrections = self._registration.corrections().values()
+            offset_m = max(math.hypot(c.east_m, c.north_m) for c in corrections)
+            yaw_deg = math.degrees(max(abs(c.yaw_rad) for c in corrections))
+            self._context.journal.notice(
+                Severity.INFO,
+                f"registration: poses are corrected from now on, by up to {offset_m:.2f} m and {yaw_deg:.1f} degrees "
+                f"(confidence {self._registration.confidence:.2f})",
+            )
+
+    async def _refocus(self, analysis: StepAnalysis) -> None:
+        settings, before = self._context.settings, self._focus
+        usable = self._usable(self._placed(), analysis)
+        in_view = analysis.blob is not None and analysis.visibility_m2 >= settings.detection.threshold_m2
+        target_enu_m = analysis.blob.centroid_enu_m if analysis.blob is not None and in_view else None
+        low_m, high_m = settings.focus_range_m
+        after = await asyncio.to_thread(follow_focus, before, usable, target_enu_m, low_m, high_m)
+        # The operator may have spoken meanwhile.
+        self._focus = replace(after, override_m=self._focus.override_m)
+        if abs(after.height_m - self._told_height_m) >= _TOLD_CHANGE_M:
+            self._told_height_m = after.height_m
+            self._context.journal.notice(
+                Severity.INFO,
+                f"autofocus: the focal plane is at {after.height_m:.1f} m, give or take {after.sigma_m:.1f} m",
+            )

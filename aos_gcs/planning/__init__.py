@@ -1,0 +1,1 @@
+"""Plans before a mission: settings, altitude layers, scan legs, checks, estimates and advice."""

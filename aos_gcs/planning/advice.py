@@ -1,0 +1,106 @@
+"""What the engine would choose instead: proposals for single fields of a plan, each with its reason."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+from aos_gcs.imaging.aperture import AperturePlan, plan_aperture
+from aos_gcs.planning.aperture import SATURATION
+from aos_gcs.planning.estimate import flight_way_m, planned_leg_count, planned_legs
+from aos_gcs.planning.plan import MissionPlan
+from aos_gcs.swarm.registry import make_strategy
+
+MIN_LAYERS_WITHOUT_RTK_M: Final = 3.0
+"""Barometers and GPS heights of two vehicles differ by more than a metre."""
+_HEADINGS: Final = tuple(math.radians(heading_deg) for heading_deg in range(0, 180, 5))
+_WORTH_TURNING: Final = 0.95
+"""Of the present way, below which another heading is proposed."""
+_SPACING_TOLERANCE: Final = 0.05
+
+
+@dataclass(frozen=True, slots=True)
+class Proposal:
+    """Another value for one field."""
+
+    field: str
+    """Of ``MissionPlan``."""
+    value: float
+    """In the field's own unit."""
+    reason: str
+
+
+def propose(plan: MissionPlan, plane_height_m: float) -> tuple[Proposal, ...]:
+    """Return what would be better, for a plan without blocking problems; nothing where it is as proposed.
+
+    Args:
+        plan: as it is.
+        plane_height_m: height of the focal plane above the origin.
+
+    Raises:
+        ConfigurationError: the plan cannot be flown.
+    """
+    found = [_heading(plan, plane_height_m), *_aperture(plan, plane_height_m), _layers(plan)]
+    return tuple(proposal for proposal in found if proposal is not None)
+
+
+def forest_aperture(plan: MissionPlan, plane_height_m: float) -> AperturePlan | None:
+    """Return the aperture that suits a plan's forest; None without a forest.
+
+    Raises:
+        ConfigurationError: the vehicles would fly below the tree tops, or the forest is none.
+    """
+    forest = plan.forest
+    if forest is None:
+        return None
+    return plan_aperture(
+        altitude_m=plan.lowest_layer_m - plane_height_m,
+        fov_rad=plan.camera_fov_rad,
+        canopy_height_m=forest.canopy_height_m,
+        crown_base_m=forest.crown_base_m,
+        occluder_size_m=forest.occluder_size_m,
+        occlusion=forest.occlusion,
+        saturation=SATURATION,
+        layer_spacing_m=plan.layer_spacing_m,
+    )
+
+
+def _heading(plan: MissionPlan, plane_height_m: float) -> Proposal | None:
+    present = planned_legs(plan, plane_height_m)
+    # More legs are more turns: not worth looking at, and of a long area they may be very many.
+    headings = [rad for rad in _HEADINGS if planned_leg_count(plan, plane_height_m, rad) <= len(present)]
+    legs_of = {heading_rad: planned_legs(plan, plane_height_m, heading_rad) for heading_rad in headings}
+    if not legs_of:
+        return None
+    best_rad = min(legs_of, key=lambda heading_rad: flight_way_m(plan, legs_of[heading_rad]))
+    best_m, present_m = flight_way_m(plan, legs_of[best_rad]), flight_way_m(plan, present)
+    if best_m > _WORTH_TURNING * present_m:
+        return None
+    reason = (
+        f"Heading {math.degrees(best_rad):.0f}°: {len(legs_of[best_rad])} legs and a way of {best_m:.0f} m, against "
+        f"{len(present)} and {present_m:.0f} m."
+    )
+    return Proposal("scan_heading_rad", best_rad, reason)
+
+
+def _aperture(plan: MissionPlan, plane_height_m: float) -> list[Proposal]:
+    """Propose number and spacing for the forest."""
+    aperture = forest_aperture(plan, plane_height_m)
+    if aperture is None:
+        return []
+    proposals = []
+    spacing_reason, number_reason, *_ = aperture.reasons
+    present_m = make_strategy(plan.strategy, plan.parameters).spacing_m
+    if abs(present_m - aperture.spacing_m) > _SPACING_TOLERANCE * aperture.spacing_m:
+        proposals.append(Proposal("spacing_m", aperture.spacing_m, spacing_reason))
+    if plan.vehicles < aperture.drones:
+        proposals.append(Proposal("vehicles", aperture.drones, number_reason))
+    return proposals
+
+
+def _layers(plan: MissionPlan) -> Proposal | None:
+    if plan.layer_spacing_m >= MIN_LAYERS_WITHOUT_RTK_M:
+        return None
+    reason = "Layers: heights of vehicles without RTK differ by more than a metre."
+    return Proposal("layer_spacing_m", MIN_LAYERS_WITHOUT_RTK_M, reason)

@@ -1,0 +1,285 @@
+"""What is wrong with a plan: every problem at once, each with the field to change."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from aos_gcs.airspace.polygon import Polygon, as_polygon, contains, edges_met
+from aos_gcs.airspace.raster import PlanRaster
+from aos_gcs.airspace.safety import SafetyLimits
+from aos_gcs.errors import ConfigurationError, ParameterError
+from aos_gcs.planning.advice import MIN_LAYERS_WITHOUT_RTK_M, forest_aperture
+from aos_gcs.planning.estimate import PlanEstimate, estimate_plan, planned_leg_count, planned_legs
+from aos_gcs.planning.plan import SPACING_PARAMETER, MissionPlan, PlanProblem, apply_plan
+from aos_gcs.planning.settings import MissionSettings
+from aos_gcs.planning.sites import Homes, check_points, check_ways, planned_ground
+from aos_gcs.swarm.declaration import Parameter
+from aos_gcs.swarm.registry import declared_parameters, make_strategy
+
+MAX_EXTENT_M = 5000.0
+"""Of an area from the origin: beyond it the local frame's axes no longer stand upright."""
+SWAPPED_FROM_M = 100_000.0
+"""Nobody plans for a place this far away."""
+MIN_FREE_FRACTION = 0.02
+"""Of the search area that no-go areas must leave."""
+GOOD_COVERAGE = 0.95
+USUAL_CEILING_M = 120.0
+"""Of uncrewed aircraft above the ground, in Europe and the United States among others."""
+MAX_VERTICES = 500
+"""Of a polygon; edges are compared in pairs."""
+MAX_BARRIER_VERTICES = 200
+"""Of fence and no-go areas together: ways around them are looked for from corner to corner, while vehicles fly."""
+MAX_LEGS = 100
+"""Far more than batteries last for."""
+
+_NAMES = {"area_enu_m": "The search area", "fence_enu_m": "The geofence"}
+
+
+def check_plan(plan: MissionPlan, settings: MissionSettings, homes_enu_m: Homes | None = None) -> list[PlanProblem]:
+    """Return what speaks against a plan, blocking problems first; none if nothing does.
+
+    Args:
+        plan: to be checked.
+        settings: of the mission that is to fly it.
+        homes_enu_m: where vehicles stand that are heard already.
+    """
+    homes_enu_m = homes_enu_m or {}
+    shapes = [*_check_shapes(plan), *_check_extent_of_points(plan)]
+    problems = [*shapes, *_check_numbers(plan, settings)]
+    if not shapes:
+        ground = planned_ground(plan, homes_enu_m, settings.flight.arrival_radius_m)
+        problems += [*_check_places(plan), *check_points(plan, ground, homes_enu_m)]
+        if not _blocks(problems):
+            problems += [*_check_limits(plan, settings), *_check_legs(plan, settings)]
+        if not _blocks(problems):
+            legs = planned_legs(plan, settings.imaging.plane_height_m)
+            problems += check_ways(plan, ground, homes_enu_m, legs)
+    if not _blocks(problems):
+        problems += _warn(plan, estimate_plan(plan, settings.imaging.plane_height_m))
+    return sorted(problems, key=lambda problem: not problem.blocking)
+
+
+def _blocks(problems: Sequence[PlanProblem]) -> bool:
+    return any(problem.blocking for problem in problems)
+
+
+# --- each shape by itself ---------------------------------------------------------------------------------------------
+
+
+def _check_shapes(plan: MissionPlan) -> Iterator[PlanProblem]:
+    shapes = {"area_enu_m": plan.area_enu_m}
+    if plan.fence_enu_m is not None:
+        shapes["fence_enu_m"] = plan.fence_enu_m
+    shapes |= {f"no_go_enu_m[{index}]": zone for index, zone in enumerate(plan.no_go_enu_m)}
+    for field, polygon_enu_m in shapes.items():
+        name = _NAMES.get(field, "A no-go area")
+        if len(polygon_enu_m) > MAX_VERTICES:
+            yield PlanProblem(field, f"{name} has {len(polygon_enu_m)} points; use {MAX_VERTICES} or fewer.")
+            continue
+        try:
+            vertices_m = as_polygon(polygon_enu_m, name) if polygon_enu_m else None
+        except ConfigurationError as error:
+            yield PlanProblem(field, str(error))
+            continue
+        if vertices_m is None:
+            yield PlanProblem(field, f"{name} is empty; draw it.")
+        elif np.abs(vertices_m).max() > MAX_EXTENT_M:
+            yield PlanProblem(field, f"{name} reaches to {_far(float(np.abs(vertices_m).max()))}")
+    barriers = len(plan.fence_enu_m or ()) + sum(map(len, plan.no_go_enu_m))
+    if barriers > MAX_BARRIER_VERTICES:
+        text = f"Geofence and no-go areas have {barriers} points; simplify them to {MAX_BARRIER_VERTICES} in all."
+        yield PlanProblem("no_go_enu_m", text)
+
+
+def _check_extent_of_points(plan: MissionPlan) -> Iterator[PlanProblem]:
+    for field, name in (("launch_enu_m", "launch"), ("return_enu_m", "return")):
+        point_enu_m = getattr(plan, field)
+        if point_enu_m is None:
+            continue
+        far_m = float(np.abs(np.array(point_enu_m)).max())
+        if not far_m <= MAX_EXTENT_M:
+            yield PlanProblem(field, f"The {name} point is {_far(far_m)}")
+
+
+def _far(far_m: float) -> str:
+    text = f"{far_m / 1000.0:.1f} km from the origin, {MAX_EXTENT_M / 1000.0:.0f} km are allowed: move it"
+    return f"{text}." if far_m < SWAPPED_FROM_M else f"{text}; are latitude and longitude the wrong way round?"
+
+
+# --- shapes against one another ---------------------------------------------------------------------------------------
+
+
+def _check_places(plan: MissionPlan) -> Iterator[PlanProblem]:
+    fence_enu_m = plan.fence_enu_m
+    if fence_enu_m is not None and not _is_within(plan.area_enu_m, fence_enu_m):
+        yield PlanProblem("area_enu_m", "The search area leaves the geofence; shrink it, or widen the fence.")
+    raster = PlanRaster.around(plan.area_enu_m)
+    inside = raster.inside([plan.area_enu_m])
+    free = inside & ~raster.inside(plan.no_go_enu_m)
+    if np.count_nonzero(free) < MIN_FREE_FRACTION * np.count_nonzero(inside):
+        yield PlanProblem("no_go_enu_m", "The no-go areas cover the whole search area; nothing is left to search.")
+
+
+def _is_within(inner: Polygon, outer: Polygon) -> bool:
+    """Return whether a polygon lies inside another one; their edges may touch."""
+    inner_m, outer_m = as_polygon(inner, "inner"), as_polygon(outer, "outer")
+    middle_m = inner_m.mean(axis=0)
+    shrunk_m = middle_m + (inner_m - middle_m) * (1.0 - 1e-6)
+    if not all(contains(vertex_m, outer_m) for vertex_m in shrunk_m):
+        return False
+    following_m = np.roll(shrunk_m, -1, axis=0)
+    return not any(edges_met(start_m, end_m, outer_m) for start_m, end_m in zip(shrunk_m, following_m, strict=True))
+
+
+# --- numbers ----------------------------------------------------------------------------------------------------------
+
+
+def _check_numbers(plan: MissionPlan, settings: MissionSettings) -> Iterator[PlanProblem]:
+    if not 2 <= plan.vehicles <= 250:
+        yield PlanProblem("vehicles", f"A swarm has 2 to 250 vehicles, not {plan.vehicles}.")
+    for field in ("lowest_layer_m", "layer_spacing_m", "cruise_speed_mps", "endurance_s", "search_s"):
+        value = getattr(plan, field)
+        if not (math.isfinite(value) and value > 0.0):
+            yield PlanProblem(field, f"This must be above 0, but is {value:g}.")
+    if not math.radians(1.0) < plan.camera_fov_rad < math.radians(170.0):
+        yield PlanProblem("camera_fov_rad", "The field of view must lie between 1 and 170 degrees.")
+    if not 0.0 <= plan.min_battery_fraction < 0.9:
+        yield PlanProblem("min_battery_fraction", "The battery's reserve must lie between 0 and 90 %.")
+    if not 0.0 <= plan.fence_margin_m < math.inf:
+        yield PlanProblem("fence_margin_m", "The distance to the fence must not be negative.")
+    yield from _check_heights(plan, settings)
+    if plan.spacing_m is not None and not (math.isfinite(plan.spacing_m) and plan.spacing_m > 0.0):
+        yield PlanProblem("spacing_m", f"The spacing of the vehicles must be above 0, but is {plan.spacing_m:g} m.")
+        return
+    yield from _check_strategy(plan)
+
+
+def _check_strategy(plan: MissionPlan) -> Iterator[PlanProblem]:
+    try:
+        declared = {parameter.name: parameter for parameter in declared_parameters(plan.strategy)}
+    except ConfigurationError as error:
+        yield PlanProblem("strategy", str(error))
+        return
+    refused = list(_refusals(plan.parameters, declared))
+    if not refused:
+        try:
+            make_strategy(plan.strategy, plan.parameters)
+        except ParameterError as error:
+            refused.append(error)
+        except ConfigurationError as error:
+            yield PlanProblem("strategy", str(error))
+    for refusal in refused:
+        is_spacing = refusal.parameter == SPACING_PARAMETER
+        yield PlanProblem("spacing_m" if is_spacing else f"strategy_parameters.{refusal.parameter}", str(refusal))
+
+
+def _refusals(values: Mapping[str, object], declared: Mapping[str, Parameter]) -> Iterator[ParameterError]:
+    """Yield what is wrong with each value by itself."""
+    for name, value in values.items():
+        if name in declared:
+            try:
+                declared[name].converted(value)
+            except ParameterError as error:
+                yield error
+
+
+def _check_heights(plan: MissionPlan, settings: MissionSettings) -> Iterator[PlanProblem]:
+    plane_m = settings.imaging.plane_height_m
+    highest_m = plan.lowest_layer_m + (plan.vehicles - 1) * plan.layer_spacing_m
+    separation_m = float(settings.safety.get("separation_m", _DEFAULTS.separation_m))
+    if plan.layer_spacing_m < separation_m:
+        yield PlanProblem(
+            "layer_spacing_m",
+            f"Layers of {plan.layer_spacing_m:g} m are too close: vehicles keep {separation_m:g} m from one another.",
+        )
+    if plan.lowest_layer_m <= plane_m:
+        yield PlanProblem(
+            "lowest_layer_m", f"The lowest layer must be above the focal plane, which is at {plane_m:g} m."
+        )
+    if plan.floor_m is not None and plan.floor_m > plan.lowest_layer_m:
+        yield PlanProblem(
+            "floor_m", f"The floor of {plan.floor_m:g} m is above the lowest layer of {plan.lowest_layer_m:g} m."
+        )
+    if plan.ceiling_m is not None and plan.ceiling_m < highest_m:
+        yield PlanProblem(
+            "ceiling_m",
+            f"The ceiling of {plan.ceiling_m:g} m is below the highest of {plan.vehicles} layers, {highest_m:g} m: "
+            "raise it, or lower the layers or their spacing.",
+        )
+    if plan.forest is not None and plan.lowest_layer_m <= plan.forest.canopy_height_m:
+        yield PlanProblem(
+            "lowest_layer_m",
+            f"The lowest layer of {plan.lowest_layer_m:g} m is not above the tree tops, "
+            f"{plan.forest.canopy_height_m:g} m.",
+        )
+
+
+def _check_limits(plan: MissionPlan, settings: MissionSettings) -> Iterator[PlanProblem]:
+    """Let the limits that will hold in flight say what the checks above have not thought of."""
+    applied = apply_plan(settings, plan)
+    try:
+        SafetyLimits(**{**_OPEN_LIMITS, "fence_enu_m": plan.area_enu_m, **applied.safety})
+    except ConfigurationError as error:
+        yield PlanProblem("fence_margin_m", str(error))
+    try:
+        forest_aperture(plan, settings.imaging.plane_height_m)
+    except ConfigurationError as error:
+        yield PlanProblem("forest", str(error))
+
+
+def _check_legs(plan: MissionPlan, settings: MissionSettings) -> Iterator[PlanProblem]:
+    count = planned_leg_count(plan, settings.imaging.plane_height_m)
+    if count > MAX_LEGS:
+        text = f"The search area takes {count} legs, {MAX_LEGS} are allowed: make it smaller, or the spacing wider."
+        yield PlanProblem("area_enu_m", text)
+
+
+# --- advice -----------------------------------------------------------------------------------------------------------
+
+
+def _warn(plan: MissionPlan, estimate: PlanEstimate) -> Iterator[PlanProblem]:
+    if plan.layer_spacing_m < MIN_LAYERS_WITHOUT_RTK_M:
+        yield PlanProblem(
+            "layer_spacing_m",
+            f"Layers of {plan.layer_spacing_m:g} m need heights known by RTK; without it, "
+            f"{MIN_LAYERS_WITHOUT_RTK_M:g} m and more are safe.",
+            blocking=False,
+        )
+    highest_m = plan.lowest_layer_m + (plan.vehicles - 1) * plan.layer_spacing_m
+    if highest_m > USUAL_CEILING_M:
+        yield PlanProblem(
+            "ceiling_m",
+            f"The highest layer is at {highest_m:g} m; most countries allow {USUAL_CEILING_M:g} m above the ground "
+            "without a permission: lower the layers or their spacing, or take fewer vehicles.",
+            blocking=False,
+        )
+    if estimate.covered_fraction < GOOD_COVERAGE:
+        yield PlanProblem(
+            "area_enu_m",
+            f"The legs sweep {estimate.covered_fraction:.0%} of the search area; the rest lies in no-go areas or "
+            "beside the legs.",
+            blocking=False,
+        )
+    if estimate.flight_s > plan.search_s:
+        yield PlanProblem(
+            "search_s",
+            f"The flight takes {estimate.flight_s / 60.0:.0f} min, and everybody returns after "
+            f"{plan.search_s / 60.0:.0f} min: the search ends before its last leg; allow more time, or make the area "
+            "smaller.",
+            blocking=False,
+        )
+    left = 1.0 - plan.min_battery_fraction
+    if estimate.battery_fraction > left:
+        yield PlanProblem(
+            "endurance_s",
+            f"The flight takes {estimate.battery_fraction:.0%} of a battery, and the reserve leaves {left:.0%}: the "
+            "search ends before its last leg; make the area smaller or the vehicles more.",
+            blocking=False,
+        )
+
+
+_OPEN_LIMITS = {"floor_m": -1e5, "ceiling_m": 1e5}
+_DEFAULTS = SafetyLimits(fence_enu_m=((0.0, 0.0), (1.0, 0.0), (0.0, 1.0)), floor_m=0.0, ceiling_m=1.0)

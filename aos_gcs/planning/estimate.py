@@ -1,0 +1,171 @@
+"""What a plan will take and see, before anybody flies: legs, time, coverage, battery.
+
+The figures are estimates of a search that finds nothing, and therefore flies all legs to their ends.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.airspace.polygon import Polygon
+from aos_gcs.airspace.raster import PlanRaster
+from aos_gcs.imaging.aperture import footprint_m
+from aos_gcs.planning.layout import ScanLeg, leg_count, scan_legs
+from aos_gcs.planning.plan import MissionPlan
+from aos_gcs.swarm.line import line_axis, line_places
+from aos_gcs.swarm.model import Observation
+from aos_gcs.swarm.registry import make_strategy
+
+ACCELERATION_MPS2 = 2.5
+"""Of multirotors that are sent from waypoint to waypoint."""
+STILL_S = 1.2
+"""Per step: to stop swaying, expose, transfer and decide."""
+CLIMB_MPS = 2.5
+SINK_MPS = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class PlanEstimate:
+    """What becomes of a plan when nothing is found."""
+
+    legs: tuple[ScanLeg, ...]
+    swath_m: float
+    """Width that the swarm's line sees."""
+    area_m2: float
+    free_area_m2: float
+    """Without the no-go areas."""
+    covered_fraction: float
+    """Share of the whole area that the legs sweep."""
+    way_m: float
+    """Of the middle of the swarm, from the launch site and back."""
+    scan_s: float
+    flight_s: float
+    """From the first take-off to the last landing."""
+    battery_fraction: float
+    """Of a full battery that the flight takes."""
+
+
+def estimate_plan(plan: MissionPlan, plane_height_m: float) -> PlanEstimate:
+    """Estimate a plan that :func:`aos_gcs.planning.check.check_plan` finds nothing wrong with.
+
+    Args:
+        plan: what is to be flown.
+        plane_height_m: height of the focal plane above the origin.
+
+    Raises:
+        ConfigurationError: the plan cannot be flown.
+    """
+    raster = PlanRaster.around(plan.area_enu_m)
+    inside, barred = raster.inside([plan.area_enu_m]), raster.inside(plan.no_go_enu_m)
+    start_enu_m = launch_place(plan)
+    legs = planned_legs(plan, plane_height_m)
+    swath_m = _swath_m(plan, plane_height_m)
+    swept = raster.inside([_swept(leg, swath_m) for leg in legs])
+    landing_enu_m = start_enu_m if plan.return_enu_m is None else plan.return_enu_m
+    transfers_m = _transfers_m(legs, start_enu_m, landing_enu_m)
+    scanned_m = sum(leg.length_m for leg in legs)
+    scan_s = scanned_m / scan_step_m(plan) * _step_s(plan)
+    transfer_s = sum(move_s(way_m, plan.cruise_speed_mps) for way_m in transfers_m)
+    highest_m = plan.lowest_layer_m + (plan.vehicles - 1) * plan.layer_spacing_m
+    flight_s = scan_s + transfer_s + highest_m / CLIMB_MPS + highest_m / SINK_MPS
+    return PlanEstimate(
+        legs=legs,
+        swath_m=swath_m,
+        area_m2=raster.area_m2(inside),
+        free_area_m2=raster.area_m2(inside & ~barred),
+        covered_fraction=raster.area_m2(inside & swept & ~barred) / raster.area_m2(inside),
+        way_m=scanned_m + sum(transfers_m),
+        scan_s=scan_s,
+        flight_s=flight_s,
+        battery_fraction=flight_s / plan.endurance_s,
+    )
+
+
+def planned_legs(plan: MissionPlan, plane_height_m: float, heading_rad: float | None = None) -> tuple[ScanLeg, ...]:
+    """Return the legs of a plan, or those of another heading."""
+    return scan_legs(
+        plan.area_enu_m,
+        np.array(launch_place(plan)),
+        _direction(plan.scan_heading_rad if heading_rad is None else heading_rad),
+        n=plan.vehicles,
+        spacing_m=make_strategy(plan.strategy, plan.parameters).spacing_m,
+        footprint_m=footprint_m(plan.lowest_layer_m - plane_height_m, plan.camera_fov_rad),
+    )
+
+
+def planned_leg_count(plan: MissionPlan, plane_height_m: float, heading_rad: float | None = None) -> int:
+    """Return how many legs a plan has, or those of another heading; cheap, however many they are."""
+    direction_enu = _direction(plan.scan_heading_rad if heading_rad is None else heading_rad)
+    return leg_count(plan.area_enu_m, direction_enu, _swath_m(plan, plane_height_m))
+
+
+def flight_way_m(plan: MissionPlan, legs: Sequence[ScanLeg]) -> float:
+    """Return the length of the way along some legs, from the launch site and back."""
+    place_enu_m = launch_place(plan)
+    return sum(leg.length_m for leg in legs) + sum(_transfers_m(legs, place_enu_m, place_enu_m))
+
+
+def launch_place(plan: MissionPlan) -> tuple[float, float]:
+    """Return where the swarm comes from: the launch point, or as long as there is none the origin."""
+    return (0.0, 0.0) if plan.launch_enu_m is None else plan.launch_enu_m
+
+
+def scan_step_m(plan: MissionPlan) -> float:
+    """Return how far the strategy moves its line per step while it sees nothing: it is asked."""
+    strategy = make_strategy(plan.strategy, plan.parameters)
+    north = np.array([0.0, 1.0])
+    places_m = line_places(np.zeros(2), north, plan.vehicles, strategy.spacing_m)
+    nothing = Observation(
+        vehicle_ids=tuple(range(1, plan.vehicles + 1)),
+        positions_enu_m=places_m,
+        fitness=np.zeros(plan.vehicles),
+        target_in_view=False,
+    )
+    state = strategy.tell(strategy.init(north), nothing)
+    following_m, _ = strategy.ask(state, np.random.default_rng(0))
+    return max(0.1, float((following_m - places_m)[:, 1].mean()))
+
+
+def move_s(distance_m: float, speed_mps: float) -> float:
+    """Return how long a vehicle takes from rest to rest."""
+    ramp_m = speed_mps**2 / ACCELERATION_MPS2
+    if distance_m < ramp_m:
+        return 2.0 * math.sqrt(distance_m / ACCELERATION_MPS2)
+    return distance_m / speed_mps + speed_mps / ACCELERATION_MPS2
+
+
+def _direction(heading_rad: float) -> NDArray[np.float64]:
+    return np.array([math.sin(heading_rad), math.cos(heading_rad)])
+
+
+def _step_s(plan: MissionPlan) -> float:
+    return move_s(scan_step_m(plan), plan.cruise_speed_mps) + STILL_S
+
+
+def _swath_m(plan: MissionPlan, plane_height_m: float) -> float:
+    spacing_m = make_strategy(plan.strategy, plan.parameters).spacing_m
+    return (plan.vehicles - 1) * spacing_m + footprint_m(plan.lowest_layer_m - plane_height_m, plan.camera_fov_rad)
+
+
+def _transfers_m(
+    legs: Sequence[ScanLeg], start_enu_m: tuple[float, float], end_enu_m: tuple[float, float]
+) -> list[float]:
+    """Return the lengths of the ways to the legs, between them, and home."""
+    if not legs:
+        return []
+    between_m = [math.dist(leg.end_enu_m, following.start_enu_m) for leg, following in pairwise(legs)]
+    return [math.dist(start_enu_m, legs[0].start_enu_m), *between_m, math.dist(legs[-1].end_enu_m, end_enu_m)]
+
+
+def _swept(leg: ScanLeg, swath_m: float) -> Polygon:
+    """Return the rectangle that a leg sees."""
+    start_m, end_m, direction = np.array(leg.start_enu_m), np.array(leg.end_enu_m), np.array(leg.direction_enu)
+    aside_m: NDArray[np.float64] = line_axis(direction) * swath_m / 2.0
+    corners_m = (start_m + aside_m, start_m - aside_m, end_m - aside_m, end_m + aside_m)
+    return tuple((float(corner[0]), float(corner[1])) for corner in corners_m)

@@ -1,0 +1,211 @@
+"""The plan of a mission, made before it starts: altitude layers, scan legs and a fence."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
+
+from aos_gcs.airspace.polygon import Polygon, as_points, as_polygon
+from aos_gcs.errors import ConfigurationError
+from aos_gcs.swarm.line import in_projection_order, line_axis, line_places, unit_vector
+
+FloatArray = NDArray[np.float64]
+
+FENCE_MARGIN_M = 30.0
+"""Of the fence that preflight proposes where none is given."""
+
+_CORNERS = 16
+"""Of the polygon that stands in for a circle about each point of a fence."""
+
+
+@dataclass(frozen=True, slots=True)
+class ScanLeg:
+    """One straight sweep of the swarm's line, described by the way of its centre."""
+
+    start_enu_m: tuple[float, float]
+    direction_enu: tuple[float, float]
+    """Of length 1."""
+    length_m: float
+
+    @property
+    def end_enu_m(self) -> tuple[float, float]:
+        """Where the centre of the line is at the end."""
+        (east_m, north_m), (east, north) = self.start_enu_m, self.direction_enu
+        return (east_m + self.length_m * east, north_m + self.length_m * north)
+
+    def after(self, flown_m: float) -> ScanLeg:
+        """Return what is left of the leg once its first ``flown_m`` metres are flown."""
+        (east_m, north_m), (east, north) = self.start_enu_m, self.direction_enu
+        start_enu_m = (east_m + flown_m * east, north_m + flown_m * north)
+        return ScanLeg(start_enu_m, self.direction_enu, max(0.0, self.length_m - flown_m))
+
+
+def altitude_layers(n: int, lowest_m: float, spacing_m: float) -> tuple[float, ...]:
+    """Return n heights above the origin, ascending, one per vehicle.
+
+    Raises:
+        ConfigurationError: n is below 1, or a height or spacing is not above 0.
+    """
+    if n < 1:
+        raise ConfigurationError(f"n must be 1 or more, but is {n}.")
+    _require_positive("lowest_m", lowest_m)
+    _require_positive("spacing_m", spacing_m)
+    return tuple(lowest_m + spacing_m * layer for layer in range(n))
+
+
+def scan_legs(
+    area_enu_m: Sequence[Sequence[float]],
+    start_enu_m: FloatArray,
+    direction_enu: FloatArray,
+    *,
+    n: int,
+    spacing_m: float,
+    footprint_m: float,
+) -> tuple[ScanLeg, ...]:
+    """Return parallel legs, to and fro, on which the swarm's line sweeps the whole area.
+
+    The line sees a swath of (n - 1) c4 plus one footprint. The area is cut into the fewest strips of equal width that
+    a swath covers, each with a leg along its middle and as long as the area is there. The first leg begins at the
+    corner of the pattern that is nearest to the start, and heads into the area.
+
+    Args:
+        area_enu_m: simple polygon, shape (m, 2), metres.
+        start_enu_m: where the swarm comes from, shape (2,), metres.
+        direction_enu: axis of the legs, shape (2,); either way along it.
+        n: number of vehicles, 2 or more.
+        spacing_m: c4, metres.
+        footprint_m: width on the ground that one camera sees, metres.
+
+    Raises:
+        ConfigurationError: the area is no simple polygon, or a number is out of its range.
+    """
+    vertices_m = as_polygon(area_enu_m, "area_enu_m")
+    if n < 2:
+        raise ConfigurationError(f"n must be 2 or more vehicles, but is {n}.")
+    _require_positive("spacing_m", spacing_m)
+    _require_positive("footprint_m", footprint_m)
+    try:
+        along = unit_vector(np.asarray(direction_enu, dtype=np.float64))
+    except ValueError as error:
+        raise ConfigurationError(f"direction_enu must have a length above 0: {error}.") from error
+    axes = np.column_stack([along, line_axis(along)])
+    spans_m = _strip_spans(vertices_m @ axes, leg_count(vertices_m, along, (n - 1) * spacing_m + footprint_m))
+    return _to_and_fro(spans_m, np.asarray(start_enu_m, dtype=np.float64) @ axes, axes)
+
+
+def leg_count(area_enu_m: Sequence[Sequence[float]] | FloatArray, direction_enu: FloatArray, swath_m: float) -> int:
+    """Return how many legs :func:`scan_legs` has for a swath, shape of the area (m, 2), without making them."""
+    across_m = np.asarray(area_enu_m, dtype=np.float64) @ line_axis(unit_vector(direction_enu))
+    return max(1, math.ceil((float(across_m.max()) - float(across_m.min())) / swath_m - 1e-9))
+
+
+def leg_formation(leg: ScanLeg, positions_enu_m: FloatArray, spacing_m: float) -> FloatArray:
+    """Return each vehicle's place in the line at the start of a leg, shape (n, 2), in the order of the rows.
+
+    Places are taken in the order of the vehicles' projections on the line, so that no ways cross.
+    """
+    direction_enu = np.array(leg.direction_enu)
+    places_m = line_places(np.array(leg.start_enu_m), direction_enu, len(positions_enu_m), spacing_m)
+    return in_projection_order(positions_enu_m, places_m)
+
+
+def landing_spots(centre_enu_m: Sequence[float], n: int, spacing_m: float) -> FloatArray:
+    """Return n spots on a square grid about a point, shape (n, 2), the nearest first; more spots begin like fewer.
+
+    Args:
+        centre_enu_m: shape (2,), metres.
+        n: how many, 0 or more.
+        spacing_m: between neighbours.
+    """
+    reach = math.isqrt(max(n, 1)) + 1
+    steps = np.arange(-reach, reach + 1)
+    grid = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
+    # Ties by angle, so that the order is the same everywhere.
+    order = np.lexsort((np.arctan2(grid[:, 1], grid[:, 0]), (grid**2).sum(axis=1)))
+    return np.asarray(np.asarray(centre_enu_m, dtype=np.float64) + spacing_m * grid[order[:n]])
+
+
+def propose_fence(
+    area_enu_m: Sequence[Sequence[float]], homes_enu_m: Sequence[Sequence[float]] | FloatArray, margin_m: float
+) -> Polygon:
+    """Return the convex hull of the search area and the homes, grown by at least ``margin_m``, counter-clockwise.
+
+    Args:
+        area_enu_m: simple polygon, shape (m, 2), metres.
+        homes_enu_m: shape (k, 2), metres; may be empty.
+        margin_m: above 0. The swarm's line must fit: where it is wider than the area, its ends need the room.
+
+    Raises:
+        ConfigurationError: the area is no simple polygon, a home is not finite, or the margin is not above 0.
+    """
+    _require_positive("margin_m", margin_m)
+    homes_m = np.array(homes_enu_m, dtype=np.float64).reshape(-1, 2)
+    if not np.isfinite(homes_m).all():
+        raise ConfigurationError("homes_enu_m must be finite positions in metres.")
+    points_m = np.vstack([as_polygon(area_enu_m, "area_enu_m"), homes_m])
+    # Corners outside the circle make the polygon about it, so that no side is closer than the margin.
+    angles_rad = 2.0 * np.pi * np.arange(_CORNERS) / _CORNERS
+    corners_m = margin_m / math.cos(math.pi / _CORNERS) * np.column_stack([np.cos(angles_rad), np.sin(angles_rad)])
+    grown_m = (points_m[:, None] + corners_m[None]).reshape(-1, 2)
+    return as_points(grown_m[ConvexHull(grown_m).vertices])
+
+
+def _strip_spans(vertices_m: FloatArray, count: int) -> FloatArray:
+    """Return per strip its middle across, and the first and last place along of the area in it, shape (k, 3).
+
+    Args:
+        vertices_m: polygon in the axes (along, across), shape (m, 2).
+        count: how many strips of equal width.
+    """
+    low_m, high_m = float(vertices_m[:, 1].min()), float(vertices_m[:, 1].max())
+    borders_m = np.linspace(low_m, high_m, count + 1)
+    spans = []
+    for lower_m, upper_m in pairwise(borders_m.tolist()):
+        along_m = _along_within(vertices_m, lower_m, upper_m)
+        spans.append(((lower_m + upper_m) / 2.0, along_m.min(), along_m.max()))
+    return np.array(spans)
+
+
+def _along_within(vertices_m: FloatArray, lower_m: float, upper_m: float) -> FloatArray:
+    """Return the places along at which the outline lies in or enters a strip; their extremes bound the area in it."""
+    ends_m = np.roll(vertices_m, -1, axis=0)
+    inside = (vertices_m[:, 1] >= lower_m) & (vertices_m[:, 1] <= upper_m)
+    places = [vertices_m[inside, 0]]
+    for border_m in (lower_m, upper_m):
+        crosses = (vertices_m[:, 1] < border_m) != (ends_m[:, 1] < border_m)
+        start, end = vertices_m[crosses], ends_m[crosses]
+        places.append(start[:, 0] + (border_m - start[:, 1]) / (end[:, 1] - start[:, 1]) * (end[:, 0] - start[:, 0]))
+    return np.concatenate(places)
+
+
+def _to_and_fro(spans_m: FloatArray, start_m: FloatArray, axes: FloatArray) -> tuple[ScanLeg, ...]:
+    """Return the legs of the strips, in the order and direction that begin nearest to ``start_m`` (along, across)."""
+    candidates = []
+    for ordered_m in (spans_m, spans_m[::-1]):
+        across_m, first_m, last_m = ordered_m[0]
+        candidates.append((math.hypot(first_m - start_m[0], across_m - start_m[1]), ordered_m, 1.0))
+        candidates.append((math.hypot(last_m - start_m[0], across_m - start_m[1]), ordered_m, -1.0))
+    _, ordered_m, sign = min(candidates, key=lambda candidate: candidate[0])
+    legs = []
+    for across_m, first_m, last_m in ordered_m:
+        begin_m = first_m if sign > 0.0 else last_m
+        start = axes @ np.array([begin_m, across_m])
+        direction = sign * axes[:, 0]
+        legs.append(ScanLeg(_pair(start), _pair(direction), float(last_m - first_m)))
+        sign = -sign
+    return tuple(legs)
+
+
+def _pair(vector: FloatArray) -> tuple[float, float]:
+    return (float(vector[0]), float(vector[1]))
+
+
+def _require_positive(field: str, value: float) -> None:
+    if not (math.isfinite(value) and value > 0.0):
+        raise ConfigurationError(f"{field} must be a finite number above 0, but is {value}.")

@@ -1,0 +1,165 @@
+"""What an operator plans before a mission: where is searched, where not, from where, how high and by which strategy."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+
+from aos_gcs.airspace.polygon import Polygon
+from aos_gcs.errors import ConfigurationError
+from aos_gcs.planning.settings import Deadlines, FlightSettings, ForestSettings, MissionSettings
+from aos_gcs.swarm.declaration import Parameter
+from aos_gcs.swarm.registry import available_strategies, declared_parameters
+
+SPACING_PARAMETER = "c4_m"
+"""The strategies' parameter for the distance of the drones."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MissionPlan:
+    """A plan, not necessarily a good one: :func:`aos_gcs.planning.check.check_plan` tells.
+
+    Points are horizontal ENU metres about the mission's origin, heights metres above it.
+    """
+
+    vehicles: int
+    area_enu_m: Polygon
+    no_go_enu_m: tuple[Polygon, ...] = ()
+    launch_enu_m: tuple[float, float] | None = None
+    """Where the vehicles stand; known from themselves once they are heard."""
+    return_enu_m: tuple[float, float] | None = None
+    """Where they land; None: where they have started."""
+    fence_enu_m: Polygon | None = None
+    """None: preflight proposes one around area and launch points."""
+    scan_heading_rad: float = 0.0
+    """Of the first scan, clockwise from north."""
+    camera_fov_rad: float = math.radians(50.0)
+    """Horizontal."""
+    lowest_layer_m: float = FlightSettings().lowest_layer_m
+    layer_spacing_m: float = FlightSettings().layer_spacing_m
+    spacing_m: float | None = None
+    """c4 of the strategy; None: as in its parameters."""
+    strategy: str = "aos-apso"
+    strategy_parameters: Mapping[str, object] = field(default_factory=dict)
+    floor_m: float | None = None
+    """None: preflight proposes floor and ceiling from the layers."""
+    ceiling_m: float | None = None
+    fence_margin_m: float = 0.0
+    """Distance to keep from the fence on the inside."""
+    cruise_speed_mps: float = FlightSettings().cruise_speed_mps
+    min_battery_fraction: float = 0.2
+    """At which a vehicle leaves for home."""
+    endurance_s: float = 1500.0
+    """How long a full battery keeps a vehicle in the air; for the estimate alone."""
+    search_s: float = Deadlines().search_s
+    """From the start; without a find until then, everybody returns."""
+    forest: ForestSettings | None = None
+    """None: no advice on the aperture."""
+
+    @property
+    def parameters(self) -> Mapping[str, object]:
+        """The strategy's parameters, spacing included."""
+        if self.spacing_m is None:
+            return self.strategy_parameters
+        return {**self.strategy_parameters, SPACING_PARAMETER: self.spacing_m}
+
+
+@dataclass(frozen=True, slots=True)
+class PlanProblem:
+    """Something about a plan that is to be mended, or at least known."""
+
+    field: str
+    """Of ``MissionPlan``; an element of a list has its index behind, from 0: ``no_go_enu_m[0]``."""
+    text: str
+    """What is wrong, and the remedy."""
+    blocking: bool = True
+    """False for advice: the plan can be flown."""
+
+
+@dataclass(frozen=True, slots=True)
+class StrategyOptions:
+    """What can be chosen about a strategy."""
+
+    name: str
+    parameters: tuple[Parameter, ...]
+    """Without the spacing, which a plan has as a field of its own."""
+
+
+def available_options() -> tuple[StrategyOptions, ...]:
+    """Return what a plan can name as its strategy.
+
+    One that cannot be loaded has no parameters; :func:`~aos_gcs.planning.check.check_plan` tells why.
+    """
+    return tuple(StrategyOptions(name, tuple(_parameters(name))) for name in available_strategies())
+
+
+def _parameters(strategy: str) -> Iterator[Parameter]:
+    try:
+        parameters = declared_parameters(strategy)
+    except ConfigurationError:
+        return
+    yield from (parameter for parameter in parameters if parameter.name != SPACING_PARAMETER)
+
+
+_LIMITS = ("fence_enu_m", "floor_m", "ceiling_m")
+"""Of the safety limits: those that preflight proposes where a plan leaves them open."""
+
+
+def apply_plan(settings: MissionSettings, plan: MissionPlan) -> MissionSettings:
+    """Return the settings of a mission that flies a plan; what no plan tells stays as it is."""
+    safety = {name: value for name, value in settings.safety.items() if name not in _LIMITS}
+    safety |= {name: value for name in _LIMITS if (value := getattr(plan, name)) is not None}
+    return replace(
+        settings,
+        vehicles=plan.vehicles,
+        area_enu_m=plan.area_enu_m,
+        return_enu_m=plan.return_enu_m,
+        safety=safety
+        | {
+            "no_go_enu_m": plan.no_go_enu_m,
+            "margin_m": plan.fence_margin_m,
+            "min_battery_fraction": plan.min_battery_fraction,
+        },
+        scan_direction_enu=(math.sin(plan.scan_heading_rad), math.cos(plan.scan_heading_rad)),
+        planning_fov_rad=plan.camera_fov_rad,
+        strategy=plan.strategy,
+        strategy_parameters=plan.parameters,
+        flight=replace(
+            settings.flight,
+            lowest_layer_m=plan.lowest_layer_m,
+            layer_spacing_m=plan.layer_spacing_m,
+            cruise_speed_mps=plan.cruise_speed_mps,
+        ),
+        deadlines=replace(settings.deadlines, search_s=plan.search_s),
+        forest=plan.forest,
+    )
+
+
+def plan_of(settings: MissionSettings) -> MissionPlan:
+    """Return the plan that a mission's settings amount to, as a start for an operator's own."""
+    east, north = settings.scan_direction_enu
+    safety, default = settings.safety, MissionPlan(vehicles=settings.vehicles, area_enu_m=())
+    parameters = dict(settings.strategy_parameters)
+    spacing_m = parameters.pop(SPACING_PARAMETER, None)
+    return MissionPlan(
+        vehicles=settings.vehicles,
+        area_enu_m=settings.area_enu_m,
+        no_go_enu_m=safety.get("no_go_enu_m", ()),
+        return_enu_m=settings.return_enu_m,
+        fence_enu_m=safety.get("fence_enu_m"),
+        scan_heading_rad=math.atan2(east, north) % (2.0 * math.pi),
+        camera_fov_rad=settings.planning_fov_rad,
+        lowest_layer_m=settings.flight.lowest_layer_m,
+        layer_spacing_m=settings.flight.layer_spacing_m,
+        spacing_m=spacing_m if isinstance(spacing_m, int | float) else None,
+        strategy=settings.strategy,
+        strategy_parameters=parameters,
+        floor_m=safety.get("floor_m"),
+        ceiling_m=safety.get("ceiling_m"),
+        fence_margin_m=safety.get("margin_m", default.fence_margin_m),
+        cruise_speed_mps=settings.flight.cruise_speed_mps,
+        min_battery_fraction=safety.get("min_battery_fraction", default.min_battery_fraction),
+        search_s=settings.deadlines.search_s,
+        forest=settings.forest,
+    )

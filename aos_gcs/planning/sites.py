@@ -1,0 +1,69 @@
+"""Whether a plan's launch and return points will do, and whether the swarm gets from there to its area and back."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.airspace.ground import Ground, Obstruction
+from aos_gcs.airspace.safety import SafetyLimits
+from aos_gcs.planning.layout import FENCE_MARGIN_M, ScanLeg, propose_fence
+from aos_gcs.planning.plan import MissionPlan, PlanProblem
+
+FloatArray = NDArray[np.float64]
+Homes = Mapping[int, tuple[float, float]]
+"""Where vehicles stand, horizontal ENU metres by id."""
+
+_Search = Callable[[FloatArray], Obstruction | None]
+_OPEN = {"floor_m": -1e5, "ceiling_m": 1e5}
+
+
+def planned_ground(plan: MissionPlan, homes_enu_m: Homes, slack_m: float) -> Ground:
+    """Return the ground of a plan whose shapes are polygons, within the fence that will be proposed if it has none."""
+    fence_enu_m = plan.fence_enu_m
+    if fence_enu_m is None:
+        points = [plan.launch_enu_m, plan.return_enu_m, *homes_enu_m.values()]
+        grounds_m = [point for point in points if point is not None]
+        fence_enu_m = propose_fence(plan.area_enu_m, grounds_m, FENCE_MARGIN_M)
+    margin_m = plan.fence_margin_m if 0.0 <= plan.fence_margin_m < math.inf else 0.0
+    limits = SafetyLimits(fence_enu_m=fence_enu_m, no_go_enu_m=plan.no_go_enu_m, margin_m=margin_m, **_OPEN)
+    return Ground(limits, slack_m)
+
+
+def check_points(plan: MissionPlan, ground: Ground, homes_enu_m: Homes) -> Iterator[PlanProblem]:
+    """Yield what speaks against starting and landing where the plan has it.
+
+    Where vehicles stand is advice: they can be moved until preflight lets nobody start from there.
+    """
+    yield from _told(plan, homes_enu_m, ground.at, ground.at)
+
+
+def check_ways(plan: MissionPlan, ground: Ground, homes_enu_m: Homes, legs: Sequence[ScanLeg]) -> Iterator[PlanProblem]:
+    """Yield what bars the ways to the first leg and from the last one; as :func:`check_points`."""
+    first_m, last_m = np.array(legs[0].start_enu_m), np.array(legs[-1].end_enu_m)
+    yield from _told(
+        plan,
+        homes_enu_m,
+        lambda place_m: None if ground.at(place_m) else ground.between(place_m, first_m),
+        lambda place_m: None if ground.at(place_m) else ground.between(last_m, place_m),
+    )
+
+
+def _told(plan: MissionPlan, homes_enu_m: Homes, barred_start: _Search, barred_end: _Search) -> Iterator[PlanProblem]:
+    for field, name, point, barred in (
+        ("launch_enu_m", "launch", plan.launch_enu_m, barred_start),
+        ("return_enu_m", "return", plan.return_enu_m, barred_end),
+    ):
+        if point is not None and (obstruction := barred(np.array(point))) is not None:
+            yield PlanProblem(field, f"The {name} point is {obstruction.text}; {obstruction.remedy}.")
+    standing: dict[Obstruction, list[int]] = defaultdict(list)
+    for vehicle_id, place in sorted(homes_enu_m.items()):
+        if (obstruction := barred_start(np.array(place))) is not None:
+            standing[obstruction].append(vehicle_id)
+    for obstruction, ids in standing.items():
+        who = f"Vehicle {ids[0]} is" if len(ids) == 1 else f"Vehicles {', '.join(map(str, ids))} are"
+        yield PlanProblem("launch_enu_m", f"{who} {obstruction.text}; {obstruction.remedy}.", blocking=False)

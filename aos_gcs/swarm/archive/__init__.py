@@ -1,0 +1,1 @@
+"""The archive strategy: views of the target, kept and combined."""

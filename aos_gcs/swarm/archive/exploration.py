@@ -1,0 +1,46 @@
+"""What lines of sight promise that nobody has looked along yet."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.swarm.archive.raster import BoolArray, FloatArray
+
+PRIOR_WEIGHT = 0.3
+"""Of what is hoped for, in looks."""
+KNOWN = 0.9
+"""Weight of a look for a spot from which the spot is not worth another look of its own."""
+
+
+@lru_cache(maxsize=8)
+def lattice(radius_m: float, pitch_m: float) -> FloatArray:
+    """Return the points of a triangular lattice within a circle about the origin, shape (n, 2)."""
+    reach = int(2.0 * radius_m / pitch_m) + 2
+    column, row = np.meshgrid(np.arange(-reach, reach + 1), np.arange(-reach, reach + 1))
+    points = pitch_m * np.column_stack([(column + 0.5 * row).ravel(), (np.sqrt(0.75) * row).ravel()])
+    points = np.asarray(points[np.linalg.norm(points, axis=1) <= radius_m])
+    points.flags.writeable = False
+    return points
+
+
+def kernel(distances_m: FloatArray, width_m: float) -> FloatArray:
+    """Return how much lines of sight at these distances tell about each other, from 0 to 1."""
+    return np.asarray(np.exp(-0.5 * (distances_m / width_m) ** 2))
+
+
+def expected_masks(
+    weights: NDArray[np.float32], masks: BoolArray, footprints: BoolArray, hope: float
+) -> NDArray[np.float32]:
+    """Return the probability of each cell to be seen along lines nobody has looked along: kernel regression.
+
+    Args:
+        weights: of k looks for p lines, shape (p, k).
+        masks: what the looks have shown, shape (k, cells).
+        footprints: what the lines would show without forest, shape (p, cells).
+        hope: share of it that a line is expected to show of which nothing is known.
+    """
+    evidence = weights @ masks.astype(np.float32) + np.float32(PRIOR_WEIGHT * hope) * footprints
+    return np.asarray(np.minimum(evidence / (weights.sum(axis=1) + np.float32(PRIOR_WEIGHT))[:, None], np.float32(1.0)))

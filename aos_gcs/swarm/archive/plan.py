@@ -1,0 +1,155 @@
+"""One decision of the archive strategy: which drones look along which lines of sight next.
+
+Lines that were looked along are known; of those that were not, what near ones have shown says something, and the rest
+is hoped for. All drones together get the lines that are expected to show most of the target's body. A line that
+disappoints is known from then on, so that its drone goes to look along another one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.distance import cdist
+
+from aos_gcs.swarm.archive.body import learnt_body
+from aos_gcs.swarm.archive.exploration import KNOWN, expected_masks, kernel, lattice
+from aos_gcs.swarm.archive.looks import Looks, Sightlines, joined_lines
+from aos_gcs.swarm.archive.moves import assigned
+from aos_gcs.swarm.archive.parameters import ArchiveParameters
+from aos_gcs.swarm.archive.raster import CELL_M, BoolArray, FloatArray, IntArray, anchor_of
+from aos_gcs.swarm.archive.selection import Views, choose_views, still_held
+from aos_gcs.swarm.archive.target import TargetEstimate
+
+MAX_CANDIDATES = 150
+"""Looks among which the views to hold are chosen: those that show most."""
+MIN_CONFIDENCE = 0.2
+"""In a look's mask, less since the target has moved, below which it is no candidate."""
+SAME_VIEW_M = 0.4
+"""Distance in the canopy below which a candidate is the view chosen the step before."""
+SURELY_SEEN = 0.5
+"""Probability from which a cell belongs to the target's image, whatever the model of the body says."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Goals:
+    """What comes of a decision."""
+
+    positions_enu_m: NDArray[np.float64]
+    """Of all drones, shape (n, 2)."""
+    held_enu_m: NDArray[np.float64]
+    """Where the lines of sight chosen pass the canopy, shape (k, 2)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Prospect:
+    """What the archive means for the target's place at the next step."""
+
+    target_enu_m: FloatArray
+    """Shape (2,)."""
+    height_m: float
+    """Mean height of the swarm: slopes times it are places on one plane."""
+    lines: Sightlines
+    """From there through the crossings of the k looks."""
+    masks: BoolArray
+    """What they have shown, shape (k, CELLS)."""
+    confidence: FloatArray
+    """In the masks, below 1 for lines that the target's motion has turned, shape (k,)."""
+
+    @classmethod
+    def of(cls, looks: Looks, target: TargetEstimate, height_m: float, parameters: ArchiveParameters) -> Prospect:
+        """Return the prospect of an archive."""
+        target_enu_m = target.position_enu_m + target.next_way_m
+        canopy = parameters.canopy
+        lines = canopy.lines_through(target_enu_m, looks.lines.crossings_enu_m)
+        confidence = kernel(canopy.turned_m(lines, looks.lines), parameters.kernel_m)
+        masks = looks.masks_at(anchor_of(target_enu_m), np.array(target.drift_enu_m) + target.next_way_m)
+        return cls(target_enu_m, height_m, lines, masks, confidence)
+
+    def best_looks(self, radius_m: float) -> IntArray:
+        """Return the looks that may be held, the best first: within the aperture, and showing anything."""
+        within = np.linalg.norm(self.lines.slopes, axis=1) * self.height_m <= radius_m
+        showing = self.masks.sum(axis=1) * self.confidence
+        usable = np.flatnonzero(within & (self.confidence > MIN_CONFIDENCE) & (showing > 0.0))
+        return usable[np.argsort(-showing[usable], kind="stable")[:MAX_CANDIDATES]]
+
+    def positions(self, slopes: FloatArray, heights_m: FloatArray) -> FloatArray:
+        """Return where drones at heights of shape (n,) see the target under slopes (k, 2), shape (n, k, 2)."""
+        return np.asarray(self.target_enu_m + slopes * heights_m[:, None, None])
+
+
+def plan(
+    looks: Looks,
+    target: TargetEstimate,
+    *,
+    positions_enu_m: FloatArray,
+    heights_m: FloatArray,
+    held_enu_m: FloatArray | None,
+    parameters: ArchiveParameters,
+) -> Goals:
+    """Return where the drones should go.
+
+    Args:
+        looks: the archive.
+        target: what they are of.
+        positions_enu_m: of the drones in the order of their ids, shape (n, 2).
+        heights_m: of the drones above the focal plane, shape (n,).
+        held_enu_m: of the decision before, or None.
+        parameters: of the strategy.
+    """
+    # Whole metres, so that the spots stay where they are while heights are measured with noise.
+    prospect = Prospect.of(looks, target, round(float(heights_m.mean())), parameters)
+    lines, views = _candidates(looks, prospect, parameters)
+    held = [] if held_enu_m is None else _still_held(lines, views, held_enu_m)
+    chosen = choose_views(views, len(positions_enu_m), held, parameters.area_exponent, parameters.hysteresis)
+    lines = lines[chosen]
+
+    goals_m = positions_enu_m + target.next_way_m
+    view_goals_m = prospect.positions(lines.slopes, heights_m)
+    goal_of = assigned(goals_m, view_goals_m)
+    sent = np.flatnonzero(goal_of >= 0)
+    goals_m[sent] = view_goals_m[sent, goal_of[sent]]
+    return Goals(goals_m, lines.crossings_enu_m)
+
+
+def _candidates(looks: Looks, prospect: Prospect, parameters: ArchiveParameters) -> tuple[Sightlines, Views]:
+    """Return the lines that drones may look along, and what is expected of them: the best looks, and open spots."""
+    canopy, height_m = parameters.canopy, prospect.height_m
+    best = prospect.best_looks(parameters.aperture_radius_m)
+    known, confidence = prospect.lines[best], prospect.confidence[best, None]
+    lattice_m = lattice(parameters.aperture_radius_m, parameters.spot_pitch_m)
+    spots = canopy.lines_of_slopes(prospect.target_enu_m, lattice_m / height_m)
+    weights = kernel(canopy.distances_m(spots, looks.lines), parameters.kernel_m).astype(np.float32)
+    is_open = weights.max(axis=1, initial=0.0) < KNOWN
+    spots, weights = spots[is_open], weights[is_open]
+
+    body = learnt_body(
+        (prospect.masks[best] * confidence).astype(np.float32),
+        known.slopes,
+        height_m,
+        prospect.target_enu_m - CELL_M * anchor_of(prospect.target_enu_m),
+        prior_height_m=parameters.body_height_m,
+        prior_radius_m=parameters.body_radius_m,
+    )
+    known_footprints = body.footprints(known.slopes, height_m) | prospect.masks[best]
+    spot_footprints = body.footprints(spots.slopes, height_m)
+    # Sums over the cells that anything may be seen on, which are a third of the raster.
+    cells = known_footprints.any(axis=0) | spot_footprints.any(axis=0)
+    known_footprints, spot_footprints = known_footprints[:, cells], spot_footprints[:, cells]
+    masks, hope = prospect.masks[:, cells], parameters.optimism
+    shown = confidence * masks[best] + (1.0 - confidence) * hope * known_footprints
+    expected = expected_masks(weights, masks, spot_footprints, hope)
+
+    lines = joined_lines(known, spots)
+    places_m = lines.slopes * height_m
+    views = Views(
+        np.vstack([shown, expected]).astype(np.float32),
+        np.vstack([known_footprints, spot_footprints | (expected > SURELY_SEEN)]).astype(np.float32),
+        cdist(places_m, places_m) < parameters.view_spacing_m,
+    )
+    return lines, views
+
+
+def _still_held(lines: Sightlines, views: Views, held_enu_m: FloatArray) -> list[int]:
+    return still_held(cdist(held_enu_m, lines.crossings_enu_m), views.conflicts, SAME_VIEW_M)

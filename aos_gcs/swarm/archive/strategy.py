@@ -1,0 +1,214 @@
+"""The archive strategy: remember every view of the target, and hold those that show most of it together.
+
+The swarm scans as AOS-PSO does until the target is in view. From then on every frame goes into an archive, with its
+line of sight and its own mask of the target. The drones look along the lines that are expected to show most *together*:
+lines that are known to be good, and lines that nobody has looked along, of which more is hoped for than is likely.
+See docs/archive-strategy.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.swarm import motion
+from aos_gcs.swarm.archive.looks import SAME_LINE_M, Looks, no_looks, with_looks
+from aos_gcs.swarm.archive.moves import HOLDS_WITHIN_M, kept_apart, stepped
+from aos_gcs.swarm.archive.parameters import ArchiveParameters
+from aos_gcs.swarm.archive.plan import plan
+from aos_gcs.swarm.archive.raster import CELLS, anchor_of, resampled
+from aos_gcs.swarm.archive.target import (
+    TargetEstimate,
+    after_sighting,
+    first_sighting,
+    ground_point,
+    is_elsewhere,
+    out_of_view,
+)
+from aos_gcs.swarm.factors import FixedFactors
+from aos_gcs.swarm.follow import LeaderFollowing
+from aos_gcs.swarm.model import Diagnostics, Observation, TargetMasks
+from aos_gcs.swarm.parameters import parse_parameters
+from aos_gcs.swarm.state import SwarmState
+
+NAME = "aos-archive"
+
+FORGET_STEPS = 8
+"""Steps out of view after which a moving target is no longer where the archive knows it."""
+SEARCH_STEPS = 15
+"""The same for one that stands still."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ArchiveState:
+    """Everything that is carried from step to step."""
+
+    swarm: SwarmState
+    """Of the strategy that scans, and that steps in without masks."""
+    looks: Looks
+    target: TargetEstimate | None = None
+    """None before it is seen, and after it was lost."""
+    heights_m: NDArray[np.float64] | None = None
+    """Of the vehicles above the focal plane, in the order of their ids, shape (n,); None if unknown."""
+    held_enu_m: NDArray[np.float64] | None = None
+    """Where the lines of sight of the views chosen last pass the canopy, shape (k, 2)."""
+
+
+@dataclass(frozen=True, slots=True)
+class ArchiveStrategy:
+    """See the module."""
+
+    parameters: ArchiveParameters
+    follower: LeaderFollowing
+
+    @property
+    def name(self) -> str:
+        """The name in the registry."""
+        return NAME
+
+    @property
+    def spacing_m(self) -> float:
+        """See :attr:`aos_gcs.swarm.model.Strategy.spacing_m`."""
+        return self.parameters.c4_m
+
+    def init(self, scan_direction_enu: NDArray[np.float64]) -> ArchiveState:
+        """See :meth:`aos_gcs.swarm.model.Strategy.init`."""
+        return ArchiveState(self.follower.init(scan_direction_enu), no_looks())
+
+    def tell(self, state: ArchiveState, observation: Observation) -> ArchiveState:
+        """See :meth:`aos_gcs.swarm.model.Strategy.tell`."""
+        swarm = self.follower.tell(state.swarm, observation)
+        heights_m, masks = _checked_heights(observation), observation.masks
+        if heights_m is None:
+            return self._without_sight(replace(state, swarm=swarm, heights_m=None), FORGET_STEPS)
+        state = replace(state, swarm=swarm, heights_m=heights_m[np.argsort(observation.vehicle_ids)])
+        if not observation.target_in_view or masks is None or not masks.marked.any():
+            return self._with_nothing_seen(state, observation, heights_m)
+        return self._with_sight(state, observation, heights_m, masks)
+
+    def ask(self, state: ArchiveState, rng: np.random.Generator) -> tuple[NDArray[np.float64], ArchiveState]:
+        """See :meth:`aos_gcs.swarm.model.Strategy.ask`."""
+        situation = motion.check_told(state.swarm)
+        if not _knows_target(state) or state.target is None or state.heights_m is None:
+            positions_m, swarm = self.follower.ask(state.swarm, rng)
+            return positions_m, replace(state, swarm=swarm)
+        positions_m, order, _ = motion.sorted_positions(situation)
+        target, heights_m = state.target, state.heights_m
+        goals = plan(
+            state.looks,
+            target,
+            positions_enu_m=positions_m,
+            heights_m=heights_m,
+            held_enu_m=state.held_enu_m,
+            parameters=self.parameters,
+        )
+        # All drones go along with the target, those that hold too.
+        moved_m = positions_m + target.next_way_m
+        holds = np.linalg.norm(goals.positions_enu_m - moved_m, axis=1) < HOLDS_WITHIN_M
+        stepped_m = stepped(moved_m, goals.positions_enu_m, self.parameters.max_step_m)
+        apart_m = kept_apart(stepped_m, moved_m, holds, self.parameters.min_distance_m, rng)
+        asked = replace(state.swarm, awaits_ask=False)
+        return motion.in_told_order(apart_m, order), replace(state, swarm=asked, held_enu_m=goals.held_enu_m)
+
+    def diagnostics(self, state: ArchiveState) -> Diagnostics:
+        """See :meth:`aos_gcs.swarm.model.Strategy.diagnostics`."""
+        if not _knows_target(state) or state.swarm.situation is None:
+            return self.follower.diagnostics(state.swarm)
+        return Diagnostics(branch="archive", leader_id=state.swarm.situation.leader_id)
+
+    def _without_sight(self, state: ArchiveState, patience: int) -> ArchiveState:
+        if state.target is None:
+            return state
+        target = out_of_view(state.target)
+        if target.lost_steps > patience:
+            return replace(state, target=None, looks=no_looks(), held_enu_m=None)
+        return replace(state, target=target)
+
+    def _with_nothing_seen(
+        self, state: ArchiveState, observation: Observation, heights_m: NDArray[np.float64]
+    ) -> ArchiveState:
+        """Return the state with empty looks along the lines that nobody has looked along before.
+
+        A still target must be there and only has to be seen: without them the swarm would stay where it sees nothing.
+        """
+        if state.target is None:
+            return state
+        state = self._without_sight(state, FORGET_STEPS if state.target.is_moving else SEARCH_STEPS)
+        if state.target is None:
+            return state
+        target, canopy = state.target, self.parameters.canopy
+        slopes = (observation.positions_enu_m - target.position_enu_m) / heights_m[:, None]
+        lines = canopy.lines_of_slopes(target.position_enu_m, slopes[self._is_useful(slopes, heights_m, observation)])
+        is_new = np.asarray((canopy.distances_m(lines, state.looks.lines) > SAME_LINE_M).all(axis=1))
+        lines = lines[is_new]
+        looks = with_looks(
+            state.looks,
+            canopy,
+            lines,
+            masks=np.zeros((len(lines), CELLS), dtype=np.bool_),
+            anchor=anchor_of(target.position_enu_m),
+            drift_enu_m=np.array(target.drift_enu_m),
+        )
+        return replace(state, looks=looks)
+
+    def _with_sight(
+        self, state: ArchiveState, observation: Observation, heights_m: NDArray[np.float64], masks: TargetMasks
+    ) -> ArchiveState:
+        """Return the state with the looks of this step in the archive."""
+        positions_m, body_height_m = observation.positions_enu_m, self.parameters.body_height_m
+        guess_m = positions_m.mean(axis=0) if observation.target_enu_m is None else observation.target_enu_m
+        ground_m = ground_point(masks, positions_m, heights_m, guess_m, body_height_m)
+        if state.target is not None and is_elsewhere(state.target, ground_m):
+            return self._without_sight(state, FORGET_STEPS)
+        target = first_sighting(ground_m) if state.target is None else after_sighting(state.target, ground_m)
+        slopes = (positions_m - target.position_enu_m) / heights_m[:, None]
+        useful = self._is_useful(slopes, heights_m, observation)
+        anchor = anchor_of(target.position_enu_m)
+        canopy = self.parameters.canopy
+        looks = with_looks(
+            state.looks,
+            canopy,
+            canopy.lines_of_slopes(target.position_enu_m, slopes[useful]),
+            masks=resampled(masks, anchor)[useful],
+            anchor=anchor,
+            drift_enu_m=np.array(target.drift_enu_m),
+        )
+        return replace(state, target=target, looks=looks)
+
+    def _is_useful(
+        self, slopes: NDArray[np.float64], heights_m: NDArray[np.float64], observation: Observation
+    ) -> NDArray[np.bool_]:
+        """Return whose frames to remember: not those from far beside the aperture, which push out better ones."""
+        reach = (self.parameters.aperture_radius_m + self.parameters.c4_m) / heights_m.mean()
+        return np.asarray((np.linalg.norm(slopes, axis=1) <= reach) & ~np.isnan(observation.fitness))
+
+
+def make_aos_archive(parameters: Mapping[str, object]) -> ArchiveStrategy:
+    """Return the archive strategy with the parameters given (:class:`ArchiveParameters`) and defaults for the rest.
+
+    Raises:
+        ConfigurationError: a parameter is unknown or violates its constraint.
+    """
+    parsed = parse_parameters(ArchiveParameters, parameters, NAME)
+    return ArchiveStrategy(parsed, LeaderFollowing(NAME, parsed, FixedFactors(parsed.c_s_m, parsed.c_c_m)))
+
+
+def _knows_target(state: ArchiveState) -> bool:
+    return state.target is not None and state.heights_m is not None and len(state.looks) > 0
+
+
+def _checked_heights(observation: Observation) -> NDArray[np.float64] | None:
+    """Return the heights of an observation.
+
+    Raises:
+        ValueError: they, or the masks, do not fit the vehicles.
+    """
+    n, heights_m, masks = len(observation.vehicle_ids), observation.heights_m, observation.masks
+    if heights_m is not None and (np.shape(heights_m) != (n,) or not np.all(np.greater(heights_m, 0.0))):
+        raise ValueError(f"heights need shape ({n},) and values above 0, but were {heights_m}")
+    if masks is not None and (masks.marked.ndim != 3 or len(masks.marked) != n):
+        raise ValueError(f"masks need shape ({n}, rows, columns), but have {masks.marked.shape}")
+    return heights_m
