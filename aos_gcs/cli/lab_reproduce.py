@@ -18,21 +18,21 @@ def reproduce(
     *,
     out: Annotated[Path, typer.Option(metavar="DIR", help="Where the runs are kept; an interrupted call goes on.")],
     document: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Markdown file to write; otherwise DIR/results.md.")
+        Path | None, typer.Option(metavar="FILE", help="Markdown file to write or renew (default: DIR/results.md).")
     ] = None,
-    initialisations: Annotated[int, typer.Option(help="Of every study that draws them.", min=3)] = 100,
-    jobs: Annotated[int, typer.Option(help="Processes on this machine.")] = 1,
+    initialisations: Annotated[int, typer.Option(help="Number of drawn initialisations per study.", min=3)] = 100,
+    jobs: Annotated[int, typer.Option(help="Number of processes on this machine.")] = 1,
     scheduler: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="Of a Dask scheduler, such as tcp://10.0.0.1:8786.")
+        str | None, typer.Option(metavar="ADDRESS", help="Address of a Dask scheduler, such as tcp://10.0.0.1:8786.")
     ] = None,
 ) -> None:
     """Run the studies behind docs/results.md, and write that document with its figures.
 
-    This takes long; when it was interrupted, the same call goes on.
+    This takes hours; after an interruption the same command continues.
     """
     from aos_gcs.cli.output import progress  # noqa: PLC0415 - keeps the other commands' help fast
     from aos_gcs.lab.calibration import single_view_visibility  # noqa: PLC0415
-    from aos_gcs.lab.document import write_document  # noqa: PLC0415
+    from aos_gcs.lab.document import document_frame, write_document  # noqa: PLC0415
     from aos_gcs.lab.scenario import parse_scenario  # noqa: PLC0415
     from aos_gcs.lab.studies import HELD_OUT_SEED, run_studies  # noqa: PLC0415
     from aos_gcs.lab.workers import compute  # noqa: PLC0415
@@ -41,6 +41,8 @@ def reproduce(
         with progress(title, len(results.missing())) as advance:
             compute(results, advance, jobs=jobs, scheduler=scheduler)
 
+    path = document or out / "results.md"
+    frame = document_frame(path)  # Before hours of work: a document that cannot be renewed is refused at once.
     results = run_studies(out, initialisations, compute_study)
     calibration = {}
     for density in _DENSITIES:
@@ -49,6 +51,5 @@ def reproduce(
             calibration[density] = single_view_visibility(
                 scenario, worlds=_WORLDS, views=_VIEWS, seed=HELD_OUT_SEED, advance=advance
             )
-    path = document or out / "results.md"
-    write_document(results, calibration, path)
+    write_document(results, calibration, path, frame)
     typer.echo(path)

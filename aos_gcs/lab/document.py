@@ -1,4 +1,4 @@
-"""docs/results.md: what the studies have shown, written by the program from their rows."""
+"""docs/results.md: the tables of the studies, written by the program from their rows, beside a discussion by hand."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from aos_gcs.errors import ConfigurationError
 from aos_gcs.lab.calibration import SingleViewVisibility
 from aos_gcs.lab.claims import Claim, paper_claims
 from aos_gcs.lab.report import Comparison, compare, difference_table, markdown_table, summary_table, write_report
@@ -43,27 +44,46 @@ FIGURES: Mapping[str, Sequence[str]] = {
     "dynamics": ("mean_visibility",),
     "imaging": ("mean_visibility",),
 }
-"""Of each study's report, those that the document shows."""
+"""Figures of each study's report that the document shows."""
+
+BEGIN_MARK = "<!-- Written by aos-gcs lab reproduce; do not edit below -->"
+END_MARK = "<!-- End of the written part -->"
 
 
 @dataclass(frozen=True, slots=True)
 class Goal:
-    """What the better strategy was asked for, and what it has reached."""
+    """Goal set for the better strategy before it was built, and what it has reached."""
 
     text: str
     reached: str
     met: bool
 
 
+@dataclass(frozen=True, slots=True)
+class DocumentFrame:
+    """Text before and after the written part."""
+
+    before: str
+    after: str
+
+    def format(self, body: str) -> str:
+        """Return the whole document."""
+        return f"{self.before}{BEGIN_MARK}\n\n{body}\n\n{END_MARK}\n{self.after}"
+
+
 def write_document(
-    results: Mapping[str, ResultFolder], calibration: Mapping[float, SingleViewVisibility], path: Path
+    results: Mapping[str, ResultFolder],
+    calibration: Mapping[float, SingleViewVisibility],
+    path: Path,
+    frame: DocumentFrame,
 ) -> None:
     """Write the document, its figures beside it in a folder of its name, and each study's full report in its folder.
 
     Args:
-        results: of all studies, by name.
+        results: results of all studies, by name.
         calibration: single-view visibility by trees per hectare.
-        path: of the Markdown file.
+        path: path of the Markdown file.
+        frame: text around the written part, from :func:`document_frame`.
     """
     pictures = path.with_suffix("")
     pictures.mkdir(parents=True, exist_ok=True)
@@ -80,7 +100,26 @@ def write_document(
         *_goals(comparisons),
         *(part for study in STUDIES for part in _study(study, comparisons[study.name], pictures.name)),
     ]
-    path.write_text("\n\n".join(sections) + "\n", encoding="utf-8")
+    path.write_text(frame.format(body="\n\n".join(sections)), encoding="utf-8")
+
+
+def document_frame(path: Path) -> DocumentFrame:
+    """Return the text around the written part of an existing document, such as a discussion, or that of a new one.
+
+    Raises:
+        ConfigurationError: the document exists without the marks, so that writing it would lose text.
+    """
+    if not path.exists():
+        return DocumentFrame("# Results of the swarm strategies\n\n", "")
+    text = path.read_text(encoding="utf-8")
+    before, begin, rest = text.partition(BEGIN_MARK)
+    _, end, after = rest.partition(END_MARK)
+    if not (begin and end):
+        raise ConfigurationError(
+            f"{path} would be overwritten: it lacks the lines '{BEGIN_MARK}' and '{END_MARK}' around the part to be "
+            "renewed. Add them, or choose another file with --document."
+        )
+    return DocumentFrame(before, after.removeprefix("\n"))
 
 
 def _report(study: Study, results: ResultFolder) -> Comparison:
@@ -92,12 +131,10 @@ def _report(study: Study, results: ResultFolder) -> Comparison:
 
 def _introduction(comparisons: Mapping[str, Comparison]) -> Iterator[str]:
     count = max(len(comparison.initialisations) for comparison in comparisons.values())
-    yield "# Results of the swarm strategies"
     yield (
-        f"Written by `aos-gcs lab reproduce --initialisations {count}` from its runs; do not edit. How the laboratory "
-        "works, and what V, A and the oracle are: [laboratory.md](laboratory.md). What the numbers mean, where they "
-        "differ from the paper's, and why: [results-discussion.md](results-discussion.md). Intervals hold the mean "
-        "with 95 % confidence. All initialisations here are held out: no strategy was developed on them."
+        f"## Figures\n\nWritten by `aos-gcs lab reproduce --initialisations {count}`. laboratory.md defines V, A and "
+        "the oracle. Intervals contain the mean with 95 % confidence. All initialisations are held out: no strategy "
+        "was developed on them."
     )
 
 
@@ -112,7 +149,7 @@ def _calibration(calibration: Mapping[float, SingleViewVisibility]) -> str:
     ]
     table = markdown_table(["trees/ha", "visible share in a single view", "half of the forests within"], rows)
     return (
-        "## The forest\n\nA single nadir view from within 12 m sees this share of a standing person (mean and its "
+        "### The forest\n\nA single nadir view from within 12 m sees this share of a standing person (mean and its "
         f"standard error over forests); 15 to 20 % at 300 trees/ha is what the forest is made for.\n\n{table}"
     )
 
@@ -120,7 +157,7 @@ def _calibration(calibration: Mapping[float, SingleViewVisibility]) -> str:
 def _claims(comparison: Comparison) -> Iterator[str]:
     count = len(comparison.initialisations)
     yield (
-        f"## What the paper claims\n\nTested on {count} drawn initialisations with the paper's settings and the leader "
+        f"### Claims of the paper\n\nTested on {count} drawn initialisations with the paper's settings and the leader "
         "criterion `integral`, which resembles its curves; the rules behind the verdicts are in "
         "`aos_gcs/lab/claims.py`."
     )
@@ -133,11 +170,10 @@ def _claim_row(claim: Claim) -> list[str]:
 
 def _goals(comparisons: Mapping[str, Comparison]) -> Iterator[str]:
     yield (
-        f"## What was asked of {BETTER}, and what it reaches\n\nAgainst {REFERENCE} with the leader criterion "
-        "`contribution`, on the studies below."
+        f"### Goals of {BETTER}\n\nAgainst {REFERENCE} with the leader criterion `contribution`, on the studies below."
     )
     yield markdown_table(
-        ["asked", "reached", "met"],
+        ["goal", "reached", "met"],
         [[goal.text, goal.reached, "yes" if goal.met else "no"] for goal in better_goals(comparisons)],
     )
 
@@ -180,7 +216,7 @@ def _gain(comparison: Comparison, metric: str) -> Interval:
 
 
 def _study(study: Study, comparison: Comparison, pictures: str) -> Iterator[str]:
-    yield f"## {study.title}"
+    yield f"### {study.title}"
     settings = ", ".join(f"{name} = {value}" for name, value in study.scenario.items())
     yield f"{len(comparison.initialisations)} initialisations; {settings or 'default scenario'}."
     yield summary_table(comparison)

@@ -6,8 +6,9 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
+from aos_gcs.errors import ConfigurationError
 from aos_gcs.lab.bound import ORACLE
-from aos_gcs.lab.document import FIGURES, better_goals
+from aos_gcs.lab.document import FIGURES, better_goals, document_frame
 from aos_gcs.lab.report import Comparison, compare
 from aos_gcs.lab.rows import StepRow, to_table
 from aos_gcs.lab.scenario import Scenario
@@ -89,3 +90,22 @@ def test_studies_can_be_run_and_their_figures_are_named(study) -> None:
 
 def test_studies_have_names_of_their_own() -> None:
     assert len({study.name for study in STUDIES}) == len(STUDIES) == len(FIGURES)
+
+
+def test_renewing_a_document_keeps_the_text_around_the_figures(tmp_path) -> None:
+    document = tmp_path / "results.md"
+    document.write_text(document_frame(document).format("first figures"))
+    document.write_text("# Title\n\ndiscussion\n\n" + document.read_text().partition("\n\n")[2] + "\nappendix\n")
+    document.write_text(document_frame(document).format("second figures"))
+    text = document.read_text()
+    assert text.startswith("# Title\n\ndiscussion\n\n<!--")
+    assert text.endswith("\nappendix\n")
+    assert "second figures" in text
+    assert "first figures" not in text
+
+
+def test_a_document_without_marks_is_not_overwritten(tmp_path) -> None:
+    document = tmp_path / "results.md"
+    document.write_text("# My own text\n")
+    with pytest.raises(ConfigurationError, match=r"results\.md would be overwritten"):
+        document_frame(document)

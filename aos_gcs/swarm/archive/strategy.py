@@ -3,7 +3,7 @@
 The swarm scans as AOS-PSO does until the target is in view. From then on every frame goes into an archive, with its
 line of sight and its own mask of the target. The drones look along the lines that are expected to show most *together*:
 lines that are known to be good, and lines that nobody has looked along, of which more is hoped for than is likely.
-See docs/archive-strategy.md.
+See docs/strategies.md.
 """
 
 from __future__ import annotations
