@@ -20,7 +20,8 @@ from pathlib import Path
 import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from aos_drivers.mavlink import links, open_mavlink
+from aos_drivers.links.opener import UdpEndpoint
+from aos_drivers.mavlink import open_mavlink
 from aos_gcs.airspace.safety import SafetyLimits
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import CommandError
@@ -163,18 +164,18 @@ async def _until(condition: Callable[[], bool], pause_s: float = 0.1) -> None:
 def commands_on_the_wire() -> Iterator[dict[object, float]]:
     """Note when the first command is handed to the socket of each vehicle."""
     sent: dict[object, float] = {}
-    send = links.UdpEndpoint.send
+    send = UdpEndpoint.send
 
-    def note(endpoint: links.UdpEndpoint, data: bytes, peer: object) -> None:
+    def note(endpoint: UdpEndpoint, data: bytes, peer: object) -> None:
         send(endpoint, data, peer)  # type: ignore[arg-type]
         if int.from_bytes(data[7:10], "little") in COMMANDS:
             sent.setdefault(peer, time.perf_counter())
 
-    links.UdpEndpoint.send = note  # type: ignore[assignment, method-assign]
+    UdpEndpoint.send = note  # type: ignore[assignment, method-assign]
     try:
         yield sent
     finally:
-        links.UdpEndpoint.send = send  # type: ignore[method-assign]
+        UdpEndpoint.send = send  # type: ignore[method-assign]
 
 
 # --- measurements ---------------------------------------------------------------------------------------------------

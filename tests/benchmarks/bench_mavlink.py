@@ -15,10 +15,10 @@ from collections.abc import Callable
 import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from aos_drivers.links.address import PeerAddress
 from aos_drivers.mavlink import open_mavlink
-from aos_drivers.mavlink.address import PeerAddress
 from aos_drivers.mavlink.session import Session
-from aos_drivers.mavlink.signing import LinkSigner, SigningClock
+from aos_drivers.mavlink.signing.signer import LinkSigner, SigningClock
 from aos_gcs.clock import LoopClock
 from aos_gcs.ports import DriverContext
 from tests.fakes.mavlink_vehicle import FakeVehicle

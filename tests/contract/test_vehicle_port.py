@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from aos_drivers.mavlink.framing import FrameParser
+from aos_drivers.links.framing import FrameParser
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import CommandRefusedError, CommandTimeoutError
 from aos_gcs.geometry.geodesy import GeodeticPosition

@@ -10,10 +10,10 @@ from typing import cast
 
 from aos_drivers.frames.fetching import ImageFetcher
 from aos_drivers.frames.settings import CameraPlan
-from aos_drivers.mavlink.address import PeerAddress
-from aos_drivers.mavlink.exposure import CaptureTools
+from aos_drivers.links.address import PeerAddress
 from aos_drivers.mavlink.service import MavlinkFleet
 from aos_drivers.mavlink.session import Session
+from aos_drivers.vehicle.cameras.exposure import CaptureTools
 from aos_gcs.clock import LoopClock
 from aos_gcs.ports import Clock, DriverContext, Notice, Vehicle
 from tests.fakes.mavlink_vehicle import FakeVehicle

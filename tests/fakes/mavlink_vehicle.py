@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from aos_drivers.mavlink.framing import FrameParser
+from aos_drivers.links.framing import FrameParser
 from aos_gcs.geometry.geodesy import GeodeticPosition
 
 HOME = GeodeticPosition(48.0, 14.0, 300.0)

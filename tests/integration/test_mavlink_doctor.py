@@ -10,9 +10,9 @@ from contextlib import contextmanager
 
 import pytest
 
-from aos_drivers.mavlink.address import parse_link
-from aos_drivers.mavlink.diagnosis import Level, diagnose
-from aos_drivers.mavlink.doctor import examine
+from aos_drivers.links.address import parse_link
+from aos_drivers.mavlink.doctor.command import examine
+from aos_drivers.mavlink.doctor.diagnosis import Level, diagnose
 from aos_gcs.cli import main
 from aos_gcs.clock import LoopClock
 from tests.fakes.mavlink_vehicle import FakeVehicle
@@ -24,7 +24,7 @@ SPEED = 8.0
 @pytest.fixture(autouse=True)
 def no_usual_ports(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave the ports of this computer to whoever uses them."""
-    monkeypatch.setattr("aos_drivers.mavlink.doctor._USUAL_PORTS", ())
+    monkeypatch.setattr("aos_drivers.mavlink.doctor.command._USUAL_PORTS", ())
 
 
 def free_port() -> int:
@@ -63,7 +63,7 @@ async def test_a_vehicle_on_a_socket_is_healthy() -> None:
 
 async def test_a_vehicle_that_sends_to_another_usual_port_is_found_there(monkeypatch: pytest.MonkeyPatch) -> None:
     other = free_port()
-    monkeypatch.setattr("aos_drivers.mavlink.doctor._USUAL_PORTS", (other,))
+    monkeypatch.setattr("aos_drivers.mavlink.doctor.command._USUAL_PORTS", (other,))
     with vehicle_sending_to(other, 0.005):
         examination = await examine([parse_link(f"udpin://{HOST}:{free_port()}")], 254, 5.0, LoopClock(SPEED))
     assert examination.elsewhere == [other]
@@ -77,7 +77,7 @@ def run(arguments: list[str]) -> int | str | None:
 
 
 def test_exit_codes_and_json(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.setattr("aos_drivers.mavlink.doctor.LoopClock", lambda: LoopClock(SPEED))
+    monkeypatch.setattr("aos_drivers.mavlink.doctor.command.LoopClock", lambda: LoopClock(SPEED))
     port = free_port()
     link = f"udpin://{HOST}:{port}"
     with vehicle_sending_to(port, 0.005):

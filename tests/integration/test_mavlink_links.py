@@ -13,10 +13,10 @@ from pathlib import Path
 import pytest
 from pymavlink import mavutil
 
+from aos_drivers.links.address import parse_link
+from aos_drivers.links.recorder import TLOG_NAME
+from aos_drivers.links.serial_port import SerialEndpoint
 from aos_drivers.mavlink import open_mavlink
-from aos_drivers.mavlink.address import parse_link
-from aos_drivers.mavlink.recorder import TLOG_NAME
-from aos_drivers.mavlink.serial_port import SerialEndpoint
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import CommandRefusedError, ConfigurationError, LinkError
 from aos_gcs.ports import DriverContext, Fleet, Hold, Land, Notice, Severity

@@ -41,6 +41,17 @@ MAY_IMPORT = {
     "aos_gcs.surveys": CONTRACT | {"aos_gcs.cluster", "aos_gcs.geotags", "aos_gcs.imaging"},
     "aos_gcs.exports": CONTRACT | {"aos_gcs.imaging", "aos_gcs.mission", "aos_gcs.surveys"},
     "aos_drivers": CONTRACT | {"aos_gcs.clock", "aos_gcs.geotags"},
+    "aos_drivers.frames": CONTRACT | {"aos_drivers.option_table", "aos_gcs.geotags"},
+    "aos_drivers.links": CONTRACT | {"aos_drivers.background"},
+    "aos_drivers.vehicle": CONTRACT | {"aos_drivers.frames", "aos_drivers.links", "aos_gcs.geotags"},
+    "aos_drivers.mavsdk": CONTRACT
+    | {
+        "aos_drivers.background",
+        "aos_drivers.frames",
+        "aos_drivers.links",
+        "aos_drivers.options",
+        "aos_drivers.vehicle",
+    },
     "aos_sim": CONTRACT | {"aos_gcs.clock", "aos_gcs.lab.scenes", "aos_gcs.lab.worlds"},
 }
 """Package (or module) to what it may import of the project besides itself. Who is not listed stands further out."""

@@ -15,7 +15,7 @@ from aos_drivers.frames.errors import FrameRefusedError
 from aos_drivers.frames.matching import FileStamp, Wanted, choose, is_image_name, newest
 from aos_drivers.frames.mount import Carrier
 from aos_drivers.frames.settings import SourceKind
-from aos_drivers.mavlink import MavlinkOptions
+from aos_drivers.options import DriverOptions
 from aos_gcs.errors import CaptureError, ConfigurationError
 
 OLD = {"00007.jpg": FileStamp(10, 100.0), "00008.jpg": FileStamp(11, 101.0)}
@@ -88,7 +88,7 @@ def test_any_bytes_are_a_listing_or_a_clear_error(data: bytes) -> None:
 
 
 def test_a_vehicles_own_table_changes_single_fields_of_the_common_one() -> None:
-    cameras = MavlinkOptions.parse(
+    cameras = DriverOptions.parse(
         {
             "camera": {"source": "reported", "folder": "/data/{vehicle_id}", "fov_deg": 60.0, "pose_hz": 20},
             "cameras": {"3": {"source": "video", "url": "rtsp://{host}:8554/main", "carrier": "gimbal", "fov_deg": 30}},
@@ -132,10 +132,10 @@ FOLDER = {"source": "reported", "folder": "/data"}
 )
 def test_options_that_cannot_be_are_named_with_the_remedy(camera: object, words: str) -> None:
     with pytest.raises(ConfigurationError, match=words):
-        MavlinkOptions.parse({"camera": camera})
+        DriverOptions.parse({"camera": camera})
 
 
 @pytest.mark.parametrize("cameras", [{"first": {}}, {"0": {}}, {"300": {}}, {"3": "video"}, {"3": {"sauce": 1}}])
 def test_tables_of_vehicles_are_named_by_system_ids(cameras: object) -> None:
     with pytest.raises(ConfigurationError, match=r"link\.options\.cameras\."):
-        MavlinkOptions.parse({"cameras": cameras})
+        DriverOptions.parse({"cameras": cameras})

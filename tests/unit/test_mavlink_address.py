@@ -7,7 +7,7 @@ import hypothesis.strategies as st
 import pytest
 from hypothesis import given
 
-from aos_drivers.mavlink.address import SigningOptions, parse_link
+from aos_drivers.links.address import SigningOptions, parse_link
 from aos_gcs.errors import ConfigurationError
 
 

@@ -11,11 +11,11 @@ import pytest
 from hypothesis import given, settings
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from aos_drivers.mavlink.address import LinkAddress, PeerAddress, SigningOptions, parse_link
-from aos_drivers.mavlink.diagnosis import Examination, Finding, Level, diagnose
+from aos_drivers.links.address import LinkAddress, PeerAddress, SigningOptions, parse_link
+from aos_drivers.mavlink.doctor.diagnosis import Examination, Finding, Level, diagnose
+from aos_drivers.mavlink.doctor.survey import Survey
 from aos_drivers.mavlink.session import Session
-from aos_drivers.mavlink.signing import LinkSigner, SigningClock
-from aos_drivers.mavlink.survey import Survey
+from aos_drivers.mavlink.signing.signer import LinkSigner, SigningClock
 from tests.fakes.mavlink_vehicle import Encoder, FakeVehicle
 
 A, B = PeerAddress(0, "10.0.0.1", 5001), PeerAddress(0, "10.0.0.2", 5002)

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from aos_drivers.mavlink.framing import FrameParser
-from aos_drivers.mavlink.loss import LossCounter
+from aos_drivers.links.framing import FrameParser
+from aos_drivers.links.loss import LossCounter
 from tests.fakes.mavlink_vehicle import FakeVehicle
 
 

@@ -9,11 +9,11 @@ import hypothesis.strategies as st
 from hypothesis import given, settings
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from aos_drivers.mavlink.address import PeerAddress, parse_link
-from aos_drivers.mavlink.diagnosis import Examination, diagnose
+from aos_drivers.links.address import PeerAddress, parse_link
+from aos_drivers.mavlink.doctor.diagnosis import Examination, diagnose
+from aos_drivers.mavlink.doctor.survey import Survey
 from aos_drivers.mavlink.session import Session
-from aos_drivers.mavlink.signing import LinkSigner, SigningClock, ticks_of
-from aos_drivers.mavlink.survey import Survey
+from aos_drivers.mavlink.signing.signer import LinkSigner, SigningClock, ticks_of
 from tests.fakes.mavlink_vehicle import FakeVehicle
 
 KEY, OTHER_KEY = hashlib.sha256(b"right").digest(), hashlib.sha256(b"wrong").digest()

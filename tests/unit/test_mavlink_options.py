@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from aos_drivers.mavlink import MavlinkOptions
-from aos_drivers.mavlink.recorder import TlogRecorder
+from aos_drivers.links.recorder import TlogRecorder
+from aos_drivers.options import DriverOptions
 from aos_gcs.errors import ConfigurationError
 from tests.fakes.mavlink_vehicle import FakeVehicle
 
@@ -22,12 +22,12 @@ from tests.fakes.mavlink_vehicle import FakeVehicle
 )
 def test_bad_options_are_named(options: dict[str, object], words: str) -> None:
     with pytest.raises(ConfigurationError, match=words):
-        MavlinkOptions.parse(options)
+        DriverOptions.parse(options)
 
 
 def test_options_have_defaults_and_are_taken_over() -> None:
-    assert MavlinkOptions.parse({}) == MavlinkOptions()
-    options = MavlinkOptions.parse({"position_hz": 10, "image_hosts": ["cam1"], "max_image_mib": 2})
+    assert DriverOptions.parse({}) == DriverOptions()
+    options = DriverOptions.parse({"position_hz": 10, "image_hosts": ["cam1"], "max_image_mib": 2})
     assert (options.position_hz, options.image_hosts, options.image_limits.max_bytes) == (10.0, ("cam1",), 2**21)
 
 
@@ -50,7 +50,7 @@ def test_a_full_disk_ends_the_recording_with_one_report() -> None:
 
 
 def test_a_full_buffer_drops_the_newest_and_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("aos_drivers.mavlink.recorder._BUFFER_BYTES", 30)
+    monkeypatch.setattr("aos_drivers.links.recorder._BUFFER_BYTES", 30)
     recorder = TlogRecorder(tmp_path / "a.tlog", pytest.fail)
     with recorder._lock:
         recorder._buffer += bytes(20)

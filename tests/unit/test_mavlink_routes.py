@@ -6,10 +6,10 @@ import hypothesis.strategies as st
 from hypothesis import given, settings
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from aos_drivers.mavlink.address import PeerAddress
-from aos_drivers.mavlink.framing import FrameParser
-from aos_drivers.mavlink.identity import Identity
-from aos_drivers.mavlink.routes import SILENT_S, ComponentRoute, DuplicateFilter
+from aos_drivers.links.address import PeerAddress
+from aos_drivers.links.framing import FrameParser
+from aos_drivers.links.identity import Identity
+from aos_drivers.links.routes import SILENT_S, ComponentRoute, DuplicateFilter
 from aos_drivers.mavlink.session import Event, PacketReceived, Session
 from aos_gcs.ports import Notice, Severity
 from tests.fakes.mavlink_vehicle import FakeVehicle

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from aos_drivers.mavlink.address import PeerAddress
-from aos_drivers.mavlink.framing import FrameParser
+from aos_drivers.links.address import PeerAddress
+from aos_drivers.links.framing import FrameParser
 from aos_drivers.mavlink.peers import Outgoing
 from aos_drivers.mavlink.session import Event, Session
 from aos_gcs.ports import FlightMode, LandedState, Notice, Severity

@@ -11,14 +11,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from aos_drivers.mavlink.autopilots import Target
-from aos_drivers.mavlink.autopilots.arducopter_setup import ArduCopterSetup
-from aos_drivers.mavlink.autopilots.px4_setup import Px4Setup
-from aos_drivers.mavlink.conversation import Conversation
-from aos_drivers.mavlink.fence_items import items_of, polygons_of
-from aos_drivers.mavlink.fence_transfer import FenceDownload, FenceUpload
-from aos_drivers.mavlink.parameter_transfer import ParameterRead, ParameterWrite
-from aos_drivers.mavlink.parameters import Parameter, ParameterEncoding
+from aos_drivers.vehicle.autopilots.arducopter_setup import ArduCopterSetup
+from aos_drivers.vehicle.autopilots.base import Target
+from aos_drivers.vehicle.autopilots.px4_setup import Px4Setup
+from aos_drivers.vehicle.conversation import Conversation
+from aos_drivers.vehicle.fence.items import items_of, polygons_of
+from aos_drivers.vehicle.fence.transfer import FenceDownload, FenceUpload
+from aos_drivers.vehicle.parameters.encoding import Parameter, ParameterEncoding
+from aos_drivers.vehicle.parameters.transfer import ParameterRead, ParameterWrite
 from aos_gcs.errors import CommandRefusedError
 from aos_gcs.ports import Geofence
 from aos_sim.vehicle.arducopter import ArduCopter

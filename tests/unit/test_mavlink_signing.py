@@ -12,12 +12,12 @@ import pytest
 from hypothesis import given, settings
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from aos_drivers.mavlink.address import PeerAddress, parse_link
-from aos_drivers.mavlink.framing import FrameParser
-from aos_drivers.mavlink.key_file import read_key, read_ticks, time_file_of, write_ticks
-from aos_drivers.mavlink.keyring import Keyring
+from aos_drivers.links.address import PeerAddress, parse_link
+from aos_drivers.links.framing import FrameParser
 from aos_drivers.mavlink.session import Event, Session
-from aos_drivers.mavlink.signing import TICKS_PER_S, LinkSigner, SigningClock, Verdict, ticks_of
+from aos_drivers.mavlink.signing.key_file import read_key, read_ticks, time_file_of, write_ticks
+from aos_drivers.mavlink.signing.keyring import Keyring
+from aos_drivers.mavlink.signing.signer import TICKS_PER_S, LinkSigner, SigningClock, Verdict, ticks_of
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.ports import Notice
 

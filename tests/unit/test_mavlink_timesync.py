@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given, settings
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from aos_drivers.mavlink.address import PeerAddress
-from aos_drivers.mavlink.framing import FrameParser
+from aos_drivers.links.address import PeerAddress
+from aos_drivers.links.framing import FrameParser
 from aos_drivers.mavlink.session import Session
-from aos_drivers.mavlink.timesync import ClockEstimator
+from aos_drivers.vehicle.timesync import ClockEstimator
 from tests.fakes.mavlink_vehicle import FakeVehicle
 
 A = PeerAddress(0, "10.0.0.1", 5001)

@@ -9,9 +9,9 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 pytest.importorskip("mavsdk", reason="needs the optional library mavsdk")
 
-from aos_drivers.mavlink.address import PeerAddress
-from aos_drivers.mavlink.autopilots import Target
+from aos_drivers.links.address import PeerAddress
 from aos_drivers.mavsdk.wire import ANY_COMPONENT, Wire
+from aos_drivers.vehicle.autopilots.base import Target
 
 NEAR, FAR = PeerAddress(0, "10.0.0.1", 1000), PeerAddress(0, "10.0.0.2", 1000)
 CAMERA = mavlink.MAV_COMP_ID_CAMERA

@@ -6,12 +6,12 @@ from typing import TypeAlias
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from aos_drivers.mavlink.autopilots.base import Target, command_long
-from aos_drivers.mavlink.camera import CameraRecord
-from aos_drivers.mavlink.exposure import CaptureTools, Exposure, VehicleAccess, capture_error, collect_capture
-from aos_drivers.mavlink.shutter import LostReportError, Shutter
-from aos_drivers.mavlink.telemetry import position_from_e7
-from aos_drivers.mavlink.transaction import ACK_TIMEOUT_S
+from aos_drivers.vehicle.autopilots.base import Target, command_long
+from aos_drivers.vehicle.cameras.component_record import CameraRecord
+from aos_drivers.vehicle.cameras.exposure import CaptureTools, Exposure, VehicleAccess, capture_error, collect_capture
+from aos_drivers.vehicle.cameras.shutter import LostReportError, Shutter
+from aos_drivers.vehicle.telemetry import position_from_e7
+from aos_drivers.vehicle.transaction import ACK_TIMEOUT_S
 from aos_gcs.errors import CaptureError
 from aos_gcs.ports import Capture
 

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from aos_drivers.mavlink.address import PeerAddress
-from aos_drivers.mavlink.framing import FrameParser
-from aos_drivers.mavlink.signing import LinkSigner, Verdict
+from aos_drivers.links.address import PeerAddress
+from aos_drivers.links.framing import FrameParser
+from aos_drivers.links.heartbeat import OUR_COMPONENT_ID
+from aos_drivers.mavlink.signing.signer import LinkSigner, Verdict
 
-OUR_COMPONENT_ID: int = mavlink.MAV_COMP_ID_MISSIONPLANNER
 _MAX_PEERS = 512
 _FORGOTTEN_S = 60.0
 

@@ -11,19 +11,19 @@ from types import MappingProxyType
 import aiohttp
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from aos_drivers.background import BackgroundTasks
 from aos_drivers.frames.fetching import ImageFetcher
-from aos_drivers.mavlink.address import PeerAddress, parse_link
-from aos_drivers.mavlink.background import BackgroundTasks
-from aos_drivers.mavlink.capture import report_receiver
+from aos_drivers.links.address import PeerAddress, parse_link
+from aos_drivers.links.opener import Endpoint, LinkOpener
+from aos_drivers.links.recorder import TlogRecorder, open_recorder
 from aos_drivers.mavlink.component import ComponentSource
-from aos_drivers.mavlink.exposure import CaptureTools, VehicleAccess
-from aos_drivers.mavlink.keyring import Keyring
-from aos_drivers.mavlink.links import Endpoint, LinkOpener
-from aos_drivers.mavlink.options import MavlinkOptions
-from aos_drivers.mavlink.recorder import TlogRecorder, open_recorder
 from aos_drivers.mavlink.session import Event, PacketReceived, Session, VehicleFound
-from aos_drivers.mavlink.vehicle import MavlinkVehicle
-from aos_drivers.mavlink.waiting import Changes
+from aos_drivers.mavlink.signing.keyring import Keyring
+from aos_drivers.options import DriverOptions
+from aos_drivers.vehicle.cameras.exposure import CaptureTools, VehicleAccess
+from aos_drivers.vehicle.cameras.runner import report_receiver
+from aos_drivers.vehicle.mavlink_vehicle import MavlinkVehicle
+from aos_drivers.vehicle.waiting import Changes
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.ports import (
     DriverContext,
@@ -108,13 +108,13 @@ class MavlinkFleet:
 
 @asynccontextmanager
 async def open_mavlink(links: Sequence[str], context: DriverContext) -> AsyncIterator[MavlinkFleet]:
-    """Open the links and yield the fleet (``aos_gcs.ports.Driver``). Its options are those of ``MavlinkOptions``.
+    """Open the links and yield the fleet (``aos_gcs.ports.Driver``). Its options are those of ``DriverOptions``.
 
     Raises:
         ConfigurationError: a link or option cannot be understood, or the log folder or a key cannot be used.
         LinkError: a link cannot be opened.
     """
-    options = MavlinkOptions.parse(context.options)
+    options = DriverOptions.parse(context.options)
     addresses = [parse_link(text) for text in links]
     if not addresses:
         raise ConfigurationError("the mavlink driver needs at least one link, such as udpin://0.0.0.0:14550")

@@ -10,26 +10,17 @@ from types import MappingProxyType
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.frames.settings import CameraPlan
-from aos_drivers.mavlink.address import PeerAddress
-from aos_drivers.mavlink.autopilots import Target, autopilot_of
-from aos_drivers.mavlink.framing import is_signed
-from aos_drivers.mavlink.peers import OUR_COMPONENT_ID, Outgoing, PeerTable
-from aos_drivers.mavlink.record import VehicleRecord
-from aos_drivers.mavlink.signing import LinkSigner, Verdict
-from aos_drivers.mavlink.status_text import notice_severity
+from aos_drivers.links.address import PeerAddress
+from aos_drivers.links.framing import is_signed
+from aos_drivers.links.heartbeat import HEARTBEAT_PERIOD_S, OUR_COMPONENT_ID, is_autopilot_heartbeat, our_heartbeat
+from aos_drivers.mavlink.peers import Outgoing, PeerTable
+from aos_drivers.mavlink.signing.signer import LinkSigner, Verdict
+from aos_drivers.vehicle.autopilots.base import Target
+from aos_drivers.vehicle.autopilots.choice import autopilot_of
+from aos_drivers.vehicle.record import VehicleRecord
+from aos_drivers.vehicle.status_text import notice_severity
 from aos_gcs.ports import Notice, Severity
 
-HEARTBEAT_PERIOD_S = 1.0
-_NO_VEHICLES = frozenset(
-    {
-        mavlink.MAV_TYPE_GCS,
-        mavlink.MAV_TYPE_ANTENNA_TRACKER,
-        mavlink.MAV_TYPE_ONBOARD_CONTROLLER,
-        mavlink.MAV_TYPE_GIMBAL,
-        mavlink.MAV_TYPE_ADSB,
-        mavlink.MAV_TYPE_CAMERA,
-    }
-)
 _BOOT_TIMED = frozenset({mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT, mavlink.MAVLINK_MSG_ID_ATTITUDE})
 
 _REFUSALS = {
@@ -124,10 +115,7 @@ class Session:
         next_s = self._heartbeat_due_s + HEARTBEAT_PERIOD_S
         self._heartbeat_due_s = next_s if next_s > now_s else now_s + HEARTBEAT_PERIOD_S
         for peer in self._peers.called():
-            message = mavlink.MAVLink_heartbeat_message(
-                mavlink.MAV_TYPE_GCS, mavlink.MAV_AUTOPILOT_INVALID, 0, 0, mavlink.MAV_STATE_ACTIVE, 3
-            )
-            self._peers.send(message, peer)
+            self._peers.send(our_heartbeat(), peer)
 
     def send(self, system_id: int, component_id: int, message: mavlink.MAVLink_message) -> None:
         """Queue a message for one component, at the one address that its route has chosen; never for anybody else."""
@@ -312,15 +300,6 @@ class Session:
             version = float(mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION)
             command = mavlink.MAV_CMD_REQUEST_MESSAGE
             self._peers.send(_command_long(target.system_id, target.component_id, command, version), peer)
-
-
-def is_autopilot_heartbeat(message: mavlink.MAVLink_message) -> bool:
-    """Return whether the message is the heartbeat of something that flies."""
-    return (
-        message.get_msgId() == mavlink.MAVLINK_MSG_ID_HEARTBEAT
-        and message.autopilot != mavlink.MAV_AUTOPILOT_INVALID
-        and message.type not in _NO_VEHICLES
-    )
 
 
 def _command_long(

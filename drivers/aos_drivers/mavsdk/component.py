@@ -8,11 +8,11 @@ from mavsdk.system import System
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.frames.errors import LateFrameError
-from aos_drivers.mavlink.autopilots.base import Target, command_long
-from aos_drivers.mavlink.camera import fov_from_lens
-from aos_drivers.mavlink.exposure import CaptureTools, Exposure, VehicleAccess, capture_error, collect_capture
 from aos_drivers.mavsdk.core import Postman, message_from_direct
 from aos_drivers.mavsdk.telemetry import geodetic
+from aos_drivers.vehicle.autopilots.base import Target, command_long
+from aos_drivers.vehicle.cameras.component_record import fov_from_lens
+from aos_drivers.vehicle.cameras.exposure import CaptureTools, Exposure, VehicleAccess, capture_error, collect_capture
 from aos_gcs.errors import CaptureError
 from aos_gcs.ports import Capture
 

@@ -16,7 +16,7 @@ from mavsdk import Configuration, LogLevel, Mavsdk, log_subscribe
 from mavsdk.plugins.mavlink_direct import MavlinkMessage
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from aos_drivers.mavsdk.wire import OUR_COMPONENT_ID
+from aos_drivers.links.heartbeat import OUR_COMPONENT_ID
 
 _BUFFERED_PACKETS = 4096
 _log = logging.getLogger(__name__)

@@ -13,24 +13,23 @@ from mavsdk.plugins.mavlink_direct import MavlinkDirect
 from mavsdk.system import System
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from aos_drivers.background import BackgroundTasks
 from aos_drivers.frames.fetching import ImageFetcher
-from aos_drivers.mavlink.address import LinkAddress, PeerAddress, parse_link
-from aos_drivers.mavlink.autopilots import Target
-from aos_drivers.mavlink.autopilots.base import command_long
-from aos_drivers.mavlink.background import BackgroundTasks
-from aos_drivers.mavlink.capture import report_receiver
-from aos_drivers.mavlink.exposure import CaptureTools, VehicleAccess
-from aos_drivers.mavlink.links import LinkOpener
-from aos_drivers.mavlink.options import MavlinkOptions
-from aos_drivers.mavlink.record import VehicleRecord
-from aos_drivers.mavlink.recorder import open_recorder
-from aos_drivers.mavlink.session import HEARTBEAT_PERIOD_S, is_autopilot_heartbeat
-from aos_drivers.mavlink.vehicle import MavlinkVehicle
-from aos_drivers.mavlink.waiting import Changes
+from aos_drivers.links.address import LinkAddress, PeerAddress, parse_link
+from aos_drivers.links.heartbeat import HEARTBEAT_PERIOD_S, is_autopilot_heartbeat
+from aos_drivers.links.opener import LinkOpener
+from aos_drivers.links.recorder import open_recorder
 from aos_drivers.mavsdk.component import ComponentSource
 from aos_drivers.mavsdk.core import Postman, direct_from_message, open_core
 from aos_drivers.mavsdk.telemetry import TelemetryFeed
 from aos_drivers.mavsdk.wire import ANY_COMPONENT, Wire
+from aos_drivers.options import DriverOptions
+from aos_drivers.vehicle.autopilots.base import Target, command_long
+from aos_drivers.vehicle.cameras.exposure import CaptureTools, VehicleAccess
+from aos_drivers.vehicle.cameras.runner import report_receiver
+from aos_drivers.vehicle.mavlink_vehicle import MavlinkVehicle
+from aos_drivers.vehicle.record import VehicleRecord
+from aos_drivers.vehicle.waiting import Changes
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.ports import (
     DriverContext,
@@ -197,7 +196,7 @@ async def open_mavsdk(links: Sequence[str], context: DriverContext) -> AsyncIter
         ConfigurationError: a link or option cannot be understood, or the log folder cannot be written.
         LinkError: a link cannot be opened.
     """
-    options = MavlinkOptions.parse(context.options)
+    options = DriverOptions.parse(context.options)
     addresses = [_unsigned(parse_link(text)) for text in links]
     if not addresses:
         raise ConfigurationError("the mavsdk driver needs at least one link, such as udpin://0.0.0.0:14550")

@@ -10,10 +10,10 @@ from mavsdk.plugins.mavlink_direct import MavlinkDirect, MavlinkMessage
 from mavsdk.system import System
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from aos_drivers.mavlink.autopilots import autopilot_of
-from aos_drivers.mavlink.record import VehicleRecord
-from aos_drivers.mavlink.status_text import notice_severity
 from aos_drivers.mavsdk.core import Postman, message_from_direct
+from aos_drivers.vehicle.autopilots.choice import autopilot_of
+from aos_drivers.vehicle.record import VehicleRecord
+from aos_drivers.vehicle.status_text import notice_severity
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.ports import Clock, LandedState, Notice
 

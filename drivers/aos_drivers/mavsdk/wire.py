@@ -6,12 +6,12 @@ from collections.abc import Callable
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from aos_drivers.mavlink.address import PeerAddress
-from aos_drivers.mavlink.autopilots import Target
-from aos_drivers.mavlink.framing import FrameParser
-from aos_drivers.mavlink.links import Endpoint
+from aos_drivers.links.address import PeerAddress
+from aos_drivers.links.framing import FrameParser
+from aos_drivers.links.heartbeat import OUR_COMPONENT_ID, our_heartbeat
+from aos_drivers.links.opener import Endpoint
+from aos_drivers.vehicle.autopilots.base import Target
 
-OUR_COMPONENT_ID: int = mavlink.MAV_COMP_ID_MISSIONPLANNER
 ANY_COMPONENT: int = mavlink.MAV_COMP_ID_ALL
 _MAX_PEERS = 512
 
@@ -96,10 +96,7 @@ class Wire:
         """Send our heartbeat, once to each address that carries a vehicle or that we call."""
         for peer, entry in self._peers.items():
             if entry.is_called:
-                heartbeat = mavlink.MAVLink_heartbeat_message(
-                    mavlink.MAV_TYPE_GCS, mavlink.MAV_AUTOPILOT_INVALID, 0, 0, mavlink.MAV_STATE_ACTIVE, 3
-                )
-                self._send_to(peer, heartbeat)
+                self._send_to(peer, our_heartbeat())
 
     def _send_to(self, peer: PeerAddress, message: mavlink.MAVLink_message) -> None:
         """Pack anew: every address has its own sequence numbers, or vehicles would count the gaps as losses."""

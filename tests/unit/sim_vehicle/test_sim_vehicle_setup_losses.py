@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from aos_drivers.mavlink.autopilots import Target
-from aos_drivers.mavlink.conversation import Conversation
-from aos_drivers.mavlink.fence_items import items_of, polygons_of
-from aos_drivers.mavlink.fence_transfer import FenceDownload, FenceUpload
-from aos_drivers.mavlink.parameter_transfer import ParameterRead, ParameterWrite
-from aos_drivers.mavlink.parameters import Parameter, ParameterEncoding
+from aos_drivers.vehicle.autopilots.base import Target
+from aos_drivers.vehicle.conversation import Conversation
+from aos_drivers.vehicle.fence.items import items_of, polygons_of
+from aos_drivers.vehicle.fence.transfer import FenceDownload, FenceUpload
+from aos_drivers.vehicle.parameters.encoding import Parameter, ParameterEncoding
+from aos_drivers.vehicle.parameters.transfer import ParameterRead, ParameterWrite
 from aos_gcs.ports import Geofence
 
 TARGET, OURS = Target(7, 1), 254

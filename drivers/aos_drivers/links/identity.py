@@ -1,0 +1,158 @@
+"""Whether the addresses that one system id is heard from lead to one vehicle or to two."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from aos_drivers.links.address import PeerAddress
+
+MEMORY_S = 10.0
+"""Addresses heard within this time are taken to be in use."""
+GRACE_S = 3.0
+"""How long a new address may remain unproven before it counts as that of a second vehicle."""
+_RETURNS = 2
+"""One return to the former address may be a late packet, two are two senders."""
+_PROOFS = 3
+"""So many packets that came from both addresses prove that these lead to one vehicle."""
+_QUESTIONS = 5
+_QUESTION_PAUSE_S = 1.0
+_REBOOT_MARGIN_MS = 2000
+_SAME_BOOT_S = 3.0
+"""Moments of boot, as seen over two links of one vehicle, differ by no more than their delays do."""
+_MAX_ADDRESSES = 8
+
+
+@dataclass(slots=True)
+class _Sighting:
+    heard_at_s: float
+    first_heard_at_s: float
+    uid: bytes | None = None
+    boot_ms: int = 0
+    booted_at_s: float | None = None
+    shared: dict[PeerAddress, int] = field(default_factory=dict)
+    """Packets that came from the other address, too."""
+    questions_left: int = _QUESTIONS
+    question_due_s: float = -math.inf
+
+
+class Identity:
+    """The addresses one system id is heard from. Bounded to eight, the longest silent is forgotten.
+
+    Two addresses lead to one vehicle when the boards behind both have the same identity and started at the same moment
+    (all simulated PX4 have one identity), or when the same packets come from both. Two living addresses without such
+    proof are taken for two vehicles.
+    """
+
+    def __init__(self) -> None:
+        self._last: PeerAddress | None = None
+        self._sightings: dict[PeerAddress, _Sighting] = {}
+        self._returns_at_s: list[float] = []
+        self._clash_until_s = -math.inf
+
+    @property
+    def has_several_addresses(self) -> bool:
+        """Whether packets can arrive twice."""
+        return len(self._sightings) > 1
+
+    def hear(self, address: PeerAddress, now_s: float) -> None:
+        """Note a packet of the autopilot component."""
+        sighting = self._sightings.get(address)
+        if sighting is None:
+            self._sightings[address] = _Sighting(now_s, now_s)
+            if len(self._sightings) > _MAX_ADDRESSES:
+                self._forget_oldest()
+        else:
+            if address != self._last and now_s - sighting.heard_at_s <= MEMORY_S:
+                self._on_return(address, now_s)
+            sighting.heard_at_s = now_s
+        self._last = address
+
+    def hear_twice(self, address: PeerAddress, first: PeerAddress) -> None:
+        """Note a packet from ``address`` that had come from ``first`` before. Pass only such that hold a time."""
+        if first in self._sightings and address in self._sightings:
+            for one, other in ((address, first), (first, address)):
+                shared = self._sightings[one].shared
+                shared[other] = shared.get(other, 0) + 1
+            self._absolve()
+
+    def hear_uid(self, address: PeerAddress, uid: bytes, now_s: float) -> None:
+        """Note the board's identity that the sender at ``address`` gave."""
+        if not any(uid):
+            return
+        self._sightings[address].uid = uid
+        recent = {entry.uid for entry in self._sightings.values() if now_s - entry.heard_at_s <= MEMORY_S}
+        if len(recent - {None}) > 1:
+            self._clash_until_s = now_s + MEMORY_S
+        else:
+            self._absolve()
+
+    def hear_boot_time(self, address: PeerAddress, boot_ms: int, now_s: float) -> bool:
+        """Return whether the time since boot shows that the sender at ``address`` has restarted."""
+        sighting = self._sightings[address]
+        has_restarted = boot_ms + _REBOOT_MARGIN_MS < sighting.boot_ms
+        if has_restarted:
+            for other, entry in self._sightings.items():
+                if self.is_same_vehicle(address, other):
+                    entry.boot_ms, entry.booted_at_s = boot_ms, None
+        sighting.boot_ms, sighting.booted_at_s = boot_ms, now_s - boot_ms / 1000
+        return has_restarted
+
+    def is_same_vehicle(self, one: PeerAddress | None, other: PeerAddress | None) -> bool:
+        """Whether both addresses are known to lead to one vehicle."""
+        first = self._sightings.get(one) if one is not None else None
+        second = self._sightings.get(other) if other is not None else None
+        if first is None or second is None or other is None:
+            return False
+        if first.uid is not None and second.uid is not None:
+            return first.uid == second.uid and _started_together(first, second)
+        return one == other or first.shared.get(other, 0) >= _PROOFS
+
+    def is_ambiguous(self, now_s: float) -> bool:
+        """Whether two senders use this id."""
+        return now_s < self._clash_until_s
+
+    def questions(self, now_s: float) -> list[PeerAddress]:
+        """Return the addresses that should be asked for the board's identity now."""
+        living = {key: entry for key, entry in self._sightings.items() if now_s - entry.heard_at_s <= MEMORY_S}
+        if len(living) < 2:
+            return []
+        due = [
+            key
+            for key, entry in living.items()
+            if entry.uid is None and entry.questions_left and now_s >= entry.question_due_s
+        ]
+        for key in due:
+            living[key].questions_left -= 1
+            living[key].question_due_s = now_s + _QUESTION_PAUSE_S
+        return due
+
+    def _forget_oldest(self) -> None:
+        oldest = min(self._sightings, key=lambda key: self._sightings[key].heard_at_s)
+        del self._sightings[oldest]
+        for entry in self._sightings.values():
+            entry.shared.pop(oldest, None)
+
+    def _on_return(self, address: PeerAddress, now_s: float) -> None:
+        if self.is_same_vehicle(address, self._last):
+            return
+        recent = [at_s for at_s in self._returns_at_s if now_s - at_s <= MEMORY_S]
+        self._returns_at_s = [*recent, now_s][-_RETURNS:]
+        known_for_s = now_s - max(
+            self._sightings[key].first_heard_at_s for key in (address, self._last) if key in self._sightings
+        )
+        if len(self._returns_at_s) == _RETURNS and known_for_s >= GRACE_S:
+            self._clash_until_s = now_s + MEMORY_S
+
+    def _absolve(self) -> None:
+        """End the suspicion when all addresses have turned out to lead to one vehicle."""
+        first, *others = self._sightings
+        if all(self.is_same_vehicle(first, other) for other in others):
+            self._returns_at_s = []
+            self._clash_until_s = -math.inf
+
+
+def _started_together(first: _Sighting, second: _Sighting) -> bool:
+    if first.booted_at_s is None or second.booted_at_s is None:
+        return True
+    return abs(first.booted_at_s - second.booted_at_s) <= _SAME_BOOT_S

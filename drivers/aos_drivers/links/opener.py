@@ -1,0 +1,213 @@
+"""Links: UDP, TCP and serial endpoints that hand over bytes with the address they came from."""
+
+from __future__ import annotations
+
+import asyncio
+import errno
+import socket
+from collections.abc import Callable
+from contextlib import AsyncExitStack, suppress
+from typing import Protocol
+
+from aos_drivers.background import BackgroundTasks
+from aos_drivers.links.address import LinkAddress, PeerAddress
+from aos_drivers.links.serial_port import SerialEndpoint, serial_error
+from aos_gcs.errors import LinkError
+from aos_gcs.ports import Clock
+
+_RECEIVE_BUFFER_BYTES = 4 * 1024 * 1024
+_SEND_BUFFER_BYTES = 256 * 1024
+_RECONNECT_PAUSE_S = 2.0
+_CONNECT_TIMEOUT_S = 5.0
+
+
+Receiver = Callable[[bytes, PeerAddress], None]
+
+
+class Endpoint(Protocol):
+    """An open link."""
+
+    def send(self, data: bytes, peer: PeerAddress) -> None:
+        """Send without waiting. Policy when the socket is full: the packet is lost, as on any radio."""
+        ...
+
+
+class UdpEndpoint(asyncio.DatagramProtocol):
+    """A bound (``udpin``) or connected (``udpout``) UDP socket."""
+
+    def __init__(self, link: int, receive: Receiver, is_connected: bool) -> None:
+        self._link = link
+        self._receive = receive
+        self._is_connected = is_connected
+        self._transport: asyncio.DatagramTransport | None = None
+
+    def connection_made(self, transport: asyncio.DatagramTransport) -> None:  # type: ignore[override]
+        """See asyncio."""
+        self._transport = transport
+
+    def datagram_received(self, data: bytes, addr: tuple[str, int]) -> None:
+        """See asyncio."""
+        self._receive(data, PeerAddress(self._link, addr[0], addr[1]))
+
+    def error_received(self, exc: Exception) -> None:
+        """Ignore an unreachable peer: it may not have started yet."""
+
+    def send(self, data: bytes, peer: PeerAddress) -> None:
+        """See Endpoint."""
+        # asyncio's transports have the method; only its abstract class lacks it.
+        if self._transport is not None and self._transport.get_write_buffer_size() < _SEND_BUFFER_BYTES:  # type: ignore[attr-defined]
+            self._transport.sendto(data, None if self._is_connected else (peer.host, peer.port))
+
+
+class TcpEndpoint:
+    """TCP connections of one link, ours (``tcpout``) or those of clients (``tcpin``)."""
+
+    def __init__(self, link: int, receive: Receiver) -> None:
+        self._link = link
+        self._receive = receive
+        self._writers: dict[PeerAddress, asyncio.StreamWriter] = {}
+
+    def send(self, data: bytes, peer: PeerAddress) -> None:
+        """See Endpoint."""
+        writer = self._writers.get(peer)
+        if writer is not None and writer.transport.get_write_buffer_size() < _SEND_BUFFER_BYTES:
+            writer.write(data)
+
+    async def serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        """Hand over what one connection brings until it ends."""
+        host, port = writer.get_extra_info("peername")[:2]
+        peer = PeerAddress(self._link, host, port)
+        self._writers[peer] = writer
+        try:
+            while data := await reader.read(4096):
+                self._receive(data, peer)
+        except OSError:
+            pass  # a broken connection ends like a closed one
+        finally:
+            del self._writers[peer]
+            writer.close()
+
+    def close(self) -> None:
+        """Close all connections."""
+        for writer in self._writers.values():
+            writer.close()
+
+
+class LinkOpener:
+    """Opens links into an exit stack; their background work runs in ``tasks``."""
+
+    def __init__(
+        self,
+        stack: AsyncExitStack,
+        tasks: BackgroundTasks,
+        clock: Clock,
+        receive: Receiver,
+        on_change: Callable[[str], None],
+    ) -> None:
+        """``on_change`` takes a sentence when a connection or device is lost or comes back."""
+        self._stack = stack
+        self._tasks = tasks
+        self._clock = clock
+        self._receive = receive
+        self._on_change = on_change
+
+    async def open(self, link: int, address: LinkAddress) -> tuple[Endpoint, PeerAddress | None]:
+        """Return the endpoint and, for links that call out, its peer.
+
+        Raises:
+            LinkError: the socket cannot be opened.
+        """
+        if address.kind == "serial":
+            return self._open_serial(link, address)
+        try:
+            if address.kind.startswith("udp"):
+                return await self._open_udp(link, address)
+            if address.kind == "tcpout":
+                return await self._open_tcp_client(link, address)
+            return await self._open_tcp_server(link, address)
+        except TimeoutError:
+            raise LinkError(f"{address.text} does not answer: check address and network") from None
+        except OSError as error:
+            raise _link_error(address, error) from error
+
+    async def _open_udp(self, link: int, address: LinkAddress) -> tuple[Endpoint, PeerAddress | None]:
+        loop = asyncio.get_running_loop()
+        where = (address.host, address.port)
+        is_connected = address.kind == "udpout"
+        transport, endpoint = await loop.create_datagram_endpoint(
+            lambda: UdpEndpoint(link, self._receive, is_connected),
+            local_addr=None if is_connected else where,
+            remote_addr=where if is_connected else None,
+        )
+        self._stack.callback(transport.close)
+        transport.get_extra_info("socket").setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _RECEIVE_BUFFER_BYTES)
+        if not is_connected:
+            return endpoint, None
+        host, port = transport.get_extra_info("peername")[:2]
+        return endpoint, PeerAddress(link, host, port)
+
+    def _open_serial(self, link: int, address: LinkAddress) -> tuple[Endpoint, PeerAddress]:
+        endpoint = SerialEndpoint(link, address, self._receive)
+        try:
+            endpoint.open()
+        except OSError as error:
+            raise serial_error(address, error) from error
+        self._stack.callback(endpoint.close)
+        self._tasks.start(self._keep_open(endpoint, address))
+        return endpoint, endpoint.peer
+
+    async def _keep_open(self, endpoint: SerialEndpoint, address: LinkAddress) -> None:
+        while True:
+            await endpoint.wait_until_lost()
+            self._on_change(f"{address.text} has been lost and is opened again")
+            while not await self._reopen(endpoint):
+                pass
+            self._on_change(f"{address.text} is open again")
+
+    async def _reopen(self, endpoint: SerialEndpoint) -> bool:
+        await self._clock.sleep(_RECONNECT_PAUSE_S)
+        try:
+            endpoint.open()
+        except OSError:
+            return False
+        return True
+
+    async def _open_tcp_server(self, link: int, address: LinkAddress) -> tuple[Endpoint, None]:
+        endpoint = TcpEndpoint(link, self._receive)
+        server = await asyncio.start_server(endpoint.serve, address.host, address.port)
+        self._stack.callback(server.close)
+        self._stack.callback(endpoint.close)
+        return endpoint, None
+
+    async def _open_tcp_client(self, link: int, address: LinkAddress) -> tuple[Endpoint, PeerAddress]:
+        endpoint = TcpEndpoint(link, self._receive)
+        async with asyncio.timeout(_CONNECT_TIMEOUT_S):
+            reader, writer = await asyncio.open_connection(address.host, address.port)
+        host, port = writer.get_extra_info("peername")[:2]
+        self._stack.callback(endpoint.close)
+        self._tasks.start(self._keep_connected(endpoint, address, reader, writer))
+        return endpoint, PeerAddress(link, host, port)
+
+    async def _keep_connected(
+        self, endpoint: TcpEndpoint, address: LinkAddress, reader: asyncio.StreamReader, writer: asyncio.StreamWriter
+    ) -> None:
+        while True:
+            await endpoint.serve(reader, writer)
+            self._on_change(f"{address.text} has been lost and is opened again")
+            reader, writer = await self._reconnect(address)
+            self._on_change(f"{address.text} is open again")
+
+    async def _reconnect(self, address: LinkAddress) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
+        while True:
+            await self._clock.sleep(_RECONNECT_PAUSE_S)
+            with suppress(OSError):
+                async with asyncio.timeout(_CONNECT_TIMEOUT_S):
+                    return await asyncio.open_connection(address.host, address.port)
+
+
+def _link_error(address: LinkAddress, error: OSError) -> LinkError:
+    if error.errno == errno.EADDRINUSE:
+        return LinkError(
+            f"port {address.port} is in use: stop the other ground station or choose another port ({address.text})"
+        )
+    return LinkError(f"{address.text} cannot be opened: {error.strerror or error}")

@@ -1,0 +1,140 @@
+"""The command ``aos-gcs doctor``: listen on links for a while and tell what is wrong with them."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import Sequence
+from contextlib import AsyncExitStack
+from dataclasses import asdict
+from typing import Annotated
+
+import typer
+
+from aos_drivers.background import BackgroundTasks
+from aos_drivers.links.address import LinkAddress, PeerAddress, parse_link
+from aos_drivers.links.opener import Endpoint, LinkOpener
+from aos_drivers.mavlink.doctor.diagnosis import POSITION_HZ, Examination, Finding, Level, diagnose
+from aos_drivers.mavlink.doctor.survey import Survey
+from aos_drivers.mavlink.session import Session
+from aos_drivers.mavlink.signing.keyring import Keyring
+from aos_gcs.clock import LoopClock
+from aos_gcs.errors import LinkError
+from aos_gcs.ports import Clock
+
+_TICK_S = 0.1
+_USUAL_PORTS = (14550, 14540, 14551, 14555, 14445)
+_EXIT_PROBLEMS = 1
+_MARKS = {Level.OK: "ok      ", Level.HINT: "hint    ", Level.PROBLEM: "PROBLEM "}
+
+
+def doctor(
+    links: Annotated[list[str], typer.Argument(help="Links as in [link] urls, such as udpin://0.0.0.0:14550.")],
+    seconds: Annotated[float, typer.Option(min=4.0, max=600.0, help="How long to listen.")] = 12.0,
+    system_id: Annotated[int, typer.Option(min=1, max=255, help="Our own MAVLink system id.")] = 254,
+    as_json: Annotated[bool, typer.Option("--json", help="Write the findings as JSON.")] = False,
+) -> None:
+    """Tell what is wrong with a connection to vehicles. Exit code 0: healthy, 1: problems, 2: cannot listen.
+
+    Speaks like a mission does (heartbeats, requests for messages) but sends no commands that move anything.
+    """
+    addresses = [parse_link(text) for text in links]
+    findings = asyncio.run(_examine_now(addresses, system_id, seconds))
+    typer.echo(_as_json(findings) if as_json else _as_text(findings, seconds))
+    if any(finding.level is Level.PROBLEM for finding in findings):
+        raise typer.Exit(_EXIT_PROBLEMS)
+
+
+async def _examine_now(addresses: Sequence[LinkAddress], system_id: int, duration_s: float) -> list[Finding]:
+    return diagnose(await examine(addresses, system_id, duration_s, LoopClock()))
+
+
+class _Listener:
+    """Hands what arrives to the survey and to a session like that of a mission, and sends what the latter says."""
+
+    def __init__(self, session: Session, survey: Survey, clock: Clock) -> None:
+        self._session = session
+        self._survey = survey
+        self._clock = clock
+        self.endpoints: dict[int, Endpoint] = {}
+
+    def receive(self, data: bytes, peer: PeerAddress) -> None:
+        self._survey.feed(data, peer, self._clock.now_s())
+        self._session.feed(data, peer, self._clock.now_s())
+        self._flush()
+
+    async def listen(self, until_s: float) -> None:
+        while (now_s := self._clock.now_s()) < until_s:
+            self._session.poll(now_s)
+            if self._session.is_heartbeat_due(now_s):
+                self._session.send_heartbeat(now_s)
+            self._flush()
+            await self._clock.sleep(_TICK_S)
+
+    def _flush(self) -> None:
+        for outgoing in self._session.take_outgoing():
+            if outgoing.peer.link in self.endpoints:
+                self.endpoints[outgoing.peer.link].send(outgoing.packet, outgoing.peer)
+
+
+async def examine(addresses: Sequence[LinkAddress], system_id: int, duration_s: float, clock: Clock) -> Examination:
+    """Listen for ``duration_s``; the rates of messages are those of the second half, after they have been requested.
+
+    Raises:
+        ConfigurationError: a key cannot be used.
+        LinkError: a link cannot be opened.
+    """
+    async with AsyncExitStack() as stack:
+        keyring = await asyncio.to_thread(Keyring, addresses, clock)
+        stack.push_async_callback(asyncio.to_thread, keyring.close)
+        session = Session(system_id, POSITION_HZ, keyring.signers)
+        survey = Survey({link: signer.with_empty_memory() for link, signer in keyring.signers.items()})
+        listener = _Listener(session, survey, clock)
+        tasks = await stack.enter_async_context(BackgroundTasks(_ignore))
+        opener = LinkOpener(stack, tasks, clock, listener.receive, _ignore)
+        for link, address in enumerate(addresses):
+            endpoint, peer = await opener.open(link, address)
+            listener.endpoints[link] = endpoint
+            if peer is not None:
+                session.add_peer(peer)
+        elsewhere = await _listen_elsewhere(stack, tasks, addresses, clock)
+        start_s = clock.now_s()
+        await listener.listen(start_s + duration_s / 2)
+        survey.start_rates(clock.now_s())
+        await listener.listen(start_s + duration_s)
+        ports = sorted({_USUAL_PORTS[sender.peer.link] for sender in elsewhere.senders})
+        return Examination(addresses, system_id, survey, session.records, ports, clock.now_s())
+
+
+async def _listen_elsewhere(
+    stack: AsyncExitStack, tasks: BackgroundTasks, addresses: Sequence[LinkAddress], clock: Clock
+) -> Survey:
+    """Listen on the usual ports that are free, where vehicles may have been told to send to."""
+    survey = Survey({})
+    hosts = [address.host for address in addresses if address.kind == "udpin"]
+    taken = {address.port for address in addresses}
+    opener = LinkOpener(stack, tasks, clock, lambda data, peer: survey.feed(data, peer, clock.now_s()), _ignore)
+    for number, port in enumerate(_USUAL_PORTS):
+        if hosts and port not in taken:
+            try:
+                await opener.open(number, LinkAddress("udpin", hosts[0], port, f"udpin://{hosts[0]}:{port}"))
+            except LinkError:
+                continue  # in use by another program, which then is where its packets go
+    return survey
+
+
+def _ignore(_event: object) -> None:
+    """Changes of the links show in what arrives."""
+
+
+def _as_text(findings: Sequence[Finding], seconds: float) -> str:
+    lines = [f"Listened for {seconds:g} s."]
+    lines += [f"{_MARKS[finding.level]}{finding.text}" for finding in findings]
+    problems = sum(finding.level is Level.PROBLEM for finding in findings)
+    lines.append("Nothing is wrong." if not problems else f"Problems found: {problems}.")
+    return "\n".join(lines)
+
+
+def _as_json(findings: Sequence[Finding]) -> str:
+    is_healthy = all(finding.level is not Level.PROBLEM for finding in findings)
+    return json.dumps({"healthy": is_healthy, "findings": [asdict(finding) for finding in findings]}, indent=2)

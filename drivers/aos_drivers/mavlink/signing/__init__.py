@@ -1,0 +1,1 @@
+"""Signatures of MAVLink 2: keys on disk, keys per link, signing and checking packets."""

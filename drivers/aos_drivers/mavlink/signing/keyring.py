@@ -1,0 +1,67 @@
+"""The keys of all links, and the regular note on disk of the time up to which they have been used."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from types import MappingProxyType
+
+from aos_drivers.links.address import LinkAddress
+from aos_drivers.mavlink.signing.key_file import read_key, read_ticks, time_file_of, write_ticks
+from aos_drivers.mavlink.signing.signer import TICKS_PER_S, LinkSigner, SigningClock
+from aos_gcs.errors import ConfigurationError
+from aos_gcs.ports import Clock
+
+_STORE_PERIOD_S = 5.0
+_LEAD_TICKS = round(2 * _STORE_PERIOD_S * TICKS_PER_S)
+"""Noted in advance, so that a crash never leads to times that have been used."""
+
+
+class Keyring:
+    """The signers of the links that have a key. Links with the same key file share its clock."""
+
+    def __init__(self, addresses: Sequence[LinkAddress], clock: Clock) -> None:
+        """Read the keys and note their times; waits for the disk.
+
+        Raises:
+            ConfigurationError: a key cannot be used, or its time cannot be noted beside it.
+        """
+        self._clock = clock
+        self._clocks: dict[Path, SigningClock] = {}
+        self._lock = threading.Lock()
+        signers: dict[int, LinkSigner] = {}
+        for link, address in enumerate(addresses):
+            if address.signing is not None:
+                path = address.signing.key_file
+                key = read_key(path)
+                if path not in self._clocks:
+                    self._clocks[path] = SigningClock(clock.utc_s, read_ticks(time_file_of(path)))
+                signers[link] = LinkSigner(link, key, self._clocks[path], address.signing.accepts_unsigned)
+        self.signers: Mapping[int, LinkSigner] = MappingProxyType(signers)
+        """By number of the link."""
+        try:
+            self._store(_LEAD_TICKS)
+        except OSError as error:
+            raise ConfigurationError(
+                f"{error.filename} cannot be written: {error.strerror}; the time of a key is noted beside it"
+            ) from error
+
+    async def run(self) -> None:
+        """Note the times until cancelled. A full disk is of no consequence before the next start."""
+        while self._clocks:
+            await self._clock.sleep(_STORE_PERIOD_S)
+            with suppress(OSError):
+                await asyncio.to_thread(self._store, _LEAD_TICKS)
+
+    def close(self) -> None:
+        """Note the last time that was used; waits for the disk."""
+        with suppress(OSError):
+            self._store(0)
+
+    def _store(self, lead_ticks: int) -> None:
+        with self._lock:
+            for path, clock in self._clocks.items():
+                write_ticks(time_file_of(path), clock.now_ticks() + lead_ticks)

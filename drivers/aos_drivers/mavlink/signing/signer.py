@@ -1,0 +1,120 @@
+"""MAVLink 2 signing (https://mavlink.io/en/guide/message_signing.html), without I/O.
+
+pymavlink signs what we send. What we receive is verified here: unlike pymavlink's own check, a forged packet moves no
+state, and the memory of senders is bounded.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+from collections.abc import Callable
+from enum import Enum, auto
+
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from aos_drivers.links.framing import is_signed
+
+KEY_BYTES = 32
+_EPOCH_UTC_S = 1_420_070_400
+"""2015-01-01, from which signatures count time."""
+TICKS_PER_S = 100_000
+_NEW_STREAM_TICKS = 60 * TICKS_PER_S
+"""How far behind our time the first packet of a sender may be."""
+_SIGNATURE_BYTES = 6
+_STAMP_BYTES = 6
+_MAX_STREAMS = 4096
+
+
+class Verdict(Enum):
+    """What a packet's signature is worth."""
+
+    GOOD = auto()
+    UNSIGNED = auto()
+    WRONG_KEY = auto()
+    REPLAYED = auto()
+    """Signed with our key, but not newer than what came before or, for a new sender, late by more than a minute."""
+
+
+def ticks_of(utc_s: float) -> int:
+    """Return the signature time (10 microseconds since 2015) of seconds since the Unix epoch."""
+    return max(0, round((utc_s - _EPOCH_UTC_S) * TICKS_PER_S))
+
+
+class SigningClock:
+    """Signature times, which must never run backwards: not when the computer's clock does, nor over restarts."""
+
+    def __init__(self, utc_s: Callable[[], float], at_least_ticks: int) -> None:
+        """Take the clock and the time up to which an earlier run may have signed."""
+        self._utc_s = utc_s
+        self.latest_ticks = at_least_ticks
+
+    def next_ticks(self) -> int:
+        """Return the time for the next packet, later than all before."""
+        self.latest_ticks = max(self.latest_ticks + 1, ticks_of(self._utc_s()))
+        return self.latest_ticks
+
+    def now_ticks(self) -> int:
+        """Return the present time."""
+        return max(self.latest_ticks, ticks_of(self._utc_s()))
+
+    def advance(self, ticks: int) -> None:
+        """Go on from the time of somebody with the same key, whose clock is ahead of ours."""
+        self.latest_ticks = max(self.latest_ticks, ticks)
+
+
+class LinkSigner:
+    """The signing of one link: one key, and a memory of the senders heard on it.
+
+    Bounded to 4096 senders; one that was forgotten has to be up to date within a minute, like a new one.
+    """
+
+    def __init__(self, link: int, key: bytes, clock: SigningClock, accepts_unsigned: bool) -> None:
+        self._link_id = link % 256
+        self._key = key
+        self._clock = clock
+        self._accepts_unsigned = accepts_unsigned
+        self._latest_ticks: dict[tuple[int, int, int], int] = {}
+        self.counts = dict.fromkeys(Verdict, 0)
+        """Packets received, by verdict."""
+
+    def with_empty_memory(self) -> LinkSigner:
+        """Return another signer of the same link that has heard nobody yet."""
+        return LinkSigner(self._link_id, self._key, self._clock, self._accepts_unsigned)
+
+    def prepare(self, encoder: mavlink.MAVLink) -> None:
+        """Let ``encoder`` sign the next packet."""
+        signing = encoder.signing
+        signing.secret_key, signing.link_id, signing.sign_outgoing = self._key, self._link_id, True
+        signing.timestamp = self._clock.next_ticks()
+
+    def judge(self, message: mavlink.MAVLink_message) -> Verdict:
+        """Return, and count, what the signature of a packet is worth."""
+        verdict = self.verify(bytes(message.get_msgbuf()), (message.get_srcSystem(), message.get_srcComponent()))
+        self.counts[verdict] += 1
+        return verdict
+
+    def accepts(self, verdict: Verdict, message: mavlink.MAVLink_message) -> bool:
+        """Whether the packet may be used. The radios of a link put in their own state, and have no key."""
+        is_radio = message.get_msgId() == mavlink.MAVLINK_MSG_ID_RADIO_STATUS
+        return verdict is Verdict.GOOD or (verdict is Verdict.UNSIGNED and (self._accepts_unsigned or is_radio))
+
+    def verify(self, packet: bytes, sender: tuple[int, int]) -> Verdict:
+        """Return what the signature of a packet from ``sender`` (system, component) is worth."""
+        if not is_signed(packet):
+            return Verdict.UNSIGNED
+        body, signature = packet[:-_SIGNATURE_BYTES], packet[-_SIGNATURE_BYTES:]
+        if not hmac.compare_digest(hashlib.sha256(self._key + body).digest()[:_SIGNATURE_BYTES], signature):
+            return Verdict.WRONG_KEY
+        ticks = int.from_bytes(body[-_STAMP_BYTES:], "little")
+        stream = (body[-_STAMP_BYTES - 1], *sender)
+        latest = self._latest_ticks.get(stream)
+        oldest = self._clock.now_ticks() - _NEW_STREAM_TICKS if latest is None else latest + 1
+        if ticks < oldest:
+            return Verdict.REPLAYED
+        self._latest_ticks.pop(stream, None)  # the latest sender stands last
+        self._latest_ticks[stream] = ticks
+        if len(self._latest_ticks) > _MAX_STREAMS:
+            del self._latest_ticks[next(iter(self._latest_ticks))]
+        self._clock.advance(ticks)
+        return Verdict.GOOD

@@ -1,0 +1,1 @@
+"""Dialects of the autopilots: one class each for commands, one each for settings."""

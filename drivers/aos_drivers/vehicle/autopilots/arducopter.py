@@ -1,0 +1,102 @@
+"""ArduCopter."""
+
+from __future__ import annotations
+
+import math
+from typing import ClassVar
+
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from aos_drivers.vehicle.autopilots.arducopter_setup import ArduCopterSetup
+from aos_drivers.vehicle.autopilots.base import (
+    REPEAT_S,
+    MulticopterAutopilot,
+    Step,
+    Target,
+    command_long,
+    has_position_and_home,
+    reposition,
+)
+from aos_drivers.vehicle.autopilots.goto import TargetTakenOver
+from aos_drivers.vehicle.telemetry import Telemetry
+from aos_drivers.vehicle.transaction import CommandMessage
+from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.ports import FlightMode, Goto
+
+_MODES: dict[int, FlightMode] = {
+    mavlink.COPTER_MODE_GUIDED: FlightMode.GUIDED,
+    mavlink.COPTER_MODE_GUIDED_NOGPS: FlightMode.GUIDED,
+    mavlink.COPTER_MODE_BRAKE: FlightMode.HOLD,
+    mavlink.COPTER_MODE_LOITER: FlightMode.HOLD,
+    mavlink.COPTER_MODE_POSHOLD: FlightMode.HOLD,
+    mavlink.COPTER_MODE_AUTO: FlightMode.MISSION,
+    mavlink.COPTER_MODE_RTL: FlightMode.RETURN,
+    mavlink.COPTER_MODE_SMART_RTL: FlightMode.RETURN,
+    mavlink.COPTER_MODE_AUTO_RTL: FlightMode.RETURN,
+    mavlink.COPTER_MODE_LAND: FlightMode.LAND,
+}
+_COMMANDED: dict[FlightMode, tuple[int, str]] = {
+    FlightMode.GUIDED: (mavlink.COPTER_MODE_GUIDED, "GUIDED"),
+    # LOITER would take a missing pilot's throttle for "descend".
+    FlightMode.HOLD: (mavlink.COPTER_MODE_BRAKE, "BRAKE"),
+    FlightMode.RETURN: (mavlink.COPTER_MODE_RTL, "RTL"),
+    FlightMode.LAND: (mavlink.COPTER_MODE_LAND, "LAND"),
+}
+_POSITION_FLAGS = mavlink.EKF_POS_HORIZ_REL | mavlink.EKF_POS_HORIZ_ABS
+
+
+class ArduCopter(MulticopterAutopilot):
+    """ArduCopter 4.1 and newer (DO_REPOSITION)."""
+
+    name = "arducopter"
+    setup = ArduCopterSetup()
+    arming_mode: ClassVar[FlightMode] = FlightMode.GUIDED
+    shutter_report_id = mavlink.MAVLINK_MSG_ID_CAMERA_FEEDBACK
+
+    def mode(self, heartbeat: mavlink.MAVLink_heartbeat_message) -> tuple[FlightMode, str]:
+        """See the base class."""
+        entry = mavlink.enums["COPTER_MODE"].get(heartbeat.custom_mode)
+        name = str(entry.name).removeprefix("COPTER_MODE_") if entry is not None else f"mode {heartbeat.custom_mode}"
+        fallback = FlightMode.MANUAL if entry is not None else FlightMode.UNKNOWN
+        return _MODES.get(heartbeat.custom_mode, fallback), name
+
+    def is_ready(self, telemetry: Telemetry, now_s: float) -> bool | None:
+        """See the base class. The pre-arm bit alone is not enough: in STABILIZE it needs no position."""
+        if telemetry.prearm_healthy is None or telemetry.ekf_flags is None:
+            return None
+        has_ekf = telemetry.ekf_flags & _POSITION_FLAGS == _POSITION_FLAGS
+        is_constant = bool(telemetry.ekf_flags & mavlink.EKF_CONST_POS_MODE)
+        return telemetry.prearm_healthy and has_ekf and not is_constant and has_position_and_home(telemetry, now_s)
+
+    def stream_rates_hz(self, position_hz: float) -> dict[int, float]:
+        """See the base class."""
+        return {**super().stream_rates_hz(position_hz), mavlink.MAVLINK_MSG_ID_EKF_STATUS_REPORT: 1.0}
+
+    def set_mode(self, mode: FlightMode, target: Target) -> Step:
+        """See the base class."""
+        number, name = _COMMANDED[mode]
+        flag = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
+        message = command_long(target, mavlink.MAV_CMD_DO_SET_MODE, flag, number)
+        return Step(f"enter {name}", message, lambda state, _now_s: state.mode is mode, REPEAT_S)
+
+    def takeoff(self, height_above_home_m: float, target: Target, home: GeodeticPosition) -> CommandMessage:
+        """See the base class. ArduCopter takes the height relative to home."""
+        del home
+        nan = math.nan
+        return command_long(target, mavlink.MAV_CMD_NAV_TAKEOFF, 0.0, 0.0, 0.0, nan, 0.0, 0.0, height_above_home_m)
+
+    def goto(self, command: Goto, target: Target, telemetry: Telemetry, now_s: float) -> list[Step]:
+        """See the base class.
+
+        ArduCopter ignores the speed of DO_REPOSITION and takes the one of WPNAV_SPEED whenever it enters GUIDED, so the
+        speed comes afterwards. What it acknowledges it has taken over: its own target is not needed as evidence, and
+        that of 4.7-dev (September 2025) is a hundred times too near to its origin.
+        """
+        taken_over = TargetTakenOver(command.position, telemetry, now_s, is_echo_reliable=False)
+        change_speed = command_long(
+            target, mavlink.MAV_CMD_DO_CHANGE_SPEED, mavlink.SPEED_TYPE_GROUNDSPEED, command.speed_mps, -1.0
+        )
+        return [
+            Step("goto", reposition(command, target), taken_over, REPEAT_S, needs_acceptance=True),
+            Step("change its speed", change_speed, lambda _state, _now_s: True, needs_acceptance=True),
+        ]

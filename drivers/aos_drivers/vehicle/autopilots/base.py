@@ -1,0 +1,229 @@
+"""What the driver asks of an autopilot, and what multicopters have in common."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from aos_drivers.vehicle.autopilots.goto import TargetTakenOver, goto_refusal
+from aos_drivers.vehicle.autopilots.setup import Setup
+from aos_drivers.vehicle.telemetry import Telemetry
+from aos_drivers.vehicle.transaction import CommandMessage
+from aos_gcs.errors import CommandRefusedError
+from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.ports import (
+    Arm,
+    Command,
+    Disarm,
+    FlightMode,
+    Goto,
+    Hold,
+    Land,
+    LandedState,
+    ReturnToLaunch,
+    Takeoff,
+)
+
+HEIGHT_TOLERANCE_M = 1.0
+REPEAT_S = 2.0
+"""An accepted goto or mode is sent again while telemetry does not show it: the answer may have been to an older one."""
+_FRESH_S = 3.0
+_MODE_OF: Mapping[type[Command], FlightMode] = {
+    ReturnToLaunch: FlightMode.RETURN,
+    Land: FlightMode.LAND,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """The component that commands go to."""
+
+    system_id: int
+    component_id: int
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One command message and how telemetry shows its effect."""
+
+    name: str
+    """For messages to the user: "enter GUIDED"."""
+    message: CommandMessage
+    is_done: Callable[[Telemetry, float], bool]
+    """Asked with the telemetry and the time, again and again."""
+    repeat_s: float = math.inf
+    """Send again this long after the acceptance, while not done."""
+    needs_acceptance: bool = False
+    """Whether what telemetry shows counts only once the command has been accepted."""
+
+
+class Autopilot(ABC):
+    """The quirks of one autopilot. Holds no state: one instance serves all its vehicles."""
+
+    name: ClassVar[str]
+    shutter_report_id: ClassVar[int] = mavlink.MAVLINK_MSG_ID_CAMERA_IMAGE_CAPTURED
+    """By which it tells of an image of its own camera."""
+    quiet_message_ids: ClassVar[tuple[int, ...]] = ()
+    """Streams that are on by default and that we do not want."""
+    setup: ClassVar[Setup | None] = None
+    """The meaning of its parameters; None where they are not known."""
+
+    @abstractmethod
+    def mode(self, heartbeat: mavlink.MAVLink_heartbeat_message) -> tuple[FlightMode, str]:
+        """Return the mode across autopilots and the autopilot's own name of it."""
+
+    @abstractmethod
+    def is_ready(self, telemetry: Telemetry, now_s: float) -> bool | None:
+        """Return whether arming is possible; None while the autopilot has not said."""
+
+    @abstractmethod
+    def steps(self, command: Command, target: Target, telemetry: Telemetry, now_s: float) -> list[Step]:
+        """Return what to send, in order.
+
+        Raises:
+            CommandRefusedError: the command must not be sent.
+        """
+
+    def shutter_command(self, target: Target) -> CommandMessage:
+        """Return the command by which it has its own camera take one image."""
+        return command_long(target, mavlink.MAV_CMD_IMAGE_START_CAPTURE, 0.0, 0.0, 1.0)
+
+    def stream_rates_hz(self, position_hz: float) -> Mapping[int, float]:
+        """Return the wanted rate of each message, in the order in which they are asked for; 0 switches one off.
+
+        What autopilots send many times a second by themselves comes first: until it is slowed down or switched off it
+        fills a slow link up, and all else waits behind it.
+        """
+        fast = {mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT: position_hz, mavlink.MAVLINK_MSG_ID_ATTITUDE: 1.0}
+        others = {
+            mavlink.MAVLINK_MSG_ID_POSITION_TARGET_GLOBAL_INT: 2.0,
+            mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: 2.0,
+            mavlink.MAVLINK_MSG_ID_SYS_STATUS: 1.0,
+            mavlink.MAVLINK_MSG_ID_GPS_RAW_INT: 1.0,
+            mavlink.MAVLINK_MSG_ID_BATTERY_STATUS: 1.0,
+        }
+        return fast | dict.fromkeys(self.quiet_message_ids, 0.0) | others
+
+
+def has_position_and_home(telemetry: Telemetry, now_s: float) -> bool:
+    """Whether home is known and a 3D fix gives fresh positions."""
+    return (
+        telemetry.home is not None
+        and telemetry.gps_fix is not None
+        and telemetry.gps_fix >= mavlink.GPS_FIX_TYPE_3D_FIX
+        and _is_fresh(telemetry.position_at_s, now_s)
+    )
+
+
+class MulticopterAutopilot(Autopilot):
+    """Commands that PX4 and ArduCopter share."""
+
+    arming_mode: ClassVar[FlightMode]
+    """Where the vehicle has to be when it is armed for us."""
+
+    @abstractmethod
+    def set_mode(self, mode: FlightMode, target: Target) -> Step:
+        """Return the step that enters one of GUIDED, HOLD, RETURN and LAND."""
+
+    def stop(self, target: Target, now_s: float) -> Step:
+        """Return the step that stops the vehicle and has it hold its position."""
+        del now_s
+        return self.set_mode(FlightMode.HOLD, target)
+
+    def goto(self, command: Goto, target: Target, telemetry: Telemetry, now_s: float) -> list[Step]:
+        """Return the steps that have the vehicle fly to a position."""
+        taken_over = TargetTakenOver(command.position, telemetry, now_s)
+        return [Step("goto", reposition(command, target), taken_over, REPEAT_S)]
+
+    @abstractmethod
+    def takeoff(self, height_above_home_m: float, target: Target, home: GeodeticPosition) -> CommandMessage:
+        """Return the command that climbs to a height above home."""
+
+    def steps(self, command: Command, target: Target, telemetry: Telemetry, now_s: float) -> list[Step]:
+        """See the base class."""
+        match command:
+            case Arm():
+                return [*([] if telemetry.armed else self._enter(self.arming_mode, target, telemetry)), _arm(target)]
+            case Disarm():
+                return [_disarm(target, telemetry, now_s)]
+            case Takeoff(height_above_home_m):
+                return self._takeoff_steps(height_above_home_m, target, telemetry)
+            case Goto():
+                refusal = goto_refusal(command, telemetry)
+                if refusal:
+                    raise CommandRefusedError(f"vehicle {target.system_id} cannot go there: {refusal}")
+                return self.goto(command, target, telemetry, now_s)
+            case Hold():
+                return [self.stop(target, now_s)]
+            case ReturnToLaunch() | Land():
+                return [self.set_mode(_MODE_OF[type(command)], target)]
+
+    def _enter(self, mode: FlightMode, target: Target, telemetry: Telemetry) -> list[Step]:
+        return [] if telemetry.mode is mode else [self.set_mode(mode, target)]
+
+    def _takeoff_steps(self, height_above_home_m: float, target: Target, telemetry: Telemetry) -> list[Step]:
+        if not math.isfinite(height_above_home_m) or height_above_home_m <= 0:
+            raise CommandRefusedError(
+                f"a takeoff height of {height_above_home_m} m is impossible: choose one above home"
+            )
+        if not telemetry.armed:
+            raise CommandRefusedError(f"vehicle {target.system_id} is not armed: arm it before takeoff")
+        if telemetry.home is None:
+            raise CommandRefusedError(f"vehicle {target.system_id} has no home position yet: wait for its GPS")
+
+        def is_done(state: Telemetry, _now_s: float) -> bool:
+            height_m = state.height_above_home_m
+            return height_m is not None and abs(height_m - height_above_home_m) <= HEIGHT_TOLERANCE_M
+
+        message = self.takeoff(height_above_home_m, target, telemetry.home)
+        climb = Step(f"take off to {height_above_home_m:.1f} m", message, is_done)
+        return [*self._enter(self.arming_mode, target, telemetry), climb]
+
+
+def command_long(target: Target, command: int, *params: float) -> mavlink.MAVLink_command_long_message:
+    """Return a COMMAND_LONG; parameters not given are 0."""
+    values = [*params, *[0.0] * (7 - len(params))]
+    return mavlink.MAVLink_command_long_message(target.system_id, target.component_id, command, 0, *values)
+
+
+def reposition(command: Goto, target: Target) -> mavlink.MAVLink_command_int_message:
+    """Return the DO_REPOSITION that PX4 and ArduCopter understand alike: with the mode change, above mean sea level."""
+    position = command.position
+    return mavlink.MAVLink_command_int_message(
+        target.system_id,
+        target.component_id,
+        mavlink.MAV_FRAME_GLOBAL_INT,
+        mavlink.MAV_CMD_DO_REPOSITION,
+        0,
+        0,
+        command.speed_mps,
+        mavlink.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE,
+        0.0,
+        math.nan,  # keep the heading
+        round(position.latitude_deg * 1e7),
+        round(position.longitude_deg * 1e7),
+        position.altitude_amsl_m,
+    )
+
+
+def _is_fresh(at_s: float | None, now_s: float) -> bool:
+    return at_s is not None and now_s - at_s <= _FRESH_S
+
+
+def _arm(target: Target) -> Step:
+    message = command_long(target, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1.0)
+    return Step("arm", message, lambda state, _now_s: state.armed)
+
+
+def _disarm(target: Target, telemetry: Telemetry, now_s: float) -> Step:
+    if telemetry.landed is not LandedState.ON_GROUND or not _is_fresh(telemetry.landed_at_s, now_s):
+        raise CommandRefusedError(
+            f"vehicle {target.system_id} does not report that it is on the ground: land it before disarming"
+        )
+    message = command_long(target, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0.0)
+    return Step("disarm", message, lambda state, _now_s: not state.armed)

@@ -1,0 +1,74 @@
+"""When a goto may be sent, and how telemetry shows that it has been taken over."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from aos_drivers.vehicle.telemetry import Telemetry
+from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.ports import Goto, LandedState
+
+TARGET_TOLERANCE_M = 2.0
+"""Autopilots echo a target through their own integers and frames."""
+MOVEMENT_M = 1.0
+ECHO_SILENCE_S = 3.0
+"""Without an echo for so long, movement has to do as evidence."""
+
+
+def goto_refusal(command: Goto, telemetry: Telemetry) -> str | None:
+    """Return why the goto must not be sent, or None."""
+    position = command.position
+    values = (position.latitude_deg, position.longitude_deg, position.altitude_amsl_m)
+    if not all(math.isfinite(value) for value in values):
+        return f"the position {values} is not finite"
+    if abs(position.latitude_deg) > 90 or abs(position.longitude_deg) > 180:
+        return f"{values[:2]} is no latitude and longitude in degrees"
+    if position.latitude_deg == 0 and position.longitude_deg == 0:
+        return "latitude and longitude 0 stand for an unknown position"
+    if not (math.isfinite(command.speed_mps) and command.speed_mps > 0):
+        return f"a speed of {command.speed_mps} m/s is not positive"
+    if not telemetry.armed or telemetry.landed is LandedState.ON_GROUND:
+        return "it is not flying, take off first"
+    return None
+
+
+class TargetTakenOver:
+    """Whether the vehicle flies to ``position``, asked again and again after ``started_s``.
+
+    The autopilot's own target (POSITION_TARGET_GLOBAL_INT) proves it. Otherwise the vehicle has to be there or to come
+    measurably closer, which counts only while no such target is reported, or where it may be a wrong one.
+    """
+
+    def __init__(
+        self, position: GeodeticPosition, telemetry: Telemetry, started_s: float, *, is_echo_reliable: bool = True
+    ) -> None:
+        self._frame = LocalFrame(position)
+        self._started_s = started_s
+        self._is_echo_reliable = is_echo_reliable
+        echo = telemetry.target
+        self._echo_heard_s = echo.at_s if echo is not None and is_echo_reliable else -math.inf
+        self._farthest_m = 0.0 if telemetry.position is None else self._distance_m(telemetry.position)
+
+    def __call__(self, telemetry: Telemetry, now_s: float) -> bool:
+        """Return whether telemetry shows it."""
+        echo = telemetry.target
+        if echo is not None and echo.at_s > self._started_s:
+            is_ours = self._distance_m(echo.position) <= TARGET_TOLERANCE_M
+            if is_ours or self._is_echo_reliable:
+                return is_ours
+        if self._is_echo_reliable and now_s - max(self._started_s, self._echo_heard_s) < ECHO_SILENCE_S:
+            return False
+        return self._comes_closer(telemetry)
+
+    def _comes_closer(self, telemetry: Telemetry) -> bool:
+        position, position_at_s = telemetry.position, telemetry.position_at_s
+        if position is None or position_at_s is None or position_at_s <= self._started_s:
+            return False
+        distance_m = self._distance_m(position)
+        self._farthest_m = max(self._farthest_m, distance_m)  # it may have to turn round first
+        return distance_m <= TARGET_TOLERANCE_M or distance_m <= self._farthest_m - MOVEMENT_M
+
+    def _distance_m(self, position: GeodeticPosition) -> float:
+        return float(np.linalg.norm(self._frame.to_enu(position)))

@@ -1,0 +1,124 @@
+"""PX4 multicopters."""
+
+from __future__ import annotations
+
+import math
+from typing import ClassVar
+
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from aos_drivers.vehicle.autopilots.base import (
+    REPEAT_S,
+    MulticopterAutopilot,
+    Step,
+    Target,
+    command_long,
+    has_position_and_home,
+)
+from aos_drivers.vehicle.autopilots.px4_setup import Px4Setup
+from aos_drivers.vehicle.telemetry import Telemetry
+from aos_drivers.vehicle.transaction import CommandMessage
+from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.ports import FlightMode
+
+_AUTO = 4
+_MAIN_MODES: dict[int, tuple[FlightMode, str]] = {
+    1: (FlightMode.MANUAL, "MANUAL"),
+    2: (FlightMode.MANUAL, "ALTCTL"),
+    3: (FlightMode.MANUAL, "POSCTL"),
+    5: (FlightMode.MANUAL, "ACRO"),
+    6: (FlightMode.GUIDED, "OFFBOARD"),
+    7: (FlightMode.MANUAL, "STABILIZED"),
+}
+_AUTO_MODES: dict[int, tuple[FlightMode, str]] = {
+    1: (FlightMode.HOLD, "AUTO.READY"),
+    2: (FlightMode.TAKEOFF, "AUTO.TAKEOFF"),
+    3: (FlightMode.HOLD, "AUTO.LOITER"),
+    4: (FlightMode.MISSION, "AUTO.MISSION"),
+    5: (FlightMode.RETURN, "AUTO.RTL"),
+    6: (FlightMode.LAND, "AUTO.LAND"),
+    9: (FlightMode.LAND, "AUTO.PRECLAND"),
+}
+_COMMANDED: dict[FlightMode, int] = {FlightMode.HOLD: 3, FlightMode.RETURN: 5, FlightMode.LAND: 6}
+
+STOPPED_MPS = 1.0
+_SETTLING_S = 1.0
+_STOP_REPEAT_S = 1.5
+
+
+class Px4(MulticopterAutopilot):
+    """PX4 1.14 and newer. It flies to our positions in its Hold mode, so GUIDED is never seen."""
+
+    name = "px4"
+    setup = Px4Setup()
+    arming_mode: ClassVar[FlightMode] = FlightMode.HOLD
+    quiet_message_ids = (
+        mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION,
+        mavlink.MAVLINK_MSG_ID_ATTITUDE_TARGET,
+        mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED,
+        mavlink.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED,
+        mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW,
+        mavlink.MAVLINK_MSG_ID_VFR_HUD,
+        mavlink.MAVLINK_MSG_ID_HIGHRES_IMU,
+        mavlink.MAVLINK_MSG_ID_ALTITUDE,
+        mavlink.MAVLINK_MSG_ID_ODOMETRY,
+    )
+
+    def mode(self, heartbeat: mavlink.MAVLink_heartbeat_message) -> tuple[FlightMode, str]:
+        """See the base class."""
+        main, sub = heartbeat.custom_mode >> 16 & 0xFF, heartbeat.custom_mode >> 24 & 0xFF
+        if main == _AUTO:
+            return _AUTO_MODES.get(sub, (FlightMode.UNKNOWN, f"AUTO.{sub}"))
+        return _MAIN_MODES.get(main, (FlightMode.UNKNOWN, f"mode {main}.{sub}"))
+
+    def is_ready(self, telemetry: Telemetry, now_s: float) -> bool | None:
+        """See the base class."""
+        if telemetry.prearm_healthy is None:
+            return None
+        flags = telemetry.estimator_flags
+        has_estimate = flags is None or bool(flags & mavlink.ESTIMATOR_POS_HORIZ_ABS)
+        return telemetry.prearm_healthy and has_estimate and has_position_and_home(telemetry, now_s)
+
+    def stream_rates_hz(self, position_hz: float) -> dict[int, float]:
+        """See the base class."""
+        return {**super().stream_rates_hz(position_hz), mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS: 1.0}
+
+    def shutter_command(self, target: Target) -> CommandMessage:
+        """See the base class. PX4's camera trigger knows the command of the older camera protocol alone."""
+        return command_long(target, mavlink.MAV_CMD_DO_DIGICAM_CONTROL, 0.0, 0.0, 0.0, 0.0, 1.0)
+
+    def set_mode(self, mode: FlightMode, target: Target) -> Step:
+        """See the base class."""
+        flag = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
+        sub = _COMMANDED[mode]
+        message = command_long(target, mavlink.MAV_CMD_DO_SET_MODE, flag, _AUTO, sub)
+        return Step(f"enter {_AUTO_MODES[sub][1]}", message, lambda state, _now_s: state.mode is mode, REPEAT_S)
+
+    def stop(self, target: Target, now_s: float) -> Step:
+        """See the base class.
+
+        On its way to one of our positions PX4 is in its Hold mode already, and entering it again would not stop it. A
+        reposition to "here", NaN in every coordinate, does, from every other mode too. That it does not move proves
+        nothing before it has had the time to follow a goto, whose acknowledgement looks the same.
+        """
+        nan = math.nan
+        flags = float(mavlink.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE)
+        message = command_long(target, mavlink.MAV_CMD_DO_REPOSITION, -1.0, flags, 0.0, nan, nan, nan, nan)
+        settled_at_s = now_s + _SETTLING_S
+
+        def is_done(state: Telemetry, _now_s: float) -> bool:
+            is_recent = state.position_at_s is not None and state.position_at_s >= settled_at_s
+            return is_recent and state.mode is FlightMode.HOLD and _is_slow(state)
+
+        return Step("hold", message, is_done, _STOP_REPEAT_S)
+
+    def takeoff(self, height_above_home_m: float, target: Target, home: GeodeticPosition) -> CommandMessage:
+        """See the base class. PX4 takes every altitude above mean sea level; NaN stands for "here"."""
+        altitude_amsl_m = home.altitude_amsl_m + height_above_home_m
+        nan = math.nan
+        return command_long(target, mavlink.MAV_CMD_NAV_TAKEOFF, 0.0, 0.0, 0.0, nan, nan, nan, altitude_amsl_m)
+
+
+def _is_slow(telemetry: Telemetry) -> bool:
+    velocity_enu_mps = telemetry.velocity_enu_mps
+    return velocity_enu_mps is not None and math.hypot(*velocity_enu_mps) <= STOPPED_MPS

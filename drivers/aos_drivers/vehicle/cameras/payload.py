@@ -1,0 +1,151 @@
+"""What a vehicle's autopilot and gimbal tell about poses and exposures, without I/O."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from aos_drivers.frames.clocks import BootClock, ExposureTime
+from aos_drivers.frames.gimbal import gimbal_attitude
+from aos_drivers.frames.mount import Carrier
+from aos_drivers.frames.settings import CameraSettings
+from aos_drivers.frames.track import Motion, PoseTrack, R_from_yaw_pitch_roll
+from aos_drivers.vehicle.telemetry import position_from_e7
+from aos_gcs.geometry.geodesy import GeodeticPosition
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ShutterReport:
+    """What an autopilot says of one exposure of the camera that it triggers."""
+
+    index: int
+    is_success: bool
+    time: ExposureTime
+    position: GeodeticPosition | None
+    """Of the vehicle at exposure; None where it does not tell."""
+    R_body2ned: NDArray[np.float64] | None
+    """Of the vehicle at exposure, shape (3, 3); None where the message is not clear about whose attitude it gives."""
+
+
+class PayloadRecord:
+    """The motion of one vehicle, its clock and its latest exposure. Survives reboots of the vehicle."""
+
+    def __init__(self) -> None:
+        self.track = PoseTrack()
+        self.clock = BootClock()
+        self.latest_report: ShutterReport | None = None
+        self.reports = 0
+        """How many have arrived: indices start anew with the vehicle."""
+
+    def boot_now_s(self, now_s: float, timesync_offset_s: float | None) -> float | None:
+        """Return the vehicle's time since boot; None before it has told one."""
+        offset_s = self.clock.offset_s(timesync_offset_s)
+        return None if offset_s is None else now_s + offset_s
+
+    def update(
+        self, message: mavlink.MAVLink_message, now_s: float, timesync_offset_s: float | None, *, of_autopilot: bool
+    ) -> None:
+        """Take a message of the vehicle over; most are none of its business."""
+        message_id = message.get_msgId()
+        if message_id == mavlink.MAVLINK_MSG_ID_GIMBAL_DEVICE_ATTITUDE_STATUS:
+            # A gimbal of its own has a clock of its own: its moment is that of arrival.
+            boot_now_s = self.boot_now_s(now_s, timesync_offset_s)
+            at_s = message.time_boot_ms / 1e3 if of_autopilot else boot_now_s
+            if at_s is not None:
+                self._take_gimbal(message, at_s)
+        elif of_autopilot and message_id in _HANDLERS:
+            _HANDLERS[message_id](self, message, now_s)
+        elif of_autopilot and message_id in _REPORTS:
+            boot_now_s = self.boot_now_s(now_s, timesync_offset_s)
+            if boot_now_s is not None:
+                self.latest_report = _REPORTS[message_id](message, self.clock, boot_now_s)
+                self.reports += 1
+
+    def take_position(self, message: mavlink.MAVLink_global_position_int_message, now_s: float) -> None:
+        """Take where the vehicle is and how it moves."""
+        boot_s = message.time_boot_ms / 1e3
+        self.clock.hear_boot(boot_s, now_s)
+        position = position_from_e7(message.lat, message.lon, message.alt / 1000)
+        if position is not None:
+            velocity_enu_mps = (message.vy / 100, message.vx / 100, -message.vz / 100)
+            self.track.add_motion(boot_s, Motion(position, velocity_enu_mps))
+
+    def take_attitude(self, message: mavlink.MAVLink_attitude_message, now_s: float) -> None:
+        """Take how the vehicle is turned."""
+        boot_s = message.time_boot_ms / 1e3
+        self.clock.hear_boot(boot_s, now_s)
+        angles_rad = (message.yaw, message.pitch, message.roll)
+        if all(map(math.isfinite, angles_rad)):
+            self.track.add_attitude(boot_s, angles_rad)
+
+    def take_system_time(self, message: mavlink.MAVLink_system_time_message, _now_s: float) -> None:
+        """Take the vehicle's time of day."""
+        self.clock.hear_utc(message.time_unix_usec / 1e6, message.time_boot_ms / 1e3)
+
+    def _take_gimbal(self, message: mavlink.MAVLink_gimbal_device_attitude_status_message, at_s: float) -> None:
+        try:
+            attitude = gimbal_attitude(message.q, message.flags, message.delta_yaw)
+        except ValueError:
+            return  # What makes no sense is as good as none; a frame without a pose tells so.
+        self.track.add_gimbal(at_s, attitude)
+
+
+def motion_rates_hz(settings: CameraSettings) -> dict[int, float]:
+    """Return the messages to ask for, and how often, so that poses can be interpolated."""
+    if not settings.needs_motion:
+        return {}
+    rates = {
+        mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT: settings.pose_hz,
+        mavlink.MAVLINK_MSG_ID_ATTITUDE: settings.pose_hz,
+        mavlink.MAVLINK_MSG_ID_SYSTEM_TIME: 1.0,
+    }
+    if settings.mount.carrier is Carrier.GIMBAL:
+        rates[mavlink.MAVLINK_MSG_ID_GIMBAL_DEVICE_ATTITUDE_STATUS] = settings.pose_hz
+    return rates
+
+
+def _from_feedback(
+    message: mavlink.MAVLink_camera_feedback_message, clock: BootClock, boot_now_s: float
+) -> ShutterReport:
+    """ArduPilot's: the attitude is that of the body, and the time one of two kinds."""
+    angles_deg = (message.yaw, message.pitch, message.roll)
+    R_body2ned = None
+    if all(map(math.isfinite, angles_deg)):
+        yaw_rad, pitch_rad, roll_rad = map(math.radians, angles_deg)
+        R_body2ned = R_from_yaw_pitch_roll((yaw_rad, pitch_rad, roll_rad))
+    return ShutterReport(
+        index=message.img_idx,
+        is_success=True,
+        time=clock.exposure_time(message.time_usec, boot_now_s),
+        position=position_from_e7(message.lat, message.lng, message.alt_msl),
+        R_body2ned=R_body2ned,
+    )
+
+
+def _from_image_captured(
+    message: mavlink.MAVLink_camera_image_captured_message, clock: BootClock, boot_now_s: float
+) -> ShutterReport:
+    """PX4's: the time is that of its boot. The attitude is left out, being the gimbal's or the body's, unsaid which."""
+    return ShutterReport(
+        index=message.image_index,
+        is_success=message.capture_result == 1,
+        time=clock.exposure_time(message.time_boot_ms * 1000, boot_now_s),
+        position=position_from_e7(message.lat, message.lon, message.alt / 1000),
+        R_body2ned=None,
+    )
+
+
+_HANDLERS: dict[int, Callable[[PayloadRecord, mavlink.MAVLink_message, float], None]] = {
+    mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT: PayloadRecord.take_position,
+    mavlink.MAVLINK_MSG_ID_ATTITUDE: PayloadRecord.take_attitude,
+    mavlink.MAVLINK_MSG_ID_SYSTEM_TIME: PayloadRecord.take_system_time,
+}
+_REPORTS: dict[int, Callable[[mavlink.MAVLink_message, BootClock, float], ShutterReport]] = {
+    mavlink.MAVLINK_MSG_ID_CAMERA_FEEDBACK: _from_feedback,
+    mavlink.MAVLINK_MSG_ID_CAMERA_IMAGE_CAPTURED: _from_image_captured,
+}

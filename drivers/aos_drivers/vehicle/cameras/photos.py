@@ -1,0 +1,72 @@
+"""Frames that are geotagged photographs, in a folder or behind a companion computer's web server."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from aos_drivers.frames.matching import Listing, Wanted, newest
+from aos_drivers.frames.photos import check_moment, photograph_reader, position_of
+from aos_drivers.frames.settings import CameraSettings
+from aos_drivers.frames.stores import ImageFinder
+from aos_drivers.vehicle.cameras.exposure import CaptureTools, VehicleAccess, capture_error
+from aos_drivers.vehicle.cameras.shutter import Shutter
+from aos_drivers.vehicle.transaction import Answer
+from aos_gcs.errors import CaptureError, InputDataError
+from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.geotags.photo import Geotag
+from aos_gcs.ports import Capture
+
+
+class PhotoSource:
+    """Has the autopilot trigger its camera, unless that fires by itself, and takes the next photograph."""
+
+    def __init__(self, vehicle: VehicleAccess, tools: CaptureTools, settings: CameraSettings) -> None:
+        self._vehicle = vehicle
+        self._record = vehicle.record
+        self._clock = tools.clock
+        self._settings = settings
+        self._shutter = Shutter(vehicle, tools.clock)
+        self._finder = ImageFinder(settings.place, vehicle.record.vehicle_id, tools.clock, tools.fetcher)
+        self._read = photograph_reader(tools.fetcher.limits.max_pixels)
+        self._taken = 0
+
+    async def capture(self, deadline_s: float) -> Capture:
+        """See ``Vehicle.capture``."""
+        host = self._vehicle.host_of(self._record.target.component_id)
+        try:
+            before = await self._finder.before(host, deadline_s)
+            asked_at_utc_s = self._clock.utc_s()
+            if self._settings.is_triggered:
+                command = self._record.autopilot.shutter_command(self._record.target)
+                await self._shutter.press(command, _when_accepted, lambda: None, deadline_s)
+            return await self._collect(before, asked_at_utc_s, host, deadline_s)
+        except CaptureError as error:
+            raise capture_error(self._record.vehicle_id, None, error) from error
+
+    async def _collect(self, before: Listing, asked_at_utc_s: float, host: str, deadline_s: float) -> Capture:
+        photograph, _ = await self._finder.find(
+            Wanted(before), self._read, host=host, deadline_s=deadline_s, pick=newest
+        )
+        tag = photograph.tag
+        check_moment(tag, asked_at_utc_s, self._settings.match_tolerance_s)
+        self._taken += 1
+        return Capture(
+            vehicle_id=self._record.vehicle_id,
+            image_index=self._taken - 1,
+            utc_s=self._clock.utc_s() if tag.utc_s is None else tag.utc_s,
+            image=photograph.image,
+            bands=photograph.bands,
+            position=position_of(tag, self._record.telemetry.home),
+            R_cam2enu=tag.R_cam2enu,
+            camera=self._camera(tag),
+        )
+
+    def _camera(self, tag: Geotag) -> CameraModel:
+        try:
+            return tag.camera(self._settings.fov_rad)
+        except InputDataError as error:
+            raise CaptureError(f"its lens is not known, {error}: set the option camera.fov_deg") from error
+
+
+def _when_accepted(answer: Answer) -> Literal[True] | None:
+    return True if answer is Answer.ACCEPTED else None

@@ -1,0 +1,102 @@
+"""Commanding one exposure and waiting for what is said of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TypeVar
+
+from aos_drivers.frames.errors import LateFrameError
+from aos_drivers.vehicle.cameras.exposure import VehicleAccess
+from aos_drivers.vehicle.transaction import Answer, CommandMessage, CommandTransaction, result_text
+from aos_drivers.vehicle.waiting import CLOCK_RESOLUTION_S
+from aos_gcs.errors import CaptureError
+from aos_gcs.ports import Clock
+
+MESSAGE_PAUSE_S = 1.0
+"""After this time without the message about an image, it is asked for again."""
+
+PATIENCE_S = 3.0
+"""Before a command is sent again that would expose a second image: autopilots do not recognise a repeated one."""
+
+T = TypeVar("T")
+
+
+class LostReportError(LateFrameError):
+    """An image was exposed, and nothing was heard of it."""
+
+
+class Shutter:
+    """Takes images with the cameras of one vehicle, or with that of its autopilot."""
+
+    def __init__(self, vehicle: VehicleAccess, clock: Clock) -> None:
+        self._vehicle = vehicle
+        self._clock = clock
+
+    async def press(
+        self,
+        command: CommandMessage,
+        find: Callable[[Answer], T | None],
+        ask_again: Callable[[], None],
+        deadline_s: float,
+        *,
+        ack_timeout_s: float = PATIENCE_S,
+    ) -> T:
+        """Send the command until it is answered, and return what ``find`` finds.
+
+        Args:
+            command: for one exposure.
+            find: looks for the message about the image; told how the command has been answered.
+            ask_again: asks for that message; called every second once the command has been accepted.
+            deadline_s: when to give up.
+            ack_timeout_s: without an answer for so long, the command is sent again.
+
+        Raises:
+            LostReportError: the command was accepted, but nothing was found by the deadline.
+            LateFrameError: the command was not answered.
+            CaptureError: it was refused.
+        """
+        transaction = CommandTransaction(command, ack_timeout_s=ack_timeout_s)
+        asked_at_s = math.inf
+
+        def is_news() -> bool:
+            is_accepted = transaction.answer is Answer.ACCEPTED and math.isinf(asked_at_s)
+            return find(transaction.answer) is not None or transaction.answer is Answer.REFUSED or is_accepted
+
+        self._vehicle.record.transactions.add(transaction)
+        try:
+            while (found := find(transaction.answer)) is None:
+                now_s = self._clock.now_s() + CLOCK_RESOLUTION_S
+                if transaction.answer is Answer.REFUSED:
+                    raise CaptureError(f"the camera refuses: {result_text(transaction.result)}")
+                if now_s >= deadline_s:
+                    raise _too_late(transaction)
+                if transaction.answer is Answer.ACCEPTED and (math.isinf(asked_at_s) or now_s >= asked_at_s):
+                    if not math.isinf(asked_at_s):
+                        ask_again()
+                    asked_at_s = now_s + MESSAGE_PAUSE_S
+                message = transaction.poll(now_s)
+                if message is not None:
+                    self._vehicle.send(self._vehicle.record.vehicle_id, command.target_component, message)
+                await self._vehicle.changes.wait_for(is_news, min(deadline_s, transaction.due_s, asked_at_s))
+        finally:
+            self._vehicle.record.transactions.discard(transaction)
+        return found
+
+    async def wait(self, find: Callable[[], T | None], deadline_s: float) -> T:
+        """Return what ``find`` finds, of a camera that takes its images by itself.
+
+        Raises:
+            LateFrameError: nothing was found by the deadline.
+        """
+        await self._vehicle.changes.wait_for(lambda: find() is not None, deadline_s)
+        found = find()
+        if found is None:
+            raise LateFrameError("no exposure was reported: does the camera take images by itself?")
+        return found
+
+
+def _too_late(transaction: CommandTransaction) -> LateFrameError:
+    if transaction.answer is not Answer.ACCEPTED:
+        return LateFrameError("the camera does not answer")
+    return LostReportError("it was exposed, but the message with its pose and address did not arrive")

@@ -1,0 +1,140 @@
+"""Carrying out one command of a vehicle."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from aos_drivers.vehicle.autopilots.base import Step, command_long
+from aos_drivers.vehicle.record import VehicleRecord
+from aos_drivers.vehicle.transaction import Answer, CommandTransaction, result_text
+from aos_drivers.vehicle.waiting import CLOCK_RESOLUTION_S, Changes
+from aos_gcs.errors import CommandRefusedError, CommandTimeoutError
+from aos_gcs.ports import Clock, Command, Hold, Land, ReturnToLaunch
+
+SECOND_THOUGHT_S = 0.6
+"""After a refusal: the time for its reason as status text, for PX4's second answer, or for the effect to show."""
+_SILENCE_S = 5.0
+_ALWAYS_SENT = (Hold, ReturnToLaunch, Land)
+_SHOWN_BY_HEARTBEAT = frozenset({mavlink.MAV_CMD_DO_SET_MODE, mavlink.MAV_CMD_COMPONENT_ARM_DISARM})
+
+Send = Callable[[int, int, mavlink.MAVLink_message], None]
+"""Sends a message to (system, component)."""
+
+
+class CommandRunner:
+    """Carries out the commands of one vehicle. Policy: a newer command supersedes the one that is under way."""
+
+    def __init__(self, record: VehicleRecord, send: Send, changes: Changes, clock: Clock) -> None:
+        self._record = record
+        self._send = send
+        self._changes = changes
+        self._clock = clock
+        self._newest: Command | None = None
+        self._generation = 0
+
+    async def run(self, command: Command, deadline_s: float) -> None:
+        """See ``Vehicle.execute``."""
+        self._check_vehicle(command)
+        now_s = self._clock.now_s()
+        steps = self._record.autopilot.steps(command, self._record.target, self._record.telemetry, now_s)
+        self._newest = command
+        self._generation += 1
+        self._changes.announce()
+        generation = self._generation
+
+        def check() -> None:
+            self._check_vehicle(command)
+            if self._generation != generation:
+                raise CommandRefusedError(
+                    f"{type(command).__name__} for vehicle {self._record.vehicle_id} is superseded "
+                    f"by {type(self._newest).__name__}"
+                )
+
+        for step in steps:
+            await self._run_step(step, check, deadline_s)
+
+    def _check_vehicle(self, command: Command) -> None:
+        record = self._record
+        if record.identity.is_ambiguous(self._clock.now_s()):
+            raise CommandRefusedError(f"two vehicles use system id {record.vehicle_id}: give one of them another id")
+        silence_s = self._clock.now_s() - (record.heard_at_s if record.heard_at_s is not None else -math.inf)
+        if silence_s > _SILENCE_S and not isinstance(command, _ALWAYS_SENT):
+            raise CommandRefusedError(
+                f"vehicle {record.vehicle_id} has been silent for {silence_s:.0f} s: "
+                "only hold, return and land are sent to it"
+            )
+
+    async def _run_step(self, step: Step, check: Callable[[], None], deadline_s: float) -> None:
+        """Send one step until it is done; ``check`` raises when it must not go on."""
+        record = self._record
+        started_s = self._clock.now_s()
+        transaction = CommandTransaction(step.message, step.repeat_s)
+        needs_acceptance = step.needs_acceptance or step.is_done(record.telemetry, started_s)
+
+        def is_done() -> bool:
+            check()
+            is_shown = step.is_done(record.telemetry, self._clock.now_s())
+            return is_shown and (transaction.answer is Answer.ACCEPTED or not needs_acceptance)
+
+        awaits_heartbeat = step.message.command in _SHOWN_BY_HEARTBEAT
+
+        def is_decided() -> bool:
+            is_unseen = awaits_heartbeat and transaction.answer is Answer.ACCEPTED
+            return is_done() or is_unseen or transaction.answer is Answer.REFUSED
+
+        record.transactions.add(transaction)
+        try:
+            while not is_done():
+                if awaits_heartbeat and transaction.answer is Answer.ACCEPTED:
+                    awaits_heartbeat = False
+                    self._ask_for_heartbeat()
+                if transaction.answer is Answer.REFUSED:
+                    await self._reconsider(step, transaction, is_done, started_s, deadline_s)
+                    continue
+                now_s = self._clock.now_s() + CLOCK_RESOLUTION_S
+                if now_s >= deadline_s:
+                    raise self._timeout(step, transaction, started_s)
+                message = transaction.poll(now_s)
+                if message is not None:
+                    self._send(record.vehicle_id, record.target.component_id, message)
+                await self._changes.wait_for(is_decided, min(deadline_s, transaction.due_s))
+        finally:
+            record.transactions.discard(transaction)
+
+    def _ask_for_heartbeat(self) -> None:
+        """Have the vehicle show its mode now; heartbeats come once a second by themselves."""
+        target = self._record.target
+        request = command_long(target, mavlink.MAV_CMD_REQUEST_MESSAGE, mavlink.MAVLINK_MSG_ID_HEARTBEAT)
+        self._send(target.system_id, target.component_id, request)
+
+    async def _reconsider(
+        self,
+        step: Step,
+        transaction: CommandTransaction,
+        is_done: Callable[[], bool],
+        started_s: float,
+        deadline_s: float,
+    ) -> None:
+        """Return if the refusal turns out not to be the last word; telemetry alone tells what a vehicle does."""
+        until_s = min(deadline_s, self._clock.now_s() + SECOND_THOUGHT_S)
+        if await self._changes.wait_for(lambda: transaction.answer is Answer.ACCEPTED or is_done(), until_s):
+            return
+        reason = self._text_since(started_s) or result_text(transaction.result)
+        raise CommandRefusedError(f"vehicle {self._record.vehicle_id} refuses to {step.name}: {reason}")
+
+    def _timeout(self, step: Step, transaction: CommandTransaction, started_s: float) -> CommandTimeoutError:
+        is_answered = transaction.answer is Answer.ACCEPTED
+        problem = "accepted it but telemetry does not show it" if is_answered else "does not acknowledge it"
+        text = self._text_since(started_s)
+        reason = f" ({text})" if text else ""
+        return CommandTimeoutError(
+            f"vehicle {self._record.vehicle_id} was told to {step.name} and {problem}{reason}: check link and vehicle"
+        )
+
+    def _text_since(self, started_s: float) -> str:
+        telemetry = self._record.telemetry
+        is_new = telemetry.text_at_s is not None and telemetry.text_at_s >= started_s
+        return telemetry.text if is_new else ""

@@ -1,0 +1,1 @@
+"""Geofences as MAVLink mission items, and their upload and download."""

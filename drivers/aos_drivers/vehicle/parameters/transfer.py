@@ -1,0 +1,146 @@
+"""Reading and writing a few parameters by name, never the whole list (https://mavlink.io/en/services/parameter.html)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from aos_drivers.vehicle.autopilots.base import Target
+from aos_drivers.vehicle.conversation import longer
+from aos_drivers.vehicle.parameters.encoding import Parameter, ParameterEncoding
+from aos_gcs.errors import CommandRefusedError
+
+REPEAT_S = 0.7
+"""First pause before a request without an answer is sent again."""
+_OPTIONAL_ATTEMPTS = 6
+"""A parameter that may be missing is taken to be so after as many requests."""
+_PATIENCE = 4
+"""A vehicle that answers as many writes with another value than the one written will not take it."""
+_TOLERANCE = 1e-4
+
+
+class ParameterRead:
+    """Reads parameters, all at the same time. Of names that stand together one has to exist: old and new names."""
+
+    name = "tell its parameters"
+
+    def __init__(
+        self,
+        target: Target,
+        encoding: ParameterEncoding,
+        required: Sequence[tuple[str, ...]],
+        optional: Sequence[str] = (),
+    ) -> None:
+        self._target = target
+        self._encoding = encoding
+        self._required = tuple(required)
+        self._optional = tuple(optional)
+        self._attempts = 0
+        self._pause_s = REPEAT_S
+        self._asked_for = 0
+        """How many names."""
+        self.due_s = -math.inf
+        self.found: dict[str, Parameter] = {}
+        """By name, what has been read so far."""
+
+    @property
+    def is_done(self) -> bool:
+        """Whether all required ones have come, and the optional ones have come or do not exist."""
+        has_required = all(any(name in self.found for name in names) for names in self._required)
+        has_optional = all(name in self.found for name in self._optional)
+        return has_required and (has_optional or self._attempts > _OPTIONAL_ATTEMPTS)
+
+    def poll(self, now_s: float) -> list[mavlink.MAVLink_message]:
+        """Return the requests for all that is missing."""
+        if now_s < self.due_s:
+            return []
+        self._attempts += 1
+        required, optional = self._missing(self._required), self._missing([(name,) for name in self._optional])
+        missing = [*required, *optional]
+        is_stuck = bool(required) and len(missing) == self._asked_for
+        self._pause_s = longer(self._pause_s) if is_stuck else REPEAT_S
+        self._asked_for = len(missing)
+        self.due_s = now_s + self._pause_s
+        return [
+            mavlink.MAVLink_param_request_read_message(
+                self._target.system_id, self._target.component_id, name.encode(), -1
+            )
+            for name in dict.fromkeys(missing)
+        ]
+
+    def _missing(self, groups: Sequence[tuple[str, ...]]) -> list[str]:
+        return [name for names in groups if not any(name in self.found for name in names) for name in names]
+
+    def on_message(self, message: mavlink.MAVLink_message) -> None:
+        """Take a PARAM_VALUE over."""
+        if message.get_msgId() != mavlink.MAVLINK_MSG_ID_PARAM_VALUE:
+            return
+        wanted = {*self._optional, *(name for names in self._required for name in names)}
+        if message.param_id in wanted:
+            value = self._encoding.decode(message.param_value, message.param_type)
+            if math.isfinite(value):
+                self.found[message.param_id] = Parameter(value, message.param_type)
+
+
+class ParameterWrite:
+    """Writes parameters and waits until the vehicle repeats each with its new value."""
+
+    name = "take its parameters"
+
+    def __init__(self, target: Target, encoding: ParameterEncoding, values: Mapping[str, Parameter]) -> None:
+        self._target = target
+        self._encoding = encoding
+        self._open = dict(values)
+        self._refusals: dict[str, int] = {}
+        self._pause_s = REPEAT_S
+        self._unanswered: set[str] = set()
+        """Written since the last answer. Further answers are late ones, to a read or to an earlier write."""
+        self.due_s = -math.inf
+
+    @property
+    def is_done(self) -> bool:
+        """Whether all are set."""
+        return not self._open
+
+    def poll(self, now_s: float) -> list[mavlink.MAVLink_message]:
+        """Return a PARAM_SET for each that is not set yet.
+
+        Raises:
+            CommandRefusedError: the vehicle keeps another value.
+        """
+        refused = [name for name, count in self._refusals.items() if count >= _PATIENCE]
+        if refused:
+            raise CommandRefusedError(
+                f"vehicle {self._target.system_id} does not take {refused[0]} = {self._open[refused[0]].value:g}: "
+                "set it by hand"
+            )
+        if now_s < self.due_s:
+            return []
+        self.due_s = now_s + self._pause_s
+        self._pause_s = longer(self._pause_s)
+        self._unanswered = set(self._open)
+        return [
+            mavlink.MAVLink_param_set_message(
+                self._target.system_id,
+                self._target.component_id,
+                name.encode(),
+                self._encoding.encode(parameter.value, parameter.kind),
+                parameter.kind,
+            )
+            for name, parameter in self._open.items()
+        ]
+
+    def on_message(self, message: mavlink.MAVLink_message) -> None:
+        """Take a PARAM_VALUE over."""
+        if message.get_msgId() != mavlink.MAVLINK_MSG_ID_PARAM_VALUE or message.param_id not in self._open:
+            return
+        name = message.param_id
+        value = self._encoding.decode(message.param_value, message.param_type)
+        if math.isclose(value, self._open[name].value, rel_tol=_TOLERANCE, abs_tol=_TOLERANCE):
+            del self._open[name]
+            self._refusals.pop(name, None)
+        elif name in self._unanswered:
+            self._unanswered.discard(name)
+            self._refusals[name] = self._refusals.get(name, 0) + 1

@@ -1,0 +1,227 @@
+"""All that is known about one vehicle; changed by the session, read by the vehicle's commands."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from aos_drivers.frames.counts import FrameCounts
+from aos_drivers.frames.settings import CameraSettings
+from aos_drivers.links.address import PeerAddress
+from aos_drivers.links.identity import Identity
+from aos_drivers.links.routes import ComponentRoute, DuplicateFilter
+from aos_drivers.vehicle.autopilots.base import Autopilot, Target
+from aos_drivers.vehicle.autopilots.choice import autopilot_of
+from aos_drivers.vehicle.cameras.component_record import CameraRecord
+from aos_drivers.vehicle.cameras.payload import PayloadRecord, motion_rates_hz
+from aos_drivers.vehicle.conversation import Conversation
+from aos_drivers.vehicle.status_text import StatusTexts
+from aos_drivers.vehicle.streams import OneTimeRequests, StreamKeeper
+from aos_drivers.vehicle.telemetry import Telemetry
+from aos_drivers.vehicle.timesync import ClockEstimator
+from aos_drivers.vehicle.transaction import CommandTransaction
+from aos_gcs.ports import LinkQuality, VehicleState
+
+_HOME_PAUSE_S = 3.0
+_PAUSE_S = 2.0
+_ATTEMPTS = 8
+_SNAPSHOT_LIFE_S = 0.05
+"""For what changes without a packet, such as addresses that fall silent."""
+_MAX_COMPONENTS = 16
+_CAMERA_IDS = range(mavlink.MAV_COMP_ID_CAMERA, mavlink.MAV_COMP_ID_CAMERA6 + 1)
+
+
+class VehicleRecord:
+    """One vehicle: its autopilot component, its camera, its addresses and what is being asked of it."""
+
+    def __init__(
+        self,
+        target: Target,
+        heartbeat: mavlink.MAVLink_heartbeat_message,
+        position_hz: float,
+        camera: CameraSettings | None = None,
+    ) -> None:
+        """Ask for positions at ``position_hz``, and for what the ``camera`` needs."""
+        camera = camera or CameraSettings()
+        self.target = target
+        self.autopilot: Autopilot = autopilot_of(heartbeat)
+        self.telemetry = Telemetry()
+        self.identity = Identity()
+        self.texts = StatusTexts()
+        self.streams = StreamKeeper(_together(self.autopilot.stream_rates_hz(position_hz), motion_rates_hz(camera)))
+        self.requests = OneTimeRequests()
+        self.camera: CameraRecord | None = None
+        self.payload = PayloadRecord()
+        self.frames = FrameCounts(camera.source)
+        self.transactions: set[CommandTransaction] = set()
+        """Commands that wait for an answer."""
+        self.conversations: set[Conversation] = set()
+        """Longer exchanges that are under way."""
+        self.duplicates = DuplicateFilter()
+        self.clock = ClockEstimator()
+        self._routes = {target.component_id: ComponentRoute()}
+        self.heard_at_s: float | None = None
+        self._packets = 0
+        self._snapshot: tuple[int, float, VehicleState] | None = None
+        """Packets heard and time when it was made, and the state."""
+        self.was_ambiguous = False
+        self._request_facts()
+
+    @property
+    def vehicle_id(self) -> int:
+        """The MAVLink system id."""
+        return self.target.system_id
+
+    @property
+    def route(self) -> ComponentRoute:
+        """The autopilot's."""
+        return self._routes[self.target.component_id]
+
+    def address_of(self, component_id: int) -> PeerAddress | None:
+        """Return where a component is spoken to; one that was never heard, where the autopilot is."""
+        return self._routes.get(component_id, self.route).address
+
+    def host_of(self, component_id: int) -> str:
+        """Return the host where a component is; empty on a serial link, or before anything was heard."""
+        address = self.address_of(component_id)
+        return address.host if address is not None else ""
+
+    def hear(self, component_id: int, sequence: int, peer: PeerAddress, now_s: float) -> bool:
+        """Note a packet; return whether its component is from now on spoken to at another address."""
+        self.heard_at_s = now_s
+        self._packets += 1
+        if component_id == self.target.component_id:
+            self.identity.hear(peer, now_s)
+        if component_id not in self._routes and len(self._routes) >= _MAX_COMPONENTS:
+            return False
+        route = self._routes.setdefault(component_id, ComponentRoute())
+        return route.hear(peer, sequence, now_s, self.identity.is_same_vehicle(peer, route.address))
+
+    def count_unknown(self, component_id: int, sequence: int, peer: PeerAddress) -> None:
+        """Count a packet of a message that we do not know. Its checksum cannot be tested: it proves nothing else."""
+        route = self._routes.get(component_id)
+        if route is not None:
+            route.count(peer, sequence)
+
+    def restart(self) -> None:
+        """Forget what does not survive a reboot of the autopilot and ask for it again."""
+        self.telemetry = Telemetry()
+        self.clock = ClockEstimator()
+        self.streams.restart()
+        self._request_facts()
+
+    def request_version(self) -> None:
+        """Ask for the identity of the board."""
+        message_id = mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION
+        self.requests.want(self.target.component_id, message_id, _PAUSE_S, _ATTEMPTS)
+
+    def take_payload(self, message: mavlink.MAVLink_message, now_s: float) -> None:
+        """Take over what tells of poses and exposures, and of a camera component."""
+        self._find_camera(message)
+        if self.camera is not None and message.get_srcComponent() == self.camera.component_id:
+            self.camera.update(message)
+        of_autopilot = message.get_srcComponent() == self.target.component_id
+        self.payload.update(message, now_s, self.clock.offset_s, of_autopilot=of_autopilot)
+
+    def _find_camera(self, message: mavlink.MAVLink_message) -> None:
+        """Take the sender of ``message`` as the camera if it is one; the lowest component id wins."""
+        component_id = message.get_srcComponent()
+        is_camera = message.get_msgId() == mavlink.MAVLINK_MSG_ID_CAMERA_INFORMATION or (
+            message.get_msgId() == mavlink.MAVLINK_MSG_ID_HEARTBEAT
+            and message.type == mavlink.MAV_TYPE_CAMERA
+            and component_id in _CAMERA_IDS
+        )
+        if is_camera and (self.camera is None or component_id < self.camera.component_id):
+            self.camera = CameraRecord(component_id)
+            for message_id in (
+                mavlink.MAVLINK_MSG_ID_CAMERA_INFORMATION,
+                mavlink.MAVLINK_MSG_ID_CAMERA_CAPTURE_STATUS,
+            ):
+                self.requests.want(component_id, message_id, _PAUSE_S, _ATTEMPTS)
+
+    def due_requests(self, now_s: float) -> Iterator[tuple[int, int, tuple[float, ...]]]:
+        """Return what is to be asked for now: component, command and its parameters."""
+        stream = self.streams.poll(now_s)
+        if stream is not None:
+            message_id, interval_us = stream
+            yield self.target.component_id, mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, (float(message_id), interval_us)
+        for component_id, message_id in self.requests.poll(now_s):
+            yield component_id, mavlink.MAV_CMD_REQUEST_MESSAGE, (float(message_id),)
+        gap = self.camera.poll_gaps(now_s) if self.camera is not None else None
+        if self.camera is not None and gap is not None:
+            captured, (first, last) = mavlink.MAVLINK_MSG_ID_CAMERA_IMAGE_CAPTURED, gap
+            params = (float(captured), float(first), float(last if last > first else 0))
+            yield self.camera.component_id, mavlink.MAV_CMD_REQUEST_MESSAGE, params
+
+    def loss_fraction(self) -> float | None:
+        """Return the share of lost packets over all components, each at the address where it is spoken to."""
+        counters = [route.loss for route in self._routes.values()]
+        lost = sum(counter.lost for counter in counters)
+        total = lost + sum(counter.received for counter in counters)
+        return lost / total if total else None
+
+    def link_quality(self, now_s: float) -> LinkQuality | None:
+        """Return how well the autopilot is reached; None where its packets take no route of ours."""
+        if self.route.address is None:
+            return None
+        return LinkQuality(
+            address=str(self.route.address),
+            living_addresses=self.route.living(now_s),
+            round_trip_s=self.clock.round_trip_s,
+            clock_offset_s=self.clock.offset_s,
+            clock_drift=self.clock.drift,
+        )
+
+    def state(self, now_s: float) -> VehicleState:
+        """Return the snapshot that crosses the port: made anew when a packet has come, and when it gets old.
+
+        The mission asks for it hundreds of times between two packets.
+        """
+        if self._snapshot is not None:
+            packets, made_at_s, state = self._snapshot
+            if packets == self._packets and 0.0 <= now_s - made_at_s < _SNAPSHOT_LIFE_S:
+                return state
+        state = self._state_now(now_s)
+        self._snapshot = self._packets, now_s, state
+        return state
+
+    def _state_now(self, now_s: float) -> VehicleState:
+        telemetry = self.telemetry
+        return VehicleState(
+            vehicle_id=self.vehicle_id,
+            autopilot=self.autopilot.name,
+            mode=telemetry.mode,
+            mode_name=telemetry.mode_name,
+            armed=telemetry.armed,
+            landed=telemetry.landed,
+            ready_to_arm=self.autopilot.is_ready(telemetry, now_s),
+            position=telemetry.position,
+            position_at_s=telemetry.position_at_s,
+            height_above_home_m=telemetry.height_above_home_m,
+            velocity_enu_mps=telemetry.velocity_enu_mps,
+            heading_rad=telemetry.heading_rad,
+            home=telemetry.home,
+            battery_fraction=telemetry.battery_fraction,
+            battery_voltage_v=telemetry.battery_voltage_v,
+            gps_fix=telemetry.gps_fix,
+            satellites=telemetry.satellites,
+            heard_at_s=self.heard_at_s,
+            packet_loss_fraction=self.loss_fraction(),
+            link=self.link_quality(now_s),
+            camera=self.frames.state(),
+            text=telemetry.text,
+            hdop=telemetry.hdop,
+            is_ambiguous=self.identity.is_ambiguous(now_s),
+        )
+
+    def _request_facts(self) -> None:
+        component_id = self.target.component_id
+        self.requests.want(component_id, mavlink.MAVLINK_MSG_ID_HOME_POSITION, _HOME_PAUSE_S, math.inf)
+        self.request_version()
+
+
+def _together(rates_hz: Mapping[int, float], more_hz: Mapping[int, float]) -> dict[int, float]:
+    """Return the higher of both rates of each message."""
+    return {key: max(rates_hz.get(key, 0.0), more_hz.get(key, 0.0)) for key in [*rates_hz, *more_hz]}

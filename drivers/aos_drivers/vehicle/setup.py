@@ -1,0 +1,164 @@
+"""Reading how a vehicle is set up, and giving it our fence and its return height."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+from aos_drivers.vehicle.autopilots.setup import Setup
+from aos_drivers.vehicle.commands import Send
+from aos_drivers.vehicle.conversation import Conversation
+from aos_drivers.vehicle.fence.items import items_of, polygons_of
+from aos_drivers.vehicle.fence.transfer import FenceDownload, FenceUpload
+from aos_drivers.vehicle.parameters.encoding import Parameter
+from aos_drivers.vehicle.parameters.transfer import ParameterRead, ParameterWrite
+from aos_drivers.vehicle.record import VehicleRecord
+from aos_drivers.vehicle.waiting import CLOCK_RESOLUTION_S, Changes
+from aos_gcs.errors import CommandRefusedError, CommandTimeoutError
+from aos_gcs.ports import Clock, Geofence, VehicleFacts
+
+_VERSION_S = 2.0
+"""How long the version is waited for; it is asked for from the first heartbeat on."""
+
+
+class SetupRunner:
+    """Carries out what ``Vehicle`` promises of settings, for one vehicle."""
+
+    def __init__(self, record: VehicleRecord, send: Send, changes: Changes, clock: Clock, our_system_id: int) -> None:
+        self._record = record
+        self._send = send
+        self._changes = changes
+        self._clock = clock
+        self._our_system_id = our_system_id
+
+    async def inspect(self, deadline_s: float) -> VehicleFacts:
+        """See ``Vehicle.inspect``."""
+        setup = self._setup()
+        found = await self._read(setup, deadline_s)
+        fence = await self._read_fence(setup, found, deadline_s)
+        if not self._record.telemetry.firmware:
+            self._record.request_version()
+            until_s = min(deadline_s, self._clock.now_s() + _VERSION_S)
+            await self._changes.wait_for(lambda: bool(self._record.telemetry.firmware), until_s)
+        telemetry = self._record.telemetry
+        return VehicleFacts(
+            firmware=telemetry.firmware,
+            board_id=telemetry.board_id,
+            link_loss=setup.link_loss(found, self._our_system_id),
+            low_battery=setup.low_battery(found),
+            fence=fence,
+            at_fence=setup.at_fence(found),
+            return_height_m=setup.return_height_m(found),
+            return_climb_m=setup.return_climb_m(found),
+            return_settings={name: found[name].value for name in setup.return_parameters(found, 0.0)},
+        )
+
+    async def upload_fence(self, fence: Geofence, deadline_s: float) -> None:
+        """See ``Vehicle.upload_fence``."""
+        setup, record = self._setup(), self._record
+        if not fence.inclusion_deg:
+            raise CommandRefusedError(f"vehicle {record.vehicle_id} gets no geofence without a polygon to stay in")
+        upload = FenceUpload(record.target, items_of(fence, record.target), self._our_system_id)
+        await self._hold(upload, deadline_s)
+        found = await self._read(setup, deadline_s)
+        found |= await self._write(setup, found, setup.fence_parameters(found, fence.ceiling_above_home_m), deadline_s)
+        stored = await self._read_fence(setup, found, deadline_s)
+        if stored is None or not stored.is_same_as(fence):
+            raise CommandRefusedError(
+                f"vehicle {record.vehicle_id} stores another geofence than it was given: look at its own messages"
+            )
+
+    async def set_return_height(self, height_above_home_m: float, deadline_s: float) -> None:
+        """See ``Vehicle.set_return_height``."""
+        if not (math.isfinite(height_above_home_m) and height_above_home_m > 0.0):
+            raise CommandRefusedError(
+                f"a return height of {height_above_home_m} m is impossible: choose one above home"
+            )
+        setup = self._setup()
+        found = await self._read(setup, deadline_s)
+        await self._write_on_ground(setup, found, setup.return_parameters(found, height_above_home_m), deadline_s)
+
+    async def restore_return(self, settings: Mapping[str, float], deadline_s: float) -> None:
+        """See ``Vehicle.restore_return``."""
+        setup = self._setup()
+        found = await self._read(setup, deadline_s)
+        strange = [name for name in settings if name not in setup.return_parameters(found, 0.0)]
+        if strange:
+            raise CommandRefusedError(f"vehicle {self._record.vehicle_id} has no {strange[0]} that says how it returns")
+        await self._write_on_ground(setup, found, settings, deadline_s)
+
+    def _setup(self) -> Setup:
+        record = self._record
+        if record.identity.is_ambiguous(self._clock.now_s()):
+            raise CommandRefusedError(f"two vehicles use system id {record.vehicle_id}: give one of them another id")
+        if record.autopilot.setup is None:
+            raise CommandRefusedError(
+                f"vehicle {record.vehicle_id} is no PX4 or ArduPilot multicopter: its parameters mean nothing to us"
+            )
+        return record.autopilot.setup
+
+    async def _read(self, setup: Setup, deadline_s: float) -> dict[str, Parameter]:
+        read = ParameterRead(self._record.target, setup.encoding, setup.required, setup.optional)
+        await self._hold(read, deadline_s)
+        return read.found
+
+    async def _write_on_ground(
+        self, setup: Setup, found: Mapping[str, Parameter], wanted: Mapping[str, float], deadline_s: float
+    ) -> None:
+        if self._record.telemetry.armed:
+            raise CommandRefusedError(
+                f"the motors of vehicle {self._record.vehicle_id} run: how it returns is changed on the ground only"
+            )
+        await self._write(setup, found, wanted, deadline_s)
+
+    async def _write(
+        self, setup: Setup, found: Mapping[str, Parameter], wanted: Mapping[str, float], deadline_s: float
+    ) -> dict[str, Parameter]:
+        """Set what differs from ``found``, wait until the vehicle repeats it, and return it."""
+        changed = {
+            name: Parameter(value, found[name].kind) for name, value in wanted.items() if found[name].value != value
+        }
+        if changed:
+            await self._hold(ParameterWrite(self._record.target, setup.encoding, changed), deadline_s)
+        return changed
+
+    async def _read_fence(self, setup: Setup, found: Mapping[str, Parameter], deadline_s: float) -> Geofence | None:
+        download = FenceDownload(self._record.target, self._our_system_id)
+        await self._hold(download, deadline_s)
+        inclusions, exclusions, others = polygons_of(download.items)
+        if not download.items:
+            return None
+        return Geofence(
+            inclusion_deg=inclusions[0] if inclusions else (),
+            exclusions_deg=tuple(exclusions),
+            ceiling_above_home_m=setup.ceiling_m(found),
+            radius_about_home_m=setup.radius_m(found),
+            other_items=others + sum(map(len, inclusions[1:])),
+        )
+
+    async def _hold(self, conversation: Conversation, deadline_s: float) -> None:
+        """Talk until all is said.
+
+        Raises:
+            CommandRefusedError: the vehicle refuses.
+            CommandTimeoutError: not by ``deadline_s``.
+        """
+        record, clock = self._record, self._clock
+        record.conversations.add(conversation)
+        try:
+            while not conversation.is_done:
+                now_s = clock.now_s() + CLOCK_RESOLUTION_S
+                if now_s >= deadline_s:
+                    raise CommandTimeoutError(
+                        f"vehicle {record.vehicle_id} does not {conversation.name} in time: check link and vehicle"
+                    )
+                for message in conversation.poll(now_s):
+                    self._send(record.vehicle_id, record.target.component_id, message)
+                await self._wait(conversation, deadline_s)
+        finally:
+            record.conversations.discard(conversation)
+
+    async def _wait(self, conversation: Conversation, deadline_s: float) -> None:
+        """Wait until there is something to be done again."""
+        due_s = conversation.due_s
+        await self._changes.wait_for(lambda: conversation.is_done or conversation.due_s < due_s, min(deadline_s, due_s))
