@@ -17,7 +17,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.links.address import PeerAddress
 from aos_drivers.mavlink import open_mavlink
-from aos_drivers.mavlink.session import Session
+from aos_drivers.mavlink.session import MavlinkSession
 from aos_drivers.mavlink.signing.signer import LinkSigner, SigningClock
 from aos_gcs.clock import LoopClock
 from aos_gcs.ports import DriverContext
@@ -84,7 +84,7 @@ def parse_bare(packets: list[tuple[PeerAddress, bytes]]) -> None:
 
 def feed_session(packets: list[tuple[PeerAddress, bytes]], *, key: bytes | None = None) -> None:
     signers = {0: LinkSigner(0, key, SigningClock(lambda: UTC_S, 0), accepts_unsigned=False)} if key else {}
-    session = Session(254, 5.0, signers)
+    session = MavlinkSession(254, 5.0, signers)
     for number, (peer, packet) in enumerate(packets):
         session.feed(packet, peer, number * 5e-4)
 

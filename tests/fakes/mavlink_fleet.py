@@ -12,7 +12,7 @@ from aos_drivers.frames.fetching import ImageFetcher
 from aos_drivers.frames.settings import CameraPlan
 from aos_drivers.links.address import PeerAddress
 from aos_drivers.mavlink.service import MavlinkFleet
-from aos_drivers.mavlink.session import Session
+from aos_drivers.mavlink.session import MavlinkSession
 from aos_drivers.vehicle.cameras.exposure import CaptureTools
 from aos_gcs.clock import LoopClock
 from aos_gcs.ports import Clock, DriverContext, Notice, Vehicle
@@ -74,7 +74,7 @@ async def open_network(
         network.notices.append,
         lambda work: receivers.append(asyncio.ensure_future(work)),
     )
-    network.fleet = MavlinkFleet(Session(254, 5.0, cameras=cameras), context, tools, None)
+    network.fleet = MavlinkFleet(MavlinkSession(254, 5.0, cameras=cameras), context, tools, None)
     network.fleet.add_endpoint(0, network, None)
     tasks = [asyncio.create_task(network.talk()), asyncio.create_task(network.fleet.run())]
     try:

@@ -14,7 +14,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from aos_drivers.links.address import LinkAddress, PeerAddress, SigningOptions, parse_link
 from aos_drivers.mavlink.doctor.diagnosis import Examination, Finding, Level, diagnose
 from aos_drivers.mavlink.doctor.survey import Survey
-from aos_drivers.mavlink.session import Session
+from aos_drivers.mavlink.session import MavlinkSession
 from aos_drivers.mavlink.signing.signer import LinkSigner, SigningClock
 from tests.fakes.mavlink_vehicle import Encoder, FakeVehicle
 
@@ -66,7 +66,7 @@ def examine(
         for number, link in enumerate(links)
         if link.signing is not None
     }
-    session = Session(254, 5.0, signers)
+    session = MavlinkSession(254, 5.0, signers)
     survey = Survey({link: signer.with_empty_memory() for link, signer in signers.items()})
     for tick in range(120):
         now_s = tick / 10
@@ -210,7 +210,7 @@ def test_old_signatures_are_a_matter_of_the_clock() -> None:
 @settings(max_examples=50, deadline=None)
 @given(st.lists(st.tuples(st.sampled_from([A, B]), st.binary(max_size=300)), max_size=10))
 def test_any_bytes_lead_to_a_diagnosis(chunks: list[tuple[PeerAddress, bytes]]) -> None:
-    survey, session = Survey({}), Session(254, 5.0)
+    survey, session = Survey({}), MavlinkSession(254, 5.0)
     for number, (peer, data) in enumerate([(A, FakeVehicle(1).telemetry()), *chunks]):
         survey.feed(data, peer, float(number))
         session.feed(data, peer, float(number))

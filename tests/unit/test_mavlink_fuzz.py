@@ -12,7 +12,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from aos_drivers.links.address import PeerAddress, parse_link
 from aos_drivers.mavlink.doctor.diagnosis import Examination, diagnose
 from aos_drivers.mavlink.doctor.survey import Survey
-from aos_drivers.mavlink.session import Session
+from aos_drivers.mavlink.session import MavlinkSession
 from aos_drivers.mavlink.signing.signer import LinkSigner, SigningClock, ticks_of
 from tests.fakes.mavlink_vehicle import FakeVehicle
 
@@ -82,7 +82,7 @@ def signer() -> LinkSigner:
 @settings(max_examples=60, deadline=None)
 @given(st.lists(arrivals, max_size=25))
 def test_whatever_arrives_is_survived(arriving: list[Arrival]) -> None:
-    session = Session(254, 5.0, {SIGNED_LINK: signer()})
+    session = MavlinkSession(254, 5.0, {SIGNED_LINK: signer()})
     survey = Survey({SIGNED_LINK: signer()})
     now_s = 0.0
     session.feed(FakeVehicle(1).telemetry() + FakeVehicle(1).camera_heartbeat(), PeerAddress(OPEN_LINK, "h", 1), now_s)
@@ -103,7 +103,7 @@ def test_whatever_arrives_is_survived(arriving: list[Arrival]) -> None:
 @given(st.lists(valid_packets(), min_size=1, max_size=10), st.integers(1, 40))
 def test_a_stream_may_be_cut_anywhere(packets: list[bytes], size: int) -> None:
     data, peer = b"".join(packets), PeerAddress(OPEN_LINK, "h", 1)
-    whole, pieces = Session(254, 5.0), Session(254, 5.0)
+    whole, pieces = MavlinkSession(254, 5.0), MavlinkSession(254, 5.0)
     whole.feed(data, peer, 0.0)
     for start in range(0, len(data), size):
         pieces.feed(data[start : start + size], peer, 0.0)
@@ -111,7 +111,7 @@ def test_a_stream_may_be_cut_anywhere(packets: list[bytes], size: int) -> None:
 
 
 def test_thousands_of_addresses_that_pretend_to_be_vehicles_shut_nobody_out_for_long() -> None:
-    session = Session(254, 5.0)
+    session = MavlinkSession(254, 5.0)
     called = PeerAddress(1, "10.0.0.9", 14550)
     session.add_peer(called)
     for number in range(3000):
@@ -129,7 +129,7 @@ def test_thousands_of_addresses_that_pretend_to_be_vehicles_shut_nobody_out_for_
 
 
 def test_one_vehicle_at_many_addresses_is_bounded() -> None:
-    session = Session(254, 5.0)
+    session = MavlinkSession(254, 5.0)
     vehicle = FakeVehicle(1)
     for number in range(300):
         vehicle.boot_ms += 10

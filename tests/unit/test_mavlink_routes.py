@@ -10,7 +10,7 @@ from aos_drivers.links.address import PeerAddress
 from aos_drivers.links.framing import FrameParser
 from aos_drivers.links.identity import Identity
 from aos_drivers.links.routes import SILENT_S, ComponentRoute, DuplicateFilter
-from aos_drivers.mavlink.session import Event, PacketReceived, Session
+from aos_drivers.mavlink.session import Event, MavlinkSession, PacketReceived
 from aos_gcs.ports import Notice, Severity
 from tests.fakes.mavlink_vehicle import FakeVehicle
 
@@ -22,7 +22,7 @@ def criticals(events: list[Event]) -> list[str]:
     return [event.text for event in events if isinstance(event, Notice) and event.severity is Severity.CRITICAL]
 
 
-def asked_for_version(session: Session) -> set[PeerAddress]:
+def asked_for_version(session: MavlinkSession) -> set[PeerAddress]:
     return {
         outgoing.peer
         for outgoing in session.take_outgoing()
@@ -33,7 +33,7 @@ def asked_for_version(session: Session) -> set[PeerAddress]:
     }
 
 
-def commanded_at(session: Session) -> PeerAddress:
+def commanded_at(session: MavlinkSession) -> PeerAddress:
     session.take_outgoing()
     session.send(1, 1, mavlink.MAVLink_command_long_message(1, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0))
     (outgoing,) = session.take_outgoing()
@@ -44,7 +44,7 @@ class TwoPorts:
     """A vehicle with two telemetry ports: own sequence numbers on each, one board behind both."""
 
     def __init__(self) -> None:
-        self.session = Session(254, 5.0)
+        self.session = MavlinkSession(254, 5.0)
         self.vehicles = {WIFI: FakeVehicle(1), RADIO: FakeVehicle(1)}
         self.vehicles[RADIO].encoder.skip(100)
         self.events: list[Event] = []
@@ -102,7 +102,7 @@ def test_two_ports_without_a_board_identity_are_two_vehicles_until_it_comes() ->
 
 
 def test_the_same_packets_over_two_links_count_once_and_prove_one_vehicle() -> None:
-    session = Session(254, 5.0)
+    session = MavlinkSession(254, 5.0)
     vehicle = FakeVehicle(1)
     events: list[Event] = []
     for tick in range(200):
@@ -130,7 +130,7 @@ def test_other_boards_behind_two_addresses_are_never_the_same_vehicle() -> None:
 
 def test_two_vehicles_with_one_board_identity_are_told_apart_by_when_they_started() -> None:
     """All PX4 in simulation have the same identity."""
-    session = Session(254, 5.0)
+    session = MavlinkSession(254, 5.0)
     first, second = FakeVehicle(1), FakeVehicle(1)
     second.boot_ms += 60_000
     second.encoder.skip(100)

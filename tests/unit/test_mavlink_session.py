@@ -8,15 +8,15 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from aos_drivers.links.address import PeerAddress
 from aos_drivers.links.framing import FrameParser
 from aos_drivers.mavlink.peers import Outgoing
-from aos_drivers.mavlink.session import Event, Session
+from aos_drivers.mavlink.session import Event, MavlinkSession
 from aos_gcs.ports import FlightMode, LandedState, Notice, Severity
 from tests.fakes.mavlink_vehicle import HOME, Encoder, FakeVehicle
 
 A, B = PeerAddress(0, "10.0.0.1", 5001), PeerAddress(0, "10.0.0.2", 5002)
 
 
-def new_session() -> Session:
-    return Session(system_id=254, position_hz=5.0)
+def new_session() -> MavlinkSession:
+    return MavlinkSession(system_id=254, position_hz=5.0)
 
 
 def notices(events: list[Event]) -> list[Notice]:
@@ -319,7 +319,7 @@ def test_the_fast_streams_of_px4_are_slowed_down_or_switched_off_before_others_a
     assert len(asked) > len(fast)
 
 
-def answer_streams(session: Session, vehicle: FakeVehicle, now_s: float) -> None:
+def answer_streams(session: MavlinkSession, vehicle: FakeVehicle, now_s: float) -> None:
     for _ in range(40):
         session.poll(now_s)
         session.feed(vehicle.ack(mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, 0), A, now_s)

@@ -14,10 +14,10 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.links.address import PeerAddress, parse_link
 from aos_drivers.links.framing import FrameParser
-from aos_drivers.mavlink.session import Event, Session
+from aos_drivers.mavlink.session import Event, MavlinkSession
 from aos_drivers.mavlink.signing.key_file import read_key, read_ticks, time_file_of, write_ticks
 from aos_drivers.mavlink.signing.keyring import Keyring
-from aos_drivers.mavlink.signing.signer import TICKS_PER_S, LinkSigner, SigningClock, Verdict, ticks_of
+from aos_drivers.mavlink.signing.signer import TICKS_PER_S, LinkSigner, SignatureCheck, SigningClock, ticks_of
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.ports import Notice
 
@@ -51,7 +51,7 @@ def texts(events: list[Event]) -> list[str]:
 
 
 def test_what_pymavlink_signs_is_accepted_and_what_we_sign_pymavlink_accepts() -> None:
-    session = Session(254, 5.0, {0: signer()})
+    session = MavlinkSession(254, 5.0, {0: signer()})
     vehicle = foreign()
     session.feed(pack(vehicle), A, 0.0)
     assert list(session.records) == [1]
@@ -66,13 +66,13 @@ def test_what_pymavlink_signs_is_accepted_and_what_we_sign_pymavlink_accepts() -
 
 def test_a_wrong_key_and_missing_signatures_are_refused_counted_and_told_once() -> None:
     judge = signer()
-    session = Session(254, 5.0, {0: judge})
+    session = MavlinkSession(254, 5.0, {0: judge})
     events: list[Event] = []
     stranger, open_vehicle = foreign(OTHER_KEY, system_id=2), foreign(None, system_id=3)
     for _ in range(3):
         events += session.feed(pack(stranger) + pack(open_vehicle), A, 0.0)
     assert session.records == {}
-    assert (judge.counts[Verdict.WRONG_KEY], judge.counts[Verdict.UNSIGNED]) == (3, 3)
+    assert (judge.counts[SignatureCheck.WRONG_KEY], judge.counts[SignatureCheck.UNSIGNED]) == (3, 3)
     told = texts(events)
     assert len(told) == 2
     assert "system id 2 at 10.0.0.1:5001 are refused: they are signed with another key" in told[0]
@@ -80,14 +80,14 @@ def test_a_wrong_key_and_missing_signatures_are_refused_counted_and_told_once() 
 
 
 def test_unsigned_packets_may_be_accepted_but_never_wrongly_signed_ones() -> None:
-    session = Session(254, 5.0, {0: signer(accepts_unsigned=True)})
+    session = MavlinkSession(254, 5.0, {0: signer(accepts_unsigned=True)})
     session.feed(pack(foreign(None, system_id=3)) + pack(foreign(OTHER_KEY, system_id=2)), A, 0.0)
     assert list(session.records) == [3]
 
 
 def test_mavlink_1_counts_as_unsigned() -> None:
     packet = mavlink.MAVLink_heartbeat_message(*HEARTBEAT).pack(foreign(None), force_mavlink1=True)
-    assert signer().verify(packet, (1, 1)) is Verdict.UNSIGNED
+    assert signer().verify(packet, (1, 1)) is SignatureCheck.UNSIGNED
 
 
 def test_radios_need_no_key() -> None:
@@ -98,20 +98,20 @@ def test_radios_need_no_key() -> None:
 
 
 def test_a_link_without_a_key_takes_everything() -> None:
-    session = Session(254, 5.0, {1: signer()})
+    session = MavlinkSession(254, 5.0, {1: signer()})
     session.feed(pack(foreign(OTHER_KEY)), A, 0.0)
     assert list(session.records) == [1]
 
 
 def test_a_recorded_packet_is_refused_the_second_time() -> None:
     judge, packet = signer(), pack(foreign())
-    assert judge.verify(packet, (1, 1)) is Verdict.GOOD
-    assert judge.verify(packet, (1, 1)) is Verdict.REPLAYED
+    assert judge.verify(packet, (1, 1)) is SignatureCheck.GOOD
+    assert judge.verify(packet, (1, 1)) is SignatureCheck.REPLAYED
 
 
 def test_a_new_sender_may_be_late_by_a_minute_and_a_later_one_is_called_so_that_it_learns_the_time() -> None:
-    assert signer().verify(pack(foreign(utc_s=UTC_S - 59.0)), (1, 1)) is Verdict.GOOD
-    session = Session(254, 5.0, {0: signer()})
+    assert signer().verify(pack(foreign(utc_s=UTC_S - 59.0)), (1, 1)) is SignatureCheck.GOOD
+    session = MavlinkSession(254, 5.0, {0: signer()})
     vehicle = foreign(utc_s=UTC_S - 86_400.0)
     told = texts(session.feed(pack(vehicle), A, 0.0))
     assert "a vehicle whose clock is late is being told the time" in told[0]
@@ -125,11 +125,11 @@ def test_a_new_sender_may_be_late_by_a_minute_and_a_later_one_is_called_so_that_
 def test_a_forged_packet_with_a_far_time_does_not_shut_the_sender_out() -> None:
     judge, vehicle = signer(), foreign()
     judge.verify(pack(foreign(OTHER_KEY, utc_s=UTC_S + 1e6)), (1, 1))
-    assert judge.verify(pack(vehicle), (1, 1)) is Verdict.GOOD
+    assert judge.verify(pack(vehicle), (1, 1)) is SignatureCheck.GOOD
 
 
 def test_we_go_on_from_the_time_of_a_vehicle_that_is_ahead() -> None:
-    session = Session(254, 5.0, {0: signer()})
+    session = MavlinkSession(254, 5.0, {0: signer()})
     vehicle = foreign(utc_s=UTC_S + 3600.0)
     session.feed(pack(vehicle), A, 0.0)
     session.send_heartbeat(0.0)
@@ -165,7 +165,7 @@ def test_no_damaged_packet_is_ever_good(data: st.DataObject) -> None:
     packet = bytearray(pack(foreign()))
     position = data.draw(st.integers(3, len(packet) - 1))
     packet[position] ^= data.draw(st.integers(1, 255))
-    assert signer().verify(bytes(packet), (1, 1)) is Verdict.WRONG_KEY
+    assert signer().verify(bytes(packet), (1, 1)) is SignatureCheck.WRONG_KEY
 
 
 # --- files ----------------------------------------------------------------------------------------------------------

@@ -8,7 +8,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.links.address import PeerAddress
 from aos_drivers.links.framing import FrameParser
-from aos_drivers.mavlink.session import Session
+from aos_drivers.mavlink.session import MavlinkSession
 from aos_drivers.vehicle.timesync import ClockEstimator
 from tests.fakes.mavlink_vehicle import FakeVehicle
 
@@ -103,7 +103,7 @@ def test_a_clock_that_jumps_starts_anew() -> None:
 
 
 def test_the_session_asks_and_the_state_tells() -> None:
-    session = Session(254, 5.0)
+    session = MavlinkSession(254, 5.0)
     vehicle = FakeVehicle(1)
     session.feed(vehicle.heartbeat(), A, 50.0)
     session.poll(50.0)

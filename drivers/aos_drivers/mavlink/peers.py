@@ -11,7 +11,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from aos_drivers.links.address import PeerAddress
 from aos_drivers.links.framing import FrameParser
 from aos_drivers.links.heartbeat import OUR_COMPONENT_ID
-from aos_drivers.mavlink.signing.signer import LinkSigner, Verdict
+from aos_drivers.mavlink.signing.signer import LinkSigner, SignatureCheck
 
 _MAX_PEERS = 512
 _FORGOTTEN_S = 60.0
@@ -76,7 +76,7 @@ class PeerTable:
 
     def receive(
         self, data: bytes, peer: PeerAddress, now_s: float
-    ) -> list[tuple[mavlink.MAVLink_message, Verdict | None]]:
+    ) -> list[tuple[mavlink.MAVLink_message, SignatureCheck | None]]:
         """Return the valid packets that ``data`` completes, each with None or with the reason to refuse it."""
         entry = self._peers.get(peer) or self._make_room_for(peer, now_s)
         if entry is None:
@@ -128,7 +128,7 @@ class PeerTable:
         return self._add(peer)
 
 
-def _refusal(message: mavlink.MAVLink_message, entry: _Peer, signer: LinkSigner) -> Verdict | None:
-    verdict = signer.judge(message)
-    entry.is_late = verdict is Verdict.REPLAYED
-    return None if signer.accepts(verdict, message) else verdict
+def _refusal(message: mavlink.MAVLink_message, entry: _Peer, signer: LinkSigner) -> SignatureCheck | None:
+    check = signer.check(message)
+    entry.is_late = check is SignatureCheck.REPLAYED
+    return None if signer.accepts(check, message) else check

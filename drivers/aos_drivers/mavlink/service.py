@@ -17,7 +17,7 @@ from aos_drivers.links.address import PeerAddress, parse_link
 from aos_drivers.links.opener import Endpoint, LinkOpener
 from aos_drivers.links.recorder import TlogRecorder, open_recorder
 from aos_drivers.mavlink.component import ComponentSource
-from aos_drivers.mavlink.session import Event, PacketReceived, Session, VehicleFound
+from aos_drivers.mavlink.session import Event, MavlinkSession, PacketReceived, VehicleFound
 from aos_drivers.mavlink.signing.keyring import Keyring
 from aos_drivers.options import DriverOptions
 from aos_drivers.vehicle.cameras.exposure import CaptureTools, VehicleAccess
@@ -40,7 +40,7 @@ class MavlinkFleet:
     """The vehicles heard on the links (``aos_gcs.ports.Fleet``), and the traffic between them and the session."""
 
     def __init__(
-        self, session: Session, context: DriverContext, tools: CaptureTools, recorder: TlogRecorder | None
+        self, session: MavlinkSession, context: DriverContext, tools: CaptureTools, recorder: TlogRecorder | None
     ) -> None:
         self._session = session
         self._context = context
@@ -126,7 +126,7 @@ async def open_mavlink(links: Sequence[str], context: DriverContext) -> AsyncIte
         tools = CaptureTools(context.clock, fetcher, options.cameras, context.notify, receivers.start)
         keyring = await asyncio.to_thread(Keyring, addresses, context.clock)
         stack.push_async_callback(asyncio.to_thread, keyring.close)
-        session = Session(context.system_id, options.position_hz, keyring.signers, options.cameras)
+        session = MavlinkSession(context.system_id, options.position_hz, keyring.signers, options.cameras)
         fleet = MavlinkFleet(session, context, tools, recorder)
         tasks = await stack.enter_async_context(BackgroundTasks(lambda error: _report_failure(context, error)))
         opener = LinkOpener(

@@ -14,7 +14,7 @@ from aos_drivers.links.address import PeerAddress
 from aos_drivers.links.framing import is_signed
 from aos_drivers.links.heartbeat import HEARTBEAT_PERIOD_S, OUR_COMPONENT_ID, is_autopilot_heartbeat, our_heartbeat
 from aos_drivers.mavlink.peers import Outgoing, PeerTable
-from aos_drivers.mavlink.signing.signer import LinkSigner, Verdict
+from aos_drivers.mavlink.signing.signer import LinkSigner, SignatureCheck
 from aos_drivers.vehicle.autopilots.base import Target
 from aos_drivers.vehicle.autopilots.choice import autopilot_of
 from aos_drivers.vehicle.record import VehicleRecord
@@ -24,9 +24,9 @@ from aos_gcs.ports import Notice, Severity
 _BOOT_TIMED = frozenset({mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT, mavlink.MAVLINK_MSG_ID_ATTITUDE})
 
 _REFUSALS = {
-    Verdict.UNSIGNED: "they are not signed; set the key on the vehicle, or write unsigned=accept behind the link",
-    Verdict.WRONG_KEY: "they are signed with another key; set the same one on both sides",
-    Verdict.REPLAYED: "their signatures are too old; a vehicle whose clock is late is being told the time",
+    SignatureCheck.UNSIGNED: "they are not signed; set the key on the vehicle, or write unsigned=accept behind the link",
+    SignatureCheck.WRONG_KEY: "they are signed with another key; set the same one on both sides",
+    SignatureCheck.REPLAYED: "their signatures are too old; a vehicle whose clock is late is being told the time",
 }
 
 
@@ -49,7 +49,7 @@ class VehicleFound:
 Event = PacketReceived | VehicleFound | Notice
 
 
-class Session:
+class MavlinkSession:
     """The vehicles that peers carry, what they say, and what is asked of them."""
 
     def __init__(
@@ -66,7 +66,7 @@ class Session:
         self._cameras = cameras or CameraPlan()
         self._system_id = system_id
         self._position_hz = position_hz
-        self._told_refusals: set[tuple[int, int, Verdict]] = set()
+        self._told_refusals: set[tuple[int, int, SignatureCheck]] = set()
         self._peers = PeerTable(system_id, signers, lambda: {record.route.address for record in self.records.values()})
         self._events: list[Event] = []
         self._heartbeat_due_s = -math.inf
@@ -138,12 +138,12 @@ class Session:
 
     # --- packets ----------------------------------------------------------------------------------------------------
 
-    def _tell_refusal(self, system_id: int, peer: PeerAddress, verdict: Verdict) -> None:
+    def _tell_refusal(self, system_id: int, peer: PeerAddress, check: SignatureCheck) -> None:
         """Tell of each kind once per link and system id. Packets that come twice are late, too, and not worth it."""
-        key = (peer.link, system_id, verdict)
-        if key not in self._told_refusals and not (verdict is Verdict.REPLAYED and system_id in self.records):
+        key = (peer.link, system_id, check)
+        if key not in self._told_refusals and not (check is SignatureCheck.REPLAYED and system_id in self.records):
             self._told_refusals.add(key)
-            text = f"packets of system id {system_id} at {peer} are refused: {_REFUSALS[verdict]}"
+            text = f"packets of system id {system_id} at {peer} are refused: {_REFUSALS[check]}"
             self._events.append(Notice(Severity.WARNING, text))
 
     def _on_unknown(self, message: mavlink.MAVLink_unknown, peer: PeerAddress) -> None:

@@ -16,7 +16,7 @@ from aos_drivers.links.address import LinkAddress, PeerAddress, parse_link
 from aos_drivers.links.opener import Endpoint, LinkOpener
 from aos_drivers.mavlink.doctor.diagnosis import POSITION_HZ, Examination, Finding, Level, diagnose
 from aos_drivers.mavlink.doctor.survey import Survey
-from aos_drivers.mavlink.session import Session
+from aos_drivers.mavlink.session import MavlinkSession
 from aos_drivers.mavlink.signing.keyring import Keyring
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import LinkError
@@ -52,7 +52,7 @@ async def _examine_now(addresses: Sequence[LinkAddress], system_id: int, duratio
 class _Listener:
     """Hands what arrives to the survey and to a session like that of a mission, and sends what the latter says."""
 
-    def __init__(self, session: Session, survey: Survey, clock: Clock) -> None:
+    def __init__(self, session: MavlinkSession, survey: Survey, clock: Clock) -> None:
         self._session = session
         self._survey = survey
         self._clock = clock
@@ -87,7 +87,7 @@ async def examine(addresses: Sequence[LinkAddress], system_id: int, duration_s: 
     async with AsyncExitStack() as stack:
         keyring = await asyncio.to_thread(Keyring, addresses, clock)
         stack.push_async_callback(asyncio.to_thread, keyring.close)
-        session = Session(system_id, POSITION_HZ, keyring.signers)
+        session = MavlinkSession(system_id, POSITION_HZ, keyring.signers)
         survey = Survey({link: signer.with_empty_memory() for link, signer in keyring.signers.items()})
         listener = _Listener(session, survey, clock)
         tasks = await stack.enter_async_context(BackgroundTasks(_ignore))

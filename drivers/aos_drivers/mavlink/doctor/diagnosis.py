@@ -11,7 +11,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.links.address import LinkAddress
 from aos_drivers.mavlink.doctor.survey import Sender, Survey
-from aos_drivers.mavlink.signing.signer import Verdict
+from aos_drivers.mavlink.signing.signer import SignatureCheck
 from aos_drivers.vehicle.record import VehicleRecord
 
 POSITION_HZ = 5.0
@@ -137,15 +137,15 @@ def _of_signatures(examination: Examination, system_id: int, senders: Sequence[S
                 text = f"{where} signs its packets and may refuse ours: give its key with ?sign=FILE behind the link"
                 yield Finding(Level.PROBLEM, "key_missing", text, system_id)
             continue
-        verdicts = sender.verdicts
-        if verdicts[Verdict.WRONG_KEY]:
+        checks = sender.signature_checks
+        if checks[SignatureCheck.WRONG_KEY]:
             text = f"{where} signs with another key than {signing.key_file}: set the same key on both sides"
             yield Finding(Level.PROBLEM, "wrong_key", text, system_id)
-        if verdicts[Verdict.UNSIGNED]:
+        if checks[SignatureCheck.UNSIGNED]:
             level = Level.HINT if signing.accepts_unsigned else Level.PROBLEM
-            text = f"{where} does not sign {verdicts[Verdict.UNSIGNED]} of {sender.packets} packets: set the key on it"
+            text = f"{where} does not sign {checks[SignatureCheck.UNSIGNED]} of {sender.packets} packets: set the key on it"
             yield Finding(level, "unsigned", text, system_id)
-        if verdicts[Verdict.REPLAYED] and not verdicts[Verdict.GOOD]:
+        if checks[SignatureCheck.REPLAYED] and not checks[SignatureCheck.GOOD]:
             text = f"{where} signs with times that are too old: its clock, or that of this computer, is wrong"
             yield Finding(Level.PROBLEM, "late_signatures", text, system_id)
 

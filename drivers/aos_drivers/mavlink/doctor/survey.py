@@ -11,7 +11,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from aos_drivers.links.address import PeerAddress
 from aos_drivers.links.framing import FrameParser, is_signed
 from aos_drivers.links.loss import LossCounter
-from aos_drivers.mavlink.signing.signer import LinkSigner, Verdict
+from aos_drivers.mavlink.signing.signer import LinkSigner, SignatureCheck
 
 _MAX_PEERS = 512
 _MAX_SENDERS = 2048
@@ -30,8 +30,8 @@ class Sender:
     signed_packets: int = 0
     heartbeat: mavlink.MAVLink_heartbeat_message | None = None
     uid: bytes | None = None
-    verdicts: Counter[Verdict] = field(default_factory=Counter)
-    """Of the signatures, where the link has a key."""
+    signature_checks: Counter[SignatureCheck] = field(default_factory=Counter)
+    """Results of checking the signatures, where the link has a key."""
     message_counts: Counter[int] = field(default_factory=Counter)
     """By message id, since ``Survey.start_rates``."""
     loss: LossCounter = field(default_factory=LossCounter)
@@ -101,7 +101,7 @@ class Survey:
         sender.message_counts[message.get_msgId()] += 1
         sender.loss.count(message.get_seq())
         if peer.link in self._signers:
-            sender.verdicts[self._signers[peer.link].verify(packet, (system_id, component_id))] += 1
+            sender.signature_checks[self._signers[peer.link].verify(packet, (system_id, component_id))] += 1
         if message.get_msgId() == mavlink.MAVLINK_MSG_ID_HEARTBEAT:
             sender.heartbeat = message
         elif message.get_msgId() == mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION:

@@ -26,8 +26,8 @@ _STAMP_BYTES = 6
 _MAX_STREAMS = 4096
 
 
-class Verdict(Enum):
-    """What a packet's signature is worth."""
+class SignatureCheck(Enum):
+    """Result of checking a packet's signature."""
 
     GOOD = auto()
     UNSIGNED = auto()
@@ -75,8 +75,8 @@ class LinkSigner:
         self._clock = clock
         self._accepts_unsigned = accepts_unsigned
         self._latest_ticks: dict[tuple[int, int, int], int] = {}
-        self.counts = dict.fromkeys(Verdict, 0)
-        """Packets received, by verdict."""
+        self.counts = dict.fromkeys(SignatureCheck, 0)
+        """Packets received, by the result of their check."""
 
     def with_empty_memory(self) -> LinkSigner:
         """Return another signer of the same link that has heard nobody yet."""
@@ -88,33 +88,35 @@ class LinkSigner:
         signing.secret_key, signing.link_id, signing.sign_outgoing = self._key, self._link_id, True
         signing.timestamp = self._clock.next_ticks()
 
-    def judge(self, message: mavlink.MAVLink_message) -> Verdict:
-        """Return, and count, what the signature of a packet is worth."""
-        verdict = self.verify(bytes(message.get_msgbuf()), (message.get_srcSystem(), message.get_srcComponent()))
-        self.counts[verdict] += 1
-        return verdict
+    def check(self, message: mavlink.MAVLink_message) -> SignatureCheck:
+        """Check the signature of a packet, and count the result."""
+        check = self.verify(bytes(message.get_msgbuf()), (message.get_srcSystem(), message.get_srcComponent()))
+        self.counts[check] += 1
+        return check
 
-    def accepts(self, verdict: Verdict, message: mavlink.MAVLink_message) -> bool:
+    def accepts(self, check: SignatureCheck, message: mavlink.MAVLink_message) -> bool:
         """Whether the packet may be used. The radios of a link put in their own state, and have no key."""
         is_radio = message.get_msgId() == mavlink.MAVLINK_MSG_ID_RADIO_STATUS
-        return verdict is Verdict.GOOD or (verdict is Verdict.UNSIGNED and (self._accepts_unsigned or is_radio))
+        return check is SignatureCheck.GOOD or (
+            check is SignatureCheck.UNSIGNED and (self._accepts_unsigned or is_radio)
+        )
 
-    def verify(self, packet: bytes, sender: tuple[int, int]) -> Verdict:
-        """Return what the signature of a packet from ``sender`` (system, component) is worth."""
+    def verify(self, packet: bytes, sender: tuple[int, int]) -> SignatureCheck:
+        """Check the signature of a packet from ``sender`` (system, component)."""
         if not is_signed(packet):
-            return Verdict.UNSIGNED
+            return SignatureCheck.UNSIGNED
         body, signature = packet[:-_SIGNATURE_BYTES], packet[-_SIGNATURE_BYTES:]
         if not hmac.compare_digest(hashlib.sha256(self._key + body).digest()[:_SIGNATURE_BYTES], signature):
-            return Verdict.WRONG_KEY
+            return SignatureCheck.WRONG_KEY
         ticks = int.from_bytes(body[-_STAMP_BYTES:], "little")
         stream = (body[-_STAMP_BYTES - 1], *sender)
         latest = self._latest_ticks.get(stream)
         oldest = self._clock.now_ticks() - _NEW_STREAM_TICKS if latest is None else latest + 1
         if ticks < oldest:
-            return Verdict.REPLAYED
+            return SignatureCheck.REPLAYED
         self._latest_ticks.pop(stream, None)  # the latest sender stands last
         self._latest_ticks[stream] = ticks
         if len(self._latest_ticks) > _MAX_STREAMS:
             del self._latest_ticks[next(iter(self._latest_ticks))]
         self._clock.advance(ticks)
-        return Verdict.GOOD
+        return SignatureCheck.GOOD
