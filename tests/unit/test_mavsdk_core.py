@@ -12,7 +12,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 pytest.importorskip("mavsdk", reason="needs the optional library mavsdk")
 
 from aos_drivers.mavsdk import open_mavsdk
-from aos_drivers.mavsdk.core import Postman, direct_from_message, message_from_direct
+from aos_drivers.mavsdk.core import LoopDispatcher, direct_from_message, message_from_direct
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.ports import DriverContext
@@ -31,16 +31,16 @@ def test_a_goto_survives_the_json_with_its_nan() -> None:
 
 
 async def test_callbacks_of_other_threads_run_on_the_loop_until_closed() -> None:
-    postman = Postman()
+    dispatcher = LoopDispatcher()
     calls: list[tuple[str, threading.Thread]] = []
-    callback = postman.to_loop(lambda value: calls.append((value, threading.current_thread())))
+    callback = dispatcher.to_loop(lambda value: calls.append((value, threading.current_thread())))
     await asyncio.to_thread(callback, "first", None)
     await asyncio.sleep(0)
     assert calls == [("first", threading.current_thread())]
     thread = threading.Thread(target=callback, args=("on its way", None))
     thread.start()
     thread.join()
-    postman.close()
+    dispatcher.close()
     await asyncio.to_thread(callback, "late", None)
     await asyncio.sleep(0)
     assert len(calls) == 1

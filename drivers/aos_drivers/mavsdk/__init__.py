@@ -5,6 +5,6 @@ sockets carry its bytes (``wire``), because its own send every packet to every v
 of the service's health. See docs/drivers.md.
 """
 
-from aos_drivers.mavsdk.service import MavsdkFleet, MavsdkVehicle, open_mavsdk
+from aos_drivers.mavsdk.service import MavsdkFleet, open_mavsdk
 
-__all__ = ["MavsdkFleet", "MavsdkVehicle", "open_mavsdk"]
+__all__ = ["MavsdkFleet", "open_mavsdk"]

@@ -8,7 +8,7 @@ from mavsdk.system import System
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.frames.errors import LateFrameError
-from aos_drivers.mavsdk.core import Postman, message_from_direct
+from aos_drivers.mavsdk.core import LoopDispatcher, message_from_direct
 from aos_drivers.mavsdk.telemetry import geodetic
 from aos_drivers.vehicle.autopilots.base import Target, command_long
 from aos_drivers.vehicle.cameras.component_record import fov_from_lens
@@ -24,18 +24,23 @@ class ComponentSource:
     """Commands the camera component of one vehicle and fetches what it names."""
 
     def __init__(
-        self, system: System, direct: MavlinkDirect, vehicle: VehicleAccess, tools: CaptureTools, postman: Postman
+        self,
+        system: System,
+        direct: MavlinkDirect,
+        vehicle: VehicleAccess,
+        tools: CaptureTools,
+        dispatcher: LoopDispatcher,
     ) -> None:
         self._vehicle = vehicle
         self._tools = tools
-        self._postman = postman
+        self._dispatcher = dispatcher
         self._plugin = Camera(system)
         self._information: Information | None = None
         self._newest: CaptureInfo | None = None
         self._is_exposing = False
-        self._plugin.subscribe_camera_list(postman.to_loop(self._take_list))
-        self._plugin.subscribe_capture_info(postman.to_loop(self._take_capture))
-        direct.subscribe_message("CAMERA_CAPTURE_STATUS", postman.to_loop(self._take_status))
+        self._plugin.subscribe_camera_list(dispatcher.to_loop(self._take_list))
+        self._plugin.subscribe_capture_info(dispatcher.to_loop(self._take_capture))
+        direct.subscribe_message("CAMERA_CAPTURE_STATUS", dispatcher.to_loop(self._take_status))
 
     async def capture(self, deadline_s: float) -> Capture:
         """See ``Vehicle.capture``."""
@@ -63,7 +68,9 @@ class ComponentSource:
         """Command one exposure and return what the camera says about it."""
         clock, before = self._tools.clock, self._newest
         results: list[CameraResult] = []
-        self._plugin.take_photo_async(component_id, self._postman.to_loop(lambda result: self._take(results, result)))
+        self._plugin.take_photo_async(
+            component_id, self._dispatcher.to_loop(lambda result: self._take(results, result))
+        )
 
         def is_decided() -> bool:
             return self._newest is not before or any(result is not CameraResult.SUCCESS for result in results)

@@ -75,7 +75,7 @@ class Feeder:
             self._core.pass_received_raw_bytes(packet)
 
 
-class Postman:
+class LoopDispatcher:
     """Has functions called on the event loop, from any thread. Policy: what comes after ``close`` is dropped."""
 
     def __init__(self) -> None:

@@ -9,8 +9,6 @@ from types import MappingProxyType
 
 import aiohttp
 from mavsdk import Mavsdk
-from mavsdk.plugins.mavlink_direct import MavlinkDirect
-from mavsdk.system import System
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.background import BackgroundTasks
@@ -19,17 +17,14 @@ from aos_drivers.links.address import LinkAddress, PeerAddress, parse_link
 from aos_drivers.links.heartbeat import HEARTBEAT_PERIOD_S, is_autopilot_heartbeat
 from aos_drivers.links.opener import LinkOpener
 from aos_drivers.links.recorder import open_recorder
-from aos_drivers.mavsdk.component import ComponentSource
-from aos_drivers.mavsdk.core import Postman, direct_from_message, open_core
-from aos_drivers.mavsdk.telemetry import TelemetryFeed
+from aos_drivers.mavsdk.core import LoopDispatcher, open_core
+from aos_drivers.mavsdk.vehicle import MavsdkVehicle, make_vehicle
 from aos_drivers.mavsdk.wire import ANY_COMPONENT, Wire
 from aos_drivers.options import DriverOptions
-from aos_drivers.vehicle.autopilots.base import Target, command_long
-from aos_drivers.vehicle.cameras.exposure import CaptureTools, VehicleAccess
+from aos_drivers.vehicle.autopilots.base import Target
+from aos_drivers.vehicle.cameras.exposure import CaptureTools
 from aos_drivers.vehicle.cameras.runner import report_receiver
-from aos_drivers.vehicle.mavlink_vehicle import MavlinkVehicle
 from aos_drivers.vehicle.record import VehicleRecord
-from aos_drivers.vehicle.waiting import Changes
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.ports import (
     DriverContext,
@@ -39,57 +34,6 @@ from aos_gcs.ports import (
 
 TICK_S = 0.1
 """Clock seconds between two looks at what is due; a late one is skipped."""
-
-
-class MavsdkVehicle(MavlinkVehicle):
-    """A vehicle that MAVSDK has found."""
-
-    def __init__(
-        self,
-        system: System,
-        record: VehicleRecord,
-        *,
-        context: DriverContext,
-        tools: CaptureTools,
-        wire: Wire,
-        postman: Postman,
-    ) -> None:
-        changes = self._changes = Changes(context.clock)
-        direct = MavlinkDirect(system)
-        self._direct = direct
-        self._feed = TelemetryFeed(
-            system,
-            direct,
-            record,
-            clock=context.clock,
-            postman=postman,
-            on_change=changes.announce,
-            notify=context.notify,
-        )
-        access = VehicleAccess(
-            record, self._send, changes, lambda component_id: wire.host_of(record.vehicle_id, component_id)
-        )
-        super().__init__(
-            access, tools, lambda: ComponentSource(system, direct, access, tools, postman), context.system_id
-        )
-
-    def announce(self) -> None:
-        """Have those look again who wait for something about the vehicle."""
-        self._changes.announce()
-
-    def poll(self, now_s: float) -> None:
-        """Ask for streams and facts that are due. Call it several times a second."""
-        system_id = self._record.vehicle_id
-        for component_id, command, params in self._record.due_requests(now_s):
-            self._send(system_id, component_id, command_long(Target(system_id, component_id), command, *params))
-
-    def _send(self, system_id: int, component_id: int, message: mavlink.MAVLink_message) -> None:
-        """Send one packet.
-
-        Not through MAVSDK's own queue of commands: without an answer, it goes on repeating an older goto beside the
-        newer one that has superseded it.
-        """
-        self._direct.send_message(direct_from_message(message, system_id, component_id))
 
 
 class MavsdkFleet:
@@ -146,14 +90,14 @@ class MavsdkFleet:
         elif message.get_msgId() == mavlink.MAVLINK_MSG_ID_TIMESYNC:
             record.clock.on_message(message, now_s)
 
-    async def run(self, wire: Wire, postman: Postman) -> None:
+    async def run(self, wire: Wire, dispatcher: LoopDispatcher) -> None:
         """Do what is due, until cancelled."""
         clock = self._context.clock
         heartbeat_due_s = -math.inf
         while True:
             now_s = clock.now_s()
             if len(self._vehicles) < len(self._records):
-                self._find_vehicles(wire, postman)
+                self._find_vehicles(wire, dispatcher)
             for vehicle_id, vehicle in self._vehicles.items():
                 vehicle.poll(now_s)
                 self._watch_identity(vehicle_id, now_s)
@@ -165,13 +109,13 @@ class MavsdkFleet:
                 heartbeat_due_s = now_s + HEARTBEAT_PERIOD_S
             await clock.sleep(TICK_S)
 
-    def _find_vehicles(self, wire: Wire, postman: Postman) -> None:
+    def _find_vehicles(self, wire: Wire, dispatcher: LoopDispatcher) -> None:
         for system in self._core.get_systems():
             system_id = system.get_system_id()
             record = self._records.get(system_id)
             if record is not None and system_id not in self._vehicles:
-                vehicle = MavsdkVehicle(
-                    system, record, context=self._context, tools=self._tools, wire=wire, postman=postman
+                vehicle = make_vehicle(
+                    system, record, context=self._context, tools=self._tools, wire=wire, dispatcher=dispatcher
                 )
                 self._vehicles[system_id] = vehicle
                 host = wire.host_of(system_id, ANY_COMPONENT)
@@ -208,8 +152,8 @@ async def open_mavsdk(links: Sequence[str], context: DriverContext) -> AsyncIter
         tools = CaptureTools(context.clock, fetcher, options.cameras, context.notify, receivers.start)
         core, feeder = await stack.enter_async_context(open_core(context.system_id))
         fleet = MavsdkFleet(core, context, tools, options.position_hz)
-        postman = Postman()
-        stack.callback(postman.close)
+        dispatcher = LoopDispatcher()
+        stack.callback(dispatcher.close)
 
         def record(packet: bytes) -> None:
             if recorder is not None:
@@ -221,14 +165,14 @@ async def open_mavsdk(links: Sequence[str], context: DriverContext) -> AsyncIter
             lambda message, peer: fleet.note(wire, message, peer),
             record,
         )
-        core.subscribe_raw_bytes_to_be_sent(lambda packet: postman.to_loop(wire.send)(packet, None))
+        core.subscribe_raw_bytes_to_be_sent(lambda packet: dispatcher.to_loop(wire.send)(packet, None))
         tasks = await stack.enter_async_context(BackgroundTasks(lambda error: _report_failure(context, error)))
         opener = LinkOpener(
             stack, tasks, context.clock, wire.receive, lambda text: context.notify(Notice(Severity.WARNING, text))
         )
         for number, address in enumerate(addresses):
             wire.add_endpoint(number, *await opener.open(number, address))
-        tasks.start(fleet.run(wire, postman))
+        tasks.start(fleet.run(wire, dispatcher))
         yield fleet
 
 

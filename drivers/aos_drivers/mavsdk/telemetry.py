@@ -10,8 +10,8 @@ from mavsdk.plugins.mavlink_direct import MavlinkDirect, MavlinkMessage
 from mavsdk.system import System
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from aos_drivers.mavsdk.core import Postman, message_from_direct
-from aos_drivers.vehicle.autopilots.choice import autopilot_of
+from aos_drivers.mavsdk.core import LoopDispatcher, message_from_direct
+from aos_drivers.vehicle.autopilots.choice import dialect_of
 from aos_drivers.vehicle.record import VehicleRecord
 from aos_drivers.vehicle.status_text import notice_severity
 from aos_gcs.geometry.geodesy import GeodeticPosition
@@ -45,7 +45,7 @@ class TelemetryFeed:
         record: VehicleRecord,
         *,
         clock: Clock,
-        postman: Postman,
+        dispatcher: LoopDispatcher,
         on_change: Callable[[], None],
         notify: Callable[[Notice], None],
     ) -> None:
@@ -55,9 +55,9 @@ class TelemetryFeed:
         self._on_change = on_change
         self._notify = notify
         self._plugin = plugin.Telemetry(system)
-        self._subscribe(direct, postman)
+        self._subscribe(direct, dispatcher)
 
-    def _subscribe(self, direct: MavlinkDirect, postman: Postman) -> None:
+    def _subscribe(self, direct: MavlinkDirect, dispatcher: LoopDispatcher) -> None:
         handlers = {
             self._plugin.subscribe_position: self._take_position,
             self._plugin.subscribe_velocity_ned: self._take_velocity,
@@ -69,9 +69,9 @@ class TelemetryFeed:
             self._plugin.subscribe_status_text: self._take_text,
         }
         for subscribe, handler in handlers.items():
-            subscribe(postman.to_loop(self._announced(handler)))
+            subscribe(dispatcher.to_loop(self._announced(handler)))
         for name in _DIRECT:
-            direct.subscribe_message(name, postman.to_loop(self._announced(self._take_direct)))
+            direct.subscribe_message(name, dispatcher.to_loop(self._announced(self._take_direct)))
 
     def _announced(self, handler: Callable[..., None]) -> Callable[..., None]:
         def handle(value: object) -> None:
@@ -138,7 +138,7 @@ class TelemetryFeed:
         elif direct.component_id != record.target.component_id:
             return
         elif direct.message_name == "HEARTBEAT":
-            record.autopilot = autopilot_of(message)
+            record.autopilot = dialect_of(message)
             telemetry = record.telemetry
             telemetry.mode, telemetry.mode_name = record.autopilot.mode(message)
             telemetry.armed = bool(message.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED)
