@@ -32,14 +32,14 @@ from aos_sim.clock import TICK_S, Pacer, SimTime
 from aos_sim.links import Address, Endpoint, LinkAddress, open_endpoint
 from aos_sim.report import SeparationMonitor, SwarmReport
 from aos_sim.vehicle.arducopter import ArduCopter
-from aos_sim.vehicle.autopilot import Autopilot
+from aos_sim.vehicle.autopilot import SimulatedAutopilot
 from aos_sim.vehicle.configuration import VehicleIdentity
 from aos_sim.vehicle.dynamics import AirframeLimits, Guidance, SwarmState, Wind, step
 from aos_sim.vehicle.kinematics import Kinematics, read_kinematics
 from aos_sim.vehicle.px4 import Px4
 from aos_sim.vehicle.vehicle import SimulatedVehicle
 
-AUTOPILOTS: Mapping[str, type[Autopilot]] = {"arducopter": ArduCopter, "px4": Px4}
+AUTOPILOTS: Mapping[str, type[SimulatedAutopilot]] = {"arducopter": ArduCopter, "px4": Px4}
 SHUTTERS: Mapping[str, type[ShutterCamera]] = {"arducopter": ArduPilotShutter, "px4": Px4Shutter}
 
 MAX_VEHICLES = 100
@@ -218,7 +218,7 @@ class SimulatedSwarm:
         )
         return self._with_camera(autopilot(identity, kinematics))
 
-    def _with_camera(self, autopilot: Autopilot) -> SimulatedVehicle:
+    def _with_camera(self, autopilot: SimulatedAutopilot) -> SimulatedVehicle:
         if not self.options.cameras:
             return SimulatedVehicle(autopilot, None)
         if self.options.image_folder is not None:
@@ -276,7 +276,7 @@ class SimulatedSwarm:
         task.add_done_callback(self._tasks.discard)
 
 
-def _guidance(autopilots: Sequence[Autopilot]) -> Guidance:
+def _guidance(autopilots: Sequence[SimulatedAutopilot]) -> Guidance:
     setpoints = [autopilot.setpoint for autopilot in autopilots]
     return Guidance(
         lifting=np.array([setpoint.lifting for setpoint in setpoints]),

@@ -22,7 +22,7 @@ from aos_drivers.vehicle.parameters.transfer import ParameterRead, ParameterWrit
 from aos_gcs.errors import CommandRefusedError
 from aos_gcs.ports import Geofence
 from aos_sim.vehicle.arducopter import ArduCopter
-from aos_sim.vehicle.autopilot import Autopilot as SimulatedAutopilot
+from aos_sim.vehicle.autopilot import SimulatedAutopilot
 from aos_sim.vehicle.px4 import Px4
 
 TARGET = Target(7, 1)

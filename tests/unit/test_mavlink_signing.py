@@ -75,8 +75,8 @@ def test_a_wrong_key_and_missing_signatures_are_refused_counted_and_told_once() 
     assert (judge.counts[SignatureCheck.WRONG_KEY], judge.counts[SignatureCheck.UNSIGNED]) == (3, 3)
     told = texts(events)
     assert len(told) == 2
-    assert "system id 2 at 10.0.0.1:5001 are refused: they are signed with another key" in told[0]
-    assert "not signed; set the key on the vehicle, or write unsigned=accept" in told[1]
+    assert "system id 2 at 10.0.0.1:5001 are refused: signed with another key" in told[0]
+    assert "not signed; set the key on the vehicle, or append unsigned=accept" in told[1]
 
 
 def test_unsigned_packets_may_be_accepted_but_never_wrongly_signed_ones() -> None:
@@ -94,7 +94,7 @@ def test_radios_need_no_key() -> None:
     judge = signer()
     packet = mavlink.MAVLink_radio_status_message(1, 2, 3, 4, 5, 6, 7).pack(foreign(None, system_id=51))
     (message,) = FrameParser().feed(packet)
-    assert judge.accepts(judge.judge(message), message)
+    assert judge.accepts(judge.check(message), message)
 
 
 def test_a_link_without_a_key_takes_everything() -> None:
@@ -114,7 +114,7 @@ def test_a_new_sender_may_be_late_by_a_minute_and_a_later_one_is_called_so_that_
     session = MavlinkSession(254, 5.0, {0: signer()})
     vehicle = foreign(utc_s=UTC_S - 86_400.0)
     told = texts(session.feed(pack(vehicle), A, 0.0))
-    assert "a vehicle whose clock is late is being told the time" in told[0]
+    assert "a vehicle whose clock is slow is being sent the time" in told[0]
     session.send_heartbeat(0.0)
     (outgoing,) = session.take_outgoing()
     vehicle.decode(bytearray(outgoing.packet))

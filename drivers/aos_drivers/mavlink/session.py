@@ -16,7 +16,7 @@ from aos_drivers.links.heartbeat import HEARTBEAT_PERIOD_S, OUR_COMPONENT_ID, is
 from aos_drivers.mavlink.peers import Outgoing, PeerTable
 from aos_drivers.mavlink.signing.signer import LinkSigner, SignatureCheck
 from aos_drivers.vehicle.autopilots.base import Target
-from aos_drivers.vehicle.autopilots.choice import autopilot_of
+from aos_drivers.vehicle.autopilots.choice import dialect_of
 from aos_drivers.vehicle.record import VehicleRecord
 from aos_drivers.vehicle.status_text import notice_severity
 from aos_gcs.ports import Notice, Severity
@@ -24,9 +24,9 @@ from aos_gcs.ports import Notice, Severity
 _BOOT_TIMED = frozenset({mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT, mavlink.MAVLINK_MSG_ID_ATTITUDE})
 
 _REFUSALS = {
-    SignatureCheck.UNSIGNED: "they are not signed; set the key on the vehicle, or write unsigned=accept behind the link",
-    SignatureCheck.WRONG_KEY: "they are signed with another key; set the same one on both sides",
-    SignatureCheck.REPLAYED: "their signatures are too old; a vehicle whose clock is late is being told the time",
+    SignatureCheck.UNSIGNED: "not signed; set the key on the vehicle, or append unsigned=accept to the link",
+    SignatureCheck.WRONG_KEY: "signed with another key; set the same key on both sides",
+    SignatureCheck.REPLAYED: "signature time too old; a vehicle whose clock is slow is being sent the time",
 }
 
 
@@ -233,7 +233,7 @@ class MavlinkSession:
     ) -> None:
         if not is_autopilot_heartbeat(message):
             return
-        record.autopilot = autopilot_of(message)
+        record.autopilot = dialect_of(message)
         telemetry = record.telemetry
         telemetry.mode, telemetry.mode_name = record.autopilot.mode(message)
         telemetry.armed = bool(message.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED)

@@ -12,8 +12,8 @@ from aos_drivers.frames.settings import CameraSettings
 from aos_drivers.links.address import PeerAddress
 from aos_drivers.links.identity import Identity
 from aos_drivers.links.routes import ComponentRoute, DuplicateFilter
-from aos_drivers.vehicle.autopilots.base import Autopilot, Target
-from aos_drivers.vehicle.autopilots.choice import autopilot_of
+from aos_drivers.vehicle.autopilots.base import AutopilotDialect, Target
+from aos_drivers.vehicle.autopilots.choice import dialect_of
 from aos_drivers.vehicle.cameras.component_record import CameraRecord
 from aos_drivers.vehicle.cameras.payload import PayloadRecord, motion_rates_hz
 from aos_drivers.vehicle.conversation import Conversation
@@ -46,7 +46,7 @@ class VehicleRecord:
         """Ask for positions at ``position_hz``, and for what the ``camera`` needs."""
         camera = camera or CameraSettings()
         self.target = target
-        self.autopilot: Autopilot = autopilot_of(heartbeat)
+        self.autopilot: AutopilotDialect = dialect_of(heartbeat)
         self.telemetry = Telemetry()
         self.identity = Identity()
         self.texts = StatusTexts()

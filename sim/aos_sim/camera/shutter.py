@@ -14,7 +14,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_sim.camera.component import MAX_PENDING, CameraView, Exposure
 from aos_sim.clock import SimTime
-from aos_sim.vehicle.autopilot import Autopilot
+from aos_sim.vehicle.autopilot import SimulatedAutopilot
 from aos_sim.vehicle.commands import CommandRequest
 from aos_sim.vehicle.telemetry import body_quaternion, degrees_e7
 
@@ -29,7 +29,7 @@ class ShutterCamera(ABC):
     COMMANDS: ClassVar[frozenset[int]]
     """What this autopilot takes to trigger it."""
 
-    def __init__(self, autopilot: Autopilot) -> None:
+    def __init__(self, autopilot: SimulatedAutopilot) -> None:
         self._autopilot = autopilot
         self._now = SimTime(0)
         self._exposures: list[Exposure] = []

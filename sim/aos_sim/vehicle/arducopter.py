@@ -9,7 +9,7 @@ from typing import ClassVar
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from aos_sim.vehicle.autopilot import Autopilot
+from aos_sim.vehicle.autopilot import SimulatedAutopilot
 from aos_sim.vehicle.commands import AMSL_FRAMES, RELATIVE_FRAMES, TERRAIN_FRAMES, CommandRequest
 from aos_sim.vehicle.configuration import VehicleIdentity
 from aos_sim.vehicle.data_streams import requested_intervals_us
@@ -44,7 +44,7 @@ RESULT_UNSUPPORTED_FRAME = 9
 INT8, INT16, INT32 = ParameterType.INT8, ParameterType.INT16, ParameterType.INT32
 
 
-class ArduCopter(Autopilot):
+class ArduCopter(SimulatedAutopilot):
     """ArduCopter as a careful operator sets it up for a swarm.
 
     Unlike the factory settings, the failsafe for a lost ground station is on and listens to system ids 254 and 255, the

@@ -47,7 +47,7 @@ LANDED_STATES: Mapping[Manoeuvre, int] = {
 }
 
 
-class Autopilot(ABC):
+class SimulatedAutopilot(ABC):
     """One vehicle's autopilot, component 1.
 
     Call :meth:`handle` for each message that arrives and :meth:`update` once per tick, then take what is to be sent

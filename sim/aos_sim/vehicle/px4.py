@@ -10,7 +10,7 @@ from typing import ClassVar
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from aos_sim.vehicle.autopilot import SECOND_US, Autopilot
+from aos_sim.vehicle.autopilot import SECOND_US, SimulatedAutopilot
 from aos_sim.vehicle.commands import CommandRequest
 from aos_sim.vehicle.configuration import VehicleIdentity
 from aos_sim.vehicle.fence import Fence
@@ -46,7 +46,7 @@ LINK_LOSS_RETURN = 2
 BATTERY_RETURN = 3
 
 
-class Px4(Autopilot):
+class Px4(SimulatedAutopilot):
     """PX4 as a careful operator sets it up for a swarm: the failsafe for a lost ground station is on."""
 
     MAV_AUTOPILOT = mavlink.MAV_AUTOPILOT_PX4

@@ -8,7 +8,7 @@ from aos_sim.camera.component import CameraComponent, CameraView
 from aos_sim.camera.shutter import ShutterCamera
 from aos_sim.clock import SimTime
 from aos_sim.packets import Packer
-from aos_sim.vehicle.autopilot import Autopilot
+from aos_sim.vehicle.autopilot import SimulatedAutopilot
 from aos_sim.vehicle.commands import is_addressed_to
 from aos_sim.vehicle.kinematics import Kinematics
 
@@ -18,7 +18,7 @@ AUTOPILOT_COMPONENT = int(mavlink.MAV_COMP_ID_AUTOPILOT1)
 class SimulatedVehicle:
     """Autopilot and, unless it comes from elsewhere, camera with one system id; parsed messages in, packets out."""
 
-    def __init__(self, autopilot: Autopilot, camera: CameraComponent | ShutterCamera | None) -> None:
+    def __init__(self, autopilot: SimulatedAutopilot, camera: CameraComponent | ShutterCamera | None) -> None:
         self.system_id = autopilot.identity.system_id
         self.autopilot = autopilot
         self.camera = camera

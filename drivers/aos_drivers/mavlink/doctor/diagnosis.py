@@ -143,7 +143,8 @@ def _of_signatures(examination: Examination, system_id: int, senders: Sequence[S
             yield Finding(Level.PROBLEM, "wrong_key", text, system_id)
         if checks[SignatureCheck.UNSIGNED]:
             level = Level.HINT if signing.accepts_unsigned else Level.PROBLEM
-            text = f"{where} does not sign {checks[SignatureCheck.UNSIGNED]} of {sender.packets} packets: set the key on it"
+            unsigned = checks[SignatureCheck.UNSIGNED]
+            text = f"{where} does not sign {unsigned} of {sender.packets} packets: set the key on the vehicle"
             yield Finding(level, "unsigned", text, system_id)
         if checks[SignatureCheck.REPLAYED] and not checks[SignatureCheck.GOOD]:
             text = f"{where} signs with times that are too old: its clock, or that of this computer, is wrong"

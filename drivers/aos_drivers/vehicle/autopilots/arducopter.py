@@ -10,7 +10,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from aos_drivers.vehicle.autopilots.arducopter_setup import ArduCopterSetup
 from aos_drivers.vehicle.autopilots.base import (
     REPEAT_S,
-    MulticopterAutopilot,
+    MulticopterDialect,
     Step,
     Target,
     command_long,
@@ -45,7 +45,7 @@ _COMMANDED: dict[FlightMode, tuple[int, str]] = {
 _POSITION_FLAGS = mavlink.EKF_POS_HORIZ_REL | mavlink.EKF_POS_HORIZ_ABS
 
 
-class ArduCopter(MulticopterAutopilot):
+class ArduCopterDialect(MulticopterDialect):
     """ArduCopter 4.1 and newer (DO_REPOSITION)."""
 
     name = "arducopter"

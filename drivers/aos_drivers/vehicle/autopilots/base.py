@@ -10,7 +10,7 @@ from typing import ClassVar
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from aos_drivers.vehicle.autopilots.goto import TargetTakenOver, goto_refusal
+from aos_drivers.vehicle.autopilots.goto import TargetTakenOver, check_goto
 from aos_drivers.vehicle.autopilots.setup import Setup
 from aos_drivers.vehicle.telemetry import Telemetry
 from aos_drivers.vehicle.transaction import CommandMessage
@@ -62,8 +62,8 @@ class Step:
     """Whether what telemetry shows counts only once the command has been accepted."""
 
 
-class Autopilot(ABC):
-    """The quirks of one autopilot. Holds no state: one instance serves all its vehicles."""
+class AutopilotDialect(ABC):
+    """Modes, commands and message rates of one autopilot. Stateless: one instance serves all its vehicles."""
 
     name: ClassVar[str]
     shutter_report_id: ClassVar[int] = mavlink.MAVLINK_MSG_ID_CAMERA_IMAGE_CAPTURED
@@ -120,7 +120,7 @@ def has_position_and_home(telemetry: Telemetry, now_s: float) -> bool:
     )
 
 
-class MulticopterAutopilot(Autopilot):
+class MulticopterDialect(AutopilotDialect):
     """Commands that PX4 and ArduCopter share."""
 
     arming_mode: ClassVar[FlightMode]
@@ -154,9 +154,7 @@ class MulticopterAutopilot(Autopilot):
             case Takeoff(height_above_home_m):
                 return self._takeoff_steps(height_above_home_m, target, telemetry)
             case Goto():
-                refusal = goto_refusal(command, telemetry)
-                if refusal:
-                    raise CommandRefusedError(f"vehicle {target.system_id} cannot go there: {refusal}")
+                check_goto(command, target.system_id, telemetry)
                 return self.goto(command, target, telemetry, now_s)
             case Hold():
                 return [self.stop(target, now_s)]

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from aos_drivers.vehicle.autopilots.arducopter import ArduCopter
-from aos_drivers.vehicle.autopilots.base import Autopilot
-from aos_drivers.vehicle.autopilots.px4 import Px4
-from aos_drivers.vehicle.autopilots.unknown import UnknownAutopilot
+from aos_drivers.vehicle.autopilots.arducopter import ArduCopterDialect
+from aos_drivers.vehicle.autopilots.base import AutopilotDialect
+from aos_drivers.vehicle.autopilots.px4 import Px4Dialect
+from aos_drivers.vehicle.autopilots.unknown import UnknownDialect
 
 _MULTICOPTERS = frozenset(
     {
@@ -21,15 +21,15 @@ _MULTICOPTERS = frozenset(
         mavlink.MAV_TYPE_DECAROTOR,
     }
 )
-_AUTOPILOTS: dict[int, Autopilot] = {
-    mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA: ArduCopter(),
-    mavlink.MAV_AUTOPILOT_PX4: Px4(),
+_DIALECTS: dict[int, AutopilotDialect] = {
+    mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA: ArduCopterDialect(),
+    mavlink.MAV_AUTOPILOT_PX4: Px4Dialect(),
 }
-_UNKNOWN = UnknownAutopilot()
+_UNKNOWN = UnknownDialect()
 
 
-def autopilot_of(heartbeat: mavlink.MAVLink_heartbeat_message) -> Autopilot:
+def dialect_of(heartbeat: mavlink.MAVLink_heartbeat_message) -> AutopilotDialect:
     """Return the autopilot of a multicopter; everything else is observed and never commanded."""
     if heartbeat.type not in _MULTICOPTERS:
         return _UNKNOWN
-    return _AUTOPILOTS.get(heartbeat.autopilot, _UNKNOWN)
+    return _DIALECTS.get(heartbeat.autopilot, _UNKNOWN)

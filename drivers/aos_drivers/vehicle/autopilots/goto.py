@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from aos_drivers.vehicle.telemetry import Telemetry
+from aos_gcs.errors import CommandRefusedError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.ports import Goto, LandedState
 
@@ -17,21 +18,27 @@ ECHO_SILENCE_S = 3.0
 """Without an echo for so long, movement has to do as evidence."""
 
 
-def goto_refusal(command: Goto, telemetry: Telemetry) -> str | None:
-    """Return why the goto must not be sent, or None."""
+def check_goto(command: Goto, vehicle_id: int, telemetry: Telemetry) -> None:
+    """Check that a goto can be sent.
+
+    Raises:
+        CommandRefusedError: its position or speed is invalid, or the vehicle is not flying.
+    """
     position = command.position
     values = (position.latitude_deg, position.longitude_deg, position.altitude_amsl_m)
     if not all(math.isfinite(value) for value in values):
-        return f"the position {values} is not finite"
-    if abs(position.latitude_deg) > 90 or abs(position.longitude_deg) > 180:
-        return f"{values[:2]} is no latitude and longitude in degrees"
-    if position.latitude_deg == 0 and position.longitude_deg == 0:
-        return "latitude and longitude 0 stand for an unknown position"
-    if not (math.isfinite(command.speed_mps) and command.speed_mps > 0):
-        return f"a speed of {command.speed_mps} m/s is not positive"
-    if not telemetry.armed or telemetry.landed is LandedState.ON_GROUND:
-        return "it is not flying, take off first"
-    return None
+        problem = f"the position {values} is not finite"
+    elif abs(position.latitude_deg) > 90 or abs(position.longitude_deg) > 180:
+        problem = f"{values[:2]} is not a latitude and longitude in degrees"
+    elif position.latitude_deg == 0 and position.longitude_deg == 0:
+        problem = "latitude and longitude 0 mean an unknown position"
+    elif not (math.isfinite(command.speed_mps) and command.speed_mps > 0):
+        problem = f"a speed of {command.speed_mps} m/s is not positive"
+    elif not telemetry.armed or telemetry.landed is LandedState.ON_GROUND:
+        problem = "it is not flying, take off first"
+    else:
+        return
+    raise CommandRefusedError(f"vehicle {vehicle_id} cannot go there: {problem}")
 
 
 class TargetTakenOver:

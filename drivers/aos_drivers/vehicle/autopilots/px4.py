@@ -9,7 +9,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.vehicle.autopilots.base import (
     REPEAT_S,
-    MulticopterAutopilot,
+    MulticopterDialect,
     Step,
     Target,
     command_long,
@@ -46,7 +46,7 @@ _SETTLING_S = 1.0
 _STOP_REPEAT_S = 1.5
 
 
-class Px4(MulticopterAutopilot):
+class Px4Dialect(MulticopterDialect):
     """PX4 1.14 and newer. It flies to our positions in its Hold mode, so GUIDED is never seen."""
 
     name = "px4"

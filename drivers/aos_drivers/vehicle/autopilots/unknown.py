@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from aos_drivers.vehicle.autopilots.base import Autopilot, Step, Target
+from aos_drivers.vehicle.autopilots.base import AutopilotDialect, Step, Target
 from aos_drivers.vehicle.telemetry import Telemetry
 from aos_gcs.errors import CommandRefusedError
 from aos_gcs.ports import Command, FlightMode
 
 
-class UnknownAutopilot(Autopilot):
+class UnknownDialect(AutopilotDialect):
     """Everything that is no PX4 or ArduPilot multicopter."""
 
     name = "unknown"
