@@ -13,9 +13,15 @@ REQUIREMENTS := pyproject.toml constraints.txt
 
 # Options for the program or for pytest, as in: make demo ARGS="--vehicles 5"
 ARGS ?=
+# Processes that run tests side by side; auto is one per core.
+WORKERS ?= auto
+# Repetitions of the whole suite by make soak-test.
+RUNS ?= 10
+PYTEST := $(PY) -m pytest
+PARALLEL := -n $(WORKERS) --durations=25 --durations-min=1
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-slow test-sitl bench lint web web-check wheel constraints clean
+.PHONY: help demo check test test-slow test-sitl soak-test bench lint web web-check wheel constraints clean
 .NOTPARALLEL:
 
 help: ## Show this help
@@ -24,14 +30,20 @@ help: ## Show this help
 demo: web $(HAS_SIM) ## Fly the simulated mission with the dashboard; ARGS="..." for aos-gcs demo
 	$(VENV)/bin/aos-gcs demo $(ARGS)
 
+check: lint ## Check style and types, run the unit and contract tests: before every commit; ARGS="..." for pytest
+	$(PYTEST) $(PARALLEL) tests/unit tests/contract $(ARGS)
+
 test: web lint web-check ## Check and test everything but slow and sitl; ARGS="..." for pytest
-	$(PY) -m pytest $(ARGS)
+	$(PYTEST) $(PARALLEL) $(ARGS)
 
 test-slow: web $(HAS_DEV) ## Run the slow tests
-	$(PY) -m pytest -m "slow and not sitl" $(ARGS)
+	$(PYTEST) $(PARALLEL) -m "slow and not sitl" $(ARGS)
 
 test-sitl: web $(HAS_DEV) ## Run the tests against real autopilots in the loop
-	$(PY) -m pytest -m sitl $(ARGS)
+	$(PYTEST) -m sitl $(ARGS)
+
+soak-test: web $(HAS_DEV) ## Run all tests RUNS times (10) beside two busy processes and report what failed
+	$(PY) scripts/soak_test.py --runs $(RUNS) -- $(PYTEST) $(PARALLEL) $(ARGS)
 
 bench: $(HAS_DEV) ## Measure: run every tests/benchmarks/bench_*.py
 	@set -e; for script in tests/benchmarks/bench_*.py; do echo "== $$script"; $(PY) "$$script" $(ARGS); done
@@ -57,7 +69,7 @@ constraints: ## Renew constraints.txt: the newest versions that pyproject.toml a
 
 clean: ## Remove everything that make has made; missions stay
 	rm -rf $(VENV) .make build dist aos_gcs/api/static web/node_modules
-	rm -rf .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	rm -rf .soak .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 $(PY):

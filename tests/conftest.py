@@ -5,7 +5,10 @@ from __future__ import annotations
 import asyncio
 import os
 
+import pytest
 from hypothesis import settings
+
+from tests import schedule, timing
 
 # A property that fails must fail for everybody; HYPOTHESIS_PROFILE=explore looks for new examples.
 settings.register_profile("repeatable", derandomize=True, deadline=None)
@@ -16,3 +19,23 @@ settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
 def pytest_configure() -> None:
     """Keep looptime from making an event loop, which nobody closes, in synchronous tests that run before others."""
     asyncio.set_event_loop(None)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    items.sort(key=schedule.rank)
+    for item in items:
+        timing.limit(item)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> schedule.Scheduling:
+    return schedule.make_scheduler(config, log)
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
+    """Where ``--durations`` is asked for, add up the durations per folder."""
+    if config.option.durations is None:
+        return
+    reports = [report for kind in terminalreporter.stats.values() for report in kind if hasattr(report, "duration")]
+    terminalreporter.section("durations per folder")
+    terminalreporter.write_line("\n".join(timing.by_folder(reports)))

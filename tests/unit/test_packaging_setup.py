@@ -11,6 +11,8 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 PIN = re.compile(r"(?P<name>[A-Za-z0-9._-]+)==[A-Za-z0-9.+!]+")
 
+TARGETS = ("demo", "check", "test", "test-slow", "test-sitl", "soak-test", "bench", "lint", "wheel", "clean")
+
 pytestmark = pytest.mark.skipif(shutil.which("make") is None, reason="make is not installed")
 
 
@@ -45,7 +47,7 @@ def test_every_dependency_of_every_extra_is_pinned() -> None:
     assert names - {normalised(line.split("==")[0]) for line in pins()} == set()
 
 
-@pytest.mark.parametrize("target", ["demo", "test", "test-slow", "test-sitl", "bench", "lint", "wheel", "clean"])
+@pytest.mark.parametrize("target", TARGETS)
 def test_help_is_the_default_and_describes_every_target(target: str) -> None:
     result = run("make")
     assert result.returncode == 0
