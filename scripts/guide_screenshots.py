@@ -72,7 +72,7 @@ async def main() -> None:
 async def play(mission: MissionReplay, page: Page, from_s: float) -> None:
     """Play the mission until its target is found, so that the page has seen how it came about."""
     mission.seek(time_s=from_s, speed=8.0, playing=True)
-    await expect(page.get_by_test_id("phase")).to_have_text(Phase.FOUND)
+    await expect(page.get_by_test_id("phase")).to_have_text("Found")
     mission.seek(playing=False)
 
 

@@ -39,7 +39,7 @@ async def start_mission(page: Page) -> None:
     """Start from the view Fly and wait until the vehicles have taken off."""
     await page.get_by_test_id("action-start").click()
     await confirm(page)
-    await expect(page.get_by_test_id("phase")).to_have_text(re.compile("line|scan|converge|found"))
+    await expect(page.get_by_test_id("phase")).to_have_text(re.compile("Forming line|Scanning|Converging|Found"))
 
 
 async def place_m(page: Page, vehicle_id: int) -> tuple[float, float]:

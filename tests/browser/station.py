@@ -22,7 +22,7 @@ FLIGHT_MS = 180_000
 """For what vehicles take their time for, on a machine that is busy with other things."""
 _PATIENT = ("--param", "FS_GCS_TIMEOUT=120", "--param", "DISARM_DELAY=120")
 """The autopilots' own clocks run as fast as the mission's, our heartbeats do not."""
-STARTED = re.compile("arm|takeoff|line|scan|converge|found")
+STARTED = re.compile("Arming|Taking off|Forming line|Scanning|Converging|Found")
 ORIGIN_DEG = (48.3, 14.3, 260.0)
 AREA_ENU_M = ((-25.0, 8.0), (25.0, 8.0), (25.0, 88.0), (-25.0, 88.0))
 _CONFIGURATION = """

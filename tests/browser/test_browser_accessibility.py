@@ -90,5 +90,5 @@ async def test_a_mission_is_launched_by_keyboard_alone(page: Page, service) -> N
     await page.keyboard.press("Tab")
     await expect(page.get_by_test_id("confirm-ok")).to_be_focused()
     await page.keyboard.press("Enter", delay=KEEP_PRESSED_MS)
-    await expect(page.get_by_test_id("phase")).not_to_have_text("ready")
+    await expect(page.get_by_test_id("phase")).not_to_have_text("Ready")
     assert service.mission.actions == [(Action.START, None)]

@@ -40,8 +40,8 @@ POST = """async ([path, body]) => {
 
 async def test_page_shows_a_mission_without_errors_or_foreign_requests(map_page, service, page_record) -> None:
     await open_page(map_page, service.url)
-    await expect(map_page.get_by_test_id("phase")).to_have_text("ready")
-    await expect(map_page.get_by_test_id(f"link-{SILENT_ID}")).to_have_text("never heard")
+    await expect(map_page.get_by_test_id("phase")).to_have_text("Ready")
+    await expect(map_page.get_by_test_id(f"link-{SILENT_ID}")).to_have_text("no contact")
     await expect(map_page.get_by_test_id(f"height-{SILENT_ID}")).to_have_text("\N{EN DASH}")
     before = await place_m(map_page, 1)
 
@@ -61,7 +61,7 @@ async def test_hold_never_asks_and_return_is_confirmed(page, service) -> None:
     await start_mission(page)
 
     await page.get_by_test_id("hold-all").click()
-    await expect(page.get_by_test_id("suspension")).to_have_text("held")
+    await expect(page.get_by_test_id("suspension")).to_have_text("Holding")
     await expect(page.get_by_test_id("result-1")).to_have_attribute("data-accepted", "true")
 
     await page.get_by_test_id("action-return").click()
@@ -73,7 +73,7 @@ async def test_hold_never_asks_and_return_is_confirmed(page, service) -> None:
 
     await page.get_by_test_id("action-return").click()
     await confirm(page)
-    await expect(page.get_by_test_id("phase")).to_have_text("return")
+    await expect(page.get_by_test_id("phase")).to_have_text("Returning")
     await expect(page.get_by_test_id("result-1")).to_have_attribute("data-accepted", "true")
     await expect(page.get_by_test_id(f"result-{REFUSING_ID}")).to_have_attribute("data-accepted", "false")
     await expect(page.get_by_test_id(f"result-{REFUSING_ID}")).to_contain_text("refused by the autopilot")
@@ -89,12 +89,12 @@ async def test_selection_is_the_scope_and_the_key_holds_all(page, service) -> No
     await expect(page.get_by_test_id("scope")).to_have_text("1 of 8: 3")
     await page.get_by_test_id("action-hold").click()
     await expect(page.get_by_test_id("result-3")).to_have_attribute("data-accepted", "true")
-    await expect(page.get_by_test_id("task-3")).to_have_text("held")
+    await expect(page.get_by_test_id("task-3")).to_have_text("Holding")
     assert service.mission.actions[-1] == (Action.HOLD, (3,))
 
     await page.get_by_test_id("action-land").click()
     await page.keyboard.press("h")  # above an open question
-    await expect(page.get_by_test_id("suspension")).to_have_text("held")
+    await expect(page.get_by_test_id("suspension")).to_have_text("Holding")
     await expect(page.get_by_test_id("confirm")).to_have_count(0)
     assert service.mission.actions[-1] == (Action.HOLD, None)
 
@@ -105,7 +105,7 @@ async def test_alerts_stay_until_they_are_acknowledged(page, service) -> None:
     await expect(page.get_by_test_id("connection")).to_have_text("Connected")
     assert await bar.count() == 0
     service.mission.notify(Severity.WARNING, "battery at 24 %", 2)
-    await expect(bar).to_contain_text("vehicle 2: battery at 24 %")
+    await expect(bar).to_contain_text("Vehicle 2: battery at 24 %")
     service.mission.notify(Severity.CRITICAL, "link lost", 6)
     await expect(bar).to_have_attribute("data-severity", "critical")
     await page.get_by_test_id("alert-acknowledge").click()
@@ -174,7 +174,7 @@ async def test_observers_see_the_same_and_cannot_command_until_they_sign_in(page
     assert guarded_service.mission.actions == []
     assert guarded_service.mission.overrides == {}
     assert guarded_service.mission.findings.all() == ()
-    await expect(page.get_by_test_id("phase")).to_have_text("ready")
+    await expect(page.get_by_test_id("phase")).to_have_text("Ready")
 
     await page.get_by_test_id("sign-in-open").click()
     await sign_in(page, "Ada", code="not-the-code")

@@ -62,7 +62,7 @@ async def test_a_finding_is_confirmed_with_a_remark_and_seen_by_observers(
 
     await page.get_by_test_id("mark-at").click()
     await page.get_by_test_id("mark-latitude").fill("-91")
-    await expect(page.get_by_test_id("mark-latitude-problem")).to_have_text("Between -90 and 90.")
+    await expect(page.get_by_test_id("mark-latitude-problem")).to_have_text("Enter a number from -90 to 90")
     await page.get_by_test_id("mark-latitude").fill("-48.3")
     await page.get_by_test_id("mark-longitude").fill("14.3")
     await page.get_by_test_id("mark-ok").click()

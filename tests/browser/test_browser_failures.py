@@ -65,10 +65,10 @@ async def test_a_killed_vehicle_is_shown_as_lost_loudly_and_the_others_go_on(pag
         another.stop(signal.SIGKILL)
         row = page.get_by_test_id("vehicle-3")
         await expect(row).to_have_attribute("data-stale", "true")
-        await expect(page.get_by_test_id("task-3")).to_have_text("lost")
+        await expect(page.get_by_test_id("task-3")).to_have_text("Link lost")
         alert = page.get_by_test_id("alert-bar")
         await expect(alert).to_have_attribute("data-severity", "critical")
-        await expect(alert).to_contain_text("vehicle 3: link lost")
+        await expect(alert).to_contain_text("Vehicle 3: link lost")
         assert str(CRITICAL_TONES_HZ)[1:-1] in str(await page.evaluate("window.tones"))
 
         await wait_for_step(page, await current_step(page) + 2)
@@ -101,7 +101,7 @@ async def test_a_refused_waypoint_stands_in_the_table_and_on_the_map_with_its_re
 async def events_shown(page: Page) -> list[str]:
     """Return the words of all events on the page, oldest first."""
     texts = await page.get_by_test_id("event").locator("span").all_inner_texts()
-    return [re.sub("^(Warning|Critical) ", "", text) for text in reversed(texts)]
+    return [re.sub("^(Warning|Critical|Found) ", "", text) for text in reversed(texts)]
 
 
 def events_recorded(folder: Path) -> list[str]:
@@ -109,7 +109,7 @@ def events_recorded(folder: Path) -> list[str]:
     with MissionReader(folder) as reader:
         notices = [event.data for event in reader.events() if event.kind is EventKind.NOTICE]
     return [
-        notice.text if notice.vehicle_id is None else f"vehicle {notice.vehicle_id}: {notice.text}"
+        notice.text if notice.vehicle_id is None else f"Vehicle {notice.vehicle_id}: {notice.text}"
         for notice in notices
         if isinstance(notice, NoticeRecord)
     ]

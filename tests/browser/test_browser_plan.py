@@ -129,7 +129,7 @@ async def test_a_plan_that_is_read_while_the_mission_gets_it_is_the_current_one(
 
     await page.route("**/api/plan", answer_after_the_news)
     await page.get_by_test_id("plan-apply").click()
-    await expect(page.get_by_test_id("plan-answer")).to_contain_text("flies by this plan")
+    await expect(page.get_by_test_id("plan-answer")).to_contain_text("Plan applied")
     await expect(page.get_by_test_id("plan-reload")).to_be_visible()
     await expect(page.get_by_test_id("plan-reload")).to_have_count(0)
 
@@ -141,7 +141,7 @@ async def test_a_plan_made_by_numbers_is_saved_and_applied_before_the_start(
     await page.get_by_test_id("vertex-remove-3").click()
     await page.get_by_test_id("vertex-2-0").fill("70")
     await page.get_by_test_id("plan-layer_spacing_m").fill("0")
-    await expect(page.get_by_test_id("plan-layer_spacing_m-problem")).to_have_text("At least 0.1.")
+    await expect(page.get_by_test_id("plan-layer_spacing_m-problem")).to_have_text("Enter 0.1 or more")
     await page.get_by_test_id("plan-layer_spacing_m").fill("0.5")
     await expect(page.get_by_test_id("plan-layer_spacing_m-problem")).to_contain_text("too close")
     await page.get_by_test_id("plan-show-problem").click()
@@ -153,7 +153,7 @@ async def test_a_plan_made_by_numbers_is_saved_and_applied_before_the_start(
     await expect(page.get_by_test_id("saved-north slope")).to_be_visible()
     await expect(page.get_by_test_id("plan-apply")).to_be_enabled()
     await page.get_by_test_id("plan-apply").click()
-    await expect(page.get_by_test_id("plan-answer")).to_contain_text("flies by this plan")
+    await expect(page.get_by_test_id("plan-answer")).to_contain_text("Plan applied")
     applied = plan_of(planned_service.mission.settings)
     assert applied.layer_spacing_m == 4.0
     assert applied.area_enu_m[2] == pytest.approx((70.0, 110.0), abs=0.1)
@@ -244,7 +244,7 @@ async def test_parameters_of_the_strategy_are_chosen_and_refused_beside_their_fi
     await expect(form).to_contain_text("2 changed")
     await expect(page.get_by_test_id("plan-apply")).to_be_enabled()
     await page.get_by_test_id("plan-apply").click()
-    await expect(page.get_by_test_id("plan-answer")).to_contain_text("flies by this plan")
+    await expect(page.get_by_test_id("plan-answer")).to_contain_text("Plan applied")
     applied = planned_service.mission.settings.strategy_parameters
     assert applied == {"gamma": 0.8, "leader_stabilised": False}
 
@@ -253,7 +253,7 @@ async def test_observers_see_the_estimate_and_change_nothing(page: Page, guarded
     await open_plan(page, guarded_plan)
     estimate = page.get_by_test_id("plan-estimate")
     await expect(estimate).to_contain_text("Coverage")
-    await expect(estimate).to_contain_text("Only operators change the plan.")
+    await expect(estimate).to_contain_text("Only operators can change the plan.")
     await expect(page.get_by_test_id("plan-vehicles")).to_be_disabled()
     for control in ("plan-apply", "plan-undo", "plan-import", "plan-files", "draw", "add-no-go"):
         await expect(page.get_by_test_id(control)).to_have_count(0)

@@ -38,17 +38,17 @@ async def test_the_slider_moves_the_vehicles_and_nothing_can_be_commanded(
     await expect(row).to_have_attribute("data-north", re.compile(r"^-38"))
     home = await place_m(page, 1)
     await seek(page, SCAN_S)
-    await expect(page.get_by_test_id("phase")).to_have_text("scan")
+    await expect(page.get_by_test_id("phase")).to_have_text("Scanning")
     await expect(row).not_to_have_attribute("data-north", re.compile(r"^-38"))
     assert (await place_m(page, 1))[1] > home[1] + 10.0
     await page.keyboard.press("ArrowLeft")
     await page.get_by_test_id("replay-speed").select_option("16")
     await page.get_by_test_id("replay-play").click()
-    await expect(page.get_by_test_id("phase")).to_have_text("converge")
+    await expect(page.get_by_test_id("phase")).to_have_text("Converging")
     await page.keyboard.press("u")
     await expect(page.get_by_test_id("plot-visibility")).to_have_attribute("aria-label", re.compile(r"visible \d"))
     await page.get_by_test_id("form-table").click()
-    await expect(page.get_by_test_id("step-table")).to_contain_text("exploitation")
+    await expect(page.get_by_test_id("step-table")).to_contain_text("Exploitation")
     assert page_record.errors == []
 
 

@@ -25,7 +25,7 @@ async def test_a_mission_that_hangs_is_never_shown_as_current(page: Page, servic
     await open_page(page, service.url)
     await expect(page.locator(".page.is-old")).to_have_count(0)
     service.freeze()
-    await expect(page.get_by_test_id("silent-banner")).to_contain_text("The mission does not answer")
+    await expect(page.get_by_test_id("silent-banner")).to_contain_text("The mission does not respond")
     await expect(page.get_by_test_id("connection")).to_have_attribute("data-state", "silent")
     await expect(page.locator(".page.is-old")).to_have_count(1)
     # What comes from elsewhere, or to a page that is opened only now, makes it no younger.
@@ -50,15 +50,15 @@ async def test_an_alert_is_acknowledged_once_for_all_screens(page: Page, guarded
     await sign_in(page, "Ada", code=OPERATOR_CODE)
     service.mission.notify(Severity.CRITICAL, "link lost", 6)
     for screen in (page, observer):
-        await expect(screen.get_by_test_id("alert-bar")).to_contain_text("vehicle 6: link lost")
+        await expect(screen.get_by_test_id("alert-bar")).to_contain_text("Vehicle 6: link lost")
     await expect(observer.get_by_test_id("alert-acknowledge")).to_have_count(0)
 
     await page.get_by_test_id("alert-acknowledge").click()
     for screen in (page, observer):
         await expect(screen.get_by_test_id("alert-bar")).to_have_count(0)
-        await expect(screen.get_by_test_id("acknowledged")).to_contain_text("seen by Ada")
+        await expect(screen.get_by_test_id("acknowledged")).to_contain_text("acknowledged by Ada")
     await observer.reload()
-    await expect(observer.get_by_test_id("acknowledged")).to_contain_text("seen by Ada")
+    await expect(observer.get_by_test_id("acknowledged")).to_contain_text("acknowledged by Ada")
     await expect(observer.get_by_test_id("alert-bar")).to_have_count(0)
     service.mission.notify(Severity.CRITICAL, "link lost", 6)
     await expect(observer.get_by_test_id("alert-bar")).to_be_visible()
@@ -78,8 +78,8 @@ async def test_a_page_that_was_away_for_too_long_says_what_it_has_missed(page: P
         service.mission.notify(Severity.INFO, f"notice {number}")
         await asyncio.sleep(0)
     await page.context.set_offline(False)
-    await expect(page.get_by_test_id("missed-banner")).to_contain_text("10 events were lost")
-    await expect(page.get_by_test_id("events-missing")).to_contain_text("11 not shown here")  # the first one, too
+    await expect(page.get_by_test_id("missed-banner")).to_contain_text("10 events were missed")
+    await expect(page.get_by_test_id("events-missing")).to_contain_text("11 events not shown")  # the first one, too
     await page.get_by_test_id("missed-dismiss").click()
     await expect(page.get_by_test_id("missed-banner")).to_have_count(0)
 
@@ -123,7 +123,7 @@ async def test_an_operator_changes_the_plane_of_the_mission(
         await page.get_by_test_id("use-plane").click()
         await expect(page.get_by_test_id("confirm")).to_contain_text("the whole mission")
         await confirm(page)
-        await expect(page.get_by_test_id("results")).to_contain_text("The mission has taken it.")
+        await expect(page.get_by_test_id("results")).to_contain_text("Accepted")
         await expect(focus).to_contain_text("1.2")
         assert service.mission.focus == FocusSnapshot(1.2, FocusSource.OPERATOR, None)
         assert service.mission.operators[-1] == "Ada"

@@ -42,7 +42,7 @@ async def plan_by_numbers(page: Page) -> None:
         await page.get_by_test_id(f"vertex-{corner}-1").fill(f"{north_m:g}")
     await expect(estimate).to_contain_text("0.20 ha")
     await page.get_by_test_id("plan-apply").click()
-    await expect(page.get_by_test_id("plan-answer")).to_contain_text("flies by this plan")
+    await expect(page.get_by_test_id("plan-answer")).to_contain_text("Plan applied")
 
 
 async def answer_for_what_fails(page: Page) -> None:
@@ -64,8 +64,8 @@ async def answer_for_what_fails(page: Page) -> None:
 async def watch_the_search(page: Page) -> None:
     """See the vehicles move, their waypoints, and a target."""
     home = await place_m(page, 1)
-    await expect(page.get_by_test_id("phase")).to_have_text(re.compile("scan|converge|found"), timeout=FLIGHT_MS)
-    await expect(page.get_by_test_id("task-1")).to_have_text("swarm")
+    await expect(page.get_by_test_id("phase")).to_have_text(re.compile("Scanning|Converging|Found"), timeout=FLIGHT_MS)
+    await expect(page.get_by_test_id("task-1")).to_have_text("In swarm")
     await wait_until_moved(page, 1, home, 5.0)
     await page.get_by_test_id("map-layers").click()
     for layer in ("vehicles", "trails", "footprints", "targets"):
@@ -78,7 +78,7 @@ async def watch_the_search(page: Page) -> None:
 
 async def hold_and_resume(page: Page) -> None:
     await page.get_by_test_id("hold-all").click()
-    await expect(page.get_by_test_id("suspension")).to_have_text("held")
+    await expect(page.get_by_test_id("suspension")).to_have_text("Holding")
     for vehicle_id in range(1, VEHICLES + 1):
         await expect(page.get_by_test_id(f"result-{vehicle_id}")).to_have_attribute("data-accepted", "true")
     await wait_until_still(page)
@@ -134,12 +134,12 @@ async def decide(page: Page, truth_enu_m: tuple[float, ...]) -> None:
 
 
 async def come_home(page: Page) -> None:
-    await expect(page.get_by_test_id("outcome")).to_have_text("found", timeout=FLIGHT_MS)
+    await expect(page.get_by_test_id("outcome")).to_have_text("Possible person", timeout=FLIGHT_MS)
     await page.get_by_test_id("action-return").click()
     await confirm(page)
     for vehicle_id in range(1, VEHICLES + 1):
-        await expect(page.get_by_test_id(f"task-{vehicle_id}")).to_have_text("landed", timeout=FLIGHT_MS)
-    await expect(page.get_by_test_id("phase")).to_have_text("done")
+        await expect(page.get_by_test_id(f"task-{vehicle_id}")).to_have_text("Landed", timeout=FLIGHT_MS)
+    await expect(page.get_by_test_id("phase")).to_have_text("Finished")
 
 
 async def see_it_again(page: Page) -> None:
@@ -148,13 +148,13 @@ async def see_it_again(page: Page) -> None:
     await expect(slider).to_be_enabled()
     end = await slider.get_attribute("max") or ""
     await slider.fill(end)
-    await expect(page.get_by_test_id("phase")).to_have_text("done")
+    await expect(page.get_by_test_id("phase")).to_have_text("Finished")
     await expect(row).to_have_attribute("data-north", re.compile(r"\d"))
     home = await place_m(page, 1)
     await slider.fill(str(0.7 * float(end)))
     await wait_until_moved(page, 1, home, 5.0)
     await slider.fill(end)
-    await expect(page.get_by_test_id("phase")).to_have_text("done")
+    await expect(page.get_by_test_id("phase")).to_have_text("Finished")
     events = page.get_by_test_id("event")
     for text in ("operator: start", "target found at", "finding 1 at", "operator: return"):
         await expect(events.filter(has_text=text).first).to_be_visible()

@@ -23,9 +23,9 @@ export function duration(seconds: number): string {
   return h > 0 ? `${h}:${two(m)}:${two(s)}` : `${two(m)}:${two(s)}`;
 }
 
-/** The time of day at this screen. */
+/** Time of day at this screen, with its time zone. */
 export function timeOfDay(utc_s: number): string {
-  return new Date(1000 * utc_s).toLocaleTimeString([], { hourCycle: "h23" });
+  return new Date(1000 * utc_s).toLocaleTimeString([], { hourCycle: "h23", timeZoneName: "short" });
 }
 
 /** An age; short ones with a decimal, long ones in minutes. */
@@ -37,7 +37,7 @@ export function age(seconds: number | null): string {
 
 /** MAVLink's GPS_FIX_TYPE. */
 export function gpsFix(fix: number | null): string {
-  return fix === null ? UNKNOWN : (texts.gpsFix[fix] ?? String(fix));
+  return fix === null ? UNKNOWN : (texts.names.gpsFix[fix] ?? String(fix));
 }
 
 /** Latitude and longitude. */
@@ -52,7 +52,9 @@ export function eastNorth(east_m: number, north_m: number): string {
   return `E ${quantity(east_m, 1, "m")}, N ${quantity(north_m, 1, "m")}`;
 }
 
-/** snake_case words of the wire for people. */
-export function words(value: string): string {
-  return value.replaceAll("_", " ");
-}
+/** With a capital first letter, as labels have it. */
+export const capitalised = (text: string): string => text.charAt(0).toUpperCase() + text.slice(1);
+
+/** Display name of an identifier; of one that this page does not know, the identifier in plain letters. */
+export const displayName = (names: Readonly<Record<string, string>>, identifier: string): string =>
+  names[identifier] ?? capitalised(identifier.replaceAll("_", " "));

@@ -21,7 +21,7 @@ test("charts of steps keep unknown values as gaps", () => {
   expect(visibility?.series[0]?.values).toEqual([null, 0.2, 0.3].map((value) => value && expect.closeTo(value)));
   expect(swarm?.series[0]?.values).toEqual([null, 0.4, null]);
   expect(state?.series[0]?.values).toEqual([null, 2, null]);
-  expect(state?.left.format(2)).toBe("exploitation");
+  expect(state?.left.format(2)).toBe("Exploitation");
 });
 
 describe("samples", () => {

@@ -14,7 +14,7 @@ test("a command names its scope", () => {
   const fleet = mission({ vehicles: [1, 4, 7, 9].map((id) => vehicle(id)) });
   expect(makeCommand("hold", fleet, new Set([7, 1, 4])).label).toBe("Hold 3 of 4: 1, 4, 7");
   expect(makeCommand("return", fleet, new Set()).label).toBe("Return all 4");
-  expect(makeCommand("join", fleet, new Set()).label).toBe("Join all that wait on the ground");
+  expect(makeCommand("join", fleet, new Set()).label).toBe("Join all waiting on the ground");
   expect(makeCommand("abort", fleet, new Set([1])).label).toBe("Abort the mission");
 });
 
@@ -35,7 +35,7 @@ test("the focal plane is the mission's, whatever is selected; zero is a height",
     action: "focus",
     vehicleIds: null,
     focalHeight_m: 0,
-    label: "Focus the mission at 0.0\u202fm",
+    label: "Set the mission focal plane to 0.0\u202fm",
   });
   expect(makeFocusCommand(null)).toMatchObject({ focalHeight_m: null });
 });

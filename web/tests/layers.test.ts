@@ -85,7 +85,7 @@ test("the grid stays small over large areas", () => {
   expect(lines.length).toBeLessThan(500);
 });
 
-test("refused waypoints carry the reason, sent ones a way", () => {
+test("refused waypoints carry the reason, sent ones a path", () => {
   const requested = position(1, 1);
   const refused = step(1, {
     waypoints: [
@@ -99,7 +99,7 @@ test("refused waypoints carry the reason, sent ones a way", () => {
   });
   const features = drawn(waypointsLayer, shown);
   expect(features.map((feature) => feature.properties?.["role"])).toEqual(["sent", "way", "refused"]);
-  expect(features.at(-1)?.properties?.["reason"]).toBe("held: outside the fence");
+  expect(features.at(-1)?.properties?.["reason"]).toBe("Held: outside the fence");
 });
 
 test("targets have an ellipse where their uncertainty is known", () => {

@@ -94,7 +94,7 @@ describe("shapes of a file", () => {
     expect(rolesFor(shape("launch", TRIANGLE.slice(0, 1)))).not.toContain("area");
     expect(rolesFor(shape("area"))).not.toContain("launch");
   });
-  test("no-go areas are added, all others replace", () => {
+  test("no-go zones are added, all others replace", () => {
     const before = withPlaces(withNoGo(PLAN), "no_go[0]", TRIANGLE);
     const other = TRIANGLE.map(({ latitude_deg, longitude_deg }) => place(latitude_deg + 1, longitude_deg));
     const home = shape("return", other.slice(0, 1));
@@ -192,8 +192,8 @@ describe("parameters of the strategy", () => {
   });
 
   test("have titles in words, symbols as in the paper, without the unit", () => {
-    expect(parameterTitle(parameter({ name: "repulsion_cutoff_m", unit: "m" }))).toBe("repulsion cutoff");
-    expect(parameterTitle(parameter({ name: "initial_c_s_hat" }))).toBe("initial c_s hat");
+    expect(parameterTitle(parameter({ name: "repulsion_cutoff_m", unit: "m" }))).toBe("Repulsion cutoff");
+    expect(parameterTitle(parameter({ name: "initial_c_s_hat" }))).toBe("Initial c_s hat");
     expect(parameterTitle(parameter({ name: "c_s_m", unit: "m" }))).toBe("c_s");
   });
   test("tell their bounds and default", () => {

@@ -48,9 +48,9 @@ test("the steps before and after a time", () => {
 test("notices and findings are marks in the order of their times", () => {
   expect(marksOf(TIMELINE).map(({ kind, text }) => [kind, text])).toEqual([
     ["info", "taking off"],
-    ["critical", "vehicle 2: link lost"],
+    ["critical", "Vehicle 2: link lost"],
     ["finding", "Finding 1 (confirmed)"],
-    ["warning", "vehicle 2: battery low"],
+    ["warning", "Vehicle 2: battery low"],
   ]);
 });
 

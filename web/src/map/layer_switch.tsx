@@ -7,7 +7,7 @@ import type { MapLayer, Overlay } from "./layer";
 type LayerName = keyof typeof texts.map.layer;
 const isSwitchable = (id: string): id is LayerName => Object.hasOwn(texts.map.layer, id);
 
-const KINDS = Object.keys(texts.pictures.kind) as PictureKind[];
+const KINDS = Object.keys(texts.names.picture) as PictureKind[];
 const OPACITY = 0.85;
 
 export interface LayerChoice {
@@ -73,7 +73,7 @@ export function LayerSwitch({ layers, choice, onChange }: Props) {
               <option value="">{texts.map.noPicture}</option>
               {KINDS.map((kind) => (
                 <option key={kind} value={kind}>
-                  {texts.pictures.kind[kind]}
+                  {texts.names.picture[kind]}
                 </option>
               ))}
             </select>

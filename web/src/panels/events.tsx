@@ -9,7 +9,7 @@ import { Panel } from "../ui/panel";
 
 /** The least of what is shown. */
 const FILTERS = ["info", "warning", "critical"] as const satisfies readonly Severity[];
-const WORDS: Readonly<Record<Severity, string>> = { ...texts.alerts.severity, info: texts.events.all };
+const WORDS: Readonly<Record<Severity, string>> = { ...texts.names.severity, info: texts.events.all };
 
 const rank = (severity: Severity): number => SEVERITIES.indexOf(severity);
 
@@ -61,9 +61,8 @@ function EventItem({ notice: { severity, text, vehicle_id: id, elapsed_s }, ackn
     <li class={`event is-${severity}`} data-testid="event">
       <time>{duration(elapsed_s)}</time>
       <span>
-        {severity !== "info" && <b>{texts.alerts.severity[severity]} </b>}
-        {id !== null && `${texts.alerts.vehicle(id)}: `}
-        {text}
+        {severity !== "info" && <b>{texts.names.severity[severity]} </b>}
+        {id === null ? text : texts.alerts.vehicle(id, text)}
         {acknowledgement && (
           <small data-testid="acknowledged">
             {" "}

@@ -20,10 +20,10 @@ function TargetFacts({ track_id: id, position, sigma_m, sightings, person_confid
       <dd data-testid="target-position">{eastNorth(position.east_m, position.north_m)}</dd>
       {lat !== null && lon !== null && <dd class="small">{latLon(lat, lon)}</dd>}
       <dd class="small">
-        {texts.target.sigma} {quantity(sigma_m, 2, "m")}, {texts.target.sightings(sightings)}
+        {texts.target.error(quantity(sigma_m, 2, "m"))}, {texts.target.sightings(sightings)}
       </dd>
       <dd class="small" data-testid="target-person">
-        {texts.target.person}: {likelihood(person)}
+        {person === null ? `${texts.decide.confidence}: ${texts.noData}` : texts.target.person(likelihood(person))}
       </dd>
     </dl>
   );

@@ -165,10 +165,10 @@ function Phases({ timeline }: { timeline: Timeline }) {
       {phaseSpans(timeline).map(({ phase, from_s, to_s }) => (
         <span
           key={from_s}
-          title={texts.replay.phaseAt(phase, duration(from_s))}
+          title={texts.replay.phaseAt(texts.names.phase[phase], duration(from_s))}
           style={{ left: `${percent(from_s)}%`, width: `${percent(to_s - from_s)}%` }}
         >
-          {phase}
+          {texts.names.phase[phase]}
         </span>
       ))}
     </div>

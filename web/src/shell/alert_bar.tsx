@@ -26,7 +26,7 @@ export function AlertBar({ alerts, mayAcknowledge }: Props) {
     <div class={`alert-bar is-${first.severity}`} data-testid="alert-bar" data-severity={first.severity}>
       {/* Only the words are announced: buttons that change would repeat themselves. */}
       <p role="alert">
-        <b>{texts.alerts.severity[first.severity]}</b> {sentence(first)}
+        <b>{texts.names.severity[first.severity]}</b> {sentence(first)}
         {first.count > 1 && ` (${texts.alerts.times(first.count)})`}
       </p>
       {refusal !== "" && <p data-testid="alert-refusal">{refusal}</p>}
@@ -45,8 +45,8 @@ export function AlertBar({ alerts, mayAcknowledge }: Props) {
           <ul class="alert-list">
             {alerts.map((alert) => (
               <li key={alert.key} class={`is-${alert.severity}`}>
-                <time>{duration(alert.elapsed_s)}</time> <b>{texts.alerts.severity[alert.severity]}</b>{" "}
-                {sentence(alert)} {alert.count > 1 && texts.alerts.times(alert.count)}
+                <time>{duration(alert.elapsed_s)}</time> <b>{texts.names.severity[alert.severity]}</b> {sentence(alert)}{" "}
+                {alert.count > 1 && texts.alerts.times(alert.count)}
               </li>
             ))}
           </ul>

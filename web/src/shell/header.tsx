@@ -1,7 +1,7 @@
 /** The top bar: where the mission is, whether what is shown is live, and the button that stops everything. */
 import type { Connection } from "../api/socket";
 import type { Mission, Session } from "../api/types";
-import { duration, quantity, words } from "../format";
+import { duration, quantity } from "../format";
 import { texts } from "../texts";
 import { HoldAll } from "./hold_all";
 
@@ -53,12 +53,14 @@ function Facts({ mission }: { mission: Mission }) {
       <div class="phase">
         <dt>{header.phase}</dt>
         <dd aria-live="polite">
-          <span data-testid="phase">{mission.phase}</span>
-          {isSuspended && <em data-testid="suspension">{mission.suspension}</em>}
+          <span data-testid="phase">{texts.names.phase[mission.phase]}</span>
+          {isSuspended && <em data-testid="suspension">{texts.names.suspension[mission.suspension]}</em>}
         </dd>
       </div>
       <Fact name={header.elapsed} value={duration(mission.elapsed_s)} testId="elapsed" />
-      {mission.outcome !== "open" && <Fact name={header.outcome} value={words(mission.outcome)} testId="outcome" />}
+      {mission.outcome !== "open" && (
+        <Fact name={header.outcome} value={texts.names.outcome[mission.outcome]} testId="outcome" />
+      )}
       <Fact name={header.step} value={String(mission.step)} testId="step" />
       <Fact name={header.separation} value={quantity(mission.min_separation_m, 1, "m")} testId="separation" />
     </dl>

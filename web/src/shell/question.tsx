@@ -14,11 +14,7 @@ export function Question({ commands }: { commands: Commands }) {
         <button type="button" data-testid="confirm-cancel" onClick={commands.cancel}>
           {texts.actions.cancel}
         </button>
-        <HoldButton
-          label={texts.actions.holdToConfirm(question.label)}
-          testId="confirm-ok"
-          onConfirm={commands.confirm}
-        />
+        <HoldButton label={texts.actions.holdTo(question.action)} testId="confirm-ok" onConfirm={commands.confirm} />
       </div>
     </Dialog>
   );

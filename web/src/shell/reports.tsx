@@ -31,7 +31,8 @@ function ReportItem({ report: { label, answer }, isNewest, isBrief }: ItemProps)
   if (!answer.ok) return <Line label={label} outcome={answer.message} isRefused testId="results-error" />;
   const results = refusedFirst(answer.value.results);
   const refused = results.filter((result) => !result.accepted).length;
-  const outcome = results.length === 0 ? texts.actions.taken : texts.actions.summary(results.length - refused, refused);
+  const outcome =
+    results.length === 0 ? texts.actions.accepted : texts.actions.summary(results.length - refused, refused);
   return (
     <>
       <Line label={label} outcome={outcome} isRefused={refused > 0} />
@@ -44,7 +45,8 @@ function ReportItem({ report: { label, answer }, isNewest, isBrief }: ItemProps)
               data-testid={`result-${result.vehicle_id}`}
               data-accepted={result.accepted}
             >
-              <b>{result.vehicle_id}</b> {result.accepted ? texts.actions.done : texts.actions.refused}: {result.text}
+              <b>{result.vehicle_id}</b>
+              {!result.accepted && ` ${texts.actions.refused}`}: {result.text}
             </li>
           ))}
         </ul>

@@ -34,5 +34,5 @@ export function useAlerts({ notices, connection, mission }: State, isSilent: boo
 
 /** An alert in words. */
 export function sentence({ vehicleId, text }: Alert): string {
-  return vehicleId === null ? text : `${texts.alerts.vehicle(vehicleId)}: ${text}`;
+  return vehicleId === null ? text : texts.alerts.vehicle(vehicleId, text);
 }

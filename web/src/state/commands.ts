@@ -30,7 +30,7 @@ export function makeFocusCommand(focalHeight_m: number | null): Command {
 /** The command that an action would be now. */
 export function makeCommand(action: Action, mission: Mission | null, selected: ReadonlySet<number>): Command {
   const vehicleIds = targets(action, selected);
-  return { action, vehicleIds, label: `${texts.actions.verb[action]} ${scope(action, vehicleIds, mission)}` };
+  return { action, vehicleIds, label: `${texts.names.action[action]} ${scope(action, vehicleIds, mission)}` };
 }
 
 /** The vehicles an action goes to: those selected, or null for all. */

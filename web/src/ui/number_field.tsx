@@ -83,8 +83,8 @@ export function NumberField({ label, unit, id, value, decimals, isOptional = fal
 
 /** What is wrong with what was typed. */
 function typedProblem(text: string, isOptional: boolean, min = -Infinity, max = Infinity): string | null {
-  if (text === "") return isOptional ? null : texts.fields.required;
+  if (text === "") return isOptional ? null : texts.fields.notNumber;
   const value = Number(text);
-  if (!Number.isFinite(value)) return texts.fields.noNumber;
+  if (!Number.isFinite(value)) return texts.fields.notNumber;
   return value < min || value > max ? texts.fields.range(min, max) : null;
 }

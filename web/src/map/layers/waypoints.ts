@@ -57,7 +57,11 @@ export const waypointsLayer = featureLayer({
   features: ({ origin, mission, state }) => [
     ...mission.vehicles.flatMap((vehicle) => wayOf(origin, vehicle)),
     ...refusedOf(state.steps.at(-1)).map(({ vehicle_id: id, requested, verdict, reason }) =>
-      feature(point(origin, enu(requested)), { role: "refused", id, reason: texts.map.refused(verdict, reason) }),
+      feature(point(origin, enu(requested)), {
+        role: "refused",
+        id,
+        reason: `${texts.names.verdict[verdict]}: ${reason}`,
+      }),
     ),
   ],
 });

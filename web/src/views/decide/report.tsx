@@ -1,6 +1,6 @@
 /** The report of the mission's findings, made to be printed. */
 import type { Finding, Mission } from "../../api/types";
-import { duration, eastNorth, likelihood, quantity, words } from "../../format";
+import { duration, eastNorth, likelihood, quantity } from "../../format";
 import { texts } from "../../texts";
 import { notations } from "./detail";
 import { ellipseText, reported, sightingsText, STATUS_SIGNS } from "./findings";
@@ -18,8 +18,8 @@ export function Report({ mission, onClose }: Props) {
   const facts: [string, string][] = [
     [texts.report.mission, mission.mission_id],
     [texts.report.printed, `${new Date().toISOString().slice(0, 16).replace("T", " ")} UTC`],
-    [texts.header.phase, words(mission.phase)],
-    [texts.header.outcome, words(mission.outcome)],
+    [texts.header.phase, texts.names.phase[mission.phase]],
+    [texts.header.outcome, texts.names.outcome[mission.outcome]],
     [texts.header.elapsed, duration(mission.elapsed_s)],
     [texts.plan.strategy, mission.strategy],
     [texts.report.vehicles, String(mission.vehicles.length)],

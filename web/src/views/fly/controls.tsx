@@ -50,11 +50,11 @@ export function Controls() {
                 class={`action action-${action}`}
                 data-testid={`action-${action}`}
                 aria-label={label}
-                title={isEnabled ? label : texts.actions.unavailable}
+                title={isEnabled ? label : texts.unavailable}
                 disabled={!isEnabled}
                 onClick={() => commands.request(action)}
               >
-                {texts.actions.verb[action]}
+                {texts.names.action[action]}
               </button>
             );
           })}

@@ -1,7 +1,7 @@
 /** The fleet as a table; the selected rows are whom commands go to. */
 import { useMemo } from "preact/hooks";
 import type { Vehicle } from "../../api/types";
-import { age, gpsFix, quantity, UNKNOWN, words } from "../../format";
+import { age, gpsFix, quantity, UNKNOWN } from "../../format";
 import { vehicleColour } from "../../map/palette";
 import { useShell } from "../../shell/context";
 import { isStale, linkAge_s } from "../../state/freshness";
@@ -96,8 +96,8 @@ function Row({ vehicle, snapshotAge_s, isSelected, onPick }: RowProps) {
         <i class="swatch" style={{ background: vehicleColour(id) }} />
         {id}
       </th>
-      <td title={vehicle.mode_name}>{vehicle.mode === "unknown" ? <NoData /> : vehicle.mode}</td>
-      <td data-testid={`task-${id}`}>{words(vehicle.task)}</td>
+      <td title={vehicle.mode_name}>{vehicle.mode === "unknown" ? <NoData /> : texts.names.mode[vehicle.mode]}</td>
+      <td data-testid={`task-${id}`}>{texts.names.task[vehicle.task]}</td>
       <td>{armedWord(vehicle)}</td>
       <Quantity value={battery} unit="%" isBad={battery !== null && battery < LOW_BATTERY_PERCENT} />
       <td>{gpsWords(vehicle)}</td>

@@ -1,11 +1,13 @@
 /** What the form of a strategy's parameters shows: made of the strategy's own declaration. Pure functions. */
 import type { Plan, StrategyParameter } from "../../api/types";
+import { capitalised } from "../../format";
 import { texts } from "../../texts";
 
-/** Several letters are a word, single ones the symbols of a paper: "min factor", but "initial c_s hat". */
+/** Several letters are a word, single ones the symbols of a paper: "Min factor", but "Initial c_s hat". */
 export function parameterTitle({ name, unit }: StrategyParameter): string {
   const bare = unit === "" ? name : name.slice(0, name.lastIndexOf("_"));
-  return bare.replace(/(?<=[a-z]{2})_|_(?=[a-z]{2})/g, " ");
+  const title = bare.replace(/(?<=[a-z]{2})_|_(?=[a-z]{2})/g, " ");
+  return /^[a-z]{2}/.test(title) ? capitalised(title) : title;
 }
 
 /** "Above 0 and at most 1, default 0.3"; switches have no bounds. */
@@ -17,7 +19,7 @@ export function parameterHint(parameter: StrategyParameter): string {
   });
   const parts = [texts.plan.and(bounds), texts.plan.byDefault(defaultText(parameter))].filter((part) => part !== "");
   const hint = parts.join(", ");
-  return `${hint.charAt(0).toUpperCase()}${hint.slice(1)}.`;
+  return `${capitalised(hint)}.`;
 }
 
 export function defaultText({ default: value, unit }: StrategyParameter): string {

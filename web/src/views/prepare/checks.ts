@@ -1,6 +1,6 @@
 /** The preflight checks as a matrix. Pure functions. */
 import type { PreflightCheck } from "../../api/types";
-import { words } from "../../format";
+import { capitalised } from "../../format";
 import { texts } from "../../texts";
 
 /** Stands for the mission as a whole in the place of a vehicle's number. */
@@ -69,5 +69,5 @@ export function ranges(ids: readonly number[]): string {
   return runs.map(([from, to]) => (from === to ? `${from}` : `${from}–${to}`)).join(", ");
 }
 
-/** A check's name in words. */
-export const nameOf = (name: string): string => words(name);
+/** Display name of a check: the station names its checks in words. */
+export const nameOf = (name: string): string => capitalised(name);

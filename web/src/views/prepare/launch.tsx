@@ -17,6 +17,7 @@ export function LaunchPanel({ checks, onChoose }: Props) {
   const { state, isConnected, mayCommand, commands } = useShell();
   const { mission } = state;
   const blockers = blockersOf(checks);
+  const warnings = checks.filter(({ status }) => status === "warn").length;
   const isAllowed = isConnected && isOffered("start", mission, new Set());
   if (mission !== null && !BEFORE_START.has(mission.phase)) {
     return (
@@ -31,7 +32,7 @@ export function LaunchPanel({ checks, onChoose }: Props) {
         <h3>{texts.prepare.blockers}</h3>
         <ul data-testid="preflight-problems" aria-live="polite">
           {checks.length === 0 && <li>{texts.prepare.none}</li>}
-          {checks.length > 0 && blockers.length === 0 && <li class="is-done">{texts.prepare.noBlockers}</li>}
+          {checks.length > 0 && blockers.length === 0 && <li class="is-done">{texts.prepare.noBlockers(warnings)}</li>}
           {blockers.map(({ key, ids, name, text }) => (
             <li key={key}>
               <button type="button" class="link" onClick={() => onChoose(key)}>
@@ -50,7 +51,7 @@ export function LaunchPanel({ checks, onChoose }: Props) {
           class="action action-start launch-button"
           data-testid="launch"
           disabled={!isAllowed}
-          title={isAllowed ? undefined : texts.actions.unavailable}
+          title={isAllowed ? undefined : texts.unavailable}
           onClick={() => commands.request("start")}
         >
           {texts.prepare.launch}

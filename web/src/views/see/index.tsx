@@ -61,7 +61,7 @@ export function SeeView() {
   if (step === null || last === null || first === null) {
     return (
       <Panel title={texts.see.panel} testId="pictures" class="see-stage">
-        <p class="empty">{texts.pictures.none}</p>
+        <p class="empty">{texts.see.none}</p>
       </Panel>
     );
   }

@@ -14,7 +14,7 @@ export function MissionPlane({ viewed_m }: Props) {
   const { state, mayCommand, isConnected, commands } = useShell();
   const focus = state.mission?.focus ?? null;
   const isOffered = isConnected && (state.mission?.allowed_actions.includes("focus") ?? false);
-  const title = isOffered ? undefined : texts.focus.unavailable;
+  const title = isOffered ? undefined : texts.unavailable;
   return (
     <Panel title={texts.focus.panel} testId="mission-plane" class="see-panel">
       <p data-testid="mission-focus" data-source={focus?.source}>

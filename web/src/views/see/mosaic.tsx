@@ -8,7 +8,7 @@ import { Choice } from "../../ui/choice";
 import { Dialog } from "../../ui/dialog";
 
 const THUMBNAIL_PX = 320;
-const KINDS = Object.keys(texts.see.frameKind) as FrameKind[];
+const KINDS = Object.keys(texts.names.frame) as FrameKind[];
 
 export function Mosaic({ step, frames }: { step: number; frames: readonly ViewedFrame[] }) {
   const [kind, setKind] = useState<FrameKind>("colour");
@@ -22,7 +22,7 @@ export function Mosaic({ step, frames }: { step: number; frames: readonly Viewed
         testId="frame-kind"
         values={KINDS}
         chosen={kind}
-        words={texts.see.frameKind}
+        words={texts.names.frame}
         onChoose={setKind}
       />
       {shown.length === 0 && <p class="empty">{texts.see.noFrames}</p>}
@@ -32,7 +32,7 @@ export function Mosaic({ step, frames }: { step: number; frames: readonly Viewed
             <button type="button" data-testid={`frame-${id}`} onClick={() => setEnlargedId(id)}>
               <img
                 src={frameUrl(step, id, kind, THUMBNAIL_PX)}
-                alt={texts.see.frame(id, step, texts.see.frameKind[kind])}
+                alt={texts.see.frame(id, step, texts.names.frame[kind])}
                 loading="lazy"
               />
               <span>{id}</span>
@@ -42,7 +42,7 @@ export function Mosaic({ step, frames }: { step: number; frames: readonly Viewed
       </ul>
       {enlarged && (
         <Dialog
-          title={texts.see.frame(enlarged.vehicle_id, step, texts.see.frameKind[kind])}
+          title={texts.see.frame(enlarged.vehicle_id, step, texts.names.frame[kind])}
           testId="frame-large"
           onClose={() => setEnlargedId(null)}
         >

@@ -1,6 +1,6 @@
 /** What is drawn over time: the columns of every chart. Pure functions. */
 import type { Step } from "../../api/types";
-import { quantity, words } from "../../format";
+import { displayName, quantity } from "../../format";
 import type { LinkSample, Sample } from "../../state/samples";
 import { texts } from "../../texts";
 
@@ -99,7 +99,7 @@ export function stepCharts(steps: readonly Step[]): Chart[] {
       elapsed_s,
       series: [{ label: series.state, colour: { token: "--factor" }, values: column(stateIndex), isStepped: true }],
       left: {
-        format: (value) => words(STATES[value] ?? ""),
+        format: (value) => displayName(texts.names.evolutionaryState, STATES[value] ?? ""),
         ends: [-0.3, STATES.length - 0.7],
         splits: STATES.map((_, index) => index),
       },

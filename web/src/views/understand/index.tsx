@@ -1,7 +1,7 @@
 /** Understand: what the search has achieved over time, what the swarm makes of it, and how well it is reached. */
 import { useMemo, useState } from "preact/hooks";
 import type { Step } from "../../api/types";
-import { duration, quantity, words } from "../../format";
+import { displayName, duration, quantity } from "../../format";
 import { useShell } from "../../shell/context";
 import { texts } from "../../texts";
 import { Choice } from "../../ui/choice";
@@ -110,8 +110,9 @@ function Headline({ step }: { step: Step | undefined }) {
       </strong>
       {step && (
         <span class="small" data-testid="evolution">
-          {headline.threshold} {quantity(step.threshold_m2, 2, "m²")} · {words(step.branch)}
-          {step.evolutionary_state !== null && ` · ${words(step.evolutionary_state)}`}
+          {headline.threshold} {quantity(step.threshold_m2, 2, "m²")} · {displayName(texts.names.branch, step.branch)}
+          {step.evolutionary_state !== null &&
+            ` · ${displayName(texts.names.evolutionaryState, step.evolutionary_state)}`}
           {step.evolutionary_factor !== null && ` · e_f ${quantity(step.evolutionary_factor, 2)}`}
         </span>
       )}

@@ -1,6 +1,6 @@
 /** The same values as the charts, as tables: for screen readers, and for who wants numbers. */
 import type { Mission, Step } from "../../api/types";
-import { age, duration, quantity, UNKNOWN, words } from "../../format";
+import { age, displayName, duration, quantity, UNKNOWN } from "../../format";
 import { isStale, linkAge_s } from "../../state/freshness";
 import { texts } from "../../texts";
 
@@ -18,9 +18,9 @@ export function StepTable({ steps }: { steps: readonly Step[] }) {
               <td>{duration(step.elapsed_s)}</td>
               <td>{quantity(step.visibility_m2, 2)}</td>
               <td>{quantity(step.threshold_m2, 2)}</td>
-              <td>{words(step.branch)}</td>
+              <td>{displayName(texts.names.branch, step.branch)}</td>
               <td>{quantity(step.evolutionary_factor, 2)}</td>
-              <td>{step.evolutionary_state === null ? UNKNOWN : words(step.evolutionary_state)}</td>
+              <td>{stateName(step)}</td>
               <td>{quantity(step.c_s_m, 2)}</td>
               <td>{quantity(step.c_c_m, 2)}</td>
               <td>{step.leader_id ?? UNKNOWN}</td>
@@ -57,6 +57,9 @@ export function LinkTable({ mission, snapshotAge_s }: { mission: Mission; snapsh
     </div>
   );
 }
+
+const stateName = ({ evolutionary_state: state }: Step): string =>
+  state === null ? UNKNOWN : displayName(texts.names.evolutionaryState, state);
 
 function Head({ names }: { names: readonly string[] }) {
   return (
