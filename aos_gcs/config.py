@@ -22,7 +22,7 @@ from aos_gcs.airspace.safety import SafetyLimits
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.imaging.geolocation import Uncertainty
-from aos_gcs.imaging.step import ImagingSettings
+from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.preflight.checks import OVERRIDABLE
 from aos_gcs.planning.aperture import advise
 from aos_gcs.planning.layout import altitude_layers

@@ -22,7 +22,7 @@ from aos_gcs.airspace.safety import SafetyLimits
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import MissionError
 from aos_gcs.geometry.geodesy import LocalFrame
-from aos_gcs.imaging.step import ImagingSettings
+from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.fleet.flight import FlightControl
 from aos_gcs.mission.fleet.monitor import Monitor

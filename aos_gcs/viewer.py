@@ -25,7 +25,9 @@ from aos_gcs.imaging.focus.measure import FocusSignal
 from aos_gcs.imaging.focus.region import GroundRegion
 from aos_gcs.imaging.model import Frame, StepAnalysis
 from aos_gcs.imaging.pictures import MAX_CELLS, encode_jpeg, encode_png, shade_integral, shade_step, shade_thermal
-from aos_gcs.imaging.step import FindMask, ImagingSettings, analyse_step, find_mask
+from aos_gcs.imaging.step.analysis import analyse_step
+from aos_gcs.imaging.step.marking import FindMask, find_mask
+from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.search.sampling import to_frame
 from aos_gcs.mission.viewing import (
     FocusFound,

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.geometry.poses import Pose, nadir_pose
-from aos_gcs.imaging.blobs import BlobCells
 from aos_gcs.imaging.model import FocalGrid, Frame, LeaderCriterion, StepAnalysis
-from aos_gcs.imaging.step import ImagingSettings, analyse_step
-from aos_gcs.imaging.visibility import area_in_view_px, choose_leader, distance_to_centre
+from aos_gcs.imaging.step.analysis import analyse_step
+from aos_gcs.imaging.step.blobs import BlobCells
+from aos_gcs.imaging.step.settings import ImagingSettings
+from aos_gcs.imaging.step.visibility import area_in_view_px, choose_leader, distance_to_centre
 from aos_gcs.lab.scenario import Fidelity, Scenario
 from aos_gcs.lab.worlds import Target, TargetViews, World
 from aos_gcs.swarm.model import Observation, TargetMasks

@@ -10,7 +10,7 @@ from typing import Any
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.imaging.geolocation import Uncertainty
-from aos_gcs.imaging.step import ImagingSettings
+from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.tracking.tracker import TrackingSettings
 
 

@@ -48,7 +48,7 @@ def map_blobs(
         raster: where the cells are.
         surface: that the map shows.
         minimum_count: frames that must mark a cell.
-        gap_cells: cells belong together as in :func:`~aos_gcs.imaging.blobs.largest_blob`.
+        gap_cells: cells belong together as in :func:`~aos_gcs.imaging.step.blobs.find_blobs`.
 
     Raises:
         ImagingError: if so much is marked that nothing stands out.

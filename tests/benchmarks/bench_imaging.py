@@ -30,7 +30,8 @@ from aos_gcs.imaging.detection.rx import rx_scores
 from aos_gcs.imaging.integral import integrate
 from aos_gcs.imaging.model import AnomalySource, Detector, Frame
 from aos_gcs.imaging.pictures import render_pictures
-from aos_gcs.imaging.step import ImagingSettings, analyse_step
+from aos_gcs.imaging.step.analysis import analyse_step
+from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.imaging.views import perspective_view
 

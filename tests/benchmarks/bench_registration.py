@@ -20,7 +20,8 @@ from aos_gcs.geometry.poses import Pose, nadir_pose
 from aos_gcs.geometry.projection import intersect_plane, project_points
 from aos_gcs.imaging.model import Frame
 from aos_gcs.imaging.registration.pose_errors import Registration, apply_sure, register
-from aos_gcs.imaging.step import ImagingSettings, analyse_step
+from aos_gcs.imaging.step.analysis import analyse_step
+from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_sim.noise import GNSS, LastingErrors, PoseErrors, draw_lasting_errors, reported_pose
 from aos_sim.render.renderer import Renderer
 from aos_sim.world.scene import SceneParameters, build_scene

@@ -21,7 +21,7 @@ from aos_gcs.api.app import create_app
 from aos_gcs.api.page import STATIC_FOLDER
 from aos_gcs.api.server import serve
 from aos_gcs.clock import LoopClock
-from aos_gcs.imaging.step import ImagingSettings
+from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.store.reader import MissionReader
 from aos_gcs.store.replay import MissionReplay
 from aos_gcs.viewer import Viewer

@@ -11,7 +11,7 @@ from fastapi import FastAPI
 from playwright.async_api import Page, expect
 
 from aos_gcs.api.app import create_app
-from aos_gcs.imaging.step import ImagingSettings
+from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.model import Action, FindingStatus
 from aos_gcs.viewer import Viewer
 from tests.browser.conftest import OPERATOR_CODE, PageRecord, Service, serving

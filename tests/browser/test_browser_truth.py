@@ -10,7 +10,7 @@ import pytest
 from playwright.async_api import Page, expect
 
 from aos_gcs.api.app import create_app
-from aos_gcs.imaging.step import ImagingSettings
+from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.model import Action, FocusSnapshot, FocusSource
 from aos_gcs.ports import Severity
 from aos_gcs.viewer import Viewer

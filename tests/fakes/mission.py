@@ -14,7 +14,7 @@ import numpy as np
 from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict
 from aos_gcs.errors import MissionError
 from aos_gcs.geometry.geodesy import EnuPoint, GeodeticPosition, LocalFrame
-from aos_gcs.imaging.step import ImagingSettings
+from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.acknowledgements import Acknowledgements
 from aos_gcs.mission.events import EventStream
 from aos_gcs.mission.model import (

@@ -9,7 +9,7 @@ from contextlib import asynccontextmanager
 from dataclasses import dataclass, field, replace
 
 from aos_gcs.clock import LoopClock
-from aos_gcs.imaging.step import ImagingSettings
+from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.coordinator import Coordinator
 from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal

@@ -8,7 +8,7 @@ import pytest
 
 from aos_gcs.errors import MissionError
 from aos_gcs.geometry.camera import CameraModel
-from aos_gcs.imaging.step import ImagingSettings
+from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.model import Action, FocusSnapshot, FocusSource, Outcome, Phase
 from aos_gcs.planning.settings import AutofocusSettings, DetectionSettings, RegistrationSettings
 from tests.fakes import fleet

@@ -7,12 +7,12 @@ from scipy import ndimage
 
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose, nadir_pose
-from aos_gcs.imaging.blobs import BlobCells, find_blobs
 from aos_gcs.imaging.detection.marks import Marks, project_marks
 from aos_gcs.imaging.focal_plane import choose_grid
 from aos_gcs.imaging.model import FocalGrid, Frame
+from aos_gcs.imaging.step.blobs import BlobCells, find_blobs
+from aos_gcs.imaging.step.visibility import area_in_view_px, choose_leader, contribution_m2, distance_to_centre
 from aos_gcs.imaging.views import grid_view
-from aos_gcs.imaging.visibility import area_in_view_px, choose_leader, contribution_m2, distance_to_centre
 
 GRID = FocalGrid(west_m=10.0, north_m=50.0, resolution_m=0.5, rows=20, columns=30, height_m=2.0)
 CAMERA = CameraModel.from_fov(64, 64, np.radians(50.0))

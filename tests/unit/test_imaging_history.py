@@ -15,9 +15,10 @@ from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import nadir_pose
 from aos_gcs.geometry.projection import intersect_plane, project_points
-from aos_gcs.imaging.history import MIN_GAIN, marks_on
 from aos_gcs.imaging.model import FocalGrid, Frame, KeptView, StepAnalysis
-from aos_gcs.imaging.step import ImagingSettings, analyse_step
+from aos_gcs.imaging.step.analysis import analyse_step
+from aos_gcs.imaging.step.history import MIN_GAIN, marks_on
+from aos_gcs.imaging.step.settings import ImagingSettings
 
 CAMERA = CameraModel.from_fov(128, 128, math.radians(50.0))
 SETTINGS = ImagingSettings(rx_quantile=0.99, resolution_m=0.25)

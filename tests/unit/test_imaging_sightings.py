@@ -11,7 +11,8 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import nadir_pose
 from aos_gcs.geometry.projection import project_points
 from aos_gcs.imaging.model import Frame
-from aos_gcs.imaging.step import ImagingSettings, analyse_step
+from aos_gcs.imaging.step.analysis import analyse_step
+from aos_gcs.imaging.step.settings import ImagingSettings
 
 CAMERA = CameraModel.from_fov(128, 128, math.radians(50.0))
 LARGE, SMALL = (3.0, -2.0, 0.0), (-5.0, 4.0, 0.0)

@@ -15,7 +15,9 @@ from aos_gcs.geometry.projection import project_points
 from aos_gcs.imaging.integral import BATCH_FRAMES
 from aos_gcs.imaging.model import AnomalySource, Detector, Frame, LeaderCriterion
 from aos_gcs.imaging.pictures import render_pictures
-from aos_gcs.imaging.step import ImagingSettings, analyse_step, find_mask
+from aos_gcs.imaging.step.analysis import analyse_step
+from aos_gcs.imaging.step.marking import find_mask
+from aos_gcs.imaging.step.settings import ImagingSettings
 
 CAMERA = CameraModel.from_fov(128, 128, np.radians(50.0))
 BANDS = ("red", "green", "blue", "thermal")

@@ -16,7 +16,8 @@ from aos_gcs.geometry.poses import Pose, nadir_pose
 from aos_gcs.geometry.projection import Plane, intersect_plane, pixel_rays
 from aos_gcs.imaging.integral import ViewIntegral, integrate, integrate_on_grid, integrate_view
 from aos_gcs.imaging.model import FocalGrid, Frame, GroundRaster
-from aos_gcs.imaging.step import ImagingSettings, analyse_step
+from aos_gcs.imaging.step.analysis import analyse_step
+from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.imaging.undistort import undistorted
 from aos_gcs.imaging.views import FocalSurface, ortho_view, perspective_view

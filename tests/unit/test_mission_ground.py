@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from aos_gcs.airspace.safety import SafetyLimits
-from aos_gcs.imaging.step import ImagingSettings
+from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.model import CheckStatus, PreflightCheck
 from aos_gcs.mission.preflight import checks
 from aos_gcs.mission.preflight.ground import check_ground

@@ -12,7 +12,7 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import nadir_pose
 from aos_gcs.imaging.geolocation import Uncertainty
 from aos_gcs.imaging.model import Blob, BlobView, FocalGrid, Sighting, StepAnalysis
-from aos_gcs.imaging.step import ImagingSettings
+from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.search.targeting import TargetTracker, error_ellipse
 from aos_gcs.planning.settings import DetectionSettings, MissionSettings
 

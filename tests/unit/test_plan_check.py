@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aos_gcs.airspace.raster import PlanRaster
-from aos_gcs.imaging.step import ImagingSettings
+from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.planning.advice import propose
 from aos_gcs.planning.check import check_plan
 from aos_gcs.planning.estimate import estimate_plan, scan_step_m

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.api.app import create_app
 from aos_gcs.errors import ConfigurationError, InputDataError
-from aos_gcs.imaging.step import ImagingSettings
+from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.viewing import FrameKind, PictureFormat, ViewerBusyError, ViewKind
 from aos_gcs.store.reader import MissionReader
 from aos_gcs.viewer import MAX_WAITING, Viewer, open_viewer

@@ -23,7 +23,8 @@ from aos_gcs.imaging.geolocation import Geolocation, Uncertainty, locate_togethe
 from aos_gcs.imaging.model import Frame, StepAnalysis
 from aos_gcs.imaging.persons.evidence import Evidence, gather_evidence
 from aos_gcs.imaging.persons.warmth import WarmView, warm_bodies, warm_view
-from aos_gcs.imaging.step import ImagingSettings, analyse_step
+from aos_gcs.imaging.step.analysis import analyse_step
+from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.lab.scenes import Body, Exposure, PositionGrade, SceneSettings, SearchScene, build_scene
 from aos_gcs.swarm.model import Observation
 from aos_gcs.swarm.registry import make_strategy

@@ -11,7 +11,7 @@ from aos_gcs.imaging.focus.step import follow_focus
 from aos_gcs.imaging.focus.track import FocusTrack, overridden
 from aos_gcs.imaging.model import Frame, KeptView, StepAnalysis
 from aos_gcs.imaging.registration.pose_errors import Registration, apply_sure, register
-from aos_gcs.imaging.step import analyse_step
+from aos_gcs.imaging.step.analysis import analyse_step
 from aos_gcs.mission.context import MissionContext
 from aos_gcs.mission.model import FocusSnapshot, FocusSource
 from aos_gcs.mission.search.persons import PersonWatch

@@ -1,4 +1,4 @@
-"""What the frames of a step show of each blob."""
+"""Sightings: each blob with the views that the frames of a step have of it."""
 
 from __future__ import annotations
 
@@ -6,23 +6,20 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from aos_gcs.imaging.blobs import BlobCells
-from aos_gcs.imaging.detection.marks import Marks
-from aos_gcs.imaging.model import Blob, BlobView, FocalGrid, Frame, Sighting
+from aos_gcs.imaging.model import Blob, BlobView, FocalGrid, Sighting
+from aos_gcs.imaging.step.blobs import BlobCells
+from aos_gcs.imaging.step.marking import MarkedFrame
 
 
-def sight(cells: BlobCells, grid: FocalGrid, frames: Sequence[Frame], marks: Sequence[Marks]) -> Sighting:
+def sight(cells: BlobCells, grid: FocalGrid, marked: Sequence[MarkedFrame]) -> Sighting:
     """Return a blob with one view per frame that marks it.
 
     Args:
-        cells: of the blob.
-        grid: that cells and marks lie on.
-        frames: of the step.
-        marks: of each frame.
+        cells: cells of the blob.
+        grid: raster that cells and marks lie on.
+        marked: frames of the step.
     """
-    views = tuple(
-        view for frame, own in zip(frames, marks, strict=True) if (view := _view(cells, grid, frame, own)) is not None
-    )
+    views = tuple(view for one in marked if (view := _view(cells, grid, one)) is not None)
     blob = Blob(
         area_m2=cells.area_m2(grid),
         centroid_enu_m=cells.centroid_enu_m(grid),
@@ -32,8 +29,9 @@ def sight(cells: BlobCells, grid: FocalGrid, frames: Sequence[Frame], marks: Seq
     return Sighting(blob, views)
 
 
-def _view(cells: BlobCells, grid: FocalGrid, frame: Frame, marks: Marks) -> BlobView | None:
-    own = np.flatnonzero(marks.among(cells.rows, cells.columns))
+def _view(cells: BlobCells, grid: FocalGrid, marked: MarkedFrame) -> BlobView | None:
+    frame = marked.frame
+    own = np.flatnonzero(marked.marks.among(cells.rows, cells.columns))
     if not own.size:
         return None
     east_m = grid.west_m + (cells.columns[own].mean() + 0.5) * grid.resolution_m

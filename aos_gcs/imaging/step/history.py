@@ -17,23 +17,32 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from aos_gcs.imaging.blobs import BlobCells
 from aos_gcs.imaging.detection.marks import NO_MARKS, Marks
 from aos_gcs.imaging.model import FocalGrid, Frame, KeptView
+from aos_gcs.imaging.step.blobs import BlobCells
+from aos_gcs.imaging.step.marking import MarkedFrame
 
 MIN_GAIN = 0.03
 """Share of the blob's area that a view must add to be kept."""
 
 AGREEMENT_M = 1.0
-"""From the centre of what the present frames mark, to that of what a view from before has marked: further away, and the
-target has moved. Views of a still target differ by their poses' errors and by the height of its body."""
+"""Largest distance between the centre of what the present frames mark and of what an earlier view has marked: beyond
+it, the target has moved. Views of a still target differ by their poses' errors and by the height of its body."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MarkedView:
+    """A view of an earlier step with the cells of the present raster that it marks."""
+
+    view: KeptView
+    marks: Marks
 
 
 @dataclass(frozen=True, slots=True)
 class _Candidate:
     view: KeptView
     marked: NDArray[np.bool_]
-    """Which cells of the blob, shape (n,)."""
+    """Cells of the blob that the view marks, shape (n,)."""
 
 
 def marks_on(view: KeptView, grid: FocalGrid) -> Marks:
@@ -65,29 +74,29 @@ def marks_on(view: KeptView, grid: FocalGrid) -> Marks:
 def views_to_keep(
     cells: BlobCells,
     grid: FocalGrid,
-    frames: Sequence[tuple[Frame, Marks]],
-    history: Sequence[tuple[KeptView, Marks]],
+    frames: Sequence[MarkedFrame],
+    history: Sequence[MarkedView],
     at_most: int,
 ) -> tuple[KeptView, ...]:
-    """Return the views that the next step should still have.
+    """Return the views that the next step should have.
 
     Args:
-        cells: of the largest blob.
-        grid: that cells and marks lie on.
-        frames: of this step, with what they mark; at least one marks the blob.
-        history: views that this step still had, with their marks.
-        at_most: this many.
+        cells: cells of the largest blob.
+        grid: raster that cells and marks lie on.
+        frames: frames of this step; at least one marks the blob.
+        history: views of earlier steps that this step had.
+        at_most: largest number of views.
     """
     present = [
-        _Candidate(_kept(frame, cells, marked, grid), marked)
-        for frame, marks in frames
-        if (marked := marks.among(cells.rows, cells.columns)).any()
+        _Candidate(_kept(one.frame, cells, marked, grid), marked)
+        for one in frames
+        if (marked := one.marks.among(cells.rows, cells.columns)).any()
     ]
     centre_m = _centre_m(cells, np.sum([one.marked for one in present], axis=0), grid)
     past = [
-        _Candidate(view, marked)
-        for view, marks in history
-        if (marked := marks.among(cells.rows, cells.columns)).any()
+        _Candidate(one.view, marked)
+        for one in history
+        if (marked := one.marks.among(cells.rows, cells.columns)).any()
         and np.linalg.norm(_centre_m(cells, marked.astype(np.int64), grid) - centre_m) <= AGREEMENT_M
     ]
     return tuple(one.view for one in _best(present + past, MIN_GAIN * cells.rows.size, at_most))

@@ -11,16 +11,16 @@ from numpy.typing import NDArray
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.geometry.projection import project_points
-from aos_gcs.imaging.blobs import BlobCells
 from aos_gcs.imaging.detection.marks import Marks
 from aos_gcs.imaging.focal_plane import grid_to_image
 from aos_gcs.imaging.model import FocalGrid, VehicleMasks
+from aos_gcs.imaging.step.blobs import BlobCells
 
 TIE_TOLERANCE = 1e-9
 """Relative difference of two fitness values below which they are equal but for rounding."""
 
 MASK_HALF_WIDTH_M = 4.0
-"""Of the window around the largest blob in which the masks of the vehicles are passed on."""
+"""Half the edge of the window around the largest blob in which the masks of the vehicles are passed on."""
 
 
 def contribution_m2(blob: BlobCells, grid: FocalGrid, marks: Marks) -> float:
@@ -65,10 +65,10 @@ def masks_around(
     """Return the part of the vehicles' masks that lies in a square window around a point of the grid.
 
     Args:
-        centre_enu_m: on the grid.
-        grid: of the marks.
-        marks: of each vehicle.
-        half_width_m: the window ends where the grid does.
+        centre_enu_m: point on the grid.
+        grid: raster of the marks.
+        marks: cells that each vehicle marks.
+        half_width_m: half the edge of the window, which also ends where the grid does.
     """
     column = (centre_enu_m[0] - grid.west_m) / grid.resolution_m
     row = (grid.north_m - centre_enu_m[1]) / grid.resolution_m

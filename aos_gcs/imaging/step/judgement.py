@@ -1,0 +1,91 @@
+"""Judgement of a step's anomalies: its blobs, how much of the largest each vehicle sees, and which vehicle leads."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.imaging.detection.marks import Marks
+from aos_gcs.imaging.model import FocalGrid, KeptView, LeaderCriterion, Sighting, VehicleMasks
+from aos_gcs.imaging.step.blobs import BlobCells, find_blobs
+from aos_gcs.imaging.step.history import MarkedView, marks_on, views_to_keep
+from aos_gcs.imaging.step.marking import MarkedFrame
+from aos_gcs.imaging.step.settings import ImagingSettings
+from aos_gcs.imaging.step.sightings import sight
+from aos_gcs.imaging.step.visibility import (
+    area_in_view_px,
+    choose_leader,
+    contribution_m2,
+    distance_to_centre,
+    masks_around,
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Judgement:
+    """What the marks of a step mean; see the fields of the same names of ``StepAnalysis``."""
+
+    anomaly_count: NDArray[np.uint16]
+    sightings: tuple[Sighting, ...]
+    vehicle_ids: tuple[int, ...]
+    fitness: NDArray[np.float64]
+    history: tuple[KeptView, ...]
+    leader_id: int | None = None
+    masks: VehicleMasks | None = None
+    present_m2: float = 0.0
+
+
+def judge(
+    marked: Sequence[MarkedFrame], grid: FocalGrid, history: Sequence[KeptView], settings: ImagingSettings
+) -> Judgement:
+    """Find the blobs that the frames mark, and tell which vehicle sees most of the largest.
+
+    Args:
+        marked: frames of the step, with their marks on the grid.
+        grid: raster of the focal plane.
+        history: views of earlier steps; they enlarge blobs, and are no blob of their own.
+        settings: which cells belong together, and how vehicles are compared.
+    """
+    past = [MarkedView(view, marks_on(view, grid)) for view in history]
+    present_count = _counted((one.marks for one in marked), np.zeros((grid.rows, grid.columns), dtype=np.uint16))
+    anomaly_count = _counted((one.marks for one in past), present_count.copy()) if past else present_count
+    blobs = [
+        cells
+        for cells in find_blobs(anomaly_count, settings.minimum_count, settings.gap_cells)
+        if present_count[cells.rows, cells.columns].any()
+    ]
+    # The last frame of a vehicle stands for it.
+    present = {one.frame.vehicle_id: one for one in marked}
+    if not blobs:
+        return Judgement(anomaly_count, (), tuple(present), np.zeros(len(present)), tuple(history))
+    sightings = tuple(sight(cells, grid, marked) for cells in blobs)
+    largest, centre_enu_m = blobs[0], sightings[0].blob.centroid_enu_m
+    fitness = np.array([_fitness(one, largest, grid, settings.leader_criterion) for one in present.values()])
+    distances = [distance_to_centre(centre_enu_m, one.frame.camera.ideal(), one.frame.pose) for one in present.values()]
+    shown = present_count[largest.rows, largest.columns] >= settings.minimum_count
+    return Judgement(
+        anomaly_count=anomaly_count,
+        sightings=sightings,
+        vehicle_ids=tuple(present),
+        fitness=fitness,
+        history=views_to_keep(largest, grid, marked, past, settings.history_frames),
+        leader_id=tuple(present)[choose_leader(fitness, distances)],
+        masks=masks_around(centre_enu_m, grid, [one.marks for one in present.values()]),
+        present_m2=float(np.count_nonzero(shown)) * grid.resolution_m**2,
+    )
+
+
+def _counted(marks: Iterable[Marks], count: NDArray[np.uint16]) -> NDArray[np.uint16]:
+    """Add marks to the number of frames that mark each cell; changes the array and returns it."""
+    for own in marks:
+        count[own.rows, own.columns] += 1
+    return count
+
+
+def _fitness(marked: MarkedFrame, cells: BlobCells, grid: FocalGrid, criterion: LeaderCriterion) -> float:
+    if criterion is LeaderCriterion.CONTRIBUTION:
+        return contribution_m2(cells, grid, marked.marks)
+    return area_in_view_px(cells, grid, marked.frame.camera.ideal(), marked.frame.pose)

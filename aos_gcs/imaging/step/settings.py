@@ -1,0 +1,57 @@
+"""Settings of the analysis of a step."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from aos_gcs.errors import ConfigurationError
+from aos_gcs.imaging.focal_plane import DEFAULT_MAX_CELLS
+from aos_gcs.imaging.model import AnomalySource, Detector, LeaderCriterion
+
+
+@dataclass(frozen=True, slots=True)
+class ImagingSettings:
+    """How the frames of a step are analysed (spec, sections 1 and 2).
+
+    Raises:
+        ConfigurationError: if a value lies outside its range; the text names it.
+    """
+
+    plane_height_m: float = 0.0
+    """ENU height of the horizontal focal plane."""
+    detector: Detector = Detector.RX
+    anomaly_source: AnomalySource = AnomalySource.MASKS
+    rx_quantile: float = 0.9998
+    """Quantile of an image's scores above which pixels are marked, for every detector."""
+    rx_min_score: float | None = None
+    """Score that a marked pixel must also exceed, for every detector; None: the detector's own for the bands."""
+    minimum_count: int = 1
+    """Frames that must mark a cell of the integral."""
+    gap_cells: int = 1
+    """Unmarked cells that may lie between two cells of one blob."""
+    leader_criterion: LeaderCriterion = LeaderCriterion.CONTRIBUTION
+    resolution_m: float | None = None
+    """Edge of a cell on the focal plane; None: the finest ground sampling distance of the frames."""
+    max_cells: int = DEFAULT_MAX_CELLS
+    """Upper bound of the raster's size; cells become coarser to keep it."""
+    history_frames: int = 10
+    """Largest number of views from earlier steps in the integral of anomalies; 0: none."""
+
+    def __post_init__(self) -> None:
+        if not math.isfinite(self.plane_height_m):
+            raise ConfigurationError(f"plane_height_m must be finite, got {self.plane_height_m}.")
+        if not 0.0 <= self.rx_quantile < 1.0:
+            raise ConfigurationError(f"rx_quantile must lie within [0, 1), got {self.rx_quantile}.")
+        if self.rx_min_score is not None and not self.rx_min_score >= 0.0:
+            raise ConfigurationError(f"rx_min_score must not be negative, got {self.rx_min_score}.")
+        if self.minimum_count < 1:
+            raise ConfigurationError(f"minimum_count must be at least 1, got {self.minimum_count}.")
+        if self.gap_cells < 0:
+            raise ConfigurationError(f"gap_cells must not be negative, got {self.gap_cells}.")
+        if self.resolution_m is not None and not self.resolution_m > 0.0:
+            raise ConfigurationError(f"resolution_m must be positive, got {self.resolution_m}.")
+        if self.max_cells < 100:
+            raise ConfigurationError(f"max_cells must be at least 100, got {self.max_cells}.")
+        if self.history_frames < 0:
+            raise ConfigurationError(f"history_frames must not be negative, got {self.history_frames}.")

@@ -1,0 +1,73 @@
+"""Judgement of marks that are laid out by hand, with values that can be counted."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.geometry.poses import nadir_pose
+from aos_gcs.imaging.detection.marks import NO_MARKS, Marks
+from aos_gcs.imaging.model import FocalGrid, Frame
+from aos_gcs.imaging.step.judgement import judge
+from aos_gcs.imaging.step.marking import MarkedFrame
+from aos_gcs.imaging.step.settings import ImagingSettings
+
+CAMERA = CameraModel.from_fov(64, 64, math.radians(50.0))
+GRID = FocalGrid(west_m=-10.0, north_m=10.0, resolution_m=0.5, rows=40, columns=40, height_m=0.0)
+SETTINGS = ImagingSettings(gap_cells=0)
+
+
+def marked(vehicle_id: int, *cells: tuple[int, int], east_m: float = 0.0) -> MarkedFrame:
+    image = np.zeros((64, 64, 1), dtype=np.float32)
+    frame = Frame(vehicle_id, image, ("grey",), nadir_pose([east_m, 0.0, 30.0]), CAMERA)
+    return MarkedFrame(frame, Marks(*np.array(cells, dtype=np.intp).T) if cells else NO_MARKS)
+
+
+def test_counts_areas_and_leader_are_those_that_can_be_counted() -> None:
+    frames = [marked(1, (20, 20), (20, 21)), marked(2, (20, 21), (21, 21), (21, 20)), marked(3, (5, 5))]
+    judgement = judge(frames, GRID, (), SETTINGS)
+    assert judgement.anomaly_count.sum() == 6
+    assert judgement.anomaly_count[20, 21] == 2
+    large, small = judgement.sightings
+    assert (large.blob.area_m2, small.blob.area_m2) == (4 * 0.25, 0.25)
+    assert large.blob.centroid_enu_m == pytest.approx((0.25 + 0.5 * 3 / 5, -0.25 - 0.5 * 2 / 5, 0.0))
+    assert large.blob.vehicle_ids == (1, 2)
+    assert judgement.vehicle_ids == (1, 2, 3)
+    assert judgement.fitness.tolist() == [0.5, 0.75, 0.0]
+    assert judgement.leader_id == 2
+    assert judgement.present_m2 == 1.0
+    assert judgement.masks is not None
+    assert judgement.masks.marked.sum(axis=(1, 2)).tolist() == [2, 3, 0]
+
+
+def test_equal_shares_are_led_by_the_vehicle_above_the_blob() -> None:
+    cells = (20, 20), (20, 21)
+    judgement = judge([marked(1, *cells, east_m=6.0), marked(2, *cells, east_m=0.5)], GRID, (), SETTINGS)
+    assert judgement.fitness.tolist() == [0.5, 0.5]
+    assert judgement.leader_id == 2
+
+
+def test_earlier_views_enlarge_a_blob_and_make_none() -> None:
+    first = judge([marked(1, (20, 20), (20, 21), (20, 22))], GRID, (), SETTINGS)
+    assert len(first.history) == 1
+    second = judge([marked(2, (20, 22), (20, 23))], GRID, first.history, SETTINGS)
+    assert second.sightings[0].blob.area_m2 == 4 * 0.25
+    assert second.present_m2 == 2 * 0.25
+    assert second.vehicle_ids == (2,)
+    assert second.fitness.tolist() == [0.5]
+    elsewhere = judge([marked(2)], GRID, first.history, SETTINGS)
+    assert elsewhere.anomaly_count.sum() == 3
+    assert elsewhere.sightings == ()
+    assert elsewhere.leader_id is None
+    assert elsewhere.history == first.history
+
+
+def test_agreement_is_asked_of_cells_not_of_blobs() -> None:
+    frames = [marked(1, (20, 20), (20, 21)), marked(2, (20, 21), (20, 22))]
+    judgement = judge(frames, GRID, (), dataclasses.replace(SETTINGS, minimum_count=2))
+    assert judgement.sightings[0].blob.area_m2 == 0.25
+    assert judge(frames[:1], GRID, (), dataclasses.replace(SETTINGS, minimum_count=2)).sightings == ()
