@@ -29,32 +29,30 @@ def _about() -> None:
 def run(
     *,
     strategies: Annotated[
-        str, typer.Option(help="Names with commas between, parameters in parentheses: aos-pso,aos-apso(gamma=0.8).")
+        str, typer.Option(help="Strategies separated by commas, with parameters: aos-pso,aos-apso(gamma=0.8).")
     ],
-    out: Annotated[
-        Path, typer.Option(metavar="DIR", help="Where the results are written; an interrupted run goes on.")
-    ],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the results; an interrupted run continues.")],
     initialisations: Annotated[
-        str, typer.Option(help="How many to draw, 'paper' for the three fixed ones, or a TOML file of them.")
+        str, typer.Option(help="Number of initialisations to draw, 'paper' for the three fixed ones, or a TOML file.")
     ] = "100",
-    seed: Annotated[int, typer.Option(help="Of the drawn initialisations.")] = 0,
+    seed: Annotated[int, typer.Option(help="Random seed for the drawn initialisations.")] = 0,
     scenario: Annotated[
         Path | None, typer.Option(metavar="FILE", help="TOML or JSON with fields of the scenario.")
     ] = None,
     duration: Annotated[float | None, typer.Option(metavar="S", help="Simulated seconds per run.")] = None,
-    density: Annotated[float | None, typer.Option(metavar="TREES", help="Of the forest, per hectare.")] = None,
+    density: Annotated[float | None, typer.Option(metavar="TREES", help="Trees per hectare.")] = None,
     forest: Annotated[str | None, typer.Option(help="Type of the trees: broadleaf or conifer.")] = None,
     drones: Annotated[int | None, typer.Option(help="Number of drones.")] = None,
-    posture: Annotated[str | None, typer.Option(help="Of the target: standing, sitting or lying.")] = None,
-    target_speed: Annotated[float | None, typer.Option(metavar="M/S", help="Of the target; 0 stays.")] = None,
+    posture: Annotated[str | None, typer.Option(help="Posture of the target: standing, sitting or lying.")] = None,
+    target_speed: Annotated[float | None, typer.Option(metavar="M/S", help="Speed of the target (0: still).")] = None,
     fidelity: Annotated[str | None, typer.Option(help="geometric (rays, fast) or imaging (rendered images).")] = None,
     time_model: Annotated[str | None, typer.Option(help="paper (10 m/s, nothing else takes time) or dynamics.")] = None,
     oracle: Annotated[
-        bool, typer.Option("--oracle", help="Also find the best positions that full knowledge of the forest allows.")
+        bool, typer.Option("--oracle", help="Also compute the best positions, with full knowledge of the forest.")
     ] = False,
-    jobs: Annotated[int, typer.Option(help="Processes on this machine.")] = 1,
+    jobs: Annotated[int, typer.Option(help="Number of processes on this machine.")] = 1,
     scheduler: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="Of a Dask scheduler, such as tcp://10.0.0.1:8786.")
+        str | None, typer.Option(metavar="ADDRESS", help="Address of a Dask scheduler, such as tcp://10.0.0.1:8786.")
     ] = None,
 ) -> None:
     """Run strategies through initialisations of a scenario; write a row per step.
@@ -94,12 +92,12 @@ def run(
 @lab.command("report")
 def report(
     *,
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Of a campaign, as given to lab run --out.")],
-    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Where to; otherwise DIR/report.")] = None,
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a campaign (lab run --out).")],
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder of the report (default: DIR/report).")] = None,
     reference: Annotated[
-        str | None, typer.Option(help="Strategy that the others are compared with; otherwise the first.")
+        str | None, typer.Option(help="Strategy that the others are compared with (default: the first).")
     ] = None,
-    runs: Annotated[int, typer.Option(help="Draw the single runs of so many initialisations.", min=0)] = 1,
+    runs: Annotated[int, typer.Option(help="Number of initialisations whose single runs are drawn.", min=0)] = 1,
 ) -> None:
     """Report on a campaign: Markdown, figures as PNG and SVG, and the numbers as CSV."""
     from aos_gcs.lab.report import compare, write_report  # noqa: PLC0415 - keeps the other commands' help fast
@@ -114,12 +112,12 @@ def report(
 @lab.command("calibrate")
 def calibrate(
     *,
-    densities: Annotated[str, typer.Option(help="Trees per hectare, with commas between.")] = "300,400,500",
+    densities: Annotated[str, typer.Option(help="Trees per hectare, separated by commas.")] = "300,400,500",
     worlds: Annotated[int, typer.Option(help="Forests per density.", min=2)] = 20,
     views: Annotated[int, typer.Option(help="Views per forest.", min=1)] = 40,
     forest: Annotated[str, typer.Option(help="broadleaf or conifer.")] = "broadleaf",
-    posture: Annotated[str, typer.Option(help="Of the target: standing, sitting or lying.")] = "standing",
-    seed: Annotated[int, typer.Option(help="Of the forests and views.", min=0)] = 0,
+    posture: Annotated[str, typer.Option(help="Posture of the target: standing, sitting or lying.")] = "standing",
+    seed: Annotated[int, typer.Option(help="Random seed for the forests and views.", min=0)] = 0,
 ) -> None:
     """Measure how much of the target single views see through the laboratory's forests."""
     from aos_gcs.cli.output import progress  # noqa: PLC0415 - keeps the other commands' help fast

@@ -12,16 +12,16 @@ from aos_gcs.errors import ConfigurationError
 
 def effectiveness(
     *,
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the study; a study that is there goes on.")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the study; an existing study continues.")],
     scenes: Annotated[int, typer.Option(help="Scenes with a person, and as many without, per density.")] = 100,
-    densities: Annotated[str, typer.Option(help="Trees per hectare, with commas between.")] = "300,400,500",
-    seed: Annotated[int, typer.Option(help="Of the first scene; the others count on from it.")] = 0,
+    densities: Annotated[str, typer.Option(help="Trees per hectare, separated by commas.")] = "300,400,500",
+    seed: Annotated[int, typer.Option(help="Random seed of the first scene; the others count up from it.")] = 0,
     strategy: Annotated[str, typer.Option(help="Name of the swarm's strategy.")] = "aos-apso",
     vehicles: Annotated[int, typer.Option(help="Number of drones.")] = 10,
     image_size: Annotated[int, typer.Option(metavar="PX", help="Edge of the square images.")] = 512,
-    jobs: Annotated[int, typer.Option(help="Processes that fly scenes at the same time.")] = 1,
+    jobs: Annotated[int, typer.Option(help="Number of processes on this machine.")] = 1,
     model: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Model of persons; without it the one of the program.")
+        Path | None, typer.Option(metavar="FILE", help="Model of persons (default: the built-in one).")
     ] = None,
 ) -> None:
     """Fly simulated scenes with and without a person, and report precision, recall and position error.
@@ -61,7 +61,7 @@ def effectiveness(
 def fit_person(
     *,
     study: Annotated[Path, typer.Option(metavar="DIR", help="Folder of a study (aos-gcs lab effectiveness).")],
-    out: Annotated[Path, typer.Option(metavar="FILE", help="Where to write the model, as JSON.")],
+    out: Annotated[Path, typer.Option(metavar="FILE", help="File for the model, as JSON.")],
 ) -> None:
     """Fit the model that tells persons from other warm bodies to the scenes of a study.
 

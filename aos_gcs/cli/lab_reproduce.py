@@ -16,7 +16,7 @@ _WORLDS, _VIEWS = 60, 40
 
 def reproduce(
     *,
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Where the runs are kept; an interrupted call goes on.")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the runs; an interrupted call continues.")],
     document: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Markdown file to write or renew (default: DIR/results.md).")
     ] = None,

@@ -14,9 +14,9 @@ from aos_gcs.lab.scenario import Scenario
 from aos_gcs.lab.worlds import Target, World
 
 ORACLE = "oracle"
-"""What its rows call the strategy; no strategy of the registry may bear the name."""
+"""Name of the oracle in the rows; no strategy of the registry may have it."""
 INTERVAL_S = 3.0
-"""Between the looks at a walking target; a standing one is looked at once."""
+"""Time between looks at a walking target; a standing one is looked at once."""
 
 
 def oracle_rows(world: World, scenario: Scenario, initialisation: Initialisation) -> Iterator[StepRow]:

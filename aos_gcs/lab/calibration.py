@@ -1,4 +1,4 @@
-"""How much of the target single views see: the density of a forest in the terms that matter."""
+"""Share of the target that single views see, which calibrates the density of a forest."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from aos_gcs.lab.scenario import Scenario
 from aos_gcs.lab.worlds import Target
 
 VIEW_RADIUS_M = 12.0
-"""Of the disc above the target that views are drawn from: where a swarm gathers."""
+"""Radius of the disc above the target from which views are drawn: where a swarm gathers."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,9 +24,9 @@ class SingleViewVisibility:
 
     mean: float
     standard_error: float
-    """Of the mean; forests are independent, views of one are not."""
+    """Standard error of the mean over forests, which are independent; views of one forest are not."""
     lower_quartile: float
-    """Of the forests' means."""
+    """Lower quartile of the forests' means."""
     upper_quartile: float
 
 

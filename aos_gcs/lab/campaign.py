@@ -21,12 +21,14 @@ from aos_gcs.lab.scenario import Scenario, parse_scenario
 from aos_gcs.lab.strategies import StrategyChoice
 
 FORMAT = 1
-"""Of the manifest and the result files."""
+"""Version of the manifest and the result files."""
 
 
 @dataclass(frozen=True, slots=True)
 class Campaign:
-    """What to compute; equal campaigns of one version of the program have equal results.
+    """Scenario, strategies and initialisations of one comparison.
+
+    Equal campaigns of one version of the program have equal results.
 
     Raises:
         ConfigurationError: nothing to do, or an initialisation that does not fit the scenario.

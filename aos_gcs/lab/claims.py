@@ -1,4 +1,4 @@
-"""What the AOS-APSO paper claims, put to the test on a campaign's runs.
+"""Tests of the AOS-APSO paper's claims on the runs of a campaign.
 
 Every function returns what was measured and whether the claim holds here, by a rule that its docstring states; the
 rules were written down before the campaigns were run.
@@ -27,7 +27,7 @@ PAPER_STRATEGIES = (AOS_PSO, STABILISED, TUNED, UNTUNED)
 NOT_WORSE_BY = 0.05
 """Loss of visibility that still counts as no worse."""
 TINY_SHARE = 0.2
-"""Of c4, below which the social and the cognitive factor together are tiny."""
+"""Share of c4 below which the sum of social and cognitive factor counts as tiny."""
 CENTRED = 0.1
 """Evolutionary factor below which the swarm keeps its area (section Exact positions matter)."""
 
@@ -66,7 +66,7 @@ def stabilisation_centres(comparison: Comparison) -> Claim:
 
 
 def stabilisation_is_no_worse(comparison: Comparison) -> Claim:
-    """Not worse by more than 0.05: so says the lower end of the paired difference."""
+    """Test that the loss is at most 0.05, by the lower end of the paired difference."""
     difference = _visibility_gain(comparison, STABILISED)
     return Claim(
         "Leader-stabilised AOS-PSO is no worse than AOS-PSO",
@@ -96,7 +96,7 @@ def untuned_loses(comparison: Comparison) -> Claim:
 
 
 def tiny_factors_explode(comparison: Comparison) -> Claim:
-    """Where both factors are tiny the swarm grows, and more than elsewhere, by the intervals over the runs."""
+    """Test that the swarm grows where both factors are tiny, and more than elsewhere, by intervals over the runs."""
     growth = [_growth(run, comparison.scenario.spacing_m) for run in comparison.of(TUNED)]
     tiny, other = (mean_interval(np.array(values)) for values in zip(*growth, strict=True))
     if tiny.count < 2:
@@ -122,7 +122,7 @@ def positions_matter(comparison: Comparison) -> Claim:
 
 
 def projection_lines(rng: np.random.Generator, swarms: int = 500) -> tuple[Claim, Claim]:
-    """For random swarms that form the line, by projection and by index.
+    """Test of random swarms that form the line by projection and by index.
 
     Shorter: the total way is, with its whole interval. Crossing-free: no two ways have a point in common.
     """

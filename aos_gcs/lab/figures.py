@@ -107,7 +107,7 @@ def differences(intervals: Mapping[str, Interval], *, xlabel: str, palette: Mapp
 
 
 def histograms(factors: Mapping[str, FloatArray], *, palette: Mapping[str, str]) -> Figure:
-    """How often each evolutionary factor occurs, one panel per variant; NaN values are left out."""
+    """Histogram of the evolutionary factors, one panel per variant; NaN values are left out."""
     columns = min(len(factors), 4)
     rows = -(-len(factors) // columns)
     figure = Figure(figsize=(2.6 * columns, 2.3 * rows), layout="constrained")
@@ -198,7 +198,7 @@ def run_panel(trace: Trace, *, title: str, colour: str) -> Figure:
 
 
 def distributions(values: Mapping[str, FloatArray], *, xlabel: str, palette: Mapping[str, str]) -> Figure:
-    """How one number per run is distributed: box, median and every run, one line per variant."""
+    """Distribution of one number per run: box, median and every run, one line per variant."""
     figure, axes = _figure(7.0, 1.2 + 0.5 * len(values))
     names = list(values)[::-1]
     rng = np.random.default_rng(0)

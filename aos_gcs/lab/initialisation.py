@@ -28,12 +28,12 @@ WALK_SHARE = 0.3
 """Walking ones turn within so many sides of its middle."""
 MAX_ASIDE_M = 8.0
 EDGE_MARGIN_M = 5.0
-"""Of a target to the edge of the forest."""
+"""Least distance of a target from the edge of the forest."""
 
 
 @dataclass(frozen=True, slots=True)
 class Initialisation:
-    """What a run starts from."""
+    """Starting conditions of a run."""
 
     name: str
     world_seed: int
@@ -43,9 +43,9 @@ class Initialisation:
     scan_heading_deg: float
     """SD, the scanning direction at the start, clockwise from north."""
     aside_m: float
-    """How far to the left of the line through the target along SD the swarm starts."""
+    """Offset of the swarm's start to the left of the line through the target along SD."""
     seed: int
-    """Of the strategy's draws, the sensors' noise and the target's walk."""
+    """Seed of the strategy's draws, the sensors' noise and the target's walk."""
 
     @property
     def scan_direction_enu(self) -> NDArray[np.float64]:

@@ -24,17 +24,17 @@ BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
 
 MAX_SWEEPS = 50
-"""Of exchanges over all layers; each one only ever improves, so that a few suffice."""
+"""Limit of the exchanges over all layers; each one improves the result, so that a few suffice."""
 
 
 RADIUS_M = 12.0
-"""Of the disc about the target on which the vehicles may stand; from farther out it is seen through more leaves."""
+"""Radius of the disc around the target for the vehicles; views from farther out pass more leaves."""
 PITCH_M = 1.0
-"""Between places, well below the distance over which views stop being alike."""
+"""Spacing of the lattice, well below the distance over which views stop being alike."""
 
 
 class OracleObjective(StrEnum):
-    """What the oracle maximises."""
+    """Quantity that the oracle maximises."""
 
     RATIO = "ratio"
     """Normalised visibility: union seen over union without forest."""
@@ -44,10 +44,10 @@ class OracleObjective(StrEnum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Oracle:
-    """What the best positions reach."""
+    """Result of the best positions."""
 
     positions_enu_m: NDArray[np.float64]
-    """Of the vehicles, shape (n, 2)."""
+    """Positions of the vehicles, shape (n, 2)."""
     visibility: float
     """Normalised: area seen over the area that the same views would cover without forest."""
     area_m2: float

@@ -55,7 +55,7 @@ class Comparison:
     initialisations: tuple[str, ...]
     """Those that all strategies have run."""
     runs: Mapping[tuple[str, str], Run]
-    """By strategy and initialisation, the oracle's among them."""
+    """Runs by strategy and initialisation, including the oracle's."""
 
     @cached_property
     def times_s(self) -> FloatArray:

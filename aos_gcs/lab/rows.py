@@ -1,4 +1,4 @@
-"""What the laboratory writes down of every step: one row, in Parquet."""
+"""Rows of the laboratory's results, one per step, in Parquet."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ class StepRow:
     strategy: str
     """Name and parameters, as in ``aos-apso(gamma=0.8)``."""
     step: int
-    """From 1."""
+    """Number of the step, from 1."""
     time_s: float
-    """Of the exposures, since the start."""
+    """Time of the exposures since the start."""
     visibility: float
     """V: normalised visibility of this step's frames, from 0 to 1."""
     area_m2: float
@@ -34,19 +34,19 @@ class StepRow:
     branch: str
     """``line`` or ``pso``, or what else a strategy calls what it is doing."""
     leader_id: int | None
-    """Whom the strategy follows; ids count from 1."""
+    """Vehicle that the strategy follows; ids count from 1."""
     evolutionary_factor: float | None
     evolutionary_state: str | None
     c_s_m: float | None
     c_c_m: float | None
     east_m: list[float]
-    """Of the drones, in the order of their ids."""
+    """East coordinates of the drones in the order of their ids."""
     north_m: list[float]
     height_m: list[float]
     fitness: list[float]
-    """Of the drones, in the unit of the leader criterion."""
+    """Fitness of the drones in the unit of the leader criterion."""
     target_east_m: float
-    """Where the target is."""
+    """East coordinate of the target."""
     target_north_m: float
     target_error_m: float | None
     """Horizontal distance of this step's estimate from the target; None when it is not in view."""

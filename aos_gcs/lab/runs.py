@@ -13,16 +13,16 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 GRID_S = 0.25
-"""Between the common times; a step of the paper's time model takes 0.1 to 0.4 s."""
+"""Interval of the common times; a step of the paper's time model takes 0.1 to 0.4 s."""
 SETTLED_S = 5.0
-"""From here on means over time are taken: the swarm has reached the target."""
+"""Time from which means are taken: by then the swarm has reached the target."""
 LOOK_S = 14.0
 """Time at which [N] and the study of strategies compare."""
 
 
 @dataclass(frozen=True, slots=True)
 class RunMetrics:
-    """What one run comes down to. NaN where there is nothing to tell."""
+    """Key figures of one run; NaN where a figure does not exist."""
 
     visibility_mean: float
     """V of current frames, mean over time from ``SETTLED_S`` to the end."""
@@ -49,7 +49,7 @@ METRICS = tuple(item.name for item in fields(RunMetrics))
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trace:
-    """What one run did, step by step; T steps, n drones."""
+    """History of one run, step by step; T steps, n drones."""
 
     time_s: FloatArray
     """Shape (T,)."""

@@ -1,4 +1,4 @@
-"""What an experiment of the laboratory is about, as data."""
+"""Scenarios: the parameters of the laboratory's experiments."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ TREE_TOP_M = 18.0
 
 
 class Fidelity(StrEnum):
-    """How the drones see."""
+    """Fidelity of the drones' sensors."""
 
     GEOMETRIC = "geometric"
     """Visibility rays to the target's surface: perfect detection, no images."""
@@ -30,7 +30,7 @@ class Fidelity(StrEnum):
 
 
 class TimeModel(StrEnum):
-    """What a step costs."""
+    """Model of the time that a step takes."""
 
     PAPER = "paper"
     """The longest way at ``speed_mps``; nothing else takes time (AOS-APSO paper, section Experiments)."""
@@ -55,16 +55,16 @@ class Scenario:
     """0: the target stays where it is. Only a standing one walks."""
     drones: int = 10
     altitude_m: float = 35.0
-    """Of the lowest layer, above the ground."""
+    """Height of the lowest layer above the ground."""
     layer_spacing_m: float = 1.0
-    """Between the heights of two drones; 0: all fly at one height."""
+    """Vertical distance of neighbouring drones; 0: all fly at one height."""
     spacing_m: float = 4.2
-    """Of the drones in the line they start in."""
+    """Spacing of the drones in the line in which they start."""
     fov_deg: float = 50.0
     image_size_px: int = 512
     """Width and height of the square images."""
     start_distance_m: float = 30.0
-    """From the middle of the line to the target, along the scanning direction."""
+    """Distance from the middle of the line to the target, along the scanning direction."""
     duration_s: float = 20.0
     threshold: float = 0.163
     """T: normalised visibility from which the target is in view."""
@@ -75,9 +75,9 @@ class Scenario:
     min_step_s: float = 0.1
     """A step takes at least as long, also when nobody moves: cameras need time between two exposures."""
     acceleration_mps2: float = 3.5
-    """Of the vehicles in the dynamic time model."""
+    """Acceleration of the vehicles in the dynamic time model."""
     processing_s: float = 0.6
-    """From arrival to the next command in the dynamic time model. Default: what is reported of a real swarm of six."""
+    """Time from arrival to the next command in the dynamic time model (default: reported for a real swarm of six)."""
 
     def __post_init__(self) -> None:
         for name, low, high in _RANGES:

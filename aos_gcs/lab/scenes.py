@@ -1,4 +1,4 @@
-"""What the study of effectiveness expects of a simulator: a port, found through the entry points ``aos_gcs.scenes``.
+"""Port of the study of effectiveness to a simulator, found through the entry points ``aos_gcs.scenes``.
 
 A scene is a forest with or without a person, with things that may be taken for one, and a swarm whose cameras and
 navigation err as real ones do. Frame: ENU metres, the ground is the plane z = 0.
@@ -23,7 +23,7 @@ GROUP = "aos_gcs.scenes"
 
 
 class PositionGrade(StrEnum):
-    """How well vehicles know their positions."""
+    """Grade of the vehicles' position errors."""
 
     GNSS = "gnss"
     """0.5 m horizontally."""
@@ -33,7 +33,7 @@ class PositionGrade(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class SceneSettings:
-    """Which scene to build."""
+    """Parameters of a scene."""
 
     seed: int
     trees_per_ha: float

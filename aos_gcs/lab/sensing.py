@@ -1,4 +1,4 @@
-"""What the drones' frames of one moment show, at two fidelities that give strategies the same kind of observation."""
+"""Simulated sensing at two fidelities, both of which give strategies the same kind of observation."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ _BANDS = ("red", "green", "blue", "thermal")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sighting:
-    """What one moment's frames have shown. Rasters lie round the target: their middle cell is under it."""
+    """Content of one moment's frames. Rasters lie around the target: their middle cell is below it."""
 
     observation: Observation
-    """For the strategy; vehicle ids count from 1."""
+    """Observation for the strategy; vehicle ids count from 1."""
     seen: NDArray[np.bool_]
     """Cells of the target that at least one drone marks, shape (rows, columns)."""
     unoccluded: NDArray[np.bool_]
@@ -56,7 +56,7 @@ class Sensor(Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Detection:
-    """What the swarm holds for the target, whether or not it is."""
+    """Anomaly that the swarm takes for the target, rightly or not."""
 
     area_m2: float
     centroid_enu_m: tuple[float, float, float] | None

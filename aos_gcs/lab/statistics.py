@@ -36,17 +36,17 @@ class Interval:
 
 @dataclass(frozen=True, slots=True)
 class PairedDifference:
-    """How one variant differs from the reference, over initialisations that both have run."""
+    """Paired comparison of a variant with the reference, over initialisations that both have run."""
 
     variant: str
     difference: Interval
-    """Of variant minus reference."""
+    """Mean of variant minus reference."""
     share_better: float
-    """Of the initialisations in which the variant is ahead; ties count half."""
+    """Share of the initialisations in which the variant is ahead; ties count half."""
     p_value: float
     """Two-sided Wilcoxon signed-rank test."""
     p_corrected: float
-    """After Holm's correction for all variants compared with the reference."""
+    """p value after Holm's correction for all variants compared with the reference."""
 
 
 def mean_interval(values: FloatArray, confidence: float = CONFIDENCE) -> Interval:

@@ -15,7 +15,7 @@ from aos_gcs.lab.scenario import Fidelity, Scenario, TimeModel, parse_scenario
 from aos_gcs.lab.strategies import parse_strategies
 
 HELD_OUT_SEED = 0
-"""Of the initialisations that strategies are judged on; they are developed on those of other seeds."""
+"""Seed of the initialisations that strategies are judged on; they are developed on other seeds."""
 SOME = 20
 """Initialisations of the studies beside the main one."""
 MORE = 30
@@ -34,12 +34,12 @@ class Study:
     """One campaign of the results."""
 
     name: str
-    """Of its folder."""
+    """Name of the study's folder."""
     title: str
     strategies: tuple[str, ...]
     scenario: Mapping[str, object] = field(default_factory=dict)
     paper: bool = False
-    """From the three fixed initialisations in place of drawn ones."""
+    """Whether the three fixed initialisations are used instead of drawn ones."""
     at_most: int | None = None
     """Bound on the number of initialisations."""
     oracle: bool = False

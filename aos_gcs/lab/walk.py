@@ -1,4 +1,4 @@
-"""Where the target is at a moment."""
+"""Paths of walking targets."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 TRUNK_CLEARANCE_M = 2.0
-"""Between the target's place and a trunk, as in the simulated missions."""
+"""Least distance of the target from a trunk, as in the simulated missions."""
 _PLACES = 64
 _REACH_M = 5.0
 
@@ -22,7 +22,7 @@ class Walk:
     """Shape (k, 2), one at least."""
     speed_mps: float
     heading_rad: float
-    """Of a target that does not move, clockwise from north; a walking one faces where it goes."""
+    """Heading of a still target, clockwise from north; a walking one faces its direction of motion."""
 
     def at(self, time_s: float) -> tuple[tuple[float, float], float]:
         """Return position (east, north) and heading."""

@@ -1,4 +1,4 @@
-"""Who computes a campaign: this process, workers on this machine, or a cluster; the results are the same."""
+"""Workers that compute a campaign: this process, others on this machine, or a cluster, with equal results."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the laboratory expects of a simulated world: a port, found through the entry points ``aos_gcs.worlds``.
+"""Port of the laboratory to simulated worlds, found through the entry points ``aos_gcs.worlds``.
 
 A world is a forest that never changes. The target stands apart from it, so that one forest serves every strategy and
 every moment of a walk. Frame: ENU metres, the ground is the plane z = 0 and also the focal plane.
@@ -23,7 +23,7 @@ GROUP = "aos_gcs.worlds"
 
 
 class Posture(StrEnum):
-    """How the target is found."""
+    """Posture of the target."""
 
     STANDING = "standing"
     SITTING = "sitting"
@@ -31,7 +31,7 @@ class Posture(StrEnum):
 
 
 class ForestType(StrEnum):
-    """Which trees grow."""
+    """Species of the trees."""
 
     BROADLEAF = "broadleaf"
     CONIFER = "conifer"
@@ -45,7 +45,7 @@ class Terrain(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class WorldParameters:
-    """Which forest to grow; a world refuses what it cannot build."""
+    """Parameters of a forest; a world refuses what it cannot build."""
 
     seed: int
     trees_per_ha: float = 300.0
@@ -62,13 +62,13 @@ class Target:
     position_enu_m: tuple[float, float]
     """East and north of the point on the ground below the body's middle."""
     heading_rad: float = 0.0
-    """Where the chest points (lying: where the feet point), clockwise from north."""
+    """Direction of the chest (lying: of the feet), clockwise from north."""
     posture: Posture = Posture.STANDING
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TargetViews:
-    """What each camera sees of the target, projected onto the ground: a north-up raster around the target.
+    """Visible parts of the target per camera, projected onto the ground: a north-up raster around the target.
 
     A cell belongs to the target when the ray from the camera to the centre of the cell meets the target's surface.
     Edges lie at multiples of the resolution, so that the rasters of a target that stays are the same.
@@ -77,7 +77,7 @@ class TargetViews:
     seen: NDArray[np.bool_]
     """Shape (n, rows, columns)."""
     unoccluded: NDArray[np.bool_]
-    """What the same cameras would see without the forest, shape (n, rows, columns)."""
+    """Parts that the same cameras would see without the forest, shape (n, rows, columns)."""
     west_m: float
     """East coordinate of the outer edge of column 0."""
     north_m: float
@@ -96,7 +96,7 @@ class World(Protocol):
 
     @property
     def trunks_enu_m(self) -> NDArray[np.float64]:
-        """Where the trees stand, shape (trees, 2)."""
+        """Positions of the trees, shape (trees, 2)."""
         ...
 
     def view_target(self, poses: Sequence[Pose], camera: CameraModel, target: Target) -> TargetViews:

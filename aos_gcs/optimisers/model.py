@@ -48,7 +48,7 @@ class Particles:
     best_values: NDArray[np.float64]
     """f(p_i), shape (n,); infinite before the first value."""
     moves: int = 0
-    """How often the particles have moved."""
+    """Number of moves of the particles."""
     told: bool = False
     """The values at the start are known; until then the positions to evaluate are those of the start."""
     awaits_tell: bool = False

@@ -1,4 +1,4 @@
-"""How the attraction of a particle is randomised: per dimension, by one scalar, or in a sphere.
+"""Randomisation of a particle's attraction: per dimension, by one scalar, or in a sphere.
 
 Source: AOS-APSO paper, section Rotation-Invariant PSO (``eq:pso-sphere``); algorithms.md section 3a. Drawing
 and applying are two functions: the same draws can be applied in another frame.
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 
 class Randomness(StrEnum):
-    """What the random factor R of a term is."""
+    """Kind of the random factor R of a term."""
 
     VECTOR = "vector"
     """One number per dimension: a box along the axes, so the search prefers them."""

@@ -63,11 +63,11 @@ class ParallelSampling:
 
 @dataclass(frozen=True, slots=True)
 class SequentialState:
-    """How far the only drone that samples has come."""
+    """Progress of the only drone that samples."""
 
     swarm: SwarmState
     start_enu_m: Point | None = None
-    """Where it was first seen: the middle of the first row; None before."""
+    """First known position of that drone: the middle of the first row; None before."""
     flown: int = 0
     """Waypoints given out so far."""
 

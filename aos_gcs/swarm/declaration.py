@@ -1,4 +1,4 @@
-"""How parameters of strategies are declared: once, for those who read, check, and fill in forms.
+"""Declarations of strategies' parameters, from which checks, the API and the dashboard's form are made.
 
 A parameter is a field of a frozen dataclass, made by :func:`declared`. A subclass that only wants another default
 writes the field with that default and keeps the declaration.
@@ -20,7 +20,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Bounds:
-    """Between which numbers a value lies; None: open."""
+    """Bounds of a value; None: open."""
 
     above: float | None = None
     at_least: float | None = None
@@ -49,11 +49,11 @@ class _Declaration:
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """What can be chosen about a strategy."""
+    """A parameter of a strategy."""
 
     name: str
     text: str
-    """What it does."""
+    """Effect of the parameter."""
     default: float | bool | None
     is_switch: bool
     """True or false; else a number."""
@@ -63,7 +63,7 @@ class Parameter:
 
     @property
     def unit(self) -> str:
-        """By the end of its name, as docs/conventions.md has it; empty for ratios and counts."""
+        """Unit by the end of the name, as in docs/conventions.md; empty for ratios and counts."""
         return _UNITS.get(self.name.rpartition("_")[2], "") if "_" in self.name else ""
 
     def converted(self, value: object) -> float | bool | None:

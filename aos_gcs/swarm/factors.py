@@ -1,4 +1,4 @@
-"""How the social and the cognitive factor of a strategy come about: fixed, tuned, or as in APSO.
+"""Rules for the social and the cognitive factor: fixed, tuned, or as in APSO.
 
 Source: AOS-APSO paper, sections AOS-PSO and Modified parameter adaption; algorithms.md sections 3c and 3e.
 """

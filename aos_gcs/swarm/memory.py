@@ -1,4 +1,4 @@
-"""What drones may remember: where each has seen most, and where the swarm has sampled already.
+"""Optional memories of the drones: where each has seen most, and where the swarm has sampled already.
 
 Source: AOS-APSO paper, section Conclusion, which asks for both; algorithms.md section 3f. Both are switches that are
 off by default, for the published strategies follow the 'no history' paradigm. What is remembered belongs to one

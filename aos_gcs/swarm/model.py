@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TargetMasks:
-    """What each vehicle's own frame shows of the target, on one north-up raster of the focal plane."""
+    """Masks of the target in each vehicle's own frame, on one north-up raster of the focal plane."""
 
     marked: NDArray[np.bool_]
     """Shape (n, rows, columns): row 0 is the northern edge, column 0 the western one."""
@@ -29,12 +29,12 @@ class TargetMasks:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Observation:
-    """What the frames of one step have shown. ``n`` may differ from step to step."""
+    """Observation of one step. ``n`` may differ from step to step."""
 
     vehicle_ids: tuple[int, ...]
     """Length n, the order of the rows below."""
     positions_enu_m: NDArray[np.float64]
-    """Where the vehicles are, shape (n, 2)."""
+    """Positions of the vehicles, shape (n, 2)."""
     fitness: NDArray[np.float64]
     """f(x_i, I(t)), shape (n,); NaN for a vehicle that delivered no frame."""
     target_in_view: bool
@@ -44,14 +44,14 @@ class Observation:
     leader_id: int | None = None
     """The imaging's own choice, which has settled ties; else the argmax of ``fitness`` leads."""
     heights_m: NDArray[np.float64] | None = None
-    """Of the vehicles above the focal plane, shape (n,); a strategy that reasons about lines of sight needs them."""
+    """Heights of the vehicles above the focal plane, shape (n,), for strategies that reason about lines of sight."""
     masks: TargetMasks | None = None
-    """Which part of the target each vehicle sees, when in view; a row of a vehicle without a frame is all False."""
+    """Part of the target that each vehicle sees, when in view; the row of a vehicle without a frame is all False."""
 
 
 @dataclass(frozen=True, slots=True)
 class Diagnostics:
-    """What an operator and a researcher want to see of a strategy; ``None`` where it has no such quantity."""
+    """Quantities of a strategy for operators and researchers; ``None`` where it has no such quantity."""
 
     branch: str
     """``line`` (the default branch), ``pso``, or a word of the strategy's own for what it is doing."""

@@ -16,7 +16,7 @@ from aos_gcs.swarm.declaration import declared, parameters_of
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StrategyParameters:
-    """What every strategy has.
+    """Parameters of every strategy.
 
     Raises:
         ParameterError: a value is out of its bounds, or does not fit to another one; the text names it.
@@ -40,7 +40,7 @@ class SequentialParameters(StrategyParameters):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LineParameters(StrategyParameters):
-    """What strategies that scan in line have, and all of parallel blind sampling."""
+    """Parameters of strategies that scan in line; all of those of parallel blind sampling."""
 
     c3_m: float = declared(2.0, "How far the line scans on per step while nothing is in view.", above=0.0)  # [N]
     c5: float = declared(
@@ -53,7 +53,7 @@ class LineParameters(StrategyParameters):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SwarmParameters(LineParameters):
-    """What all strategies that line up and follow a leader have in common."""
+    """Parameters of all strategies that scan in line and follow a leader."""
 
     leader_stabilised: bool = declared(
         False, "The drone that sees most is not pushed away by others, and pushes them twice as far."

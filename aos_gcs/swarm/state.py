@@ -35,11 +35,11 @@ class TargetTrack:
 
 @dataclass(frozen=True, slots=True)
 class Situation:
-    """What the latest observation has come to."""
+    """Memory of the latest observation."""
 
     vehicle_ids: tuple[int, ...]
     positions_enu_m: tuple[Point, ...]
-    """In the order of ``vehicle_ids``, which is that of the observation."""
+    """Positions in the order of ``vehicle_ids``, which is that of the observation."""
     leader_id: int | None
     """None in the default branch."""
 
@@ -49,9 +49,9 @@ class Adaptation:
     """The factors and what they follow."""
 
     social: float
-    """As the strategy's rule counts it: metres, or a fraction of c4."""
+    """Social factor in the unit of the strategy's rule: metres, or a fraction of c4."""
     cognitive: float
-    """As the strategy's rule counts it: metres, or a fraction of the social one."""
+    """Cognitive factor in the unit of the strategy's rule: metres, or a fraction of the social one."""
     state: EvolutionaryState | None = None
     """None for a rule that knows no states."""
     e_f: float | None = None
@@ -60,7 +60,7 @@ class Adaptation:
 
 @dataclass(frozen=True, slots=True)
 class PersonalBest:
-    """Where a vehicle has seen most of the target since it came into view."""
+    """Place from which a vehicle has seen most of the target since it came into view."""
 
     vehicle_id: int
     position_enu_m: Point
@@ -83,7 +83,7 @@ class SwarmState:
     personal_bests: tuple[PersonalBest, ...] = ()
     """One per vehicle at most, sorted by vehicle; empty where that memory is off."""
     sampled_enu_m: tuple[Point, ...] = ()
-    """Where frames of this sighting come from, the latest last; empty where that memory is off."""
+    """Places from which frames of this sighting were taken, latest last; empty where that memory is off."""
 
 
 def dump_rng(rng: np.random.Generator) -> dict[str, Any]:

@@ -21,7 +21,7 @@ from aos_sim.world.scene import Scene, SceneParameters, build_scene
 from aos_sim.world.species import BROADLEAF, CONIFER
 
 CELL_M = 0.05
-"""Of the raster round the target; a camera of 512 pixels and 50 degrees at 35 m has pixels of 0.064 m."""
+"""Cell size of the raster around the target; a camera of 512 pixels and 50 degrees at 35 m has pixels of 0.064 m."""
 HALF_WIDTH_CELLS = 60
 """Half the raster's edge: 3 m hold what a standing person hides from a camera that sees it 55 degrees off the nadir."""
 

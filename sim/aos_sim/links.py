@@ -39,7 +39,7 @@ class LinkKind(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class LinkAddress:
-    """Where the vehicles connect to, or listen."""
+    """Addresses to which the vehicles connect, or on which they listen."""
 
     kind: LinkKind
     host: str

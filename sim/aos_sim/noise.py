@@ -24,12 +24,12 @@ FloatArray = NDArray[np.float32]
 
 @dataclass(frozen=True, slots=True)
 class PoseErrors:
-    """How wrong a vehicle's reported pose is."""
+    """Errors of a vehicle's reported pose."""
 
     position_m: float = 0.5
     """Horizontal, east and north each."""
     vertical_ratio: float = 1.5
-    """Of the vertical to the horizontal position error; satellites stand above the vehicle, none below it."""
+    """Ratio of the vertical to the horizontal position error; satellites are above the vehicle, none below it."""
     position_lasting_share: float = 0.9
     """Part of the position's variance that stays."""
     tilt_rad: float = math.radians(1.0)
@@ -38,7 +38,7 @@ class PoseErrors:
     yaw_rad: float = math.radians(3.0)
     yaw_lasting_share: float = 0.95
     clock_s: float = 0.03
-    """Between exposure and the time its pose is reported for; stays."""
+    """Constant error between an exposure and the time that its pose is reported for."""
 
 
 GNSS = PoseErrors()
@@ -97,12 +97,12 @@ def reported_pose(
 
 @dataclass(frozen=True, slots=True)
 class SensorErrors:
-    """What an uncooled thermal camera adds to the temperatures of a scene."""
+    """Errors that an uncooled thermal camera adds to the temperatures of a scene."""
 
     netd_k: float = 0.05
     """Noise of a pixel from frame to frame."""
     offset_k: float = 1.0
-    """Of the whole image, per camera: the calibration drifts with the housing."""
+    """Offset of the whole image, per camera: the calibration drifts with the housing."""
     shading_k: float = 0.3
     """Smooth over the image, per camera: the lens and the housing glow."""
     column_k: float = 0.05

@@ -1,4 +1,4 @@
-"""How a simulated flight went, in a file for those who check how a service has flown."""
+"""Report of a simulated flight as a file, for checks of a service."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from scipy.spatial.distance import pdist
 
 @dataclass(frozen=True, slots=True)
 class SwarmReport:
-    """How the flight went so far."""
+    """Figures of the flight so far."""
 
     sim_time_s: float
     min_separation_m: float | None
@@ -48,7 +48,7 @@ class SeparationMonitor:
 
 @dataclass(frozen=True, slots=True)
 class AttachedCameraReport:
-    """What the camera beside one vehicle has done so far."""
+    """Figures of the camera of one vehicle so far."""
 
     system_id: int
     images: int
@@ -62,7 +62,7 @@ class AttachedCameraReport:
 
 @dataclass(frozen=True, slots=True)
 class AttachedCamerasReport:
-    """What all cameras beside vehicles have seen so far."""
+    """Figures of all attached cameras so far."""
 
     min_separation_m: float | None
     """Smallest true distance of any two vehicles so far, from poses that are told some ten times per second."""

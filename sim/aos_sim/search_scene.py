@@ -24,7 +24,7 @@ from aos_sim.world.person import Posture
 from aos_sim.world.scene import SceneParameters, build_scene
 
 SIDE_M = 60.0
-"""Of the forest: what ten cameras see from 35-44 m, in a line or gathered round a body in its middle."""
+"""Side of the forest: the ground that ten cameras see from 35-44 m, in a line or gathered around a body."""
 MAX_OF_A_KIND = 2
 """Animals, stones and cloths: none to so many of each."""
 HOVER_SPEED_MPS = 0.2
@@ -90,7 +90,7 @@ class SimulatedSearchScene:
         ]
 
     def _true_poses(self, positions_enu_m: NDArray[np.float64]) -> list[Pose]:
-        """Where the vehicles are: they steer by GNSS positions."""
+        """Return the true positions of the vehicles, which steer by GNSS positions."""
         errors_m = self._lasting[PositionGrade.GNSS].position_enu_m
         return [nadir_pose(position_m) for position_m in positions_enu_m - errors_m]
 

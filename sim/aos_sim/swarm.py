@@ -57,7 +57,7 @@ DEFAULT_ORIGIN = GeodeticPosition(48.3, 14.3, 260.0)
 
 @dataclass(frozen=True, slots=True)
 class SwarmOptions:
-    """What to simulate.
+    """Settings of a simulated swarm.
 
     Raises:
         ConfigurationError: a value is out of its range.
@@ -78,9 +78,9 @@ class SwarmOptions:
     cameras: bool = True
     """Whether the vehicles have cameras of their own."""
     image_folder: Path | None = None
-    """Where images are dropped, by system id; the autopilots then trigger the cameras, and there is no component."""
+    """Folders for images by system id; the autopilots then trigger the cameras, and there is no camera component."""
     http_port: int = 0
-    """Of the image server; 0: any free one."""
+    """Port of the image server; 0: any free one."""
     start_up_s: float | None = None
     """Simulated seconds until the vehicles can be armed; None: what the autopilot usually needs."""
     parameters: Mapping[str, float] = field(default_factory=dict)
@@ -162,7 +162,7 @@ class SimulatedSwarm:
 
     @property
     def homes_enu_m(self) -> dict[int, tuple[float, float, float]]:
-        """Where each vehicle takes off, by system id."""
+        """Return the launch point of each vehicle by system id."""
         return {vehicle.system_id: vehicle.autopilot.flight.home_enu_m for vehicle in self.vehicles}
 
     def kinematics(self, system_id: int) -> Kinematics:

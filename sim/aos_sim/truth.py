@@ -1,4 +1,4 @@
-"""What the cameras would see of the persons if there were no forest: the yardstick of normalised visibility."""
+"""Views of the persons without the forest: the reference of normalised visibility."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from aos_sim.world.scene import SceneParameters, build_scene
 
 CELL_M = 0.02
 HALF_WIDTH_M = 6.0
-"""Of the square round a person on which its outlines are drawn; the outline of a standing one that is seen 70 degrees
+"""Side of the square around a person for its outlines; the outline of a standing one that is seen 70 degrees
 off the nadir still fits in."""
 
 

@@ -26,7 +26,7 @@ class Target:
 
 @dataclass(frozen=True, slots=True)
 class World:
-    """Where the simulation takes place."""
+    """Location of the simulation."""
 
     area_enu_m: tuple[tuple[float, float], ...]
     """Corners of the search area."""

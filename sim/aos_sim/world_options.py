@@ -1,4 +1,4 @@
-"""What the commands of the simulator have in common: options of the world and the cameras, and how they end."""
+"""Common parts of the simulator's commands: options of the world and the cameras, and the way they end."""
 
 from __future__ import annotations
 

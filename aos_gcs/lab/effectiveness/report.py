@@ -25,7 +25,7 @@ _MIN_FOR_INTERVAL = 3
 
 
 class Verdict(StrEnum):
-    """How a scene was judged."""
+    """Judgement of a scene."""
 
     HIT = "hit"
     """There is a person, and it was claimed where it is."""
@@ -40,17 +40,17 @@ class Verdict(StrEnum):
 
 
 class Rule(StrEnum):
-    """How the system decides that a person is here."""
+    """Rule by which the system decides that a person is here."""
 
     PERSON = "person"
-    """Of the warm bodies that look like a person with sufficient confidence, the one seen in most frames."""
+    """The warm body that most frames show, among those that look like a person with sufficient confidence."""
     ANOMALY = "anomaly"
     """Every step has an anomaly of the size from which missions count a target as in view, whatever it is."""
 
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """What the system says about one scene, and whether that is right."""
+    """Statement of the system about one scene, and whether it is right."""
 
     trees_per_ha: float
     seed: int
@@ -59,7 +59,7 @@ class Decision:
     verdict: Verdict
     approached: str | None
     confidence: float
-    """Of the body that looks most like a person; 0 when nothing warm was seen."""
+    """Confidence of the body that looks most like a person; 0 when nothing warm was seen."""
     person_seen: bool
     """Something warm was seen where the person is; False without a person."""
     error_m: float

@@ -1,4 +1,4 @@
-"""How often a swarm says rightly 'a person is here', and how far from the person: one scene at a time.
+"""The study of effectiveness, one scene at a time: how often 'a person is here' is right, and with which error.
 
 A swarm has scanned until something came into view, gathers above it by the strategy of missions, and looks with
 rendered frames whose poses and temperatures err as in the field. What is warm below it is described, located and
@@ -36,19 +36,19 @@ UNCERTAINTIES = {
     PositionGrade.GNSS: replace(_SCENE, position_horizontal_m=0.5, position_vertical_m=0.75),
     PositionGrade.RTK: replace(_SCENE, position_horizontal_m=0.02, position_vertical_m=0.03),
 }
-"""What geolocation is told of the scenes and of the vehicles' poses."""
+"""Uncertainty of poses and scenes as assumed by geolocation."""
 
 IN_VIEW_M2 = 0.05
 """The threshold T of missions."""
 _START_DISTANCE_M = 8.0
-"""Of the line from what it is about to find, against the scan direction."""
+"""Distance of the line from the body that it is about to find, against the scan direction."""
 _START_SPREAD_M = 8.0
-"""How far to either side the middle of the line may pass it."""
+"""Greatest lateral offset at which the middle of the line may pass the body."""
 
 
 @dataclass(frozen=True, slots=True)
 class StudySettings:
-    """How a scene is flown and looked at.
+    """Settings of flight and cameras in a scene.
 
     Raises:
         ConfigurationError: if a value lies outside its range; the text names it.
@@ -57,7 +57,7 @@ class StudySettings:
     strategy: str = "aos-apso"
     vehicles: int = 10
     altitude_m: float = 35.0
-    """Of the lowest vehicle; the others fly above it, one metre apart."""
+    """Altitude of the lowest vehicle; the others fly above it, one metre apart."""
     image_size_px: int = 512
     fov_rad: float = math.radians(50.0)
     approach_steps: int = 10
@@ -78,7 +78,7 @@ class StudySettings:
 
     @property
     def camera(self) -> CameraModel:
-        """That of every vehicle."""
+        """Camera model of every vehicle."""
         return CameraModel.from_fov(self.image_size_px, self.image_size_px, self.fov_rad)
 
 
@@ -111,7 +111,7 @@ class Anomaly:
 
 @dataclass(frozen=True, slots=True)
 class SceneResult:
-    """What the swarm knows at the end, and the truth."""
+    """Knowledge of the swarm at the end, and the truth."""
 
     key: SceneKey
     bodies: tuple[Body, ...]

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from aos_gcs.swarm.archive.raster import CELL_M, CELLS, HALF_CELLS, SIDE, BoolArray, FloatArray, IntArray
 
 LAYER_M = 0.2
-"""Between the heights of voxels; under the slopes of the aperture a layer moves by less than a cell."""
+"""Height of a layer of voxels; under the slopes of the aperture a layer moves by less than a cell."""
 LAYERS = 9
 HALF_VOXELS = 8
 """Voxels lie so many cells to either side of the target."""

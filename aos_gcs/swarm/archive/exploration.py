@@ -1,4 +1,4 @@
-"""What lines of sight promise that nobody has looked along yet."""
+"""Expected views along lines of sight that no drone has looked along yet."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from aos_gcs.swarm.archive.raster import BoolArray, FloatArray
 
 PRIOR_WEIGHT = 0.3
-"""Of what is hoped for, in looks."""
+"""Weight of the prior expectation, in looks."""
 KNOWN = 0.9
 """Weight of a look for a spot from which the spot is not worth another look of its own."""
 

@@ -26,12 +26,12 @@ SAME_LINE_M = 0.15
 
 @dataclass(frozen=True, slots=True)
 class Canopy:
-    """Where the leaves are that hide the target, above the focal plane."""
+    """Layer of leaves that hide the target, above the focal plane."""
 
     height_m: float
-    """Of its middle."""
+    """Height of the middle of the layer."""
     half_depth_m: float
-    """From its middle to its edges."""
+    """Distance from the middle of the layer to its edges."""
 
     def lines_of_slopes(self, target_enu_m: FloatArray, slopes: FloatArray) -> Sightlines:
         """Return the lines from the target under slopes of shape (n, 2)."""
@@ -85,9 +85,9 @@ class Looks:
 
     lines: Sightlines
     anchors: NDArray[np.int64]
-    """Of the masks' rasters, shape (k, 2)."""
+    """Centres of the masks' rasters, shape (k, 2)."""
     drifts_enu_m: NDArray[np.float64]
-    """How far the target had moved when it was looked at, shape (k, 2)."""
+    """Displacement of the target at the time of each look, shape (k, 2)."""
     packed_masks: str
     """See :func:`aos_gcs.swarm.archive.raster.packed`."""
 

@@ -1,4 +1,4 @@
-"""From goals to waypoints: who goes where, how far in one step, and apart from whom."""
+"""Waypoints from goals: assignment of drones, length of a step, and distances between drones."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ FloatArray = NDArray[np.float64]
 HOLDS_WITHIN_M = 0.3
 """A drone as near to its goal as that holds its place; others give way to it."""
 MARGIN_M = 0.01
-"""By which drones are pushed farther apart than they must be, so that rounding does not matter."""
+"""Extra distance by which drones are pushed apart, so that rounding does not matter."""
 MAX_PUSHES = 20
 """Rounds of pushing; three are enough unless drones are crowded."""
 

@@ -12,7 +12,7 @@ from aos_gcs.swarm.parameters import AosPsoParameters
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ArchiveParameters(AosPsoParameters):
-    """What AOS-PSO has, which scans until the target is in view and steps in without masks, and the archive's own.
+    """Parameters of AOS-PSO, which scans until the target is in view and takes over without masks, and its own.
 
     Raises:
         ParameterError: one of them violates its constraint; the text names it.
@@ -77,5 +77,5 @@ class ArchiveParameters(AosPsoParameters):
 
     @property
     def canopy(self) -> Canopy:
-        """Where the leaves are."""
+        """Return the layer of leaves."""
         return Canopy(self.canopy_height_m, self.canopy_half_depth_m)

@@ -25,7 +25,7 @@ from aos_gcs.swarm.archive.target import TargetEstimate
 MAX_CANDIDATES = 150
 """Looks among which the views to hold are chosen: those that show most."""
 MIN_CONFIDENCE = 0.2
-"""In a look's mask, less since the target has moved, below which it is no candidate."""
+"""Confidence of a look below which it is no candidate; it falls as the target moves."""
 SAME_VIEW_M = 0.4
 """Distance in the canopy below which a candidate is the view chosen the step before."""
 SURELY_SEEN = 0.5
@@ -34,28 +34,28 @@ SURELY_SEEN = 0.5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Goals:
-    """What comes of a decision."""
+    """Result of a decision."""
 
     positions_enu_m: NDArray[np.float64]
-    """Of all drones, shape (n, 2)."""
+    """Goals of all drones, shape (n, 2)."""
     held_enu_m: NDArray[np.float64]
-    """Where the lines of sight chosen pass the canopy, shape (k, 2)."""
+    """Crossings of the chosen lines of sight with the canopy, shape (k, 2)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Prospect:
-    """What the archive means for the target's place at the next step."""
+    """The archive, applied to the target's expected position at the next step."""
 
     target_enu_m: FloatArray
     """Shape (2,)."""
     height_m: float
     """Mean height of the swarm: slopes times it are places on one plane."""
     lines: Sightlines
-    """From there through the crossings of the k looks."""
+    """Lines from there through the crossings of the k looks."""
     masks: BoolArray
-    """What they have shown, shape (k, CELLS)."""
+    """Masks of the looks, shape (k, CELLS)."""
     confidence: FloatArray
-    """In the masks, below 1 for lines that the target's motion has turned, shape (k,)."""
+    """Confidence in the masks, below 1 for lines that the target's motion has turned, shape (k,)."""
 
     @classmethod
     def of(cls, looks: Looks, target: TargetEstimate, height_m: float, parameters: ArchiveParameters) -> Prospect:

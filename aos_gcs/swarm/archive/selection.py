@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from aos_gcs.swarm.archive.raster import FloatArray, IntArray
 
 MAX_SWEEPS = 3
-"""Of exchanges over all views; a choice that starts from the last step's is settled after one or two."""
+"""Limit of the exchanges over all views; a choice that starts from the last one settles after one or two."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -23,7 +23,7 @@ class Views:
     footprints: NDArray[np.float32]
     """1 where it would be seen without forest, else 0, shape (c, cells)."""
     conflicts: NDArray[np.bool_]
-    """Which ones stand too near to each other to be held together, each with itself, shape (c, c)."""
+    """Pairs that are too near to each other to be held together, each with itself, shape (c, c)."""
 
     def __len__(self) -> int:
         return len(self.shown)
@@ -31,7 +31,7 @@ class Views:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Outlook:
-    """What a set of views leaves to be seen."""
+    """Parts of the target that a set of views leaves unseen."""
 
     hidden: NDArray[np.float32]
     """Probability that no view shows a cell, shape (cells,)."""

@@ -47,14 +47,14 @@ class ArchiveState:
     """Everything that is carried from step to step."""
 
     swarm: SwarmState
-    """Of the strategy that scans, and that steps in without masks."""
+    """State of the strategy that scans, and that takes over without masks."""
     looks: Looks
     target: TargetEstimate | None = None
     """None before it is seen, and after it was lost."""
     heights_m: NDArray[np.float64] | None = None
-    """Of the vehicles above the focal plane, in the order of their ids, shape (n,); None if unknown."""
+    """Heights of the vehicles above the focal plane in the order of their ids, shape (n,); None if unknown."""
     held_enu_m: NDArray[np.float64] | None = None
-    """Where the lines of sight of the views chosen last pass the canopy, shape (k, 2)."""
+    """Crossings of the last chosen lines of sight with the canopy, shape (k, 2)."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Where the target is and how it moves, for the archive strategy.
+"""Position and motion of the target for the archive strategy.
 
 An observation tells no time, so that motion is counted per step: an alpha-beta filter follows the target, and one that
 stands still is the mean of its sightings.
@@ -24,9 +24,9 @@ BETA = 0.2
 STRAY_M = 0.5
 """Distance from the mean of its sightings at which a still target counts as moving; their noise is below 0.1 m."""
 REST_M = 0.4
-"""Way within ``CHECK_SIGHTINGS`` below which a moving one stands again; a stroller makes 1.5 m in a second."""
+"""Path within ``CHECK_SIGHTINGS`` below which a moving target counts as still; a stroller makes 1.5 m in a second."""
 CHECK_SIGHTINGS = 10
-"""How often that is looked at."""
+"""Sightings between two such checks."""
 JUMP_M = 6.0
 """A sighting farther from where the target is expected shows something else."""
 MAX_MEAN = 20
@@ -40,17 +40,17 @@ class TargetEstimate:
     """The target as far as it is known."""
 
     tracked_enu_m: Point
-    """What the filter says."""
+    """Estimate of the filter."""
     velocity_m: Point
-    """Way per step, east and north."""
+    """Displacement per step, east and north."""
     reference_enu_m: Point
-    """While still, the mean of the sightings; while moving, where it was when that was last looked at."""
+    """While still, the mean of the sightings; while moving, its place at the last check."""
     reference_sightings: int = 1
-    """How many are in the mean, or have been made since."""
+    """Number of sightings in the mean, or since."""
     is_moving: bool = False
     sightings: int = 1
     drift_enu_m: Point = (0.0, 0.0)
-    """How far it has moved since it was found, without the noise of a still one."""
+    """Displacement since it was found, without the noise of a still target."""
     lost_steps: int = 0
     """Steps since it was last in view."""
 

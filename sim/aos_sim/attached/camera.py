@@ -40,7 +40,7 @@ class _Waiting:
 
     exposure: Exposure
     moment_s: float | None
-    """On the vehicle's clock, None if the vehicle has not told its time."""
+    """Time on the vehicle's clock; None if the vehicle has not reported its time."""
     expires_at_s: float
     polls: int = 0
 

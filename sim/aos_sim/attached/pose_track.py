@@ -16,10 +16,10 @@ _KEPT = 256
 
 @dataclass(frozen=True, slots=True)
 class TimedPose:
-    """Where a vehicle was at one moment."""
+    """Pose of a vehicle at one moment."""
 
     at_s: float
-    """Since the vehicle has started."""
+    """Time since the vehicle has started."""
     position: GeodeticPosition
     heading_rad: float
     """Clockwise from north."""

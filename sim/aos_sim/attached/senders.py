@@ -1,4 +1,4 @@
-"""Which sender a system id belongs to, so that no camera sees with the eyes of another vehicle."""
+"""Senders by system id, so that no camera takes the pose of another vehicle."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ _LOGGER = logging.getLogger(__name__)
 _TICK_S = 0.02
 _RETRY_S = 1.0
 _MAX_VEHICLES = 128
-"""On one link."""
+"""Greatest number of vehicles on one link."""
 _SEPARATION_PERIOD_S = 0.1
 _SEPARATION_LAG_S = 0.3
 """Separations are those of a moment ago, of which the poses of all vehicles have arrived."""
@@ -42,7 +42,7 @@ _AUTOPILOT_COMPONENT = int(mavlink.MAV_COMP_ID_AUTOPILOT1)
 
 @dataclass(frozen=True, slots=True)
 class AttachedOptions:
-    """Where the vehicles are, and what their cameras are like.
+    """Links of the vehicles, and settings of their cameras.
 
     Raises:
         ConfigurationError: a value is out of its range.
@@ -51,15 +51,15 @@ class AttachedOptions:
     links: tuple[str, ...]
     """Connections to the vehicles."""
     gcs: str | None = None
-    """Where the cameras speak to the ground station; None: through their vehicles."""
+    """Link of the cameras to the ground station; None: through their vehicles."""
     origin: GeodeticPosition | None = None
-    """Of the world; None: the home of the vehicle with the lowest id that is known at the first exposure."""
+    """Origin of the world; None: the home of the vehicle with the lowest id that is known at the first exposure."""
     seed: int = 1
-    """Of the noise in the images."""
+    """Seed of the noise in the images."""
     image_size_px: int = 512
     fov_rad: float = math.radians(50.0)
     http_port: int = 0
-    """Of the image server; 0: any free one."""
+    """Port of the image server; 0: any free one."""
 
     def __post_init__(self) -> None:
         check_camera_options(self.image_size_px, self.fov_rad, self.http_port)

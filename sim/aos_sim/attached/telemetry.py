@@ -1,4 +1,4 @@
-"""What a vehicle tells of its pose: where it believes to be and, if it is simulated itself, where it is.
+"""Reports of a vehicle about its pose: its estimate and, if it is simulated itself, the truth.
 
 The true pose comes from SIM_STATE (ArduPilot's simulator) or HIL_STATE_QUATERNION (PX4's). Neither holds a time, so a
 true pose is taken to be of the moment at which it arrives, counted on the vehicle's clock. A vehicle that sends neither
@@ -24,7 +24,7 @@ _REBOOT_MARGIN_S = 2.0
 
 @dataclass(frozen=True, slots=True)
 class VehiclePose:
-    """Where a vehicle was at one moment."""
+    """Pose of a vehicle at one moment."""
 
     true: TimedPose
     believed: CameraView

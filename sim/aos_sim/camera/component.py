@@ -50,11 +50,11 @@ class Exposure:
 
 @dataclass(frozen=True, slots=True)
 class CameraView:
-    """Where the camera was at an exposure, as the vehicle knows it; the gimbal does the rest."""
+    """Pose of the vehicle at an exposure, by its own estimate; the gimbal adds its attitude."""
 
     position: GeodeticPosition
     relative_altitude_m: float
-    """Above home."""
+    """Height above home."""
     heading_rad: float
 
 

@@ -1,4 +1,4 @@
-"""From a pose to the bytes of an image file."""
+"""Images of a pose as the bytes of a file."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _TIFF_UNCOMPRESSED = (cv2.IMWRITE_TIFF_COMPRESSION, 1)
 
 
 class RenderedImage(Protocol):
-    """What a camera sees in its two bands."""
+    """Colour and thermal image of one exposure."""
 
     @property
     def rgb(self) -> NDArray[np.uint8]:

@@ -27,7 +27,7 @@ class ShutterCamera(ABC):
 
     COMPONENT_ID: ClassVar[int] = int(mavlink.MAV_COMP_ID_AUTOPILOT1)
     COMMANDS: ClassVar[frozenset[int]]
-    """What this autopilot takes to trigger it."""
+    """Commands that trigger this autopilot."""
 
     def __init__(self, autopilot: SimulatedAutopilot) -> None:
         self._autopilot = autopilot

@@ -42,7 +42,7 @@ class RenderedFrame:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PersonMasks:
-    """Where a camera sees a person, and where it would without the forest; each of shape (H, W)."""
+    """Masks of a person as a camera sees it, and as it would without the forest; each of shape (H, W)."""
 
     visible: NDArray[np.bool_]
     unoccluded: NDArray[np.bool_]

@@ -1,4 +1,4 @@
-"""What the simulated autopilots have in common, without I/O: messages and time in, messages and set-points out.
+"""Base of the simulated autopilots, without I/O: messages and time in, messages and set-points out.
 
 Each flavour is a subclass that states its modes, parameters and rules. The behaviour follows what ArduCopter 4.7 and
 PX4 1.16 were measured to do in software-in-the-loop runs.
@@ -38,7 +38,7 @@ FORCE_MAGIC = 21196
 SECOND_US = 1_000_000
 
 FENCE_TICKS = 10
-"""Between two looks at the fence."""
+"""Interval of the fence checks."""
 
 LANDED_STATES: Mapping[Manoeuvre, int] = {
     Manoeuvre.GROUNDED: mavlink.MAV_LANDED_STATE_ON_GROUND,
@@ -191,7 +191,7 @@ class SimulatedAutopilot(ABC):
 
     @property
     def setpoint(self) -> Setpoint:
-        """What the dynamics are to do."""
+        """Set-point for the dynamics."""
         return self.flight.setpoint
 
     @property

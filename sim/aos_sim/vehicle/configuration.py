@@ -1,4 +1,4 @@
-"""What distinguishes one vehicle from another."""
+"""Configuration of a simulated vehicle."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from aos_gcs.geometry.geodesy import LocalFrame
 
 @dataclass(frozen=True, slots=True)
 class VehicleIdentity:
-    """Who a vehicle is and where its world lies."""
+    """Identity of a vehicle and origin of its world."""
 
     system_id: int
     frame: LocalFrame
     uid: int
     """The flight controller board's own number."""
     start_up_s: float | None = None
-    """From power-on to a position estimate; None: what the flavour usually needs."""
+    """Time from power-on to a position estimate; None: the autopilot's usual time."""
     parameters: Mapping[str, float] = field(default_factory=dict)
     """Values that differ from the flavour's settings."""

@@ -64,12 +64,12 @@ class SwarmState:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Guidance:
-    """What the N flight controllers ask for."""
+    """Set-points of the N flight controllers."""
 
     lifting: NDArray[np.bool_]
     """Shape (N,): the rotors carry the vehicle. Without, it stands on the ground or falls."""
     target_enu_m: FloatArray
-    """Where to fly and then to hover, shape (N, 3). Below the ground: land."""
+    """Positions to fly to and hover at, shape (N, 3). Below the ground: land."""
     speed_mps: FloatArray
     """Greatest horizontal speed, shape (N,)."""
     climb_mps: FloatArray
@@ -82,7 +82,7 @@ class Guidance:
 
 @dataclass(frozen=True, slots=True)
 class AirframeLimits:
-    """What every vehicle of the swarm can do."""
+    """Limits of every vehicle of the swarm."""
 
     horizontal_acceleration_mps2: float = 3.5
     vertical_acceleration_mps2: float = 2.5

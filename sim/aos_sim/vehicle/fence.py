@@ -1,4 +1,4 @@
-"""Where a simulated vehicle may fly: its fence, as the parameters and the uploaded polygons make it."""
+"""Fence of a simulated vehicle, from its parameters and the uploaded polygons."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ FACE_TARGET_BEYOND_M = 2.0
 
 @dataclass(frozen=True, slots=True)
 class Setpoint:
-    """What the dynamics are to do with one vehicle."""
+    """Set-point of one vehicle for the dynamics."""
 
     lifting: bool
     target_enu_m: EnuPoint
@@ -48,15 +48,15 @@ class FlightSettings:
     return_loiter_s: float
     """Pause above home before the landing."""
     disarm_landed_s: float
-    """From touchdown to disarming."""
+    """Time from touchdown to disarming."""
     disarm_idle_s: float
-    """From arming to disarming when no take-off follows; 0: never."""
+    """Time from arming to disarming when no take-off follows; 0: never."""
     face_target: bool
     """Turn towards each new target."""
 
 
 class Manoeuvre(Enum):
-    """What the vehicle is doing."""
+    """Manoeuvre of the vehicle."""
 
     GROUNDED = auto()
     TAKEOFF = auto()
@@ -69,7 +69,7 @@ class Manoeuvre(Enum):
 
 
 class FlightEvent(Enum):
-    """What happened by itself."""
+    """Event that no command has caused."""
 
     TAKEOFF_COMPLETE = auto()
     LANDED = auto()
@@ -98,7 +98,7 @@ class FlightController:
 
     @property
     def target_enu_m(self) -> EnuPoint:
-        """Where the vehicle flies to or hovers."""
+        """Position that the vehicle flies to or hovers at."""
         return self._target_enu_m
 
     @property

@@ -1,4 +1,4 @@
-"""What the sensors of each vehicle say of the true state."""
+"""Sensor readings of each vehicle from the true state."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Kinematics:
     heading_rad: float
     """Clockwise from north, [0, 2 pi)."""
     rates_radps: EnuPoint
-    """Of roll, pitch and heading."""
+    """Rates of roll, pitch and heading."""
     on_ground: bool
     table: GeodeticTable
     row: int

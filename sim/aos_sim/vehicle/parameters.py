@@ -31,10 +31,10 @@ class Parameter:
 
 
 class ParameterEncoding(Enum):
-    """How an integer travels in the float field of PARAM_VALUE and PARAM_SET."""
+    """Encoding of an integer in the float field of PARAM_VALUE and PARAM_SET."""
 
     CAST = "cast"
-    """As the float of the same value (ArduPilot)."""
+    """The float of the same value (ArduPilot)."""
     BYTEWISE = "bytewise"
     """Its bytes, put where the float's would be (PX4)."""
 

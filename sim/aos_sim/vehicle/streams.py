@@ -1,4 +1,4 @@
-"""Which messages a vehicle sends by itself, and when."""
+"""Message streams of a vehicle and their schedule."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What attracts a search without being a person: warm animals, sun-warmed stones, bright cloth.
+"""Distractors: warm animals, sun-warmed stones, bright cloth.
 
 Sizes and temperatures are assumptions for a cool morning (ground 10.8 °C, clothed persons 24-28 °C with bare skin at
 31-33 °C): fur insulates, so that an animal looks cooler than a person but for its head and legs; a stone is warmest on
@@ -18,13 +18,13 @@ from aos_sim.world.mesh import FloatArray, Material, Mesh, concatenate, ellipsoi
 
 _SKY_SHARE = 0.5
 _STONE_TOP_K = 3.0
-"""By how much the top of a stone is warmer than its sides."""
+"""Temperature difference between the top of a stone and its sides."""
 _FUR_COLOURS = {"deer": (132, 92, 60), "boar": (70, 62, 56)}
 _CLOTH_COLOURS = ((226, 108, 28), (196, 44, 40), (60, 120, 220), (236, 224, 60), (240, 240, 240))
 
 
 class DistractorKind(StrEnum):
-    """What a distractor is."""
+    """Kind of a distractor."""
 
     DEER = "deer"
     BOAR = "boar"
@@ -41,15 +41,15 @@ class Distractor:
     position_enu_m: NDArray[np.float64]
     """Point on the ground below its middle, shape (3,)."""
     heading_rad: float
-    """Where its long axis points (an animal: its head), clockwise from north."""
+    """Direction of the long axis (an animal: of its head), clockwise from north."""
     length_m: float
     width_m: float
     height_m: float
     colour_rgb: tuple[int, int, int]
     temperature_celsius: float
-    """Of the fur or cloth, or the top of the stone."""
+    """Temperature of the fur or cloth, or of the top of the stone."""
     bare_temperature_celsius: float
-    """Of an animal's head and legs; the others have one temperature."""
+    """Temperature of an animal's head and legs; the others have one temperature."""
 
 
 def make_distractor(

@@ -13,7 +13,7 @@ FloatArray = NDArray[np.float32]
 
 
 class Material(IntEnum):
-    """What a triangle is made of."""
+    """Material of a triangle."""
 
     LEAF = 0
     BARK = 1

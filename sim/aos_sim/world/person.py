@@ -20,7 +20,7 @@ _SKY_SHARE = 0.5
 
 
 class Posture(StrEnum):
-    """How a person is found."""
+    """Posture of a person."""
 
     STANDING = "standing"
     SITTING = "sitting"
@@ -35,7 +35,7 @@ class Person:
     position_enu_m: NDArray[np.float64]
     """Point on the ground below the body's middle, shape (3,)."""
     heading_rad: float
-    """Where the chest points (lying: where the feet point), clockwise from north."""
+    """Direction of the chest (lying: of the feet), clockwise from north."""
     height_m: float
     """Stature, whatever the posture."""
     posture: Posture

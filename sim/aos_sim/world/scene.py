@@ -34,7 +34,7 @@ _CLOTHING_COLOURS = ((196, 44, 40), (226, 108, 28), (40, 84, 190), (214, 190, 40
 
 @dataclass(frozen=True, slots=True)
 class SceneParameters:
-    """What to build.
+    """Parameters of a scene.
 
     Raises:
         ConfigurationError: if a value is out of its range.
@@ -42,13 +42,13 @@ class SceneParameters:
 
     seed: int = 1
     trees_per_ha: float = 300.0
-    """From 0 (no forest) to 2000."""
+    """Tree density, 0 (no forest) to 2000."""
     side_m: float = 100.0
     """Side of the forest square."""
     species: Species = BROADLEAF
-    """Of all trees."""
+    """Species of all trees."""
     persons: int = 1
-    """From 0 to 100."""
+    """Number from 0 to 100."""
     posture: Posture = Posture.STANDING
     animals: int = 0
     """Deer and boars, from 0 to 100, as are stones and cloths."""
@@ -84,7 +84,7 @@ class Scene:
     launch_area_enu_m: NDArray[np.float64]
     """Clearing without trees, in the same order, shape (4, 2)."""
     distractors: tuple[Distractor, ...] = ()
-    """What is not to be taken for a target."""
+    """Distractors in the scene."""
 
 
 def build_scene(parameters: SceneParameters) -> Scene:

@@ -21,7 +21,7 @@ class CrownShape(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Species:
-    """What the trees of one kind have in common."""
+    """Properties of the trees of one kind."""
 
     height_range_m: tuple[float, float]
     crown_radius_range_m: tuple[float, float]
@@ -37,7 +37,7 @@ class Species:
     """Twigs per tree, round which the leaves gather."""
     clump_sigma_m: float
     colours_rgb: tuple[tuple[int, int, int], ...]
-    """Of the leaves, by tree."""
+    """Colours of the leaves, by tree."""
 
 
 BROADLEAF = Species(
