@@ -14,8 +14,9 @@ DURATION_S = 0.5
 """Over which the motion is integrated [N]."""
 
 STEP_FRACTION = 0.15
-"""Step size as a share of the time in which the closest pair would fly apart. Within 1 mm of the exact
-motion for 10 drones that start at least 0.2 m apart; the published 500 explicit steps agree to 2 cm from 0.5 m on, and overshoot below."""
+"""Step size as a share of the time in which the closest pair would fly apart. Within 1 mm of the exact motion for 10
+drones that start at least 0.2 m apart; the published 500 explicit steps agree to 2 cm from 0.5 m on, and overshoot
+below."""
 
 SOFTENING_M = 0.2
 """Distance below which the force grows no further. Two drones pass through it in a ten-thousandth of a second of the

@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 from aos_gcs.cli.lab import lab
 from aos_gcs.errors import ConfigurationError
-from aos_gcs.lab.effectiveness.report import Rule, Verdict, decide
+from aos_gcs.lab.effectiveness.report import ClaimResult, Rule, decide
 from aos_gcs.lab.effectiveness.store import DECISIONS_FILE, SCENES_FILE, SUMMARY_FILE, read_results
 from aos_gcs.lab.effectiveness.study import SceneKey, StudySettings, study_scene, study_scenes
 from aos_gcs.lab.scenes import PositionGrade
@@ -22,12 +22,12 @@ def test_a_person_in_a_sparse_forest_is_found_where_it_is() -> None:
     assert result.approached is not None
     assert result.approached.startswith("person")
     decision = decide(result, PositionGrade.RTK, Rule.PERSON)
-    assert decision.verdict is Verdict.HIT
+    assert decision.claim_result is ClaimResult.HIT
     assert decision.error_m < 2.0
 
 
 def test_without_a_person_none_is_claimed() -> None:
-    assert decide(study_scene(WITHOUT, SMALL), PositionGrade.GNSS, Rule.PERSON).verdict is Verdict.CLEAR
+    assert decide(study_scene(WITHOUT, SMALL), PositionGrade.GNSS, Rule.PERSON).claim_result is ClaimResult.CLEAR
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""Judging scenes: verdicts, proportions with intervals, and what a model is fitted to."""
+"""Judging scenes: claim_results, proportions with intervals, and what a model is fitted to."""
 
 import math
 from dataclasses import replace
@@ -7,7 +7,7 @@ import pytest
 
 from aos_gcs.imaging.persons.evidence import Evidence
 from aos_gcs.imaging.persons.likeness import PersonModel
-from aos_gcs.lab.effectiveness.report import Rule, Share, Verdict, as_markdown, decide, labelled_bodies, summarise
+from aos_gcs.lab.effectiveness.report import ClaimResult, Rule, Share, as_markdown, decide, labelled_bodies, summarise
 from aos_gcs.lab.effectiveness.study import Anomaly, SceneKey, SceneResult, WarmBody
 from aos_gcs.lab.scenes import Body, PositionGrade
 
@@ -36,46 +36,46 @@ def scene(*bodies: WarmBody, has_person: bool = True, seed: int = 1, density: fl
 
 
 @pytest.mark.parametrize(
-    ("result", "verdict", "seen"),
+    ("result", "claim_result", "seen"),
     [
-        (scene(warm(0.4, 15.0), warm(10.0, 8.0)), Verdict.HIT, True),
-        (scene(warm(0.4, 10.0), warm(10.0, 8.0)), Verdict.MISS, True),
-        (scene(warm(10.0, 8.0)), Verdict.MISS, False),
-        (scene(), Verdict.MISS, False),
-        (scene(warm(0.4, 10.0), warm(10.0, 16.0)), Verdict.WRONG_PLACE, True),
-        (scene(warm(10.0, 16.0), has_person=False), Verdict.FALSE_ALARM, False),
-        (scene(warm(10.0, 8.0), has_person=False), Verdict.CLEAR, False),
-        (scene(has_person=False), Verdict.CLEAR, False),
+        (scene(warm(0.4, 15.0), warm(10.0, 8.0)), ClaimResult.HIT, True),
+        (scene(warm(0.4, 10.0), warm(10.0, 8.0)), ClaimResult.MISS, True),
+        (scene(warm(10.0, 8.0)), ClaimResult.MISS, False),
+        (scene(), ClaimResult.MISS, False),
+        (scene(warm(0.4, 10.0), warm(10.0, 16.0)), ClaimResult.WRONG_PLACE, True),
+        (scene(warm(10.0, 16.0), has_person=False), ClaimResult.FALSE_ALARM, False),
+        (scene(warm(10.0, 8.0), has_person=False), ClaimResult.CLEAR, False),
+        (scene(has_person=False), ClaimResult.CLEAR, False),
     ],
 )
-def test_verdicts(result: SceneResult, verdict: Verdict, seen: bool) -> None:
+def test_verdicts(result: SceneResult, claim_result: ClaimResult, seen: bool) -> None:
     decision = decide(result, PositionGrade.GNSS, Rule.PERSON, MODEL)
-    assert decision.verdict is verdict
+    assert decision.claim_result is claim_result
     assert decision.person_seen is seen
-    assert math.isnan(decision.error_m) == (verdict is not Verdict.HIT)
+    assert math.isnan(decision.error_m) == (claim_result is not ClaimResult.HIT)
 
 
 def test_of_bodies_like_persons_the_one_seen_most_is_the_claim() -> None:
     decision = decide(scene(warm(10.0, 17.0), warm(0.3, 16.0, 30.4, views=9)), PositionGrade.RTK, Rule.PERSON, MODEL)
-    assert decision.verdict is Verdict.HIT
+    assert decision.claim_result is ClaimResult.HIT
     assert decision.error_m == pytest.approx(0.5)
 
 
 @pytest.mark.parametrize(
-    ("steps", "has_person", "verdict"),
+    ("steps", "has_person", "claim_result"),
     [
-        (ANOMALIES, True, Verdict.HIT),
-        (ANOMALIES[::-1], True, Verdict.WRONG_PLACE),
-        (ANOMALIES, False, Verdict.FALSE_ALARM),
-        ((*ANOMALIES, None), True, Verdict.MISS),
-        ((*ANOMALIES, Anomaly(0.01, (0.0, 30.0))), False, Verdict.CLEAR),
+        (ANOMALIES, True, ClaimResult.HIT),
+        (ANOMALIES[::-1], True, ClaimResult.WRONG_PLACE),
+        (ANOMALIES, False, ClaimResult.FALSE_ALARM),
+        ((*ANOMALIES, None), True, ClaimResult.MISS),
+        ((*ANOMALIES, Anomaly(0.01, (0.0, 30.0))), False, ClaimResult.CLEAR),
     ],
 )
 def test_anomalies_alone_are_claimed_whatever_they_are(
-    steps: tuple[Anomaly | None, ...], has_person: bool, verdict: Verdict
+    steps: tuple[Anomaly | None, ...], has_person: bool, claim_result: ClaimResult
 ) -> None:
     result = replace(scene(has_person=has_person), anomalies={PositionGrade.RTK: steps, PositionGrade.GNSS: ()})
-    assert decide(result, PositionGrade.RTK, Rule.ANOMALY, MODEL).verdict is verdict
+    assert decide(result, PositionGrade.RTK, Rule.ANOMALY, MODEL).claim_result is claim_result
 
 
 def test_figures_of_many_scenes() -> None:

@@ -24,7 +24,7 @@ _MIN_FOR_INTERVAL = 3
 """Position errors below which their median has no interval worth the name."""
 
 
-class Verdict(StrEnum):
+class ClaimResult(StrEnum):
     """Judgement of a scene."""
 
     HIT = "hit"
@@ -56,7 +56,7 @@ class Decision:
     seed: int
     grade: PositionGrade
     rule: Rule
-    verdict: Verdict
+    claim_result: ClaimResult
     approached: str | None
     confidence: float
     """Confidence of the body that looks most like a person; 0 when nothing warm was seen."""
@@ -120,13 +120,13 @@ def decide(result: SceneResult, grade: PositionGrade, rule: Rule, model: PersonM
     elif persons:
         claim = max(persons, key=lambda body: body.evidence.views)
         claim_enu_m, sigma_m = claim.position_enu_m, claim.sigma_m
-    verdict, error_m = _verdict(result, claim_enu_m)
+    claim_result, error_m = _claim_result(result, claim_enu_m)
     return Decision(
         trees_per_ha=result.key.trees_per_ha,
         seed=result.key.seed,
         grade=grade,
         rule=rule,
-        verdict=verdict,
+        claim_result=claim_result,
         approached=result.approached,
         confidence=max(confidences, default=0.0),
         person_seen=any(_is_person(result, body.position_enu_m) for body in result.warm[grade]),
@@ -180,15 +180,15 @@ def _lasting_anomaly(steps: Sequence[Anomaly | None]) -> tuple[float, float] | N
     return seen[-1].position_enu_m if seen and len(seen) == len(steps) else None
 
 
-def _verdict(result: SceneResult, claim_enu_m: tuple[float, float] | None) -> tuple[Verdict, float]:
-    """Return the verdict on a claim, None for no claim, and its error, NaN unless it is a hit."""
+def _claim_result(result: SceneResult, claim_enu_m: tuple[float, float] | None) -> tuple[ClaimResult, float]:
+    """Return the claim_result on a claim, None for no claim, and its error, NaN unless it is a hit."""
     if claim_enu_m is None:
-        return (Verdict.MISS if result.key.has_person else Verdict.CLEAR), math.nan
+        return (ClaimResult.MISS if result.key.has_person else ClaimResult.CLEAR), math.nan
     if not result.key.has_person:
-        return Verdict.FALSE_ALARM, math.nan
+        return ClaimResult.FALSE_ALARM, math.nan
     if not _is_person(result, claim_enu_m):
-        return Verdict.WRONG_PLACE, math.nan
-    return Verdict.HIT, math.dist(result.bodies[0].position_enu_m, claim_enu_m)
+        return ClaimResult.WRONG_PLACE, math.nan
+    return ClaimResult.HIT, math.dist(result.bodies[0].position_enu_m, claim_enu_m)
 
 
 def _is_person(result: SceneResult, position_enu_m: tuple[float, float]) -> bool:
@@ -196,17 +196,17 @@ def _is_person(result: SceneResult, position_enu_m: tuple[float, float]) -> bool
 
 
 def _summary(decisions: Sequence[Decision]) -> Effectiveness:
-    count = {verdict: sum(one.verdict is verdict for one in decisions) for verdict in Verdict}
-    hits, wrong = count[Verdict.HIT], count[Verdict.WRONG_PLACE]
-    with_person = hits + count[Verdict.MISS] + wrong
-    errors_m = np.array([one.error_m for one in decisions if one.verdict is Verdict.HIT])
+    count = {claim_result: sum(one.claim_result is claim_result for one in decisions) for claim_result in ClaimResult}
+    hits, wrong = count[ClaimResult.HIT], count[ClaimResult.WRONG_PLACE]
+    with_person = hits + count[ClaimResult.MISS] + wrong
+    errors_m = np.array([one.error_m for one in decisions if one.claim_result is ClaimResult.HIT])
     return Effectiveness(
         trees_per_ha=decisions[0].trees_per_ha,
         grade=decisions[0].grade,
         rule=decisions[0].rule,
         with_person=with_person,
         without_person=len(decisions) - with_person,
-        precision=Share.of(hits, hits + wrong + count[Verdict.FALSE_ALARM]),
+        precision=Share.of(hits, hits + wrong + count[ClaimResult.FALSE_ALARM]),
         recall=Share.of(hits, with_person),
         median_error_m=float(np.median(errors_m)) if len(errors_m) else math.nan,
         error_interval_m=_median_interval(errors_m),
