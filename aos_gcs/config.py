@@ -17,15 +17,15 @@ from typing import Annotated, Any, TypeVar
 import pydantic
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
-from aos_gcs.airspace.polygon import Polygon, as_polygon
-from aos_gcs.airspace.safety import SafetyLimits
+from aos_gcs.airspace.limits import UNLIMITED, SafetyOverrides
+from aos_gcs.airspace.polygon import as_polygon
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.imaging.geolocation import Uncertainty
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.preflight.checks import OVERRIDABLE
 from aos_gcs.planning.aperture import advise
-from aos_gcs.planning.layout import altitude_layers
+from aos_gcs.planning.proposal import altitude_layers
 from aos_gcs.planning.settings import (
     AutofocusSettings,
     Deadlines,
@@ -46,11 +46,6 @@ _LatLon = tuple[Annotated[float, Field(ge=-90.0, le=90.0)], Annotated[float, Fie
 _EastNorth = tuple[float, float]
 
 SettingsT = TypeVar("SettingsT")
-
-_UNLIMITED_M = 1e5
-"""Stands for a floor or ceiling that the file leaves to preflight."""
-_ANY_AREA_ENU_M = ((-_UNLIMITED_M, -_UNLIMITED_M), (_UNLIMITED_M, -_UNLIMITED_M), (0.0, _UNLIMITED_M))
-"""Stands for an area that is yet to be drawn."""
 
 
 class LinkConfig(BaseModel):
@@ -215,7 +210,7 @@ def mission_settings(config: ServiceConfig) -> MissionSettings:
         vehicles=mission.vehicles,
         area_enu_m=area_enu_m,
         imaging=_build(ImagingSettings, "imaging", config.imaging),
-        safety=_safety(config.safety, origin, area_enu_m, layers_m),
+        safety=_safety(config.safety, origin, layers_m),
         origin=origin,
         return_enu_m=_return_enu_m(mission, origin),
         scan_direction_enu=(math.sin(heading_rad), math.cos(heading_rad)),
@@ -279,10 +274,8 @@ def _area_enu_m(mission: MissionConfig, origin: GeodeticPosition | None) -> tupl
     return area_enu_m
 
 
-def _safety(
-    table: Mapping[str, Any], origin: GeodeticPosition | None, area_enu_m: Polygon, layers_m: Sequence[float]
-) -> dict[str, Any]:
-    """Return the limits that the file gives, checked; preflight proposes the others."""
+def _safety(table: Mapping[str, Any], origin: GeodeticPosition | None, layers_m: Sequence[float]) -> SafetyOverrides:
+    """Return the limits that the file sets, checked; preflight proposes the others."""
     given = dict(table)
     if "fence_deg" in given:
         if "fence_enu_m" in given:
@@ -294,15 +287,15 @@ def _safety(
             raise ConfigurationError("safety: give the no-go zones either as no_go_deg or as no_go_enu_m.")
         zones_deg = _validate(list[list[_LatLon]], "safety.no_go_deg", given.pop("no_go_deg"))
         given["no_go_enu_m"] = tuple(_to_enu(zone_deg, origin, "safety.no_go_deg") for zone_deg in zones_deg)
-    _refuse_unknown(SafetyLimits, "safety", given, extra=("fence_deg", "no_go_deg"))
-    proposal = {"fence_enu_m": area_enu_m or _ANY_AREA_ENU_M, "floor_m": -_UNLIMITED_M, "ceiling_m": _UNLIMITED_M}
-    limits = _build(SafetyLimits, "safety", proposal | given)
+    _refuse_unknown(SafetyOverrides, "safety", given, extra=("fence_deg", "no_go_deg"))
+    overrides = _build(SafetyOverrides, "safety", given)
+    limits = overrides.applied_to(UNLIMITED)
     if limits.floor_m > min(layers_m) or limits.ceiling_m < max(layers_m):
         raise ConfigurationError(
             f"safety: the altitude layers, {min(layers_m):g} to {max(layers_m):g} m, must lie between floor_m and "
             "ceiling_m; change these or flight.lowest_layer_m and flight.layer_spacing_m."
         )
-    return {name: getattr(limits, name) for name in given}
+    return overrides
 
 
 def _preflight(config: PreflightConfig) -> PreflightSettings:

@@ -1,7 +1,7 @@
 """Flying a swarm from a short script: connect, take off, fly to places, take frames, come home.
 
 For what is no search: trying a vehicle, a link or a SITL, or collecting frames. Every waypoint is vetted as in a
-mission (:func:`aos_gcs.airspace.safety.vet_waypoints`), every vehicle has an altitude layer of its own, the same
+mission (:func:`aos_gcs.airspace.vetting.vet_waypoints`), every vehicle has an altitude layer of its own, the same
 monitor watches links, batteries and distances, and however the script ends, everybody is led home and lands. There is
 no operator and no dashboard: somebody has to watch.
 """
@@ -11,14 +11,13 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncIterator, Mapping, Sequence
 from contextlib import asynccontextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from aos_gcs.airspace.safety import SafetyLimits
+from aos_gcs.airspace.limits import UNLIMITED, SafetyOverrides
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import MissionError
 from aos_gcs.geometry.geodesy import LocalFrame
@@ -32,16 +31,14 @@ from aos_gcs.mission.fleet.vehicle_tasks import Errands
 from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal
 from aos_gcs.mission.model import Task
-from aos_gcs.mission.preflight.telemetry import MIN_HOME_DISTANCE_M, check_all
+from aos_gcs.mission.preflight.telemetry import check_all
 from aos_gcs.mission.search.sampling import Sample, sample
-from aos_gcs.planning.layout import altitude_layers, propose_fence
+from aos_gcs.planning.proposal import altitude_layers, propose_limits
 from aos_gcs.planning.settings import Deadlines, FlightSettings, MissionSettings
 from aos_gcs.ports import Arm, Clock, DriverContext, Fleet, Severity, Takeoff, VehicleState
 from aos_gcs.service import load_driver
 
 _POLL_S = 0.2
-_FENCE_MARGIN_M = 30.0
-_LAYER_MARGIN_M = 5.0
 _OURS = frozenset({Task.SWARM})
 
 GroundPoint = tuple[float, float]
@@ -62,8 +59,8 @@ class SwarmOptions:
     driver_options: Mapping[str, object] = field(default_factory=dict)
     flight: FlightSettings = field(default_factory=FlightSettings)
     deadlines: Deadlines = field(default_factory=Deadlines)
-    safety: Mapping[str, Any] = field(default_factory=dict)
-    """Fields of ``SafetyLimits`` that differ from those proposed around the area and the layers."""
+    safety: SafetyOverrides = field(default_factory=SafetyOverrides)
+    """Safety limits that differ from those proposed around the area, the launch points and the layers."""
     clock_speed: float = 1.0
     """Clock seconds per real second; above 1 only with vehicles simulated at the same speed."""
     log_folder: Path | None = None
@@ -78,15 +75,17 @@ class Swarm:
         self._clock = clock
         self._roster = Roster(fleet, clock)
         self._flight = FlightControl(self._roster, clock, journal, options.flight, options.deadlines)
+        self._settings = MissionSettings(
+            vehicles=options.vehicles,
+            area_enu_m=tuple(options.area_enu_m),
+            imaging=ImagingSettings(),
+            safety=options.safety,
+            return_enu_m=options.return_enu_m,
+            flight=options.flight,
+            deadlines=options.deadlines,
+        )
         context = FlightContext(
-            settings=MissionSettings(
-                vehicles=options.vehicles,
-                area_enu_m=tuple(options.area_enu_m),
-                imaging=ImagingSettings(),
-                return_enu_m=options.return_enu_m,
-                flight=options.flight,
-                deadlines=options.deadlines,
-            ),
+            settings=self._settings,
             clock=clock,
             roster=self._roster,
             journal=journal,
@@ -204,23 +203,17 @@ class Swarm:
             if home is None:
                 return f"vehicle {members[0].vehicle_id} has no home position yet; wait for its GPS."
             self._roster.frame = LocalFrame(home)
-        separation_m = self._options.safety.get("separation_m", MIN_HOME_DISTANCE_M)
-        failed = [check for check in check_all(self._roster, expected, separation_m) if check.blocks]
+        launch_distance_m = self._settings.safety.applied_to(UNLIMITED).launch_distance_m
+        failed = [check for check in check_all(self._roster, expected, launch_distance_m) if check.blocks]
         return failed[0].describe() if failed else None
 
     def _set_limits(self) -> None:
         members, frame, flight = self._roster.members(), self._roster.local_frame(), self._options.flight
         layers_m = altitude_layers(len(members), flight.lowest_layer_m, flight.layer_spacing_m)
-        homes_enu_m = np.array([frame.to_enu(home) for member in members if (home := member.state.home) is not None])
+        homes_enu_m = [frame.to_enu(home) for member in members if (home := member.state.home) is not None]
         for member, home_enu_m, layer_height_m in zip(members, homes_enu_m, layers_m, strict=True):
             member.home_enu_m, member.layer_height_m = home_enu_m, float(layer_height_m)
-        grounds_m = [*homes_enu_m[:, :2], *([self._options.return_enu_m] if self._options.return_enu_m else [])]
-        proposal = SafetyLimits(
-            fence_enu_m=propose_fence(tuple(self._options.area_enu_m), np.array(grounds_m), _FENCE_MARGIN_M),
-            floor_m=float(min(layers_m)) - _LAYER_MARGIN_M,
-            ceiling_m=float(max(layers_m)) + _LAYER_MARGIN_M,
-        )
-        self._flight.limits = replace(proposal, **self._options.safety)
+        self._flight.limits = propose_limits(self._settings, homes_enu_m)
 
     @staticmethod
     def _takeoff(member: Member) -> Takeoff:

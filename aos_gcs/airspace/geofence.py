@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.airspace.polygon import Polygon
-from aos_gcs.airspace.safety import SafetyLimits
 from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.ports import Geofence, LatLon
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.airspace.detours import Detours
-from aos_gcs.airspace.safety import SafetyLimits
+from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.airspace.separation import TOLERANCE_M
 
 FloatArray = NDArray[np.float64]
@@ -26,7 +26,7 @@ class Ground:
     """The ground within a mission's limits.
 
     Args:
-        limits: fence, no-go areas, and the margin that is kept from them.
+        limits: fence, no-go zones, and the margin that is kept from them.
         slack_m: by which vehicles may miss their waypoints.
     """
 
@@ -50,8 +50,8 @@ class Ground:
     def between(self, start_enu_m: FloatArray, end_enu_m: FloatArray) -> Obstruction | None:
         """Return what bars every way between two places, shape (2,); None if there is one.
 
-        An end inside of a no-go area stands for the nearest place outside of it, as in flight.
+        An end inside of a no-go zone stands for the nearest place outside of it, as in flight.
         """
         if self._detours.has_way(start_enu_m, self._detours.reachable(end_enu_m)):
             return None
-        return Obstruction("cut off from the search area by the fence or no-go areas", "open a way, or move it")
+        return Obstruction("cut off from the search area by the fence or no-go zones", "open a way, or move it")

@@ -14,8 +14,6 @@ FloatArray = NDArray[np.float64]
 TOLERANCE_M = 1e-7
 """Shortfalls below this are rounding, not conflicts."""
 
-_SPREAD_EXCESS = 0.01
-
 _BISECTIONS = 45
 """Resolve a way of a thousand kilometres to less than the tolerance."""
 
@@ -36,32 +34,6 @@ def minimum_separation(positions_enu_m: FloatArray) -> tuple[float, tuple[int, i
     distances_m = np.linalg.norm(positions_m[first] - positions_m[second], axis=1)
     closest = int(distances_m.argmin())
     return float(distances_m[closest]), (int(first[closest]), int(second[closest]))
-
-
-def spread_apart(positions_enu_m: FloatArray, separation_m: float) -> FloatArray:
-    """Return positions, shape (n, 3), moved sideways until all horizontal distances are ``separation_m`` or more.
-
-    Heights stay. Pairs that are too close are pushed apart by equal amounts, again and again; vehicles exactly above
-    one another part in a direction that follows from their rows. Positions that are far enough apart are returned
-    unchanged.
-    """
-    positions_m = np.array(positions_enu_m, dtype=np.float64)
-    first, second = np.triu_indices(len(positions_m), k=1)
-    # Each pair gets a direction of its own, for the golden angle never repeats one.
-    angles_rad = 2.399963229728653 * np.arange(1, len(first) + 1)
-    fallback = np.column_stack([np.cos(angles_rad), np.sin(angles_rad)])
-    while True:
-        offsets_m = positions_m[second, :2] - positions_m[first, :2]
-        distances_m = np.linalg.norm(offsets_m, axis=1)
-        close = distances_m < separation_m
-        if not close.any():
-            return positions_m
-        stacked = distances_m < TOLERANCE_M
-        units = np.where(stacked[:, None], fallback, offsets_m / np.where(stacked, 1.0, distances_m)[:, None])
-        # Slightly too far, so that a finite number of rounds suffices.
-        push_m = 0.5 * ((1.0 + _SPREAD_EXCESS) * separation_m - distances_m[close])[:, None] * units[close]
-        np.add.at(positions_m[:, :2], second[close], push_m)
-        np.add.at(positions_m[:, :2], first[close], -push_m)
 
 
 def segment_distance(a0: FloatArray, a1: FloatArray, b0: FloatArray, b1: FloatArray) -> FloatArray:

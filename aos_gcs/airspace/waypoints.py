@@ -1,15 +1,18 @@
-"""Planned waypoints, and what safety makes of them."""
+"""Planned waypoints, and the decisions about them."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
 
+import numpy as np
+from numpy.typing import NDArray
+
 from aos_gcs.geometry.geodesy import EnuPoint
 
 
 class WaypointVerdict(StrEnum):
-    """What safety has made of a planned waypoint."""
+    """Decision about a planned waypoint."""
 
     SENT = "sent"
     SHORTENED = "shortened"
@@ -26,3 +29,9 @@ class WaypointRecord:
     """None when the vehicle was held in place."""
     verdict: WaypointVerdict
     reason: str
+
+
+def as_enu_point(position_enu_m: NDArray[np.float64]) -> EnuPoint:
+    """Return plain floats for a position, shape (3,)."""
+    east_m, north_m, up_m = (float(value) for value in position_enu_m)
+    return east_m, north_m, up_m

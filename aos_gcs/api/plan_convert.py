@@ -15,8 +15,8 @@ from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.mission.model import VehicleSnapshot
 from aos_gcs.planning.advice import Proposal
 from aos_gcs.planning.estimate import PlanEstimate
-from aos_gcs.planning.layout import altitude_layers
 from aos_gcs.planning.plan import MissionPlan, PlanProblem, StrategyOptions
+from aos_gcs.planning.proposal import altitude_layers
 from aos_gcs.planning.settings import ForestSettings
 from aos_gcs.planning.shape_files import ImportedShape
 

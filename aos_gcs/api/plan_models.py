@@ -118,7 +118,7 @@ class PlanEstimateModel(WireModel):
     legs: list[ScanLegModel]
     swath_m: float = Field(description="Width that the swarm's line sees.")
     area_m2: float
-    free_area_m2: float = Field(description="Without the no-go areas.")
+    free_area_m2: float = Field(description="Without the no-go zones.")
     covered_percent: float = Field(description="Of the whole area.")
     way_m: float
     scan_s: float

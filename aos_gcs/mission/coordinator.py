@@ -165,7 +165,7 @@ class Coordinator:
             targets=self._search.tracker.estimates(),
             min_separation_m=self._monitor.min_separation_m,
             focus=self._vision.focus,
-            no_go_enu_m=tuple(context.settings.safety.get("no_go_enu_m", ())),
+            no_go_enu_m=context.settings.safety.no_go_enu_m or (),
             legs_enu_m=tuple((leg.start_enu_m, leg.end_enu_m) for leg in self._search.legs),
             leg=self._search.leg,
             covered_fraction=self._search.covered_fraction,

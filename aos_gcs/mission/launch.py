@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
-from aos_gcs.airspace.safety import SafetyLimits
+from aos_gcs.airspace.limits import UNLIMITED
 from aos_gcs.errors import MissionFailedError
 from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.mission.context import MissionContext
@@ -19,8 +17,8 @@ from aos_gcs.mission.preflight.ground import check_ground
 from aos_gcs.mission.preflight.inspection import Inspector
 from aos_gcs.mission.preflight.overrides import Overrides
 from aos_gcs.mission.preflight.setup import check_setup, check_system_ids
-from aos_gcs.mission.preflight.telemetry import MIN_HOME_DISTANCE_M, check_all, check_area, check_layers
-from aos_gcs.planning.layout import FENCE_MARGIN_M, altitude_layers, propose_fence
+from aos_gcs.mission.preflight.telemetry import check_all, check_area, check_layers
+from aos_gcs.planning.proposal import altitude_layers, propose_limits
 from aos_gcs.ports import Arm, Disarm, Severity, Takeoff
 
 MIN_SWARM = 2
@@ -28,8 +26,6 @@ _POLL_S = 0.5
 _ARM_AGAIN_S = 2.0
 _SAME_HOME_M = 1.0
 """Homes that move less, as their receivers drift, leave the plan as it is."""
-_LAYER_MARGIN_M = 5.0
-"""Between the lowest and highest layers and the floor and ceiling that are proposed around them."""
 
 
 class Launch:
@@ -146,9 +142,9 @@ class Launch:
         members = roster.members()
         inspections = {member.vehicle_id: self._inspector.inspection(member.vehicle_id) for member in members}
         board_ids = {key: found.facts.board_id for key, found in inspections.items() if found.facts is not None}
-        separation_m = settings.safety.get("separation_m", MIN_HOME_DISTANCE_M)
+        launch_distance_m = settings.safety.applied_to(UNLIMITED).launch_distance_m
         found = [
-            *check_all(roster, settings.vehicles, separation_m),
+            *check_all(roster, settings.vehicles, launch_distance_m),
             *check_layers(roster, settings.flight.layer_spacing_m),
             *check_system_ids([member.state for member in members], board_ids),
             *self._ground,
@@ -179,15 +175,7 @@ class Launch:
         layers_m = altitude_layers(len(members), flight.lowest_layer_m, flight.layer_spacing_m)
         for member, home_enu_m, layer_height_m in zip(members, homes_enu_m, layers_m, strict=True):
             member.home_enu_m, member.layer_height_m = home_enu_m, float(layer_height_m)
-        grounds_m = [home_enu_m[:2] for home_enu_m in homes_enu_m]
-        if context.settings.return_enu_m is not None:
-            grounds_m.append(np.array(context.settings.return_enu_m))
-        proposal = SafetyLimits(
-            fence_enu_m=propose_fence(context.settings.area_enu_m, np.array(grounds_m), FENCE_MARGIN_M),
-            floor_m=float(min(layers_m)) - _LAYER_MARGIN_M,
-            ceiling_m=float(max(layers_m)) + _LAYER_MARGIN_M,
-        )
-        limits = context.flight.limits = replace(proposal, **context.settings.safety)
+        limits = context.flight.limits = propose_limits(context.settings, homes_enu_m)
         launch_points = {member.vehicle_id: home_enu_m for member, home_enu_m in zip(members, homes_enu_m, strict=True)}
         self._ground = check_ground(launch_points, limits, context.settings)
 

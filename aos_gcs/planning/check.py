@@ -7,9 +7,9 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from aos_gcs.airspace.limits import UNLIMITED
 from aos_gcs.airspace.polygon import Polygon, as_polygon, contains, edges_met
 from aos_gcs.airspace.raster import PlanRaster
-from aos_gcs.airspace.safety import SafetyLimits
 from aos_gcs.errors import ConfigurationError, ParameterError
 from aos_gcs.planning.advice import MIN_LAYERS_WITHOUT_RTK_M, forest_aperture
 from aos_gcs.planning.estimate import PlanEstimate, estimate_plan, planned_leg_count, planned_legs
@@ -24,14 +24,14 @@ MAX_EXTENT_M = 5000.0
 SWAPPED_FROM_M = 100_000.0
 """Nobody plans for a place this far away."""
 MIN_FREE_FRACTION = 0.02
-"""Of the search area that no-go areas must leave."""
+"""Of the search area that no-go zones must leave."""
 GOOD_COVERAGE = 0.95
 USUAL_CEILING_M = 120.0
 """Of uncrewed aircraft above the ground, in Europe and the United States among others."""
 MAX_VERTICES = 500
 """Of a polygon; edges are compared in pairs."""
 MAX_BARRIER_VERTICES = 200
-"""Of fence and no-go areas together: ways around them are looked for from corner to corner, while vehicles fly."""
+"""Of fence and no-go zones together: ways around them are looked for from corner to corner, while vehicles fly."""
 MAX_LEGS = 100
 """Far more than batteries last for."""
 
@@ -75,7 +75,7 @@ def _check_shapes(plan: MissionPlan) -> Iterator[PlanProblem]:
         shapes["fence_enu_m"] = plan.fence_enu_m
     shapes |= {f"no_go_enu_m[{index}]": zone for index, zone in enumerate(plan.no_go_enu_m)}
     for field, polygon_enu_m in shapes.items():
-        name = _NAMES.get(field, "A no-go area")
+        name = _NAMES.get(field, "A no-go zone")
         if len(polygon_enu_m) > MAX_VERTICES:
             yield PlanProblem(field, f"{name} has {len(polygon_enu_m)} points; use {MAX_VERTICES} or fewer.")
             continue
@@ -90,7 +90,7 @@ def _check_shapes(plan: MissionPlan) -> Iterator[PlanProblem]:
             yield PlanProblem(field, f"{name} reaches to {_far(float(np.abs(vertices_m).max()))}")
     barriers = len(plan.fence_enu_m or ()) + sum(map(len, plan.no_go_enu_m))
     if barriers > MAX_BARRIER_VERTICES:
-        text = f"Geofence and no-go areas have {barriers} points; simplify them to {MAX_BARRIER_VERTICES} in all."
+        text = f"Geofence and no-go zones have {barriers} points; simplify them to {MAX_BARRIER_VERTICES} in all."
         yield PlanProblem("no_go_enu_m", text)
 
 
@@ -120,7 +120,7 @@ def _check_places(plan: MissionPlan) -> Iterator[PlanProblem]:
     inside = raster.inside([plan.area_enu_m])
     free = inside & ~raster.inside(plan.no_go_enu_m)
     if np.count_nonzero(free) < MIN_FREE_FRACTION * np.count_nonzero(inside):
-        yield PlanProblem("no_go_enu_m", "The no-go areas cover the whole search area; nothing is left to search.")
+        yield PlanProblem("no_go_enu_m", "The no-go zones cover the whole search area; nothing is left to search.")
 
 
 def _is_within(inner: Polygon, outer: Polygon) -> bool:
@@ -189,7 +189,7 @@ def _refusals(values: Mapping[str, object], declared: Mapping[str, Parameter]) -
 def _check_heights(plan: MissionPlan, settings: MissionSettings) -> Iterator[PlanProblem]:
     plane_m = settings.imaging.plane_height_m
     highest_m = plan.lowest_layer_m + (plan.vehicles - 1) * plan.layer_spacing_m
-    separation_m = float(settings.safety.get("separation_m", _DEFAULTS.separation_m))
+    separation_m = settings.safety.applied_to(UNLIMITED).separation_m
     if plan.layer_spacing_m < separation_m:
         yield PlanProblem(
             "layer_spacing_m",
@@ -218,10 +218,9 @@ def _check_heights(plan: MissionPlan, settings: MissionSettings) -> Iterator[Pla
 
 
 def _check_limits(plan: MissionPlan, settings: MissionSettings) -> Iterator[PlanProblem]:
-    """Let the limits that will hold in flight say what the checks above have not thought of."""
-    applied = apply_plan(settings, plan)
+    """Report what the limits in flight refuse, beyond the checks above."""
     try:
-        SafetyLimits(**{**_OPEN_LIMITS, "fence_enu_m": plan.area_enu_m, **applied.safety})
+        apply_plan(settings, plan)
     except ConfigurationError as error:
         yield PlanProblem("fence_margin_m", str(error))
     try:
@@ -259,7 +258,7 @@ def _warn(plan: MissionPlan, estimate: PlanEstimate) -> Iterator[PlanProblem]:
     if estimate.covered_fraction < GOOD_COVERAGE:
         yield PlanProblem(
             "area_enu_m",
-            f"The legs sweep {estimate.covered_fraction:.0%} of the search area; the rest lies in no-go areas or "
+            f"The legs sweep {estimate.covered_fraction:.0%} of the search area; the rest lies in no-go zones or "
             "beside the legs.",
             blocking=False,
         )
@@ -279,7 +278,3 @@ def _warn(plan: MissionPlan, estimate: PlanEstimate) -> Iterator[PlanProblem]:
             "search ends before its last leg; make the area smaller or the vehicles more.",
             blocking=False,
         )
-
-
-_OPEN_LIMITS = {"floor_m": -1e5, "ceiling_m": 1e5}
-_DEFAULTS = SafetyLimits(fence_enu_m=((0.0, 0.0), (1.0, 0.0), (0.0, 1.0)), floor_m=0.0, ceiling_m=1.0)

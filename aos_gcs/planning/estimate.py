@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from aos_gcs.airspace.polygon import Polygon
 from aos_gcs.airspace.raster import PlanRaster
 from aos_gcs.imaging.aperture import footprint_m
-from aos_gcs.planning.layout import ScanLeg, leg_count, scan_legs
+from aos_gcs.planning.legs import ScanLeg, leg_count, scan_legs
 from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.swarm.line import line_axis, line_places
 from aos_gcs.swarm.model import Observation
@@ -39,7 +39,7 @@ class PlanEstimate:
     """Width that the swarm's line sees."""
     area_m2: float
     free_area_m2: float
-    """Without the no-go areas."""
+    """Without the no-go zones."""
     covered_fraction: float
     """Share of the whole area that the legs sweep."""
     way_m: float

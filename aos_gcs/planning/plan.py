@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
+from aos_gcs.airspace.limits import UNLIMITED
 from aos_gcs.airspace.polygon import Polygon
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.planning.settings import Deadlines, FlightSettings, ForestSettings, MissionSettings
@@ -45,10 +46,10 @@ class MissionPlan:
     floor_m: float | None = None
     """None: preflight proposes floor and ceiling from the layers."""
     ceiling_m: float | None = None
-    fence_margin_m: float = 0.0
+    fence_margin_m: float = UNLIMITED.margin_m
     """Distance to keep from the fence on the inside."""
     cruise_speed_mps: float = FlightSettings().cruise_speed_mps
-    min_battery_fraction: float = 0.2
+    min_battery_fraction: float = UNLIMITED.min_battery_fraction
     """At which a vehicle leaves for home."""
     endurance_s: float = 1500.0
     """How long a full battery keeps a vehicle in the air; for the estimate alone."""
@@ -102,25 +103,26 @@ def _parameters(strategy: str) -> Iterator[Parameter]:
     yield from (parameter for parameter in parameters if parameter.name != SPACING_PARAMETER)
 
 
-_LIMITS = ("fence_enu_m", "floor_m", "ceiling_m")
-"""Of the safety limits: those that preflight proposes where a plan leaves them open."""
-
-
 def apply_plan(settings: MissionSettings, plan: MissionPlan) -> MissionSettings:
-    """Return the settings of a mission that flies a plan; what no plan tells stays as it is."""
-    safety = {name: value for name, value in settings.safety.items() if name not in _LIMITS}
-    safety |= {name: value for name in _LIMITS if (value := getattr(plan, name)) is not None}
+    """Return the settings of a mission that flies a plan; what a plan does not contain stays as it is.
+
+    Raises:
+        ConfigurationError: the plan's safety limits contradict those of the settings.
+    """
     return replace(
         settings,
         vehicles=plan.vehicles,
         area_enu_m=plan.area_enu_m,
         return_enu_m=plan.return_enu_m,
-        safety=safety
-        | {
-            "no_go_enu_m": plan.no_go_enu_m,
-            "margin_m": plan.fence_margin_m,
-            "min_battery_fraction": plan.min_battery_fraction,
-        },
+        safety=replace(
+            settings.safety,
+            fence_enu_m=plan.fence_enu_m,
+            floor_m=plan.floor_m,
+            ceiling_m=plan.ceiling_m,
+            no_go_enu_m=plan.no_go_enu_m,
+            margin_m=plan.fence_margin_m,
+            min_battery_fraction=plan.min_battery_fraction,
+        ),
         scan_direction_enu=(math.sin(plan.scan_heading_rad), math.cos(plan.scan_heading_rad)),
         planning_fov_rad=plan.camera_fov_rad,
         strategy=plan.strategy,
@@ -139,15 +141,15 @@ def apply_plan(settings: MissionSettings, plan: MissionPlan) -> MissionSettings:
 def plan_of(settings: MissionSettings) -> MissionPlan:
     """Return the plan that a mission's settings amount to, as a start for an operator's own."""
     east, north = settings.scan_direction_enu
-    safety, default = settings.safety, MissionPlan(vehicles=settings.vehicles, area_enu_m=())
+    limits = settings.safety.applied_to(UNLIMITED)
     parameters = dict(settings.strategy_parameters)
     spacing_m = parameters.pop(SPACING_PARAMETER, None)
     return MissionPlan(
         vehicles=settings.vehicles,
         area_enu_m=settings.area_enu_m,
-        no_go_enu_m=safety.get("no_go_enu_m", ()),
+        no_go_enu_m=limits.no_go_enu_m,
         return_enu_m=settings.return_enu_m,
-        fence_enu_m=safety.get("fence_enu_m"),
+        fence_enu_m=settings.safety.fence_enu_m,
         scan_heading_rad=math.atan2(east, north) % (2.0 * math.pi),
         camera_fov_rad=settings.planning_fov_rad,
         lowest_layer_m=settings.flight.lowest_layer_m,
@@ -155,11 +157,11 @@ def plan_of(settings: MissionSettings) -> MissionPlan:
         spacing_m=spacing_m if isinstance(spacing_m, int | float) else None,
         strategy=settings.strategy,
         strategy_parameters=parameters,
-        floor_m=safety.get("floor_m"),
-        ceiling_m=safety.get("ceiling_m"),
-        fence_margin_m=safety.get("margin_m", default.fence_margin_m),
+        floor_m=settings.safety.floor_m,
+        ceiling_m=settings.safety.ceiling_m,
+        fence_margin_m=limits.margin_m,
         cruise_speed_mps=settings.flight.cruise_speed_mps,
-        min_battery_fraction=safety.get("min_battery_fraction", default.min_battery_fraction),
+        min_battery_fraction=limits.min_battery_fraction,
         search_s=settings.deadlines.search_s,
         forest=settings.forest,
     )

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from typing import Any
 
+from aos_gcs.airspace.limits import SafetyOverrides
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.imaging.geolocation import Uncertainty
@@ -152,8 +152,8 @@ class MissionSettings:
     area_enu_m: tuple[tuple[float, float], ...]
     """Search area, a simple polygon."""
     imaging: ImagingSettings
-    safety: Mapping[str, Any] = field(default_factory=dict)
-    """Fields of ``SafetyLimits`` that differ from what preflight proposes from the area, the homes and the layers."""
+    safety: SafetyOverrides = field(default_factory=SafetyOverrides)
+    """Safety limits that differ from those proposed around the search area, the launch points and the layers."""
     origin: GeodeticPosition | None = None
     """None: the home of the vehicle with the lowest id."""
     return_enu_m: tuple[float, float] | None = None

@@ -5,21 +5,22 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.airspace.ground import Ground, Obstruction
-from aos_gcs.airspace.safety import SafetyLimits
-from aos_gcs.planning.layout import FENCE_MARGIN_M, ScanLeg, propose_fence
+from aos_gcs.airspace.limits import UNLIMITED
+from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.plan import MissionPlan, PlanProblem
+from aos_gcs.planning.proposal import FENCE_MARGIN_M, propose_fence
 
 FloatArray = NDArray[np.float64]
 Homes = Mapping[int, tuple[float, float]]
 """Where vehicles stand, horizontal ENU metres by id."""
 
 _Search = Callable[[FloatArray], Obstruction | None]
-_OPEN = {"floor_m": -1e5, "ceiling_m": 1e5}
 
 
 def planned_ground(plan: MissionPlan, homes_enu_m: Homes, slack_m: float) -> Ground:
@@ -30,7 +31,7 @@ def planned_ground(plan: MissionPlan, homes_enu_m: Homes, slack_m: float) -> Gro
         grounds_m = [point for point in points if point is not None]
         fence_enu_m = propose_fence(plan.area_enu_m, grounds_m, FENCE_MARGIN_M)
     margin_m = plan.fence_margin_m if 0.0 <= plan.fence_margin_m < math.inf else 0.0
-    limits = SafetyLimits(fence_enu_m=fence_enu_m, no_go_enu_m=plan.no_go_enu_m, margin_m=margin_m, **_OPEN)
+    limits = replace(UNLIMITED, fence_enu_m=fence_enu_m, no_go_enu_m=plan.no_go_enu_m, margin_m=margin_m)
     return Ground(limits, slack_m)
 
 

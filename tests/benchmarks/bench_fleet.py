@@ -22,7 +22,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.links.opener import UdpEndpoint
 from aos_drivers.mavlink import open_mavlink
-from aos_gcs.airspace.safety import SafetyLimits
+from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import CommandError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame

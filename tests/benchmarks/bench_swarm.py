@@ -6,7 +6,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from aos_gcs.airspace.safety import Mover, SafetyLimits, vet_waypoints
+from aos_gcs.airspace.limits import SafetyLimits
+from aos_gcs.airspace.traffic import WaypointRequest
+from aos_gcs.airspace.vetting import vet_waypoints
 from aos_gcs.swarm.model import Observation
 from aos_gcs.swarm.registry import available_strategies, make_strategy
 from aos_gcs.swarm.scatter import DURATION_S, scatter
@@ -63,7 +65,7 @@ def bench_safety(n: int) -> float:
     fence_m = ((-9.0, -9.0), (side_m, -9.0), (side_m + 9.0, side_m + 9.0), (side_m / 2, side_m), (-9.0, side_m + 9.0))
     limits = SafetyLimits(fence_enu_m=fence_m, floor_m=20.0, ceiling_m=60.0, margin_m=2.0)
     movers = [
-        Mover(
+        WaypointRequest(
             vehicle_id=row,
             position_enu_m=start_m,
             requested_enu_m=end_m,

@@ -88,7 +88,7 @@ async def test_a_refused_waypoint_stands_in_the_table_and_on_the_map_with_its_re
     station = Station(tmp_path, 2, no_go_enu_m=(NO_GO_ENU_M,))
     async with station.fly(2, *WORLD), station.serve():
         await start(page, station)
-        await expect(page.get_by_test_id("vehicles")).to_contain_text("no-go area 1", timeout=FLIGHT_MS)
+        await expect(page.get_by_test_id("vehicles")).to_contain_text("no-go zone 1", timeout=FLIGHT_MS)
         await wait_for_step(page, await current_step(page) + 1)
         await page.get_by_test_id("hold-all").click()  # before the scan goes on behind the area
         await page.get_by_test_id("map-layers").click()

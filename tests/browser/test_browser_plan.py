@@ -84,7 +84,7 @@ def qgc_plan() -> bytes:
     return json.dumps({"fileType": "Plan", "mission": {"items": [], "plannedHomePosition": home}}).encode()
 
 
-async def test_a_no_go_area_is_drawn_and_refused_beside_it_while_it_crosses_itself(
+async def test_a_no_go_zone_is_drawn_and_refused_beside_it_while_it_crosses_itself(
     map_page: Page, planned_service: Service, page_record: PageRecord
 ) -> None:
     page = map_page
@@ -313,12 +313,12 @@ async def test_bad_files_and_areas_are_refused_where_they_were_given(page: Page,
     await expect(page.get_by_test_id("plan-blocked")).to_be_visible()
 
 
-async def test_points_in_no_go_areas_are_told_beside_them(page: Page, planned_service: Service) -> None:
+async def test_points_in_no_go_zones_are_told_beside_them(page: Page, planned_service: Service) -> None:
     await open_plan(page, planned_service)
     picker = page.get_by_test_id("plan-import")
     for name, content in (("pond.kml", kml()), ("home.plan", qgc_plan())):
         await picker.set_input_files(FilePayload(name=name, mimeType="", buffer=content))
         await page.get_by_test_id("import-ok").click()
     problem = page.get_by_test_id("shape-problem-launch")
-    await expect(problem).to_have_text("The launch point is inside of no-go area 1; move one of them.")
+    await expect(problem).to_have_text("The launch point is inside of no-go zone 1; move one of them.")
     await expect(page.get_by_test_id("plan-apply")).to_be_disabled()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from aos_gcs.airspace.limits import SafetyOverrides
 from aos_gcs.airspace.polygon import Polygon
 from aos_gcs.mission.model import Outcome
 from aos_gcs.planning.settings import Deadlines
@@ -26,7 +27,7 @@ async def scan_past(zone: Polygon, area: Polygon = AREA) -> Flight:
     """Return the flight after a mission that sees nothing; stuck, it would end by its deadline."""
     deadlines = Deadlines(connect_s=5.0, preflight_s=15.0, capture_s=5.0, search_s=240.0)
     flight = prepare(
-        target=None, area_enu_m=area, safety={"no_go_enu_m": (zone,), "margin_m": 1.0}, deadlines=deadlines
+        target=None, area_enu_m=area, safety=SafetyOverrides(no_go_enu_m=(zone,), margin_m=1.0), deadlines=deadlines
     )
     async with flying(flight) as run:
         assert await run is Outcome.NOT_FOUND
@@ -38,7 +39,7 @@ async def test_a_zone_across_the_way_is_left_behind_and_told_once() -> None:
     told = [text for text in flight.texts() if "is barred" in text]
     assert len(told) == 1
     assert "leg 1 is barred after 5 of 24 m" in told[0]
-    assert "no-go area 1" in told[0]
+    assert "no-go zone 1" in told[0]
     assert furthest_north_m(flight) > 32.0
     (over,) = (text for text in flight.texts() if "the scan is over, nothing was found" in text)
     assert "of its legs were left out" in over
@@ -47,7 +48,7 @@ async def test_a_zone_across_the_way_is_left_behind_and_told_once() -> None:
 @pytest.mark.slow
 async def test_a_vehicle_that_cannot_go_on_stops_the_others_for_a_while_only() -> None:
     flight = await scan_past(IN_ONE_WAY)
-    assert any("(vehicle 4: held: no-go area 1" in text for text in flight.texts())
+    assert any("(vehicle 4: held: no-go zone 1" in text for text in flight.texts())
     assert furthest_north_m(flight) > 32.0
 
 

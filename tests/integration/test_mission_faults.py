@@ -10,7 +10,7 @@ from types import UnionType
 import numpy as np
 import pytest
 
-from aos_gcs.airspace.safety import SafetyLimits
+from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.airspace.waypoints import WaypointVerdict
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import MissionError

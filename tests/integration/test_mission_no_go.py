@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from aos_gcs.airspace.limits import SafetyOverrides
 from aos_gcs.airspace.polygon import signed_depth_m
 from aos_gcs.airspace.waypoints import WaypointVerdict
 from aos_gcs.mission.model import Outcome
@@ -29,7 +30,7 @@ async def watch(flight: Flight, depths_m: list[float]) -> None:
 
 
 async def test_nobody_enters_a_no_go_zone_and_everybody_comes_home() -> None:
-    flight = prepare(safety={"no_go_enu_m": ZONES, "margin_m": MARGIN_M})
+    flight = prepare(safety=SafetyOverrides(no_go_enu_m=ZONES, margin_m=MARGIN_M))
     depths_m: list[float] = []
     async with flying(flight) as run:
         watcher = run.get_loop().create_task(watch(flight, depths_m))

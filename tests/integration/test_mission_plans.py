@@ -55,14 +55,14 @@ async def test_a_ready_mission_starts_anew_with_another_plan() -> None:
         await flight.mission.act(Action.ABORT, None)
 
 
-async def test_nobody_starts_out_of_a_no_go_area() -> None:
+async def test_nobody_starts_out_of_a_no_go_zone() -> None:
     about_one = ((-5.0, -3.0), (0.0, -3.0), (0.0, 3.0), (-5.0, 3.0))
     flight = prepare(2, auto_start=False)
     async with flying(flight):
         await until_phase(flight, Phase.READY)
         plan = plan_of(flight.mission.settings)
         await flight.mission.apply_plan(replace(plan, no_go_enu_m=(about_one,)))
-        await flight.until(lambda: "inside of no-go area 1" in flight.mission.snapshot().message)
+        await flight.until(lambda: "inside of no-go zone 1" in flight.mission.snapshot().message)
         await flight.mission.apply_plan(plan)
         await until_phase(flight, Phase.READY)
         await flight.mission.act(Action.ABORT, None)

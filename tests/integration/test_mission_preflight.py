@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from aos_gcs.airspace.limits import SafetyOverrides
 from aos_gcs.errors import MissionError
 from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.mission.model import Action, CheckStatus, Outcome, Phase, PreflightCheck
@@ -51,7 +52,7 @@ async def test_a_good_fleet_shows_every_check_of_every_vehicle() -> None:
 
 async def test_the_written_fence_is_the_one_that_the_mission_keeps() -> None:
     zone = ((20.0, 20.0), (24.0, 20.0), (22.0, 24.0))
-    flight = prepare(n=2, safety={"no_go_enu_m": (zone,)}, **BY_HAND)
+    flight = prepare(n=2, safety=SafetyOverrides(no_go_enu_m=(zone,)), **BY_HAND)
     async with flying(flight) as run:
         await until_ready(flight)
         fences = [vehicle.fence for vehicle in flight.fleet.members.values()]

@@ -14,6 +14,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
+from aos_gcs.airspace.limits import SafetyOverrides
 from aos_gcs.errors import ConfigurationError, MissionError
 from aos_gcs.planning.settings import Deadlines, FlightSettings
 from aos_gcs.scripting import SwarmOptions, open_swarm
@@ -47,7 +48,7 @@ def options(vehicles: int, driver: str = "mavlink") -> SwarmOptions:
         driver=driver,
         flight=FlightSettings(lowest_layer_m=12.0, layer_spacing_m=3.0),
         deadlines=Deadlines(connect_s=600.0, preflight_s=600.0, command_s=200.0, takeoff_s=300.0, capture_s=400.0),
-        safety={"max_link_age_s": 60.0, "max_position_age_s": 60.0},
+        safety=SafetyOverrides(max_link_age_s=60.0, max_position_age_s=60.0),
         clock_speed=SPEED,
     )
 

@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 
 from aos_drivers.mavlink import open_mavlink
+from aos_gcs.airspace.limits import SafetyOverrides
 from aos_gcs.clock import LoopClock
 from aos_gcs.config import parse_config
 from aos_gcs.errors import CaptureError, LinkError
@@ -61,7 +62,7 @@ def script_options(vehicles: int, driver: str = "mavlink") -> SwarmOptions:
         area_enu_m=((0.0, 0.0), (30.0, 0.0), (30.0, 30.0), (0.0, 30.0)),
         flight=FlightSettings(lowest_layer_m=12.0, layer_spacing_m=3.0),
         deadlines=Deadlines(connect_s=600.0, preflight_s=600.0, command_s=200.0, takeoff_s=300.0, capture_s=400.0),
-        safety={"max_link_age_s": 60.0, "max_position_age_s": 60.0},
+        safety=SafetyOverrides(max_link_age_s=60.0, max_position_age_s=60.0),
         clock_speed=SPEED,
     )
 

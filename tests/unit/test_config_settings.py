@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from aos_gcs.airspace.limits import SafetyOverrides
 from aos_gcs.config import ServiceConfig, mission_settings, parse_config, read_config
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
@@ -50,7 +51,7 @@ def test_a_short_file_takes_the_defaults_of_the_core(tmp_path: Path) -> None:
     settings = mission_settings(read_config(file))
     assert settings.vehicles == 3
     assert settings.origin is None
-    assert settings.safety == {}
+    assert settings.safety == SafetyOverrides()
     assert settings.strategy == "aos-apso"
     assert not settings.auto_start
 
@@ -69,7 +70,7 @@ def test_corners_in_degrees_become_metres_about_the_origin() -> None:
     assert settings.origin == ORIGIN
     for corner, expected in zip(settings.area_enu_m, SQUARE, strict=True):
         assert corner == pytest.approx(expected, abs=1e-3)
-    assert settings.safety == {"fence_enu_m": settings.area_enu_m, "no_go_enu_m": (settings.area_enu_m,)}
+    assert settings.safety == SafetyOverrides(fence_enu_m=settings.area_enu_m, no_go_enu_m=(settings.area_enu_m,))
 
 
 @pytest.mark.parametrize(("heading_deg", "direction_enu"), [(0.0, (0.0, 1.0)), (90.0, (1.0, 0.0)), (225.0, None)])
@@ -100,7 +101,7 @@ def test_sections_reach_the_settings_of_the_core() -> None:
     assert settings.imaging.detector is Detector.LOCAL_RX
     assert settings.imaging.anomaly_source is AnomalySource.INTEGRAL
     assert settings.deadlines.capture_s == 7.0
-    assert settings.safety == {"separation_m": 3.0, "ceiling_m": 60.0}
+    assert settings.safety == SafetyOverrides(separation_m=3.0, ceiling_m=60.0)
 
 
 @pytest.mark.parametrize(

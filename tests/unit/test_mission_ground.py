@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from aos_gcs.airspace.safety import SafetyLimits
+from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.model import CheckStatus, PreflightCheck
 from aos_gcs.mission.preflight import checks
@@ -33,10 +33,10 @@ def test_open_ground_passes() -> None:
     assert set(ground()) == {1, 2}
 
 
-def test_a_vehicle_in_a_no_go_area_fails_alone() -> None:
+def test_a_vehicle_in_a_no_go_zone_fails_alone() -> None:
     found = ground((POND,))
     assert (found[1].status, found[2].status) == (CheckStatus.FAIL, CheckStatus.PASS)
-    assert "inside of no-go area 1" in found[1].text
+    assert "inside of no-go zone 1" in found[1].text
     assert found[1].remedy == "move one of them"
     assert not found[1].overridable
 
@@ -50,7 +50,7 @@ def test_nobody_starts_from_where_no_way_leads_to_the_area() -> None:
 
 @pytest.mark.parametrize(
     ("place", "text"),
-    [((0.0, -30.0), "inside of no-go area 1"), ((0.0, -39.0), "1.0 m from the fence"), ((0.0, -50.0), "outside of")],
+    [((0.0, -30.0), "inside of no-go zone 1"), ((0.0, -39.0), "1.0 m from the fence"), ((0.0, -50.0), "outside of")],
 )
 def test_a_barred_return_point_fails_for_the_mission(place: tuple[float, float], text: str) -> None:
     check = ground((POND,), return_enu_m=place)[checks.MISSION]

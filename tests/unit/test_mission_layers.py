@@ -9,11 +9,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from aos_gcs.airspace.safety import Mover, SafetyLimits, vet_waypoints
+from aos_gcs.airspace.limits import MIN_LAUNCH_DISTANCE_M, SafetyLimits
 from aos_gcs.airspace.separation import segment_distance
+from aos_gcs.airspace.traffic import WaypointRequest
+from aos_gcs.airspace.vetting import vet_waypoints
 from aos_gcs.airspace.waypoints import WaypointVerdict
-from aos_gcs.mission.preflight.telemetry import MIN_HOME_DISTANCE_M
-from aos_gcs.planning.layout import ScanLeg, altitude_layers, leg_formation, propose_fence
+from aos_gcs.planning.legs import ScanLeg, leg_formation
+from aos_gcs.planning.proposal import altitude_layers, propose_fence
 from aos_gcs.planning.settings import FlightSettings
 
 FloatArray = NDArray[np.float64]
@@ -31,7 +33,7 @@ def launch_points(draw: st.DrawFn) -> FloatArray:
     while len(points) < count:
         east_m, north_m = rng.uniform(-width_m, width_m, 2)
         point = np.array([east_m, north_m, 0.1 * east_m])
-        if all(np.hypot(*(point - other)[:2]) >= MIN_HOME_DISTANCE_M for other in points):
+        if all(np.hypot(*(point - other)[:2]) >= MIN_LAUNCH_DISTANCE_M for other in points):
             points.append(point)
     return np.array(points)
 
@@ -58,7 +60,7 @@ def assert_apart(starts_m: FloatArray, ends_m: FloatArray, limits: SafetyLimits)
 
 def assert_granted(starts_m: FloatArray, ends_m: FloatArray, limits: SafetyLimits) -> None:
     movers = [
-        Mover(
+        WaypointRequest(
             vehicle_id=row + 1,
             position_enu_m=start_m,
             requested_enu_m=end_m,

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aos_gcs.airspace.geofence import vehicle_fence
-from aos_gcs.airspace.safety import SafetyLimits
+from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.mission.model import CheckStatus, PreflightCheck
 from aos_gcs.mission.preflight import checks

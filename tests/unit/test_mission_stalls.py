@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from aos_gcs.airspace.detours import Detours
 from aos_gcs.airspace.polygon import Boundary
 from aos_gcs.mission.search.stalls import STALLED_STEPS, StallWatch, place_ahead_m
-from aos_gcs.planning.layout import ScanLeg
+from aos_gcs.planning.legs import ScanLeg
 
 LEAST_GAIN_M = 0.5
 SPACING_M = 4.0

@@ -89,7 +89,7 @@ def test_vehicles_that_stand_where_they_must_not_are_named() -> None:
     homes = {3: (0.0, -25.0), 1: (2.0, -25.0), 2: (20.0, -25.0)}
     (problem,) = check_plan(pond, SETTINGS, homes)
     assert problem.field == "launch_enu_m"
-    assert problem.text == "Vehicles 1, 3 are inside of no-go area 1; move one of them."
+    assert problem.text == "Vehicles 1, 3 are inside of no-go zone 1; move one of them."
     assert not problem.blocking
 
 
@@ -140,7 +140,7 @@ def test_the_estimate_adds_up() -> None:
     assert estimate.scan_s < estimate.flight_s == pytest.approx(1500.0 * estimate.battery_fraction)
 
 
-def test_no_go_areas_are_not_covered() -> None:
+def test_no_go_zones_are_not_covered() -> None:
     half = ((-50.0, 0.0), (0.0, 0.0), (0.0, 100.0), (-50.0, 100.0))
     estimate = estimate_plan(replace(PLAN, no_go_enu_m=(half,)), 0.0)
     assert estimate.free_area_m2 == pytest.approx(5e3, rel=0.02)
@@ -197,4 +197,5 @@ def test_the_spacing_becomes_the_parameter_of_the_strategy() -> None:
 
 def test_a_plan_that_leaves_the_fence_open_takes_back_an_earlier_one() -> None:
     fenced = apply_plan(SETTINGS, replace(PLAN, fence_enu_m=SQUARE, ceiling_m=60.0))
-    assert not {"fence_enu_m", "ceiling_m"} & apply_plan(fenced, PLAN).safety.keys()
+    again = apply_plan(fenced, PLAN).safety
+    assert (again.fence_enu_m, again.ceiling_m) == (None, None)

@@ -11,13 +11,8 @@ from numpy.typing import NDArray
 from aos_gcs.airspace.polygon import as_polygon, contains, signed_area_m2, signed_depth_m
 from aos_gcs.airspace.separation import point_segment_distance
 from aos_gcs.errors import ConfigurationError
-from aos_gcs.planning.layout import (
-    ScanLeg,
-    altitude_layers,
-    leg_formation,
-    propose_fence,
-    scan_legs,
-)
+from aos_gcs.planning.legs import ScanLeg, leg_formation, scan_legs
+from aos_gcs.planning.proposal import altitude_layers, propose_fence
 
 FloatArray = NDArray[np.float64]
 SQUARE = ((0.0, 0.0), (100.0, 0.0), (100.0, 100.0), (0.0, 100.0))
@@ -161,7 +156,7 @@ def test_other_refusals_name_their_field() -> None:
         legs_of(SQUARE, np.zeros(2), np.zeros(2))
     with pytest.raises(ConfigurationError, match="margin_m"):
         propose_fence(SQUARE, [], 0.0)
-    with pytest.raises(ConfigurationError, match="homes_enu_m"):
+    with pytest.raises(ConfigurationError, match="ground_enu_m"):
         propose_fence(SQUARE, [(math.nan, 0.0)], 1.0)
     with pytest.raises(ConfigurationError, match="n must"):
         altitude_layers(0, 35.0, 1.0)

@@ -13,8 +13,8 @@ from aos_gcs.airspace.separation import (
     minimum_separation,
     near_pairs,
     segment_distance,
-    spread_apart,
 )
+from aos_gcs.airspace.spacing import spread_apart
 
 FloatArray = NDArray[np.float64]
 segments = arrays(np.float64, (4, 3), elements=st.floats(-20.0, 20.0))

@@ -9,9 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.airspace.polygon import as_polygon, signed_depth_m
-from aos_gcs.airspace.safety import Mover, Obstacle, SafetyLimits, vet_waypoints
 from aos_gcs.airspace.separation import segment_distance
+from aos_gcs.airspace.traffic import Obstacle, WaypointRequest
+from aos_gcs.airspace.vetting import vet_waypoints
 from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict
 from aos_gcs.errors import ConfigurationError
 
@@ -21,7 +23,7 @@ NOTCHED = ((-50.0, -50.0), (50.0, -50.0), (50.0, 50.0), (0.0, -10.0), (-50.0, 50
 LIMITS = SafetyLimits(fence_enu_m=SQUARE, floor_m=20.0, ceiling_m=60.0, margin_m=5.0, separation_m=2.0)
 
 
-def mover(
+def request(
     vehicle_id: int,
     start: tuple[float, float, float],
     end: tuple[float, float, float],
@@ -30,8 +32,8 @@ def mover(
     position_age_s: float | None = 0.2,
     battery_fraction: float | None = 0.8,
     home: tuple[float, float, float] | None = None,
-) -> Mover:
-    return Mover(
+) -> WaypointRequest:
+    return WaypointRequest(
         vehicle_id=vehicle_id,
         position_enu_m=np.array(start),
         requested_enu_m=np.array(end),
@@ -42,23 +44,23 @@ def mover(
     )
 
 
-def vet_one(vehicle: Mover, *obstacles: Obstacle, limits: SafetyLimits = LIMITS) -> WaypointRecord:
+def vet_one(vehicle: WaypointRequest, *obstacles: Obstacle, limits: SafetyLimits = LIMITS) -> WaypointRecord:
     (record,) = vet_waypoints([vehicle], obstacles, limits)
     return record
 
 
 def test_an_admissible_waypoint_is_sent_as_it_is() -> None:
-    record = vet_one(mover(4, (0.0, 0.0, 35.0), (3.0, 4.0, 35.5)))
+    record = vet_one(request(4, (0.0, 0.0, 35.0), (3.0, 4.0, 35.5)))
     assert record == WaypointRecord(4, (3.0, 4.0, 35.5), (3.0, 4.0, 35.5), WaypointVerdict.SENT, "")
 
 
 def test_staying_in_place_is_always_admissible() -> None:
-    record = vet_one(mover(1, (0.0, 0.0, 35.0), (0.0, 0.0, 35.0)), Obstacle(2, np.array([0.5, 0.0, 35.0])))
+    record = vet_one(request(1, (0.0, 0.0, 35.0), (0.0, 0.0, 35.0)), Obstacle(2, np.array([0.5, 0.0, 35.0])))
     assert record.verdict is WaypointVerdict.SENT
 
 
 def test_the_fence_shortens_with_its_margin() -> None:
-    record = vet_one(mover(1, (40.0, 0.0, 35.0), (60.0, 0.0, 35.0)))
+    record = vet_one(request(1, (40.0, 0.0, 35.0), (60.0, 0.0, 35.0)))
     assert record.verdict is WaypointVerdict.SHORTENED
     assert record.sent_enu_m == pytest.approx((45.0, 0.0, 35.0), abs=1e-5)
     assert record.reason == "shortened to 5.0 of 20.0 m: the fence, with a margin of 5.0 m"
@@ -66,7 +68,7 @@ def test_the_fence_shortens_with_its_margin() -> None:
 
 def test_a_way_across_a_notch_of_the_fence_stops_before_it() -> None:
     limits = SafetyLimits(fence_enu_m=NOTCHED, floor_m=20.0, ceiling_m=60.0)
-    record = vet_one(mover(1, (-40.0, 10.0, 35.0), (40.0, 10.0, 35.0)), limits=limits)
+    record = vet_one(request(1, (-40.0, 10.0, 35.0), (40.0, 10.0, 35.0)), limits=limits)
     assert record.verdict is WaypointVerdict.SHORTENED
     assert record.sent_enu_m is not None
     # The notch's left side runs from (-50, 50) to (0, -10): at north 10 it is at east -50/3.
@@ -75,14 +77,14 @@ def test_a_way_across_a_notch_of_the_fence_stops_before_it() -> None:
 
 def test_within_the_margin_only_ways_inwards_are_sent() -> None:
     start = (48.0, 0.0, 35.0)
-    assert vet_one(mover(1, start, (40.0, 0.0, 35.0))).verdict is WaypointVerdict.SENT
-    assert vet_one(mover(1, start, (49.0, 0.0, 35.0))).verdict is WaypointVerdict.HELD
+    assert vet_one(request(1, start, (40.0, 0.0, 35.0))).verdict is WaypointVerdict.SENT
+    assert vet_one(request(1, start, (49.0, 0.0, 35.0))).verdict is WaypointVerdict.HELD
 
 
 def test_outside_the_fence_only_a_straight_way_back_is_sent() -> None:
     start = (55.0, 0.0, 35.0)
-    assert vet_one(mover(1, start, (40.0, 0.0, 35.0))).verdict is WaypointVerdict.SENT
-    record = vet_one(mover(1, start, (53.0, 0.0, 35.0)))
+    assert vet_one(request(1, start, (40.0, 0.0, 35.0))).verdict is WaypointVerdict.SENT
+    record = vet_one(request(1, start, (53.0, 0.0, 35.0)))
     assert (record.verdict, record.sent_enu_m) == (WaypointVerdict.HELD, None)
     assert "outside the fence" in record.reason
 
@@ -92,52 +94,54 @@ ZONED = replace(LIMITS, no_go_enu_m=(((10.0, -10.0), (20.0, -10.0), (20.0, 10.0)
 
 def test_no_target_lies_in_a_no_go_zone_and_no_way_crosses_it() -> None:
     for end in ((15.0, 0.0, 35.0), (30.0, 0.0, 35.0)):
-        record = vet_one(mover(1, (0.0, 0.0, 35.0), end), limits=ZONED)
+        record = vet_one(request(1, (0.0, 0.0, 35.0), end), limits=ZONED)
         assert record.verdict is WaypointVerdict.SHORTENED
         assert record.sent_enu_m == pytest.approx((5.0, 0.0, 35.0), abs=1e-5)
-        assert record.reason.endswith("no-go area 1, with a margin of 5.0 m")
-    assert vet_one(mover(1, (0.0, 20.0, 35.0), (30.0, 20.0, 35.0)), limits=ZONED).verdict is WaypointVerdict.SENT
+        assert record.reason.endswith("no-go zone 1, with a margin of 5.0 m")
+    assert vet_one(request(1, (0.0, 20.0, 35.0), (30.0, 20.0, 35.0)), limits=ZONED).verdict is WaypointVerdict.SENT
 
 
 def test_inside_a_no_go_zone_only_a_straight_way_out_is_sent() -> None:
     start = (15.0, 0.0, 35.0)
-    assert vet_one(mover(1, start, (30.0, 0.0, 35.0)), limits=ZONED).verdict is WaypointVerdict.SENT
-    record = vet_one(mover(1, start, (16.0, 0.0, 35.0)), limits=ZONED)
-    assert record.reason == "held: it is inside no-go area 1 and would not fly straight out of it"
+    assert vet_one(request(1, start, (30.0, 0.0, 35.0)), limits=ZONED).verdict is WaypointVerdict.SENT
+    record = vet_one(request(1, start, (16.0, 0.0, 35.0)), limits=ZONED)
+    assert record.reason == "held: it is inside no-go zone 1 and would not fly straight out of it"
 
 
 def test_floor_and_ceiling_clip_the_way() -> None:
-    low = vet_one(mover(1, (0.0, 0.0, 30.0), (20.0, 0.0, 10.0)))
+    low = vet_one(request(1, (0.0, 0.0, 30.0), (20.0, 0.0, 10.0)))
     assert low.sent_enu_m == pytest.approx((10.0, 0.0, 20.0), abs=1e-5)
     assert "floor at 20.0 m" in low.reason
-    high = vet_one(mover(1, (0.0, 0.0, 50.0), (0.0, 0.0, 70.0)))
+    high = vet_one(request(1, (0.0, 0.0, 50.0), (0.0, 0.0, 70.0)))
     assert high.sent_enu_m == pytest.approx((0.0, 0.0, 60.0), abs=1e-5)
     assert "ceiling at 60.0 m" in high.reason
 
 
 def test_below_the_floor_only_climbing_is_sent() -> None:
-    assert vet_one(mover(1, (0.0, 0.0, 10.0), (0.0, 0.0, 15.0))).verdict is WaypointVerdict.SENT
-    assert vet_one(mover(1, (0.0, 0.0, 10.0), (0.0, 0.0, 9.0))).verdict is WaypointVerdict.HELD
+    assert vet_one(request(1, (0.0, 0.0, 10.0), (0.0, 0.0, 15.0))).verdict is WaypointVerdict.SENT
+    assert vet_one(request(1, (0.0, 0.0, 10.0), (0.0, 0.0, 9.0))).verdict is WaypointVerdict.HELD
 
 
 @pytest.mark.parametrize(
     ("vehicle", "reason"),
     [
-        (mover(1, (0, 0, 35), (5, 0, 35), link_age_s=3.1), "held: no message for 3.1 s, limit 3.0 s"),
-        (mover(1, (0, 0, 35), (5, 0, 35), link_age_s=None), "held: it has never been heard"),
-        (mover(1, (0, 0, 35), (5, 0, 35), position_age_s=4.0), "held: no position for 4.0 s, limit 3.0 s"),
-        (mover(1, (0, 0, 35), (5, 0, 35), position_age_s=None), "held: it has never reported a position"),
-        (mover(1, (0, 0, 35), (5, 0, 35), battery_fraction=0.19), "held: battery at 19%, limit 20%"),
-        (mover(1, (0, 0, 35), (np.nan, 0, 35)), "held: the requested position is not finite"),
+        (request(1, (0, 0, 35), (5, 0, 35), link_age_s=3.1), "held: no message for 3.1 s, limit 3.0 s"),
+        (request(1, (0, 0, 35), (5, 0, 35), link_age_s=None), "held: it has never been heard"),
+        (request(1, (0, 0, 35), (5, 0, 35), position_age_s=4.0), "held: no position for 4.0 s, limit 3.0 s"),
+        (request(1, (0, 0, 35), (5, 0, 35), position_age_s=None), "held: it has never reported a position"),
+        (request(1, (0, 0, 35), (5, 0, 35), battery_fraction=0.19), "held: battery at 19%, limit 20%"),
+        (request(1, (0, 0, 35), (np.nan, 0, 35)), "held: the requested position is not finite"),
     ],
 )
-def test_who_must_not_move_is_held(vehicle: Mover, reason: str) -> None:
+def test_who_must_not_move_is_held(vehicle: WaypointRequest, reason: str) -> None:
     record = vet_one(vehicle)
     assert (record.verdict, record.sent_enu_m, record.reason) == (WaypointVerdict.HELD, None, reason)
 
 
 def test_a_vehicle_on_its_way_home_is_not_kept_up_by_its_battery() -> None:
-    assert vet_one(mover(1, (0.0, 0.0, 35.0), (5.0, 0.0, 35.0), battery_fraction=None)).verdict is WaypointVerdict.SENT
+    assert (
+        vet_one(request(1, (0.0, 0.0, 35.0), (5.0, 0.0, 35.0), battery_fraction=None)).verdict is WaypointVerdict.SENT
+    )
 
 
 def test_the_energy_to_fly_there_and_home_must_be_left() -> None:
@@ -145,28 +149,28 @@ def test_the_energy_to_fly_there_and_home_must_be_left() -> None:
     home = (-40.0, 0.0, 35.0)
     way = ((0.0, 0.0, 35.0), (5.0, 0.0, 35.0))
     # 5 m there and 45 m home cost 0.5, and 0.2 must be left.
-    assert vet_one(mover(1, *way, battery_fraction=0.71, home=home), limits=limits).verdict is WaypointVerdict.SENT
-    record = vet_one(mover(1, *way, battery_fraction=0.69, home=home), limits=limits)
+    assert vet_one(request(1, *way, battery_fraction=0.71, home=home), limits=limits).verdict is WaypointVerdict.SENT
+    record = vet_one(request(1, *way, battery_fraction=0.69, home=home), limits=limits)
     assert record.reason == "held: battery at 69%, but 70% are needed to go there and return home"
-    assert "home is unknown" in vet_one(mover(1, *way), limits=limits).reason
+    assert "home is unknown" in vet_one(request(1, *way), limits=limits).reason
 
 
 def test_a_hovering_vehicle_in_the_way_shortens() -> None:
-    record = vet_one(mover(1, (0.0, 0.0, 35.0), (10.0, 0.0, 35.0)), Obstacle(7, np.array([10.0, 0.0, 36.0])))
+    record = vet_one(request(1, (0.0, 0.0, 35.0), (10.0, 0.0, 35.0)), Obstacle(7, np.array([10.0, 0.0, 36.0])))
     assert record.verdict is WaypointVerdict.SHORTENED
     assert record.sent_enu_m == pytest.approx((10.0 - np.sqrt(3.0), 0.0, 35.0), abs=1e-5)
     assert record.reason == "shortened to 8.3 of 10.0 m: it would pass vehicle 7 at 1.0 m, limit 2.0 m"
 
 
 def test_a_vertical_layer_between_is_enough() -> None:
-    record = vet_one(mover(1, (0.0, 0.0, 35.0), (10.0, 0.0, 35.0)), Obstacle(7, np.array([5.0, 0.0, 37.0])))
+    record = vet_one(request(1, (0.0, 0.0, 35.0), (10.0, 0.0, 35.0)), Obstacle(7, np.array([5.0, 0.0, 37.0])))
     assert record.verdict is WaypointVerdict.SENT
 
 
 @pytest.mark.parametrize(("height_m", "top_m", "free"), [(60.0, None, False), (10.0, None, True), (10.0, 50.0, False)])
 def test_a_landing_or_climbing_vehicle_takes_its_column(height_m: float, top_m: float | None, free: bool) -> None:
     obstacle = Obstacle(7, np.array([5.0, 0.0, height_m]), column=True, top_m=top_m)
-    record = vet_one(mover(1, (0.0, 0.0, 35.0), (10.0, 0.0, 35.0)), obstacle)
+    record = vet_one(request(1, (0.0, 0.0, 35.0), (10.0, 0.0, 35.0)), obstacle)
     assert (record.verdict is WaypointVerdict.SENT) == free
     if not free:
         assert record.sent_enu_m == pytest.approx((3.0, 0.0, 35.0), abs=1e-5)
@@ -180,13 +184,15 @@ def test_who_flies_home_by_itself_takes_its_way_and_the_column_at_its_end(
     end: tuple[float, float, float], free: bool
 ) -> None:
     obstacle = Obstacle(7, np.array([10.0, 30.0, 39.0]), column=True, home_enu_m=np.array([10.0, 0.0, 0.0]))
-    record = vet_one(mover(1, (0.0, 0.0, 35.0), end), obstacle)
+    record = vet_one(request(1, (0.0, 0.0, 35.0), end), obstacle)
     assert (record.verdict is WaypointVerdict.SENT) == free
 
 
 def test_of_two_crossing_ways_the_later_id_yields() -> None:
     first, second = vet_waypoints(
-        [mover(1, (0.0, -10.0, 35.0), (0.0, 10.0, 35.0)), mover(2, (-10.0, 0.0, 35.0), (10.0, 0.0, 35.0))], [], LIMITS
+        [request(1, (0.0, -10.0, 35.0), (0.0, 10.0, 35.0)), request(2, (-10.0, 0.0, 35.0), (10.0, 0.0, 35.0))],
+        [],
+        LIMITS,
     )
     assert first.verdict is WaypointVerdict.SENT
     assert second.sent_enu_m == pytest.approx((-2.0, 0.0, 35.0), abs=1e-5)
@@ -194,7 +200,10 @@ def test_of_two_crossing_ways_the_later_id_yields() -> None:
 
 def test_an_earlier_way_keeps_off_where_a_later_vehicle_may_be_held() -> None:
     first, second = vet_waypoints(
-        [mover(1, (0.0, 0.0, 35.0), (8.0, 0.0, 35.0)), mover(2, (5.0, 0.0, 35.0), (13.0, 0.0, 35.0), link_age_s=9.0)],
+        [
+            request(1, (0.0, 0.0, 35.0), (8.0, 0.0, 35.0)),
+            request(2, (5.0, 0.0, 35.0), (13.0, 0.0, 35.0), link_age_s=9.0),
+        ],
         [],
         LIMITS,
     )
@@ -204,27 +213,29 @@ def test_an_earlier_way_keeps_off_where_a_later_vehicle_may_be_held() -> None:
 
 def test_vehicles_that_are_too_close_may_only_part() -> None:
     parting = vet_waypoints(
-        [mover(1, (0.0, 0.0, 35.0), (-4.0, 0.0, 35.0)), mover(2, (1.0, 0.0, 35.0), (5.0, 0.0, 35.0))], [], LIMITS
+        [request(1, (0.0, 0.0, 35.0), (-4.0, 0.0, 35.0)), request(2, (1.0, 0.0, 35.0), (5.0, 0.0, 35.0))], [], LIMITS
     )
     assert [record.verdict for record in parting] == [WaypointVerdict.SENT, WaypointVerdict.SENT]
     closing = vet_waypoints(
-        [mover(1, (0.0, 0.0, 35.0), (0.5, 0.0, 35.0)), mover(2, (1.0, 0.0, 35.0), (-4.0, 0.0, 35.0))], [], LIMITS
+        [request(1, (0.0, 0.0, 35.0), (0.5, 0.0, 35.0)), request(2, (1.0, 0.0, 35.0), (-4.0, 0.0, 35.0))], [], LIMITS
     )
     assert [record.verdict for record in closing] == [WaypointVerdict.HELD, WaypointVerdict.HELD]
     for way_m in (5.0, 9.0):
         together = vet_waypoints(
-            [mover(1, (0.0, 0.0, 35.0), (0.0, 5.0, 35.0)), mover(2, (1.0, 0.0, 35.0), (1.0, way_m, 35.0))], [], LIMITS
+            [request(1, (0.0, 0.0, 35.0), (0.0, 5.0, 35.0)), request(2, (1.0, 0.0, 35.0), (1.0, way_m, 35.0))],
+            [],
+            LIMITS,
         )
         assert [record.verdict for record in together] == [WaypointVerdict.SENT, WaypointVerdict.HELD]
 
 
 def test_a_way_too_short_for_a_length_is_none() -> None:
-    way = mover(1, (0.0, 0.0, 35.0), (0.0, 1e-200, 35.0))
+    way = request(1, (0.0, 0.0, 35.0), (0.0, 1e-200, 35.0))
     assert vet_one(way, Obstacle(2, np.array([1.0, 0.0, 35.0]))).verdict is WaypointVerdict.SENT
 
 
 def test_ids_must_differ_and_positions_be_known() -> None:
-    vehicle = mover(1, (0.0, 0.0, 35.0), (1.0, 0.0, 35.0))
+    vehicle = request(1, (0.0, 0.0, 35.0), (1.0, 0.0, 35.0))
     with pytest.raises(ValueError, match="once"):
         vet_waypoints([vehicle], [Obstacle(1, np.zeros(3))], LIMITS)
     with pytest.raises(ValueError, match="finite"):
@@ -266,11 +277,13 @@ ways = st.tuples(points, points, st.floats(0.0, 3.5))
 """Start, end and link age: some are outside the limits, some silent."""
 
 
-def airborne(drawn: list[tuple[tuple[float, float, float], tuple[float, float, float], float]]) -> list[Mover]:
-    return [mover(10 + row, start, end, link_age_s=age) for row, (start, end, age) in enumerate(drawn)]
+def airborne(
+    drawn: list[tuple[tuple[float, float, float], tuple[float, float, float], float]],
+) -> list[WaypointRequest]:
+    return [request(10 + row, start, end, link_age_s=age) for row, (start, end, age) in enumerate(drawn)]
 
 
-def way_of(vehicle: Mover, record: WaypointRecord, samples: int = 60) -> FloatArray:
+def way_of(vehicle: WaypointRequest, record: WaypointRecord, samples: int = 60) -> FloatArray:
     end = vehicle.position_enu_m if record.sent_enu_m is None else np.array(record.sent_enu_m)
     fraction = np.linspace(0.0, 1.0, samples)[:, None]
     return vehicle.position_enu_m + fraction * (end - vehicle.position_enu_m)
@@ -340,7 +353,7 @@ def test_what_was_granted_is_not_cut_again(
     vehicles = airborne(drawn)
     records = vet_waypoints(vehicles, [], wide)
     again = [
-        Mover(
+        WaypointRequest(
             vehicle_id=vehicle.vehicle_id,
             position_enu_m=vehicle.position_enu_m,
             requested_enu_m=vehicle.position_enu_m if record.sent_enu_m is None else np.array(record.sent_enu_m),
@@ -361,5 +374,5 @@ def test_a_hundred_vehicles_in_their_own_cells_all_fly() -> None:
     starts = np.column_stack([cells + rng.uniform(0.0, 6.0, (100, 2)), np.full(100, 35.0)])
     ends = np.column_stack([cells + rng.uniform(0.0, 6.0, (100, 2)), np.full(100, 35.0)])
     limits = SafetyLimits(fence_enu_m=SQUARE, floor_m=20.0, ceiling_m=60.0)
-    vehicles = [mover(row, tuple(starts[row]), tuple(ends[row])) for row in range(100)]
+    vehicles = [request(row, tuple(starts[row]), tuple(ends[row])) for row in range(100)]
     assert {record.verdict for record in vet_waypoints(vehicles, [], limits)} == {WaypointVerdict.SENT}

@@ -10,9 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.airspace.detours import Detours
-from aos_gcs.airspace.safety import Mover, Obstacle, SafetyLimits, as_enu_point, vet_waypoints
+from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.airspace.separation import segment_distance
-from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict
+from aos_gcs.airspace.traffic import Obstacle, WaypointRequest
+from aos_gcs.airspace.vetting import vet_waypoints
+from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict, as_enu_point
 from aos_gcs.errors import CommandError, CommandRefusedError
 from aos_gcs.mission.fleet.roster import Member, Roster
 from aos_gcs.mission.journal import Journal
@@ -107,8 +109,8 @@ class FlightControl:
         if limits is None or detours is None:
             raise RuntimeError("no safety limits: preflight has not passed")
         members = self._roster.select(requests)
-        movers = [
-            Mover(
+        moving = [
+            WaypointRequest(
                 vehicle_id=member.vehicle_id,
                 position_enu_m=position_enu_m,
                 requested_enu_m=_first_leg(detours, position_enu_m, requests[member.vehicle_id]),
@@ -122,8 +124,8 @@ class FlightControl:
             if _is_ours(member, tasks) and (position_enu_m := self._roster.position_enu_m(member)) is not None
         ]
         left = [_left(member, requests[member.vehicle_id]) for member in members if not _is_ours(member, tasks)]
-        moving_ids = {mover.vehicle_id for mover in movers}
-        vetted = vet_waypoints(movers, self._obstacles(moving_ids), limits)
+        moving_ids = {request.vehicle_id for request in moving}
+        vetted = vet_waypoints(moving, self._obstacles(moving_ids), limits)
         return (*(_as_planned(record, requests[record.vehicle_id]) for record in vetted), *left)
 
     def _obstacles(self, moving_ids: set[int]) -> list[Obstacle]:

@@ -12,7 +12,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from aos_gcs.airspace.safety import SafetyLimits
+from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.airspace.separation import minimum_separation
 from aos_gcs.mission.fleet.roster import Member, Roster
 from aos_gcs.mission.journal import Journal

@@ -7,12 +7,11 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from aos_gcs.airspace.separation import spread_apart
+from aos_gcs.airspace.spacing import landing_spots, spread_apart
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.fleet.roster import Member
 from aos_gcs.mission.fleet.vehicle_tasks import Errands
 from aos_gcs.mission.model import Outcome, Phase, Task
-from aos_gcs.planning.layout import landing_spots
 from aos_gcs.ports import Arm, Command, Disarm, FlightMode, Land, ReturnToLaunch, Severity
 
 _COMING_DOWN = frozenset({FlightMode.RETURN, FlightMode.LAND})

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from aos_gcs.airspace.safety import as_enu_point
+from aos_gcs.airspace.waypoints import as_enu_point
 from aos_gcs.errors import MissionError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.mission.fleet.energy import BatteryMeter

@@ -33,7 +33,6 @@ MAX_CLOCK_DRIFT = 1e-3
 """A quartz is at least ten times better; more is a clock that is being set, or a link that is overloaded."""
 MIN_SATELLITES = 8
 MAX_HDOP = 2.0
-MIN_HOME_DISTANCE_M = 2.0
 _SLACK_M = 0.01
 
 
@@ -45,17 +44,17 @@ def check_area(settings: MissionSettings) -> tuple[PreflightCheck, ...]:
     return (checks.failed(checks.MISSION, checks.PLAN, text, remedy),)
 
 
-def check_all(roster: Roster, expected: int, min_home_distance_m: float) -> tuple[PreflightCheck, ...]:
+def check_all(roster: Roster, expected: int, launch_distance_m: float) -> tuple[PreflightCheck, ...]:
     """Return the matrix vehicle x check, in the order of the ids.
 
     Args:
         roster: the vehicles heard.
         expected: how many the mission waits for.
-        min_home_distance_m: smallest distance between two launch points, for vertical take-offs side by side.
+        launch_distance_m: smallest distance between two launch points.
     """
     members = roster.members()
     found = [check for member in members for check in _check_vehicle(roster, member)]
-    found += _check_launch_points(roster, members, min_home_distance_m)
+    found += _check_launch_points(roster, members, launch_distance_m)
     if len(members) < expected:
         text, remedy = f"{len(members)} of {expected} are heard", "switch the others on or lower the number"
         found.append(checks.failed(checks.MISSION, checks.VEHICLES, text, remedy))
@@ -163,7 +162,7 @@ def _check_ready(member: Member) -> PreflightCheck:
     return checks.failed(member.vehicle_id, checks.READY_TO_ARM, "the autopilot is not ready", remedy)
 
 
-def _check_launch_points(roster: Roster, members: list[Member], min_home_distance_m: float) -> list[PreflightCheck]:
+def _check_launch_points(roster: Roster, members: list[Member], launch_distance_m: float) -> list[PreflightCheck]:
     """Return for every vehicle how far away the nearest other one is; a large fleet has thousands of pairs."""
     places = {m.vehicle_id: place for m in members if (place := roster.position_enu_m(m)) is not None}
     ids, places_enu_m = list(places), np.array(list(places.values())).reshape(-1, 3)[:, :2]
@@ -173,20 +172,18 @@ def _check_launch_points(roster: Roster, members: list[Member], min_home_distanc
         vehicle_id: (ids[int(np.argmin(row_m))], float(np.min(row_m)))
         for vehicle_id, row_m in zip(ids, distances_m, strict=True)
     }
-    return [_check_launch_point(m.vehicle_id, nearest.get(m.vehicle_id), min_home_distance_m) for m in members]
+    return [_check_launch_point(m.vehicle_id, nearest.get(m.vehicle_id), launch_distance_m) for m in members]
 
 
-def _check_launch_point(
-    vehicle_id: int, nearest: tuple[int, float] | None, min_home_distance_m: float
-) -> PreflightCheck:
+def _check_launch_point(vehicle_id: int, nearest: tuple[int, float] | None, launch_distance_m: float) -> PreflightCheck:
     if nearest is None:
         return checks.failed(vehicle_id, checks.LAUNCH_POINT, "unknown position", "wait for its position")
     nearest_id, distance_m = nearest
     if nearest_id == vehicle_id:
         return checks.passed(vehicle_id, checks.LAUNCH_POINT, "alone")
     text = f"{distance_m:.1f} m from vehicle {nearest_id}"
-    if distance_m < min_home_distance_m:
-        return checks.failed(vehicle_id, checks.LAUNCH_POINT, text, f"put them {min_home_distance_m:.1f} m apart")
+    if distance_m < launch_distance_m:
+        return checks.failed(vehicle_id, checks.LAUNCH_POINT, text, f"put them {launch_distance_m:.1f} m apart")
     return checks.passed(vehicle_id, checks.LAUNCH_POINT, text)
 
 

@@ -28,7 +28,7 @@ from aos_gcs.mission.search.sampling import Sample, sample, to_frame
 from aos_gcs.mission.search.stalls import StallWatch, place_ahead_m
 from aos_gcs.mission.search.targeting import TargetTracker
 from aos_gcs.mission.search.vision import Vision
-from aos_gcs.planning.layout import ScanLeg, leg_formation, scan_legs
+from aos_gcs.planning.legs import ScanLeg, leg_formation, scan_legs
 from aos_gcs.ports import Severity
 from aos_gcs.swarm.model import Diagnostics, Strategy
 from aos_gcs.swarm.registry import make_strategy

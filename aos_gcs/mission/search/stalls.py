@@ -12,7 +12,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from aos_gcs.planning.layout import ScanLeg
+from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.swarm.line import line_places
 
 FloatArray = NDArray[np.float64]

@@ -1,4 +1,4 @@
-"""The plan of a mission, made before it starts: altitude layers, scan legs and a fence."""
+"""Scan legs: the straight sweeps of the swarm's line that cover a search area."""
 
 from __future__ import annotations
 
@@ -9,33 +9,26 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull
 
-from aos_gcs.airspace.polygon import Polygon, as_points, as_polygon
+from aos_gcs.airspace.polygon import as_polygon
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.swarm.line import in_projection_order, line_axis, line_places, unit_vector
 
 FloatArray = NDArray[np.float64]
 
-FENCE_MARGIN_M = 30.0
-"""Of the fence that preflight proposes where none is given."""
-
-_CORNERS = 16
-"""Of the polygon that stands in for a circle about each point of a fence."""
-
 
 @dataclass(frozen=True, slots=True)
 class ScanLeg:
-    """One straight sweep of the swarm's line, described by the way of its centre."""
+    """One straight sweep of the swarm's line, described by the path of its centre."""
 
     start_enu_m: tuple[float, float]
     direction_enu: tuple[float, float]
-    """Of length 1."""
+    """Unit vector."""
     length_m: float
 
     @property
     def end_enu_m(self) -> tuple[float, float]:
-        """Where the centre of the line is at the end."""
+        """Place of the line's centre at the end of the leg."""
         (east_m, north_m), (east, north) = self.start_enu_m, self.direction_enu
         return (east_m + self.length_m * east, north_m + self.length_m * north)
 
@@ -44,19 +37,6 @@ class ScanLeg:
         (east_m, north_m), (east, north) = self.start_enu_m, self.direction_enu
         start_enu_m = (east_m + flown_m * east, north_m + flown_m * north)
         return ScanLeg(start_enu_m, self.direction_enu, max(0.0, self.length_m - flown_m))
-
-
-def altitude_layers(n: int, lowest_m: float, spacing_m: float) -> tuple[float, ...]:
-    """Return n heights above the origin, ascending, one per vehicle.
-
-    Raises:
-        ConfigurationError: n is below 1, or a height or spacing is not above 0.
-    """
-    if n < 1:
-        raise ConfigurationError(f"n must be 1 or more, but is {n}.")
-    _require_positive("lowest_m", lowest_m)
-    _require_positive("spacing_m", spacing_m)
-    return tuple(lowest_m + spacing_m * layer for layer in range(n))
 
 
 def scan_legs(
@@ -77,7 +57,7 @@ def scan_legs(
     Args:
         area_enu_m: simple polygon, shape (m, 2), metres.
         start_enu_m: where the swarm comes from, shape (2,), metres.
-        direction_enu: axis of the legs, shape (2,); either way along it.
+        direction_enu: axis of the legs, shape (2,); legs run in both directions along it.
         n: number of vehicles, 2 or more.
         spacing_m: c4, metres.
         footprint_m: width on the ground that one camera sees, metres.
@@ -108,52 +88,11 @@ def leg_count(area_enu_m: Sequence[Sequence[float]] | FloatArray, direction_enu:
 def leg_formation(leg: ScanLeg, positions_enu_m: FloatArray, spacing_m: float) -> FloatArray:
     """Return each vehicle's place in the line at the start of a leg, shape (n, 2), in the order of the rows.
 
-    Places are taken in the order of the vehicles' projections on the line, so that no ways cross.
+    Places are taken in the order of the vehicles' projections on the line, so that no paths cross.
     """
     direction_enu = np.array(leg.direction_enu)
     places_m = line_places(np.array(leg.start_enu_m), direction_enu, len(positions_enu_m), spacing_m)
     return in_projection_order(positions_enu_m, places_m)
-
-
-def landing_spots(centre_enu_m: Sequence[float], n: int, spacing_m: float) -> FloatArray:
-    """Return n spots on a square grid about a point, shape (n, 2), the nearest first; more spots begin like fewer.
-
-    Args:
-        centre_enu_m: shape (2,), metres.
-        n: how many, 0 or more.
-        spacing_m: between neighbours.
-    """
-    reach = math.isqrt(max(n, 1)) + 1
-    steps = np.arange(-reach, reach + 1)
-    grid = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
-    # Ties by angle, so that the order is the same everywhere.
-    order = np.lexsort((np.arctan2(grid[:, 1], grid[:, 0]), (grid**2).sum(axis=1)))
-    return np.asarray(np.asarray(centre_enu_m, dtype=np.float64) + spacing_m * grid[order[:n]])
-
-
-def propose_fence(
-    area_enu_m: Sequence[Sequence[float]], homes_enu_m: Sequence[Sequence[float]] | FloatArray, margin_m: float
-) -> Polygon:
-    """Return the convex hull of the search area and the homes, grown by at least ``margin_m``, counter-clockwise.
-
-    Args:
-        area_enu_m: simple polygon, shape (m, 2), metres.
-        homes_enu_m: shape (k, 2), metres; may be empty.
-        margin_m: above 0. The swarm's line must fit: where it is wider than the area, its ends need the room.
-
-    Raises:
-        ConfigurationError: the area is no simple polygon, a home is not finite, or the margin is not above 0.
-    """
-    _require_positive("margin_m", margin_m)
-    homes_m = np.array(homes_enu_m, dtype=np.float64).reshape(-1, 2)
-    if not np.isfinite(homes_m).all():
-        raise ConfigurationError("homes_enu_m must be finite positions in metres.")
-    points_m = np.vstack([as_polygon(area_enu_m, "area_enu_m"), homes_m])
-    # Corners outside the circle make the polygon about it, so that no side is closer than the margin.
-    angles_rad = 2.0 * np.pi * np.arange(_CORNERS) / _CORNERS
-    corners_m = margin_m / math.cos(math.pi / _CORNERS) * np.column_stack([np.cos(angles_rad), np.sin(angles_rad)])
-    grown_m = (points_m[:, None] + corners_m[None]).reshape(-1, 2)
-    return as_points(grown_m[ConvexHull(grown_m).vertices])
 
 
 def _strip_spans(vertices_m: FloatArray, count: int) -> FloatArray:

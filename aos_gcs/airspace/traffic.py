@@ -1,0 +1,142 @@
+"""Airborne vehicles, where they may be, and how far a segment keeps its distance to them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.airspace.separation import TOLERANCE_M, admissible_fraction, point_segment_distance, segment_distance
+
+FloatArray = NDArray[np.float64]
+
+MIN_MOVE_M = 0.1
+"""Shortened segments below this length are not worth a command."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class WaypointRequest:
+    """A vehicle's state, and the waypoint that it is to be sent to."""
+
+    vehicle_id: int
+    position_enu_m: FloatArray
+    """Shape (3,)."""
+    requested_enu_m: FloatArray
+    """Shape (3,)."""
+    link_age_s: float | None
+    """Seconds since its last message; None if never heard."""
+    position_age_s: float | None
+    """Seconds since its last position; None if it never reported one."""
+    battery_fraction: float | None
+    """None skips the check: for a vehicle that flies home, which a low battery must not keep in the air. Preflight
+    checks that a vehicle reports its battery at all."""
+    home_enu_m: FloatArray | None = None
+    """Shape (3,); needed when the energy to return is limited."""
+    battery_per_m: float | None = None
+    """Battery fraction that a metre of its flight costs, as measured; None leaves it to the limits."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Obstacle:
+    """Another airborne vehicle."""
+
+    vehicle_id: int
+    position_enu_m: FloatArray
+    """Shape (3,)."""
+    waypoint_enu_m: FloatArray | None = None
+    """Waypoint that it was sent to, shape (3,): the segment to it is occupied, too."""
+    column: bool = False
+    """Whether it returns, lands or climbs: everything between the ground and ``top_m`` is occupied."""
+    top_m: float | None = None
+    """Height above the origin that a climbing vehicle will reach; None: its present height."""
+    home_enu_m: FloatArray | None = None
+    """Launch point, shape (3,), that its autopilot returns to: the path there and the column above it are occupied,
+    too."""
+
+    def segments(self) -> FloatArray:
+        """Return the segments on which the vehicle may be, shape (k, 2, 3)."""
+        here = np.array(self.position_enu_m, dtype=np.float64)
+        segments = [_column(here, self.top_m) if self.column else np.array([here, here])]
+        if self.waypoint_enu_m is not None:
+            segments.append(np.array([here, self.waypoint_enu_m]))
+        if self.home_enu_m is not None:
+            above_home = np.array([*self.home_enu_m[:2], here[2]])
+            segments += [np.array([here, above_home]), _column(above_home, self.top_m)]
+        return np.array(segments)
+
+
+def _column(position_enu_m: FloatArray, top_m: float | None) -> FloatArray:
+    low, high = position_enu_m.copy(), position_enu_m.copy()
+    low[2] = min(0.0, low[2])
+    high[2] = max(high[2], high[2] if top_m is None else top_m)
+    return np.array([low, high])
+
+
+@dataclass(frozen=True, slots=True)
+class Admission:
+    """The part of a segment that one limit admits, and why not more."""
+
+    fraction: float
+    reason: str
+
+
+ALL_ADMITTED = Admission(1.0, "")
+
+
+class Traffic:
+    """The segments on which airborne vehicles may be: points of those that stay, segments of those that move.
+
+    Args:
+        requests: vehicles that are to be sent somewhere; each stays where it is until :meth:`admit` is called for it.
+        obstacles: all other airborne vehicles.
+        separation_m: smallest 3-D distance between two vehicles.
+
+    Raises:
+        ValueError: an id occurs twice, or a position is not finite.
+    """
+
+    def __init__(self, requests: Sequence[WaypointRequest], obstacles: Sequence[Obstacle], separation_m: float) -> None:
+        segments = {request.vehicle_id: np.array([[request.position_enu_m] * 2]) for request in requests}
+        segments |= {obstacle.vehicle_id: obstacle.segments() for obstacle in obstacles}
+        if len(segments) < len(requests) + len(obstacles):
+            raise ValueError("each vehicle may occur once, as a request or as an obstacle")
+        self._ids = [vehicle_id for vehicle_id in sorted(segments) for _ in segments[vehicle_id]]
+        ordered = [segments[vehicle_id] for vehicle_id in sorted(segments)]
+        ends = np.concatenate(ordered, dtype=np.float64) if ordered else np.empty((0, 2, 3))
+        if not np.isfinite(ends).all():
+            raise ValueError("present positions must be finite; leave out a vehicle whose position is unknown")
+        self._starts, self._ends = ends[:, 0].copy(), ends[:, 1].copy()
+        self._separation_m = separation_m
+
+    def admit(self, vehicle_id: int, end: FloatArray) -> None:
+        """Occupy the segment to ``end``, shape (3,), for a vehicle that is sent there."""
+        self._ends[self._ids.index(vehicle_id)] = end
+
+    def admissible(self, vehicle_id: int, start: FloatArray, end: FloatArray) -> Admission:
+        """Return how much of a vehicle's segment, ends of shape (3,), keeps the distance to all others."""
+        length_m = float(np.linalg.norm(end - start))
+        reach_m = length_m + np.linalg.norm(self._ends - self._starts, axis=1) + self._separation_m
+        near = np.linalg.norm(self._starts - start, axis=1) <= reach_m
+        near[self._ids.index(vehicle_id)] = False
+        rows = np.flatnonzero(near)
+        if len(rows) == 0 or length_m == 0.0:
+            return ALL_ADMITTED
+        starts, ends = self._starts[rows], self._ends[rows]
+        now_m = point_segment_distance(start, starts, ends)[0]
+        fractions = admissible_fraction(start, end, starts, ends, np.minimum(self._separation_m, now_m))
+        too_close = now_m < self._separation_m - 2.0 * TOLERANCE_M
+        # The distance is convex along the segment, so where it grows at first it grows to the end.
+        after_first_move = start + min(1.0, MIN_MOVE_M / length_m) * (end - start)
+        receding = point_segment_distance(after_first_move, starts, ends)[0] > now_m + TOLERANCE_M
+        fractions[too_close & ~receding] = 0.0
+        worst = int(fractions.argmin())
+        if fractions[worst] == 1.0:
+            return ALL_ADMITTED
+        passing_m = float(segment_distance(start, end, starts[worst], ends[worst]))
+        other_id = self._ids[rows[worst]]
+        return Admission(
+            float(fractions[worst]),
+            f"it would pass vehicle {other_id} at {passing_m:.1f} m, limit {self._separation_m:.1f} m",
+        )

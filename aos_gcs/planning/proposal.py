@@ -1,0 +1,91 @@
+"""Altitude layers, and the safety limits that a flight has unless its settings say otherwise."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
+
+from aos_gcs.airspace.limits import SafetyLimits
+from aos_gcs.airspace.polygon import Polygon, as_points, as_polygon
+from aos_gcs.errors import ConfigurationError
+from aos_gcs.planning.settings import MissionSettings
+
+FloatArray = NDArray[np.float64]
+
+FENCE_MARGIN_M = 30.0
+"""Distance of the proposed geofence from the search area and the launch points. The swarm's line must fit: where it is
+wider than the area, its ends need the room."""
+_LAYER_MARGIN_M = 5.0
+"""Distance of the proposed floor and ceiling from the lowest and the highest altitude layer."""
+_CORNERS = 16
+"""Corners of the polygon that stands in for a circle around each point of a geofence."""
+
+
+def altitude_layers(n: int, lowest_m: float, spacing_m: float) -> tuple[float, ...]:
+    """Return n heights above the origin, ascending, one per vehicle.
+
+    Raises:
+        ConfigurationError: n is below 1, or a height or spacing is not above 0.
+    """
+    if n < 1:
+        raise ConfigurationError(f"n must be 1 or more, but is {n}.")
+    _require_positive("lowest_m", lowest_m)
+    _require_positive("spacing_m", spacing_m)
+    return tuple(lowest_m + spacing_m * layer for layer in range(n))
+
+
+def propose_limits(settings: MissionSettings, homes_enu_m: Sequence[FloatArray]) -> SafetyLimits:
+    """Return the limits of a flight: proposed from the search area, launch points and layers, then as set.
+
+    Args:
+        settings: of the mission; its search area is a polygon.
+        homes_enu_m: launch points of the vehicles that fly, shape (3,) each.
+
+    Raises:
+        ConfigurationError: a value that was set contradicts the proposal.
+    """
+    flight = settings.flight
+    layers_m = altitude_layers(len(homes_enu_m), flight.lowest_layer_m, flight.layer_spacing_m)
+    ground_enu_m = [home_enu_m[:2] for home_enu_m in homes_enu_m]
+    if settings.return_enu_m is not None:
+        ground_enu_m.append(np.array(settings.return_enu_m))
+    proposal = SafetyLimits(
+        fence_enu_m=propose_fence(settings.area_enu_m, np.array(ground_enu_m), FENCE_MARGIN_M),
+        floor_m=min(layers_m) - _LAYER_MARGIN_M,
+        ceiling_m=max(layers_m) + _LAYER_MARGIN_M,
+    )
+    return settings.safety.applied_to(proposal)
+
+
+def propose_fence(
+    area_enu_m: Sequence[Sequence[float]], ground_enu_m: Sequence[Sequence[float]] | FloatArray, margin_m: float
+) -> Polygon:
+    """Return the convex hull of the search area and some points, grown by at least ``margin_m``, counter-clockwise.
+
+    Args:
+        area_enu_m: simple polygon, shape (m, 2), metres.
+        ground_enu_m: where vehicles start and land, shape (k, 2), metres; may be empty.
+        margin_m: above 0.
+
+    Raises:
+        ConfigurationError: the area is no simple polygon, a point is not finite, or the margin is not above 0.
+    """
+    _require_positive("margin_m", margin_m)
+    ground_m = np.array(ground_enu_m, dtype=np.float64).reshape(-1, 2)
+    if not np.isfinite(ground_m).all():
+        raise ConfigurationError("ground_enu_m must be finite positions in metres.")
+    points_m = np.vstack([as_polygon(area_enu_m, "area_enu_m"), ground_m])
+    # Corners outside the circle make the polygon around it, so that no side is closer than the margin.
+    angles_rad = 2.0 * np.pi * np.arange(_CORNERS) / _CORNERS
+    corners_m = margin_m / math.cos(math.pi / _CORNERS) * np.column_stack([np.cos(angles_rad), np.sin(angles_rad)])
+    grown_m = (points_m[:, None] + corners_m[None]).reshape(-1, 2)
+    return as_points(grown_m[ConvexHull(grown_m).vertices])
+
+
+def _require_positive(field: str, value: float) -> None:
+    if not (math.isfinite(value) and value > 0.0):
+        raise ConfigurationError(f"{field} must be a finite number above 0, but is {value}.")
