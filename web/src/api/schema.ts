@@ -1323,7 +1323,7 @@ export interface components {
       flight_s: number;
       /**
        * Free Area M2
-       * @description Without the no-go areas.
+       * @description Without the no-go zones.
        */
       free_area_m2: number;
       /** Legs */

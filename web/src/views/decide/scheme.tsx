@@ -1,4 +1,4 @@
-/** Area, no-go areas, fence and findings to scale, north up: it prints without a map. */
+/** Area, no-go zones, fence and findings to scale, north up: it prints without a map. */
 import type { ComponentChildren } from "preact";
 import type { Finding, Mission } from "../../api/types";
 import { quantity } from "../../format";

@@ -11,7 +11,7 @@ export const placeAt = ([longitude_deg, latitude_deg]: LngLat): Place => ({ lati
 export const isPoint = (shape: ShapeName): shape is "launch" | "return_point" =>
   shape === "launch" || shape === "return_point";
 
-/** The index of a no-go area; null for the other shapes. */
+/** The index of a no-go zone; null for the other shapes. */
 export function noGoIndex(shape: ShapeName): number | null {
   const digits = /^no_go\[(\d+)\]$/.exec(shape)?.[1];
   return digits === undefined ? null : Number(digits);
@@ -42,7 +42,7 @@ export function withPlaces(plan: Plan, shape: ShapeName, places: readonly Place[
   return { ...plan, no_go: plan.no_go.map((zone, index) => (index === changed ? [...places] : zone)) };
 }
 
-/** The plan with one more no-go area, still without corners. */
+/** The plan with one more no-go zone, still without corners. */
 export const withNoGo = (plan: Plan): Plan => ({ ...plan, no_go: [...plan.no_go, []] });
 
 /** The plan without a shape. */
@@ -97,7 +97,7 @@ const POLYGON_ROLES: readonly ImportRole[] = ["area", "no_go", "fence", "skip"];
 export const rolesFor = ({ places }: ImportedShape): readonly ImportRole[] =>
   places.length === 1 ? POINT_ROLES : POLYGON_ROLES;
 
-/** The plan with shapes of a file: no-go areas are added to those it has, all others replace what it has. */
+/** The plan with shapes of a file: no-go zones are added to those it has, all others replace what it has. */
 export function withImported(plan: Plan, shapes: readonly ImportedShape[], roles: readonly ImportRole[]): Plan {
   return shapes.reduce((taken, { places }, index) => {
     const role = roles[index] ?? "skip";
