@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -23,12 +25,15 @@ from aos_sim.vehicle.vehicle import SimulatedVehicle
 SYSTEM_ID = 7
 GCS_ID = 254
 ORIGIN = GeodeticPosition(48.3, 14.3, 260.0)
+ACCEPTED = mavlink.MAV_RESULT_ACCEPTED
+GUIDED = 4
 
 
 class Bench:
     """One vehicle with its dynamics; what it has sent is in ``sent``."""
 
     def __init__(self, flavour: str, parameters: Mapping[str, float], start_up_s: float, wind_mps: float) -> None:
+        self.flavour = flavour
         self.frame = LocalFrame(ORIGIN)
         self._wind = Wind((wind_mps, 0.0, 0.0))
         self._rng = np.random.default_rng(1)
@@ -68,6 +73,15 @@ class Bench:
             self.state = step(self.state, guidance, TICK_S, limits=AirframeLimits(), wind=self._wind, rng=self._rng)
             self.vehicle.update(self.kinematics, self.now)
             self._collect()
+
+    def lift_to(self, height_m: float) -> None:
+        """Put a climbing vehicle so high at once, which saves the time of its climb."""
+        self.state = replace(self.state, position_enu_m=np.array([[0.0, 0.0, height_m]]))
+
+    def silence(self) -> None:
+        """End the streams that PX4 sends unasked: packing and parsing them is most of the work of a flight."""
+        for message_id in {message.get_msgId() for message in self.sent} - {mavlink.MAVLINK_MSG_ID_HEARTBEAT}:
+            self.long(mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, message_id, -1)
 
     def advance_until(self, condition: Callable[[], bool], limit_s: float) -> float:
         """Advance until the condition holds and return how long that took."""
@@ -161,13 +175,38 @@ class Bench:
         return [m.result for m in replies if m.get_type() == "COMMAND_ACK" and m.command == command]
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def make_bench() -> Callable[..., Bench]:
     """Return a maker of benches: flavour, then parameters by name."""
 
     def make(flavour: str, start_up_s: float = 0.0, wind_mps: float = 0.0, **parameters: float) -> Bench:
         bench = Bench(flavour, parameters, start_up_s, wind_mps)
         bench.advance(0.1)
+        return bench
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def make_flying(make_bench: Callable[..., Bench]) -> Callable[[str], Bench]:
+    """Return a maker of vehicles of a flavour that have just taken off and hover 20 m above home."""
+
+    def make(flavour: str) -> Bench:
+        bench = make_bench(flavour)
+        altitude_m = 20.0
+        if flavour == "px4":
+            bench.heartbeats_from = GCS_ID
+            bench.advance(1.1)
+            bench.silence()
+            altitude_m += ORIGIN.altitude_amsl_m
+        else:
+            assert bench.long(mavlink.MAV_CMD_DO_SET_MODE, 1, GUIDED) == [ACCEPTED]
+        assert bench.long(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1) == [ACCEPTED]
+        assert bench.long(mavlink.MAV_CMD_NAV_TAKEOFF, 0, 0, 0, *[math.nan] * 3, altitude_m) == [ACCEPTED]
+        bench.advance_until(lambda: bench.height_m > 0.1, 20)
+        bench.lift_to(19.0)
+        bench.advance(3.0)
+        assert bench.height_m == pytest.approx(20.0, abs=0.3)
         return bench
 
     return make

@@ -23,14 +23,9 @@ def bench(make_bench):
 
 
 @pytest.fixture
-def flying(bench):
+def flying(make_flying):
     """A vehicle in GUIDED, 20 m above home."""
-    assert bench.long(SET_MODE, 1, GUIDED) == [ACCEPTED]
-    assert bench.long(ARM, 1) == [ACCEPTED]
-    assert bench.long(TAKEOFF, 0, 0, 0, 0, 0, 0, 20) == [ACCEPTED]
-    bench.advance_until(lambda: bench.height_m > 19.8, 20)
-    bench.advance(2)
-    return bench
+    return make_flying("arducopter")
 
 
 def mode(bench):

@@ -45,24 +45,6 @@ def upload(bench, items):
     return reply.type
 
 
-def climbed(bench, height_m=20.0):
-    """Bring a vehicle to 20 m above home."""
-    bench.heartbeat()
-    bench.heartbeats_from = 254
-    if "guided" in MODES[flavour_of(bench)]:
-        bench.long(SET_MODE, 1, MODES["arducopter"]["guided"])
-    bench.long(ARM, 1)
-    altitude = height_m + (bench.frame.origin.altitude_amsl_m if flavour_of(bench) == "px4" else 0.0)
-    bench.long(TAKEOFF, 0, 0, 0, math.nan, math.nan, math.nan, altitude)
-    bench.advance_until(lambda: bench.height_m > height_m - 0.3, 30)
-    bench.advance(2)
-    return bench
-
-
-def flavour_of(bench):
-    return type(bench.autopilot).__name__.lower()
-
-
 @pytest.fixture(params=["arducopter", "px4"])
 def bench(request, make_bench):
     return make_bench(request.param)
@@ -129,13 +111,21 @@ def test_an_item_out_of_sequence_does_not_end_the_upload(bench):
     assert reply.type == mavlink.MAV_MISSION_ACCEPTED
 
 
+@pytest.fixture(params=["arducopter", "px4"])
+def flying(request, make_flying):
+    """A vehicle that hovers 20 m above home and hears its ground station."""
+    bench = make_flying(request.param)
+    bench.heartbeats_from = 254
+    return bench
+
+
 @pytest.mark.parametrize("place", [(0.0, 60.0), (15.0, 13.0)])
-def test_targets_beyond_the_polygons_are_not_flown_to(bench, place):
+def test_targets_beyond_the_polygons_are_not_flown_to(flying, place):
+    bench = flying
     upload(bench, items_of(bench, (INSIDE, SQUARE), (OUTSIDE, NOTCH)))
-    climbed(bench)
     answer = bench.reposition(*place, 20.0)
     refused, accepted = mavlink.MAV_RESULT_FAILED, mavlink.MAV_RESULT_ACCEPTED
-    assert answer == [refused if flavour_of(bench) == "arducopter" else accepted]
+    assert answer == [refused if bench.flavour == "arducopter" else accepted]
     bench.advance(5.0)
     assert bench.distance_to(0.0, 0.0, 20.0) < 1.0
     bench.reposition(0.0, 30.0, 20.0)
@@ -147,8 +137,9 @@ def fence_is_healthy(bench) -> bool:
     return bool(health & mavlink.MAV_SYS_STATUS_GEOFENCE)
 
 
-def test_a_copter_that_finds_itself_outside_returns(make_bench):
-    bench = climbed(make_bench("arducopter"))
+@pytest.mark.parametrize("flying", ["arducopter"], indirect=True)
+def test_a_copter_that_finds_itself_outside_returns(flying):
+    bench = flying
     bench.reposition(0.0, 40.0, 20.0)
     bench.advance_until(lambda: bench.distance_to(0.0, 40.0, 20.0) < 1.0, 20)
     assert fence_is_healthy(bench)
@@ -159,8 +150,9 @@ def test_a_copter_that_finds_itself_outside_returns(make_bench):
     assert bench.request(mavlink.MAVLINK_MSG_ID_HEARTBEAT).custom_mode == MODES["arducopter"]["return"]
 
 
-def test_a_px4_that_finds_itself_outside_does_what_its_parameter_says(make_bench):
-    bench = climbed(make_bench("px4"))
+@pytest.mark.parametrize("flying", ["px4"], indirect=True)
+def test_a_px4_that_finds_itself_outside_does_what_its_parameter_says(flying):
+    bench = flying
     bench.reposition(0.0, 40.0, 20.0)
     bench.advance(1.5)
     upload(bench, items_of(bench, (INSIDE, ((-50.0, -50.0), (50.0, -50.0), (0.0, 1.0)))))

@@ -26,13 +26,9 @@ def bench(make_bench):
 
 
 @pytest.fixture
-def flying(bench):
+def flying(make_flying):
     """A vehicle in HOLD, 20 m above home."""
-    assert bench.long(ARM, 1) == [ACCEPTED]
-    assert bench.long(TAKEOFF, 0, 0, 0, math.nan, math.nan, math.nan, 280) == [ACCEPTED]
-    bench.advance(12)
-    assert bench.height_m == pytest.approx(20.0, abs=0.3)
-    return bench
+    return make_flying("px4")
 
 
 def mode(bench):
