@@ -6,7 +6,7 @@ import logging
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
-from aos_gcs.api.access import random_code, read_code
+from aos_gcs.api.access.operators import random_code, read_code
 from aos_gcs.api.app import create_app
 from aos_gcs.api.basemap_file import check_basemap
 from aos_gcs.api.server import serve

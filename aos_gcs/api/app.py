@@ -9,17 +9,16 @@ from pathlib import Path
 
 from fastapi import FastAPI
 
-from aos_gcs.api.access import Access
-from aos_gcs.api.body_limit import BodyLimitMiddleware
+from aos_gcs.api.access.body_limit import BodyLimitMiddleware
+from aos_gcs.api.access.operators import Access
+from aos_gcs.api.access.plan_check_turns import PlanChecks
+from aos_gcs.api.access.request_checks import OperatorsOnlyMiddleware, SameOriginMiddleware, SecurityHeadersMiddleware
 from aos_gcs.api.errors import add_error_handlers
-from aos_gcs.api.hub import EventHub
-from aos_gcs.api.loop_time import loop_time_s
-from aos_gcs.api.models import CapabilitiesModel
+from aos_gcs.api.events.hub import EventHub, loop_time_s
+from aos_gcs.api.models.service import CapabilitiesModel
 from aos_gcs.api.openapi import add_routes, make_document
 from aos_gcs.api.page import add_page
-from aos_gcs.api.plan_checks import PlanChecks
 from aos_gcs.api.routers.plans import IMPORT_PATH
-from aos_gcs.api.security import OperatorsOnlyMiddleware, SameOriginMiddleware, SecurityHeadersMiddleware
 from aos_gcs.mission.control import FindingControl, MissionControl, PlanControl, ReplayControl
 from aos_gcs.mission.viewing import ViewControl
 from aos_gcs.store.plan_folder import PlanFolder

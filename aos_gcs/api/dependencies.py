@@ -8,10 +8,10 @@ from typing import Annotated, cast
 from fastapi import Depends
 from starlette.requests import HTTPConnection
 
-from aos_gcs.api.access import Access, Session
+from aos_gcs.api.access.operators import Access, Session
+from aos_gcs.api.access.plan_check_turns import PlanChecks
 from aos_gcs.api.errors import NotFoundError
-from aos_gcs.api.hub import EventHub
-from aos_gcs.api.plan_checks import PlanChecks
+from aos_gcs.api.events.hub import EventHub
 from aos_gcs.errors import MissionError
 from aos_gcs.mission.control import FindingControl, MissionControl, PlanControl, ReplayControl
 from aos_gcs.mission.viewing import ViewControl

@@ -9,9 +9,9 @@ from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException
 
-from aos_gcs.api.access import AccessDeniedError, TooManyGuessesError, WrongCodeError
-from aos_gcs.api.models import ErrorModel
-from aos_gcs.api.plan_checks import TooManyChecksError
+from aos_gcs.api.access.operators import AccessDeniedError, TooManyGuessesError, WrongCodeError
+from aos_gcs.api.access.plan_check_turns import TooManyChecksError
+from aos_gcs.api.models.base import ErrorModel
 from aos_gcs.errors import AosError, CommandError, ConfigurationError, InputDataError, LinkError, MissionError
 from aos_gcs.mission.viewing import ViewerBusyError
 from aos_gcs.store.plan_folder import PlanChangedError

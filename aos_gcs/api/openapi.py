@@ -13,8 +13,8 @@ from typing import Any
 from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 
-from aos_gcs.api.messages import SERVER_MESSAGE
-from aos_gcs.api.routers import basemap, events, findings, mission, notices, plans, preflight, replay, session, viewer
+from aos_gcs.api.models.messages import SERVER_MESSAGE
+from aos_gcs.api.routers import basemap, events, findings, mission, plans, replay, session, viewer
 
 _DESCRIPTION = (
     "Ground control of a swarm of camera drones. Errors have the body ErrorModel. The WebSocket /api/events sends "
@@ -26,10 +26,8 @@ def add_routes(app: FastAPI) -> None:
     """Add all routes of the API."""
     app.include_router(session.router)
     app.include_router(mission.router)
-    app.include_router(notices.router)
     app.include_router(plans.router)
     app.include_router(replay.router)
-    app.include_router(preflight.router)
     app.include_router(viewer.router)
     app.include_router(findings.router)
     app.include_router(basemap.router)

@@ -25,8 +25,8 @@ from websockets.asyncio.client import ClientConnection, connect
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from aos_gcs.api import convert
-from aos_gcs.api.state import MissionState
+from aos_gcs.api.convert.mission import MissionConverter
+from aos_gcs.api.events.state import MissionState
 from aos_gcs.clock import LoopClock
 from aos_gcs.mission.model import Action
 from tests.fakes.mavlink_vehicle import FakeVehicle
@@ -193,12 +193,13 @@ async def snapshot_ms(vehicles: int) -> float:
     All vehicles fly, each telling a new place. Unlike a load it says the same on a machine that is busy otherwise.
     """
     mission, state = ScriptedMission(LoopClock(), vehicles), MissionState()
+    converter = MissionConverter(mission.snapshot().origin)
     await mission.act(Action.START, None)
     times_ms = []
     for _ in range(SNAPSHOTS):
         mission.advance(1.0 / RATE_HZ)
         snapshot, start_s = mission.snapshot(), time.process_time()
-        state.update(convert.mission(snapshot), 0.0)
+        state.update(converter.convert(snapshot), 0.0)
         state.message_since(state.revision - 1, 0, 0.0)
         times_ms.append(1e3 * (time.process_time() - start_s))
     return float(np.median(times_ms))

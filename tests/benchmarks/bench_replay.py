@@ -17,7 +17,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from aos_gcs.api.hub import EventHub
+from aos_gcs.api.events.hub import EventHub
 from aos_gcs.clock import LoopClock
 from aos_gcs.mission.model import PictureKind
 from aos_gcs.store.reader import MissionReader

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from aos_gcs.api.convert import allowed_actions
+from aos_gcs.api.convert.mission import allowed_actions
 from aos_gcs.mission.model import Action, Outcome, Phase, Task
 from aos_gcs.ports import FlightMode, Land, ReturnToLaunch
 from tests.fakes.mission_flight import Flight, flying, prepare

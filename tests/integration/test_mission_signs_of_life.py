@@ -6,7 +6,7 @@ import asyncio
 
 import pytest
 
-from aos_gcs.api.hub import EventHub
+from aos_gcs.api.events.hub import EventHub
 from aos_gcs.errors import MissionError
 from aos_gcs.mission.model import MissionSnapshot, NoticeRecord, Phase
 from aos_gcs.ports import Severity

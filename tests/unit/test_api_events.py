@@ -16,15 +16,15 @@ from hypothesis import strategies as st
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
-from aos_gcs.api import convert
 from aos_gcs.api.app import create_app
-from aos_gcs.api.hub import EVENTS_KEPT, EventHub
-from aos_gcs.api.messages import SERVER_MESSAGE
-from aos_gcs.api.models import MissionModel
+from aos_gcs.api.convert.mission import MissionConverter
+from aos_gcs.api.events.hub import EVENTS_KEPT, EventHub
+from aos_gcs.api.events.outbox import Outbox
+from aos_gcs.api.events.state import REVISIONS_KEPT, MissionState
+from aos_gcs.api.models.messages import SERVER_MESSAGE
+from aos_gcs.api.models.mission import MissionModel
 from aos_gcs.api.openapi import make_document
-from aos_gcs.api.outbox import Outbox
 from aos_gcs.api.server import serve
-from aos_gcs.api.state import REVISIONS_KEPT, MissionState
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import LinkError
 from aos_gcs.mission.model import EventKind, PictureKind
@@ -96,7 +96,7 @@ async def test_changes_of_the_state_are_joined_while_a_client_is_busy(mission: S
 
 
 def shown(mission: ScriptedMission) -> MissionModel:
-    return convert.mission(mission.snapshot())
+    return MissionConverter(mission.snapshot().origin).convert(mission.snapshot())
 
 
 def test_a_state_that_is_the_same_makes_no_message(mission: ScriptedMission) -> None:

@@ -10,10 +10,10 @@ from typing import Any
 import httpx
 import pytest
 
-from aos_gcs.api.access import Role
+from aos_gcs.api.access.body_limit import MAX_BODY_BYTES
+from aos_gcs.api.access.operators import Role
+from aos_gcs.api.access.plan_check_turns import MAX_PER_CLIENT, MAX_PER_ROLE, PlanChecks, TooManyChecksError
 from aos_gcs.api.app import create_app
-from aos_gcs.api.body_limit import MAX_BODY_BYTES
-from aos_gcs.api.plan_checks import MAX_PER_CLIENT, MAX_PER_ROLE, PlanChecks, TooManyChecksError
 from aos_gcs.clock import LoopClock
 from tests.fakes.mission import ORIGIN, ScriptedMission
 

@@ -11,7 +11,7 @@ import httpx
 import pytest
 
 from aos_gcs.api.app import create_app
-from aos_gcs.api.plan_models import PlanModel, PlanReportModel
+from aos_gcs.api.models.plans import PlanModel, PlanReportModel
 from aos_gcs.clock import LoopClock
 from aos_gcs.mission.model import Action
 from aos_gcs.planning.shape_files import MAX_FILE_BYTES

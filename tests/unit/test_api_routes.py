@@ -9,10 +9,13 @@ from pathlib import Path
 import httpx
 import pytest
 
-from aos_gcs.api import convert
 from aos_gcs.api.app import create_app
+from aos_gcs.api.convert.findings import target
 from aos_gcs.api.errors import status_and_id
-from aos_gcs.api.models import ErrorModel, MissionModel, PreflightCheckModel, StepModel
+from aos_gcs.api.models.base import ErrorModel
+from aos_gcs.api.models.mission import MissionModel
+from aos_gcs.api.models.preflight import PreflightCheckModel
+from aos_gcs.api.models.steps import StepModel
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import AosError, CommandTimeoutError, LinkError, MissionError
 from aos_gcs.mission.model import Action, ErrorEllipse, PictureKind, TargetEstimate
@@ -214,7 +217,7 @@ def test_a_target_shows_the_ellipse_of_its_error_in_degrees() -> None:
         velocity_enu_mps=(0.9, 1.2),
         seen_at_s=41.0,
     )
-    shown = convert.target(estimate, ORIGIN)
+    shown = target(estimate, ORIGIN)
     assert shown.ellipse is not None
     assert (shown.ellipse.semi_major_m, shown.ellipse.heading_deg) == pytest.approx((1.0, 30.0))
     assert shown.speed_mps == pytest.approx(1.5)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import httpx
 import pytest
 
+from aos_gcs.api.access.request_checks import refusal
 from aos_gcs.api.app import create_app
-from aos_gcs.api.security import refusal
 from aos_gcs.clock import LoopClock
 from aos_gcs.mission.model import Action
 from tests.fakes.mission import ScriptedMission

@@ -8,9 +8,9 @@ from pathlib import Path
 import httpx
 import pytest
 
-from aos_gcs.api.access import MAX_OPERATORS, Access, Role, WrongCodeError, read_code
+from aos_gcs.api.access.guess_throttle import FORGET_AFTER_S, FREE_GUESSES, GUESSES_PER_MINUTE, GuessThrottle
+from aos_gcs.api.access.operators import MAX_OPERATORS, Access, Role, WrongCodeError, read_code
 from aos_gcs.api.app import create_app
-from aos_gcs.api.throttle import FORGET_AFTER_S, FREE_GUESSES, GUESSES_PER_MINUTE, GuessThrottle
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.mission.model import Action

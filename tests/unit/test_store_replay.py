@@ -18,7 +18,7 @@ import httpx
 import pytest
 
 from aos_gcs.api.app import create_app
-from aos_gcs.api.hub import EventHub
+from aos_gcs.api.events.hub import EventHub
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import ConfigurationError, InputDataError, MissionError
 from aos_gcs.mission.model import Action, CheckStatus, Event, EventKind, JumpRecord, NoticeRecord, PictureKind

@@ -9,7 +9,8 @@ from starlette.responses import FileResponse
 
 from aos_gcs.api.dependencies import BasemapFile
 from aos_gcs.api.errors import NotFoundError
-from aos_gcs.api.models import BasemapModel, ErrorModel
+from aos_gcs.api.models.base import ErrorModel
+from aos_gcs.api.models.service import BasemapModel
 
 router = APIRouter(prefix="/api/basemap", tags=["basemap"])
 

@@ -8,9 +8,9 @@ from typing import Annotated, NoReturn
 from fastapi import APIRouter, Query, WebSocket, WebSocketDisconnect
 
 from aos_gcs.api.dependencies import Hub
-from aos_gcs.api.hub import EventHub
-from aos_gcs.api.messages import MissedEventsModel
-from aos_gcs.api.outbox import Outbox
+from aos_gcs.api.events.hub import EventHub
+from aos_gcs.api.events.outbox import Outbox
+from aos_gcs.api.models.messages import MissedEventsModel
 
 router = APIRouter()
 

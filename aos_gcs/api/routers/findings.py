@@ -6,11 +6,11 @@ from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Path, Response
 
-from aos_gcs.api import convert
+from aos_gcs.api.convert import findings as convert
 from aos_gcs.api.dependencies import CurrentSession, Findings, Mission, Viewer
 from aos_gcs.api.errors import NotFoundError
-from aos_gcs.api.finding_models import FindingChangeRequest, FindingRequest
-from aos_gcs.api.models import ErrorModel, FindingModel
+from aos_gcs.api.models.base import ErrorModel
+from aos_gcs.api.models.findings import FindingChangeRequest, FindingModel, FindingRequest
 from aos_gcs.errors import InputDataError, MissionError
 from aos_gcs.exports.finding_files import FORMATS, PlacedFinding
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame

@@ -1,35 +1,42 @@
-"""Reading the mission and acting on it."""
+"""Reading the mission, and what operators do in it: actions, overrides, acknowledgements."""
 
 from __future__ import annotations
 
 import hashlib
-from typing import Annotated
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Header, Response
 
-from aos_gcs.api import convert
+from aos_gcs.api.convert.mission import action_results
+from aos_gcs.api.convert.preflight import preflight_check
 from aos_gcs.api.dependencies import CurrentSession, Hub, Mission
 from aos_gcs.api.errors import NotFoundError
-from aos_gcs.api.models import ActionRequest, ActionResponse, ErrorModel, MissionModel, StepModel
+from aos_gcs.api.models.base import ErrorModel
+from aos_gcs.api.models.mission import ActionRequest, ActionResponse, MissionModel
+from aos_gcs.api.models.notices import AcknowledgeRequest
+from aos_gcs.api.models.preflight import OverrideRequest, PreflightCheckModel
+from aos_gcs.api.models.steps import StepModel
 from aos_gcs.mission.model import PictureKind
 
-router = APIRouter(prefix="/api/mission", tags=["mission"])
+router = APIRouter(prefix="/api", tags=["mission"])
+
+_REFUSED: dict[int | str, dict[str, Any]] = {status: {"model": ErrorModel} for status in (403, 409, 422)}
 
 
-@router.get("")
+@router.get("/mission")
 async def read_mission(hub: Hub) -> MissionModel:
     """Return the whole mission at this moment."""
     return hub.mission()
 
 
-@router.get("/steps")
+@router.get("/mission/steps")
 async def read_steps(hub: Hub) -> list[StepModel]:
     """Return all steps so far, oldest first."""
     return hub.steps()
 
 
 @router.get(
-    "/pictures/{kind}.png",
+    "/mission/pictures/{kind}.png",
     response_class=Response,
     responses={
         200: {"content": {"image/png": {}}, "description": "A north-up raster; its step is in the header X-Step."},
@@ -56,9 +63,22 @@ async def read_picture(
     return Response(picture.png, media_type="image/png", headers=headers)
 
 
-@router.post("/actions", responses={403: {"model": ErrorModel}, 409: {"model": ErrorModel}, 422: {"model": ErrorModel}})
+@router.post("/mission/actions", responses=_REFUSED)
 async def act(request: ActionRequest, mission: Mission, session: CurrentSession) -> ActionResponse:
     """Carry out an operator's action; answers when every vehicle has done it or refused."""
     vehicle_ids = tuple(dict.fromkeys(request.vehicle_ids)) if request.vehicle_ids is not None else None
     results = await mission.act(request.action, vehicle_ids, request.focal_height_m, operator=session.name)
-    return convert.action_results(request.action, results)
+    return action_results(request.action, results)
+
+
+@router.post("/preflight/override", responses=_REFUSED)
+async def override(request: OverrideRequest, mission: Mission, session: CurrentSession) -> PreflightCheckModel:
+    """Override a failed check, so that it no longer blocks the launch, or withdraw the override; return the check."""
+    check = await mission.override_check(request.vehicle_id, request.check, request.reason, operator=session.name)
+    return preflight_check(check)
+
+
+@router.post("/notices/acknowledge", status_code=204, responses=_REFUSED)
+async def acknowledge(request: AcknowledgeRequest, mission: Mission, session: CurrentSession) -> None:
+    """Acknowledge notices on behalf of all operators; ``MissionModel.acknowledgements`` lists them from then on."""
+    mission.acknowledge(request.notice_ids, operator=session.name)

@@ -9,12 +9,12 @@ from typing import Annotated, Any
 import pydantic
 from fastapi import APIRouter, Depends, Path, Query, Request
 
-from aos_gcs.api import plan_convert
-from aos_gcs.api.access import cookie_name
+from aos_gcs.api.access.operators import cookie_name
+from aos_gcs.api.convert import plans as plan_convert
 from aos_gcs.api.dependencies import Checks, CurrentSession, Mission, Planning, Plans
 from aos_gcs.api.errors import NotFoundError, TooLargeError
-from aos_gcs.api.models import ErrorModel
-from aos_gcs.api.plan_models import ImportedShapeModel, PlanModel, PlanReportModel, SavedPlanModel, StrategyModel
+from aos_gcs.api.models.base import ErrorModel
+from aos_gcs.api.models.plans import ImportedShapeModel, PlanModel, PlanReportModel, SavedPlanModel, StrategyModel
 from aos_gcs.errors import InputDataError, MissionError
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.planning.advice import propose

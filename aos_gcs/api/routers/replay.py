@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from fastapi import APIRouter
 
-from aos_gcs.api import convert
+from aos_gcs.api.convert import replay as convert
 from aos_gcs.api.dependencies import Replay
-from aos_gcs.api.models import ErrorModel, ReplayModel, ReplayRequest, TimelineModel
+from aos_gcs.api.models.base import ErrorModel
+from aos_gcs.api.models.replay import ReplayModel, ReplayRequest, TimelineModel
 
 router = APIRouter(prefix="/api/replay", tags=["replay"], responses={404: {"model": ErrorModel}})
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from fastapi import APIRouter, Request, Response
 
-from aos_gcs.api.access import OBSERVER, Session, cookie_name
+from aos_gcs.api.access.operators import OBSERVER, Session, cookie_name
 from aos_gcs.api.dependencies import CurrentSession, OperatorAccess
-from aos_gcs.api.models import ErrorModel, SessionModel, SignInRequest
+from aos_gcs.api.models.base import ErrorModel
+from aos_gcs.api.models.service import SessionModel, SignInRequest
 
 router = APIRouter(prefix="/api/session", tags=["session"])
 

@@ -6,10 +6,10 @@ from typing import Annotated, Final
 
 from fastapi import APIRouter, Path, Query, Response
 
-from aos_gcs.api import viewer_convert
+from aos_gcs.api.convert import viewer as viewer_convert
 from aos_gcs.api.dependencies import Viewer
-from aos_gcs.api.models import ErrorModel
-from aos_gcs.api.viewer_models import FocusFoundModel, ViewedStepModel
+from aos_gcs.api.models.base import ErrorModel
+from aos_gcs.api.models.viewer import FocusFoundModel, ViewedStepModel
 from aos_gcs.mission.viewing import FrameKind, PictureFormat, ViewKind
 
 router = APIRouter(

@@ -235,7 +235,7 @@ export interface paths {
     put?: never;
     /**
      * Acknowledge
-     * @description Take note of notices, on behalf of all operators; ``MissionModel.acknowledgements`` has it then.
+     * @description Acknowledge notices on behalf of all operators; ``MissionModel.acknowledgements`` lists them from then on.
      */
     post: operations["acknowledge_api_notices_acknowledge_post"];
     delete?: never;
@@ -403,7 +403,7 @@ export interface paths {
     put?: never;
     /**
      * Override
-     * @description Let a failed check no longer stand against the launch, or take that back, and return it as it is then.
+     * @description Override a failed check, so that it no longer blocks the launch, or withdraw the override; return the check.
      */
     post: operations["override_api_preflight_override_post"];
     delete?: never;
@@ -622,54 +622,6 @@ export interface components {
        * @description Of a PMTiles file; null where there is none.
        */
       url: string | null;
-    };
-    /**
-     * CameraModel
-     * @description What a vehicle's camera has delivered in this mission.
-     */
-    CameraModel: {
-      /**
-       * Failure
-       * @description Why its frame is missing in the latest step.
-       */
-      failure: string | null;
-      /**
-       * Failures
-       * @description Steps that went on without its frame.
-       */
-      failures: number;
-      /**
-       * Footprint
-       * @description What its latest frame shows of the focal plane; empty before the first one.
-       */
-      footprint: components["schemas"]["VertexModel"][];
-      /**
-       * Frames
-       * @description That could be used.
-       */
-      frames: number;
-      /** Last Step */
-      last_step: number | null;
-      /**
-       * Late
-       * @description That were not there by the deadline.
-       */
-      late: number;
-      /**
-       * Refused
-       * @description That came with a pose or a time that cannot be trusted.
-       */
-      refused: number;
-      /**
-       * Source
-       * @description How frames come, in the driver's own word; empty if not known.
-       */
-      source: string;
-      /**
-       * Torn
-       * @description That were not whole by the deadline.
-       */
-      torn: number;
     };
     /**
      * CapabilitiesModel
@@ -1917,6 +1869,54 @@ export interface components {
       type: string;
     };
     /**
+     * VehicleCameraModel
+     * @description What a vehicle's camera has delivered in this mission.
+     */
+    VehicleCameraModel: {
+      /**
+       * Failure
+       * @description Why its frame is missing in the latest step.
+       */
+      failure: string | null;
+      /**
+       * Failures
+       * @description Steps that went on without its frame.
+       */
+      failures: number;
+      /**
+       * Footprint
+       * @description What its latest frame shows of the focal plane; empty before the first one.
+       */
+      footprint: components["schemas"]["VertexModel"][];
+      /**
+       * Frames
+       * @description That could be used.
+       */
+      frames: number;
+      /** Last Step */
+      last_step: number | null;
+      /**
+       * Late
+       * @description That were not there by the deadline.
+       */
+      late: number;
+      /**
+       * Refused
+       * @description That came with a pose or a time that cannot be trusted.
+       */
+      refused: number;
+      /**
+       * Source
+       * @description How frames come, in the driver's own word; empty if not known.
+       */
+      source: string;
+      /**
+       * Torn
+       * @description That were not whole by the deadline.
+       */
+      torn: number;
+    };
+    /**
      * VehicleModel
      * @description One vehicle in the mission. Everything but its id is ``null`` until the vehicle has reported it.
      */
@@ -1931,7 +1931,7 @@ export interface components {
       battery_percent: number | null;
       /** Battery Voltage V */
       battery_voltage_v: number | null;
-      camera: components["schemas"]["CameraModel"] | null;
+      camera: components["schemas"]["VehicleCameraModel"] | null;
       /** Climb Rate Mps */
       climb_rate_mps: number | null;
       /**
@@ -1989,12 +1989,6 @@ export interface components {
       /** @description Where it was last sent. */
       waypoint: components["schemas"]["PositionModel"] | null;
     };
-    /**
-     * Verdict
-     * @description What safety has made of a planned waypoint.
-     * @enum {string}
-     */
-    Verdict: "sent" | "shortened" | "held";
     /**
      * VertexModel
      * @description A corner of a polygon or a picture on the ground plane.
@@ -2074,8 +2068,14 @@ export interface components {
       sent: components["schemas"]["PositionModel"] | null;
       /** Vehicle Id */
       vehicle_id: number;
-      verdict: components["schemas"]["Verdict"];
+      verdict: components["schemas"]["WaypointVerdict"];
     };
+    /**
+     * WaypointVerdict
+     * @description What safety has made of a planned waypoint.
+     * @enum {string}
+     */
+    WaypointVerdict: "sent" | "shortened" | "held";
   };
   responses: never;
   parameters: never;

@@ -4,13 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import lru_cache
 
-from aos_gcs.api import models as wire
+from aos_gcs.api.models.base import GeodeticModel, PositionModel, ScanLegModel, VertexModel
 from aos_gcs.geometry.geodesy import EnuPoint, GeodeticPosition, LocalFrame
-
-_PLACES_KEPT = 8192
-"""Polygons, homes and waypoints come again with every snapshot; converting them each time would cost the loop."""
 
 
 def finite(value: float | None) -> float | None:
@@ -28,24 +24,23 @@ def percent(fraction: float | None) -> float | None:
     return None if fraction is None else round(100.0 * fraction, 1)
 
 
-def geodetic(position: GeodeticPosition) -> wire.GeodeticModel:
+def geodetic(position: GeodeticPosition) -> GeodeticModel:
     """Convert a geodetic position."""
-    return wire.GeodeticModel(
+    return GeodeticModel(
         latitude_deg=position.latitude_deg,
         longitude_deg=position.longitude_deg,
         altitude_amsl_m=position.altitude_amsl_m,
     )
 
 
-@lru_cache(maxsize=_PLACES_KEPT)
-def position(point_enu_m: EnuPoint, origin: GeodeticPosition | None) -> wire.PositionModel:
+def position(point_enu_m: EnuPoint, origin: GeodeticPosition | None) -> PositionModel:
     """Convert an ENU point, with its place on the globe when the origin is known."""
     east_m, north_m, up_m = (float(coordinate) for coordinate in point_enu_m)
     place = LocalFrame(origin).to_geodetic((east_m, north_m, up_m)) if origin else None
     return place_model((east_m, north_m, up_m), place)
 
 
-def positions(points_enu_m: Sequence[EnuPoint], origin: GeodeticPosition | None) -> list[wire.PositionModel]:
+def positions(points_enu_m: Sequence[EnuPoint], origin: GeodeticPosition | None) -> list[PositionModel]:
     """Convert many ENU points at once."""
     if origin is None or not points_enu_m:
         return [position(point_enu_m, origin) for point_enu_m in points_enu_m]
@@ -53,10 +48,10 @@ def positions(points_enu_m: Sequence[EnuPoint], origin: GeodeticPosition | None)
     return [place_model(point_enu_m, place) for point_enu_m, place in zip(points_enu_m, places, strict=True)]
 
 
-def place_model(point_enu_m: EnuPoint, place: GeodeticPosition | None) -> wire.PositionModel:
+def place_model(point_enu_m: EnuPoint, place: GeodeticPosition | None) -> PositionModel:
     """Join a point in both frames, to the centimetre."""
     east_m, north_m, up_m = point_enu_m
-    return wire.PositionModel(
+    return PositionModel(
         east_m=round(east_m, 2),
         north_m=round(north_m, 2),
         up_m=round(up_m, 2),
@@ -65,30 +60,29 @@ def place_model(point_enu_m: EnuPoint, place: GeodeticPosition | None) -> wire.P
     )
 
 
-@lru_cache(maxsize=_PLACES_KEPT)
-def vertex(point_enu_m: tuple[float, float], origin: GeodeticPosition | None) -> wire.VertexModel:
+def vertex(point_enu_m: tuple[float, float], origin: GeodeticPosition | None) -> VertexModel:
     """Convert a corner on the ground plane."""
     return _on_ground(position((*point_enu_m, 0.0), origin))
 
 
-def vertices(points_enu_m: Sequence[tuple[float, float]], origin: GeodeticPosition | None) -> list[wire.VertexModel]:
+def vertices(points_enu_m: Sequence[tuple[float, float]], origin: GeodeticPosition | None) -> list[VertexModel]:
     """Convert corners on the ground plane at once, which is much faster than one by one."""
     return [_on_ground(full) for full in positions([(*point_enu_m, 0.0) for point_enu_m in points_enu_m], origin)]
 
 
-def _on_ground(full: wire.PositionModel) -> wire.VertexModel:
-    return wire.VertexModel(
+def _on_ground(full: PositionModel) -> VertexModel:
+    return VertexModel(
         east_m=full.east_m, north_m=full.north_m, latitude_deg=full.latitude_deg, longitude_deg=full.longitude_deg
     )
 
 
 def scan_leg(
     start_enu_m: tuple[float, float], end_enu_m: tuple[float, float], origin: GeodeticPosition | None
-) -> wire.ScanLegModel:
+) -> ScanLegModel:
     """Convert one sweep of the swarm."""
-    return wire.ScanLegModel(start=vertex(start_enu_m, origin), end=vertex(end_enu_m, origin))
+    return ScanLegModel(start=vertex(start_enu_m, origin), end=vertex(end_enu_m, origin))
 
 
-def optional_position(point_enu_m: EnuPoint | None, origin: GeodeticPosition | None) -> wire.PositionModel | None:
+def optional_position(point_enu_m: EnuPoint | None, origin: GeodeticPosition | None) -> PositionModel | None:
     """Convert an ENU point that may be unknown."""
     return position(point_enu_m, origin) if point_enu_m is not None else None

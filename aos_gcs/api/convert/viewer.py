@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from aos_gcs.api import viewer_models as wire
-from aos_gcs.api.places import finite
+from aos_gcs.api.convert.places import finite
+from aos_gcs.api.models import viewer as wire
 from aos_gcs.mission import viewing
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import Field
 
-from aos_gcs.api.models import WireModel
+from aos_gcs.api.models.base import WireModel
 from aos_gcs.mission.viewing import FrameKind, ViewKind
 
 

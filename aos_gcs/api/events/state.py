@@ -14,7 +14,8 @@ from collections import deque
 from dataclasses import dataclass, field, replace
 from typing import Any, Final, TypeVar
 
-from aos_gcs.api.models import MissionModel, PreflightCheckModel
+from aos_gcs.api.models.mission import MissionModel
+from aos_gcs.api.models.preflight import PreflightCheckModel
 
 REVISIONS_KEPT: Final = 32
 """Changes that can be merged; who is further behind gets the whole state."""

@@ -17,16 +17,15 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, TypeAdapter
 
-from aos_gcs.api.models import (
-    CapabilitiesModel,
-    MissionModel,
-    NoticeModel,
-    PictureModel,
-    PreflightCheckModel,
-    StepModel,
-    WireModel,
-)
+from aos_gcs.api.models.base import WireModel
+from aos_gcs.api.models.mission import MissionModel
+from aos_gcs.api.models.notices import NoticeModel
+from aos_gcs.api.models.preflight import PreflightCheckModel
+from aos_gcs.api.models.service import CapabilitiesModel
+from aos_gcs.api.models.steps import PictureModel, StepModel
 
+SCHEMA_VERSION = 3
+"""Raised when a client written for the earlier number would misread a message."""
 MISSION_AGE = "Seconds since the mission has last given a sign of life; 0 in a replay, where time may stand still."
 
 

@@ -16,8 +16,7 @@ from typing import Final
 
 from starlette.requests import HTTPConnection
 
-from aos_gcs.api.loop_time import loop_time_s
-from aos_gcs.api.throttle import GuessThrottle
+from aos_gcs.api.access.guess_throttle import GuessThrottle
 from aos_gcs.errors import AosError, ConfigurationError
 
 MIN_CODE_LENGTH: Final = 8
@@ -71,7 +70,7 @@ class Access:
         now_s: real seconds, for what wrong codes cost.
     """
 
-    def __init__(self, operator_code: str | None, now_s: Callable[[], float] = loop_time_s) -> None:
+    def __init__(self, operator_code: str | None, now_s: Callable[[], float]) -> None:
         self._code = operator_code
         self._throttle = GuessThrottle(now_s)
         self._sessions: dict[str, Session] = {}

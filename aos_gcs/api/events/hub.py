@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from aos_gcs.api import convert, messages
-from aos_gcs.api.loop_time import loop_time_s
-from aos_gcs.api.models import (
-    SCHEMA_VERSION,
-    CapabilitiesModel,
-    MissionModel,
-    NoticeModel,
-    PictureModel,
-    StepModel,
-)
-from aos_gcs.api.outbox import DEFAULT_CAPACITY, Outbox
-from aos_gcs.api.state import MissionState
+from aos_gcs.api.convert.mission import MissionConverter
+from aos_gcs.api.convert.notices import notice as notice_model
+from aos_gcs.api.convert.steps import pictures as picture_models
+from aos_gcs.api.convert.steps import step as step_model
+from aos_gcs.api.events.outbox import Outbox
+from aos_gcs.api.events.state import MissionState
+from aos_gcs.api.models import messages
+from aos_gcs.api.models.messages import SCHEMA_VERSION
+from aos_gcs.api.models.mission import MissionModel
+from aos_gcs.api.models.notices import NoticeModel
+from aos_gcs.api.models.service import CapabilitiesModel
+from aos_gcs.api.models.steps import PictureModel, StepModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.mission.control import MissionControl, ReplayControl
 from aos_gcs.mission.model import (
@@ -37,6 +38,11 @@ EVENTS_KEPT = 1024
 NO_CAPABILITIES = CapabilitiesModel(planning=False, viewer=False, findings=False)
 
 
+def loop_time_s() -> float:
+    """Return the running event loop's own time, which never jumps and runs as fast as real time."""
+    return asyncio.get_running_loop().time()
+
+
 class EventHub:
     """The mission's one subscriber on behalf of all clients: everything is converted once, whoever looks.
 
@@ -45,7 +51,6 @@ class EventHub:
 
     Args:
         mission: what is told of.
-        outbox_capacity: events that may wait for one client.
         replay: of the mission; None where it is flown.
         capabilities: what clients may ask for.
         now_s: real seconds, for the age of the mission's last sign of life.
@@ -54,14 +59,12 @@ class EventHub:
     def __init__(
         self,
         mission: MissionControl,
-        outbox_capacity: int = DEFAULT_CAPACITY,
         replay: ReplayControl | None = None,
         capabilities: CapabilitiesModel = NO_CAPABILITIES,
         now_s: Callable[[], float] = loop_time_s,
     ) -> None:
         self._mission = mission
         self._replay = replay
-        self._outbox_capacity = outbox_capacity
         self._outboxes: set[Outbox] = set()
         self._state = MissionState()
         self._notices: deque[NoticeModel] = deque(maxlen=NOTICES_KEPT)
@@ -71,6 +74,7 @@ class EventHub:
         self._capabilities = capabilities
         self._now_s = now_s
         self._heard_at_s: float | None = None
+        self._converter = MissionConverter(None)
         self._known_origin: GeodeticPosition | None = None
 
     async def run(self) -> None:
@@ -88,7 +92,7 @@ class EventHub:
     @contextmanager
     def connect(self) -> Iterator[Outbox]:
         """Collect messages for a client for as long as the context is entered; the first one is ``hello``."""
-        outbox = Outbox(self._state, self._hello_text, self.mission_age_s, self._outbox_capacity)
+        outbox = Outbox(self._state, self._hello_text, self.mission_age_s)
         self._outboxes.add(outbox)
         try:
             yield outbox
@@ -163,18 +167,20 @@ class EventHub:
             outbox.put(message.seq, text)
 
     def _start_over(self, jump: JumpRecord) -> None:
-        self._notices = deque(map(convert.notice, jump.notices), maxlen=NOTICES_KEPT)
+        self._notices = deque(map(notice_model, jump.notices), maxlen=NOTICES_KEPT)
         self._events.clear()
         for outbox in self._outboxes:
             outbox.start_over()
 
     def _model(self, snapshot: MissionSnapshot) -> MissionModel:
-        return convert.mission(snapshot, self._replay.replay() if self._replay else None)
+        if self._converter.origin != snapshot.origin:
+            self._converter = MissionConverter(snapshot.origin)
+        return self._converter.convert(snapshot, self._replay.replay() if self._replay else None)
 
     def _step(self, record: StepRecord) -> StepModel:
         """Convert a step, once: doing it for a whole mission when a client connects would block the loop."""
         if record.step not in self._steps:
-            self._steps[record.step] = convert.step(record, self._origin())
+            self._steps[record.step] = step_model(record, self._origin())
         return self._steps[record.step]
 
     def _origin(self) -> GeodeticPosition | None:
@@ -190,7 +196,7 @@ class EventHub:
             described
             for picture in found
             if picture is not None
-            for described in convert.pictures([picture.kind], picture, origin)
+            for described in picture_models([picture.kind], picture, origin)
         ]
 
     def _convert(self, event: Event) -> messages.EventMessage:
@@ -198,12 +204,12 @@ class EventHub:
         if isinstance(data, StepRecord):
             return messages.StepMessage(seq=seq, utc_s=utc_s, step=self._step(data))
         if isinstance(data, NoticeRecord):
-            notice = convert.notice(data)
+            notice = notice_model(data)
             self._notices.append(notice)
             return messages.NoticeMessage(seq=seq, utc_s=utc_s, notice=notice)
         if isinstance(data, PlanRecord):
             return messages.PlanMessage(seq=seq, utc_s=utc_s, operator=data.operator)
         if isinstance(data, PicturesRecord):
             origin = self._origin()
-            return messages.PicturesMessage(seq=seq, utc_s=utc_s, pictures=convert.pictures(data.kinds, data, origin))
+            return messages.PicturesMessage(seq=seq, utc_s=utc_s, pictures=picture_models(data.kinds, data, origin))
         raise TypeError(f"{event.kind} is no event for clients")

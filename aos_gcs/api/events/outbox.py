@@ -6,8 +6,8 @@ import asyncio
 from collections import deque
 from collections.abc import Callable
 
-from aos_gcs.api.messages import HeartbeatMessage
-from aos_gcs.api.state import MissionState
+from aos_gcs.api.events.state import MissionState
+from aos_gcs.api.models.messages import HeartbeatMessage
 
 DEFAULT_CAPACITY = 128
 

@@ -20,7 +20,7 @@ from starlette.datastructures import Headers
 from starlette.requests import HTTPConnection
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from aos_gcs.api.access import Access, AccessDeniedError, Role
+from aos_gcs.api.access.operators import Access, AccessDeniedError, Role
 from aos_gcs.api.errors import error_response, status_and_id
 
 _CONTENT_SECURITY_POLICY = (

@@ -9,8 +9,8 @@ from dataclasses import asdict
 from typing import Final
 
 from aos_gcs.airspace.polygon import Polygon
-from aos_gcs.api import plan_models as wire
-from aos_gcs.api.places import scan_leg
+from aos_gcs.api.convert.places import scan_leg
+from aos_gcs.api.models import plans as wire
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.mission.model import VehicleSnapshot
 from aos_gcs.planning.advice import Proposal

@@ -1,0 +1,1 @@
+"""Which requests the service accepts, and from whom."""

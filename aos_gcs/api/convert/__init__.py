@@ -1,0 +1,1 @@
+"""Conversions from the mission's data to wire models."""

@@ -1,0 +1,128 @@
+"""Conversion of the mission's snapshots and of operators' actions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import partial
+from typing import Final
+
+from aos_gcs.airspace.polygon import Polygon
+from aos_gcs.api.convert.findings import finding, target
+from aos_gcs.api.convert.notices import acknowledgement
+from aos_gcs.api.convert.places import finite, geodetic, percent, rounded, scan_leg, vertices
+from aos_gcs.api.convert.preflight import preflight_check
+from aos_gcs.api.convert.replay import replay_state
+from aos_gcs.api.convert.reuse import Reused, ReusedItems
+from aos_gcs.api.convert.vehicles import VehicleConverter
+from aos_gcs.api.models.base import ScanLegModel, VertexModel
+from aos_gcs.api.models.mission import ActionResponse, ActionResultModel, FocusModel, MissionModel
+from aos_gcs.api.models.vehicles import VehicleModel
+from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.mission.control import ReplayState
+from aos_gcs.mission.model import (
+    Action,
+    ActionResult,
+    FocusSnapshot,
+    MissionSnapshot,
+    Suspension,
+    Task,
+    VehicleSnapshot,
+)
+from aos_gcs.mission.phases import is_allowed
+from aos_gcs.ports import LandedState
+
+
+class MissionConverter:
+    """Converts snapshots of one mission; hands out the same objects again for what has not changed.
+
+    Args:
+        origin: origin of the mission's frame; None while it is unknown.
+    """
+
+    def __init__(self, origin: GeodeticPosition | None) -> None:
+        self.origin: Final = origin
+        self._vehicles: dict[int, VehicleConverter] = {}
+        self._preflight = ReusedItems(preflight_check)
+        self._findings = ReusedItems(partial(finding, origin=origin))
+        self._acknowledgements = ReusedItems(acknowledgement)
+        self._area = Reused(self._polygon)
+        self._fence = Reused(self._polygon)
+        self._no_go = ReusedItems(self._polygon)
+        self._legs = ReusedItems(self._leg)
+
+    def convert(self, snapshot: MissionSnapshot, replay: ReplayState | None = None) -> MissionModel:
+        """Convert a snapshot; in a replay there is nothing to command."""
+        origin = self.origin
+        return MissionModel(
+            mission_id=snapshot.mission_id,
+            strategy=snapshot.strategy,
+            phase=snapshot.phase,
+            suspension=snapshot.suspension,
+            outcome=snapshot.outcome,
+            message=snapshot.message,
+            elapsed_s=round(snapshot.elapsed_s, 1),
+            step=snapshot.step,
+            origin=geodetic(origin) if origin else None,
+            area=self._area(snapshot.area_enu_m),
+            fence=self._fence(snapshot.fence_enu_m),
+            no_go=self._no_go(snapshot.no_go_enu_m),
+            legs=self._legs(snapshot.legs_enu_m),
+            leg=snapshot.leg,
+            covered_percent=percent(snapshot.covered_fraction),
+            vehicles=[self._vehicle(one) for one in snapshot.vehicles],
+            preflight=self._preflight(snapshot.preflight),
+            target=target(snapshot.target, origin) if snapshot.target else None,
+            targets=[target(one, origin) for one in snapshot.targets],
+            min_separation_m=rounded(snapshot.min_separation_m, 2),
+            focus=_focus(snapshot.focus) if snapshot.focus else None,
+            findings=self._findings(snapshot.findings),
+            acknowledgements=self._acknowledgements(snapshot.acknowledgements),
+            replay=replay_state(replay) if replay else None,
+            allowed_actions=[] if replay else allowed_actions(snapshot),
+        )
+
+    def _vehicle(self, vehicle: VehicleSnapshot) -> VehicleModel:
+        vehicle_id = vehicle.telemetry.vehicle_id
+        if vehicle_id not in self._vehicles:
+            self._vehicles[vehicle_id] = VehicleConverter(self.origin)
+        return self._vehicles[vehicle_id].convert(vehicle)
+
+    def _polygon(self, corners_enu_m: Polygon) -> list[VertexModel]:
+        return vertices(corners_enu_m, self.origin)
+
+    def _leg(self, leg_enu_m: tuple[tuple[float, float], tuple[float, float]]) -> ScanLegModel:
+        return scan_leg(*leg_enu_m, self.origin)
+
+
+def _focus(state: FocusSnapshot) -> FocusModel:
+    """Convert the focal plane."""
+    return FocusModel(height_m=state.height_m, source=state.source, sigma_m=finite(state.sigma_m))
+
+
+def allowed_actions(snapshot: MissionSnapshot) -> list[Action]:
+    """Return the actions of the phase that are worth offering: those that have something to act on."""
+    tasks = {one.task for one in snapshot.vehicles}
+    is_suspended = snapshot.suspension is not Suspension.NONE
+    useless = set()
+    if is_suspended:
+        useless.add(Action.PAUSE)
+    elif Task.HELD not in tasks:
+        useless.add(Action.RESUME)
+    if not tasks & {Task.IDLE, Task.LANDED}:
+        useless.add(Action.JOIN)
+    anyone_flies = any(
+        one.telemetry.armed and one.telemetry.landed is not LandedState.ON_GROUND for one in snapshot.vehicles
+    )
+    return [
+        action
+        for action in Action
+        if is_allowed(snapshot.phase, action, anyone_flies=anyone_flies) and action not in useless
+    ]
+
+
+def action_results(action: Action, results: Iterable[ActionResult]) -> ActionResponse:
+    """Convert what became of an action."""
+    return ActionResponse(
+        action=action,
+        results=[ActionResultModel(vehicle_id=one.vehicle_id, accepted=one.accepted, text=one.text) for one in results],
+    )

@@ -1,0 +1,1 @@
+"""What clients see: one module of wire models for each kind of data."""

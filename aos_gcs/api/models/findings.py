@@ -1,0 +1,75 @@
+"""Wire models of targets and findings."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from aos_gcs.api.models.base import PositionModel, WireModel
+from aos_gcs.mission.model import FindingStatus
+
+
+class EllipseModel(WireModel):
+    """One standard deviation of a horizontal position; holds the truth with a probability of 39 %."""
+
+    semi_major_m: float
+    semi_minor_m: float
+    heading_deg: float = Field(description="Of the major axis, clockwise from true north, [0, 180].")
+
+
+class TargetModel(WireModel):
+    """Where a target is believed to be."""
+
+    track_id: int = Field(description="Counts from 1 in a mission; 0 if not known.")
+    confirmed: bool = Field(description="Seen often enough to be no false alarm.")
+    position: PositionModel
+    sigma_m: float | None
+    ellipse: EllipseModel | None
+    speed_mps: float | None
+    sightings: int
+    seen_at_s: float | None = Field(description="Mission time of the latest sighting.")
+    person_confidence: float | None = Field(
+        description="Probability, 0 to 1, that it is a person rather than another warm body; null if nothing tells."
+    )
+
+
+class FindingModel(WireModel):
+    """Something that searchers should know of."""
+
+    finding_id: int
+    status: FindingStatus
+    position: PositionModel
+    dms: str | None = Field(description="Degrees, minutes and seconds; null while the origin is unknown.")
+    utm: str | None
+    mgrs: str | None
+    sigma_m: float | None
+    ellipse: EllipseModel | None
+    sightings: int
+    person_confidence: float | None = Field(description="Probability, 0 to 1; null if nothing tells.")
+    track_id: int | None = Field(description="Of the target; null if an operator has marked it.")
+    found_at_s: float = Field(description="Mission time at which it was first known.")
+    seen_at_s: float
+    step: int = Field(description="Whose frames show it.")
+    comment: str
+    assignee: str
+    operator: str = Field(description="Who has judged it last, or marked it.")
+
+
+Comment = Annotated[str, Field(max_length=2000)]
+
+
+class FindingRequest(WireModel):
+    """A place that an operator marks."""
+
+    latitude_deg: Annotated[float, Field(ge=-90.0, le=90.0, allow_inf_nan=False)]
+    longitude_deg: Annotated[float, Field(ge=-180.0, le=180.0, allow_inf_nan=False)]
+    comment: Comment = ""
+
+
+class FindingChangeRequest(WireModel):
+    """What an operator changes; what is left out, or null, stays."""
+
+    status: FindingStatus | None = None
+    comment: Comment | None = None
+    assignee: Annotated[str, Field(max_length=100)] | None = None

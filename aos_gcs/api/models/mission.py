@@ -1,0 +1,80 @@
+"""Wire models of the mission as a whole and of operators' actions."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from aos_gcs.api.models.base import GeodeticModel, ScanLegModel, VertexModel, WireModel
+from aos_gcs.api.models.findings import FindingModel, TargetModel
+from aos_gcs.api.models.notices import AcknowledgementModel
+from aos_gcs.api.models.preflight import PreflightCheckModel
+from aos_gcs.api.models.replay import ReplayModel
+from aos_gcs.api.models.vehicles import VehicleModel
+from aos_gcs.mission.model import Action, FocusSource, Outcome, Phase, Suspension
+
+
+class FocusModel(WireModel):
+    """The focal plane in use."""
+
+    height_m: float = Field(description="Above the origin.")
+    source: FocusSource
+    sigma_m: float | None = Field(description="Standard deviation of what autofocus has found.")
+
+
+class MissionModel(WireModel):
+    """The whole mission at one moment."""
+
+    mission_id: str
+    strategy: str
+    phase: Phase
+    suspension: Suspension
+    outcome: Outcome
+    message: str
+    elapsed_s: float
+    step: int
+    origin: GeodeticModel | None
+    area: list[VertexModel]
+    fence: list[VertexModel]
+    no_go: list[list[VertexModel]]
+    legs: list[ScanLegModel] = Field(description="Of the scan; empty before they are planned.")
+    leg: int = Field(description="Index of the leg being flown.")
+    covered_percent: float | None = Field(description="Of the search area, in a frame at least once.")
+    vehicles: list[VehicleModel]
+    preflight: list[PreflightCheckModel]
+    target: TargetModel | None = Field(description="The one in view, or else the one that was seen last.")
+    targets: list[TargetModel] = Field(description="All that are confirmed, and the target.")
+    min_separation_m: float | None
+    focus: FocusModel | None
+    findings: list[FindingModel] = Field(description="Oldest first.")
+    acknowledgements: list[AcknowledgementModel] = Field(
+        description="The latest ones, by the number of their notice: the same for all operators."
+    )
+    replay: ReplayModel | None = Field(description="Of the record that is shown; null for a mission that is flown.")
+    allowed_actions: list[Action] = Field(description="What makes sense to offer now; a request can still be refused.")
+
+
+class ActionRequest(WireModel):
+    """An operator's action for the vehicles named, or for the whole mission when ``vehicle_ids`` is null."""
+
+    action: Action
+    vehicle_ids: Annotated[list[Annotated[int, Field(ge=1, le=255)]], Field(min_length=1, max_length=255)] | None = None
+    focal_height_m: Annotated[float, Field(allow_inf_nan=False)] | None = Field(
+        None, description="Of the action focus alone: metres above the origin, or null to leave it to autofocus."
+    )
+
+
+class ActionResultModel(WireModel):
+    """What became of an action for one vehicle."""
+
+    vehicle_id: int
+    accepted: bool
+    text: str
+
+
+class ActionResponse(WireModel):
+    """What became of an action, vehicle by vehicle."""
+
+    action: Action
+    results: list[ActionResultModel]

@@ -1,0 +1,36 @@
+"""Wire models of notices and their acknowledgements."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from aos_gcs.api.models.base import WireModel
+from aos_gcs.ports import Severity
+
+
+class NoticeModel(WireModel):
+    """Something that happened, for the operator."""
+
+    severity: Severity
+    notice_id: int = Field(
+        description="Counts from 1 in a mission; a number that is skipped is a notice that was lost."
+    )
+    text: str
+    vehicle_id: int | None
+    elapsed_s: float
+
+
+class AcknowledgementModel(WireModel):
+    """An operator has taken note of a notice, and of all before it that say the same of the same vehicle."""
+
+    notice_id: int
+    operator: str = Field(description="The name given at sign-in; empty when no name was given.")
+    utc_s: float
+
+
+class AcknowledgeRequest(WireModel):
+    """Notices that an operator has taken note of."""
+
+    notice_ids: Annotated[list[Annotated[int, Field(ge=1)]], Field(min_length=1, max_length=200)]
