@@ -38,8 +38,8 @@ def single_view_visibility(
     Args:
         scenario: its forest, target, layers and camera.
         worlds: number of forests, two at least.
-        views: of each forest.
-        seed: of the forests and views.
+        views: number of views per forest.
+        seed: random seed of the forests and views.
         advance: called with 1 after each forest.
     """
     # A small forest is enough below the disc, and quickly built.

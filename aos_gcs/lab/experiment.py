@@ -26,11 +26,11 @@ def run_strategy(
     and draw from equal generators.
 
     Args:
-        world: that of the initialisation (:func:`aos_gcs.lab.initialisation.open_world`).
+        world: world of the initialisation (:func:`aos_gcs.lab.initialisation.open_world`).
         scenario: the rules.
-        initialisation: what to start from.
+        initialisation: starting conditions.
         strategy: who decides.
-        label: what the rows call it.
+        label: name of the strategy in the rows.
     """
     walk = target_walk(initialisation, scenario, world)
     sensor = make_sensor(world, scenario)
@@ -88,8 +88,8 @@ def closest_approach_m(start_m: NDArray[np.float64], end_m: NDArray[np.float64])
     """Return the smallest distance between two drones that fly straight and arrive together.
 
     Args:
-        start_m: where they come from, shape (n, 2), two at least.
-        end_m: where they go, shape (n, 2).
+        start_m: starting positions, shape (n, 2), n at least 2.
+        end_m: end positions, shape (n, 2).
     """
     first, second = np.triu_indices(len(start_m), k=1)
     apart_m = start_m[first] - start_m[second]

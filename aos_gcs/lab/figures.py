@@ -65,7 +65,7 @@ def curves(
     Args:
         time_s: common times, shape (T,).
         runs: per variant, shape (runs, T).
-        ylabel: what the curves show.
+        ylabel: quantity of the curves.
         palette: see :func:`colours`.
         top: the greatest value that they can have, if there is one.
         bound: the oracle's value, if the report has one.

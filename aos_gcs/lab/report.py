@@ -97,9 +97,9 @@ def compare(scenario: Scenario, strategies: Sequence[str], rows: pa.Table) -> Co
     """Arrange the rows of a campaign.
 
     Args:
-        scenario: of the campaign.
+        scenario: scenario of the campaign.
         strategies: labels, in the order in which they are reported.
-        rows: of :data:`aos_gcs.lab.rows.SCHEMA`.
+        rows: table of :data:`aos_gcs.lab.rows.SCHEMA`.
 
     Raises:
         InputDataError: no initialisation has been run by all strategies.
@@ -122,7 +122,7 @@ def write_report(comparison: Comparison, folder: Path, *, reference: str, shown_
         comparison: see :func:`compare`.
         folder: is made; files of an earlier report are replaced.
         reference: the strategy that others are compared with.
-        shown_runs: of so many initialisations trajectories and single runs are drawn.
+        shown_runs: number of initialisations whose trajectories and single runs are drawn.
 
     Raises:
         ConfigurationError: the reference is not among the strategies.

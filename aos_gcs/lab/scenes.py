@@ -80,7 +80,7 @@ class SearchScene(Protocol):
         """Return one frame per vehicle of hovering nadir cameras.
 
         Args:
-            positions_enu_m: where the vehicles have been sent, shape (n, 3), in the order of the vehicles. They hover
+            positions_enu_m: waypoints of the vehicles, shape (n, 3), in the order of the vehicles. They hover
                 beside it by the lasting error of their GNSS positions.
             camera: their common model.
             rng: draws what differs from one exposure to the next.

@@ -54,7 +54,7 @@ def mean_interval(values: FloatArray, confidence: float = CONFIDENCE) -> Interva
 
     Args:
         values: one number per run, shape (runs,); NaN ones are left out.
-        confidence: of the interval.
+        confidence: level of the interval.
     """
     finite = values[np.isfinite(values)]
     if not len(finite):
@@ -69,7 +69,7 @@ def mean_band(curves: FloatArray, confidence: float = CONFIDENCE) -> tuple[Float
 
     Args:
         curves: shape (runs, times), without NaN.
-        confidence: of the interval at each time, not of the whole band.
+        confidence: level of the interval at each time, not of the whole band.
     """
     runs = len(curves)
     mean: FloatArray = curves.mean(axis=0)
@@ -85,7 +85,7 @@ def paired_differences(
     Args:
         values: one number per initialisation for each variant, in the same order for all, NaN where it has not run.
         reference: a key of ``values``.
-        confidence: of the intervals.
+        confidence: level of the intervals.
 
     Raises:
         KeyError: there is no such reference.

@@ -92,8 +92,8 @@ def run_studies(
     """Run what is missing of all studies, each in its own folder, and return their results by name.
 
     Args:
-        folder: of all; an interrupted call goes on in it.
-        initialisations: of every study that draws them.
+        folder: folder of all studies; an interrupted call continues in it.
+        initialisations: number of drawn initialisations per study.
         compute: computes what is missing in a result folder; its second argument is the study's title.
 
     Raises:

@@ -32,7 +32,7 @@ def compute(
     """Compute what is missing of a campaign; every finished initialisation is on the disk at once.
 
     Args:
-        results: where to.
+        results: folder that receives the rows.
         advance: called after each finished initialisation with 1.
         jobs: processes on this machine.
         scheduler: address of a Dask scheduler, such as ``tcp://10.0.0.1:8786``, in place of ``jobs``.

@@ -109,7 +109,7 @@ class World(Protocol):
         """Return one image per pose: red, green, blue (0 to 255) and thermal (degrees Celsius), shape (H, W, 4).
 
         Args:
-            poses: of the cameras.
+            poses: poses of the cameras.
             camera: their common model.
             target: None for a forest without a person.
             rng: draws the sensors' noise.

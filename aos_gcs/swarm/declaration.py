@@ -91,9 +91,9 @@ def declared(default: T, text: str, **bounds: float) -> T:
     """Declare a field of parameters, to be written as its default.
 
     Args:
-        default: of the field.
-        text: what it does, in a sentence; the unit follows from the name.
-        bounds: of :class:`Bounds`.
+        default: default of the field.
+        text: effect, in a sentence; the unit follows from the name.
+        bounds: arguments of :class:`Bounds`.
     """
     made: T = field(default=default, metadata={_KEY: _Declaration(text, Bounds(**bounds))})
     return made

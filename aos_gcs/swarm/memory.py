@@ -51,8 +51,8 @@ def clear_of_sampled(
     Args:
         positions_enu_m: shape (n, 2), n >= 2, metres.
         sampled_enu_m: shape (m, 2), metres.
-        radius_m: how near counts as the same spot, metres.
-        distance_m: what a candidate keeps from all other positions, metres.
+        radius_m: distance that counts as the same spot, metres.
+        distance_m: least distance of a candidate from all other positions, metres.
         rng: turns the candidates, so that no direction is preferred.
     """
     positions_m = positions_enu_m.copy()

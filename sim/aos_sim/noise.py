@@ -83,9 +83,9 @@ def reported_pose(
         rng: draws what differs from one exposure to the next.
         pose: the true one.
         errors: their sizes.
-        lasting: what stays.
+        lasting: the lasting part.
         vehicle: row of ``lasting``.
-        velocity_enu_mps: of the vehicle at exposure, shape (3,); it turns the clock's error into one of position.
+        velocity_enu_mps: velocity of the vehicle at exposure, shape (3,); turns the clock's error into one of position.
     """
     position, rotation = _deviations(errors)
     passing_m = rng.standard_normal(3) * position * math.sqrt(1.0 - errors.position_lasting_share)

@@ -131,8 +131,8 @@ class SimulatedSwarm:
     """Vehicles that fly and talk for as long as the swarm is entered.
 
     Args:
-        options: what to simulate.
-        image_source: what the cameras see.
+        options: settings of the swarm.
+        image_source: source of the cameras' images.
 
     Raises:
         ConfigurationError: a link or a parameter is unknown.

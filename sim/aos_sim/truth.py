@@ -28,8 +28,8 @@ def unoccluded_areas_m2(
     camera's position. Views that do not show a person's position do not count for it.
 
     Args:
-        seed: of the world, as given to the simulator.
-        trees_per_ha: of the world; it decides where persons stand.
+        seed: seed of the world, as given to the simulator.
+        trees_per_ha: tree density of the world, on which the persons' positions depend.
         steps: the cameras of each step.
         plane_height_m: height of the focal plane, below the cameras.
     """

@@ -1,13 +1,12 @@
 import math
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose, nadir_pose
-from aos_sim.render.rays import ground_area_m2, pixels_around, ray_directions
+from aos_sim.render.rays import pixels_around, ray_directions
 
 CAMERA = CameraModel.from_fov(64, 48, math.radians(50))
 ANGLE = st.floats(-math.pi, math.pi)
@@ -53,26 +52,3 @@ def test_nothing_behind_the_camera_has_pixels() -> None:
 def test_points_beside_the_camera_ask_for_all_pixels() -> None:
     points = np.array([[5.0, 0.0, 25.0], [5.0, 0.0, 1.0]])
     assert len(pixels_around(points, nadir_pose([0, 0, 20]), CAMERA)) == 64 * 48
-
-
-def test_area_of_a_whole_nadir_image_is_that_of_its_footprint() -> None:
-    mask = np.ones((48, 64), dtype=np.bool_)
-    area = ground_area_m2(mask, nadir_pose([5, 6, 21]), CAMERA, ground_height_m=1.0)
-    assert area == pytest.approx(64 * 48 * (20 / CAMERA.fx_px) ** 2, rel=1e-5)
-
-
-def test_area_of_an_oblique_pixel_is_that_of_its_corners_on_the_ground() -> None:
-    pose = tilted_pose([0, 0, 30], 0.4, 0.6)
-    mask = np.zeros((48, 64), dtype=np.bool_)
-    mask[10, 50] = True
-    u, v = 50 + np.array([-0.5, 0.5, 0.5, -0.5]), 10 + np.array([-0.5, -0.5, 0.5, 0.5])
-    rays = np.column_stack([(u - CAMERA.cx_px) / CAMERA.fx_px, (v - CAMERA.cy_px) / CAMERA.fy_px, np.ones(4)])
-    rays = rays @ pose.R_cam2enu.T
-    x, y = (rays[:, :2] * (-30 / rays[:, 2:])).T
-    shoelace = 0.5 * abs(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1)))
-    assert ground_area_m2(mask, pose, CAMERA) == pytest.approx(shoelace, rel=1e-2)
-
-
-def test_pixels_above_the_horizon_have_no_area() -> None:
-    up = Pose(np.array([0.0, 0.0, 10.0]), np.eye(3))
-    assert ground_area_m2(np.ones((48, 64), dtype=np.bool_), up, CAMERA) == 0.0

@@ -47,7 +47,7 @@ class Body:
 
         Args:
             slopes: horizontal distance over height of camera above target, east and north, shape (n, 2).
-            height_m: of the cameras above the focal plane.
+            height_m: height of the cameras above the focal plane.
         """
         covered = np.zeros((len(slopes), CELLS + 1), dtype=np.bool_)
         np.put_along_axis(covered, _cells(slopes, height_m, self.voxels, np.zeros(2)), True, axis=1)
@@ -66,11 +66,11 @@ def learnt_body(
     """Return the body that looks speak for; without any, the upright one that is assumed.
 
     Args:
-        shown: what was seen, shape (n, CELLS).
-        slopes: of the lines of sight, shape (n, 2).
-        height_m: of the cameras above the focal plane.
+        shown: masks seen, shape (n, CELLS).
+        slopes: slopes of the lines of sight, shape (n, 2).
+        height_m: height of the cameras above the focal plane.
         offset_m: from the middle of the masks' raster to the point below the body, shape (2,).
-        prior_height_m: of the body assumed.
+        prior_height_m: assumed height of the body.
         prior_radius_m: half of its width.
     """
     upright = (np.hypot(_EAST_M, _NORTH_M) <= prior_radius_m) & (prior_height_m >= _UP_M)

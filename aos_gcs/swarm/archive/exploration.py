@@ -37,9 +37,9 @@ def expected_masks(
     """Return the probability of each cell to be seen along lines nobody has looked along: kernel regression.
 
     Args:
-        weights: of k looks for p lines, shape (p, k).
-        masks: what the looks have shown, shape (k, cells).
-        footprints: what the lines would show without forest, shape (p, cells).
+        weights: weights of k looks for p lines, shape (p, k).
+        masks: masks of the looks, shape (k, cells).
+        footprints: view along the lines without forest, shape (p, cells).
         hope: share of it that a line is expected to show of which nothing is known.
     """
     evidence = weights @ masks.astype(np.float32) + np.float32(PRIOR_WEIGHT * hope) * footprints

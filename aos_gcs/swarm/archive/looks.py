@@ -113,11 +113,11 @@ def with_looks(
 
     Args:
         looks: the archive before.
-        canopy: that the lines pass.
+        canopy: canopy that the lines pass.
         lines: n of them.
-        masks: what was seen along them, shape (n, CELLS).
-        anchor: of the masks' raster, shape (2,).
-        drift_enu_m: of the target, shape (2,).
+        masks: masks seen along them, shape (n, CELLS).
+        anchor: centre of the masks' raster, shape (2,).
+        drift_enu_m: displacement of the target, shape (2,).
     """
     if len(lines) == 0:
         return looks

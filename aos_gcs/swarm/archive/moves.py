@@ -20,8 +20,8 @@ def assigned(places_m: FloatArray, goals_m: FloatArray) -> NDArray[np.int64]:
     """Return for each drone the index of its goal, or -1, so that the squared ways sum up to the least.
 
     Args:
-        places_m: where the drones are, shape (n, 2).
-        goals_m: where each drone would be at each goal, shape (n, k, 2): drones fly in different layers.
+        places_m: positions of the drones, shape (n, 2).
+        goals_m: position of each drone at each goal, shape (n, k, 2): drones fly in different layers.
     """
     costs = ((goals_m - places_m[:, None]) ** 2).sum(axis=-1)
     drones, goals = linear_sum_assignment(costs)
@@ -50,8 +50,8 @@ def kept_apart(
     Where there is no room, drones stay; only if they stand too near already do distances come out smaller.
 
     Args:
-        waypoints_m: where the drones would go, shape (n, 2).
-        places_m: where they are, shape (n, 2).
+        waypoints_m: proposed waypoints of the drones, shape (n, 2).
+        places_m: present positions, shape (n, 2).
         holds: who holds its place, shape (n,).
         distance_m: to keep.
         rng: for coincident ones.

@@ -92,11 +92,11 @@ def plan(
 
     Args:
         looks: the archive.
-        target: what they are of.
-        positions_enu_m: of the drones in the order of their ids, shape (n, 2).
-        heights_m: of the drones above the focal plane, shape (n,).
-        held_enu_m: of the decision before, or None.
-        parameters: of the strategy.
+        target: target of the looks.
+        positions_enu_m: positions of the drones in the order of their ids, shape (n, 2).
+        heights_m: heights of the drones above the focal plane, shape (n,).
+        held_enu_m: crossings held by the previous decision, or None.
+        parameters: parameters of the strategy.
     """
     # Whole metres, so that the spots stay where they are while heights are measured with noise.
     prospect = Prospect.of(looks, target, round(float(heights_m.mean())), parameters)

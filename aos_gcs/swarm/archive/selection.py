@@ -74,7 +74,7 @@ def choose_views(views: Views, count: int, held: Sequence[int], area_exponent: f
 
     Args:
         views: the candidates.
-        count: how many to choose.
+        count: number of views to choose.
         held: those of the step before, without conflicts; drones that hold their views need not fly.
         area_exponent: see :func:`score`.
         hysteresis: share by which an exchange must improve the score.
@@ -115,7 +115,7 @@ def still_held(distances_m: FloatArray, conflicts: NDArray[np.bool_], same_m: fl
     """Return which candidates are the views chosen before, as far as they still go together.
 
     Args:
-        distances_m: of each view chosen before to each candidate, shape (chosen, c).
+        distances_m: distance of each view chosen before to each candidate, shape (chosen, c).
         conflicts: see :class:`Views`.
         same_m: distance from which a candidate is another view.
     """

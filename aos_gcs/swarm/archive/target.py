@@ -149,10 +149,10 @@ def ground_point(
 
     Args:
         masks: at least one cell is marked.
-        positions_enu_m: of the vehicles, shape (n, 2).
-        heights_m: of the vehicles above the focal plane, shape (n,).
+        positions_enu_m: positions of the vehicles, shape (n, 2).
+        heights_m: heights of the vehicles above the focal plane, shape (n,).
         target_enu_m: first guess, shape (2,).
-        body_height_m: of the target.
+        body_height_m: height of the target.
     """
     middles_m, counts = centroids(masks)
     slopes = (positions_enu_m - target_enu_m) / heights_m[:, None]

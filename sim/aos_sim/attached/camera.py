@@ -52,7 +52,7 @@ class AttachedCamera:
     without both after ``POSE_WAIT_S`` is refused: announced as failed, counted and logged.
 
     Args:
-        system_id: of the vehicle, and of the camera.
+        system_id: system id of the vehicle, and of the camera.
         autopilot: the vehicle's MAV_AUTOPILOT.
         camera: the lens and the sensor.
         start_utc_us: microseconds since the Unix epoch at 0 of the times that the methods are given, in seconds.

@@ -24,10 +24,10 @@ class Darkroom:
     Policy: two images at a time, the others wait; each camera limits how many of its own do.
 
     Args:
-        source: what the cameras see.
+        source: source of the cameras' images.
         camera: the model of all cameras.
-        seed: of the sensors' noise.
-        publisher: where images are handed out.
+        seed: seed of the sensors' noise.
+        publisher: server or folder of the images.
 
     Raises:
         AosError: on entering, if the publisher cannot.

@@ -43,15 +43,3 @@ def pixels_around(points_enu_m: NDArray[np.floating], pose: Pose, camera: Camera
     columns = np.arange(max(int(u.min()), 0), min(int(u.max()) + 1, camera.width_px - 1) + 1)
     rows = np.arange(max(int(v.min()), 0), min(int(v.max()) + 1, camera.height_px - 1) + 1)
     return np.asarray((rows[:, None] * camera.width_px + columns).ravel(), dtype=np.intp)
-
-
-def ground_area_m2(mask: NDArray[np.bool_], pose: Pose, camera: CameraModel, ground_height_m: float = 0.0) -> float:
-    """Area of the pixels of a mask, shape (H, W), projected onto a horizontal plane below the camera.
-
-    Pixels that look at or above the horizon count nothing.
-    """
-    directions = _camera_rays(camera)[np.flatnonzero(mask)].astype(np.float64) @ pose.R_cam2enu.T
-    down = -directions[directions[:, 2] < 0.0, 2]
-    height = float(pose.position_enu_m[2]) - ground_height_m
-    # Jacobian of the homography from the image to the plane: |d(x, y) / d(u, v)| = height^2 / (fx fy down^3).
-    return float(np.sum(height**2 / (camera.fx_px * camera.fy_px * down**3)))

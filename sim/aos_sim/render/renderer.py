@@ -13,7 +13,7 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
 from aos_sim.render.lighting import light_ground, shade_mesh
 from aos_sim.render.raycaster import NO_HIT, RayCaster
-from aos_sim.render.rays import ground_area_m2, pixels_around, ray_directions
+from aos_sim.render.rays import pixels_around, ray_directions
 from aos_sim.world.distractors import distractor_mesh
 from aos_sim.world.mesh import FloatArray, concatenate
 from aos_sim.world.person import Person, person_mesh
@@ -114,7 +114,7 @@ class Renderer:
         """Expose one frame.
 
         Args:
-            pose: of the camera.
+            pose: pose of the camera.
             camera: its model.
             rng: draws the sensors' noise.
             backdrop_stride: 2 renders only every second pixel of every second row where no body can be, which takes
@@ -169,10 +169,6 @@ class Renderer:
         hits = self._body_hits(pose, camera, ray_directions(pose, camera))
         bodies = self._bodies.body_of_triangle[hits.triangle[hits.is_visible]]
         return np.bincount(bodies, minlength=len(self.scene.persons) + len(self.scene.distractors))
-
-    def unoccluded_area_m2(self, pose: Pose, camera: CameraModel, name: str | None = None) -> float:
-        """Return the area a person would cover on the plane z = 0 in this view if there were no forest."""
-        return ground_area_m2(self.person_masks(pose, camera, name).unoccluded, pose, camera)
 
     def _appearance(self, pose: Pose, camera: CameraModel, directions: FloatArray, backdrop_stride: int) -> FloatArray:
         """Red, green, blue and °C per pixel without noise, shape (H * W, 4)."""

@@ -30,7 +30,7 @@ from aos_sim.vehicle.kinematics import Kinematics
 from aos_sim.vehicle.parameter_service import ParameterService
 from aos_sim.vehicle.parameters import Parameter, ParameterEncoding, ParameterTable
 from aos_sim.vehicle.streams import StreamSchedule
-from aos_sim.vehicle.telemetry import MessageBuilder, Readings
+from aos_sim.vehicle.telemetry import MessageBuilder, Readings, autopilot_version
 
 FORCE_MAGIC = 21196
 """Second parameter of an arm or disarm command that overrides the checks."""
@@ -355,7 +355,7 @@ class SimulatedAutopilot(ABC):
         if message_id == mavlink.MAVLINK_MSG_ID_HEARTBEAT:
             return self._heartbeat()
         if message_id == mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION:
-            return self._autopilot_version()
+            return autopilot_version(self.CAPABILITIES, self.FLIGHT_SW_VERSION, self.identity.uid)
         return self.MESSAGES[message_id](self._readings())
 
     def _heartbeat(self) -> mavlink.MAVLink_message:
@@ -367,23 +367,6 @@ class SimulatedAutopilot(ABC):
             custom_mode=self.custom_mode(),
             system_status=mavlink.MAV_STATE_ACTIVE if armed else mavlink.MAV_STATE_STANDBY,
             mavlink_version=3,
-        )
-
-    def _autopilot_version(self) -> mavlink.MAVLink_message:
-        uid = self.identity.uid
-        return mavlink.MAVLink_autopilot_version_message(
-            capabilities=self.CAPABILITIES,
-            flight_sw_version=self.FLIGHT_SW_VERSION,
-            middleware_sw_version=0,
-            os_sw_version=0,
-            board_version=0,
-            flight_custom_version=[0] * 8,
-            middleware_custom_version=[0] * 8,
-            os_custom_version=[0] * 8,
-            vendor_id=0,
-            product_id=0,
-            uid=uid,
-            uid2=list(uid.to_bytes(18, "little")),
         )
 
     def _readings(self) -> Readings:

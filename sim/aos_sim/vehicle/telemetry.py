@@ -301,3 +301,21 @@ COMMON_MESSAGES: Mapping[int, MessageBuilder] = {
     mavlink.MAVLINK_MSG_ID_HOME_POSITION: home_position,
     mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: extended_sys_state,
 }
+
+
+def autopilot_version(capabilities: int, flight_sw_version: int, uid: int) -> mavlink.MAVLink_message:
+    """Return AUTOPILOT_VERSION with what the simulation knows of it; unknown fields are 0."""
+    return mavlink.MAVLink_autopilot_version_message(
+        capabilities=capabilities,
+        flight_sw_version=flight_sw_version,
+        middleware_sw_version=0,
+        os_sw_version=0,
+        board_version=0,
+        flight_custom_version=[0] * 8,
+        middleware_custom_version=[0] * 8,
+        os_custom_version=[0] * 8,
+        vendor_id=0,
+        product_id=0,
+        uid=uid,
+        uid2=list(uid.to_bytes(18, "little")),
+    )

@@ -60,7 +60,7 @@ def grow_forest(
         corner_enu_m: south-western corner of the square.
         side_m: its side.
         trees_per_ha: 10,000 square metres.
-        species: of all trees.
+        species: species of all trees.
     """
     count = round(trees_per_ha * side_m**2 / 1e4)
     trunk = np.array(corner_enu_m) + _jittered_grid(rng, count, side_m)
