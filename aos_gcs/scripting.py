@@ -36,7 +36,7 @@ from aos_gcs.mission.search.sampling import Sample, sample
 from aos_gcs.planning.proposal import altitude_layers, propose_limits
 from aos_gcs.planning.settings import Deadlines, FlightSettings, MissionSettings
 from aos_gcs.ports import Arm, Clock, DriverContext, Fleet, Severity, Takeoff, VehicleState
-from aos_gcs.service import load_driver
+from aos_gcs.runtime.drivers import load_driver
 
 _POLL_S = 0.2
 _OURS = frozenset({Task.SWARM})

@@ -24,9 +24,9 @@ from aos_gcs.api.app import create_app
 from aos_gcs.api.server import serve
 from aos_gcs.clock import LoopClock
 from aos_gcs.mission.model import Phase
+from aos_gcs.runtime.viewer import open_viewer
 from aos_gcs.store.reader import MissionReader
 from aos_gcs.store.replay import MissionReplay
-from aos_gcs.viewer import open_viewer
 
 IMAGES = Path(__file__).resolve().parent.parent / "docs" / "images"
 DESKTOP = ViewportSize(width=1280, height=800)

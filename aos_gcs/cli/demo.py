@@ -12,8 +12,8 @@ import typer
 from aos_gcs.cli.run import CODE_FILE_HELP, run_until_terminated, stay_up
 
 if TYPE_CHECKING:
-    from aos_gcs.evaluation import Score
-    from aos_gcs.simulation import DemoOptions
+    from aos_gcs.runtime.demo import DemoOptions
+    from aos_gcs.runtime.evaluation import Score
 
 EXIT_NOT_FOUND = 1
 
@@ -41,7 +41,7 @@ def demo(
 
     Exit code 0 only if the person was found and all vehicles have landed; 1 if not; 2 if nothing could be started.
     """
-    from aos_gcs.simulation import DemoOptions  # noqa: PLC0415 - heavy, only for this command
+    from aos_gcs.runtime.demo import DemoOptions  # noqa: PLC0415 - heavy, only for this command
 
     options = DemoOptions(
         vehicles=vehicles,
@@ -63,7 +63,7 @@ def demo(
 
 async def _fly(options: DemoOptions, as_json: bool, stay: bool) -> Score:
     from aos_gcs.cli.live import followed  # noqa: PLC0415 - heavy, only for this command
-    from aos_gcs.simulation import open_demo  # noqa: PLC0415
+    from aos_gcs.runtime.demo import open_demo  # noqa: PLC0415
 
     async with open_demo(options) as flight:
         async with followed(flight.mission):

@@ -32,10 +32,10 @@ def replay(
 
 async def _show(folder: Path, config: ApiConfig) -> None:
     from aos_gcs.clock import LoopClock  # noqa: PLC0415 - heavy, only for this command
-    from aos_gcs.dashboard import open_dashboard, operator_code  # noqa: PLC0415
+    from aos_gcs.runtime.dashboard import open_dashboard, operator_code  # noqa: PLC0415
+    from aos_gcs.runtime.viewer import open_viewer  # noqa: PLC0415
     from aos_gcs.store.reader import MissionReader  # noqa: PLC0415
     from aos_gcs.store.replay import MissionReplay  # noqa: PLC0415
-    from aos_gcs.viewer import open_viewer  # noqa: PLC0415
 
     code = operator_code(config)
     with MissionReader(folder) as reader:

@@ -85,7 +85,7 @@ async def _fly(config: ServiceConfig, stay: bool) -> bool:
     """Run the mission, print how it ended, and return whether it did so by itself."""
     from aos_gcs.cli.live import followed  # noqa: PLC0415 - heavy, only for this command
     from aos_gcs.mission.model import Outcome  # noqa: PLC0415
-    from aos_gcs.service import open_service  # noqa: PLC0415
+    from aos_gcs.runtime.service import open_service  # noqa: PLC0415
 
     async with open_service(config) as service:
         async with followed(service.mission):

@@ -26,7 +26,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from aos_gcs.config import parse_config
 from aos_gcs.mission.control import MissionControl
 from aos_gcs.mission.model import MissionSnapshot, Phase
-from aos_gcs.service import open_service
+from aos_gcs.runtime.service import open_service
 from tests.benchmarks.bench_api import Fleet, follow, free_port
 
 PROBE_S = 0.01

@@ -31,7 +31,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from aos_gcs.api.app import create_app
 from aos_gcs.api.server import serve
 from aos_gcs.imaging.step.settings import ImagingSettings
-from aos_gcs.viewer import Viewer
+from aos_gcs.runtime.viewer import Viewer
 from tests.fakes.mission import ScriptedMission
 from tests.fakes.recording import HandClock
 from tests.fakes.viewed_step import record_step

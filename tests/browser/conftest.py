@@ -22,9 +22,9 @@ from aos_gcs.api.page import STATIC_FOLDER
 from aos_gcs.api.server import serve
 from aos_gcs.clock import LoopClock
 from aos_gcs.imaging.step.settings import ImagingSettings
+from aos_gcs.runtime.viewer import Viewer
 from aos_gcs.store.reader import MissionReader
 from aos_gcs.store.replay import MissionReplay
-from aos_gcs.viewer import Viewer
 from tests.browser.pages import TIMEOUT_MS
 from tests.fakes.mission import ScriptedMission
 from tests.fakes.recording import record

@@ -13,7 +13,7 @@ from playwright.async_api import Page, expect
 from aos_gcs.api.app import create_app
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.model import Action, FindingStatus
-from aos_gcs.viewer import Viewer
+from aos_gcs.runtime.viewer import Viewer
 from tests.browser.conftest import OPERATOR_CODE, PageRecord, Service, serving
 from tests.browser.pages import open_page, sign_in, with_thumbnails
 from tests.fakes.mission import TARGET_ENU_M, ScriptedMission

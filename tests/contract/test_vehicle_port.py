@@ -38,7 +38,7 @@ from aos_gcs.ports import (
     Takeoff,
     Vehicle,
 )
-from aos_gcs.service import load_driver
+from aos_gcs.runtime.drivers import load_driver
 from aos_sim.camera.synthetic import CheckerboardGround
 from aos_sim.swarm import SimulatedSwarm, SwarmOptions
 

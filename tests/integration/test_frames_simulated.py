@@ -12,7 +12,7 @@ import pytest
 from aos_gcs.clock import LoopClock
 from aos_gcs.geometry.poses import nadir_pose
 from aos_gcs.ports import DriverContext
-from aos_gcs.service import load_driver
+from aos_gcs.runtime.drivers import load_driver
 from aos_sim.camera.synthetic import CheckerboardGround
 from aos_sim.swarm import SimulatedSwarm, SwarmOptions
 

@@ -25,8 +25,8 @@ from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.mission.model import Outcome, Task
 from aos_gcs.planning.settings import Deadlines, FlightSettings
 from aos_gcs.ports import Capture, DriverContext, Vehicle
+from aos_gcs.runtime.service import open_service
 from aos_gcs.scripting import SwarmOptions, open_swarm
-from aos_gcs.service import open_service
 from aos_sim.attached.service import AttachedCameras, AttachedOptions
 from aos_sim.camera.synthetic import CheckerboardGround
 from aos_sim.swarm import SimulatedSwarm

@@ -30,7 +30,7 @@ from aos_gcs.ports import (
     Takeoff,
     Vehicle,
 )
-from aos_gcs.service import load_driver
+from aos_gcs.runtime.drivers import load_driver
 
 pytestmark = [pytest.mark.sitl, pytest.mark.timeout(600)]
 

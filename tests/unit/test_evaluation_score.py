@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from aos_gcs.errors import InputDataError
-from aos_gcs.evaluation import Score, score_mission
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.geodesy import EnuPoint, GeodeticPosition, LocalFrame
 from aos_gcs.geometry.poses import nadir_pose
@@ -27,6 +26,7 @@ from aos_gcs.mission.model import (
     VehicleSnapshot,
 )
 from aos_gcs.ports import Capture, VehicleState
+from aos_gcs.runtime.evaluation import Score, score_mission
 from aos_gcs.store.recorder import MissionRecorder
 from aos_sim.truth import unoccluded_areas_m2
 from aos_sim.world.scene import SceneParameters, build_scene

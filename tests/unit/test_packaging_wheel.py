@@ -17,7 +17,7 @@ pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
 
 LEARN_NOTHING_OPTIONAL = """
 import importlib.metadata as metadata, importlib.resources as resources
-import aos_gcs.cli, aos_gcs.service, aos_drivers
+import aos_gcs.cli, aos_gcs.runtime.service, aos_drivers
 assert resources.files("aos_gcs.api").joinpath("static/index.html").is_file()
 names = {distribution.name for distribution in metadata.distributions()}
 assert not names & {"embreex", "mavsdk", "dask", "rasterio", "av"}, names

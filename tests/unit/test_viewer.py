@@ -17,8 +17,8 @@ from aos_gcs.api.app import create_app
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.viewing import FrameKind, PictureFormat, ViewerBusyError, ViewKind
+from aos_gcs.runtime.viewer import MAX_WAITING, Viewer, open_viewer
 from aos_gcs.store.reader import MissionReader
-from aos_gcs.viewer import MAX_WAITING, Viewer, open_viewer
 from tests.fakes.mission import ScriptedMission
 from tests.fakes.recording import HandClock
 from tests.fakes.viewed_step import CAMERA, FLYING_HEIGHT_M, SPOT_HEIGHT_M, record_viewed_step

@@ -14,11 +14,11 @@ from typing import Any
 
 from aos_gcs.config import ServiceConfig, parse_config
 from aos_gcs.errors import ConfigurationError, LinkError
-from aos_gcs.evaluation import Score, score_mission
 from aos_gcs.mission.coordinator import Coordinator
 from aos_gcs.mission.model import Phase
 from aos_gcs.planning.settings import Deadlines
-from aos_gcs.service import Service, open_service
+from aos_gcs.runtime.evaluation import Score, score_mission
+from aos_gcs.runtime.service import Service, open_service
 
 MAX_VEHICLES = 100
 ORIGIN_DEG = (48.3, 14.3, 260.0)

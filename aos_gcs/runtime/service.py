@@ -9,22 +9,20 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from importlib.metadata import entry_points, version
+from importlib.metadata import version
 from pathlib import Path
 
 from aos_gcs.clock import LoopClock
 from aos_gcs.config import ServiceConfig, mission_settings
-from aos_gcs.dashboard import open_dashboard, operator_code
-from aos_gcs.errors import ConfigurationError
 from aos_gcs.mission.coordinator import Coordinator
 from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal
 from aos_gcs.mission.model import MissionSnapshot
-from aos_gcs.ports import Driver, DriverContext
+from aos_gcs.ports import DriverContext
+from aos_gcs.runtime.dashboard import open_dashboard, operator_code
+from aos_gcs.runtime.drivers import load_driver
+from aos_gcs.runtime.viewer import Viewer
 from aos_gcs.store.recorder import MissionRecorder
-from aos_gcs.viewer import Viewer
-
-DRIVER_GROUP = "aos_gcs.drivers"
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,22 +94,6 @@ async def open_service(config: ServiceConfig) -> AsyncIterator[Service]:
     finally:
         if not opened:
             shutil.rmtree(folder, ignore_errors=True)
-
-
-def load_driver(name: str) -> Driver:
-    """Return the driver of this name.
-
-    Raises:
-        ConfigurationError: there is none, or the package it needs is not installed.
-    """
-    points = {point.name: point for point in entry_points(group=DRIVER_GROUP)}
-    if name not in points:
-        raise ConfigurationError(f"link.driver: unknown driver {name!r}; known are: {', '.join(sorted(points))}.")
-    try:
-        driver: Driver = points[name].load()
-    except ImportError as error:
-        raise ConfigurationError(f"link.driver: {name} cannot be loaded ({error}); install what it needs.") from error
-    return driver
 
 
 def _manifest(config: ServiceConfig, started: datetime) -> dict[str, object]:

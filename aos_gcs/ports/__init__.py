@@ -1,0 +1,42 @@
+"""What the core expects of the world outside: vehicles with cameras, links, clocks.
+
+Drivers implement these protocols and the coordinator depends on nothing else, so that simulated, SITL and real
+vehicles are flown by the same code. Everything that crosses is frozen data. Times are clock seconds (``Clock.now_s``)
+unless a name says ``utc``.
+"""
+
+from aos_gcs.ports.capture import Capture
+from aos_gcs.ports.clock import Clock
+from aos_gcs.ports.commands import Arm, Command, Disarm, Goto, Hold, Land, ReturnToLaunch, Takeoff
+from aos_gcs.ports.driver import Driver, DriverContext, Fleet, Notice, Severity
+from aos_gcs.ports.setup import Geofence, LatLon, Safeguard, VehicleFacts
+from aos_gcs.ports.telemetry import CameraState, FlightMode, LandedState, LinkQuality, VehicleState
+from aos_gcs.ports.vehicle import Vehicle
+
+__all__ = [
+    "Arm",
+    "CameraState",
+    "Capture",
+    "Clock",
+    "Command",
+    "Disarm",
+    "Driver",
+    "DriverContext",
+    "Fleet",
+    "FlightMode",
+    "Geofence",
+    "Goto",
+    "Hold",
+    "Land",
+    "LandedState",
+    "LatLon",
+    "LinkQuality",
+    "Notice",
+    "ReturnToLaunch",
+    "Safeguard",
+    "Severity",
+    "Takeoff",
+    "Vehicle",
+    "VehicleFacts",
+    "VehicleState",
+]

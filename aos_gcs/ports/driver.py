@@ -1,0 +1,71 @@
+"""Drivers, the fleets that they find, and what they report."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractAsyncContextManager
+from dataclasses import dataclass, field
+from enum import StrEnum
+from pathlib import Path
+from typing import Protocol
+
+from aos_gcs.ports.clock import Clock
+from aos_gcs.ports.vehicle import Vehicle
+
+
+class Severity(StrEnum):
+    """How much an operator should care."""
+
+    INFO = "info"
+    WARNING = "warning"
+    NEWS = "news"
+    """What the mission is flown for: to be noted before all warnings, though nothing is wrong."""
+    CRITICAL = "critical"
+
+
+@dataclass(frozen=True, slots=True)
+class Notice:
+    """Something worth telling the operator."""
+
+    severity: Severity
+    text: str
+    vehicle_id: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class DriverContext:
+    """What a driver gets from the service that opens it."""
+
+    clock: Clock
+    is_healthy: Callable[[], bool]
+    """Asked before each of our heartbeats: a coordinator that has stopped must fall silent, so that the vehicles' own
+    link-loss failsafe works."""
+    notify: Callable[[Notice], None]
+    """Returns at once; may be called for every status text."""
+    log_folder: Path | None = None
+    """Where the driver records its raw traffic, if anywhere."""
+    system_id: int = 254
+    """Our own MAVLink system id."""
+    options: Mapping[str, object] = field(default_factory=dict)
+    """Settings of this driver alone."""
+
+
+class Fleet(Protocol):
+    """The vehicles that a driver has found."""
+
+    def vehicles(self) -> Mapping[int, Vehicle]:
+        """Return all vehicles ever heard, by id. A silent one stays, with an ageing ``heard_at_s``."""
+        ...
+
+
+class Driver(Protocol):
+    """Entry point (group ``aos_gcs.drivers``) of a kind of link."""
+
+    def __call__(self, links: Sequence[str], context: DriverContext) -> AbstractAsyncContextManager[Fleet]:
+        """Open the links for as long as the context is entered.
+
+        Raises:
+            ConfigurationError: a link's text cannot be understood.
+            LinkError: a link cannot be opened (for example, the port is taken).
+        """
+        ...

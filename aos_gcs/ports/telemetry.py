@@ -1,0 +1,107 @@
+"""Telemetry: the latest state of a vehicle, its link and its camera."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from aos_gcs.geometry.geodesy import GeodeticPosition
+
+
+class FlightMode(StrEnum):
+    """What a vehicle is doing, across autopilots. ``VehicleState.mode_name`` keeps the autopilot's own word."""
+
+    UNKNOWN = "unknown"
+    MANUAL = "manual"
+    """A pilot's stick mode; the vehicle does not follow us."""
+    GUIDED = "guided"
+    """Flies to or holds at positions that we send."""
+    HOLD = "hold"
+    TAKEOFF = "takeoff"
+    MISSION = "mission"
+    RETURN = "return"
+    LAND = "land"
+
+
+class LandedState(StrEnum):
+    """MAVLink's landed state."""
+
+    UNKNOWN = "unknown"
+    ON_GROUND = "on_ground"
+    TAKING_OFF = "taking_off"
+    IN_AIR = "in_air"
+    LANDING = "landing"
+
+
+@dataclass(frozen=True, slots=True)
+class LinkQuality:
+    """How well a vehicle is reached; its packet loss and age stand in ``VehicleState``."""
+
+    address: str
+    """Where it is spoken to now."""
+    living_addresses: int = 1
+    """At how many addresses, on all links together, it is being heard."""
+    round_trip_s: float | None = None
+    clock_offset_s: float | None = None
+    """The vehicle's clock minus ours; errs by at most half of the round trip."""
+    clock_drift: float | None = None
+    """Seconds that the vehicle's clock gains on ours per second."""
+
+
+@dataclass(frozen=True, slots=True)
+class CameraState:
+    """What has become of the frames of a vehicle's camera since its link was opened."""
+
+    source: str = ""
+    """How they come, in the driver's own word, such as ``component``."""
+    frames: int = 0
+    """That were delivered."""
+    refused: int = 0
+    """That came, but with a pose or a time that cannot be trusted."""
+    late: int = 0
+    """That were not there by the deadline."""
+    torn: int = 0
+    """That were not whole by the deadline."""
+    failed: int = 0
+    """That failed otherwise: the camera did not expose, or the file cannot be used."""
+    problem: str = ""
+    """Why the latest one that is missing is missing."""
+
+
+@dataclass(frozen=True, slots=True)
+class VehicleState:
+    """The latest values a vehicle has reported; ``None`` means that it never did."""
+
+    vehicle_id: int
+    autopilot: str = "unknown"
+    """``arducopter``, ``px4``, or ``unknown`` (observed, never commanded)."""
+    mode: FlightMode = FlightMode.UNKNOWN
+    mode_name: str = ""
+    armed: bool = False
+    landed: LandedState = LandedState.UNKNOWN
+    ready_to_arm: bool | None = None
+    position: GeodeticPosition | None = None
+    position_at_s: float | None = None
+    """When ``position`` arrived."""
+    height_above_home_m: float | None = None
+    velocity_enu_mps: tuple[float, float, float] | None = None
+    heading_rad: float | None = None
+    """Clockwise from true north, [0, 2 pi)."""
+    home: GeodeticPosition | None = None
+    battery_fraction: float | None = None
+    battery_voltage_v: float | None = None
+    gps_fix: int | None = None
+    """MAVLink's GPS_FIX_TYPE; 3 and above is a 3D fix."""
+    satellites: int | None = None
+    heard_at_s: float | None = None
+    """When the last message of the vehicle arrived."""
+    packet_loss_fraction: float | None = None
+    """Share of the vehicle's messages that never arrived, from gaps in its sequence numbers."""
+    link: LinkQuality | None = None
+    camera: CameraState | None = None
+    text: str = ""
+    """The latest status text of severity warning or worse."""
+    hdop: float | None = None
+    """Horizontal dilution of precision."""
+    is_ambiguous: bool = False
+    """Two vehicles are heard with this id: neither is commanded."""

@@ -1,0 +1,78 @@
+"""One vehicle with a camera."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Protocol
+
+from aos_gcs.ports.capture import Capture
+from aos_gcs.ports.commands import Command
+from aos_gcs.ports.setup import Geofence, VehicleFacts
+from aos_gcs.ports.telemetry import VehicleState
+
+
+class Vehicle(Protocol):
+    """One vehicle with a camera."""
+
+    @property
+    def state(self) -> VehicleState:
+        """The latest telemetry. Policy: latest value, older ones are replaced."""
+        ...
+
+    async def execute(self, command: Command, deadline_s: float) -> None:
+        """Carry the command out: acknowledged, repeated when lost, and confirmed by telemetry.
+
+        Commands are never queued behind one another: a newer one for the same vehicle supersedes an older one that is
+        still waiting for confirmation, and the older call raises ``CommandRefusedError``.
+
+        Raises:
+            CommandRefusedError: the autopilot said no, or the driver must not send it.
+            CommandTimeoutError: no acknowledgement or no visible effect by ``deadline_s``.
+        """
+        ...
+
+    async def inspect(self, deadline_s: float) -> VehicleFacts:
+        """Ask the vehicle how it is set up. Costs a few dozen messages; nothing is changed.
+
+        Raises:
+            CommandRefusedError: the vehicle is not to be asked, or refuses to tell.
+            CommandTimeoutError: not all was told by ``deadline_s``.
+        """
+        ...
+
+    async def upload_fence(self, fence: Geofence, deadline_s: float) -> None:
+        """Replace the vehicle's fence, have it kept, and read back what is stored.
+
+        Raises:
+            CommandRefusedError: the vehicle does not take it, or stores another one.
+            CommandTimeoutError: not done by ``deadline_s``.
+        """
+        ...
+
+    async def set_return_height(self, height_above_home_m: float, deadline_s: float) -> None:
+        """Have the vehicle climb to this height, and no higher, before it returns by itself; only on the ground.
+
+        A vehicle that is higher returns as high as it is. The vehicle has repeated the new values when this returns.
+
+        Raises:
+            CommandRefusedError: its motors run, or it keeps other values.
+            CommandTimeoutError: not done by ``deadline_s``.
+        """
+        ...
+
+    async def restore_return(self, settings: Mapping[str, float], deadline_s: float) -> None:
+        """Set back ``VehicleFacts.return_settings`` that were read earlier; only on the ground.
+
+        Raises:
+            CommandRefusedError: its motors run, it keeps other values, or a setting says nothing of its return.
+            CommandTimeoutError: not done by ``deadline_s``.
+        """
+        ...
+
+    async def capture(self, deadline_s: float) -> Capture:
+        """Expose one image now and fetch it.
+
+        Raises:
+            CaptureError: the camera refused, or no complete image with a pose arrived by ``deadline_s``.
+        """
+        ...
