@@ -49,7 +49,7 @@ SettingsT = TypeVar("SettingsT")
 
 
 class LinkConfig(BaseModel):
-    """How the vehicles are reached."""
+    """The connection to the vehicles."""
 
     model_config = _STRICT
 
@@ -59,11 +59,11 @@ class LinkConfig(BaseModel):
     system_id: Annotated[int, Field(ge=1, le=255)] = 254
     """Our own MAVLink system id."""
     options: dict[str, Any] = {}
-    """Of the driver alone."""
+    """Settings of the driver."""
 
 
 class MissionConfig(BaseModel):
-    """What is searched, by how many."""
+    """The search area, and the vehicles."""
 
     model_config = _STRICT
 
@@ -76,7 +76,8 @@ class MissionConfig(BaseModel):
     origin_deg: tuple[float, float, float] | None = None
     """Latitude, longitude and altitude AMSL (metres) of the launch site; by default the home of the first vehicle."""
     return_deg: _LatLon | None = None
-    """Where the vehicles land, latitude and longitude; needs ``origin_deg``. By default each where it has started."""
+    """Point around which all vehicles land, latitude and longitude; needs ``origin_deg``. By default each lands where
+    it started."""
     return_enu_m: _EastNorth | None = None
     """Instead of ``return_deg``: metres east and north of the origin."""
     scan_heading_deg: Annotated[float, Field(ge=0.0, lt=360.0)] = 0.0
@@ -89,7 +90,7 @@ class MissionConfig(BaseModel):
 
 
 class SwarmConfig(BaseModel):
-    """Which strategy chooses the positions."""
+    """The strategy that chooses positions."""
 
     model_config = _STRICT
 
@@ -106,30 +107,30 @@ class ApiConfig(BaseModel):
     host: str = "127.0.0.1"
     port: Annotated[int, Field(ge=0, le=65535)] = 8080
     operator_code_file: Path | None = None
-    """Holds the code that makes a client an operator; by default a random one is made at each start."""
+    """File with the code by which operators sign in; by default a random code is made at each start."""
     plans_folder: Path = Path("plans")
-    """Where operators save plans."""
+    """Folder in which operators save plans."""
     basemap: Path | None = None
-    """A PMTiles file that the dashboard shows below the mission; by default it has a metric grid alone."""
+    """PMTiles file that the dashboard shows below the mission; by default it shows a metric grid only."""
 
 
 class PreflightConfig(BaseModel):
-    """What preflight may do by itself."""
+    """What preflight may change, and which failed checks it overrides."""
 
     model_config = _STRICT
 
     upload_fence: bool = False
-    """Write the mission's geofence to the vehicles, with the parameters that make them keep it."""
+    """Write the mission's geofence to the vehicles, with the parameters that enforce it."""
     set_return_height: bool = False
-    """Have vehicles return by themselves in their own altitude layers, and as before once they have landed."""
+    """Set the failsafe return height of each vehicle to its altitude layer, and restore it after landing."""
     overrides: list[str] = []
-    """``check: reason``: failures of this check do not stand against the launch, on any vehicle."""
+    """Checks whose failures do not block the launch, on any vehicle, as ``check: reason``."""
     refresh_s: Annotated[float, Field(ge=1.0)] = PreflightSettings().refresh_s
     """Pause before a vehicle whose settings were good is asked for them again."""
 
 
 class RecordConfig(BaseModel):
-    """Where missions are recorded."""
+    """Recording of missions."""
 
     model_config = _STRICT
 
@@ -304,11 +305,10 @@ def _preflight(config: PreflightConfig) -> PreflightSettings:
         name, _, reason = (part.strip() for part in text.partition(":"))
         if name not in OVERRIDABLE:
             raise ConfigurationError(
-                f"preflight.overrides: {name!r} is no check that may be overridden; those are: "
-                f"{', '.join(sorted(OVERRIDABLE))}."
+                f"preflight.overrides: {name!r} cannot be overridden; only these can: {', '.join(sorted(OVERRIDABLE))}."
             )
         if not reason:
-            raise ConfigurationError(f'preflight.overrides: {name!r} needs a reason; write "{name}: why".')
+            raise ConfigurationError(f'preflight.overrides: {name!r} needs a reason; write "{name}: reason".')
         overrides[name] = reason
     return PreflightSettings(config.upload_fence, config.set_return_height, overrides, config.refresh_s)
 

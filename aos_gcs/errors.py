@@ -54,7 +54,7 @@ class LinkError(AosError):
 
 
 class CommandError(AosError):
-    """A vehicle did not do what it was told; the base of the reasons below."""
+    """A vehicle did not carry out a command; base of the reasons below."""
 
 
 class CommandRefusedError(CommandError):
@@ -78,4 +78,4 @@ class RecordingError(AosError):
 
 
 class MissionFailedError(AosError):
-    """A mission cannot go on; on the ground it ends, in the air everybody returns."""
+    """A mission cannot go on; on the ground it ends, in the air all vehicles return."""

@@ -1,9 +1,9 @@
 """Flying a swarm from a short script: connect, take off, fly to places, take frames, come home.
 
-For what is no search: trying a vehicle, a link or a SITL, or collecting frames. Every waypoint is vetted as in a
-mission (:func:`aos_gcs.airspace.vetting.vet_waypoints`), every vehicle has an altitude layer of its own, the same
-monitor watches links, batteries and distances, and however the script ends, everybody is led home and lands. There is
-no operator and no dashboard: somebody has to watch.
+For flights without a search: to try a vehicle, a link or an autopilot in software, or to collect frames. Every waypoint
+is vetted as in a mission (:func:`aos_gcs.airspace.vetting.vet_waypoints`), every vehicle has an altitude layer of its
+own, the same monitor watches links, batteries and distances, and however the script ends, all vehicles are led home and
+land. There is no operator and no dashboard: somebody has to watch.
 """
 
 from __future__ import annotations
@@ -47,14 +47,14 @@ GroundPoint = tuple[float, float]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SwarmOptions:
-    """What a script may choose."""
+    """Options of a script."""
 
     vehicles: int
-    """How many to wait for."""
+    """Number of vehicles to wait for."""
     area_enu_m: Sequence[GroundPoint]
-    """Where they may fly, a simple polygon about the launch point of the vehicle with the lowest id."""
+    """Area in which vehicles fly: a simple polygon, relative to the launch point of the vehicle with the lowest id."""
     return_enu_m: GroundPoint | None = None
-    """Where they land, side by side; None: each where it has started."""
+    """Point around which all vehicles land; None: each where it started."""
     driver: str = "mavlink"
     driver_options: Mapping[str, object] = field(default_factory=dict)
     flight: FlightSettings = field(default_factory=FlightSettings)
@@ -64,7 +64,7 @@ class SwarmOptions:
     clock_speed: float = 1.0
     """Clock seconds per real second; above 1 only with vehicles simulated at the same speed."""
     log_folder: Path | None = None
-    """Where the driver records its raw traffic, if anywhere."""
+    """Folder in which the driver records its raw traffic; None: nowhere."""
 
 
 class Swarm:
@@ -97,7 +97,7 @@ class Swarm:
         self._journal = journal
 
     async def watch(self) -> None:
-        """See lost links, low batteries, take-overs and vehicles that come too close, until cancelled."""
+        """Watch links, batteries, take-overs and distances, until cancelled."""
         async with asyncio.TaskGroup() as group:
             group.create_task(self._errands.run())
             group.create_task(self._monitor.run())
@@ -117,7 +117,7 @@ class Swarm:
         return member.state
 
     def position_enu_m(self, vehicle_id: int) -> NDArray[np.float64] | None:
-        """Return where a vehicle is, shape (3,), about the first one's launch point; None if it has not said.
+        """Return a vehicle's position, shape (3,), relative to the first one's launch point; None if it is unknown.
 
         Raises:
             MissionError: there is no such vehicle.
@@ -129,7 +129,7 @@ class Swarm:
         """Wait until all vehicles pass the checks of preflight, and give each its altitude layer.
 
         Raises:
-            MissionError: they do not in time; the text names the first open check.
+            MissionError: a check still fails at the deadline; the text names it.
         """
         deadline_s = self._clock.now_s() + self._options.deadlines.connect_s + self._options.deadlines.preflight_s
         while (problem := self._problem()) is not None:
@@ -142,7 +142,7 @@ class Swarm:
         """Arm all and climb straight up, each to its own layer.
 
         Raises:
-            MissionError: one of them does not; the others hover.
+            MissionError: a vehicle does not; the others hover.
         """
         members = self._roster.members(Task.IDLE)
         armed = await self._flight.command_each(members, lambda _: Arm())
@@ -156,10 +156,11 @@ class Swarm:
     async def fly_to(self, places_enu_m: Mapping[int, GroundPoint]) -> None:
         """Fly vehicles to places, by id, in their layers, all at the same time, until they hover there.
 
-        Every waypoint is vetted: what leaves the fence or comes too near to another vehicle is shortened or held.
+        Every waypoint is vetted: a segment that leaves the geofence or comes too near to another vehicle is shortened,
+        or the vehicle is held.
 
         Raises:
-            MissionError: there is no such vehicle, or one did not get there in time; the text says what held it.
+            MissionError: there is no such vehicle, or a vehicle did not get there in time; the text names the reason.
         """
         requests = {
             member.vehicle_id: np.array([*places_enu_m[member.vehicle_id], member.layer_height_m])
@@ -172,16 +173,16 @@ class Swarm:
                 raise MissionError(f"vehicle {member.vehicle_id} did not reach its place: {reason}")
 
     async def capture(self) -> Sample:
-        """Have all that fly expose one frame at the same time; who delivers none is named in ``missing``."""
+        """Expose one frame on all airborne vehicles at the same time; ``missing`` names those that deliver none."""
         return await sample(self._roster.airborne(), self._clock.now_s() + self._options.deadlines.capture_s)
 
     async def come_home(self) -> None:
         """Lead all home in their layers, land them there, and wait until their motors stand still.
 
-        As at the end of a mission: who has been taken over by a pilot or its own failsafe is left alone.
+        As at the end of a mission: a vehicle taken over by a pilot or its own failsafe is not commanded.
 
         Raises:
-            MissionError: one of them still flies at the deadline.
+            MissionError: a vehicle still flies at the deadline.
         """
         await self._homing.return_home()
         await self._homing.land()

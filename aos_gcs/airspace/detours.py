@@ -1,6 +1,6 @@
-"""Ways around no-go zones and notches of the fence, where the straight way is barred.
+"""Paths around no-go zones and notches of the geofence, where the straight segment is blocked.
 
-The shortest way between two points past polygons bends at their corners only, so it is looked for on the graph of
+The shortest path between two points past polygons bends at their corners only, so it is searched on the graph of
 corners that see each other [de Berg et al., Computational Geometry, chapter 15].
 """
 
@@ -22,12 +22,12 @@ _START, _END = -1, -2
 
 
 class Detours:
-    """The admissible ways within one set of boundaries.
+    """The admissible paths within one set of boundaries.
 
     Args:
         boundaries: the fence and the no-go zones.
-        margin_m: distance that every way keeps from them; also what a way must keep to be granted.
-        slack_m: by which vehicles may miss a corner and still see the next one; their arrival radius.
+        margin_m: distance that every path keeps from them; the same that vetting requires of a segment.
+        slack_m: distance by which vehicles may miss a corner and still see the next one; their arrival radius.
     """
 
     def __init__(self, boundaries: Sequence[Boundary], margin_m: float, slack_m: float) -> None:
@@ -46,9 +46,9 @@ class Detours:
         if len(self._admissible(point_m[None])):
             return point_m
         _, fraction = point_segment_distance(point_m, self._edge_starts, self._edge_ends)
-        way = self._edge_ends - self._edge_starts
-        feet_m = self._edge_starts + fraction[:, None] * way
-        normals = np.column_stack([way[:, 1], -way[:, 0]]) / np.linalg.norm(way, axis=1)[:, None]
+        along = self._edge_ends - self._edge_starts
+        feet_m = self._edge_starts + fraction[:, None] * along
+        normals = np.column_stack([along[:, 1], -along[:, 0]]) / np.linalg.norm(along, axis=1)[:, None]
         step_m = (self._margin_m + self._slack_m) * normals
         places_m = self._admissible(np.vstack([feet_m + step_m, feet_m - step_m, self._corners_m]))
         if len(places_m) == 0:
@@ -56,21 +56,21 @@ class Detours:
         return np.asarray(places_m[np.linalg.norm(places_m - point_m, axis=1).argmin()])
 
     def next_corner(self, start_m: FloatArray, end_m: FloatArray) -> FloatArray | None:
-        """Return the first corner, shape (2,), of the shortest way between two points, shape (2,) each.
+        """Return the first corner, shape (2,), of the shortest path between two points, shape (2,) each.
 
-        None: the straight way is clear, or there is no way at all.
+        None: the straight segment is clear, or there is no path at all.
         """
         if self._is_clear(start_m, end_m):
             return None
         came_from = self._search(start_m, end_m)
         return None if came_from is None else self._first_corner(came_from)
 
-    def has_way(self, start_m: FloatArray, end_m: FloatArray) -> bool:
-        """Return whether there is a way between two points, shape (2,) each, on the allowed side of all boundaries."""
+    def has_path(self, start_m: FloatArray, end_m: FloatArray) -> bool:
+        """Return whether a path joins two points, shape (2,) each, on the allowed side of all boundaries."""
         return self._is_clear(start_m, end_m) or self._search(start_m, end_m) is not None
 
     def reached(self, start_m: FloatArray, ends_m: FloatArray) -> NDArray[np.bool_]:
-        """Return to which places, shape (k, 2), there is a way from a point, shape (2,), with the margin kept there."""
+        """Return which places, shape (k, 2), a path reaches from a point, shape (2,), with the margin kept there."""
         is_reached = self._sees(start_m, ends_m, self._required_m(self._depth_m(start_m)))
         is_reached[is_reached] = self._is_admissible(ends_m[is_reached])
         settled, waiting = {_START}, [_START]
@@ -92,7 +92,7 @@ class Detours:
         return bool(self._sees(start_m, end_m[None], self._required_m(self._depth_m(start_m)))[0])
 
     def _search(self, start_m: FloatArray, end_m: FloatArray) -> dict[int, int] | None:
-        """Return from where each corner is reached on the shortest way, by A*; None if there is no way."""
+        """Return the predecessor of each corner on the shortest path, by A*; None if there is no path."""
         came_from, queue = {_START: _START}, [(0.0, 0.0, _START, _START)]
         settled: set[int] = set()
         while queue:
@@ -107,8 +107,8 @@ class Detours:
             for following, length_m in self._legs(node, here_m, end_m):
                 if following not in settled:
                     there_m = end_m if following == _END else self._corners_m[following]
-                    way_m = flown_m + length_m
-                    heapq.heappush(queue, (way_m + math.dist(there_m, end_m), way_m, following, node))
+                    path_m = flown_m + length_m
+                    heapq.heappush(queue, (path_m + math.dist(there_m, end_m), path_m, following, node))
         return None
 
     def _first_corner(self, came_from: dict[int, int]) -> FloatArray:
@@ -136,11 +136,11 @@ class Detours:
         return min(boundary.depth_m(point_m) for boundary in self._boundaries)
 
     def _required_m(self, depth_m: float) -> float:
-        """Return what a way keeps that starts nearer to an edge than the margin; infinity beyond a boundary."""
+        """Return the distance that a segment from this depth must keep; infinity beyond a boundary."""
         return min(self._margin_m, depth_m) if depth_m > 0.0 else math.inf
 
     def _sees(self, here_m: FloatArray, there_m: FloatArray, required_m: float) -> NDArray[np.bool_]:
-        """Return to which points, shape (n, 2), the straight way keeps the required distance and meets no edge."""
+        """Return which points, shape (n, 2), a segment reaches that keeps the distance and meets no edge."""
         least_m = max(required_m - TOLERANCE_M, 2.0 * TOLERANCE_M)
         if math.isinf(least_m):
             return np.zeros(len(there_m), dtype=np.bool_)
@@ -162,12 +162,12 @@ class Detours:
 
 
 def _corners(boundary: Boundary, distance_m: float) -> Iterator[FloatArray]:
-    """Yield where ways bend about a boundary: the corners that jut out, moved off to a distance.
+    """Yield the points where paths bend around a boundary: its convex corners, moved off to a distance.
 
-    Sharp ones get two, so that nobody flies far out to the tip of a mitre.
+    Sharp corners get two points, so that no vehicle flies far out to the tip of a mitre.
     """
     vertices_m = boundary.vertices_m
-    # Seen counter-clockwise about what is barred, corners that jut out turn left.
+    # Seen counter-clockwise around the blocked side, convex corners turn left.
     if (signed_area_m2(vertices_m) > 0.0) == boundary.keeps_in:
         vertices_m = vertices_m[::-1]
     incoming = vertices_m - np.roll(vertices_m, 1, axis=0)

@@ -1,4 +1,4 @@
-"""The mission's limits as the geofence that a vehicle is to keep by itself."""
+"""The mission's limits as the geofence that its autopilot keeps."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether vehicles may stand and land somewhere, and whether they get from there to where they search."""
+"""Launch and return points: whether vehicles may stand there, and whether a path leads to the search area."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Obstruction:
-    """Why a place will not do."""
+    """Reason why a place cannot be used, and the remedy."""
 
     text: str
     remedy: str
@@ -27,7 +27,7 @@ class Ground:
 
     Args:
         limits: fence, no-go zones, and the margin that is kept from them.
-        slack_m: by which vehicles may miss their waypoints.
+        slack_m: distance by which vehicles may miss their waypoints.
     """
 
     def __init__(self, limits: SafetyLimits, slack_m: float) -> None:
@@ -35,7 +35,7 @@ class Ground:
         self._detours = Detours(self._boundaries, limits.margin_m, slack_m)
 
     def at(self, place_enu_m: FloatArray) -> Obstruction | None:
-        """Return what speaks against standing and landing at a place, shape (2,); None if nothing does."""
+        """Return why vehicles cannot stand and land at a place, shape (2,); None if they can."""
         for boundary in self._boundaries:
             depth_m = boundary.depth_m(place_enu_m)
             if depth_m < 0.0 and boundary.keeps_in:
@@ -48,10 +48,10 @@ class Ground:
         return None
 
     def between(self, start_enu_m: FloatArray, end_enu_m: FloatArray) -> Obstruction | None:
-        """Return what bars every way between two places, shape (2,); None if there is one.
+        """Return why no path joins two places, shape (2,) each; None if one does.
 
-        An end inside of a no-go zone stands for the nearest place outside of it, as in flight.
+        An end inside of a no-go zone is replaced by the nearest place outside of it, as in flight.
         """
-        if self._detours.has_way(start_enu_m, self._detours.reachable(end_enu_m)):
+        if self._detours.has_path(start_enu_m, self._detours.reachable(end_enu_m)):
             return None
-        return Obstruction("cut off from the search area by the fence or no-go zones", "open a way, or move it")
+        return Obstruction("cut off from the search area by the fence or no-go zones", "make a passage, or move it")

@@ -17,7 +17,7 @@ Polygon = tuple[tuple[float, float], ...]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Boundary:
-    """The edge of a polygon that ways keep inside of, such as a fence, or outside of, such as a no-go zone."""
+    """The edge of a polygon that vehicles stay inside of, such as a geofence, or outside of, such as a no-go zone."""
 
     vertices_m: FloatArray
     """Shape (m, 2), metres."""
@@ -31,7 +31,7 @@ class Boundary:
 
     @property
     def trespass(self) -> str:
-        """Why a vehicle on the wrong side is held."""
+        """Reason for which a vehicle on the wrong side is held."""
         if self.keeps_in:
             return f"it is outside {self.name} and would not fly straight back inside"
         return f"it is inside {self.name} and would not fly straight out of it"
@@ -41,7 +41,7 @@ def as_polygon(points: Sequence[Sequence[float]], field: str) -> FloatArray:
     """Return a simple polygon's vertices, shape (m, 2), without repetitions, such as of the first one at the end.
 
     Args:
-        points: vertices in order, either way round, metres.
+        points: vertices in order, clockwise or counter-clockwise, metres.
         field: name of the setting, for the error's text.
 
     Raises:
@@ -92,7 +92,7 @@ def contains(point_m: FloatArray, vertices_m: FloatArray) -> bool:
 
 
 def edges_met(start_m: FloatArray, end_m: FloatArray, vertices_m: FloatArray) -> int:
-    """Return how many edges the straight way between two points meets."""
+    """Return how many edges the straight segment between two points meets."""
     starts, ends = edges(vertices_m)
     return int(np.count_nonzero(segment_distance(start_m, end_m, starts, ends) < TOLERANCE_M))
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from aos_gcs.airspace.polygon import Polygon
 
 CELLS_ALONG = 400
-"""Of the longer side: an area is known to about a quarter of a per cent per edge."""
+"""Cells along the longer side: an area is known to about a quarter of a per cent per edge."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

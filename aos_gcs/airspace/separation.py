@@ -1,4 +1,4 @@
-"""Distances between vehicles and between the straight ways that they fly.
+"""Distances between vehicles and between the straight segments that they fly.
 
 The functions work in any dimension: with heights for separation, without them for fences. Arrays broadcast over all
 axes but the last, which holds the coordinates.
@@ -15,7 +15,7 @@ TOLERANCE_M = 1e-7
 """Shortfalls below this are rounding, not conflicts."""
 
 _BISECTIONS = 45
-"""Resolve a way of a thousand kilometres to less than the tolerance."""
+"""Number of bisections that resolves a segment of a thousand kilometres to less than the tolerance."""
 
 
 def minimum_separation(positions_enu_m: FloatArray) -> tuple[float, tuple[int, int]]:
@@ -54,7 +54,7 @@ def closest_approach(a0: FloatArray, a1: FloatArray, b0: FloatArray, b1: FloatAr
         b1: their ends.
 
     Returns:
-        Distances (...), metres, and fractions (...) of the way from a0 to a1, in [0, 1].
+        Distances (...), metres, and fractions (...) along a0-a1, in [0, 1].
     """
     a0, a1, b0, b1 = np.broadcast_arrays(a0, a1, b0, b1)
     from_b0_m, fraction_b0 = point_segment_distance(b0, a0, a1)
@@ -72,8 +72,8 @@ def near_pairs(
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Return the rows of all pairs of plane segments a0-a1 and b0-b1 that may come within reach; the others do not.
 
-    Far cheaper than their distances: it tells which are worth it. Two segments are apart when the boxes about them are,
-    or when one lies beside the line through the other.
+    Far cheaper than distances: it selects the pairs that need one. Two segments are apart when their bounding boxes
+    are, or when one lies beside the line through the other.
 
     Args:
         a0: starts of the first segments, shape (n, 2), metres.
@@ -111,21 +111,21 @@ def _lies_beside(a0: FloatArray, a1: FloatArray, b0: FloatArray, b1: FloatArray,
 
 
 def point_segment_distance(point: FloatArray, b0: FloatArray, b1: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the distances of points to segments (...), metres, and the fractions (...) of the way from b0 to b1."""
-    way = b1 - b0
-    length2 = _dot(way, way)
-    fraction = np.clip(_dot(point - b0, way) / np.where(length2 > 0.0, length2, 1.0), 0.0, 1.0)
-    offset = point - b0 - fraction[..., None] * way
+    """Return the distances of points to segments (...), metres, and the fractions (...) along b0-b1."""
+    along = b1 - b0
+    length2 = _dot(along, along)
+    fraction = np.clip(_dot(point - b0, along) / np.where(length2 > 0.0, length2, 1.0), 0.0, 1.0)
+    offset = point - b0 - fraction[..., None] * along
     return np.sqrt(_dot(offset, offset)), fraction
 
 
 def admissible_fraction(
     start_m: FloatArray, end_m: FloatArray, b0: FloatArray, b1: FloatArray, required_m: FloatArray
 ) -> FloatArray:
-    """Return how much of the way from ``start_m`` to ``end_m`` keeps the required distance to each segment.
+    """Return the fraction of the segment ``start_m`` to ``end_m`` that keeps the required distance to each other one.
 
-    The distance to a segment is a convex function of the way flown. So it falls up to the closest approach, and what
-    lies before the point where it falls short is found by bisection.
+    The distance to a segment is a convex function of the length flown. It falls up to the closest approach;
+    bisection finds the point where it falls short.
 
     Args:
         start_m: shape (d,), metres.

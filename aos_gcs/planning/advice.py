@@ -1,4 +1,4 @@
-"""What the engine would choose instead: proposals for single fields of a plan, each with its reason."""
+"""Advice on a plan: better values for single fields, each with its reason."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Final
 
 from aos_gcs.imaging.aperture import AperturePlan, plan_aperture
 from aos_gcs.planning.aperture import SATURATION
-from aos_gcs.planning.estimate import flight_way_m, planned_leg_count, planned_legs
+from aos_gcs.planning.estimate import flight_path_m, planned_leg_count, planned_legs
 from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.swarm.registry import make_strategy
 
@@ -16,7 +16,7 @@ MIN_LAYERS_WITHOUT_RTK_M: Final = 3.0
 """Barometers and GPS heights of two vehicles differ by more than a metre."""
 _HEADINGS: Final = tuple(math.radians(heading_deg) for heading_deg in range(0, 180, 5))
 _WORTH_TURNING: Final = 0.95
-"""Of the present way, below which another heading is proposed."""
+"""Share of the present path length below which another heading is proposed."""
 _SPACING_TOLERANCE: Final = 0.05
 
 
@@ -25,14 +25,14 @@ class Proposal:
     """Another value for one field."""
 
     field: str
-    """Of ``MissionPlan``."""
+    """Name of the field of ``MissionPlan``."""
     value: float
     """In the field's own unit."""
     reason: str
 
 
 def propose(plan: MissionPlan, plane_height_m: float) -> tuple[Proposal, ...]:
-    """Return what would be better, for a plan without blocking problems; nothing where it is as proposed.
+    """Return better values for a plan without blocking problems; none where it is as proposed.
 
     Args:
         plan: as it is.
@@ -49,7 +49,7 @@ def forest_aperture(plan: MissionPlan, plane_height_m: float) -> AperturePlan | 
     """Return the aperture that suits a plan's forest; None without a forest.
 
     Raises:
-        ConfigurationError: the vehicles would fly below the tree tops, or the forest is none.
+        ConfigurationError: the vehicles would fly below the tree tops, or the forest's values contradict one another.
     """
     forest = plan.forest
     if forest is None:
@@ -68,17 +68,17 @@ def forest_aperture(plan: MissionPlan, plane_height_m: float) -> AperturePlan | 
 
 def _heading(plan: MissionPlan, plane_height_m: float) -> Proposal | None:
     present = planned_legs(plan, plane_height_m)
-    # More legs are more turns: not worth looking at, and of a long area they may be very many.
+    # More legs are more turns: never better, and a long area may have very many.
     headings = [rad for rad in _HEADINGS if planned_leg_count(plan, plane_height_m, rad) <= len(present)]
     legs_of = {heading_rad: planned_legs(plan, plane_height_m, heading_rad) for heading_rad in headings}
     if not legs_of:
         return None
-    best_rad = min(legs_of, key=lambda heading_rad: flight_way_m(plan, legs_of[heading_rad]))
-    best_m, present_m = flight_way_m(plan, legs_of[best_rad]), flight_way_m(plan, present)
+    best_rad = min(legs_of, key=lambda heading_rad: flight_path_m(plan, legs_of[heading_rad]))
+    best_m, present_m = flight_path_m(plan, legs_of[best_rad]), flight_path_m(plan, present)
     if best_m > _WORTH_TURNING * present_m:
         return None
     reason = (
-        f"Heading {math.degrees(best_rad):.0f}°: {len(legs_of[best_rad])} legs and a way of {best_m:.0f} m, against "
+        f"Heading {math.degrees(best_rad):.0f}°: {len(legs_of[best_rad])} legs and a path of {best_m:.0f} m, against "
         f"{len(present)} and {present_m:.0f} m."
     )
     return Proposal("scan_heading_rad", best_rad, reason)

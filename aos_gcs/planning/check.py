@@ -1,4 +1,4 @@
-"""What is wrong with a plan: every problem at once, each with the field to change."""
+"""Checks of a plan: all problems at once, each with the field to change."""
 
 from __future__ import annotations
 
@@ -15,36 +15,36 @@ from aos_gcs.planning.advice import MIN_LAYERS_WITHOUT_RTK_M, forest_aperture
 from aos_gcs.planning.estimate import PlanEstimate, estimate_plan, planned_leg_count, planned_legs
 from aos_gcs.planning.plan import SPACING_PARAMETER, MissionPlan, PlanProblem, apply_plan
 from aos_gcs.planning.settings import MissionSettings
-from aos_gcs.planning.sites import Homes, check_points, check_ways, planned_ground
+from aos_gcs.planning.sites import Homes, check_paths, check_points, planned_ground
 from aos_gcs.swarm.declaration import Parameter
 from aos_gcs.swarm.registry import declared_parameters, make_strategy
 
 MAX_EXTENT_M = 5000.0
-"""Of an area from the origin: beyond it the local frame's axes no longer stand upright."""
+"""Greatest distance of an area from the origin: beyond it the local frame's axes no longer stand upright."""
 SWAPPED_FROM_M = 100_000.0
-"""Nobody plans for a place this far away."""
+"""Distance from which coordinates are taken to be swapped: no plan is made for a place so far away."""
 MIN_FREE_FRACTION = 0.02
-"""Of the search area that no-go zones must leave."""
+"""Share of the search area that no-go zones must leave free."""
 GOOD_COVERAGE = 0.95
 USUAL_CEILING_M = 120.0
-"""Of uncrewed aircraft above the ground, in Europe and the United States among others."""
+"""Height above the ground that most countries allow uncrewed aircraft."""
 MAX_VERTICES = 500
-"""Of a polygon; edges are compared in pairs."""
+"""Greatest number of corners of a polygon, as edges are compared in pairs."""
 MAX_BARRIER_VERTICES = 200
-"""Of fence and no-go zones together: ways around them are looked for from corner to corner, while vehicles fly."""
+"""Greatest number of corners of geofence and no-go zones together, as paths around them are searched in flight."""
 MAX_LEGS = 100
-"""Far more than batteries last for."""
+"""Greatest number of legs: far more than batteries last for."""
 
 _NAMES = {"area_enu_m": "The search area", "fence_enu_m": "The geofence"}
 
 
 def check_plan(plan: MissionPlan, settings: MissionSettings, homes_enu_m: Homes | None = None) -> list[PlanProblem]:
-    """Return what speaks against a plan, blocking problems first; none if nothing does.
+    """Return the problems of a plan, blocking ones first.
 
     Args:
         plan: to be checked.
         settings: of the mission that is to fly it.
-        homes_enu_m: where vehicles stand that are heard already.
+        homes_enu_m: launch points of the vehicles that are heard already.
     """
     homes_enu_m = homes_enu_m or {}
     shapes = [*_check_shapes(plan), *_check_extent_of_points(plan)]
@@ -56,7 +56,7 @@ def check_plan(plan: MissionPlan, settings: MissionSettings, homes_enu_m: Homes 
             problems += [*_check_limits(plan, settings), *_check_legs(plan, settings)]
         if not _blocks(problems):
             legs = planned_legs(plan, settings.imaging.plane_height_m)
-            problems += check_ways(plan, ground, homes_enu_m, legs)
+            problems += check_paths(plan, ground, homes_enu_m, legs)
     if not _blocks(problems):
         problems += _warn(plan, estimate_plan(plan, settings.imaging.plane_height_m))
     return sorted(problems, key=lambda problem: not problem.blocking)
@@ -106,7 +106,7 @@ def _check_extent_of_points(plan: MissionPlan) -> Iterator[PlanProblem]:
 
 def _far(far_m: float) -> str:
     text = f"{far_m / 1000.0:.1f} km from the origin, {MAX_EXTENT_M / 1000.0:.0f} km are allowed: move it"
-    return f"{text}." if far_m < SWAPPED_FROM_M else f"{text}; are latitude and longitude the wrong way round?"
+    return f"{text}." if far_m < SWAPPED_FROM_M else f"{text}; are latitude and longitude swapped?"
 
 
 # --- shapes against one another ---------------------------------------------------------------------------------------
@@ -177,7 +177,7 @@ def _check_strategy(plan: MissionPlan) -> Iterator[PlanProblem]:
 
 
 def _refusals(values: Mapping[str, object], declared: Mapping[str, Parameter]) -> Iterator[ParameterError]:
-    """Yield what is wrong with each value by itself."""
+    """Yield the problem of each value on its own."""
     for name, value in values.items():
         if name in declared:
             try:
@@ -265,7 +265,7 @@ def _warn(plan: MissionPlan, estimate: PlanEstimate) -> Iterator[PlanProblem]:
     if estimate.flight_s > plan.search_s:
         yield PlanProblem(
             "search_s",
-            f"The flight takes {estimate.flight_s / 60.0:.0f} min, and everybody returns after "
+            f"The flight takes {estimate.flight_s / 60.0:.0f} min, but all vehicles return after "
             f"{plan.search_s / 60.0:.0f} min: the search ends before its last leg; allow more time, or make the area "
             "smaller.",
             blocking=False,

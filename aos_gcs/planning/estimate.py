@@ -1,4 +1,4 @@
-"""What a plan will take and see, before anybody flies: legs, time, coverage, battery.
+"""Estimates of a plan: legs, time, coverage, battery.
 
 The figures are estimates of a search that finds nothing, and therefore flies all legs to their ends.
 """
@@ -23,39 +23,39 @@ from aos_gcs.swarm.model import Observation
 from aos_gcs.swarm.registry import make_strategy
 
 ACCELERATION_MPS2 = 2.5
-"""Of multirotors that are sent from waypoint to waypoint."""
+"""Acceleration of multirotors that fly from waypoint to waypoint."""
 STILL_S = 1.2
-"""Per step: to stop swaying, expose, transfer and decide."""
+"""Time per step to settle, expose, transfer and decide."""
 CLIMB_MPS = 2.5
 SINK_MPS = 1.0
 
 
 @dataclass(frozen=True, slots=True)
 class PlanEstimate:
-    """What becomes of a plan when nothing is found."""
+    """Figures of a plan in which nothing is found."""
 
     legs: tuple[ScanLeg, ...]
     swath_m: float
     """Width that the swarm's line sees."""
     area_m2: float
     free_area_m2: float
-    """Without the no-go zones."""
+    """Search area without the no-go zones."""
     covered_fraction: float
     """Share of the whole area that the legs sweep."""
-    way_m: float
-    """Of the middle of the swarm, from the launch site and back."""
+    path_m: float
+    """Length of the path of the swarm's middle, from the launch site and back."""
     scan_s: float
     flight_s: float
     """From the first take-off to the last landing."""
     battery_fraction: float
-    """Of a full battery that the flight takes."""
+    """Share of a full battery that the flight takes."""
 
 
 def estimate_plan(plan: MissionPlan, plane_height_m: float) -> PlanEstimate:
     """Estimate a plan that :func:`aos_gcs.planning.check.check_plan` finds nothing wrong with.
 
     Args:
-        plan: what is to be flown.
+        plan: to be flown.
         plane_height_m: height of the focal plane above the origin.
 
     Raises:
@@ -71,7 +71,7 @@ def estimate_plan(plan: MissionPlan, plane_height_m: float) -> PlanEstimate:
     transfers_m = _transfers_m(legs, start_enu_m, landing_enu_m)
     scanned_m = sum(leg.length_m for leg in legs)
     scan_s = scanned_m / scan_step_m(plan) * _step_s(plan)
-    transfer_s = sum(move_s(way_m, plan.cruise_speed_mps) for way_m in transfers_m)
+    transfer_s = sum(move_s(length_m, plan.cruise_speed_mps) for length_m in transfers_m)
     highest_m = plan.lowest_layer_m + (plan.vehicles - 1) * plan.layer_spacing_m
     flight_s = scan_s + transfer_s + highest_m / CLIMB_MPS + highest_m / SINK_MPS
     return PlanEstimate(
@@ -80,7 +80,7 @@ def estimate_plan(plan: MissionPlan, plane_height_m: float) -> PlanEstimate:
         area_m2=raster.area_m2(inside),
         free_area_m2=raster.area_m2(inside & ~barred),
         covered_fraction=raster.area_m2(inside & swept & ~barred) / raster.area_m2(inside),
-        way_m=scanned_m + sum(transfers_m),
+        path_m=scanned_m + sum(transfers_m),
         scan_s=scan_s,
         flight_s=flight_s,
         battery_fraction=flight_s / plan.endurance_s,
@@ -105,19 +105,19 @@ def planned_leg_count(plan: MissionPlan, plane_height_m: float, heading_rad: flo
     return leg_count(plan.area_enu_m, direction_enu, _swath_m(plan, plane_height_m))
 
 
-def flight_way_m(plan: MissionPlan, legs: Sequence[ScanLeg]) -> float:
-    """Return the length of the way along some legs, from the launch site and back."""
+def flight_path_m(plan: MissionPlan, legs: Sequence[ScanLeg]) -> float:
+    """Return the length of the path along some legs, from the launch site and back."""
     place_enu_m = launch_place(plan)
     return sum(leg.length_m for leg in legs) + sum(_transfers_m(legs, place_enu_m, place_enu_m))
 
 
 def launch_place(plan: MissionPlan) -> tuple[float, float]:
-    """Return where the swarm comes from: the launch point, or as long as there is none the origin."""
+    """Return the launch point, or the origin where a plan has none."""
     return (0.0, 0.0) if plan.launch_enu_m is None else plan.launch_enu_m
 
 
 def scan_step_m(plan: MissionPlan) -> float:
-    """Return how far the strategy moves its line per step while it sees nothing: it is asked."""
+    """Return how far the strategy moves its line per step while nothing is in view, by asking it."""
     strategy = make_strategy(plan.strategy, plan.parameters)
     north = np.array([0.0, 1.0])
     places_m = line_places(np.zeros(2), north, plan.vehicles, strategy.spacing_m)
@@ -133,7 +133,7 @@ def scan_step_m(plan: MissionPlan) -> float:
 
 
 def move_s(distance_m: float, speed_mps: float) -> float:
-    """Return how long a vehicle takes from rest to rest."""
+    """Return the duration of a move from rest to rest."""
     ramp_m = speed_mps**2 / ACCELERATION_MPS2
     if distance_m < ramp_m:
         return 2.0 * math.sqrt(distance_m / ACCELERATION_MPS2)
@@ -156,7 +156,7 @@ def _swath_m(plan: MissionPlan, plane_height_m: float) -> float:
 def _transfers_m(
     legs: Sequence[ScanLeg], start_enu_m: tuple[float, float], end_enu_m: tuple[float, float]
 ) -> list[float]:
-    """Return the lengths of the ways to the legs, between them, and home."""
+    """Return the lengths of the flights to the legs, between them, and home."""
     if not legs:
         return []
     between_m = [math.dist(leg.end_enu_m, following.start_enu_m) for leg, following in pairwise(legs)]

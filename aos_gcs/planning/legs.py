@@ -50,7 +50,7 @@ def scan_legs(
 ) -> tuple[ScanLeg, ...]:
     """Return parallel legs, to and fro, on which the swarm's line sweeps the whole area.
 
-    The line sees a swath of (n - 1) c4 plus one footprint. The area is cut into the fewest strips of equal width that
+    The line covers a swath of (n - 1) c4 plus one footprint. The area is cut into the fewest strips of equal width that
     a swath covers, each with a leg along its middle and as long as the area is there. The first leg begins at the
     corner of the pattern that is nearest to the start, and heads into the area.
 

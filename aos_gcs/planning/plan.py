@@ -1,4 +1,4 @@
-"""What an operator plans before a mission: where is searched, where not, from where, how high and by which strategy."""
+"""Plans that operators make: search area, no-go zones, launch and return points, heights, strategy."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SPACING_PARAMETER = "c4_m"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionPlan:
-    """A plan, not necessarily a good one: :func:`aos_gcs.planning.check.check_plan` tells.
+    """A plan of a mission, checked by :func:`aos_gcs.planning.check.check_plan` only.
 
     Points are horizontal ENU metres about the mission's origin, heights metres above it.
     """
@@ -28,15 +28,15 @@ class MissionPlan:
     area_enu_m: Polygon
     no_go_enu_m: tuple[Polygon, ...] = ()
     launch_enu_m: tuple[float, float] | None = None
-    """Where the vehicles stand; known from themselves once they are heard."""
+    """Launch point; vehicles that are heard report their own."""
     return_enu_m: tuple[float, float] | None = None
-    """Where they land; None: where they have started."""
+    """Point where the vehicles land; None: where they started."""
     fence_enu_m: Polygon | None = None
     """None: preflight proposes one around area and launch points."""
     scan_heading_rad: float = 0.0
-    """Of the first scan, clockwise from north."""
+    """Heading of the first leg, clockwise from north."""
     camera_fov_rad: float = math.radians(50.0)
-    """Horizontal."""
+    """Horizontal field of view."""
     lowest_layer_m: float = FlightSettings().lowest_layer_m
     layer_spacing_m: float = FlightSettings().layer_spacing_m
     spacing_m: float | None = None
@@ -50,11 +50,11 @@ class MissionPlan:
     """Distance to keep from the fence on the inside."""
     cruise_speed_mps: float = FlightSettings().cruise_speed_mps
     min_battery_fraction: float = UNLIMITED.min_battery_fraction
-    """At which a vehicle leaves for home."""
+    """Battery fraction at which a vehicle flies home."""
     endurance_s: float = 1500.0
-    """How long a full battery keeps a vehicle in the air; for the estimate alone."""
+    """Flight time of a full battery; used for estimates only."""
     search_s: float = Deadlines().search_s
-    """From the start; without a find until then, everybody returns."""
+    """Time from the start after which all vehicles return, unless a target has been found."""
     forest: ForestSettings | None = None
     """None: no advice on the aperture."""
 
@@ -68,10 +68,10 @@ class MissionPlan:
 
 @dataclass(frozen=True, slots=True)
 class PlanProblem:
-    """Something about a plan that is to be mended, or at least known."""
+    """A problem of a plan, or advice on it."""
 
     field: str
-    """Of ``MissionPlan``; an element of a list has its index behind, from 0: ``no_go_enu_m[0]``."""
+    """Field of ``MissionPlan``; elements of a list have their index, from 0: ``no_go_enu_m[0]``."""
     text: str
     """What is wrong, and the remedy."""
     blocking: bool = True
@@ -80,17 +80,17 @@ class PlanProblem:
 
 @dataclass(frozen=True, slots=True)
 class StrategyOptions:
-    """What can be chosen about a strategy."""
+    """A strategy with the parameters that a plan can set."""
 
     name: str
     parameters: tuple[Parameter, ...]
-    """Without the spacing, which a plan has as a field of its own."""
+    """All but the spacing, which is a field of the plan."""
 
 
 def available_options() -> tuple[StrategyOptions, ...]:
-    """Return what a plan can name as its strategy.
+    """Return the strategies that a plan can name.
 
-    One that cannot be loaded has no parameters; :func:`~aos_gcs.planning.check.check_plan` tells why.
+    A strategy that cannot be loaded has no parameters; :func:`~aos_gcs.planning.check.check_plan` reports why.
     """
     return tuple(StrategyOptions(name, tuple(_parameters(name))) for name in available_strategies())
 

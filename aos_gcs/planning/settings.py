@@ -1,4 +1,4 @@
-"""What a mission is told before it starts."""
+"""Settings of a mission."""
 
 from __future__ import annotations
 
@@ -28,44 +28,44 @@ class _Positive:
 
 @dataclass(frozen=True, slots=True)
 class FlightSettings(_Positive):
-    """How vehicles are moved. Heights are above the mission's origin."""
+    """Layers, speed and arrival. Heights are above the mission's origin."""
 
     lowest_layer_m: float = 35.0
     """Height of the lowest altitude layer; h in the papers."""
     layer_spacing_m: float = 2.0
-    """Between the layers of two vehicles. The papers simulate 1 m; vehicles without RTK need 3 m and more."""
+    """Vertical distance of two vehicles' layers. The papers simulate 1 m; vehicles without RTK need 3 m and more."""
     cruise_speed_mps: float = 10.0
     arrival_radius_m: float = 0.5
-    """A vehicle has arrived when it is this near to its waypoint ..."""
+    """Distance to the waypoint at which a vehicle has arrived, if it is slow enough."""
     arrival_speed_mps: float = 0.5
-    """... and this slow, so that frames are not blurred and poses not late."""
+    """Speed below which a vehicle has arrived, so that frames are not blurred and poses not late."""
 
 
 @dataclass(frozen=True, slots=True)
 class Deadlines(_Positive):
-    """How long the mission waits, in clock seconds, before it goes on without a vehicle or gives up."""
+    """Clock seconds after which the mission goes on without a vehicle, or gives up."""
 
     connect_s: float = 60.0
     preflight_s: float = 120.0
     command_s: float = 10.0
     takeoff_s: float = 90.0
     move_s: float = 30.0
-    """For a waypoint of one step."""
+    """Flight to a waypoint of one step."""
     transfer_s: float = 180.0
-    """For flights to the line and home."""
+    """Flight to the line, or home."""
     capture_s: float = 20.0
     search_s: float = 1200.0
-    """From the start; without a find until then, everybody returns. Batteries last about as long."""
+    """Time from the start after which all vehicles return, unless a target has been found; batteries last as long."""
     land_s: float = 240.0
     lost_s: float = 5.0
-    """A vehicle silent for longer is left out."""
+    """Silence after which a vehicle counts as lost."""
     all_lost_s: float = 15.0
-    """With every vehicle silent for longer, the mission ends."""
+    """Silence of all vehicles after which the mission ends."""
 
 
 @dataclass(frozen=True, slots=True)
 class DetectionSettings(_Positive):
-    """When a target counts as in view, and when as found."""
+    """Conditions under which a target is in view, found and lost."""
 
     threshold_m2: float = 0.05
     """T: visibility from which the target is in view. A standing person shows 0.1 to 0.2 m² to one camera without
@@ -73,7 +73,7 @@ class DetectionSettings(_Positive):
     found_steps: int = 5
     """Consecutive steps in view that agree on the position before the target counts as found."""
     found_radius_m: float = 1.0
-    """How far those sightings may lie from their mean."""
+    """Greatest distance of those sightings from their mean."""
     found_min_count: int = 2
     """Frames that must agree on one cell of the blob."""
     lost_steps: int = 3
@@ -86,39 +86,39 @@ class DetectionSettings(_Positive):
 
 @dataclass(frozen=True, slots=True)
 class PreflightSettings:
-    """What preflight does by itself before a launch."""
+    """What preflight may change, and which failed checks it overrides."""
 
     upload_fence: bool = False
-    """Write the mission's fence to the vehicles, with the parameters that make them keep it."""
+    """Write the mission's geofence to the vehicles, with the parameters that enforce it."""
     set_return_height: bool = False
-    """Have vehicles return by themselves in their own altitude layers, and as before once they have landed."""
+    """Set the failsafe return height of each vehicle to its altitude layer, and restore it after landing."""
     overrides: Mapping[str, str] = field(default_factory=dict)
-    """Reason by check: failures of these checks do not stand against the launch, on any vehicle."""
+    """Reason by check whose failures do not block the launch, on any vehicle."""
     refresh_s: float = 60.0
     """Pause before a vehicle whose settings were good is asked for them again."""
 
 
 @dataclass(frozen=True, slots=True)
 class AutofocusSettings(_Positive):
-    """How the height of the focal plane is looked for during the search."""
+    """Search for the height of the focal plane during a mission."""
 
     enabled: bool = False
     reach_m: float = 4.0
-    """How far below and above ``imaging.plane_height_m`` it is looked for. Leave crowns out: they have most texture."""
+    """Range below and above ``imaging.plane_height_m``. Leave crowns out: they have most texture."""
     interval_steps: int = 3
 
     def is_due(self, step: int) -> bool:
-        """Whether it is looked for after this step."""
+        """Whether autofocus runs after this step."""
         return self.enabled and step % self.interval_steps == 0
 
 
 @dataclass(frozen=True, slots=True)
 class RegistrationSettings(_Positive):
-    """How the errors of poses are learnt from the frames."""
+    """Estimation of the errors of poses from the frames."""
 
     enabled: bool = False
     min_confidence: float = 0.6
-    """From which poses are corrected; 0 to 1."""
+    """Confidence from which poses are corrected, 0 to 1."""
     interval_steps: int = 1
 
     def __post_init__(self) -> None:
@@ -127,13 +127,13 @@ class RegistrationSettings(_Positive):
             raise ConfigurationError(f"min_confidence must be at most 1, but is {self.min_confidence}.")
 
     def is_due(self, step: int) -> bool:
-        """Whether something is learnt from this step."""
+        """Whether registration runs after this step."""
         return self.enabled and step % self.interval_steps == 0
 
 
 @dataclass(frozen=True, slots=True)
 class ForestSettings(_Positive):
-    """What hides the ground, for advice on the aperture; heights are above the focal plane."""
+    """Canopy above the ground, for advice on the aperture; heights are above the focal plane."""
 
     canopy_height_m: float
     crown_base_m: float
@@ -148,7 +148,7 @@ class MissionSettings:
     """A whole mission."""
 
     vehicles: int
-    """How many to wait for."""
+    """Number of vehicles to wait for."""
     area_enu_m: tuple[tuple[float, float], ...]
     """Search area, a simple polygon."""
     imaging: ImagingSettings
@@ -157,7 +157,7 @@ class MissionSettings:
     origin: GeodeticPosition | None = None
     """None: the home of the vehicle with the lowest id."""
     return_enu_m: tuple[float, float] | None = None
-    """Where the vehicles land, side by side; None: each where it has started."""
+    """Point around which all vehicles land; None: each where it started."""
     scan_direction_enu: tuple[float, float] = (0.0, 1.0)
     planning_fov_rad: float = math.radians(50.0)
     """Horizontal field of view that legs are planned for; images carry their own camera model."""

@@ -23,22 +23,22 @@ from aos_gcs.errors import InputDataError
 MAX_FILE_BYTES: Final = 4 * 1024 * 1024
 MAX_SHAPES: Final = 200
 MAX_POINTS: Final = 500
-"""Of a shape."""
+"""Greatest number of points of a shape."""
 
 MAX_TEXT: Final = 120
-"""Of what is repeated from a file, characters."""
+"""Greatest number of characters of a text from a file that is shown."""
 
 _CIRCLE_CORNERS = 32
 _METRES_PER_DEGREE = 111_320.0
 _NO_GO = re.compile(r"no.?go|no.?fly|exclusion|keep.?out|forbidden", re.IGNORECASE)
 _FENCE = re.compile(r"fence", re.IGNORECASE)
 _WGS84 = re.compile(r"(CRS:?84|EPSG:(.*:)?(4326|4979))$", re.IGNORECASE)
-"""As older GeoJSON names it; RFC 7946 knows no other."""
+"""Names of WGS 84 in older GeoJSON; RFC 7946 allows no other system."""
 _BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 
 
 class ShapeRole(StrEnum):
-    """What a shape may be meant for."""
+    """Possible purpose of a shape."""
 
     AREA = "area"
     NO_GO = "no_go"

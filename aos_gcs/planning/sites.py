@@ -1,4 +1,4 @@
-"""Whether a plan's launch and return points will do, and whether the swarm gets from there to its area and back."""
+"""Launch and return points of a plan: whether they can be used, and whether paths lead to the area and back."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from aos_gcs.planning.proposal import FENCE_MARGIN_M, propose_fence
 
 FloatArray = NDArray[np.float64]
 Homes = Mapping[int, tuple[float, float]]
-"""Where vehicles stand, horizontal ENU metres by id."""
+"""Launch points of vehicles by id, horizontal ENU metres."""
 
-_Search = Callable[[FloatArray], Obstruction | None]
+_Check = Callable[[FloatArray], Obstruction | None]
 
 
 def planned_ground(plan: MissionPlan, homes_enu_m: Homes, slack_m: float) -> Ground:
-    """Return the ground of a plan whose shapes are polygons, within the fence that will be proposed if it has none."""
+    """Return the ground of a plan with valid shapes, within the geofence that is proposed if it has none."""
     fence_enu_m = plan.fence_enu_m
     if fence_enu_m is None:
         points = [plan.launch_enu_m, plan.return_enu_m, *homes_enu_m.values()]
@@ -36,17 +36,19 @@ def planned_ground(plan: MissionPlan, homes_enu_m: Homes, slack_m: float) -> Gro
 
 
 def check_points(plan: MissionPlan, ground: Ground, homes_enu_m: Homes) -> Iterator[PlanProblem]:
-    """Yield what speaks against starting and landing where the plan has it.
+    """Yield problems of the launch and return points.
 
-    Where vehicles stand is advice: they can be moved until preflight lets nobody start from there.
+    Problems of where vehicles stand are advice: they can still be moved, and preflight checks them again.
     """
-    yield from _told(plan, homes_enu_m, ground.at, ground.at)
+    yield from _problems(plan, homes_enu_m, ground.at, ground.at)
 
 
-def check_ways(plan: MissionPlan, ground: Ground, homes_enu_m: Homes, legs: Sequence[ScanLeg]) -> Iterator[PlanProblem]:
-    """Yield what bars the ways to the first leg and from the last one; as :func:`check_points`."""
+def check_paths(
+    plan: MissionPlan, ground: Ground, homes_enu_m: Homes, legs: Sequence[ScanLeg]
+) -> Iterator[PlanProblem]:
+    """Yield what blocks the paths to the first leg and from the last one, as :func:`check_points` does."""
     first_m, last_m = np.array(legs[0].start_enu_m), np.array(legs[-1].end_enu_m)
-    yield from _told(
+    yield from _problems(
         plan,
         homes_enu_m,
         lambda place_m: None if ground.at(place_m) else ground.between(place_m, first_m),
@@ -54,7 +56,7 @@ def check_ways(plan: MissionPlan, ground: Ground, homes_enu_m: Homes, legs: Sequ
     )
 
 
-def _told(plan: MissionPlan, homes_enu_m: Homes, barred_start: _Search, barred_end: _Search) -> Iterator[PlanProblem]:
+def _problems(plan: MissionPlan, homes_enu_m: Homes, barred_start: _Check, barred_end: _Check) -> Iterator[PlanProblem]:
     for field, name, point, barred in (
         ("launch_enu_m", "launch", plan.launch_enu_m, barred_start),
         ("return_enu_m", "return", plan.return_enu_m, barred_end),
@@ -66,5 +68,5 @@ def _told(plan: MissionPlan, homes_enu_m: Homes, barred_start: _Search, barred_e
         if (obstruction := barred_start(np.array(place))) is not None:
             standing[obstruction].append(vehicle_id)
     for obstruction, ids in standing.items():
-        who = f"Vehicle {ids[0]} is" if len(ids) == 1 else f"Vehicles {', '.join(map(str, ids))} are"
-        yield PlanProblem("launch_enu_m", f"{who} {obstruction.text}; {obstruction.remedy}.", blocking=False)
+        subject = f"Vehicle {ids[0]} is" if len(ids) == 1 else f"Vehicles {', '.join(map(str, ids))} are"
+        yield PlanProblem("launch_enu_m", f"{subject} {obstruction.text}; {obstruction.remedy}.", blocking=False)

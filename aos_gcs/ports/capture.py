@@ -23,11 +23,11 @@ class Capture:
     image: NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32]
     """Shape (H, W, C); bands as in ``bands``."""
     bands: tuple[str, ...]
-    """Of ``red, green, blue, grey, thermal``, one per channel. Thermal is in degrees Celsius when radiometric."""
+    """One of ``red, green, blue, grey, thermal`` per channel. Thermal is in degrees Celsius when radiometric."""
     position: GeodeticPosition
     """Projection centre at exposure."""
     R_cam2enu: NDArray[np.float64]
     """Orientation at exposure, shape (3, 3), into the ENU axes at ``position``."""
     camera: CameraModel
     time_sigma_s: float | None = None
-    """Standard deviation of the time that the pose is of; None where the source tells none."""
+    """Standard deviation of the time that the pose is of; None where the source does not report it."""

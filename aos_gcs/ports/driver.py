@@ -14,18 +14,18 @@ from aos_gcs.ports.vehicle import Vehicle
 
 
 class Severity(StrEnum):
-    """How much an operator should care."""
+    """Urgency of a notice."""
 
     INFO = "info"
     WARNING = "warning"
     NEWS = "news"
-    """What the mission is flown for: to be noted before all warnings, though nothing is wrong."""
+    """Result of the search: to be shown before all warnings, though nothing is wrong."""
     CRITICAL = "critical"
 
 
 @dataclass(frozen=True, slots=True)
 class Notice:
-    """Something worth telling the operator."""
+    """A message to the operators."""
 
     severity: Severity
     text: str
@@ -34,7 +34,7 @@ class Notice:
 
 @dataclass(frozen=True, slots=True)
 class DriverContext:
-    """What a driver gets from the service that opens it."""
+    """Services and settings that a driver gets when it is opened."""
 
     clock: Clock
     is_healthy: Callable[[], bool]
@@ -43,11 +43,11 @@ class DriverContext:
     notify: Callable[[Notice], None]
     """Returns at once; may be called for every status text."""
     log_folder: Path | None = None
-    """Where the driver records its raw traffic, if anywhere."""
+    """Folder in which the driver records its raw traffic; None: nowhere."""
     system_id: int = 254
     """Our own MAVLink system id."""
     options: Mapping[str, object] = field(default_factory=dict)
-    """Settings of this driver alone."""
+    """Settings of this driver."""
 
 
 class Fleet(Protocol):

@@ -15,7 +15,7 @@ _SAME_HEIGHT_M = 0.1
 
 @dataclass(frozen=True, slots=True)
 class Geofence:
-    """Where a vehicle may fly, as its own autopilot keeps it."""
+    """Limits of a flight that the autopilot itself enforces."""
 
     inclusion_deg: tuple[LatLon, ...]
     """Polygon to stay in."""
@@ -28,7 +28,7 @@ class Geofence:
     """Stored items that belong to none of the polygons above, such as circles; we write none."""
 
     def is_same_as(self, other: Geofence) -> bool:
-        """Whether both limit a flight alike, but for what gets lost in an autopilot's own numbers."""
+        """Whether both fences are equal within the resolution of autopilots."""
         rings, other_rings = ((fence.inclusion_deg, *fence.exclusions_deg) for fence in (self, other))
         if [len(ring) for ring in rings] != [len(ring) for ring in other_rings]:
             return False
@@ -53,7 +53,7 @@ def _is_same_limit(one_m: float | None, other_m: float | None) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Safeguard:
-    """What a vehicle does by itself when something goes wrong."""
+    """A failsafe of an autopilot."""
 
     is_on: bool
     text: str
@@ -64,21 +64,21 @@ class Safeguard:
 
 @dataclass(frozen=True, slots=True)
 class VehicleFacts:
-    """How a vehicle is built and set up: read when asked for, unlike telemetry."""
+    """Firmware and settings of a vehicle: read when asked for, unlike telemetry."""
 
     firmware: str
-    """Version; empty when it was not told."""
+    """Version; empty when it is unknown."""
     board_id: str
-    """Of the flight controller, in hexadecimal; empty when it has none."""
+    """Identifier of the flight controller, in hexadecimal; empty when it has none."""
     link_loss: Safeguard
-    """When our heartbeats are no longer heard."""
+    """Failsafe for when our heartbeats are no longer heard."""
     low_battery: Safeguard
     fence: Geofence | None
     """None when no fence is stored."""
     at_fence: Safeguard
     return_height_m: float
-    """Height above home to which it climbs, if it is lower, before it returns by itself."""
+    """Height above home to which the autopilot climbs, if it is lower, before its own return."""
     return_climb_m: float
-    """How far it climbs before that, however high it is."""
+    """Height that it climbs before that, however high it is."""
     return_settings: Mapping[str, float]
     """The autopilot's own settings that say both, for ``Vehicle.restore_return``."""

@@ -35,12 +35,12 @@ class LandedState(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class LinkQuality:
-    """How well a vehicle is reached; its packet loss and age stand in ``VehicleState``."""
+    """Quality of the link to a vehicle; packet loss and age are in ``VehicleState``."""
 
     address: str
-    """Where it is spoken to now."""
+    """Address to which messages are sent now."""
     living_addresses: int = 1
-    """At how many addresses, on all links together, it is being heard."""
+    """Number of addresses, on all links together, at which the vehicle is heard."""
     round_trip_s: float | None = None
     clock_offset_s: float | None = None
     """The vehicle's clock minus ours; errs by at most half of the round trip."""
@@ -50,22 +50,22 @@ class LinkQuality:
 
 @dataclass(frozen=True, slots=True)
 class CameraState:
-    """What has become of the frames of a vehicle's camera since its link was opened."""
+    """Counts of the frames of a vehicle's camera since its link was opened."""
 
     source: str = ""
-    """How they come, in the driver's own word, such as ``component``."""
+    """Source of the frames, in the driver's own word, such as ``component``."""
     frames: int = 0
-    """That were delivered."""
+    """Frames that were delivered."""
     refused: int = 0
-    """That came, but with a pose or a time that cannot be trusted."""
+    """Frames that came with a pose or a time that cannot be trusted."""
     late: int = 0
-    """That were not there by the deadline."""
+    """Frames that did not come by the deadline."""
     torn: int = 0
-    """That were not whole by the deadline."""
+    """Frames that were incomplete at the deadline."""
     failed: int = 0
-    """That failed otherwise: the camera did not expose, or the file cannot be used."""
+    """Frames that failed otherwise: the camera did not expose, or the file cannot be used."""
     problem: str = ""
-    """Why the latest one that is missing is missing."""
+    """Reason why the latest missing frame is missing."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -32,16 +32,16 @@ class Vehicle(Protocol):
         ...
 
     async def inspect(self, deadline_s: float) -> VehicleFacts:
-        """Ask the vehicle how it is set up. Costs a few dozen messages; nothing is changed.
+        """Read how the vehicle is set up. Costs a few dozen messages; nothing is changed.
 
         Raises:
-            CommandRefusedError: the vehicle is not to be asked, or refuses to tell.
-            CommandTimeoutError: not all was told by ``deadline_s``.
+            CommandRefusedError: the vehicle must not be asked, or refuses to answer.
+            CommandTimeoutError: not all answers came by ``deadline_s``.
         """
         ...
 
     async def upload_fence(self, fence: Geofence, deadline_s: float) -> None:
-        """Replace the vehicle's fence, have it kept, and read back what is stored.
+        """Replace the vehicle's geofence, enable it, and read back what is stored.
 
         Raises:
             CommandRefusedError: the vehicle does not take it, or stores another one.
@@ -50,7 +50,7 @@ class Vehicle(Protocol):
         ...
 
     async def set_return_height(self, height_above_home_m: float, deadline_s: float) -> None:
-        """Have the vehicle climb to this height, and no higher, before it returns by itself; only on the ground.
+        """Set the height to which the vehicle climbs before its own return; only on the ground.
 
         A vehicle that is higher returns as high as it is. The vehicle has repeated the new values when this returns.
 
@@ -64,7 +64,7 @@ class Vehicle(Protocol):
         """Set back ``VehicleFacts.return_settings`` that were read earlier; only on the ground.
 
         Raises:
-            CommandRefusedError: its motors run, it keeps other values, or a setting says nothing of its return.
+            CommandRefusedError: its motors run, it keeps other values, or a setting does not concern its return.
             CommandTimeoutError: not done by ``deadline_s``.
         """
         ...

@@ -1,4 +1,4 @@
-"""A mission with the simulator: configured, started and judged together."""
+"""Simulated missions: simulator and service configured, started and scored together."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ ORIGIN_DEG = (48.3, 14.3, 260.0)
 SEARCH_AREA_ENU_M = ((-25.0, 8.0), (25.0, 8.0), (25.0, 88.0), (-25.0, 88.0))
 """The part of the simulator's forest that hides the person; one leg of ten vehicles covers it."""
 FOLDER_NAME = "simulation"
-"""In the mission folder: the simulator's truth and its log."""
+"""Folder within the mission folder for the simulator's truth and log."""
 
 _STOP_TIMEOUT_S = 10.0
 _EXIT_REFUSED = 2
@@ -34,7 +34,7 @@ _EXIT_REFUSED = 2
 
 @dataclass(frozen=True, slots=True)
 class DemoOptions:
-    """What to simulate, and how to search.
+    """Options of a simulated mission.
 
     Raises:
         ConfigurationError: a value is out of its range.
@@ -44,9 +44,9 @@ class DemoOptions:
     seed: int = 1
     strategy: str = "aos-apso"
     port: int | None = 8080
-    """Of the dashboard; None: no dashboard."""
+    """Port of the dashboard; None: no dashboard."""
     operator_code_file: Path | None = None
-    """Of the dashboard; None: a random code."""
+    """File with the code of operators; None: a random code."""
     speed: float = 1.0
     """Simulated seconds per second."""
     autopilot: str = "arducopter"

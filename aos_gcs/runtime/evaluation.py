@@ -133,4 +133,4 @@ def _truth() -> Callable[..., list[float]]:
     for point in entry_points(group=TRUTH_GROUP):
         truth: Callable[..., list[float]] = point.load()
         return truth
-    raise ConfigurationError("No simulator is installed that could tell the truth; install aos-gcs[sim].")
+    raise ConfigurationError("No simulator is installed that knows the truth; install aos-gcs[sim].")

@@ -1,4 +1,4 @@
-"""Looks at the recorded steps of a mission again: on other focal planes, and frame by frame.
+"""Views of the recorded steps of a mission: on other focal planes, and frame by frame.
 
 The frames are those on the disk, so that a flying mission and a record are seen in the same way.
 """
@@ -46,14 +46,14 @@ from aos_gcs.store.reader import MissionReader
 T = TypeVar("T")
 
 KEPT_STEPS = 2
-"""Whose frames stay in memory: two can be compared. Ten frames of a step take 10 to 40 MB."""
+"""Number of steps whose frames stay in memory: two can be compared. Ten frames of a step take 10 to 40 MB."""
 KEPT_ANALYSES = 4
-"""Planes: of two steps, another kind of picture needs no new computation."""
+"""Number of analysed planes that stay in memory: another kind of picture of them needs no new computation."""
 MAX_WAITING = 8
 DEPTH_BELOW_M = 50.0
-"""How far below the mission's own plane one may look."""
+"""Greatest depth below the mission's own plane."""
 CLEARANCE_M = 1.0
-"""Between the highest plane and the lowest camera."""
+"""Distance of the highest plane to the lowest camera."""
 _ENCODE = {PictureFormat.PNG: encode_png, PictureFormat.JPEG: encode_jpeg}
 
 
@@ -62,7 +62,7 @@ class _Step:
     step: int
     frames: tuple[Frame, ...]
     utc_s: tuple[float, ...]
-    """Of the frames' exposures."""
+    """Times of the frames' exposures."""
     focal_height_m: float
     known_mask: FindMask
     """Remembers the masks: they are the same on every plane, and finding them takes longer than all else."""
@@ -163,7 +163,7 @@ class Viewer:
         # Finer cells than a picture has would only cost time: a slider waits for this.
         settings = replace(self._settings, plane_height_m=height_m, max_cells=MAX_CELLS)
         loaded = self._load(step)
-        return _told(lambda: analyse_step(loaded.frames, settings, known_mask=loaded.known_mask), InputDataError)
+        return _with_error(lambda: analyse_step(loaded.frames, settings, known_mask=loaded.known_mask), InputDataError)
 
     def _view(
         self,
@@ -225,7 +225,7 @@ class Viewer:
             )
             return FocusFound(result.height_m, result.sigma_m, result.found, result.reason)
 
-        return _told(search, ConfigurationError)
+        return _with_error(search, ConfigurationError)
 
 
 def open_viewer(reader: MissionReader) -> Viewer:
@@ -265,8 +265,8 @@ def _within(analysis: StepAnalysis, window: ViewWindow) -> StepAnalysis:
     )
 
 
-def _told(compute: Callable[[], T], kind: type[InputDataError | ConfigurationError]) -> T:
-    """Return what is computed; what is wrong with frames or a square becomes an error of what was asked for."""
+def _with_error(compute: Callable[[], T], kind: type[InputDataError | ConfigurationError]) -> T:
+    """Return the result of a computation; errors of imaging become errors of the given kind."""
     try:
         return compute()
     except ImagingError as error:

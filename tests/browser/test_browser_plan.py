@@ -301,7 +301,7 @@ async def test_bad_files_and_areas_are_refused_where_they_were_given(page: Page,
     problem = page.get_by_test_id("shape-problem-area")
     await picker.set_input_files(FilePayload(name="swapped", mimeType="", buffer=document))
     await page.get_by_test_id("import-ok").click()
-    await expect(problem).to_contain_text("latitude and longitude the wrong way round")
+    await expect(problem).to_contain_text("latitude and longitude swapped")
     await expect(page.get_by_test_id("plan-apply")).to_be_disabled()
     await page.get_by_test_id("plan-undo").click()
     await expect(problem).to_have_text("")

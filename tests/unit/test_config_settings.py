@@ -195,7 +195,7 @@ def test_standing_overrides_name_a_check_and_a_reason() -> None:
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
-        ("link: why not", "'link' is no check that may be overridden; those are: battery, camera, geofence"),
+        ("link: why not", "'link' cannot be overridden; only these can: battery, camera, geofence"),
         ("camera", "'camera' needs a reason"),
         ("camera: ", "'camera' needs a reason"),
     ],

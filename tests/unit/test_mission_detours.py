@@ -55,9 +55,9 @@ def test_a_wall_from_fence_to_fence_cannot_be_passed() -> None:
     detours = Detours([FENCE, wall], MARGIN_M, SLACK_M)
     west_m, east_m = np.array([-20.0, 0.0]), np.array([20.0, 0.0])
     assert detours.next_corner(west_m, east_m) is None
-    assert not detours.has_way(west_m, east_m)
-    assert detours.has_way(west_m, np.array([-20.0, 40.0]))
-    assert Detours([FENCE, WALL], MARGIN_M, SLACK_M).has_way(west_m, east_m)
+    assert not detours.has_path(west_m, east_m)
+    assert detours.has_path(west_m, np.array([-20.0, 40.0]))
+    assert Detours([FENCE, WALL], MARGIN_M, SLACK_M).has_path(west_m, east_m)
 
 
 def test_a_notch_of_the_fence_is_flown_around() -> None:
@@ -121,7 +121,7 @@ def test_places_reached_are_those_that_a_way_leads_to(data: st.DataObject) -> No
     start_m = detours.reachable(np.array(data.draw(st.tuples(coordinate, coordinate))))
     places_m = np.array(data.draw(st.lists(st.tuples(coordinate, coordinate), min_size=1, max_size=6)))
     expected = [
-        bool(np.array_equal(detours.reachable(place_m), place_m)) and detours.has_way(start_m, place_m)
+        bool(np.array_equal(detours.reachable(place_m), place_m)) and detours.has_path(start_m, place_m)
         for place_m in places_m
     ]
     assert detours.reached(start_m, places_m).tolist() == expected

@@ -52,7 +52,7 @@ def test_a_good_plan_has_no_problem() -> None:
         ({"launch_enu_m": (0.0, 50.0), "no_go_enu_m": (((-5, 45), (5, 45), (5, 55), (-5, 55)),)}, "launch_enu_m", "1"),
         ({"fence_enu_m": SQUARE, "return_enu_m": (0.0, -9.0)}, "return_enu_m", "outside of the fence"),
         ({"launch_enu_m": (math.nan, 0.0)}, "launch_enu_m", "move it"),
-        ({"launch_enu_m": (0.0, 4.5e6)}, "launch_enu_m", "wrong way round"),
+        ({"launch_enu_m": (0.0, 4.5e6)}, "launch_enu_m", "swapped"),
         ({"no_go_enu_m": tuple(circle(20.0, 101) for _ in range(2))}, "no_go_enu_m", "200 in all"),
         ({"area_enu_m": circle(4900.0, 9), "vehicles": 2}, "area_enu_m", "legs, 100 are allowed"),
         ({"fence_margin_m": 5.0, "fence_enu_m": WIDE, "launch_enu_m": (0.0, -16.0)}, "launch_enu_m", "4.0 m from"),
@@ -134,7 +134,7 @@ def test_the_estimate_adds_up() -> None:
     assert estimate.covered_fraction == pytest.approx(1.0, abs=0.01)
     # A swath of 4 x 4.2 m and one footprint of 32.6 m covers 100 m in three legs.
     assert len(estimate.legs) == 3
-    assert estimate.way_m >= 300.0
+    assert estimate.path_m >= 300.0
     steps = 300.0 / scan_step_m(PLAN)
     assert estimate.scan_s / steps == pytest.approx(3.0, abs=0.2)  # as in recorded missions
     assert estimate.scan_s < estimate.flight_s == pytest.approx(1500.0 * estimate.battery_fraction)

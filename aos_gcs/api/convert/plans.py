@@ -171,7 +171,7 @@ def _estimate(estimate: PlanEstimate, origin: GeodeticPosition) -> wire.PlanEsti
         area_m2=estimate.area_m2,
         free_area_m2=estimate.free_area_m2,
         covered_percent=100.0 * estimate.covered_fraction,
-        way_m=estimate.way_m,
+        path_m=estimate.path_m,
         scan_s=estimate.scan_s,
         flight_s=estimate.flight_s,
         battery_percent=100.0 * estimate.battery_fraction,

@@ -118,9 +118,9 @@ class PlanEstimateModel(WireModel):
     legs: list[ScanLegModel]
     swath_m: float = Field(description="Width that the swarm's line sees.")
     area_m2: float
-    free_area_m2: float = Field(description="Without the no-go zones.")
+    free_area_m2: float = Field(description="Search area without the no-go zones.")
     covered_percent: float = Field(description="Of the whole area.")
-    way_m: float
+    path_m: float
     scan_s: float
     flight_s: float = Field(description="From the first take-off to the last landing.")
     battery_percent: float = Field(description="Of a full battery.")

@@ -1275,7 +1275,7 @@ export interface components {
       flight_s: number;
       /**
        * Free Area M2
-       * @description Without the no-go zones.
+       * @description Search area without the no-go zones.
        */
       free_area_m2: number;
       /** Legs */
@@ -1288,7 +1288,7 @@ export interface components {
        */
       swath_m: number;
       /** Way M */
-      way_m: number;
+      path_m: number;
     };
     /**
      * PlanMessage
