@@ -7,11 +7,13 @@ import pytest
 from typer.testing import CliRunner
 
 from aos_gcs.cli.lab import lab
-from aos_gcs.errors import ConfigurationError
+from aos_gcs.errors import AosError, ConfigurationError
+from aos_gcs.imaging.persons.evidence import Evidence
+from aos_gcs.imaging.persons.likeness import person_confidence, read_model
 from aos_gcs.lab.effectiveness.report import ClaimResult, Rule, decide
-from aos_gcs.lab.effectiveness.store import DECISIONS_FILE, SCENES_FILE, SUMMARY_FILE, read_results
-from aos_gcs.lab.effectiveness.study import SceneKey, StudySettings, study_scene, study_scenes
-from aos_gcs.lab.scenes import PositionGrade
+from aos_gcs.lab.effectiveness.store import DECISIONS_FILE, SCENES_FILE, SUMMARY_FILE, StudyFolder, read_results
+from aos_gcs.lab.effectiveness.study import SceneKey, SceneResult, StudySettings, WarmBody, study_scene, study_scenes
+from aos_gcs.lab.scenes import Body, PositionGrade
 
 SMALL = StudySettings(vehicles=4, image_size_px=256, imaging_steps=1)
 WITH, WITHOUT = SceneKey(20.0, 1, has_person=True), SceneKey(20.0, 2, has_person=False)
@@ -66,3 +68,34 @@ def test_bad_options_are_named(option: str, value: str, named: str, tmp_path: Pa
             lab, ["effectiveness", "--out", str(tmp_path / "study"), option, value], catch_exceptions=False
         )
     assert not (tmp_path / "study").exists()
+
+
+def test_the_command_fits_a_model_of_persons_to_a_study(tmp_path: Path) -> None:
+    study, model = tmp_path / "study", tmp_path / "model.json"
+    person, deer = Evidence(9, 8, 0.6, 0.8, 15.0, 20.0), Evidence(3, 2, 2.5, 0.1, 12.0, 14.0)
+    folder = StudyFolder(study, SMALL)
+    for seed in range(6):
+        place = (float(seed), 2.0)
+        bodies = (WarmBody(person, place, 0.5), WarmBody(deer, (place[0] + 20.0, 2.0), 0.5))
+        folder.append(
+            SceneResult(
+                key=SceneKey(300.0, seed, has_person=True),
+                bodies=(Body("person standing", place), Body("deer", (place[0] + 20.0, 2.0))),
+                approached=None,
+                anomalies=dict.fromkeys(PositionGrade, ()),
+                warm={PositionGrade.GNSS: (), PositionGrade.RTK: bodies},
+            )
+        )
+    command = ["fit-person", "--study", str(study), "--out", str(model)]
+    done = CliRunner().invoke(lab, command, catch_exceptions=False)
+    assert done.stdout == f"{model}: fitted to 6 persons and 6 other bodies\n"
+    fitted = read_model(model)
+    assert person_confidence(person, fitted) > 0.8
+    assert person_confidence(deer, fitted) < 0.2
+
+
+def test_no_model_is_fitted_to_a_study_without_scenes(tmp_path: Path) -> None:
+    command = ["fit-person", "--study", str(tmp_path / "none"), "--out", str(tmp_path / "model.json")]
+    with pytest.raises(AosError, match="bodies of both kinds"):
+        CliRunner().invoke(lab, command, catch_exceptions=False)
+    assert not (tmp_path / "model.json").exists()

@@ -1,8 +1,5 @@
 """The studies behind the results, and how the better strategy is measured by what was asked of it."""
 
-from dataclasses import replace
-
-import numpy as np
 import pyarrow as pa
 import pytest
 
@@ -10,51 +7,17 @@ from aos_gcs.errors import ConfigurationError
 from aos_gcs.lab.bound import ORACLE
 from aos_gcs.lab.document import FIGURES, better_goals, document_frame
 from aos_gcs.lab.report import Comparison, compare
-from aos_gcs.lab.rows import StepRow, to_table
 from aos_gcs.lab.scenario import Scenario
 from aos_gcs.lab.studies import BETTER, REFERENCE, STUDIES
-
-TIMES_S = np.linspace(0.0, 20.0, 41)
-ROW = StepRow(
-    initialisation="",
-    strategy="",
-    step=1,
-    time_s=0.0,
-    visibility=0.0,
-    area_m2=0.0,
-    unoccluded_m2=1.0,
-    history_visibility=0.0,
-    history_area_m2=0.0,
-    in_view=True,
-    branch="pso",
-    leader_id=1,
-    evolutionary_factor=None,
-    evolutionary_state=None,
-    c_s_m=None,
-    c_c_m=None,
-    east_m=[0.0, 4.0],
-    north_m=[0.0, 0.0],
-    height_m=[35.0, 36.0],
-    fitness=[0.0, 0.0],
-    target_east_m=0.0,
-    target_north_m=0.0,
-    target_error_m=0.1,
-    min_distance_m=4.0,
-    min_flight_distance_m=4.0,
-    path_m=0.0,
-)
+from tests.fakes.lab_rows import run_at
 
 
 def comparison(levels: dict[str, float], speed_mps: float = 0.0) -> Comparison:
     """Runs whose V, A and history stay at a level, a little higher in every further initialisation."""
 
-    def run(strategy: str, number: int) -> pa.Table:
-        level = levels[strategy] + 0.01 * number
-        values = {"visibility": level, "area_m2": level, "history_visibility": level}
-        named = replace(ROW, strategy=strategy, initialisation=str(number), **values)
-        return to_table(replace(named, step=step, time_s=float(t)) for step, t in enumerate(TIMES_S, start=1))
-
-    rows = pa.concat_tables([run(strategy, number) for strategy in levels for number in range(5)])
+    rows = pa.concat_tables(
+        [run_at(level + 0.01 * number, name, str(number)) for name, level in levels.items() for number in range(5)]
+    )
     return compare(Scenario(target_speed_mps=speed_mps), [REFERENCE, BETTER], rows)
 
 
