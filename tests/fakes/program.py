@@ -14,6 +14,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from tests.timing import scaled_s
+
 POLL_S = 0.1
 
 
@@ -53,9 +55,9 @@ class Program:
         return result
 
     async def until(self, condition: Callable[[], bool], timeout_s: float) -> None:
-        """Wait until a condition holds; fail with the program's log when it ends or time runs out before."""
+        """Wait until a condition holds; fail with the log when the program ends or the scaled time runs out before."""
         with suppress(TimeoutError):
-            async with asyncio.timeout(timeout_s):
+            async with asyncio.timeout(scaled_s(timeout_s)):
                 while not condition() and self.process.returncode is None:  # noqa: ASYNC110 - nothing announces it
                     await asyncio.sleep(POLL_S)
         assert condition(), f"exit code {self.process.returncode}, log:\n{self.log[-3000:]}"

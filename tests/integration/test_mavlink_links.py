@@ -21,6 +21,7 @@ from aos_gcs.clock import LoopClock
 from aos_gcs.errors import CommandRefusedError, ConfigurationError, LinkError
 from aos_gcs.ports import DriverContext, Fleet, Hold, Land, Notice, Severity
 from tests.fakes.mavlink_vehicle import FakeVehicle
+from tests.timing import scaled_s
 
 HOST = "127.0.0.1"
 KEY = bytes(range(32))
@@ -38,7 +39,7 @@ def make_context(**settings: object) -> tuple[DriverContext, list[Notice]]:
 
 
 async def until(condition: Callable[[], bool]) -> None:
-    async with asyncio.timeout(10.0):
+    async with asyncio.timeout(scaled_s(10.0)):
         while not condition():  # noqa: ASYNC110 - what is awaited is the driver's telemetry
             await asyncio.sleep(0.005)
 

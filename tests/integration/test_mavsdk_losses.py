@@ -15,6 +15,7 @@ from aos_gcs.clock import LoopClock
 from aos_gcs.ports import DriverContext
 from aos_sim.camera.synthetic import CheckerboardGround
 from aos_sim.swarm import SimulatedSwarm, SwarmOptions
+from tests.timing import scaled_s
 
 SPEED = 10.0
 
@@ -44,7 +45,7 @@ async def test_a_lost_message_about_an_image_is_asked_for_again(monkeypatch: pyt
         open_mavsdk([f"udpin://127.0.0.1:{port}"], context) as fleet,
         SimulatedSwarm(options, CheckerboardGround()),
     ):
-        async with asyncio.timeout(20.0):
+        async with asyncio.timeout(scaled_s(20.0)):
             while not any(vehicle.state.ready_to_arm for vehicle in fleet.vehicles().values()):
                 await clock.sleep(0.5)
         captures = [await fleet.vehicles()[1].capture(clock.now_s() + 120.0) for _ in range(2)]

@@ -20,6 +20,7 @@ from aos_gcs.mission.model import Outcome, Phase, Task
 from aos_gcs.ports import Clock, DriverContext, Fleet, FlightMode
 from aos_gcs.store.reader import MissionReader
 from tests.fakes.program import Program, running
+from tests.timing import scaled_s
 
 CONFIGURATION = """
 clock_speed = {speed}
@@ -145,7 +146,7 @@ class Search:
         assert self.report()["min_separation_m"] >= 1.5
 
     async def _until(self, condition: Callable[[], bool], timeout_s: float) -> None:
-        async with asyncio.timeout(timeout_s):
+        async with asyncio.timeout(scaled_s(timeout_s)):
             while not condition():
                 await self.clock.sleep(1.0)
 

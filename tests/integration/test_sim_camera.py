@@ -32,6 +32,7 @@ from aos_sim.camera.synthetic import CheckerboardGround
 from aos_sim.swarm import SimulatedSwarm
 from aos_sim.swarm import SwarmOptions as SimulatorOptions
 from aos_sim.world.scene import SceneParameters, build_scene
+from tests.timing import scaled_s
 
 HOST = "127.0.0.1"
 SPEED = 2.0
@@ -49,7 +50,7 @@ def free_ports(count: int) -> list[int]:
 
 
 async def until(condition: Callable[[], bool]) -> None:
-    async with asyncio.timeout(10.0):
+    async with asyncio.timeout(scaled_s(10.0)):
         while not condition():  # noqa: ASYNC110 - nothing announces what is waited for
             await asyncio.sleep(0.05)
 
@@ -150,7 +151,7 @@ async def test_an_independent_client_takes_a_photograph_with_a_camera_beside_a_v
     configuration = Configuration.create_with_component_type(ComponentType.GROUND_STATION)
     async with flying("arducopter", 1) as (simulated, _, link), Mavsdk(configuration) as client:
         await client.add_any_connection(link)
-        async with asyncio.timeout(20.0):
+        async with asyncio.timeout(scaled_s(20.0)):
             while not (systems := await client.get_systems()):  # noqa: ASYNC110 - the client has no events for it
                 await asyncio.sleep(0.05)
             camera = CameraAsync(systems[0])

@@ -26,6 +26,8 @@ from mavsdk.asyncio.plugins.param import ParamAsync
 from mavsdk.asyncio.plugins.telemetry import TelemetryAsync
 from mavsdk.component_type import ComponentType
 
+from tests.timing import scaled_s
+
 pytestmark = pytest.mark.timeout(60)
 
 SPEED = 10.0
@@ -54,7 +56,7 @@ class Client:
 
 async def until(condition: Callable[[], Awaitable[bool]], limit_s: float = 15.0) -> None:
     """Wait for telemetry to show something."""
-    async with asyncio.timeout(limit_s):
+    async with asyncio.timeout(scaled_s(limit_s)):
         while not await condition():  # noqa: ASYNC110 - the client has no events for what it polls
             await asyncio.sleep(0.05)
 
@@ -121,7 +123,7 @@ async def take_photo(client: Client) -> Any:
     first = asyncio.ensure_future(anext(captures))
     await asyncio.sleep(0)
     await camera.take_photo(CAMERA)
-    capture = await asyncio.wait_for(first, 10.0)
+    capture = await asyncio.wait_for(first, scaled_s(10.0))
     await captures.aclose()
     return capture
 

@@ -18,6 +18,7 @@ from aos_gcs.errors import LinkError
 from aos_sim.camera.synthetic import CheckerboardGround
 from aos_sim.packets import Parser
 from aos_sim.swarm import SimulatedSwarm, SwarmOptions
+from tests.timing import scaled_s
 
 HOST = "127.0.0.1"
 
@@ -53,7 +54,7 @@ async def test_each_vehicle_has_a_port_of_its_own_and_answers_there():
         port = receiver.getsockname()[1]
         async with SimulatedSwarm(small(f"udpout://{HOST}:{port}"), CheckerboardGround()) as swarm:
             ports: dict[int, set] = {}
-            async with asyncio.timeout(10):
+            async with asyncio.timeout(scaled_s(10)):
                 while len(ports) < 2:
                     messages, address = await receive(receiver)
                     for message in messages:
@@ -63,7 +64,7 @@ async def test_each_vehicle_has_a_port_of_its_own_and_answers_there():
             arm = mavlink.MAVLink_command_long_message(2, 1, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0, 1, *[0.0] * 6)
             for address in ports[1] | ports[2]:
                 receiver.sendto(packed(arm), address)
-            async with asyncio.timeout(10):
+            async with asyncio.timeout(scaled_s(10)):
                 while True:
                     messages, _ = await receive(receiver)
                     acks = [m for m in messages if m.get_type() == "COMMAND_ACK"]
@@ -80,7 +81,7 @@ async def test_listening_vehicles_answer_whoever_spoke():
     async with SimulatedSwarm(small(f"udpin://{HOST}:{base}", vehicles=1), CheckerboardGround()):
         with closing(udp_socket()) as receiver:
             receiver.sendto(b"\xfd garbage that is no message" + heartbeat(), (HOST, base))
-            async with asyncio.timeout(10):
+            async with asyncio.timeout(scaled_s(10)):
                 messages, _ = await receive(receiver)
             assert {message.get_srcSystem() for message in messages} == {1}
 
@@ -99,7 +100,7 @@ async def test_tcp_both_ways():
     server = await asyncio.start_server(listen, HOST, 0)
     port = server.sockets[0].getsockname()[1]
     async with server, SimulatedSwarm(small(f"tcpout://{HOST}:{port}"), CheckerboardGround()):
-        async with asyncio.timeout(10):
+        async with asyncio.timeout(scaled_s(10)):
             seen: set[int] = set()
             while len(seen) < 2:
                 seen.add(await heard.get())
@@ -107,7 +108,7 @@ async def test_tcp_both_ways():
     async with SimulatedSwarm(small(f"tcpin://{HOST}:{port}", vehicles=1), CheckerboardGround()):
         reader, writer = await asyncio.open_connection(HOST, port)
         writer.write(heartbeat())
-        async with asyncio.timeout(10):
+        async with asyncio.timeout(scaled_s(10)):
             assert Parser().feed(await reader.read(4096))[0].get_srcSystem() == 1
         writer.close()
         await writer.wait_closed()
@@ -147,7 +148,7 @@ async def test_process_writes_its_files_and_ends_cleanly_on_a_signal(tmp_path):
     with closing(udp_socket()) as receiver:
         sim = Process(tmp_path, receiver.getsockname()[1])
         process = await asyncio.create_subprocess_exec(sys.executable, *sim.arguments)
-        async with asyncio.timeout(60):
+        async with asyncio.timeout(scaled_s(60)):
             await receive(receiver)
             world = json.loads(sim.world.read_text())
             process.send_signal(signal.SIGTERM)
@@ -174,7 +175,7 @@ async def test_process_ends_with_its_parent(tmp_path):
             stdin=asyncio.subprocess.PIPE,
             stdout=asyncio.subprocess.PIPE,
         )
-        async with asyncio.timeout(60):
+        async with asyncio.timeout(scaled_s(60)):
             child = int(await parent.stdout.readline())
             await receive(receiver)
             parent.stdin.close()
