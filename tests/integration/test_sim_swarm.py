@@ -15,6 +15,7 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_gcs.errors import LinkError
+from aos_sim.__main__ import main
 from aos_sim.camera.synthetic import CheckerboardGround
 from aos_sim.packets import Parser
 from aos_sim.swarm import SimulatedSwarm, SwarmOptions
@@ -185,22 +186,28 @@ async def test_process_ends_with_its_parent(tmp_path):
     assert json.loads(sim.report.read_text())["landed"] == 2
 
 
-@pytest.mark.parametrize(
-    ("arguments", "sentence"),
-    [
-        (["--vehicles", "0"], "--vehicles must lie within 1 and 100"),
-        (["--link", "udp:14550"], "KIND://HOST:PORT"),
-        (["--origin", "48,14"], "LAT,LON,ALT"),
-        (["--param", "RTL_ALT"], "NAME=VALUE"),
-    ],
-)
-async def test_wrong_input_gives_a_sentence_and_exit_code_2(arguments, sentence):
+async def test_wrong_input_of_the_process_gives_a_sentence_and_exit_code_2():
     process = await asyncio.create_subprocess_exec(
-        *(sys.executable, "-m", "aos_sim", "--no-render", *arguments),
+        *(sys.executable, "-m", "aos_sim", "--no-render", "--vehicles", "0"),
         stderr=asyncio.subprocess.PIPE,
         env={**os.environ, "NO_COLOR": "1"},
     )
     _, errors = await process.communicate()
     assert process.returncode == 2
-    assert sentence in errors.decode()
+    assert "--vehicles must lie within 1 and 100" in errors.decode()
     assert len(errors.decode().splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["--link", "udp:14550"], "KIND://HOST:PORT"),
+        (["--origin", "48,14"], "LAT,LON,ALT"),
+        (["--param", "RTL_ALT"], "NAME=VALUE"),
+    ],
+)
+def test_wrong_options_are_named(arguments, sentence, monkeypatch, capsys):
+    monkeypatch.setattr(sys, "argv", ["aos_sim", "--no-render", *arguments])
+    with pytest.raises(SystemExit, match="2"):
+        main()
+    assert sentence in capsys.readouterr().err

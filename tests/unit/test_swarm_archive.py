@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -91,8 +92,9 @@ class Flight:
     state: ArchiveState
 
 
+@cache
 def fly(*, seed: int = 1, steps: int = 40, n: int = 6, speed_m: float = 0.0) -> Flight:
-    """Fly to a target at the origin that walks east by so many metres per step."""
+    """Fly to a target at the origin that walks east by so many metres per step; equal flights are flown once."""
     strategy = make_aos_archive({})
     forest, rng, state = ToyForest.grow(seed), np.random.default_rng(seed), strategy.init(NORTH)
     positions = line_of(n, north_m=-8.0)
@@ -119,7 +121,7 @@ class TestFlight:
         """AOS-PSO gathers around one drone; the same eyes show more where they complement each other."""
         archived, followed = [], []
         for seed in range(3):
-            archived.append(fly(seed=seed, steps=40).visibility[20:].mean())
+            archived.append(fly(seed=seed).visibility[20:].mean())
             forest, rng = ToyForest.grow(seed), np.random.default_rng(seed)
             strategy = make_strategy("aos-pso", {})
             positions = line_of(6, north_m=-8.0)
@@ -147,7 +149,7 @@ class TestFlight:
 
     @pytest.mark.parametrize("speed_m", [0.5, 1.5])
     def test_a_walking_target_is_followed(self, speed_m: float) -> None:
-        flight = fly(steps=40, n=8, speed_m=speed_m)
+        flight = fly(n=8, speed_m=speed_m)
         assert flight.state.target is not None
         assert flight.state.target.is_moving
         assert np.median(flight.target_error_m[-10:]) < 1.0
@@ -165,7 +167,7 @@ class TestState:
         assert json.dumps(encode(results[0][1])) == json.dumps(encode(results[1][1]))
 
     def test_it_stays_small(self) -> None:
-        assert len(json.dumps(encode(fly(steps=40, n=10).state))) < 100_000
+        assert len(json.dumps(encode(fly(n=10).state))) < 100_000
 
     def test_a_target_out_of_view_is_forgotten_only_after_some_steps(self) -> None:
         strategy, state = make_aos_archive({}), fly(steps=20).state
