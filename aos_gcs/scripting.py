@@ -46,7 +46,7 @@ GroundPoint = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SwarmOptions:
+class ScriptOptions:
     """Options of a script."""
 
     vehicles: int
@@ -70,7 +70,7 @@ class SwarmOptions:
 class Swarm:
     """Vehicles under a script's command. Made by :func:`open_swarm`."""
 
-    def __init__(self, fleet: Fleet, clock: Clock, journal: Journal, options: SwarmOptions) -> None:
+    def __init__(self, fleet: Fleet, clock: Clock, journal: Journal, options: ScriptOptions) -> None:
         self._options = options
         self._clock = clock
         self._roster = Roster(fleet, clock)
@@ -224,7 +224,7 @@ class Swarm:
 
 
 @asynccontextmanager
-async def open_swarm(links: Sequence[str], options: SwarmOptions) -> AsyncIterator[Swarm]:
+async def open_swarm(links: Sequence[str], options: ScriptOptions) -> AsyncIterator[Swarm]:
     """Connect, wait until all vehicles are ready, and yield the swarm; however the body ends, all are led home.
 
     Raises:

@@ -14,7 +14,7 @@ import numpy as np
 
 from aos_gcs.planning.settings import FlightSettings
 from aos_gcs.ports import Capture
-from aos_gcs.scripting import Swarm, SwarmOptions, open_swarm
+from aos_gcs.scripting import ScriptOptions, Swarm, open_swarm
 
 SPACING_M = 5.0
 
@@ -53,7 +53,7 @@ async def collect(swarm: Swarm, folder: Path, stations: int, step_m: float) -> i
     return frames
 
 
-async def run(links: list[str], options: SwarmOptions, folder: Path, stations: int, step_m: float) -> None:
+async def run(links: list[str], options: ScriptOptions, folder: Path, stations: int, step_m: float) -> None:
     async with open_swarm(links, options) as swarm:
         frames = await collect(swarm, folder, stations, step_m)
     print(f"{frames} frames in {folder}")
@@ -71,7 +71,7 @@ def main() -> None:
     arguments = parser.parse_args()
     arguments.folder.mkdir(parents=True, exist_ok=True)
     width_m, length_m = SPACING_M * arguments.vehicles, arguments.step * arguments.stations
-    options = SwarmOptions(
+    options = ScriptOptions(
         vehicles=arguments.vehicles,
         area_enu_m=((0.0, 0.0), (width_m, 0.0), (width_m, length_m), (0.0, length_m)),
         driver=arguments.driver,

@@ -8,7 +8,7 @@ import argparse
 import asyncio
 
 from aos_gcs.planning.settings import FlightSettings
-from aos_gcs.scripting import Swarm, SwarmOptions, open_swarm
+from aos_gcs.scripting import ScriptOptions, Swarm, open_swarm
 
 SPACING_M = 5.0
 
@@ -22,7 +22,7 @@ async def fly_square(swarm: Swarm, side_m: float) -> None:
         print(f"corner {east_m:g} m east, {north_m:g} m north")
 
 
-async def run(links: list[str], options: SwarmOptions, side_m: float) -> None:
+async def run(links: list[str], options: ScriptOptions, side_m: float) -> None:
     async with open_swarm(links, options) as swarm:
         await fly_square(swarm, side_m)
     print("all have landed")
@@ -37,7 +37,7 @@ def main() -> None:
     parser.add_argument("--height", type=float, default=20.0, help="of the lowest vehicle, metres")
     arguments = parser.parse_args()
     reach_m = arguments.side + SPACING_M * arguments.vehicles
-    options = SwarmOptions(
+    options = ScriptOptions(
         vehicles=arguments.vehicles,
         area_enu_m=((0.0, 0.0), (reach_m, 0.0), (reach_m, reach_m), (0.0, reach_m)),
         driver=arguments.driver,

@@ -17,7 +17,7 @@ import pytest
 from aos_gcs.airspace.limits import SafetyOverrides
 from aos_gcs.errors import ConfigurationError, MissionError
 from aos_gcs.planning.settings import Deadlines, FlightSettings
-from aos_gcs.scripting import SwarmOptions, open_swarm
+from aos_gcs.scripting import ScriptOptions, open_swarm
 from aos_sim.camera.synthetic import CheckerboardGround
 from aos_sim.swarm import SimulatedSwarm
 from aos_sim.swarm import SwarmOptions as SimulatorOptions
@@ -40,9 +40,9 @@ def names(folder: Path) -> list[str]:
     return sorted(path.name for path in folder.iterdir())
 
 
-def options(vehicles: int, driver: str = "mavlink") -> SwarmOptions:
+def options(vehicles: int, driver: str = "mavlink") -> ScriptOptions:
     """Deadlines and ages are in clock seconds; what takes real time is given twenty times as many."""
-    return SwarmOptions(
+    return ScriptOptions(
         vehicles=vehicles,
         area_enu_m=AREA_ENU_M,
         driver=driver,
@@ -120,7 +120,7 @@ async def test_a_script_cannot_leave_the_fence_and_everybody_comes_home_all_the_
 
 
 async def test_an_unknown_driver_is_refused_by_name() -> None:
-    wrong = SwarmOptions(vehicles=1, area_enu_m=AREA_ENU_M, driver="carrier-pigeon")
+    wrong = ScriptOptions(vehicles=1, area_enu_m=AREA_ENU_M, driver="carrier-pigeon")
     with pytest.raises(ConfigurationError, match="carrier-pigeon"):
         async with open_swarm(["udpin://127.0.0.1:14550"], wrong):
             pass

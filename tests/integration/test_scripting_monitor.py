@@ -12,7 +12,7 @@ from aos_gcs.clock import LoopClock
 from aos_gcs.errors import MissionError
 from aos_gcs.mission.journal import Journal
 from aos_gcs.planning.settings import Deadlines
-from aos_gcs.scripting import Swarm, SwarmOptions
+from aos_gcs.scripting import ScriptOptions, Swarm
 from tests.fakes.fleet import FakeFleet
 
 pytestmark = pytest.mark.looptime
@@ -24,7 +24,7 @@ AREA_ENU_M = ((-20.0, 0.0), (20.0, 0.0), (20.0, 60.0), (-20.0, 60.0))
 async def in_the_air() -> AsyncIterator[tuple[Swarm, FakeFleet, LoopClock]]:
     clock = LoopClock()
     fleet = FakeFleet(clock, 3, None)
-    options = SwarmOptions(vehicles=3, area_enu_m=AREA_ENU_M, deadlines=Deadlines(transfer_s=60.0))
+    options = ScriptOptions(vehicles=3, area_enu_m=AREA_ENU_M, deadlines=Deadlines(transfer_s=60.0))
     swarm = Swarm(fleet, clock, Journal(clock), options)
     watching = asyncio.create_task(swarm.watch())
     await swarm.get_ready()

@@ -26,7 +26,7 @@ from aos_gcs.mission.model import Outcome, Task
 from aos_gcs.planning.settings import Deadlines, FlightSettings
 from aos_gcs.ports import Capture, DriverContext, Vehicle
 from aos_gcs.runtime.service import open_service
-from aos_gcs.scripting import SwarmOptions, open_swarm
+from aos_gcs.scripting import ScriptOptions, open_swarm
 from aos_sim.attached.service import AttachedCameras, AttachedOptions
 from aos_sim.camera.synthetic import CheckerboardGround
 from aos_sim.swarm import SimulatedSwarm
@@ -55,9 +55,9 @@ async def until(condition: Callable[[], bool]) -> None:
             await asyncio.sleep(0.05)
 
 
-def script_options(vehicles: int, driver: str = "mavlink") -> SwarmOptions:
+def script_options(vehicles: int, driver: str = "mavlink") -> ScriptOptions:
     """Deadlines and ages are in clock seconds; what takes real time is given many times as many."""
-    return SwarmOptions(
+    return ScriptOptions(
         vehicles=vehicles,
         driver=driver,
         area_enu_m=((0.0, 0.0), (30.0, 0.0), (30.0, 30.0), (0.0, 30.0)),
