@@ -1,4 +1,4 @@
-"""Launch and return points, and the ways between them and the search area, in preflight."""
+"""Launch and return points, and the paths between them and the search area, in preflight."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_a_vehicle_in_a_no_go_zone_fails_alone() -> None:
     assert not found[1].overridable
 
 
-def test_nobody_starts_from_where_no_way_leads_to_the_area() -> None:
+def test_no_vehicle_starts_where_no_path_leads_to_the_area() -> None:
     found = ground((WALL,))
     assert {check.status for check in found.values()} == {CheckStatus.FAIL}
     assert "cut off" in found[2].text

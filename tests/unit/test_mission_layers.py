@@ -1,4 +1,4 @@
-"""Takeoff, the way to the line, the way home and landing: no two planned paths meet, whatever the launch points."""
+"""Takeoff, the flights to the line and home, and landing: no two planned paths meet, whatever the launch points."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def limits_of(homes_enu_m: FloatArray) -> SafetyLimits:
 
 
 def assert_apart(starts_m: FloatArray, ends_m: FloatArray, limits: SafetyLimits) -> None:
-    """Compare whole ways with one another, whoever flies how fast."""
+    """Compare whole paths with one another, at any speeds."""
     for one, other in combinations(range(len(starts_m)), 2):
         gap_m = segment_distance(starts_m[one], ends_m[one], starts_m[other], ends_m[other])
         assert gap_m >= limits.separation_m
@@ -81,7 +81,7 @@ def test_all_climb_and_land_at_the_same_time(homes_enu_m: FloatArray) -> None:
 
 @settings(max_examples=30, deadline=None)
 @given(launch_points(), st.floats(3.0, 12.0), st.floats(0.0, 6.28))
-def test_the_ways_to_the_line_and_home_are_flown_whole(
+def test_the_paths_to_the_line_and_home_are_flown_whole(
     homes_enu_m: FloatArray, spacing_m: float, heading_rad: float
 ) -> None:
     above_enu_m, limits = layers_above(homes_enu_m), limits_of(homes_enu_m)

@@ -110,7 +110,7 @@ def test_broken_files_are_refused_with_the_reason(content: bytes, words: str) ->
         import_shapes(content)
 
 
-def test_what_is_told_of_a_file_is_short() -> None:
+def test_texts_from_a_file_are_shortened() -> None:
     content = "9" * 100_000
     with pytest.raises(InputDataError) as refused:
         import_shapes(KML.replace("14.1", f"east{content}").encode())

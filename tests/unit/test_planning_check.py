@@ -98,7 +98,7 @@ def test_a_wall_that_can_be_flown_around_bars_nothing() -> None:
     assert blocking(replace(PLAN, no_go_enu_m=(wall,), fence_enu_m=WIDE, launch_enu_m=(0.0, -15.0))) == {}
 
 
-def test_all_problems_are_told_at_once() -> None:
+def test_all_problems_are_reported_at_once() -> None:
     found = blocking(replace(PLAN, vehicles=1, strategy="magic", area_enu_m=()))
     assert {"vehicles", "strategy", "area_enu_m"} <= found.keys()
 
@@ -114,7 +114,7 @@ def test_heights_that_need_a_permission_are_warned_of() -> None:
     assert "152 m" in warning.text
 
 
-def test_every_refused_parameter_is_told() -> None:
+def test_every_refused_parameter_is_reported() -> None:
     found = blocking(replace(PLAN, strategy_parameters={"gamma": 7.0, "c5": True}))
     assert found.keys() == {"strategy_parameters.gamma", "strategy_parameters.c5"}
 

@@ -37,7 +37,7 @@ def test_two_legs_to_and_fro_from_the_corner_next_to_the_start() -> None:
     assert (second.start_enu_m, second.end_enu_m) == (pytest.approx((25.0, 100.0)), pytest.approx((25.0, 0.0)))
 
 
-def test_the_direction_is_an_axis_and_the_start_decides_the_way() -> None:
+def test_the_direction_is_an_axis_and_the_start_decides_the_direction() -> None:
     (first, _) = legs_of(SQUARE, np.array([10.0, 150.0]))
     assert first.start_enu_m == pytest.approx((25.0, 100.0))
     assert first.direction_enu == pytest.approx((0.0, -1.0))
@@ -96,7 +96,7 @@ def test_the_pattern_begins_at_its_corner_nearest_to_the_start(
     assert signs == [(-1.0) ** row for row in range(len(legs))]
 
 
-def test_formation_at_the_start_of_a_leg_crosses_no_ways() -> None:
+def test_formation_at_the_start_of_a_leg_crosses_no_paths() -> None:
     leg = ScanLeg((50.0, 0.0), (0.0, 1.0), 100.0)
     places = leg_formation(leg, np.array([[9.0, -9.0], [0.0, -9.0], [5.0, -8.0]]), 4.0)
     assert places == pytest.approx(np.array([[54.0, 0.0], [46.0, 0.0], [50.0, 0.0]]))

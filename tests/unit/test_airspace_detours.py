@@ -25,26 +25,26 @@ def zone(*vertices_m: tuple[float, float]) -> Boundary:
 
 
 def fly(detours: Detours, start_m: NDArray[np.float64], end_m: NDArray[np.float64]) -> list[NDArray[np.float64]]:
-    """Return the corners of the whole way."""
-    way = [start_m]
-    while (corner_m := detours.next_corner(way[-1], end_m)) is not None:
-        way.append(corner_m)
-        assert len(way) < 50
-    return [*way, end_m]
+    """Return the corners of the whole path."""
+    path = [start_m]
+    while (corner_m := detours.next_corner(path[-1], end_m)) is not None:
+        path.append(corner_m)
+        assert len(path) < 50
+    return [*path, end_m]
 
 
 WALL = zone((-5.0, -30.0), (5.0, -30.0), (5.0, 40.0), (-5.0, 40.0))
 
 
 @pytest.mark.parametrize("clockwise", [False, True])
-def test_the_shorter_way_around_a_wall_is_taken(clockwise: bool) -> None:
+def test_the_shorter_path_around_a_wall_is_taken(clockwise: bool) -> None:
     wall = Boundary(WALL.vertices_m[::-1], "a wall", keeps_in=False) if clockwise else WALL
     detours = Detours([FENCE, wall], MARGIN_M, SLACK_M)
-    way = fly(detours, np.array([-20.0, 30.0]), np.array([20.0, 30.0]))
-    assert np.round(way, 6).tolist() == [[-20.0, 30.0], [-8.0, 43.0], [8.0, 43.0], [20.0, 30.0]]
+    path = fly(detours, np.array([-20.0, 30.0]), np.array([20.0, 30.0]))
+    assert np.round(path, 6).tolist() == [[-20.0, 30.0], [-8.0, 43.0], [8.0, 43.0], [20.0, 30.0]]
 
 
-def test_a_clear_way_needs_no_corner() -> None:
+def test_a_clear_path_needs_no_corner() -> None:
     assert (
         Detours([FENCE, WALL], MARGIN_M, SLACK_M).next_corner(np.array([-20.0, 0.0]), np.array([-20.0, 40.0])) is None
     )
@@ -61,8 +61,8 @@ def test_a_wall_from_fence_to_fence_cannot_be_passed() -> None:
 
 
 def test_a_notch_of_the_fence_is_flown_around() -> None:
-    way = fly(Detours([NOTCHED], MARGIN_M, SLACK_M), np.array([-30.0, 10.0]), np.array([30.0, 10.0]))
-    assert [len(way), min(north_m for _, north_m in way) < -12.0] == [4, True]
+    path = fly(Detours([NOTCHED], MARGIN_M, SLACK_M), np.array([-30.0, 10.0]), np.array([30.0, 10.0]))
+    assert [len(path), min(north_m for _, north_m in path) < -12.0] == [4, True]
 
 
 def test_a_place_in_a_zone_is_moved_out_of_it() -> None:
@@ -85,7 +85,7 @@ triangles = st.tuples(places, st.floats(2.0, 15.0), st.lists(st.floats(0.0, 2.0)
 
 @settings(max_examples=60, deadline=None)
 @given(st.lists(triangles, min_size=1, max_size=4), places, places)
-def test_no_way_comes_nearer_to_a_boundary_than_the_margin(
+def test_no_path_comes_nearer_to_a_boundary_than_the_margin(
     drawn: list[tuple[NDArray[np.float64], float, list[float]]],
     start_m: NDArray[np.float64],
     end_m: NDArray[np.float64],
@@ -101,10 +101,10 @@ def test_no_way_comes_nearer_to_a_boundary_than_the_margin(
     detours = Detours([FENCE, *zones], MARGIN_M, SLACK_M)
     start_m, end_m = detours.reachable(start_m), detours.reachable(end_m)
     assume(all(b.depth_m(p) >= MARGIN_M - 1e-6 for b in (FENCE, *zones) for p in (start_m, end_m)))
-    way = fly(detours, start_m, end_m)
-    if len(way) == 2:
-        return  # Straight, or no way at all: then safety shortens it.
-    for one_m, other_m in pairwise(way):
+    path = fly(detours, start_m, end_m)
+    if len(path) == 2:
+        return  # Straight, or no path at all: then safety shortens it.
+    for one_m, other_m in pairwise(path):
         for boundary in (FENCE, *zones):
             vertices_m = boundary.vertices_m
             gaps_m = segment_distance(one_m, other_m, vertices_m, np.roll(vertices_m, -1, axis=0))
@@ -114,7 +114,7 @@ def test_no_way_comes_nearer_to_a_boundary_than_the_margin(
 
 @settings(max_examples=40, deadline=None)
 @given(data=st.data())
-def test_places_reached_are_those_that_a_way_leads_to(data: st.DataObject) -> None:
+def test_places_reached_are_those_that_a_path_leads_to(data: st.DataObject) -> None:
     coordinate = st.floats(-45.0, 45.0)
     notches = zone((-5.0, -60.0), (5.0, -60.0), (5.0, data.draw(st.floats(0.0, 60.0))), (-5.0, 40.0))
     detours = Detours([FENCE, notches], MARGIN_M, SLACK_M)

@@ -66,7 +66,7 @@ def test_the_fence_shortens_with_its_margin() -> None:
     assert record.reason == "shortened to 5.0 of 20.0 m: the fence, with a margin of 5.0 m"
 
 
-def test_a_way_across_a_notch_of_the_fence_stops_before_it() -> None:
+def test_a_segment_across_a_notch_of_the_fence_stops_before_it() -> None:
     limits = SafetyLimits(fence_enu_m=NOTCHED, floor_m=20.0, ceiling_m=60.0)
     record = vet_one(request(1, (-40.0, 10.0, 35.0), (40.0, 10.0, 35.0)), limits=limits)
     assert record.verdict is WaypointVerdict.SHORTENED
@@ -75,13 +75,13 @@ def test_a_way_across_a_notch_of_the_fence_stops_before_it() -> None:
     assert record.sent_enu_m[0] == pytest.approx(-50.0 / 3.0, abs=1e-4)
 
 
-def test_within_the_margin_only_ways_inwards_are_sent() -> None:
+def test_within_the_margin_only_segments_inwards_are_sent() -> None:
     start = (48.0, 0.0, 35.0)
     assert vet_one(request(1, start, (40.0, 0.0, 35.0))).verdict is WaypointVerdict.SENT
     assert vet_one(request(1, start, (49.0, 0.0, 35.0))).verdict is WaypointVerdict.HELD
 
 
-def test_outside_the_fence_only_a_straight_way_back_is_sent() -> None:
+def test_outside_the_fence_only_a_straight_segment_back_is_sent() -> None:
     start = (55.0, 0.0, 35.0)
     assert vet_one(request(1, start, (40.0, 0.0, 35.0))).verdict is WaypointVerdict.SENT
     record = vet_one(request(1, start, (53.0, 0.0, 35.0)))
@@ -92,7 +92,7 @@ def test_outside_the_fence_only_a_straight_way_back_is_sent() -> None:
 ZONED = replace(LIMITS, no_go_enu_m=(((10.0, -10.0), (20.0, -10.0), (20.0, 10.0), (10.0, 10.0)),))
 
 
-def test_no_target_lies_in_a_no_go_zone_and_no_way_crosses_it() -> None:
+def test_no_target_lies_in_a_no_go_zone_and_no_segment_crosses_it() -> None:
     for end in ((15.0, 0.0, 35.0), (30.0, 0.0, 35.0)):
         record = vet_one(request(1, (0.0, 0.0, 35.0), end), limits=ZONED)
         assert record.verdict is WaypointVerdict.SHORTENED
@@ -101,14 +101,14 @@ def test_no_target_lies_in_a_no_go_zone_and_no_way_crosses_it() -> None:
     assert vet_one(request(1, (0.0, 20.0, 35.0), (30.0, 20.0, 35.0)), limits=ZONED).verdict is WaypointVerdict.SENT
 
 
-def test_inside_a_no_go_zone_only_a_straight_way_out_is_sent() -> None:
+def test_inside_a_no_go_zone_only_a_straight_segment_out_is_sent() -> None:
     start = (15.0, 0.0, 35.0)
     assert vet_one(request(1, start, (30.0, 0.0, 35.0)), limits=ZONED).verdict is WaypointVerdict.SENT
     record = vet_one(request(1, start, (16.0, 0.0, 35.0)), limits=ZONED)
     assert record.reason == "held: it is inside no-go zone 1 and would not fly straight out of it"
 
 
-def test_floor_and_ceiling_clip_the_way() -> None:
+def test_floor_and_ceiling_clip_the_segment() -> None:
     low = vet_one(request(1, (0.0, 0.0, 30.0), (20.0, 0.0, 10.0)))
     assert low.sent_enu_m == pytest.approx((10.0, 0.0, 20.0), abs=1e-5)
     assert "floor at 20.0 m" in low.reason
@@ -138,7 +138,7 @@ def test_who_must_not_move_is_held(vehicle: WaypointRequest, reason: str) -> Non
     assert (record.verdict, record.sent_enu_m, record.reason) == (WaypointVerdict.HELD, None, reason)
 
 
-def test_a_vehicle_on_its_way_home_is_not_kept_up_by_its_battery() -> None:
+def test_a_vehicle_that_flies_home_is_not_kept_up_by_its_battery() -> None:
     assert (
         vet_one(request(1, (0.0, 0.0, 35.0), (5.0, 0.0, 35.0), battery_fraction=None)).verdict is WaypointVerdict.SENT
     )
@@ -147,15 +147,17 @@ def test_a_vehicle_on_its_way_home_is_not_kept_up_by_its_battery() -> None:
 def test_the_energy_to_fly_there_and_home_must_be_left() -> None:
     limits = SafetyLimits(fence_enu_m=SQUARE, floor_m=20.0, ceiling_m=60.0, battery_per_m=0.01)
     home = (-40.0, 0.0, 35.0)
-    way = ((0.0, 0.0, 35.0), (5.0, 0.0, 35.0))
+    segment = ((0.0, 0.0, 35.0), (5.0, 0.0, 35.0))
     # 5 m there and 45 m home cost 0.5, and 0.2 must be left.
-    assert vet_one(request(1, *way, battery_fraction=0.71, home=home), limits=limits).verdict is WaypointVerdict.SENT
-    record = vet_one(request(1, *way, battery_fraction=0.69, home=home), limits=limits)
+    assert (
+        vet_one(request(1, *segment, battery_fraction=0.71, home=home), limits=limits).verdict is WaypointVerdict.SENT
+    )
+    record = vet_one(request(1, *segment, battery_fraction=0.69, home=home), limits=limits)
     assert record.reason == "held: battery at 69%, but 70% are needed to go there and return home"
-    assert "home is unknown" in vet_one(request(1, *way), limits=limits).reason
+    assert "home is unknown" in vet_one(request(1, *segment), limits=limits).reason
 
 
-def test_a_hovering_vehicle_in_the_way_shortens() -> None:
+def test_a_hovering_vehicle_on_the_segment_shortens_it() -> None:
     record = vet_one(request(1, (0.0, 0.0, 35.0), (10.0, 0.0, 35.0)), Obstacle(7, np.array([10.0, 0.0, 36.0])))
     assert record.verdict is WaypointVerdict.SHORTENED
     assert record.sent_enu_m == pytest.approx((10.0 - np.sqrt(3.0), 0.0, 35.0), abs=1e-5)
@@ -180,7 +182,7 @@ def test_a_landing_or_climbing_vehicle_takes_its_column(height_m: float, top_m: 
     ("end", "free"),
     [((0.0, 20.0, 35.0), True), ((20.0, 0.0, 35.0), False), ((20.0, 20.0, 35.0), True), ((20.0, 20.0, 39.0), False)],
 )
-def test_who_flies_home_by_itself_takes_its_way_and_the_column_at_its_end(
+def test_a_vehicle_that_returns_on_its_own_occupies_its_path_and_the_column_at_its_end(
     end: tuple[float, float, float], free: bool
 ) -> None:
     obstacle = Obstacle(7, np.array([10.0, 30.0, 39.0]), column=True, home_enu_m=np.array([10.0, 0.0, 0.0]))
@@ -188,7 +190,7 @@ def test_who_flies_home_by_itself_takes_its_way_and_the_column_at_its_end(
     assert (record.verdict is WaypointVerdict.SENT) == free
 
 
-def test_of_two_crossing_ways_the_later_id_yields() -> None:
+def test_of_two_crossing_segments_the_later_id_yields() -> None:
     first, second = vet_waypoints(
         [request(1, (0.0, -10.0, 35.0), (0.0, 10.0, 35.0)), request(2, (-10.0, 0.0, 35.0), (10.0, 0.0, 35.0))],
         [],
@@ -198,7 +200,7 @@ def test_of_two_crossing_ways_the_later_id_yields() -> None:
     assert second.sent_enu_m == pytest.approx((-2.0, 0.0, 35.0), abs=1e-5)
 
 
-def test_an_earlier_way_keeps_off_where_a_later_vehicle_may_be_held() -> None:
+def test_an_earlier_segment_keeps_off_where_a_later_vehicle_may_be_held() -> None:
     first, second = vet_waypoints(
         [
             request(1, (0.0, 0.0, 35.0), (8.0, 0.0, 35.0)),
@@ -229,9 +231,9 @@ def test_vehicles_that_are_too_close_may_only_part() -> None:
         assert [record.verdict for record in together] == [WaypointVerdict.SENT, WaypointVerdict.HELD]
 
 
-def test_a_way_too_short_for_a_length_is_none() -> None:
-    way = request(1, (0.0, 0.0, 35.0), (0.0, 1e-200, 35.0))
-    assert vet_one(way, Obstacle(2, np.array([1.0, 0.0, 35.0]))).verdict is WaypointVerdict.SENT
+def test_a_segment_too_short_for_a_length_is_none() -> None:
+    segment = request(1, (0.0, 0.0, 35.0), (0.0, 1e-200, 35.0))
+    assert vet_one(segment, Obstacle(2, np.array([1.0, 0.0, 35.0]))).verdict is WaypointVerdict.SENT
 
 
 def test_ids_must_differ_and_positions_be_known() -> None:
@@ -273,7 +275,7 @@ points = st.one_of(
     st.tuples(st.floats(-5.0, 5.0), st.floats(-20.0, -5.0), st.floats(25.0, 35.0)),
 )
 """Anywhere about the fence, or in a crowd at the tip of its notch."""
-ways = st.tuples(points, points, st.floats(0.0, 3.5))
+segments = st.tuples(points, points, st.floats(0.0, 3.5))
 """Start, end and link age: some are outside the limits, some silent."""
 
 
@@ -283,7 +285,7 @@ def airborne(
     return [request(10 + row, start, end, link_age_s=age) for row, (start, end, age) in enumerate(drawn)]
 
 
-def way_of(vehicle: WaypointRequest, record: WaypointRecord, samples: int = 60) -> FloatArray:
+def segment_of(vehicle: WaypointRequest, record: WaypointRecord, samples: int = 60) -> FloatArray:
     end = vehicle.position_enu_m if record.sent_enu_m is None else np.array(record.sent_enu_m)
     fraction = np.linspace(0.0, 1.0, samples)[:, None]
     return vehicle.position_enu_m + fraction * (end - vehicle.position_enu_m)
@@ -291,10 +293,10 @@ def way_of(vehicle: WaypointRequest, record: WaypointRecord, samples: int = 60) 
 
 @settings(max_examples=60, deadline=None)
 @given(
-    st.lists(ways, min_size=1, max_size=6),
+    st.lists(segments, min_size=1, max_size=6),
     st.lists(st.tuples(points, st.booleans(), st.none() | points), max_size=2),
 )
-def test_no_granted_way_violates_a_limit(
+def test_no_admitted_segment_violates_a_limit(
     drawn: list[tuple[tuple[float, float, float], tuple[float, float, float], float]],
     drawn_obstacles: list[tuple[tuple[float, float, float], bool, tuple[float, float, float] | None]],
 ) -> None:
@@ -304,18 +306,18 @@ def test_no_granted_way_violates_a_limit(
         for row, (at, column, home) in enumerate(drawn_obstacles)
     ]
     sampled = [
-        way_of(vehicle, record)
+        segment_of(vehicle, record)
         for vehicle, record in zip(vehicles, vet_waypoints(vehicles, obstacles, FREE), strict=True)
     ]
     fence, zone = as_polygon(FREE.fence_enu_m, "fence"), as_polygon(ZONE, "zone")
-    for way in sampled:
+    for segment in sampled:
         for vertices, side in ((fence, 1.0), (zone, -1.0)):
-            depth = side * signed_depth_m(way[0, :2], vertices)
+            depth = side * signed_depth_m(segment[0, :2], vertices)
             if depth > 0.0:
                 allowed = min(FREE.margin_m, depth) - 1e-6
-                assert min(side * signed_depth_m(point, vertices) for point in way[:, :2]) >= allowed
-        assert way[:, 2].min() >= min(FREE.floor_m, way[0, 2]) - 1e-6
-        assert way[:, 2].max() <= max(FREE.ceiling_m, way[0, 2]) + 1e-6
+                assert min(side * signed_depth_m(point, vertices) for point in segment[:, :2]) >= allowed
+        assert segment[:, 2].min() >= min(FREE.floor_m, segment[0, 2]) - 1e-6
+        assert segment[:, 2].max() <= max(FREE.ceiling_m, segment[0, 2]) + 1e-6
     for obstacle in obstacles:
         for low, high in obstacle.segments():
             sampled.append(low + np.linspace(0.0, 1.0, 60)[:, None] * (high - low))
@@ -330,7 +332,7 @@ def test_no_granted_way_violates_a_limit(
 
 
 @settings(max_examples=40, deadline=None)
-@given(st.lists(ways, min_size=2, max_size=6), st.randoms(use_true_random=False))
+@given(st.lists(segments, min_size=2, max_size=6), st.randoms(use_true_random=False))
 def test_the_order_of_the_arguments_changes_nothing(
     drawn: list[tuple[tuple[float, float, float], tuple[float, float, float], float]],
     random: np.random.Generator,
@@ -344,11 +346,11 @@ def test_the_order_of_the_arguments_changes_nothing(
 
 
 @settings(max_examples=40, deadline=None)
-@given(st.lists(ways, min_size=1, max_size=5))
+@given(st.lists(segments, min_size=1, max_size=5))
 def test_what_was_granted_is_not_cut_again(
     drawn: list[tuple[tuple[float, float, float], tuple[float, float, float], float]],
 ) -> None:
-    # All start inside: of a way back from outside, a part is no way back any more.
+    # All start inside: a part of a segment back from outside does not lead back inside.
     wide = replace(FREE, no_go_enu_m=(), fence_enu_m=tuple((2.0 * east_m, 2.0 * north_m) for east_m, north_m in SQUARE))
     vehicles = airborne(drawn)
     records = vet_waypoints(vehicles, [], wide)
@@ -364,8 +366,8 @@ def test_what_was_granted_is_not_cut_again(
         for vehicle, record in zip(vehicles, records, strict=True)
     ]
     for vehicle, record, second in zip(vehicles, records, vet_waypoints(again, [], wide), strict=True):
-        first_way, second_way = way_of(vehicle, record), way_of(vehicle, second)
-        assert np.array_equal(first_way[-1], second_way[-1])
+        first_segment, second_segment = segment_of(vehicle, record), segment_of(vehicle, second)
+        assert np.array_equal(first_segment[-1], second_segment[-1])
 
 
 def test_a_hundred_vehicles_in_their_own_cells_all_fly() -> None:
