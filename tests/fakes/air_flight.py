@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager
+from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,8 +26,10 @@ from aos_sim.camera.synthetic import SyntheticImage
 from aos_sim.clock import Pacer
 from aos_sim.swarm import SimulatedSwarm, SwarmOptions
 from tests.fakes.air import GCS, Air, targets
+from tests.fakes.frozen import StationLoop, station
 from tests.fakes.mission_flight import InlineExecutor, MemoryRecorder, settings
 
+IMAGE_SIZE_PX = 96
 SEPARATION_M = 1.5
 """The default of ``safety.separation_m``."""
 TARGET_ENU_M = (2.0, 30.0)
@@ -64,6 +66,7 @@ class AirFlight:
     clock: LoopClock
     run: asyncio.Task[Outcome]
     images: dict[str, bytes]
+    station: StationLoop
 
     def texts(self) -> list[str]:
         """Return all notices so far."""
@@ -127,14 +130,14 @@ async def simulated(
     monkeypatch.setattr(Pacer, "delay_s", lambda pacer, real_s: delay_s(pacer, real_s) + 1e-4)
     swarm_options = SwarmOptions(
         links=(f"udpout://{GCS[0]}:{GCS[1]}",),
-        image_size_px=96,
+        image_size_px=IMAGE_SIZE_PX,
         start_up_s=1.0,
         **options,  # type: ignore[arg-type]
     )
-    async with (
-        open_mavlink([f"udpin://{GCS[0]}:{GCS[1]}"], context) as fleet,
-        SimulatedSwarm(swarm_options, WarmSpot()) as swarm,
-    ):
+    async with AsyncExitStack() as stack:
+        with station():
+            fleet = await stack.enter_async_context(open_mavlink([f"udpin://{GCS[0]}:{GCS[1]}"], context))
+        swarm = await stack.enter_async_context(SimulatedSwarm(swarm_options, WarmSpot()))
         yield fleet, swarm
 
 
@@ -158,7 +161,7 @@ async def flying_over(
         "autopilot": autopilot,
         "parameters": changes.pop("parameters", {}),
     }
-    clock = LoopClock()
+    clock, loop = LoopClock(), StationLoop(asyncio.get_running_loop())
     journal, recorder, pulse = Journal(clock), MemoryRecorder(), LoopMonitor(period_s=0.5)
     context = DriverContext(clock=clock, is_healthy=pulse.is_healthy, notify=journal.take)
     async with (
@@ -185,5 +188,6 @@ async def flying_over(
             recorder=recorder,
             loop_monitor=pulse,
         )
-        run = group.create_task(mission.run())
-        yield AirFlight(mission, swarm, air, recorder, clock, run, images)
+        with station():
+            run = group.create_task(mission.run())
+        yield AirFlight(mission, swarm, air, recorder, clock, run, images, loop)

@@ -23,6 +23,8 @@ pytestmark = [pytest.mark.looptime, pytest.mark.slow, pytest.mark.timeout(900)]
 
 FAILSAFE = {"FS_GCS_ENABLE": 1.0, "FS_GCS_TIMEOUT": 5.0, "RTL_ALT": 0.0}
 """Return at the height that a vehicle has when its link is lost, or 15 m at least as delivered."""
+FREEZE_S = 7.0
+"""Longer than the failsafe waits."""
 
 
 def rewriting(change: Callable[[mavlink.MAVLink_message], bool]) -> Callable[[bytes, Address, Address], bytes | None]:
@@ -173,19 +175,24 @@ async def test_after_a_freeze_of_the_loop_the_mission_ends_in_order(monkeypatch:
     air = Air()
     async with flying_over(monkeypatch, air, parameters=FAILSAFE) as flight:
         await flight.until_step(2)
-        frozen: list[tuple[bytes, Address, Address]] = []
-        until_s = flight.clock.now_s() + 7.0
+        waiting: list[tuple[bytes, Address, Address]] = []
+        spoken: list[bytes] = []
 
-        def freeze(data: bytes, sender: Address, receiver: Address) -> bytes | None:
-            if flight.clock.now_s() >= until_s:
+        def receive_nothing(data: bytes, sender: Address, receiver: Address) -> bytes | None:
+            if sender == GCS:
+                spoken.append(data)
                 return data
-            if sender != GCS:
-                frozen.append((data, sender, receiver))
+            waiting.append((data, sender, receiver))
             return None
 
-        air.on_datagram = freeze
-        await flight.clock.sleep(7.0)
-        for datagram in frozen:
+        flight.station.freeze()
+        air.on_datagram = receive_nothing
+        steps = len(flight.mission.steps())
+        await flight.clock.sleep(FREEZE_S)
+        assert (spoken, len(flight.mission.steps())) == ([], steps), "the station stands still"
+        flight.station.thaw()
+        air.on_datagram = None
+        for datagram in waiting:
             air.carry(*datagram)
         await flight.run
         flight.assert_nobody_was_endangered()
