@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Mapping
+from dataclasses import astuple, dataclass, field, replace
 from functools import lru_cache
 from typing import Any
 
@@ -39,6 +39,12 @@ FRAME = LocalFrame(ORIGIN)
 CAMERA = CameraModel.from_fov(96, 96, math.radians(50.0))
 BANDS = ("red", "green", "blue", "thermal")
 TARGET_RADIUS_M = 0.7
+SILENCE_S = 5.0
+"""Age of the last message after which only commands that make a flight safer are sent."""
+MAX_FENCE_POINTS = 100
+_ALWAYS_SENT = (Hold, ReturnToLaunch, Land)
+_POLL_S = 0.2
+_TIME_RESOLUTION_S = 1e-6
 GOOD_FACTS = VehicleFacts(
     firmware="4.7.0",
     board_id="",
@@ -85,6 +91,8 @@ class FakeVehicle:
     keeps_return_height: bool = False
     inspections: int = 0
     uploads: int = 0
+    _newest: Command | None = None
+    _generation: int = 0
 
     def __post_init__(self) -> None:
         self.start_enu_m = self.goal_enu_m = self.home_enu_m
@@ -138,22 +146,73 @@ class FakeVehicle:
 
     async def execute(self, command: Command, deadline_s: float) -> None:
         self.commands.append(command)
-        if self.silent_since_s is not None:
-            await self.clock.sleep(max(0.0, deadline_s - self.clock.now_s()))
-            raise CommandRefusedError("no answer")
+        self._check_silence(command)
+        self._check_sense(command)
+        self._newest, self._generation = command, self._generation + 1
+        generation = self._generation
+
+        def check() -> None:
+            self._check_silence(command)
+            if self._generation != generation:
+                raise self._refusal(f"{type(command).__name__} is superseded by {type(self._newest).__name__}")
+
+        await self._wait(self._is_heard, deadline_s, check)
         if type(command) in self.refuses:
             raise CommandRefusedError(f"{type(command).__name__} denied")
+        self._obey(command)
+        if isinstance(command, Takeoff):
+            await self._wait(lambda: self._is_heard() and not self.is_moving(), deadline_s, check)
+
+    def _check_silence(self, command: Command) -> None:
+        silence_s = 0.0 if self.silent_since_s is None else self.clock.now_s() - self.silent_since_s
+        if silence_s > SILENCE_S and not isinstance(command, _ALWAYS_SENT):
+            raise self._refusal(f"has been silent for {silence_s:.0f} s: only hold, return and land are sent to it")
+
+    def _check_sense(self, command: Command) -> None:
+        state = self.state
+        is_grounded = not state.armed or state.landed is LandedState.ON_GROUND
+        match command:
+            case Disarm() if state.landed is not LandedState.ON_GROUND:
+                raise self._refusal("does not report that it is on the ground: land it before disarming")
+            case Takeoff() if not state.armed:
+                raise self._refusal("is not armed: arm it before takeoff")
+            case Goto(position) if not all(map(math.isfinite, astuple(position))):
+                raise self._refusal(f"cannot go there: the position {astuple(position)} is not finite")
+            case Goto() if is_grounded:
+                raise self._refusal("cannot go there: it is not flying, take off first")
+
+    def _refusal(self, reason: str) -> CommandRefusedError:
+        return CommandRefusedError(f"vehicle {self.vehicle_id} {reason}")
+
+    def _is_heard(self) -> bool:
+        return self.silent_since_s is None
+
+    async def _wait(
+        self, is_done: Callable[[], bool], deadline_s: float, check: Callable[[], None] = lambda: None
+    ) -> None:
+        """Return when it is done; ``check`` raises when it must not go on.
+
+        Raises:
+            CommandTimeoutError: not done by ``deadline_s``.
+        """
+        while not is_done():
+            check()
+            left_s = deadline_s - self.clock.now_s()
+            if left_s <= _TIME_RESOLUTION_S:
+                raise CommandTimeoutError(f"vehicle {self.vehicle_id} does not answer in time: check link and vehicle")
+            await self.clock.sleep(min(_POLL_S, left_s))
+        check()
+
+    def _obey(self, command: Command) -> None:
         position_enu_m = self.position_enu_m()
         match command:
             case Arm():
-                self.armed = True
+                self.mode, self.armed = FlightMode.GUIDED, True
             case Disarm():
                 self.armed = False
             case Takeoff(height_above_home_m):
                 self.mode = FlightMode.GUIDED
                 self.fly_to(self.home_enu_m + np.array([0.0, 0.0, height_above_home_m]))
-                while self.is_moving():
-                    await self.clock.sleep(0.2)
             case Goto(position, speed_mps):
                 self.mode, self.speed_mps = FlightMode.GUIDED, speed_mps
                 self.fly_to(FRAME.to_enu(position))
@@ -168,12 +227,10 @@ class FakeVehicle:
                 self.fly_to(np.array([*position_enu_m[:2], self.home_enu_m[2]]))
 
     async def inspect(self, deadline_s: float) -> VehicleFacts:
-        if self.silent_since_s is not None:
-            await self.clock.sleep(max(0.0, deadline_s - self.clock.now_s()))
-            raise CommandTimeoutError("no answer")
+        await self._wait(self._is_heard, deadline_s)
         self.inspections += 1
         own = {
-            "board_id": f"{self.vehicle_id:04x}",
+            "board_id": f"{self.vehicle_id:08x}",
             "fence": self.fence,
             "return_height_m": self.return_height_m,
             "return_settings": {"RTL_ALT": 100.0 * self.return_height_m},
@@ -181,24 +238,26 @@ class FakeVehicle:
         return replace(GOOD_FACTS, **own | self.facts)
 
     async def upload_fence(self, fence: Geofence, deadline_s: float) -> None:
-        if Geofence in self.refuses:
-            raise CommandRefusedError("no space")
-        if self.silent_since_s is not None:
-            await self.clock.sleep(max(0.0, deadline_s - self.clock.now_s()))
-            raise CommandTimeoutError("no answer")
+        await self._wait(self._is_heard, deadline_s)
+        points = sum(map(len, (fence.inclusion_deg, *fence.exclusions_deg)))
+        if Geofence in self.refuses or points > MAX_FENCE_POINTS:
+            raise self._refusal(f"refuses a geofence of {points} points: no space")
         self.uploads += 1
         self.fence = fence
 
     async def set_return_height(self, height_above_home_m: float, deadline_s: float) -> None:
-        assert not self.armed
+        if not (math.isfinite(height_above_home_m) and height_above_home_m > 0.0):
+            raise CommandRefusedError(f"a return height of {height_above_home_m} m is impossible")
         await self.restore_return({"RTL_ALT": 100.0 * height_above_home_m}, deadline_s)
 
     async def restore_return(self, settings: Mapping[str, float], deadline_s: float) -> None:
+        await self._wait(self._is_heard, deadline_s)
+        if strange := settings.keys() - {"RTL_ALT"}:
+            raise self._refusal(f"has no {min(strange)} that says how it returns")
+        if self.state.armed:
+            raise CommandRefusedError(f"the motors of vehicle {self.vehicle_id} run")
         if self.keeps_return_height:
             raise CommandRefusedError("it keeps RTL_ALT")
-        if self.silent_since_s is not None:
-            await self.clock.sleep(max(0.0, deadline_s - self.clock.now_s()))
-            raise CommandTimeoutError("no answer")
         self.return_height_m = settings["RTL_ALT"] / 100.0
 
     async def capture(self, deadline_s: float) -> Capture:

@@ -146,7 +146,7 @@ async def test_a_fence_that_a_vehicle_denies_is_told_in_its_words() -> None:
     flight.fleet.members[2].refuses = frozenset({Geofence})
     async with flying(flight) as run:
         await flight.clock.sleep(10.0)
-        assert check_of(flight, 2, checks.GEOFENCE).remedy == "no space"
+        assert check_of(flight, 2, checks.GEOFENCE).remedy.endswith("points: no space")
         assert check_of(flight, 1, checks.GEOFENCE).status is CheckStatus.PASS
         flight.fleet.members[2].refuses = frozenset()
         await until_ready(flight)
