@@ -22,6 +22,7 @@ from aos_gcs.mission.model import (
     ActionResult,
     CameraSnapshot,
     CheckOverride,
+    CheckStatus,
     ErrorEllipse,
     Event,
     EventKind,
@@ -179,6 +180,10 @@ class ScriptedMission:
         unknown = sorted(set(vehicle_ids or ()) - known)
         if unknown:
             raise MissionError(f"There is no vehicle {unknown[0]} in this mission.")
+        if action is Action.OVERRIDE:
+            raise MissionError("An override concerns one check of one vehicle.")
+        if (action is Action.FOCUS and vehicle_ids is not None) or (action is not Action.FOCUS and focal_height_m):
+            raise MissionError("The focal plane is one for the whole mission.")
         self.actions.append((action, vehicle_ids))
         self.operators.append(operator)
         if action is Action.FOCUS:
@@ -201,7 +206,7 @@ class ScriptedMission:
         check_action(self.phase, Action.OVERRIDE)
         key = (vehicle_id, check)
         found = next((one for one in self._preflight() if (one.vehicle_id, one.name) == key), None)
-        if found is None or not found.overridable:
+        if found is None or found.status is not CheckStatus.FAIL or not found.overridable:
             raise MissionError(f"{check} of vehicle {vehicle_id} cannot be overridden.")
         self.overrides.pop(key, None)
         if reason is not None:

@@ -9,6 +9,7 @@ from contextlib import asynccontextmanager
 from dataclasses import dataclass, field, replace
 
 from aos_gcs.clock import LoopClock
+from aos_gcs.errors import RecordingError
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.coordinator import Coordinator
 from aos_gcs.mission.health import LoopMonitor
@@ -54,32 +55,49 @@ class MemoryRecorder:
     settings: list[SettingsRecord] = field(default_factory=list)
     outcome: OutcomeRecord | None = None
     on_flush: Callable[[], None] | None = None
+    is_full: bool = False
+    """Whether nothing more can be kept, as on a full disk."""
+    lost_before_flush: int = 0
+
+    def _has_room(self) -> bool:
+        self.lost_before_flush += self.is_full
+        return not self.is_full
 
     async def record_event(self, event: Event) -> None:
-        self.events.append(event)
+        if self._has_room():
+            self.events.append(event)
 
     async def record_frame(self, step: int, frame: Capture) -> None:
-        self.frames.append((step, frame))
+        if self._has_room():
+            self.frames.append((step, frame))
 
     async def record_picture(self, picture: Picture) -> None:
-        self.pictures.append(picture)
+        if self._has_room():
+            self.pictures.append(picture)
 
     async def record_step(self, step: StepRecord, strategy_state: Mapping[str, object]) -> None:
         assert strategy_state
-        self.steps[step.step] = step
+        if self._has_room():
+            self.steps[step.step] = step
 
     async def record_action(self, action: ActionRecord) -> None:
-        self.actions.append(action)
+        if self._has_room():
+            self.actions.append(action)
 
     async def record_settings(self, settings: SettingsRecord) -> None:
-        self.settings.append(settings)
+        if self._has_room():
+            self.settings.append(settings)
 
     async def record_outcome(self, outcome: OutcomeRecord) -> None:
-        self.outcome = outcome
+        if self._has_room():
+            self.outcome = outcome
 
     async def flush(self) -> None:
         if self.on_flush is not None:
             self.on_flush()
+        lost, self.lost_before_flush = self.lost_before_flush, 0
+        if lost:
+            raise RecordingError(f"{lost} records could not be kept")
 
 
 def settings(n: int, **changes: object) -> MissionSettings:
