@@ -45,8 +45,8 @@ test-sitl: web $(HAS_DEV) ## Run the tests against real autopilots in the loop
 soak-test: web $(HAS_DEV) ## Run all tests RUNS times (10) beside two busy processes and report what failed
 	$(PY) scripts/soak_test.py --runs $(RUNS) -- $(PYTEST) $(PARALLEL) $(ARGS)
 
-bench: $(HAS_DEV) ## Measure: run every tests/benchmarks/bench_*.py
-	@set -e; for script in tests/benchmarks/bench_*.py; do echo "== $$script"; $(PY) "$$script" $(ARGS); done
+bench: web $(HAS_DEV) ## Measure, and write docs/performance.md; ARGS="imaging render" for some of tests/benchmarks
+	$(PY) tests/benchmarks/performance.py $(ARGS)
 
 lint: $(HAS_DEV) ## Check style and types of the Python code
 	$(VENV)/bin/ruff check

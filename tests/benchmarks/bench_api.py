@@ -29,6 +29,7 @@ from aos_gcs.api.convert.mission import MissionConverter
 from aos_gcs.api.events.state import MissionState
 from aos_gcs.clock import LoopClock
 from aos_gcs.mission.model import Action
+from tests.benchmarks.figures import report
 from tests.fakes.mavlink_vehicle import FakeVehicle
 from tests.fakes.mission import ScriptedMission
 
@@ -175,6 +176,9 @@ async def measure(vehicles: int, seconds: float, folder: Path) -> None:
     print(f"a snapshot: {cost_ms:.1f} ms of work for all clients together, {cost_ms * RATE_HZ / 10.0:.1f} % of a core")
     print(f"service without clients: {loads[0]:.1f} % of a core; the first one adds {loads[1] - loads[0]:.1f} %")
     print(f"each further client: {(loads[1 + CLIENTS] - loads[1]) / CLIENTS:.2f} % of a core")
+    report("api.client", (loads[1 + CLIENTS] - loads[1]) / CLIENTS)
+    if times_ms:
+        report("api.latency", float(np.median(times_ms)))
     rate_hz = len(sizes) / seconds / (1 + CLIENTS)
     print(f"messages: median {np.median(sizes) / 1e3:.1f} kB, {rate_hz:.1f} Hz per client (below {RATE_HZ:g}: starved)")
     print(f"from the telemetry's sending to the client: {describe(times_ms)} ({len(times_ms)} of {CHANGES} arrived)")

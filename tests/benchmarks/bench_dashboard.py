@@ -31,6 +31,7 @@ from aos_gcs.api.page import STATIC_FOLDER
 from aos_gcs.api.server import serve
 from aos_gcs.clock import LoopClock
 from aos_gcs.mission.model import Action, MissionSnapshot
+from tests.benchmarks.figures import report
 from tests.fakes.mission import ScriptedMission
 
 RATE_HZ = 5.0
@@ -140,6 +141,7 @@ async def counters(session: CDPSession) -> dict[str, float]:
 async def run(vehicles: int, seconds: float) -> None:
     """Print the figures."""
     raw_kb, compressed_kb = page_size()
+    report("dashboard.size", compressed_kb)
     print(f"page: {raw_kb:.0f} kB, compressed {compressed_kb:.0f} kB")
     chromium = os.environ.get("AOS_GCS_CHROMIUM") or shutil.which("chromium") or shutil.which("google-chrome")
     mission = StampedMission(LoopClock(), vehicles)
@@ -148,10 +150,12 @@ async def run(vehicles: int, seconds: float) -> None:
         browser = await playwright.chromium.launch(executable_path=chromium, args=ARGUMENTS)
         page = await browser.new_page(viewport={"width": 1280, "height": 800})
         loads_s = [await load_s(page, address.url, vehicles) for _ in range(LOADS)]
+        report("dashboard.load", loads_s[0])
         print(f"load: first {loads_s[0]:.2f} s, median of {LOADS} {np.median(loads_s):.2f} s")
         await mission.act(Action.START, None)
         await asyncio.sleep(SETTLING_S)
         figures = await measure(browser, page, seconds)
+        report("dashboard.main_thread", figures["TaskDuration_percent"])
         print(f"{vehicles} vehicles at {RATE_HZ:g} Hz for {seconds:g} s; percent are of a core:")
         print(json.dumps({name: round(value, 1) for name, value in figures.items()}, indent=2))
         await browser.close()

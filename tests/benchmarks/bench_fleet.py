@@ -12,6 +12,7 @@ import asyncio
 import math
 import multiprocessing
 import socket
+import sys
 import time
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import asynccontextmanager, contextmanager, suppress
@@ -40,6 +41,10 @@ from aos_sim.camera.synthetic import CheckerboardGround
 from aos_sim.swarm import SimulatedSwarm, SwarmOptions
 from tests.fakes.mavlink_vehicle import COPTER_GUIDED, HOME, FakeVehicle
 from tests.fakes.mission_flight import MemoryRecorder, settings
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+from tests.benchmarks.figures import report
 
 HOST = "127.0.0.1"
 PERIOD_S = 0.2
@@ -218,6 +223,7 @@ async def goto(rounds: int, count: int = 50) -> None:
                     spent_ms.append(1e3 * (max(sent.values()) - start_s))
                     cpu_ms.append(1e3 * (time.process_time() - cpu_s))
                     await sending
+    report("fleet.goto", float(np.median(spent_ms)))
     print(
         f"goto: ask to the last of {sent_count} waypoints on the wire, {count} vehicles: "
         f"best {min(spent_ms):.1f} ms, median {np.median(spent_ms):.1f} ms, worst {max(spent_ms):.1f} ms "
@@ -228,14 +234,15 @@ async def goto(rounds: int, count: int = 50) -> None:
 async def silent(rounds: int, healthy: int = 14, mute: int = 6) -> None:
     """Delay of the first command of each healthy vehicle while others answer nothing; ours beside mavsdk.asyncio."""
     count = healthy + mute
-    await _silent_ours(rounds, count, mute)
+    ours_ms, peer_ms = await _silent_ours(rounds, count, mute), None
     try:
-        await _silent_mavsdk(count, mute)
+        peer_ms = await _silent_mavsdk(count, mute)
     except ImportError:
         print("silent: mavsdk is not installed; nothing to compare with")
+    report("fleet.silent", ours_ms, ratio=None if peer_ms is None else ours_ms / peer_ms)
 
 
-async def _silent_ours(rounds: int, count: int, mute: int) -> None:
+async def _silent_ours(rounds: int, count: int, mute: int) -> float:
     port, arrivals = free_port(), multiprocessing.Queue()
     worst_ms = []
     with other_process(hover, port, count, mute, ANSWER_S, arrivals):
@@ -255,9 +262,10 @@ async def _silent_ours(rounds: int, count: int, mute: int) -> None:
         f"silent: {mute} of {count} answer nothing; the last healthy one hears its waypoint after "
         f"{np.median(worst_ms):.1f} ms (median of {len(worst_ms)} rounds, worst {max(worst_ms):.1f} ms)"
     )
+    return float(np.median(worst_ms))
 
 
-async def _silent_mavsdk(count: int, mute: int) -> None:
+async def _silent_mavsdk(count: int, mute: int) -> float:
     from mavsdk.asyncio import ComponentType, Configuration, Mavsdk  # noqa: PLC0415 - an optional peer
     from mavsdk.asyncio.plugins.action import ActionAsync, ActionError  # noqa: PLC0415
 
@@ -280,6 +288,7 @@ async def _silent_mavsdk(count: int, mute: int) -> None:
         last_ms = _last_healthy_ms(arrivals, start_s, count - mute)
         core.destroy()
     print(f"silent: mavsdk.asyncio, one round: after {last_ms:.0f} ms")
+    return last_ms
 
 
 def _last_healthy_ms(arrivals: multiprocessing.Queue[tuple[int, float]], start_s: float, healthy: int) -> float:
@@ -309,6 +318,7 @@ async def hold(rounds: int, count: int = 20) -> None:
                 wire_ms.append(1e3 * (max(sent.values()) - start_s))
                 await mission.act(Action.RESUME, None)
                 await asyncio.sleep(2.0)
+    report("fleet.hold", float(np.median(wire_ms)))
     print(
         f"hold: request to the last of {count} holds on the wire, median {np.median(wire_ms):.1f} ms, worst "
         f"{max(wire_ms):.1f} ms; to the last mode shown, median {np.median(shown_ms):.0f} ms, worst "
@@ -331,6 +341,7 @@ async def memory(minutes: float, count: int = 100, rate_hz: float = 20.0) -> Non
                 await asyncio.sleep(2.0)
     times_min, resident_mib = np.array(samples).T
     slope = np.polyfit(times_min, resident_mib, 1)[0]
+    report("fleet.memory", float(slope))
     print(
         f"memory: {count} vehicles at {rate_hz:.0f} messages/s for {minutes:g} min: {resident_mib[0]:.1f} MiB at "
         f"first, {resident_mib[-1]:.1f} MiB at last, {slope:+.2f} MiB per minute"

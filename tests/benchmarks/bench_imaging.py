@@ -23,6 +23,8 @@ from imaging_peer import bare_warps, peer_rx, peer_step
 from rich.console import Console
 from rich.table import Table
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.distortion import LensDistortion, LensModel
 from aos_gcs.geometry.poses import nadir_pose
@@ -34,6 +36,7 @@ from aos_gcs.imaging.step.analysis import analyse_step
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.imaging.views import perspective_view
+from tests.benchmarks.figures import report
 
 ROUNDS = 15
 BANDS = ("red", "green", "blue", "thermal")
@@ -109,6 +112,7 @@ def integral_rows() -> list[tuple[str, Cost, str]]:
         lambda: integrate(frames, terrain, exact=False),
         lambda: integrate(distorted, plane, exact=False),
     )
+    report("imaging.integral", on_plane.wall_ms, ratio=on_plane.wall_ms / bare.wall_ms)
     exact, view = measure(lambda: integrate(frames, plane), lambda: perspective_view(CAMERA, frames[0].pose, hills()))
     return [
         ("bare cv2.warpPerspective, ten frames, float32", bare, ""),
@@ -163,6 +167,8 @@ def step_rows() -> list[tuple[str, Cost, str]]:
         lambda: analyse_step(close, SETTINGS),
         lambda: analyse_step(distorted, SETTINGS),
     )
+    report("imaging.step", ours.wall_ms)
+    report("imaging.step_bytes", in_bytes.wall_ms)
     pictures = measure(lambda: render_pictures(analysis, BANDS))[0]
     rows = [
         ("analyse_step, line of 10, float32", ours, "target 60 ms on 2 cores"),
@@ -187,6 +193,8 @@ def peer_rows() -> list[tuple[str, Cost, str]]:
         ours, peer = measure(
             lambda own=frames: analyse_step(own, SETTINGS), lambda own=frames: peer_step(own, rx), rounds=rounds
         )
+        if count == 10:
+            report("imaging.peer_step", ours.wall_ms, ratio=ours.wall_ms / peer.wall_ms)
         times = f"ours is {peer.wall_ms / ours.wall_ms:.1f} times as fast (CPU {peer.cpu_ms / ours.cpu_ms:.1f})"
         rows.append((f"{count} frames, RX of {name}, {count} x {count} renders", peer, f"{times}, goal 15"))
     return rows

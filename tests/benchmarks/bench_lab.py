@@ -16,6 +16,8 @@ from pathlib import Path
 
 import numpy as np
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
 from aos_gcs.lab import (
     Fidelity,
     Initialisation,
@@ -32,6 +34,7 @@ from aos_gcs.lab.sensing import make_sensor
 from aos_gcs.lab.studies import ALL, BETTER
 from aos_gcs.lab.workers import compute
 from aos_gcs.lab.worlds import Target, World
+from tests.benchmarks.figures import report
 
 STRATEGIES = "aos-pso,aos-pso(leader_stabilised=true),aos-apso"
 CAMPAIGN_INITIALISATIONS = 6
@@ -44,7 +47,7 @@ def main() -> None:
     scenario = Scenario()
     (initialisation,) = draw_initialisations(1, 0, scenario)
     world = open_world(initialisation, scenario)
-    report("build a forest of one hectare", 3, lambda: open_world(initialisation, scenario))
+    time_work("build a forest of one hectare", 3, lambda: open_world(initialisation, scenario))
     for fidelity in Fidelity:
         bench_step(world, Scenario(fidelity=fidelity))
     for choice in parse_strategies(f"{STRATEGIES},{BETTER}"):
@@ -59,7 +62,7 @@ def bench_step(world: World, scenario: Scenario) -> None:
     positions_m = np.column_stack([4.2 * np.arange(10) - 18.9, np.full(10, 55.0), 35.0 + np.arange(10)])
     target = Target((0.0, 58.0))
     sensor.sense(positions_m, target, rng)  # light and textures are made once
-    report(f"frames of one step, {scenario.fidelity}", 5, lambda: sensor.sense(positions_m, target, rng))
+    time_work(f"frames of one step, {scenario.fidelity}", 5, lambda: sensor.sense(positions_m, target, rng))
 
 
 def bench_run(world: World, scenario: Scenario, initialisation: Initialisation, choice: StrategyChoice) -> None:
@@ -68,7 +71,7 @@ def bench_run(world: World, scenario: Scenario, initialisation: Initialisation, 
     def run() -> None:
         deque(run_strategy(world, scenario, initialisation, choice.make(), choice.label), maxlen=0)
 
-    report(f"run of 20 s, {choice.label}", 3, run)
+    time_work(f"run of 20 s, {choice.label}", 3, run)
 
 
 def bench_initialisation(scenario: Scenario) -> None:
@@ -78,7 +81,8 @@ def bench_initialisation(scenario: Scenario) -> None:
     )
     initialisations = iter(campaign.initialisations)
     what = f"{len(ALL)} strategies in one initialisation"
-    report(what, SHOWN_INITIALISATIONS, lambda: run_initialisation(campaign, next(initialisations)))
+    wall_s = time_work(what, SHOWN_INITIALISATIONS, lambda: run_initialisation(campaign, next(initialisations)))
+    report("lab.initialisation", wall_s)
 
 
 def bench_workers(scenario: Scenario) -> None:
@@ -101,8 +105,8 @@ def bench_workers(scenario: Scenario) -> None:
     sys.stdout.write(f"{'speed-up from one worker to two':48s}{one_s / two_s:.2f}\n")
 
 
-def report(what: str, repetitions: int, action: Callable[[], object]) -> None:
-    """Print medians of wall and processor time."""
+def time_work(what: str, repetitions: int, action: Callable[[], object]) -> float:
+    """Print medians of wall and processor time, and return the former."""
     wall_s, processor_s = [], []
     for _ in range(repetitions):
         wall_start, processor_start = time.perf_counter(), time.process_time()
@@ -112,6 +116,7 @@ def report(what: str, repetitions: int, action: Callable[[], object]) -> None:
     wall, processor = statistics.median(wall_s), statistics.median(processor_s)
     sys.stdout.write(f"{what:48s}{wall:.3f} s (processor {processor:.3f} s)\n")
     sys.stdout.flush()
+    return wall
 
 
 if __name__ == "__main__":

@@ -9,8 +9,10 @@ import argparse
 import asyncio
 import multiprocessing
 import socket
+import sys
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
@@ -22,6 +24,10 @@ from aos_drivers.mavlink.signing.signer import LinkSigner, SigningClock
 from aos_gcs.clock import LoopClock
 from aos_gcs.ports import DriverContext
 from tests.fakes.mavlink_vehicle import FakeVehicle
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+from tests.benchmarks.figures import report
 
 HOST = "127.0.0.1"
 LAG_PERIOD_S = 0.005
@@ -121,6 +127,7 @@ def compare_with_bare_parser(vehicles: int, rate_hz: float) -> None:
         for _ in range(ROUNDS)
     ]
     bare_us, session_us, signed_us = np.median(rounds, axis=0)
+    report("mavlink.message", float(session_us), ratio=float(session_us / bare_us))
     print(f"bare pymavlink parser  {bare_us:.1f} us per message (medians of {ROUNDS} rounds, {len(plain)} messages)")
     for name, cost_us in (("session", session_us), ("session, signed", signed_us)):
         share = 100 * cost_us * 1e-6 * vehicles * rate_hz

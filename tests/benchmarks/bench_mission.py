@@ -16,6 +16,10 @@ import numpy as np
 
 from aos_gcs.store.reader import MissionReader
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+from tests.benchmarks.figures import report
+
 COLUMNS = "seed found error_m detection_s visibility_max steps landed separation_m work_ms lag_p99_ms"
 
 
@@ -54,6 +58,8 @@ def main(arguments: list[str]) -> None:
                 f"{max(lags_ms):.1f}",
                 flush=True,
             )
+    report("mission.work", float(np.median(all_work_ms)))
+    report("mission.lag", max(all_lags_ms))
     print(
         f"{len(all_work_ms)} steps: work per step, median {np.median(all_work_ms):.0f} ms, "
         f"90th percentile {np.percentile(all_work_ms, 90):.0f} ms; "

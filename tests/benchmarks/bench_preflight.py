@@ -28,6 +28,7 @@ from aos_gcs.mission.control import MissionControl
 from aos_gcs.mission.model import MissionSnapshot, Phase
 from aos_gcs.runtime.service import open_service
 from tests.benchmarks.bench_api import Fleet, follow, free_port
+from tests.benchmarks.figures import report
 
 PROBE_S = 0.01
 SETTLING_S = 3.0
@@ -98,6 +99,7 @@ async def measure(vehicles: int, seconds: float, folder: Path, profile: cProfile
         for task in tasks:
             task.cancel()
         await asyncio.wait(tasks)
+    report("preflight.lag", float(np.median(lags_ms)))
     print(f"the loop is late by {describe(lags_ms)}")
     print(f"its own work before it comes back, whatever else this machine does: {describe(busy_ms)}")
     print(f"load of the service, with a client in the same process: {100.0 * load:.0f} % of a core")

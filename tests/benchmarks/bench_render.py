@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import math
 import statistics
+import sys
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -13,6 +16,10 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose, nadir_pose
 from aos_sim.render import Renderer
 from aos_sim.world.scene import Scene, SceneParameters, build_scene
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+from tests.benchmarks.figures import report
 
 CAMERA = CameraModel.from_fov(512, 512, math.radians(50.0))
 VISIBILITY_SEEDS = 20
@@ -31,22 +38,35 @@ def main() -> None:
     print(f"build renderer              {median_durations(3, lambda: Renderer(scene))}")
     print(f"one frame 512 x 512         {median_durations(10, lambda: renderer.render(poses[0], CAMERA, rng))}")
     print(f"the same, backdrop thinned  {median_durations(10, lambda: renderer.render(poses[0], CAMERA, rng, 2))}")
-    print(f"ten frames, two threads     {median_durations(5, lambda: renderer.render_many(poses, CAMERA, rng))}")
+    ten_frames = median_durations(5, lambda: renderer.render_many(poses, CAMERA, rng))
+    print(f"ten frames, two threads     {ten_frames}")
+    report("render.ten_frames", ten_frames.wall_s)
     print(f"masks of a person           {median_durations(10, lambda: renderer.person_masks(poses[0], CAMERA))}")
     by_seed = single_view_visibilities().mean(axis=1)
     standard_error = by_seed.std(ddof=1) / math.sqrt(len(by_seed))
     print(f"mean single-view visibility {by_seed.mean():.3f} +- {standard_error:.3f} over {len(by_seed)} worlds")
 
 
-def median_durations(repetitions: int, action: Callable[[], object]) -> str:
+@dataclass(frozen=True, slots=True)
+class Durations:
     """Medians of wall and processor time; they differ by threads, and where other programs take the cores."""
+
+    wall_s: float
+    processor_s: float
+
+    def __str__(self) -> str:
+        return f"{self.wall_s:.3f} s (processor {self.processor_s:.3f} s)"
+
+
+def median_durations(repetitions: int, action: Callable[[], object]) -> Durations:
+    """Return the medians of some repetitions."""
     wall_s, processor_s = [], []
     for _ in range(repetitions):
         wall_start, processor_start = time.perf_counter(), time.process_time()
         action()
         wall_s.append(time.perf_counter() - wall_start)
         processor_s.append(time.process_time() - processor_start)
-    return f"{statistics.median(wall_s):.3f} s (processor {statistics.median(processor_s):.3f} s)"
+    return Durations(statistics.median(wall_s), statistics.median(processor_s))
 
 
 def views_of_person(scene: Scene, count: int, rng: np.random.Generator) -> list[Pose]:

@@ -22,6 +22,7 @@ from aos_gcs.clock import LoopClock
 from aos_gcs.mission.model import PictureKind
 from aos_gcs.store.reader import MissionReader
 from aos_gcs.store.replay import MissionReplay
+from tests.benchmarks.figures import report
 from tests.fakes.recording import record
 
 JUMPS = 60
@@ -50,6 +51,7 @@ async def measure(vehicles: int, length_s: int, folder: Path) -> None:
             hub.hello().model_dump_json()
             replay.picture(PictureKind.INTEGRAL)
             hellos_ms.append(ms_since(start_s))
+    report("replay.jump", float(np.median(hellos_ms)))
     for what, times_ms in (("jump", jumps_ms), ("jump and state for the clients", hellos_ms)):
         print(f"{what}: median {np.median(times_ms):.0f} ms, worst {max(times_ms):.0f} ms")
 

@@ -3,8 +3,11 @@
 import sys
 import timeit
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.airspace.traffic import WaypointRequest
@@ -12,8 +15,11 @@ from aos_gcs.airspace.vetting import vet_waypoints
 from aos_gcs.swarm.model import Observation
 from aos_gcs.swarm.registry import available_strategies, make_strategy
 from aos_gcs.swarm.scatter import DURATION_S, scatter
+from tests.benchmarks.figures import report
 
 REPEATS = 15
+REPORTED = 30
+"""Size of the swarms whose figures go into the table."""
 
 
 def median_ms(function: Callable[[], object]) -> float:
@@ -82,13 +88,17 @@ def main() -> None:
     """Print one line per measurement."""
     for n in (10, 30, 100):
         dense_ms, coincident_ms, published_ms = bench_scatter(n)
+        vetting_ms = bench_safety(n)
+        if n == REPORTED:
+            report("swarm.scatter", dense_ms, ratio=dense_ms / published_ms)
+            report("swarm.vetting", vetting_ms)
         sys.stdout.write(
             f"scatter            n = {n:3d}  {dense_ms:8.2f} ms, published {published_ms / dense_ms:.0f} times\n"
         )
         sys.stdout.write(f"scatter, one spot  n = {n:3d}  {coincident_ms:8.2f} ms\n")
         for name in available_strategies():
             sys.stdout.write(f"{name:18s} n = {n:3d}  {bench_strategy(name, n):8.2f} ms\n")
-        sys.stdout.write(f"vet_waypoints      n = {n:3d}  {bench_safety(n):8.2f} ms\n")
+        sys.stdout.write(f"vet_waypoints      n = {n:3d}  {vetting_ms:8.2f} ms\n")
 
 
 if __name__ == "__main__":

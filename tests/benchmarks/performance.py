@@ -1,0 +1,106 @@
+"""Runs benchmarks and writes their figures into docs/performance.md.
+
+Usage: ``python tests/benchmarks/performance.py [BENCHMARK ...]``, such as ``imaging render``; by default all of them.
+Rows that a run does not measure stay as they are. ``--release VERSION`` measures nothing: it keeps the present figures
+as those of that release.
+"""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import json
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+from tests.benchmarks.figures import ROWS_FILE
+
+FOLDER = Path(__file__).resolve().parent
+ROOT = FOLDER.parents[1]
+DATA = FOLDER / "performance.json"
+TABLE = ROOT / "docs" / "performance.md"
+HEAD = """# Performance
+
+Written by `make bench` (`make bench ARGS="imaging render"` for some): every row is the median of its own run, on the
+machine named in its last column; the ratio compares with a peer measured in the same run. Rows that a run leaves out
+keep their figures, with the commit that was measured.
+
+| work | median | ratio to its peer | goal | last release | measured |
+|---|---|---|---|---|---|
+"""
+
+
+def measure(names: Sequence[str]) -> dict[str, dict[str, Any]]:
+    """Run benchmarks one after another and return their figures by row."""
+    found: dict[str, dict[str, Any]] = {}
+    for script in sorted(FOLDER.glob("bench_*.py")):
+        if names and script.stem.removeprefix("bench_") not in names:
+            continue
+        print(f"== {script.name}", flush=True)
+        with tempfile.TemporaryDirectory() as folder:
+            rows_file = Path(folder) / "rows"
+            environment = {**os.environ, ROWS_FILE: str(rows_file)}
+            subprocess.run([sys.executable, str(script)], check=True, env=environment)  # noqa: S603 - our own program
+            if rows_file.exists():
+                lines = rows_file.read_text(encoding="utf-8").splitlines()
+                found |= {row.pop("key"): row for row in map(json.loads, lines)}
+    return found
+
+
+def stamp() -> dict[str, str]:
+    """Return when, of which commit and on which machine the figures are."""
+    commit = subprocess.run(
+        ["git", "describe", "--always", "--dirty"],  # noqa: S607 - of the developer
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout.strip()
+    date = datetime.datetime.now(datetime.UTC).date().isoformat()
+    return {"date": date, "commit": commit, "machine": f"{os.cpu_count()} cores, Python {platform.python_version()}"}
+
+
+def line(row: dict[str, Any], release: str) -> str:
+    """Return one row of the table."""
+    measured = row.get("measured")
+    released = row.get("release")
+    dash = "\N{EN DASH}"
+    cells = [
+        row["work"],
+        dash if measured is None else f"{measured['value']:.3g} {row['unit']}",
+        dash if measured is None or measured["ratio"] is None else f"{measured['ratio']:.2f} ({row['peer']})",
+        row.get("goal", ""),
+        dash if released is None else f"{released:.3g} {row['unit']} ({release})",
+        "not yet" if measured is None else f"{measured['date']}, {measured['commit']}, {measured['machine']}",
+    ]
+    return f"| {' | '.join(cells)} |\n"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("benchmarks", nargs="*", help="names without bench_; all by default")
+    parser.add_argument("--release", metavar="VERSION", help="keep the present figures as those of this release")
+    options = parser.parse_args()
+    data = json.loads(DATA.read_text(encoding="utf-8"))
+    rows: dict[str, dict[str, Any]] = data["rows"]
+    if options.release is not None:
+        data["release"] = options.release
+        for row in rows.values():
+            row["release"] = row["measured"]["value"] if "measured" in row else None
+    else:
+        for key, figures in measure(options.benchmarks).items():
+            rows[key]["measured"] = figures | stamp()
+    DATA.write_text(json.dumps(data, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+    TABLE.write_text(HEAD + "".join(line(row, data["release"]) for row in rows.values()), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
