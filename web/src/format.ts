@@ -1,9 +1,9 @@
-/** Values as words for people. What was never reported is a dash, not a zero. */
+/** Values as text. A value that was never reported is a dash, not a zero. */
 import { texts } from "./texts";
 
 export const UNKNOWN = "–";
 
-/** A number with fixed decimals and its unit. */
+/** Number with fixed decimals and its unit. */
 export function quantity(value: number | null | undefined, decimals: number, unit = ""): string {
   if (value === null || value === undefined || !Number.isFinite(value)) return UNKNOWN;
   const rounded = value.toFixed(decimals);
@@ -11,11 +11,11 @@ export function quantity(value: number | null | undefined, decimals: number, uni
   return unit === "" ? number : `${number}\u202f${unit}`;
 }
 
-/** A probability as a share of a hundred. */
+/** Probability in percent. */
 export const likelihood = (probability: number | null): string =>
   probability === null ? texts.noData : quantity(100 * probability, 0, "%");
 
-/** Minutes and seconds, with hours where there are any. */
+/** Minutes and seconds, with hours where needed. */
 export function duration(seconds: number): string {
   const total = Math.max(0, Math.floor(seconds));
   const [h, m, s] = [Math.floor(total / 3600), Math.floor(total / 60) % 60, total % 60];
@@ -28,7 +28,7 @@ export function timeOfDay(utc_s: number): string {
   return new Date(1000 * utc_s).toLocaleTimeString([], { hourCycle: "h23", timeZoneName: "short" });
 }
 
-/** An age; short ones with a decimal, long ones in minutes. */
+/** Age: short ones with a decimal, long ones in minutes. */
 export function age(seconds: number | null): string {
   if (seconds === null) return UNKNOWN;
   if (seconds < 10) return quantity(seconds, 1, "s");
@@ -52,9 +52,9 @@ export function eastNorth(east_m: number, north_m: number): string {
   return `E ${quantity(east_m, 1, "m")}, N ${quantity(north_m, 1, "m")}`;
 }
 
-/** With a capital first letter, as labels have it. */
+/** Text with a capital first letter, as labels have. */
 export const capitalised = (text: string): string => text.charAt(0).toUpperCase() + text.slice(1);
 
-/** Display name of an identifier; of one that this page does not know, the identifier in plain letters. */
+/** Display name of an identifier; an unknown identifier is shown in plain letters. */
 export const displayName = (names: Readonly<Record<string, string>>, identifier: string): string =>
   names[identifier] ?? capitalised(identifier.replaceAll("_", " "));

@@ -1,4 +1,7 @@
-/** Between ENU metres about the mission's origin and WGS84 degrees, and shapes on the ground. Pure functions. */
+/**
+ * Conversion between ENU metres about the origin of the mission and WGS 84 degrees, and shapes on the ground. Pure
+ * functions.
+ */
 import type { Geodetic } from "./api/types";
 import type { EnuPoint } from "./state/state";
 
@@ -17,7 +20,7 @@ function metresPerDegree(origin: Geodetic): { east: number; north: number } {
   return { north: meridian_m * DEG, east: normal_m * Math.cos(origin.latitude_deg * DEG) * DEG };
 }
 
-/** Place an ENU point on the globe; within a kilometre of the origin exact to some centimetres. */
+/** Longitude and latitude of an ENU point; within a kilometre of the origin exact to some centimetres. */
 export function toLngLat(origin: Geodetic, [east_m, north_m]: EnuPoint): LngLat {
   const scale = metresPerDegree(origin);
   return [origin.longitude_deg + east_m / scale.east, origin.latitude_deg + north_m / scale.north];
@@ -29,7 +32,7 @@ export function toEnu(origin: Geodetic, [lng, lat]: LngLat): EnuPoint {
   return [(lng - origin.longitude_deg) * scale.east, (lat - origin.latitude_deg) * scale.north];
 }
 
-/** A closed ring of points around a centre. */
+/** Closed ring of points around a centre. */
 export function circle([east_m, north_m]: EnuPoint, radius_m: number, corners = 48): EnuPoint[] {
   return Array.from({ length: corners + 1 }, (_, index) => {
     const angle = (2 * Math.PI * (index % corners)) / corners;
@@ -37,7 +40,7 @@ export function circle([east_m, north_m]: EnuPoint, radius_m: number, corners = 
   });
 }
 
-/** A closed ring of points on an ellipse whose major axis has this heading, clockwise from north. */
+/** Closed ring of points on an ellipse whose major axis has this heading, clockwise from north. */
 export function ellipse(
   [east_m, north_m]: EnuPoint,
   axes: { semi_major_m: number; semi_minor_m: number; heading_deg: number },
@@ -59,7 +62,7 @@ export interface Bounds {
   north_m: number;
 }
 
-/** The smallest box around the points, widened by a margin; null without points. */
+/** Smallest box around the points, widened by a margin; null without points. */
 export function boundsOf(points: readonly EnuPoint[], margin_m = 0): Bounds | null {
   if (points.length === 0) return null;
   const easts = points.map(([east_m]) => east_m);
@@ -78,7 +81,7 @@ export interface GridLine {
   isMajor: boolean;
 }
 
-/** Lines every `spacing_m` over the bounds, at whole multiples; every fifth is a major one. */
+/** Lines every `spacing_m` within the bounds, at whole multiples; every fifth is a major one. */
 export function gridLines(bounds: Bounds, spacing_m: number): GridLine[] {
   const lines: GridLine[] = [];
   const indices = (low: number, high: number): number[] => {

@@ -1,4 +1,4 @@
-/** Dark, light, or black on white for sunlight: the operator's choice, else the system's. */
+/** Themes dark, light, and black on white for sunlight: the operator's choice, otherwise that of the system. */
 import { useEffect, useState } from "preact/hooks";
 
 export const THEMES = ["dark", "light", "contrast"] as const;
@@ -13,7 +13,7 @@ function initialTheme(): Theme {
   return matchMedia("(prefers-color-scheme: light)").matches ? "light" : "dark";
 }
 
-/** The theme in force and a function that changes and keeps it. */
+/** Current theme and a function that changes and stores it. */
 export function useTheme(): [Theme, (theme: Theme) => void] {
   const [theme, setTheme] = useState(initialTheme);
   document.documentElement.dataset["theme"] = theme;

@@ -1,4 +1,4 @@
-/** Puts what has changed onto what the page knows of the mission. */
+/** Applies changes to the known state of the mission. */
 import type { Changes, Mission, PreflightCheck, Vehicle } from "./types";
 
 const keyOf = (check: PreflightCheck): string => `${check.vehicle_id} ${check.name}`;
@@ -8,7 +8,7 @@ function replaced(checks: readonly PreflightCheck[], changed: readonly Preflight
   return checks.map((check) => byKey.get(keyOf(check)) ?? check);
 }
 
-/** Return the mission after the changes. What has not changed stays the same object, so that nobody draws it again. */
+/** Return the mission after the changes. Unchanged parts stay the same objects, so that they are not drawn again. */
 export function applyChanges(mission: Mission, changes: Changes): Mission {
   const byId = new Map<number, Vehicle>(mission.vehicles.map((vehicle) => [vehicle.vehicle_id, vehicle]));
   for (const fields of changes.vehicles) {

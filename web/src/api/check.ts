@@ -1,4 +1,4 @@
-/** The runtime check at the socket: text in, typed message out, or an error that says what is wrong with it. */
+/** Runtime check of messages: text in, typed message out, or an error that names the problem. */
 import type { MissedEvents, Mission, ServerMessage } from "./types";
 
 export const SCHEMA_VERSION = 3;
@@ -69,7 +69,7 @@ const step = shape({
 });
 const notice = shape({ severity: isString, notice_id: isNumber, text: isString, elapsed_s: isNumber });
 const capabilities = shape({ planning: isBoolean, viewer: isBoolean, findings: isBoolean });
-/** Of messages that tell of the state, or that it is as before. */
+/** Fields of messages that describe the state, or say that it is unchanged. */
 const AGE = { mission_age_s: isNumber };
 const picture = shape({ kind: isString, step: isNumber, url: isString, corners: listOf(vertex) });
 
@@ -94,7 +94,7 @@ const FIELDS: Record<Kind, Record<string, Check>> = {
 
 const isKind = (value: unknown): value is Kind => isString(value) && Object.hasOwn(FIELDS, value as string);
 
-/** Return the mission, or say that changes have made something of it that the page cannot understand. */
+/** Return the mission, or throw if the changes have made it invalid. */
 export function checkedMission(value: Mission): Mission {
   if (!mission(value)) throw new ProtocolError("changes of the mission do not fit to what was known of it");
   return value;
@@ -111,7 +111,7 @@ export function parseServerMessage(text: string): ServerMessage {
   return checkedMessage(value);
 }
 
-/** Return the message, or say what is wrong with it. */
+/** Return the message, or throw with the problem. */
 function checkedMessage(value: unknown): ServerMessage {
   if (!isObject(value) || !isKind(value["kind"])) throw new ProtocolError("a message of the service has no known kind");
   const kind = value["kind"];
@@ -127,7 +127,7 @@ function checkedMessage(value: unknown): ServerMessage {
   return value as unknown as ServerMessage;
 }
 
-/** Whether an answer holds missed events, each of them as on the stream. */
+/** Whether an answer holds missed events, each valid as on the stream. */
 export function isMissedEvents(value: unknown): value is MissedEvents {
   if (!isObject(value) || !isNumber(value["seq"]) || !Array.isArray(value["events"])) return false;
   try {

@@ -1,4 +1,4 @@
-/** Requests to the service. Refusals and a lost connection are values, since the operator has to read them. */
+/** Requests to the station. Refusals and lost connections are values, since the operator has to read them. */
 import { texts } from "../texts";
 import { isMissedEvents } from "./check";
 import type { Action, ActionResponse, Basemap, ErrorBody, MissedEvents, PreflightCheck, Session } from "./types";
@@ -12,7 +12,7 @@ export interface ActionToSend {
   readonly action: Action;
   /** Null for the whole mission. */
   readonly vehicleIds: readonly number[] | null;
-  /** Of the action focus alone; null leaves the height to the program. */
+  /** Height for the action `focus`; null resets it to automatic. */
   readonly focalHeight_m?: number | null;
 }
 
@@ -23,7 +23,7 @@ const isErrorBody = (value: unknown): value is ErrorBody =>
 const isActionResponse = (value: unknown): value is ActionResponse =>
   typeof value === "object" && value !== null && Array.isArray((value as { results?: unknown }).results);
 
-/** Send a request, with a file as it is or with JSON, and check what comes back with `isExpected`. */
+/** Send a request with a file or JSON, and check the answer with `isExpected`. */
 export async function request<T>(
   method: "GET" | "POST" | "PUT" | "PATCH" | "DELETE",
   path: string,
@@ -47,7 +47,7 @@ function contentOf(body: unknown): RequestInit {
   return { headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) };
 }
 
-/** Send an operator's action; answers when every vehicle has done it or refused. */
+/** Send an operator's action; answers when every vehicle has accepted or refused it. */
 export function postAction({ action, vehicleIds, focalHeight_m = null }: ActionToSend): Promise<ActionAnswer> {
   const body = { action, vehicle_ids: vehicleIds, focal_height_m: focalHeight_m };
   return request("POST", "/api/mission/actions", isActionResponse, body);
@@ -55,14 +55,14 @@ export function postAction({ action, vehicleIds, focalHeight_m = null }: ActionT
 
 const isNothing = (value: unknown): value is null => value === null;
 
-/** Take note of notices, on behalf of all operators. */
+/** Acknowledge notices on behalf of all operators. */
 export const acknowledgeNotices = (notice_ids: readonly number[]): Promise<Answer<null>> =>
   request("POST", "/api/notices/acknowledge", isNothing, { notice_ids });
 
 const isCheck = (value: unknown): value is PreflightCheck =>
   typeof value === "object" && value !== null && typeof (value as { status?: unknown }).status === "string";
 
-/** Let a failed check no longer stand against the launch; without a reason, take that back. */
+/** Override a failed check, so that it does not block the launch; without a reason, remove the override. */
 export function overrideCheck(
   { vehicle_id, name }: Pick<PreflightCheck, "vehicle_id" | "name">,
   reason: string | null,
@@ -73,17 +73,17 @@ export function overrideCheck(
 const isSession = (value: unknown): value is Session =>
   typeof value === "object" && value !== null && typeof (value as { role?: unknown }).role === "string";
 
-/** What this page may do. */
+/** Read the role of this page: operator or observer. */
 export const readSession = (): Promise<Answer<Session>> => request("GET", "/api/session", isSession);
 
-/** Become an operator: the service answers with a cookie that this page never sees. */
+/** Sign in as operator: the station sets a cookie that scripts cannot read. */
 export const signIn = (code: string, name: string): Promise<Answer<Session>> =>
   request("POST", "/api/session", isSession, { code, name });
 
-/** Become an observer again. */
+/** Sign out: become an observer again. */
 export const signOut = (): Promise<Answer<Session>> => request("DELETE", "/api/session", isSession);
 
-/** The events after a number, for a page that was away or too slow. */
+/** Read the events after a number, for a page that was disconnected or too slow. */
 export const readMissedEvents = (after: number): Promise<Answer<MissedEvents>> =>
   request("GET", `/api/events?after=${after}`, isMissedEvents);
 
@@ -93,5 +93,5 @@ const isBasemap = (value: unknown): value is Basemap =>
   "url" in value &&
   (value.url === null || typeof value.url === "string");
 
-/** Where the service's base map is, if it has one. */
+/** Read the address of the station's base map, if it has one. */
 export const readBasemap = (): Promise<Answer<Basemap>> => request("GET", "/api/basemap", isBasemap);

@@ -1,19 +1,19 @@
-/** Requests about findings; the list itself comes with the mission's state. */
+/** Requests about findings; the list itself is part of the state of the mission. */
 import { type Answer, request } from "./client";
 import type { Finding, FindingChange, Place } from "./types";
 
 const isFinding = (value: unknown): value is Finding =>
   typeof value === "object" && value !== null && "finding_id" in value && typeof value.finding_id === "number";
 
-/** Confirm, reject, comment or assign; what is not named stays. */
+/** Confirm, reject, comment or assign a finding; fields that are not given stay. */
 export const changeFinding = (id: number, change: Partial<FindingChange>): Promise<Answer<Finding>> =>
   request("PATCH", `/api/findings/${id}`, isFinding, change);
 
-/** Mark a place by hand. */
+/** Mark a position. */
 export const addFinding = (place: Place, comment: string): Promise<Answer<Finding>> =>
   request("POST", "/api/findings", isFinding, { ...place, comment });
 
-/** The surroundings of a finding at the step that has shown it last. */
+/** Address of the image around a finding at the step that showed it last. */
 export const thumbnailUrl = ({ finding_id, step }: Finding, kind: "integral" | "thermal"): string =>
   `/api/findings/${finding_id}/${kind}.png?step=${step}`;
 

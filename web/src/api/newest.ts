@@ -1,9 +1,9 @@
-/** One request at a time, however fast a slider moves: of those that wait only the newest is sent. */
+/** One request at a time, however fast a slider moves: of waiting requests only the newest is sent. */
 export class Newest<Query> {
   private waiting: { readonly query: Query } | null = null;
   private isBusy = false;
 
-  /** `send` must not throw: what becomes of a request is a value. */
+  /** `send` must not throw: results and failures are values. */
   constructor(private readonly send: (query: Query) => Promise<void>) {}
 
   get isIdle(): boolean {
@@ -15,7 +15,7 @@ export class Newest<Query> {
     if (!this.isBusy) void this.work();
   }
 
-  /** Give up what waits; what is on its way comes. */
+  /** Drop the waiting request; one that is under way completes. */
   forget(): void {
     this.waiting = null;
   }

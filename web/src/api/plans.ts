@@ -21,27 +21,27 @@ const isShape = (value: unknown): value is ImportedShape =>
 
 const pathOf = (name: string): string => `/api/plans/${encodeURIComponent(name)}`;
 
-/** The plan that the mission flies by. */
+/** Read the plan of the mission. */
 export const readPlan = (): Promise<Answer<Plan>> => request("GET", "/api/plan", isPlan);
 
-/** What is wrong with a plan, what it takes, and what the engine would choose instead. */
+/** Check a plan: problems, estimate, and suggested values. */
 export const checkPlan = (plan: Plan): Promise<Answer<PlanReport>> =>
   request("POST", "/api/plan/check", isReport, plan);
 
-/** Let the mission fly by a plan. */
+/** Apply a plan to the mission. */
 export const applyPlan = (plan: Plan): Promise<Answer<Plan>> => request("POST", "/api/plan/apply", isPlan, plan);
 
-/** What a plan may have as its strategy, and what can be chosen about each. */
+/** Read the available strategies and their parameters. */
 export const readStrategies = (): Promise<Answer<Strategy[]>> =>
   request("GET", "/api/plan/strategies", listOf(isStrategy));
 
-/** The shapes of a file: GeoJSON, KML or QGroundControl's plan. */
+/** Read the shapes of a file: GeoJSON, KML, or a plan of QGroundControl. */
 export const importFile = (file: Blob): Promise<Answer<ImportedShape[]>> =>
   request("POST", "/api/plan/import", listOf(isShape), file);
 
 export const listPlans = (): Promise<Answer<SavedPlan[]>> => request("GET", "/api/plans", listOf(isSavedPlan));
 export const readSavedPlan = (name: string): Promise<Answer<Plan>> => request("GET", pathOf(name), isPlan);
-/** `replaces` is the version of the saved plan that was seen; null: there was none of that name. */
+/** Save a plan. `replaces` is the version of the saved plan to replace; null if there was none of that name. */
 export const savePlan = (name: string, plan: Plan, replaces: string | null): Promise<Answer<Plan>> =>
   request("PUT", `${pathOf(name)}?replaces=${encodeURIComponent(replaces ?? "none")}`, isPlan, plan);
 export const deletePlan = (name: string): Promise<Answer<null>> => request("DELETE", pathOf(name), isNothing);

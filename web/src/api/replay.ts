@@ -7,9 +7,9 @@ const isReplay = (value: unknown): value is Replay => isObject(value) && typeof 
 const isTimeline = (value: unknown): value is Timeline =>
   isObject(value) && isReplay(value["replay"]) && Array.isArray(value["phases"]) && Array.isArray(value["steps"]);
 
-/** When each phase and step began. */
+/** Times at which each phase and step began, with notices and findings. */
 export const readTimeline = (): Promise<Answer<Timeline>> => request("GET", "/api/replay", isTimeline);
 
-/** Go to a time, play or stop, for all clients; what is not given stays as it is. */
+/** Seek, play or pause for all clients; values that are not given stay. */
 export const controlReplay = (change: ReplayRequest): Promise<Answer<Replay>> =>
   request("POST", "/api/replay", isReplay, change);

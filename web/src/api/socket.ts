@@ -1,4 +1,4 @@
-/** The event stream: one WebSocket that comes back by itself. */
+/** Event stream: one WebSocket that reconnects on its own. */
 import { applyChanges } from "./changes";
 import { checkedMission, ProtocolError, parseServerMessage } from "./check";
 import { readMissedEvents } from "./client";
@@ -6,7 +6,7 @@ import type { Changes, Mission, ServerMessage } from "./types";
 
 export type Connection = "connecting" | "open" | "lost" | "incompatible";
 
-/** What the page is told: changes come as the snapshot that they lead to. */
+/** Messages for the page: changes are expanded to the snapshot that results from them. */
 export type PageMessage = Exclude<ServerMessage, Changes>;
 
 export interface SocketEvents {
@@ -14,20 +14,20 @@ export interface SocketEvents {
   onConnection(connection: Connection): void;
 }
 
-const SILENCE_LIMIT_MS = 1600; // the service sends something at least every 500 ms
+const SILENCE_LIMIT_MS = 1600; // the station sends something at least every 500 ms
 const WATCH_INTERVAL_MS = 200;
 const OPENING_LIMIT_MS = 5000;
 const FIRST_DELAY_MS = 250;
 const LONGEST_DELAY_MS = 5000;
 
-/** How long to wait before the given attempt (from 0) to connect again. */
+/** Delay before the given attempt (from 0) to reconnect. */
 export function backoffMs(attempt: number): number {
   return Math.min(LONGEST_DELAY_MS, FIRST_DELAY_MS * 2 ** attempt);
 }
 
 const STATE_KINDS: ReadonlySet<ServerMessage["kind"]> = new Set(["snapshot", "changes", "heartbeat"]);
 
-/** Whether events are missing before a message. State repeats the number of the event before it. */
+/** Whether events before a message are missing. State messages repeat the number of the last event. */
 export function isGap(previousSeq: number, message: ServerMessage): boolean {
   if (message.kind === "hello") return false;
   return message.seq > (STATE_KINDS.has(message.kind) ? previousSeq : previousSeq + 1);
@@ -88,14 +88,14 @@ export class EventSocket {
     if (this.seq === null) throw new ProtocolError("the first message of the service is not a hello");
     if (isGap(this.seq, message) && !this.isCatchingUp) void this.catchUp(this.seq);
     if (STATE_KINDS.has(message.kind)) this.events.onMessage(this.expanded(message));
-    // An event waits for those before it: the answer that is on its way brings it too.
+    // An event waits for the missing ones before it: the pending answer contains it as well.
     else if (message.seq > this.seq && !this.isCatchingUp) {
       this.seq = message.seq;
       this.events.onMessage(this.expanded(message));
     }
   }
 
-  /** Fetch the events after a number; where they are no longer kept, connect again for the whole state. */
+  /** Fetch the events after a number; if they are no longer kept, reconnect to get the whole state. */
   private async catchUp(after: number): Promise<void> {
     this.isCatchingUp = true;
     const { socket } = this;
@@ -110,7 +110,7 @@ export class EventSocket {
     }
   }
 
-  /** A message that this page does not understand ends the connection for good. */
+  /** Run an action; an invalid message closes the connection for good. */
   private guard(action: () => void): void {
     try {
       action();

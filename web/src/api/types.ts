@@ -1,4 +1,4 @@
-/** Short names for the generated wire types. */
+/** Short names of the generated wire types. */
 import type { components } from "./schema";
 
 type Schemas = components["schemas"];

@@ -1,4 +1,4 @@
-/** Requests about recorded steps: other focal planes, single frames. */
+/** Requests about recorded steps: other focal planes and single frames. */
 import type { Bounds } from "../geometry";
 import { texts } from "../texts";
 import { type Answer, request } from "./client";
@@ -9,20 +9,20 @@ const isViewedStep = (value: unknown): value is ViewedStep =>
   isObject(value) && Array.isArray(value["kinds"]) && Array.isArray(value["frames"]);
 const isFocusFound = (value: unknown): value is FocusFound => isObject(value) && typeof value["found"] === "boolean";
 
-/** An integral, and where it lies. */
+/** Integral image with its bounds on the ground. */
 export interface Integral {
   readonly picture: Blob;
   readonly bounds: Bounds;
   readonly height_m: number;
-  /** Of the largest blob on this plane. */
+  /** Area of the largest blob on this plane. */
   readonly visibility_m2: number;
 }
 
-/** What can be seen of a step. */
+/** Read which images and frames of a step are recorded. */
 export const describeStep = (step: number): Promise<Answer<ViewedStep>> =>
   request("GET", `/api/viewer/${step}`, isViewedStep);
 
-/** The height at which a step's frames agree best on a square. */
+/** Find the height with the sharpest image of a square area. */
 export function findFocus(
   step: number,
   [east_m, north_m]: readonly [number, number],
@@ -34,7 +34,7 @@ export function findFocus(
   return request("GET", `/api/viewer/${step}/autofocus?${query.toString()}`, isFocusFound);
 }
 
-/** Where a frame is found, reduced to a width if one is given. */
+/** Address of a frame, scaled to a width if one is given. */
 export function frameUrl(step: number, vehicleId: number, kind: FrameKind, width_px?: number): string {
   const query = width_px === undefined ? "" : `?width_px=${width_px}`;
   return `/api/viewer/${step}/frames/${vehicleId}/${kind}.png${query}`;
@@ -43,16 +43,16 @@ export function frameUrl(step: number, vehicleId: number, kind: FrameKind, width
 export interface IntegralQuery {
   readonly step: number;
   readonly kind: ViewKind;
-  /** Null: the mission's own plane. */
+  /** Null for the plane of the mission. */
   readonly height_m: number | null;
-  /** Small and soon there, not exact. */
+  /** Whether a small and fast approximation is enough. */
   readonly isDraft: boolean;
 }
 
-/** Of few colours: these are small as they are, and a draft would blur their counts. */
+/** Images of few colours: they are small as they are, and a draft would blur their counts. */
 const COUNTS: ReadonlySet<ViewKind> = new Set(["anomaly", "coverage"]);
 
-/** The integral of a step's frames on a horizontal plane. */
+/** Read the integral of the frames of a step on a horizontal plane. */
 export async function readIntegral({ step, kind, height_m, isDraft }: IntegralQuery): Promise<Answer<Integral>> {
   const format = isDraft && !COUNTS.has(kind) ? "jpg" : "png";
   const query = height_m === null ? "" : `?height_m=${height_m}`;
@@ -75,7 +75,7 @@ async function messageOf(response: Response): Promise<string> {
   return isObject(body) && typeof body["message"] === "string" ? body["message"] : texts.requests.unreadableAnswer;
 }
 
-/** West, south, east and north in metres, as the header has them; null where it is not so. */
+/** West, south, east and north in metres from the header; null if it is malformed. */
 export function parseBounds(header: string | null): Bounds | null {
   const [west_m, south_m, east_m, north_m, ...more] = (header ?? "").split(",").map(Number);
   if (west_m === undefined || south_m === undefined || east_m === undefined || north_m === undefined) return null;

@@ -1,9 +1,9 @@
-/** The vehicles' arrows as images of the map, one per colour and outline. */
+/** Arrows of the vehicles as images of the map, one per colour and outline. */
 import type { Map as MapLibreMap } from "maplibre-gl";
 import { type Palette, VEHICLE_COLOURS, vehicleColour } from "./palette";
 
 const SIZE_PX = 34;
-/** Drawn finer than shown, for screens with more than one pixel per pixel. */
+/** Drawn at a higher resolution, for screens with more than one device pixel per pixel. */
 const PIXEL_RATIO = 2;
 const OUTLINE: readonly (readonly [number, number])[] = [
   [0.5, 0.08],
@@ -12,7 +12,7 @@ const OUTLINE: readonly (readonly [number, number])[] = [
   [0.18, 0.86],
 ];
 
-/** The name of a vehicle's arrow; a refused waypoint gives it a red outline. */
+/** Name of a vehicle's arrow; a refused waypoint gives it a red outline. */
 export function arrowName(vehicleId: number, isRefused: boolean): string {
   return `arrow-${vehicleColour(vehicleId)}${isRefused ? "-refused" : ""}`;
 }

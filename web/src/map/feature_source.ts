@@ -1,15 +1,15 @@
-/** GeoJSON sources that several layers of features share. */
+/** GeoJSON sources that several feature layers share. */
 import type { Feature } from "geojson";
 import type { GeoJSONSource, Map as MapLibreMap } from "maplibre-gl";
 
-/** Names the layer that a feature is of. */
+/** Property that names the layer of a feature. */
 export const LAYER_PROPERTY = "layer";
 
-/** The features of one layer in a source. */
+/** Features of one layer in a source. */
 export interface SourcePart {
-  /** Draw these instead of the former ones. */
+  /** Replace the features. */
   set(features: readonly Feature[]): void;
-  /** Take them away, and the source with the last part of it; to be called when no layer uses them any more. */
+  /** Remove the features, and the source with its last part; to be called when no layer uses them any more. */
   leave(): void;
 }
 
@@ -18,10 +18,10 @@ type Parts = Map<string, readonly Feature[]>;
 const partsOfMaps = new WeakMap<MapLibreMap, Map<string, Parts>>();
 
 /**
- * Join a source of a map, which is put there by the first.
+ * Join a source of a map; the first layer creates it.
  *
- * Layers share one because MapLibre passes over the whole map for each source with areas or lines, in every frame:
- * without a graphics card that takes longer than to draw what is in them.
+ * Layers share a source because MapLibre passes over the whole map for each source with areas or lines, in every frame:
+ * without a graphics card that takes longer than drawing the features.
  */
 export function joinSource(map: MapLibreMap, sourceId: string, layerId: string): SourcePart {
   const sources = partsOfMaps.get(map) ?? new Map<string, Parts>();

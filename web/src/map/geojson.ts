@@ -1,4 +1,4 @@
-/** GeoJSON from points in the mission's ENU frame. */
+/** GeoJSON from points in the ENU frame of the mission. */
 import type { Feature, Geometry } from "geojson";
 import type { Geodetic, Position, Vertex } from "../api/types";
 import { toLngLat } from "../geometry";
@@ -20,7 +20,7 @@ export const line = (origin: Geodetic, points: readonly EnuPoint[]): Geometry =>
   coordinates: points.map((place) => toLngLat(origin, place)),
 });
 
-/** A polygon from its corners; the ring is closed here. */
+/** Polygon from its corners, with the ring closed. */
 export const polygon = (origin: Geodetic, corners: readonly EnuPoint[]): Geometry => ({
   type: "Polygon",
   coordinates: [[...corners, ...corners.slice(0, 1)].map((corner) => toLngLat(origin, corner))],

@@ -1,4 +1,4 @@
-/** What a layer of the map is, and the one that most are: features computed from the scene. */
+/** Interface of map layers, and the most common one: features computed from the scene. */
 import type { Feature } from "geojson";
 import type { FilterSpecification, LayerSpecification, Map as MapLibreMap } from "maplibre-gl";
 import type { Geodetic, Mission, PictureKind } from "../api/types";
@@ -6,31 +6,31 @@ import type { State } from "../state/state";
 import { joinSource, LAYER_PROPERTY } from "./feature_source";
 import type { Palette } from "./palette";
 
-/** What layers may draw. */
+/** Data that layers can draw. */
 export interface Scene {
   readonly origin: Geodetic;
   readonly mission: Mission;
   readonly state: State;
   readonly snapshotAge_s: number;
   readonly selected: ReadonlySet<number>;
-  /** The picture on the ground. */
+  /** Image on the ground. */
   readonly overlay: Overlay | null;
 }
 
 export interface Overlay {
   readonly kind: PictureKind;
-  /** From 0 to 1. */
+  /** Between 0 and 1. */
   readonly opacity: number;
 }
 
 export interface MapLayer {
   readonly id: string;
-  /** Put it on top of a map; done again when the theme changes. */
+  /** Add the layer on top of a map; called again when the theme changes. */
   attach(map: MapLibreMap, palette: Palette): AttachedLayer;
 }
 
 export interface AttachedLayer {
-  /** Called after every change of the scene: must be cheap when its own part has not changed. */
+  /** Called after every change of the scene: must be cheap when its own part is unchanged. */
   update(scene: Scene): void;
   remove(): void;
 }
@@ -41,20 +41,20 @@ export type Paint = WithoutSource<Exclude<LayerSpecification, { type: "backgroun
 
 interface FeatureLayer {
   readonly id: string;
-  /** A source shared with the layers next to it that change about as often; by default one of its own. */
+  /** Source shared with neighbouring layers that change about as often; by default one of its own. */
   readonly source?: string;
-  /** How the features are drawn, bottom up. */
+  /** Style of the features, bottom up. */
   paint(palette: Palette): readonly Paint[];
-  /** What the features depend on; they are made again only when one of these is another object or value. */
+  /** Values that the features depend on; the features are computed again only when one of these changes. */
   inputs(scene: Scene): readonly unknown[];
   features(scene: Scene): readonly Feature[];
-  /** Draw again at most so often; what is seen at a glance need not be exact to a fraction of a second. */
+  /** Shortest interval between updates, for what need not be exact to a fraction of a second. */
   readonly interval_ms?: number;
-  /** Called with the property `id` of a feature that was clicked. */
+  /** Called with the property `id` of a clicked feature. */
   onClick?(id: number, event: MouseEvent): void;
 }
 
-/** A layer of GeoJSON features. Only sources in which something has changed are sent to the map's worker. */
+/** Layer of GeoJSON features. Only changed sources are sent to the worker of the map. */
 export function featureLayer({
   id,
   source = id,
@@ -81,7 +81,7 @@ export function featureLayer({
           const wanted = inputs(scene);
           if (drawn !== null && wanted.every((value, index) => Object.is(value, drawn?.[index]))) return;
           const nowMs = performance.now();
-          if (nowMs - drawnAtMs < interval_ms) return; // the next update is not far
+          if (nowMs - drawnAtMs < interval_ms) return; // the next update follows soon
           drawn = wanted;
           drawnAtMs = nowMs;
           shared.set(features(scene));

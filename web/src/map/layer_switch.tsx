@@ -1,4 +1,4 @@
-/** Which layers a map shows, and which picture lies on the ground. */
+/** Selection of the visible layers, and of the image on the ground. */
 import { useState } from "preact/hooks";
 import type { PictureKind } from "../api/types";
 import { texts } from "../texts";
@@ -18,10 +18,10 @@ export interface LayerChoice {
 
 const FIRST_CHOICE: LayerChoice = { hidden: new Set(["heights"]), kind: "integral", opacity: OPACITY };
 
-/** What was chosen last: a view that is opened again shows it. */
+/** Latest choice, which a view shows when it is opened again. */
 let lastChoice = FIRST_CHOICE;
 
-/** The layers to show and a function that changes them. */
+/** Current choice and a function that changes it. */
 export function useLayerChoice(): [LayerChoice, (choice: LayerChoice) => void] {
   const [choice, setChoice] = useState(lastChoice);
   const change = (chosen: LayerChoice): void => {
@@ -36,7 +36,7 @@ export const shownOf = (layers: readonly MapLayer[], { hidden }: LayerChoice): M
 export const overlayOf = ({ kind, opacity }: LayerChoice): Overlay | null => (kind === null ? null : { kind, opacity });
 
 interface Props {
-  /** Bottom up; those that have a name in the texts can be switched. */
+  /** Layers, bottom up; those with a name in the texts can be switched. */
   layers: readonly MapLayer[];
   choice: LayerChoice;
   onChange(choice: LayerChoice): void;

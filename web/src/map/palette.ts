@@ -1,4 +1,4 @@
-/** Colours of the map; every theme needs its own because the canvas does not read CSS. */
+/** Colours of the map for every theme, since the canvas does not read CSS. */
 import type { ExpressionSpecification } from "maplibre-gl";
 import type { Theme } from "../theme";
 
@@ -13,9 +13,9 @@ export interface Palette {
   target: string;
   selected: string;
   label: string;
-  /** Around labels and arrows. */
+  /** Outline of labels and arrows. */
   halo: string;
-  /** Of a base map in vectors. */
+  /** Colours of a vector base map. */
   ground: { earth: string; wood: string; water: string; building: string; road: string };
 }
 
@@ -64,7 +64,7 @@ export const PALETTES: Readonly<Record<Theme, Palette>> = {
   },
 };
 
-/** Told apart by people with any colour vision (after Okabe and Ito), readable on all backgrounds. */
+/** Colours distinguishable with any colour vision (after Okabe and Ito), readable on all backgrounds. */
 export const VEHICLE_COLOURS = [
   "#56b4e9",
   "#e69f00",
@@ -80,7 +80,7 @@ export function vehicleColour(vehicleId: number): string {
   return VEHICLE_COLOURS[(vehicleId - 1) % VEHICLE_COLOURS.length] ?? VEHICLE_COLOURS[0];
 }
 
-/** Colours features by their property `id`. */
+/** Expression that colours features by their property `id`. */
 export function vehicleColourExpression(): ExpressionSpecification {
   const index = ["%", ["-", ["get", "id"], 1], VEHICLE_COLOURS.length];
   const cases = VEHICLE_COLOURS.flatMap((colour, i) => [i, colour]);

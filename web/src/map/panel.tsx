@@ -1,4 +1,4 @@
-/** The map of a view, with its controls; without WebGL a sentence instead. */
+/** Map of a view, with its controls; without WebGL a message instead. */
 import type { ComponentChildren } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 import { eastNorth, latLon } from "../format";
@@ -11,18 +11,18 @@ import type { MapLayer, Overlay } from "./layer";
 import { type Camera, hasWebGl, MapView } from "./view";
 
 interface Props {
-  /** Bottom up. The map is drawn again from scratch when one of them is another object: make them once. */
+  /** Layers, bottom up. Other objects redraw the map from scratch: make them once. */
   layers: readonly MapLayer[];
   overlay?: Overlay | null;
-  /** What else "fit" shows. */
+  /** Further places that "Fit to fleet" shows. */
   extent?: readonly EnuPoint[];
-  /** The map goes to this place whenever it is another one. */
+  /** Place to show whenever it changes. */
   lookAt?: EnuPoint | null;
-  /** More controls beside the map's own. */
+  /** Further controls. */
   children?: ComponentChildren;
 }
 
-/** Where the operator has moved each view's map to: it shows that when it is opened again. */
+/** Camera positions that the operator has chosen, by view, to be restored. */
 const lastCameras = new Map<ViewName, { missionId: string; camera: Camera }>();
 
 export function MapPanel({ layers, overlay = null, extent = [], lookAt = null, children }: Props) {
@@ -48,7 +48,7 @@ export function MapPanel({ layers, overlay = null, extent = [], lookAt = null, c
       made.remove();
       view.current = null;
     };
-    // The view is made once there is an origin; later changes reach it through update().
+    // The view is made once there is an origin; later changes reach it by update().
   }, [hasOrigin, isPossible]);
 
   useEffect(() => {

@@ -1,4 +1,4 @@
-/** The layers below all others: the service's base map where it has one, and the metric grid. */
+/** Hook for the lowest layers: the base map of the station if it has one, and the metric grid. */
 import { useEffect, useState } from "preact/hooks";
 import { readBasemap } from "../api/client";
 import type { MapLayer } from "./layer";
@@ -7,7 +7,7 @@ import { gridLayer } from "./layers/grid";
 
 const GRID_ALONE: readonly MapLayer[] = [gridLayer];
 
-/** Asked for once; a page without a base map has the grid. */
+/** Requested once; without a base map there is the grid only. */
 let opened: Promise<readonly MapLayer[]> | null = null;
 
 async function open(): Promise<readonly MapLayer[]> {

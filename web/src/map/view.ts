@@ -1,4 +1,4 @@
-/** The MapLibre map and the layers on it. Nothing is loaded from a network. */
+/** MapLibre map with its layers. Nothing is loaded from other machines. */
 import maplibregl, { type Map as MapLibreMap, type StyleSpecification } from "maplibre-gl";
 import type { Geodetic, Mission, Position } from "../api/types";
 import { boundsOf, type LngLat, toEnu, toLngLat } from "../geometry";
@@ -18,7 +18,7 @@ export interface Camera {
 }
 
 const FIT_MARGIN_M = 8;
-/** Some hundred metres across. */
+/** Zoom that shows some hundred metres. */
 const NEAR_ZOOM = 19;
 
 /** Whether the browser can draw the map. */
@@ -29,7 +29,9 @@ export function hasWebGl(): boolean {
 export class MapView {
   private readonly map: MapLibreMap;
   private isLoaded = false;
-  /** Until somebody moves the map it keeps showing the fleet, also when that grows or the map gets another size. */
+  /**
+   * Whether the map follows the fleet: until an operator moves it, also when the fleet or the size of the map changes.
+   */
   private isFollowing: boolean;
   private located = 0;
   private theme: Theme;
@@ -37,7 +39,7 @@ export class MapView {
   private readonly attached = new Map<string, AttachedLayer>();
   private scene: Scene | null = null;
 
-  /** With a camera the map shows what it showed before, else the fleet. */
+  /** Show the given camera position, or the fleet without one. */
   constructor(container: HTMLElement, origin: Geodetic, theme: Theme, camera: Camera | null, events: MapEvents) {
     maplibregl.setWorkerCount(1);
     this.theme = theme;
@@ -78,7 +80,7 @@ export class MapView {
     });
   }
 
-  /** Where somebody has moved the map to, if anybody has. */
+  /** Camera position that an operator has chosen, or null. */
   get camera(): Camera | null {
     if (this.isFollowing) return null;
     const { lng, lat } = this.map.getCenter();
@@ -89,7 +91,7 @@ export class MapView {
     this.map.remove();
   }
 
-  /** Show these layers, bottom up, with what they draw. */
+  /** Show these layers, bottom up, with the scene. */
   update(layers: readonly MapLayer[], scene: Scene, theme: Theme): void {
     const isSame = layers.length === this.layers.length && layers.every((layer, i) => layer === this.layers[i]);
     if (!isSame) this.detachAll();
@@ -113,7 +115,7 @@ export class MapView {
     this.map.fitBounds([southWest, northEast], { padding: 36, animate: false, maxZoom: 20 });
   }
 
-  /** Show one place from near by. */
+  /** Show one place at close range. */
   lookAt(place: EnuPoint): void {
     if (this.scene === null) return;
     this.isFollowing = false;
@@ -138,7 +140,7 @@ export class MapView {
     this.attached.clear();
   }
 
-  /** Load the other style; drawing goes on when it is there. */
+  /** Load the style of another theme; drawing continues once it is loaded. */
   private changeTheme(theme: Theme): void {
     this.theme = theme;
     this.detachAll();
@@ -152,10 +154,10 @@ export class MapView {
   }
 }
 
-/** Without a layer for the background, which the container has: it would take an eighth of a frame's time. */
+/** No background layer: the container has the colour, and a layer would take an eighth of the time of a frame. */
 const EMPTY_STYLE: StyleSpecification = { version: 8, sources: {}, layers: [] };
 
-/** The points that "fit to fleet" shows. */
+/** Points that "Fit to fleet" shows. */
 function fleetPoints(mission: Mission): EnuPoint[] {
   const moving = mission.vehicles.flatMap(({ position, waypoint }) => [position, waypoint]);
   return [...moving.filter((place): place is Position => place !== null).map(enu), ...mission.area.map(enu)];

@@ -1,4 +1,4 @@
-/** What has happened, newest first, filtered by severity, and who has acknowledged it. */
+/** Events, newest first, filtered by severity, with their acknowledgements. */
 import { useMemo, useState } from "preact/hooks";
 import type { Acknowledgement, Notice, Severity } from "../api/types";
 import { duration, timeOfDay } from "../format";
@@ -7,7 +7,7 @@ import { texts } from "../texts";
 import { Choice } from "../ui/choice";
 import { Panel } from "../ui/panel";
 
-/** The least of what is shown. */
+/** Lowest severity that is shown. */
 const FILTERS = ["info", "warning", "critical"] as const satisfies readonly Severity[];
 const WORDS: Readonly<Record<Severity, string>> = { ...texts.names.severity, info: texts.events.all };
 

@@ -1,4 +1,4 @@
-/** Where targets are believed to be. */
+/** Tracked targets with their estimated positions. */
 import type { Target } from "../api/types";
 import { eastNorth, latLon, likelihood, quantity } from "../format";
 import { texts } from "../texts";

@@ -1,4 +1,4 @@
-/** The time of a recorded mission: below the tabs of every view, and unmistakable. */
+/** Time of a recorded mission, below the tabs of every view. */
 import { useEffect, useMemo, useState } from "preact/hooks";
 import { Newest } from "../api/newest";
 import { controlReplay, readTimeline } from "../api/replay";
@@ -10,13 +10,13 @@ import { keyChange, marksOf, neighbour_s, phaseSpans, SPEEDS, toggled } from "./
 import { useReplayKeys } from "./use_replay_keys";
 import "./replay.css";
 
-/** Moments of a replay are told in these: its end is one of them. */
+/** Resolution of the slider; the duration of a replay is a multiple of it. */
 const SLIDER_STEP_S = 0.1;
 
 interface Props {
   replay: Replay;
   missionId: string;
-  /** Observers see where the replay is; only operators move in it. */
+  /** Whether this page may move the replay: operators only. */
   mayControl: boolean;
 }
 
@@ -31,7 +31,7 @@ export function ReplayBar({ replay, missionId, mayControl }: Props) {
     });
   }, [missionId]);
 
-  // Of several tabs of the browser only one flies.
+  // Marks the browser tab, so that a replay is not taken for a flight.
   useEffect(() => {
     const title = document.title;
     document.title = `${texts.replay.mark} ${missionId} · ${title}`;
@@ -49,13 +49,13 @@ export function ReplayBar({ replay, missionId, mayControl }: Props) {
       }),
     [],
   );
-  // What was asked for is shown until the service tells of it.
+  // The requested time is shown until the station reports it.
   useEffect(() => {
     if (newest.isIdle) setSought({});
   }, [replay]);
   const shown: Replay = { ...replay, ...known(sought) };
   const change = (asked: ReplayRequest): void => {
-    // One request holds all that was asked for lately, since only the newest is sent.
+    // One request combines all recent changes, since only the newest is sent.
     const all = { ...sought, ...asked };
     setSought(all);
     newest.ask(all);
@@ -152,7 +152,7 @@ function Buttons({ shown, timeline, onChange }: ButtonsProps) {
   );
 }
 
-/** Phases as bands with their names, steps as ticks. The slider and its keys do the same for those who do not see them. */
+/** Phases as bands with their names, steps as ticks. They are decorative: the slider and its keys do the same. */
 function Phases({ timeline }: { timeline: Timeline }) {
   const { duration_s } = timeline.replay;
   const percent = (time_s: number): number => (100 * time_s) / Math.max(duration_s, 1e-3);
@@ -175,7 +175,7 @@ function Phases({ timeline }: { timeline: Timeline }) {
   );
 }
 
-/** Without the fields that are null or missing: they stay as they are. */
+/** Fields that are given: null or missing ones leave the replay as it is. */
 function known({ time_s, speed, playing }: ReplayRequest): Partial<Replay> {
   return {
     ...(typeof time_s === "number" && { time_s }),

@@ -1,4 +1,4 @@
-/** Notices and findings below the time slider: their words on hover and focus, a press goes there. */
+/** Notices and findings below the time slider: their texts on hover and focus; a press moves the replay there. */
 import { useMemo, useRef, useState } from "preact/hooks";
 import type { Timeline } from "../api/types";
 import { duration } from "../format";
@@ -6,7 +6,7 @@ import { texts } from "../texts";
 import { useSize } from "../ui/use_size";
 import { type Cluster, clustersOf, type Mark, marksOf } from "./timeline";
 
-/** As wide as a finger needs. */
+/** Width that a finger needs. */
 const MARK_PX = 24;
 const LISTED = 6;
 const SYMBOLS: Readonly<Record<Mark["kind"], string>> = {
@@ -19,7 +19,7 @@ const SYMBOLS: Readonly<Record<Mark["kind"], string>> = {
 
 interface Props {
   timeline: Timeline;
-  /** Null: who looks on must not move in the record. */
+  /** Moves the replay; null for observers. */
   onGo: ((time_s: number) => void) | null;
 }
 
@@ -31,7 +31,7 @@ export function EventMarks({ timeline, onGo }: Props) {
     () => (width_px === 0 ? [] : clustersOf(marksOf(timeline), (MARK_PX / width_px) * length_s)),
     [timeline, width_px],
   );
-  // One stop of the Tab key for all of them; the arrows go from mark to mark.
+  // The Tab key stops once at the marks; the arrow keys move from mark to mark.
   const [reached, setReached] = useState(0);
   const [told, setTold] = useState<number | null>(null);
   const stop = Math.min(reached, clusters.length - 1);

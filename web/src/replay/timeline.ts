@@ -1,4 +1,4 @@
-/** What lies where in a replay, and what its keys mean. Pure functions. */
+/** Contents of the timeline of a replay, and the meaning of its keys. Pure functions. */
 import type { Phase, ReplayRequest, Severity, Timeline } from "../api/types";
 import { texts } from "../texts";
 
@@ -12,24 +12,24 @@ export interface Span {
   readonly to_s: number;
 }
 
-/** Something that happened, or was found. */
+/** Notice or finding on the timeline. */
 export interface Mark {
   readonly time_s: number;
   readonly kind: Severity | "finding";
   readonly text: string;
 }
 
-/** Marks that lie too close together to be shown apart; at least one, oldest first. */
+/** Marks that are too close together to be shown separately; at least one, oldest first. */
 export interface Cluster {
   readonly marks: readonly [Mark, ...Mark[]];
-  /** What of it matters most. */
+  /** Kind of the most important mark. */
   readonly kind: Mark["kind"];
 }
 
-/** What a cluster is shown as, if it has one of these; first what matters most. */
+/** Kinds of marks, most important first. */
 const BY_WEIGHT = ["critical", "finding", "news", "warning", "info"] as const;
 
-/** The phases with their ends; what lasts no time is left out, and a phase that goes on is one. */
+/** Phases with their ends; repeated entries are merged and those without duration left out. */
 export function phaseSpans({ phases, replay }: Timeline): Span[] {
   const starts = phases.filter(({ phase }, index) => phase !== phases[index - 1]?.phase);
   return starts
@@ -41,7 +41,7 @@ export function phaseSpans({ phases, replay }: Timeline): Span[] {
     .filter(({ from_s, to_s }) => to_s > from_s);
 }
 
-/** Notices and findings by time. */
+/** Notices and findings in the order of their times. */
 export function marksOf({ notices, findings }: Timeline): Mark[] {
   const { alerts, names, replay } = texts;
   const told = notices.map(({ time_s, severity: kind, text, vehicle_id: id }): Mark => {
@@ -53,7 +53,7 @@ export function marksOf({ notices, findings }: Timeline): Mark[] {
   return [...told, ...found].sort((a, b) => a.time_s - b.time_s);
 }
 
-/** The marks, those together that begin within a gap. */
+/** Clusters of marks; a cluster spans less than the gap. */
 export function clustersOf(marks: readonly Mark[], gap_s: number): Cluster[] {
   const groups: [Mark, ...Mark[]][] = [];
   for (const mark of marks) {
@@ -66,9 +66,9 @@ export function clustersOf(marks: readonly Mark[], gap_s: number): Cluster[] {
   return groups.map((group) => ({ marks: group, kind: kindOf(group) }));
 }
 
-/** The first of these moments after a time, or the last one before it; null where there is none. */
+/** Next moment after a time, or previous one before it; null if there is none. */
 export function neighbour_s(moments: readonly { time_s: number }[], time_s: number, direction: 1 | -1): number | null {
-  // A replay that has been led to a moment stands on it, apart from rounding.
+  // A replay that was moved to a moment is at that moment, except for rounding.
   const found =
     direction === 1
       ? moments.find((moment) => moment.time_s > time_s + 0.05)
@@ -76,13 +76,13 @@ export function neighbour_s(moments: readonly { time_s: number }[], time_s: numb
   return found?.time_s ?? null;
 }
 
-/** The next faster or slower of the speeds. */
+/** Next higher or lower speed. */
 export function neighbourSpeed(speed: number, direction: 1 | -1): number {
   const found = direction === 1 ? SPEEDS.find((one) => one > speed) : SPEEDS.findLast((one) => one < speed);
   return found ?? speed;
 }
 
-/** What a key changes, or null where it means nothing here. */
+/** Change that a key requests, or null for other keys. */
 export function keyChange(key: string, timeline: Timeline, now: Timeline["replay"]): ReplayRequest | null {
   const leap = (moments: readonly { time_s: number }[], direction: 1 | -1): ReplayRequest | null => {
     const time_s = neighbour_s(moments, now.time_s, direction);
@@ -112,7 +112,7 @@ export function keyChange(key: string, timeline: Timeline, now: Timeline["replay
   }
 }
 
-/** Play or stop; at the end play begins anew. */
+/** Play or pause; at the end, play from the beginning. */
 export function toggled({ playing, time_s, duration_s }: Timeline["replay"]): ReplayRequest {
   return playing || time_s < duration_s ? { playing: !playing } : { playing: true, time_s: 0 };
 }

@@ -1,7 +1,7 @@
-/** Hears the keys of the replay, apart from those that the element with the focus needs for itself. */
+/** Hook for the keys of the replay, except those that the focused element needs itself. */
 import { useEffect, useRef } from "preact/hooks";
 
-/** `obey` tells whether a key meant something. */
+/** `obey` returns whether the key had a meaning. */
 export function useReplayKeys(obey: (key: string) => boolean): void {
   const handler = useRef(obey);
   handler.current = obey;

@@ -1,4 +1,4 @@
-/** Alerts that no operator has acknowledged: the worst one in words, the others behind it. */
+/** Alerts that no operator has acknowledged: the most severe one in words, the others in a list. */
 import { useState } from "preact/hooks";
 import { acknowledgeNotices } from "../api/client";
 import type { Alert } from "../state/alerts";
@@ -9,7 +9,7 @@ import { sentence } from "./use_alerts";
 
 interface Props {
   alerts: readonly Alert[];
-  /** Operators do so for all screens; observers only see. */
+  /** Whether this page may acknowledge alerts; operators do so for all screens. */
   mayAcknowledge: boolean;
 }
 

@@ -1,4 +1,4 @@
-/** The shell: header, tabs, alerts and questions around one view. */
+/** Shell: header, tabs, alerts and windows around one view. */
 import { useEffect, useState } from "preact/hooks";
 import { ReplayBar } from "../replay/bar";
 import { isSilent } from "../state/freshness";
@@ -45,7 +45,7 @@ export function App({ store }: { store: Store }) {
 
   const isOperator = access.session?.role === "operator";
   const isReplay = mission !== null && mission.replay !== null;
-  // Ages in a record are those of its time, however long it stands still there.
+  // Ages in a recording are those of its own time, even while it is paused.
   const snapshotAge_s = isReplay ? 0 : (performance.now() - state.missionAtMs) / 1000;
   const isMissionSilent = connection === "open" && isSilent(mission, snapshotAge_s);
   const alerts = useAlerts(state, isMissionSilent, voice);
@@ -64,7 +64,7 @@ export function App({ store }: { store: Store }) {
   };
   const obey = (command: KeyCommand): void => {
     if (command.kind === "holdAll") {
-      // An observer reads the service's refusal: a key that does nothing would look as if it had worked.
+      // Observers read the refusal of the station: a key without any effect could look as if it had worked.
       if (!isReplay) commands.holdAll();
     } else if (command.kind === "view") shell.navigate(command.view);
     else if (command.kind === "digit")

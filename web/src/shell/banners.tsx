@@ -1,4 +1,4 @@
-/** Says in large letters when the page does not show the present, not all that has happened, or something else now. */
+/** Banners for a page whose data are out of date, incomplete, or of another mission. */
 import { useState } from "preact/hooks";
 import type { Connection } from "../api/socket";
 import { age } from "../format";
@@ -6,14 +6,14 @@ import { texts } from "../texts";
 
 interface Props {
   connection: Connection;
-  /** Seconds since the mission's last sign of life, where it should give one; null where all is well. */
+  /** Seconds since the last update of a mission that does not respond; null if it responds. */
   silence_s: number | null;
   missedNotices: number;
-  /** Null before the service has told of one. */
+  /** Null before the station has sent it. */
   missionId: string | null;
-  /** The mission that this page has shown before; null without. */
+  /** Mission that this page showed before; null if there was none. */
   formerMissionId: string | null;
-  /** Whether the service does not know this operator any more. */
+  /** Whether the sign-in of this operator has expired. */
   isSignedOut: boolean;
   onSignIn(): void;
 }

@@ -1,4 +1,4 @@
-/** A view's error stays in the view: the header with HOLD ALL works on. */
+/** Keeps the failure of a view inside the view: the header with HOLD ALL continues to work. */
 import { Component, type ComponentChildren } from "preact";
 import { texts } from "../texts";
 

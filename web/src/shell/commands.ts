@@ -1,4 +1,4 @@
-/** Commands on their way: the question that is open, and what became of the last ones. */
+/** Commands under way: the open confirmation, and the results of recent commands. */
 import { useEffect, useRef, useState } from "preact/hooks";
 import { type ActionAnswer, postAction } from "../api/client";
 import type { Action, Mission } from "../api/types";
@@ -11,32 +11,32 @@ const FORBIDDEN = 403;
 export interface Report {
   readonly id: number;
   readonly label: string;
-  /** Null while it is on its way. */
+  /** Null while the answer is pending. */
   readonly answer: ActionAnswer | null;
 }
 
 export interface Commands {
   /** Newest first. */
   readonly reports: readonly Report[];
-  /** Waits for the operator's confirmation. */
+  /** Command that waits for the operator's confirmation. */
   readonly question: Command | null;
-  /** Ask for an action for the selected vehicles, or for all; dangerous ones are confirmed first. */
+  /** Request an action for the selected vehicles, or for all; dangerous ones ask for confirmation first. */
   request(action: Action): void;
-  /** Have a command confirmed, then send it. */
+  /** Ask for confirmation of a command before it is sent. */
   ask(command: Command): void;
   confirm(): void;
   cancel(): void;
-  /** Stop every vehicle, whatever is selected, asked or in progress. */
+  /** Hold all vehicles, whatever is selected, open or in progress. */
   holdAll(): void;
   dismissReports(): void;
 }
 
-/** `onForbidden` is called when the service does not take commands from this page. */
+/** `onForbidden` is called when the station refuses commands from this page. */
 export function useCommands(mission: Mission | null, selection: Selection, onForbidden: () => void): Commands {
   const [question, setQuestion] = useState<Command | null>(null);
   const [reports, setReports] = useState<readonly Report[]>([]);
   const nextId = useRef(1);
-  // What was asked of one mission says nothing about another.
+  // Commands of one mission have no meaning for another.
   useEffect(() => {
     setQuestion(null);
     setReports([]);

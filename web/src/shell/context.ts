@@ -1,4 +1,4 @@
-/** What every view may read and do. The shell provides it; views take it with {@link useShell}. */
+/** State and functions that the shell provides to every view by {@link useShell}. */
 import { createContext } from "preact";
 import { useContext } from "preact/hooks";
 import type { Selection } from "../state/selection";
@@ -9,11 +9,11 @@ import type { Route, ViewName } from "./route";
 
 export interface Shell {
   readonly state: State;
-  /** Seconds since the mission's last sign of life: what has to be added to every age in its state. */
+  /** Seconds since the last update of the mission, to be added to every age in its state. */
   readonly snapshotAge_s: number;
   readonly isConnected: boolean;
   readonly isOperator: boolean;
-  /** Operators may command a mission that is flown; from all others views hide whatever commands. */
+  /** Whether this page may command: operators, and no recording. Otherwise views hide all commands. */
   readonly mayCommand: boolean;
   readonly theme: Theme;
   readonly route: Route;

@@ -1,4 +1,4 @@
-/** The top bar: where the mission is, whether what is shown is live, and the button that stops everything. */
+/** Top bar: state of the mission, whether it is live, and the button that holds all vehicles. */
 import type { Connection } from "../api/socket";
 import type { Mission, Session } from "../api/types";
 import { duration, quantity } from "../format";
@@ -7,7 +7,7 @@ import { HoldAll } from "./hold_all";
 
 interface Props {
   mission: Mission | null;
-  /** Silent: the service answers, the mission does not. */
+  /** State `silent`: the station answers, but the mission does not. */
   connection: Connection | "silent";
   session: Session | null;
   onHoldAll(): void;

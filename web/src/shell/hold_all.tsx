@@ -1,4 +1,4 @@
-/** The button that stops every vehicle, whatever else is going on. */
+/** Button that holds all vehicles at any time. */
 import { texts } from "../texts";
 
 export function HoldAll({ testId, onHoldAll }: { testId: string; onHoldAll(): void }) {

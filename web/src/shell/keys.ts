@@ -1,9 +1,9 @@
-/** The page's keys. Pure: what a stroke means; the shell carries it out. */
+/** Keys of the page. Pure functions: they interpret keystrokes, which the shell carries out. */
 import type { ViewName } from "./route";
 
 export interface Stroke {
   readonly key: string;
-  /** The physical key, independent of layout and modifiers. */
+  /** Physical key, independent of layout and modifiers. */
   readonly code: string;
   readonly shiftKey: boolean;
   readonly altKey: boolean;
@@ -12,7 +12,7 @@ export interface Stroke {
   readonly repeat: boolean;
 }
 
-/** What has the keyboard: nothing in particular, a field for text, or an open question. */
+/** Receiver of keystrokes: the page itself, a text field, or an open window. */
 export type Focus = "page" | "text" | "dialog";
 
 export type KeyCommand =
@@ -31,7 +31,7 @@ export const VIEW_KEYS: Readonly<Record<ViewName, string>> = {
   decide: "d",
 };
 
-/** The meaning of a stroke, or null. Holding works everywhere: in text fields and questions with Alt. */
+/** Meaning of a keystroke, or null. Hold works everywhere, in text fields with Alt. */
 export function keyCommand(stroke: Stroke, focus: Focus): KeyCommand | null {
   if (stroke.repeat || stroke.ctrlKey || stroke.metaKey) return null;
   const letter = /^Key[A-Z]$/.test(stroke.code) && stroke.altKey ? stroke.code.slice(3) : stroke.key;
@@ -49,7 +49,7 @@ export function keyCommand(stroke: Stroke, focus: Focus): KeyCommand | null {
 
 const NOT_TYPED_INTO = new Set(["button", "checkbox", "radio", "range", "submit", "reset", "file", "color"]);
 
-/** What has the keyboard now. */
+/** Current receiver of keystrokes. */
 export function focusOf(target: EventTarget | null, page: Document): Focus {
   if (target instanceof HTMLInputElement && !NOT_TYPED_INTO.has(target.type)) return "text";
   if (target instanceof HTMLTextAreaElement || target instanceof HTMLSelectElement) return "text";

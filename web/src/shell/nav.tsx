@@ -1,4 +1,4 @@
-/** The tabs that lead from view to view; links, so that they work by keyboard and can be opened on another screen. */
+/** Tabs of the views; they are links, so that they work by keyboard and can be opened on another screen. */
 import { texts } from "../texts";
 import { VIEW_KEYS } from "./keys";
 import { routeHash, VIEW_NAMES, type ViewName } from "./route";

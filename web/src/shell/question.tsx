@@ -1,4 +1,4 @@
-/** Asks before a dangerous command: for whom, with what consequence; the button has to be kept pressed. */
+/** Confirmation of a dangerous command: its scope, its consequence, and a button that has to be held. */
 import { Dialog } from "../ui/dialog";
 import { HoldButton } from "../ui/hold_button";
 import { texts } from "../texts";

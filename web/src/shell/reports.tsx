@@ -1,11 +1,11 @@
-/** What became of the last commands, vehicle by vehicle; refusals first. */
+/** Results of the recent commands for each vehicle, refusals first. */
 import type { ActionResponse } from "../api/types";
 import { texts } from "../texts";
 import type { Report } from "./commands";
 
 interface Props {
   reports: readonly Report[];
-  /** Name only the vehicles that have refused. */
+  /** Whether to name only the vehicles that refused. */
   isBrief?: boolean;
 }
 
@@ -25,7 +25,7 @@ interface ItemProps {
   isBrief: boolean;
 }
 
-/** The newest report names its vehicles; older ones keep their line. */
+/** The latest report names its vehicles; older ones show their summary only. */
 function ReportItem({ report: { label, answer }, isNewest, isBrief }: ItemProps) {
   if (answer === null) return <Line label={label} outcome={texts.actions.pending} />;
   if (!answer.ok) return <Line label={label} outcome={answer.message} isRefused testId="results-error" />;

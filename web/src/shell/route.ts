@@ -1,11 +1,11 @@
-/** Where the operator is on the page: a view and its parameters, kept in the URL's hash. Pure functions. */
+/** Current view and its parameters, kept in the hash of the URL. Pure functions. */
 
 export const VIEW_NAMES = ["plan", "prepare", "fly", "see", "understand", "decide"] as const;
 export type ViewName = (typeof VIEW_NAMES)[number];
 
 export interface Route {
   readonly view: ViewName;
-  /** For example the finding that Decide shows; each view names its own. */
+  /** Parameters of the view, for example the selected finding of Decide. */
   readonly params: Readonly<Record<string, string>>;
 }
 
@@ -14,14 +14,14 @@ const PREFIX = "#/";
 
 const isViewName = (name: string): name is ViewName => (VIEW_NAMES as readonly string[]).includes(name);
 
-/** Read a hash such as `#/decide?finding=3`; anything unknown leads to the default view. */
+/** Parse a hash such as `#/decide?finding=3`; an unknown one leads to the default view. */
 export function parseRoute(hash: string): Route {
   const [path = "", query = ""] = hash.slice(PREFIX.length).split("?", 2);
   if (!hash.startsWith(PREFIX) || !isViewName(path)) return { view: DEFAULT_VIEW, params: {} };
   return { view: path, params: Object.fromEntries(new URLSearchParams(query)) };
 }
 
-/** The hash of a route, the inverse of {@link parseRoute}. */
+/** Hash of a route, the inverse of {@link parseRoute}. */
 export function routeHash(view: ViewName, params: Route["params"] = {}): string {
   const query = new URLSearchParams(params).toString();
   return `${PREFIX}${view}${query === "" ? "" : `?${query}`}`;

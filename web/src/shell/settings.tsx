@@ -1,4 +1,4 @@
-/** What each screen chooses for itself: colours, and how alerts are heard. */
+/** Settings of this screen: theme and alert sounds, and the list of keyboard shortcuts. */
 import { texts } from "../texts";
 import { type Theme, THEMES } from "../theme";
 import { Choice } from "../ui/choice";

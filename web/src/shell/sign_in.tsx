@@ -1,4 +1,4 @@
-/** Asks for the operators' code and for a name, which the audit log gets. */
+/** Window that asks for the operator code and for a name, which the audit log records. */
 import { useState } from "preact/hooks";
 import { texts } from "../texts";
 import { Dialog } from "../ui/dialog";

@@ -1,9 +1,9 @@
-/** The store's state in a component. */
+/** Hook for the state of the store. */
 import { useEffect, useState } from "preact/hooks";
 import type { State } from "../state/state";
 import type { Store } from "../state/store";
 
-/** Ages go on counting while no data comes. */
+/** Interval of updates while no data arrive, so that ages advance. */
 const AGEING_INTERVAL_MS = 500;
 
 export function useStoreState(store: Store): State {

@@ -1,4 +1,4 @@
-/** What became of the last commands, in views that do not tell it: what succeeded goes by itself, a refusal stays. */
+/** Results of recent commands in a corner of other views: accepted ones disappear, refusals stay. */
 import { useEffect, useState } from "preact/hooks";
 import { texts } from "../texts";
 import type { Commands, Report } from "./commands";
@@ -27,7 +27,7 @@ export function Toast({ commands }: { commands: Commands }) {
   );
 }
 
-/** Every vehicle has done it. */
+/** Whether every vehicle has accepted the command. */
 function hasSucceeded({ answer }: Report): boolean {
   return answer !== null && answer.ok && answer.value.results.every((result) => result.accepted);
 }

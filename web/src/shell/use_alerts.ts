@@ -1,4 +1,4 @@
-/** Open alerts in a component: each is announced once, when it comes. */
+/** Hook for open alerts; each new one is announced once. */
 import { useEffect, useMemo, useRef } from "preact/hooks";
 import type { State } from "../state/state";
 import { texts } from "../texts";
@@ -15,7 +15,7 @@ export function useAlerts({ notices, connection, mission }: State, isSilent: boo
   }, [mission?.mission_id]);
   useEffect(() => {
     if (mission === null) return;
-    // What happened before this page was opened is shown, but not announced any more.
+    // Events before this page was opened are shown, but not announced.
     const latest = notices.at(-1)?.notice_id ?? 0;
     const until = announcedUntil.current ?? latest;
     announcedUntil.current = latest;
@@ -32,7 +32,7 @@ export function useAlerts({ notices, connection, mission }: State, isSilent: boo
   return alerts;
 }
 
-/** An alert in words. */
+/** Alert as one sentence. */
 export function sentence({ vehicleId, text }: Alert): string {
   return vehicleId === null ? text : texts.alerts.vehicle(vehicleId, text);
 }

@@ -1,8 +1,8 @@
-/** Listens to the page's keys. */
+/** Hook for the keys of the page. */
 import { useEffect, useRef } from "preact/hooks";
 import { focusOf, type KeyCommand, keyCommand } from "./keys";
 
-/** Call `onCommand` for every stroke that means something, wherever the focus is. */
+/** Call `onCommand` for every keystroke with a meaning, wherever the focus is. */
 export function useKeys(onCommand: (command: KeyCommand) => void): void {
   const handler = useRef(onCommand);
   handler.current = onCommand;
@@ -11,7 +11,7 @@ export function useKeys(onCommand: (command: KeyCommand) => void): void {
       const command = keyCommand(event, focusOf(event.target, document));
       if (command !== null) handler.current(command);
     };
-    // Before any element can take the stroke for itself.
+    // In the capture phase, before any element handles the keystroke.
     window.addEventListener("keydown", listen, { capture: true });
     return () => window.removeEventListener("keydown", listen, { capture: true });
   }, []);

@@ -1,4 +1,4 @@
-/** The route in a component; the browser's back button works. */
+/** Hook for the current route; the back button of the browser works. */
 import { useEffect, useState } from "preact/hooks";
 import { parseRoute, type Route } from "./route";
 

@@ -1,4 +1,4 @@
-/** Who sits before this screen: an operator, who has signed in with the service's code, or an observer. */
+/** Hook for the role of this screen: an operator, who has signed in with the code of the station, or an observer. */
 import { useEffect, useState } from "preact/hooks";
 import { readSession, signIn, signOut } from "../api/client";
 import type { Connection } from "../api/socket";
@@ -8,22 +8,22 @@ const NAME_KEY = "aos-gcs-operator";
 const CODE_PREFIX = "#code=";
 
 export interface Access {
-  /** Null until the service has told it. */
+  /** Null until the station has sent it. */
   readonly session: Session | null;
-  /** Whether an operator has become an observer without having asked for it. */
+  /** Whether the sign-in of an operator has expired. */
   readonly isForgotten: boolean;
-  /** From the address that the service has printed for operators; empty without. */
+  /** Code from the address that the station has printed for operators; empty without it. */
   readonly code: string;
-  /** The name used last on this screen. */
+  /** Name that was used last on this screen. */
   readonly lastName: string;
   /** Resolves to the reason of a refusal, or null. */
   signIn(code: string, name: string): Promise<string | null>;
   signOut(): Promise<void>;
-  /** Ask the service again. */
+  /** Read the role again. */
   refresh(): Promise<void>;
 }
 
-/** Take the operators' code out of the address, so that it stays neither there nor in the history. */
+/** Take the operator code out of the address, so that neither the address bar nor the history keeps it. */
 function takeCode(): string {
   if (!location.hash.startsWith(CODE_PREFIX)) return "";
   const code = decodeURIComponent(location.hash.slice(CODE_PREFIX.length));
@@ -41,7 +41,7 @@ export function useSession(connection: Connection): Access {
     if (session?.role === "operator") setForgotten(answer.value.role === "observer");
     setSession(answer.value);
   };
-  // A service that was started anew does not know its operators any more.
+  // A restarted station has forgotten its operators.
   useEffect(() => {
     if (connection === "open") void refresh();
   }, [connection]);

@@ -1,4 +1,4 @@
-/** The views of the page, in the order of a mission. */
+/** Views of the page, in the order of a mission. */
 import type { ComponentType } from "preact";
 import { DecideView } from "../views/decide";
 import { FlyView } from "../views/fly";

@@ -1,4 +1,4 @@
-/** How alerts are heard: tones and the browser's own speech. Nothing leaves the machine. */
+/** Sounds of alerts: tones and the speech of the browser. Nothing leaves the machine. */
 import type { Severity } from "../api/types";
 
 export const VOICES = ["off", "sound", "speech"] as const;
@@ -7,7 +7,7 @@ export type Voice = (typeof VOICES)[number];
 const KEY = "aos-gcs-voice";
 const TONE_S = 0.16;
 const GAP_S = 0.08;
-/** Frequencies in hertz, one tone each. */
+/** Frequencies in hertz, one per tone. */
 const TONES: Readonly<Record<Severity, readonly number[]>> = {
   info: [],
   warning: [660],
@@ -25,7 +25,7 @@ export function storeVoice(voice: Voice): void {
 
 let audio: AudioContext | null = null;
 
-/** Make an alert heard. A browser stays silent until the page was touched once. */
+/** Sound an alert. Browsers are silent until the page was clicked or touched once. */
 export function announce(voice: Voice, severity: Severity, text: string): void {
   if (voice === "off" || !navigator.userActivation.hasBeenActive) return;
   audio ??= new AudioContext();

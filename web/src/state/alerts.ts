@@ -1,8 +1,8 @@
-/** Notices that want to be noted, and who has acknowledged them: the same on every screen. Pure functions. */
+/** Notices that need attention, and their acknowledgements: the same on every screen. Pure functions. */
 import type { Acknowledgement, Notice, Severity } from "../api/types";
 
 export interface Alert {
-  /** The same for every repetition. */
+  /** Key shared by all repetitions. */
   readonly key: string;
   readonly severity: Exclude<Severity, "info">;
   readonly text: string;
@@ -13,12 +13,12 @@ export interface Alert {
   readonly count: number;
 }
 
-/** What matters least comes first. */
+/** Severities in ascending order. */
 export const SEVERITIES = ["info", "warning", "news", "critical"] as const satisfies readonly Severity[];
 
 const keyOf = ({ vehicle_id, text }: Notice): string => `${vehicle_id ?? ""} ${text}`;
 
-/** The acknowledgement of each notice that has one: it covers earlier repetitions, one that comes later is open again. */
+/** Acknowledgement of each notice that has one: it covers earlier repetitions, but not later ones. */
 export function acknowledgementByNotice(
   notices: readonly Notice[],
   acknowledgements: readonly Acknowledgement[],
@@ -35,7 +35,7 @@ export function acknowledgementByNotice(
   return found;
 }
 
-/** Open alerts: what matters most first, newest first; repetitions of one text are one alert with a count. */
+/** Open alerts, most severe and newest first; repetitions of one text are one alert with a count. */
 export function openAlerts(notices: readonly Notice[], acknowledgements: readonly Acknowledgement[]): Alert[] {
   const acknowledged = acknowledgementByNotice(notices, acknowledgements);
   const open = new Map<string, Alert>();

@@ -1,8 +1,8 @@
-/** What the mission's state was over time, as far as this page has seen it. Pure. */
+/** State of the mission over time, as far as this page has received it. Pure functions. */
 import type { Mission, Vehicle } from "../api/types";
 import { STALE_AFTER_S } from "./freshness";
 
-/** How one vehicle was reached; null where it is not known. */
+/** Link of one vehicle; null where a value is not known. */
 export interface LinkSample {
   readonly age_s: number | null;
   readonly loss_percent: number | null;
@@ -20,9 +20,9 @@ const SPACING_S = 1;
 const SAMPLES_KEPT = 900;
 
 /**
- * The same list when the last one is young. Before the start, where time stands still, there is one sample.
+ * Samples with the current state. The same list while the last sample is recent; before the start there is one sample.
  *
- * After a pause in which nothing was told there is a gap: nobody knows what was in between.
+ * A pause without data leaves a gap, since the values in between are unknown.
  */
 export function extendSamples(samples: readonly Sample[], mission: Mission, isAfterPause = false): readonly Sample[] {
   const last = samples.at(-1);
@@ -36,7 +36,7 @@ export function extendSamples(samples: readonly Sample[], mission: Mission, isAf
   return [...samples, ...gap, { elapsed_s, covered_percent, links }].slice(-SAMPLES_KEPT);
 }
 
-/** Of a vehicle that is silent only its age is known: the other figures are of the time before. */
+/** Link sample of a vehicle. Without contact only the age is known: the other figures are outdated. */
 function linkSample({ link_age_s: age_s, packet_loss_percent, link }: Vehicle): LinkSample {
   const isHeard = age_s !== null && age_s <= STALE_AFTER_S;
   return {

@@ -1,26 +1,26 @@
-/** Which vehicles are selected. Pure functions; ids are in the order of the fleet table. */
+/** Selected vehicles. Pure functions; ids are in the order of the fleet table. */
 
 export interface Selection {
   readonly ids: ReadonlySet<number>;
-  /** Where a range with the shift key begins. */
+  /** Start of a range selected with the Shift key. */
   readonly anchor: number | null;
-  /** Digits typed so far, and when the last one was. */
+  /** Digits typed so far, and the time of the last one. */
   readonly typed: { readonly digits: string; readonly atMs: number };
 }
 
-/** Digits within this time make one number: 1, 2 selects vehicle 12. */
+/** Longest pause between the digits of one number: 1, 2 selects vehicle 12. */
 export const TYPING_PAUSE_MS = 800;
 
 export const NO_SELECTION: Selection = { ids: new Set(), anchor: null, typed: { digits: "", atMs: -Infinity } };
 
-/** Add a vehicle, or take it out again. */
+/** Add or remove a vehicle. */
 export function toggle(selection: Selection, id: number): Selection {
   const ids = new Set(selection.ids);
   if (!ids.delete(id)) ids.add(id);
   return { ...selection, ids, anchor: id };
 }
 
-/** Add all from the anchor to `id`, in the order of the table. */
+/** Add all vehicles from the anchor to `id`, in the order of the table. */
 export function extend(selection: Selection, id: number, fleet: readonly number[]): Selection {
   const [from, to] = [fleet.indexOf(selection.anchor ?? id), fleet.indexOf(id)];
   if (from < 0 || to < 0) return toggle(selection, id);
@@ -28,12 +28,12 @@ export function extend(selection: Selection, id: number, fleet: readonly number[
   return { ...selection, ids: new Set([...selection.ids, ...range]) };
 }
 
-/** Exactly these. */
+/** Select exactly these vehicles. */
 export function select(selection: Selection, ids: Iterable<number>): Selection {
   return { ...selection, ids: new Set(ids), anchor: null };
 }
 
-/** Take a digit of a vehicle's number: selects that vehicle alone, or adds it. Unknown numbers select nothing. */
+/** Process a digit of a vehicle number: select that vehicle alone, or add it. Unknown numbers select nothing. */
 export function typeDigit(
   selection: Selection,
   stroke: { digit: string; adds: boolean },
@@ -48,12 +48,12 @@ export function typeDigit(
   const typed = { digits, atMs: nowMs };
   if (!fleet.includes(id)) return { ...selection, typed };
   const kept = new Set(stroke.adds ? selection.ids : []);
-  // A longer number replaces the shorter one that its first digits had selected.
+  // A longer number replaces the shorter one that its first digits have selected.
   if (digits.length > 1) kept.delete(Number(before));
   return { ids: new Set([...kept, id]), anchor: id, typed };
 }
 
-/** Forget vehicles that are gone. */
+/** Remove vehicles that are no longer in the fleet. */
 export function retain(selection: Selection, fleet: readonly number[]): Selection {
   const kept = [...selection.ids].filter((id) => fleet.includes(id));
   return kept.length === selection.ids.size ? selection : { ...selection, ids: new Set(kept) };

@@ -1,31 +1,31 @@
-/** What the page knows of the mission: a pure reducer over the service's messages. */
+/** State of the page: a pure reducer over the messages of the station. */
 import type { Connection, PageMessage } from "../api/socket";
 import type { Capabilities, Mission, Notice, Picture, PictureKind, Step } from "../api/types";
 import { STALE_AFTER_S } from "./freshness";
 import { extendSamples, type Sample } from "./samples";
 
-/** East and north, metres. */
+/** East and north in metres. */
 export type EnuPoint = readonly [number, number];
 
 export interface State {
   readonly connection: Connection;
   readonly mission: Mission | null;
-  /** The last one that this page has shown before it; null without. */
+  /** Mission that this page showed before; null if there was none. */
   readonly formerMissionId: string | null;
-  /** When the mission last gave a sign of life, in the page's own milliseconds. */
+  /** Time of the last update of the mission, in milliseconds of the page's clock. */
   readonly missionAtMs: number;
-  /** What may be asked for. */
+  /** Functions that the station offers. */
   readonly capabilities: Capabilities;
   readonly steps: readonly Step[];
   /** Oldest first. */
   readonly notices: readonly Notice[];
-  /** How many notices of this mission came and went while this page was not connected. */
+  /** Number of notices of this mission that came and went while this page was disconnected. */
   readonly missedNotices: number;
   readonly pictures: Readonly<Partial<Record<PictureKind, Picture>>>;
   readonly trails: ReadonlyMap<number, readonly EnuPoint[]>;
   /** Oldest first, about one per second of the mission. */
   readonly samples: readonly Sample[];
-  /** Counts the plans that the mission has flown by: what was read of one before is old when it changes. */
+  /** Counts the plans of the mission: a plan that was read before a change is outdated. */
   readonly planRevision: number;
 }
 
@@ -48,11 +48,11 @@ const NOTICES_KEPT = 200;
 const TRAIL_POINTS_KEPT = 240;
 const TRAIL_SPACING_M = 0.7;
 
-/** Apply one message; the state given is not changed. */
+/** Return the state after a message; the given state is not changed. */
 export function reduce(state: State, message: PageMessage, nowMs: number): State {
   switch (message.kind) {
     case "hello": {
-      // While connected, a hello of a replay tells that it has jumped to another time.
+      // While connected, a hello of a replay means that it has moved to another time.
       const isJump = state.connection === "open" && message.mission.replay !== null;
       const isSame = state.mission?.mission_id === message.mission.mission_id && !isJump;
       const known = isSame ? state.notices : [];
@@ -69,7 +69,7 @@ export function reduce(state: State, message: PageMessage, nowMs: number): State
         pictures: indexPictures({}, message.pictures),
         trails: extendTrails(isSame ? state.trails : new Map(), message.mission),
         samples: extendSamples(isSame ? state.samples : [], message.mission, hasPaused(state, nowMs)),
-        // It may have changed while there was no connection.
+        // The plan may have changed while the page was disconnected.
         planRevision: state.planRevision + 1,
       };
     }
@@ -90,7 +90,7 @@ export function reduce(state: State, message: PageMessage, nowMs: number): State
     case "plan":
       return { ...state, planRevision: state.planRevision + 1 };
     case "heartbeat":
-      // Nothing has changed: what was told before was true when the mission last gave a sign of life.
+      // Nothing has changed: the known state was valid at the last update of the mission.
       return { ...state, missionAtMs: signOfLifeMs(message, nowMs) };
   }
 }
@@ -98,25 +98,25 @@ export function reduce(state: State, message: PageMessage, nowMs: number): State
 const signOfLifeMs = ({ mission_age_s }: { readonly mission_age_s: number }, nowMs: number): number =>
   nowMs - 1000 * mission_age_s;
 
-/** Whether the page has not heard of the mission for so long that what was in between is unknown; records lack nothing. */
+/** Whether there was no data for so long that the values in between are unknown; recordings are complete. */
 const hasPaused = ({ mission, missionAtMs }: State, nowMs: number): boolean =>
   mission !== null && mission.replay === null && nowMs - missionAtMs > 1000 * STALE_AFTER_S;
 
 const lastId = (notices: readonly Notice[]): number => notices.at(-1)?.notice_id ?? 0;
 
-/** Those that are known already came once more. */
+/** Known notices with the added ones; repeated notices are left out. */
 function addNotices(known: readonly Notice[], added: readonly Notice[]): readonly Notice[] {
   const last = lastId(known);
   return [...known, ...added.filter(({ notice_id }) => notice_id > last)].slice(-NOTICES_KEPT);
 }
 
-/** How many notices lie between what was known and the oldest that is still told. */
+/** Number of notices between the last known one and the oldest one of the message. */
 function missedBetween(known: readonly Notice[], told: readonly Notice[]): number {
   const [oldest] = told;
   return known.length === 0 || oldest === undefined ? 0 : Math.max(0, oldest.notice_id - lastId(known) - 1);
 }
 
-/** A step that the hello has brought already comes once more when it was on its way. */
+/** Steps with the added one; a hello may contain a step that is also on its way as an event. */
 function addStep(steps: readonly Step[], step: Step): readonly Step[] {
   const last = steps.at(-1);
   return last !== undefined && step.step <= last.step ? steps : [...steps, step];
@@ -126,7 +126,7 @@ function indexPictures(known: State["pictures"], added: readonly Picture[]): Sta
   return { ...known, ...Object.fromEntries(added.map((picture) => [picture.kind, picture])) };
 }
 
-/** The same map when nobody has moved. */
+/** Trails with the current positions; the same map when no vehicle has moved. */
 function extendTrails(trails: State["trails"], mission: Mission): State["trails"] {
   let extended: Map<number, readonly EnuPoint[]> | null = null;
   for (const { vehicle_id: id, position } of mission.vehicles) {

@@ -1,4 +1,4 @@
-/** Holds the state and tells its readers of changes, at most a few times per second. */
+/** Store of the state, which notifies its readers of changes at most a few times per second. */
 import type { Connection, PageMessage } from "../api/socket";
 import { INITIAL_STATE, reduce, type State } from "./state";
 
@@ -25,7 +25,7 @@ export class Store {
     this.notify();
   }
 
-  /** Call `reader` after changes, until the function returned is called. */
+  /** Call `reader` after changes, until the returned function is called. */
   subscribe(reader: (state: State) => void): () => void {
     this.readers.add(reader);
     return () => this.readers.delete(reader);

@@ -1,4 +1,4 @@
-/** One of a few words, all of them visible. */
+/** Row of buttons of which one is selected. */
 interface Props<T extends string> {
   label: string;
   testId: string;

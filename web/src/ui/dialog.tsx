@@ -1,9 +1,9 @@
-/** A modal window inside the page; Escape and a cross close it, and the first of its buttons has the focus. */
+/** Modal window inside the page; Escape and a cross close it, and its first button has the focus. */
 import { type ComponentChildren, createContext } from "preact";
 import { useContext, useEffect, useRef } from "preact/hooks";
 import { texts } from "../texts";
 
-/** What every window shows in its corner, because it covers what is behind it. */
+/** Content of the lower corner of every window, for what must not be covered. */
 export const DialogCorner = createContext<ComponentChildren>(null);
 
 interface Props {

@@ -1,19 +1,19 @@
-/** A number with its unit; what is typed stays as it is until it is left, and what is wrong stands beside it. */
+/** Number field with its unit. What is typed stays unchanged until the field is left; problems are shown below it. */
 import type { ComponentChildren } from "preact";
 import { useState } from "preact/hooks";
 import { texts } from "../texts";
 
-/** Stands for text that the browser does not give out because it is no number. */
+/** Stands for typed text that is not a number, which the browser does not disclose. */
 const UNREADABLE = "?";
 
 interface Props {
   label: string;
-  /** Only for screen readers, where a column's heading says the same. */
+  /** Label for screen readers only, where a column heading says the same. */
   isLabelHidden?: boolean;
   unit?: string;
-  /** Unique on the page: others may lead to the field by it. */
+  /** Identifier, unique on the page; other parts can move the focus to it. */
   id: string;
-  /** Null: nothing is given, which `placeholder` explains. */
+  /** Null without a value; `placeholder` then says what applies. */
   value: number | null;
   decimals: number;
   min?: number;
@@ -21,12 +21,12 @@ interface Props {
   step?: number;
   placeholder?: string;
   isOptional?: boolean;
-  /** What is wrong with the value. */
+  /** Problem of the value. */
   problem?: string | undefined;
-  /** What should be known of it. */
+  /** Advice about the value. */
   advice?: string | undefined;
   onChange(value: number | null): void;
-  /** Below the field. */
+  /** Content below the field. */
   children?: ComponentChildren;
 }
 
@@ -81,7 +81,7 @@ export function NumberField({ label, unit, id, value, decimals, isOptional = fal
   );
 }
 
-/** What is wrong with what was typed. */
+/** Problem of the typed text, or null. */
 function typedProblem(text: string, isOptional: boolean, min = -Infinity, max = Infinity): string | null {
   if (text === "") return isOptional ? null : texts.fields.notNumber;
   const value = Number(text);

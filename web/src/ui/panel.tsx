@@ -1,10 +1,10 @@
-/** A framed part of a view with its heading. */
+/** Framed part of a view with its heading. */
 import type { ComponentChildren } from "preact";
 
 interface Props {
   title: string;
   testId: string;
-  /** Beside the heading. */
+  /** Content beside the heading. */
   aside?: ComponentChildren;
   class?: string;
   children: ComponentChildren;

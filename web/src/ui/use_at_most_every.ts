@@ -1,4 +1,4 @@
-/** A value for people to read: it changes at most so often, and ends as the latest one. */
+/** Hook that limits how often a displayed value changes; the latest value is always shown in the end. */
 import { useEffect, useRef, useState } from "preact/hooks";
 
 export function useAtMostEvery<T>(value: T, interval_ms: number): T {

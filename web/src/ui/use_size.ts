@@ -1,4 +1,4 @@
-/** How large an element is, and becomes. */
+/** Hook for the current size of an element. */
 import { useEffect, useState } from "preact/hooks";
 
 export interface Size {
@@ -6,7 +6,7 @@ export interface Size {
   readonly height_px: number;
 }
 
-/** Without its borders; null before it is laid out. */
+/** Inner size without borders; null before the element is laid out. */
 export function useSize(element: { readonly current: HTMLElement | null }): Size | null {
   const [size, setSize] = useState<Size | null>(null);
   useEffect(() => {

@@ -1,4 +1,4 @@
-/** Where is searched, what no vehicle may leave, and what none may enter. */
+/** Search area, geofence and no-go zones. */
 import { enu, feature, polygon } from "../geojson";
 import { featureLayer } from "../layer";
 

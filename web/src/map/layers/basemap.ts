@@ -1,4 +1,6 @@
-/** A base map from a PMTiles file of the service: pictures, or vectors in the layers of Protomaps or OpenMapTiles. */
+/**
+ * Base map from a PMTiles file of the station: raster images, or vectors in the layers of Protomaps or OpenMapTiles.
+ */
 import maplibregl, { type LayerSpecification } from "maplibre-gl";
 import { PMTiles, Protocol, TileType } from "pmtiles";
 import type { MapLayer } from "../layer";
@@ -9,7 +11,7 @@ const SOURCE = "basemap";
 const protocol = new Protocol();
 maplibregl.addProtocol("pmtiles", protocol.tile);
 
-/** Read the file's header and make a layer of it; rejects when the file is none that can be shown. */
+/** Read the header of the file and make a layer of it; rejects for files that cannot be shown. */
 export async function openBasemap(url: string): Promise<MapLayer> {
   const absolute = new URL(url, location.href).href;
   const archive = new PMTiles(absolute);

@@ -1,4 +1,4 @@
-/** What each camera's latest frame shows of the focal plane. */
+/** Footprints of the latest frames on the focal plane. */
 import { enu, feature, polygon } from "../geojson";
 import { featureLayer } from "../layer";
 import { vehicleColourExpression } from "../palette";

@@ -1,4 +1,4 @@
-/** Metric grid about the mission's origin; it is the base map where there is no other. */
+/** Metric grid about the origin of the mission, which serves as the base map where there is no other. */
 import { boundsOf, type GridLine, gridLines } from "../../geometry";
 import type { Mission } from "../../api/types";
 import { enu, feature, line } from "../geojson";

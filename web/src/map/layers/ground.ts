@@ -1,12 +1,12 @@
-/** What is drawn of a base map in vectors. Pure. */
+/** Style of a vector base map. Pure. */
 import type { ExpressionSpecification, LayerSpecification } from "maplibre-gl";
 import type { Palette } from "../palette";
 
-/** Of a layer of the style, without its id and source. */
+/** Layer of the style, without its id and source. */
 export type Part = WithoutPlace<Extract<LayerSpecification, { type: "fill" | "line" | "symbol" }>>;
 type WithoutPlace<T> = T extends unknown ? Omit<T, "id" | "source"> : never;
 
-/** What things are called in the layers of Protomaps and of OpenMapTiles, where one name is not that of both. */
+/** Names of features in Protomaps and in OpenMapTiles, where they differ. */
 const NAMES = {
   wood: ["landuse", "landcover"],
   streams: ["water", "waterway"],
@@ -17,7 +17,7 @@ const NAMES = {
 } as const;
 
 const WOODED = ["wood", "forest", "scrub", "park", "nature_reserve", "national_park"];
-/** Protomaps calls it kind, OpenMapTiles class. */
+/** Property called `kind` by Protomaps and `class` by OpenMapTiles. */
 const KIND: ExpressionSpecification = ["coalesce", ["get", "kind"], ["get", "class"], ""];
 const IS_WOODED: ExpressionSpecification = ["in", KIND, ["literal", WOODED]];
 const NAME: ExpressionSpecification = ["get", "name"];
@@ -34,7 +34,7 @@ const ROAD_WIDTH_PX: ExpressionSpecification = [
   2,
 ];
 
-/** Bottom up, in quiet colours: what flies has to stand out. Of layers that a map does not have nothing is drawn. */
+/** Parts of the map, bottom up, in muted colours so that vehicles stand out. Layers that a map lacks draw nothing. */
 export function groundParts({ ground, label, halo }: Palette): Part[] {
   const { wood, streams, contours, buildings, roads, places } = NAMES;
   const paint = { "text-color": label, "text-halo-color": halo, "text-halo-width": 1.5, "text-opacity": 0.8 };
@@ -58,7 +58,7 @@ export function groundParts({ ground, label, halo }: Palette): Part[] {
   ];
 }
 
-/** Layers hold shapes of several kinds: rivers are areas and lines of the same one. */
+/** Map layers mix geometry types: the same one holds rivers as areas and as lines. */
 const isOf = (shape: "Point" | "LineString" | "Polygon"): ExpressionSpecification => ["==", ["geometry-type"], shape];
 
 function area(layer: string, colour: string, condition: ExpressionSpecification | true = true): Part {

@@ -1,4 +1,4 @@
-/** The vehicles' heights, where there is room; the prominent ones' are part of the vehicles themselves. */
+/** Heights of the vehicles where there is room; prominent vehicles show theirs in their own layer. */
 import { isStale } from "../../state/freshness";
 import { enu, feature, point } from "../geojson";
 import { featureLayer } from "../layer";

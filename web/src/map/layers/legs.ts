@@ -1,4 +1,4 @@
-/** The sweeps of the scan, by the way of the line's middle; the one being flown stands out. */
+/** Legs of the scan as the path of the centre of the line; the current leg is highlighted. */
 import { enu, feature, line } from "../geojson";
 import { featureLayer } from "../layer";
 

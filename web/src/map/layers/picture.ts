@@ -1,11 +1,11 @@
-/** The latest picture of the chosen kind, at its true place on the ground. */
+/** Latest image of the selected kind, at its true position on the ground. */
 import type { ImageSource, Map as MapLibreMap } from "maplibre-gl";
 import type { Picture, Vertex } from "../../api/types";
 import type { LngLat } from "../../geometry";
 import type { AttachedLayer, MapLayer, Scene } from "../layer";
 
 const PICTURE = "picture";
-/** An invisible layer that keeps the picture's place among the others until there is one. */
+/** Invisible layer that reserves the place of the image among the layers until there is one. */
 const SLOT = "picture-slot";
 
 type Corners = [LngLat, LngLat, LngLat, LngLat];

@@ -1,4 +1,4 @@
-/** Tracks of targets with their error ellipses of one standard deviation. */
+/** Tracked targets with their error ellipses of one standard deviation. */
 import type { Feature } from "geojson";
 import type { Geodetic, Target } from "../../api/types";
 import { ellipse } from "../../geometry";

@@ -1,4 +1,4 @@
-/** Where the vehicles have been. */
+/** Recent paths of the vehicles. */
 import { feature, line } from "../geojson";
 import { featureLayer } from "../layer";
 import { vehicleColourExpression } from "../palette";

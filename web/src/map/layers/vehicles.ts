@@ -1,8 +1,8 @@
 /**
  * Vehicles as arrows in the direction of their headings, with their numbers.
  *
- * Where vehicles are close together some numbers give way; those of vehicles that are selected or need attention never
- * do, lie on top, and have their heights beside them. The heights of all others are a layer of its own.
+ * Where vehicles are close together some labels are left out, but never those of vehicles that are selected or need
+ * attention, which lie on top and include the heights. The heights of all other vehicles are a layer of their own.
  */
 import type { ExpressionSpecification } from "maplibre-gl";
 import type { Vehicle } from "../../api/types";
@@ -13,12 +13,12 @@ import { enu, feature, point } from "../geojson";
 import { featureLayer, type MapLayer, type Scene } from "../layer";
 import type { Palette } from "../palette";
 
-/** A part of a second more or less changes nothing that is shown. */
+/** Interval of updates; changes within a fraction of a second are not visible. */
 const AGE_STEP_S = 0.5;
 
 const IS_PROMINENT: ExpressionSpecification = ["get", "isProminent"];
 
-/** Letters in the colours of the map's labels; those of old values are paler. */
+/** Style of labels; those of outdated values are paler. */
 export const labelPaint = (palette: Palette) => ({
   "text-color": palette.label,
   "text-opacity": ["case", ["get", "isStale"], 0.6, 1] as ExpressionSpecification,
@@ -26,7 +26,7 @@ export const labelPaint = (palette: Palette) => ({
   "text-halo-width": 1.5,
 });
 
-/** Where a height stands: beside its arrow, on the side that is free. */
+/** Position of a height beside its arrow, on the side that is free. */
 export const HEIGHT_LAYOUT = {
   "text-field": ["get", "height"] as ExpressionSpecification,
   "text-size": 11,
@@ -35,17 +35,17 @@ export const HEIGHT_LAYOUT = {
   "text-justify": "auto" as const,
 };
 
-/** Whether a vehicle's label must be readable however crowded its place is: chosen, refused, or silent by itself. */
+/** Whether a vehicle's label must always be readable: it is selected, refused, or has no contact on its own. */
 export function isProminent(vehicle: Vehicle, { selected }: Scene): boolean {
   return selected.has(vehicle.vehicle_id) || vehicle.refusal !== null || isStale(vehicle, 0);
 }
 
-/** With the number, because a neighbour may be as near; on the ground the height says nothing. */
+/** Height with the vehicle's number, because a neighbour may be as near; empty on the ground. */
 export function heightText({ vehicle_id: id, landed, height_above_home_m: height_m }: Vehicle): string {
   return landed === "on_ground" ? "" : `${id}: ${quantity(height_m, 0, "m")}`;
 }
 
-/** What labels of vehicles depend on. */
+/** Values that vehicle labels depend on. */
 export const labelInputs = ({ origin, mission, selected, snapshotAge_s }: Scene): unknown[] => [
   origin.latitude_deg,
   origin.longitude_deg,
@@ -54,7 +54,7 @@ export const labelInputs = ({ origin, mission, selected, snapshotAge_s }: Scene)
   Math.floor(snapshotAge_s / AGE_STEP_S),
 ];
 
-/** `onClick` gets the vehicle's number and the event with its modifiers. */
+/** `onClick` receives the number of the vehicle and the event with its modifiers. */
 export function vehiclesLayer(onClick: (vehicleId: number, event: MouseEvent) => void): MapLayer {
   const layer = featureLayer({
     id: "vehicles",

@@ -1,4 +1,4 @@
-/** Where the vehicles were sent, and the waypoints that safety has shortened or held, with the reason. */
+/** Current waypoints, and those that the safety monitor has shortened or held, with the reason. */
 import type { Feature } from "geojson";
 import type { Geodetic, Step, Vehicle } from "../../api/types";
 import { texts } from "../../texts";
@@ -48,7 +48,7 @@ export const waypointsLayer = featureLayer({
         "text-max-width": 14,
         "text-variable-anchor": ["top", "bottom", "left", "right"],
         "text-radial-offset": 0.9,
-        "text-allow-overlap": true, // a reason is worth more than a tidy map
+        "text-allow-overlap": true, // a reason matters more than a tidy map
       },
       paint: { "text-color": palette.refused, "text-halo-color": palette.halo, "text-halo-width": 1.5 },
     },
@@ -73,7 +73,7 @@ function wayOf(origin: Geodetic, { vehicle_id: id, position, waypoint }: Vehicle
   return [place, feature(line(origin, [enu(position), enu(waypoint)]), { role: "way", id })];
 }
 
-/** The waypoints of a step that safety has not sent as they were planned. */
+/** Waypoints of a step that the safety monitor did not send as planned. */
 export function refusedOf(step: Step | undefined): Step["waypoints"] {
   return step?.waypoints.filter((waypoint) => waypoint.verdict !== "sent") ?? [];
 }

@@ -1,4 +1,4 @@
-/** One finding: where it is in every notation, how well that is known, and what the operators say of it. */
+/** Details of one finding: position in every notation, its error, and the operators' decision and comments. */
 import { useEffect, useState } from "preact/hooks";
 import { changeFinding } from "../../api/findings";
 import type { Finding, FindingChange } from "../../api/types";
@@ -9,7 +9,7 @@ import { Panel } from "../../ui/panel";
 import { ellipseText, sightingsText, STATUS_SIGNS } from "./findings";
 import { Thumbnail } from "./thumbnail";
 
-/** A place in the notations that search teams use; those that are not known are left out. */
+/** Position in the notations that search teams use; unknown ones are left out. */
 export function notations({ position, dms, utm, mgrs }: Finding): [keyof typeof texts.decide.notation, string][] {
   const { latitude_deg: lat, longitude_deg: lon } = position;
   const all: [keyof typeof texts.decide.notation, string | null][] = [
@@ -85,7 +85,7 @@ function Remarks({ finding: { comment, assignee } }: { finding: Finding }) {
   );
 }
 
-/** Sends a change of a finding; a refusal is told where the change was asked for. */
+/** Hook that sends a change of a finding and keeps its refusal. */
 function useChange({
   finding_id: id,
 }: Finding): [refusal: string | null, change: (changed: Partial<FindingChange>) => void] {
@@ -126,7 +126,7 @@ function RemarksForm({ finding }: { finding: Finding }) {
   const [comment, setComment] = useState(finding.comment);
   const [assignee, setAssignee] = useState(finding.assignee);
   const [refusal, change] = useChange(finding);
-  // What another operator has written meanwhile is shown.
+  // Shows what another operator has written meanwhile.
   useEffect(() => setComment(finding.comment), [finding.comment]);
   useEffect(() => setAssignee(finding.assignee), [finding.assignee]);
   const isSaved = comment === finding.comment && assignee === finding.assignee;
@@ -177,10 +177,10 @@ function Copy({ text, label }: { text: string; label: string }) {
       await navigator.clipboard.writeText(text);
       setCopied(text);
     } catch {
-      setCopied(null); // the browser may refuse it; the text can be selected
+      setCopied(null); // refused by the browser; the text can still be selected
     }
   };
-  // Browsers keep the clipboard from pages of a plain address that is not this machine's.
+  // Browsers disable the clipboard on pages with a plain HTTP address of another machine.
   if (!window.isSecureContext) return null;
   return (
     <button type="button" aria-label={label} onClick={() => void copy()}>

@@ -1,4 +1,4 @@
-/** What the list of findings shows, and in which order. Pure functions. */
+/** Content and order of the list of findings. Pure functions. */
 import type { Finding, FindingStatus } from "../../api/types";
 import { quantity } from "../../format";
 import { texts } from "../../texts";
@@ -10,14 +10,14 @@ export type Filter = (typeof FILTERS)[number];
 
 type Ranks = Readonly<Record<FindingStatus, number>>;
 
-/** What waits for a decision comes first, and the latest seen first among equals. */
+/** Findings in the order of the list: undecided first, then the latest seen. */
 export function listed(findings: readonly Finding[], filter: Filter): Finding[] {
   const wanted = filter === "open" ? "new" : filter;
   const shown = wanted === "all" ? findings : findings.filter(({ status }) => status === wanted);
   return ranked(shown, { new: 0, confirmed: 1, rejected: 2 });
 }
 
-/** Whoever reads the report wants to know first what is certain. */
+/** Findings in the order of the report: confirmed first. */
 export const reported = (findings: readonly Finding[]): Finding[] =>
   ranked(findings, { confirmed: 0, new: 1, rejected: 2 });
 
@@ -26,11 +26,11 @@ const ranked = (findings: readonly Finding[], ranks: Ranks): Finding[] =>
     (a, b) => ranks[a.status] - ranks[b.status] || b.seen_at_s - a.seen_at_s || a.finding_id - b.finding_id,
   );
 
-/** How often it was seen; what an operator has marked was never looked for. */
+/** Number of sightings; positions marked by an operator have none. */
 export const sightingsText = ({ track_id, sightings }: Finding): string =>
   track_id === null ? texts.noData : texts.target.sightings(sightings);
 
-/** Half axes and heading of an ellipse of one standard deviation. */
+/** Half axes and heading of the error ellipse of one standard deviation. */
 export function ellipseText({ ellipse, sigma_m }: Finding): string {
   if (ellipse === null) return quantity(sigma_m, 1, "m");
   const { semi_major_m, semi_minor_m, heading_deg } = ellipse;

@@ -1,4 +1,4 @@
-/** Findings with their error ellipses of one standard deviation, and the pointer that marks new ones. */
+/** Map layers: findings with their error ellipses of one standard deviation, and the pointer that marks new ones. */
 import type { Feature } from "geojson";
 import type { Finding, Geodetic, Place } from "../../api/types";
 import { ellipse } from "../../geometry";
@@ -7,7 +7,7 @@ import { featureLayer, type MapLayer } from "../../map/layer";
 import { texts } from "../../texts";
 import { STATUS_SIGNS } from "./findings";
 
-/** `chosen` is read at every update: the layer is made once. */
+/** Make the layer, once: `chosen` is read at every update. */
 export function findingsLayer(chosen: () => number | null, onChoose: (id: number) => void): MapLayer {
   return featureLayer({
     id: "findings",
@@ -53,7 +53,7 @@ function featuresOf(origin: Geodetic, finding: Finding, chosen: number | null): 
   return error === null ? [place] : [feature(polygon(origin, ellipse(enu(position), error)), { id }), place];
 }
 
-/** Tells clicks on the map while a place is being marked; draws nothing. */
+/** Reports clicks on the map while a position is being marked; draws nothing. */
 export function markLayer(isMarking: () => boolean, onPlace: (place: Place) => void): MapLayer {
   return {
     id: "mark",

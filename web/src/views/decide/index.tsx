@@ -1,4 +1,4 @@
-/** Decide: what was found, where, and what the operators make of it. */
+/** View Decide: findings, their positions, and the operators' decisions. */
 import { useMemo, useRef, useState } from "preact/hooks";
 import { addFinding, FINDING_FILES, findingsFileUrl } from "../../api/findings";
 import type { Place } from "../../api/types";
@@ -37,7 +37,7 @@ export function DecideView() {
     if (answer.ok) choose(answer.value.finding_id);
   };
 
-  // The layers are made once and read what is current.
+  // The layers are made once and read the current values.
   const current = useRef({ chosen, isMarking, add });
   current.current = { chosen, isMarking: isMarking && mayMark, add };
   const base = useBaseLayers();

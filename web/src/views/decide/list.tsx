@@ -1,4 +1,4 @@
-/** All findings, those that wait for a decision first. */
+/** List of findings, undecided ones first. */
 import type { Finding } from "../../api/types";
 import { duration, likelihood } from "../../format";
 import { texts } from "../../texts";

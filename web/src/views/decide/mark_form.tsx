@@ -1,4 +1,4 @@
-/** Marks a place by its coordinates: told by radio, or by those who do not use the map. */
+/** Form that marks a position by its coordinates, for example received by radio. */
 import { useState } from "preact/hooks";
 import type { Place } from "../../api/types";
 import { texts } from "../../texts";

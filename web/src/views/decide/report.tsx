@@ -1,4 +1,4 @@
-/** The report of the mission's findings, made to be printed. */
+/** Report of the findings of a mission, for printing. */
 import type { Finding, Mission } from "../../api/types";
 import { duration, eastNorth, likelihood, quantity } from "../../format";
 import { texts } from "../../texts";

@@ -1,4 +1,4 @@
-/** Area, no-go zones, fence and findings to scale, north up: it prints without a map. */
+/** Sketch to scale of search area, no-go zones, geofence and findings, north up, which prints without a map. */
 import type { ComponentChildren } from "preact";
 import type { Finding, Mission } from "../../api/types";
 import { quantity } from "../../format";
@@ -64,7 +64,7 @@ interface MarkProps {
   finding: Finding;
   place: EnuPoint;
   text_m: number;
-  /** The ellipse of its error. */
+  /** Error ellipse. */
   children: ComponentChildren;
 }
 
@@ -80,7 +80,7 @@ function Mark({ finding: { finding_id: id, status }, place: [x, y], text_m, chil
   );
 }
 
-/** The greatest of 1, 2, 5, 10, 20 … that is not longer. */
+/** Largest of 1, 2, 5, 10, 20 … that is not longer. */
 function niceLength(length_m: number): number {
   const power = 10 ** Math.floor(Math.log10(length_m));
   return power * ([5, 2].find((factor) => factor * power <= length_m) ?? 1);

@@ -1,4 +1,4 @@
-/** What the frames show of a finding. The service makes a few pictures at a time: a refused one is asked for again. */
+/** Image of a finding. The station makes a few images at a time; a refused one is requested again. */
 import { useEffect, useState } from "preact/hooks";
 import { thumbnailUrl } from "../../api/findings";
 import type { Finding } from "../../api/types";

@@ -1,4 +1,4 @@
-/** The buttons that command the selected vehicles, or all, and what became of the last commands. */
+/** Command buttons for the selected vehicles, or all, and the results of recent commands. */
 import type { Action } from "../../api/types";
 import { useShell } from "../../shell/context";
 import { Reports } from "../../shell/reports";
@@ -7,7 +7,7 @@ import { select } from "../../state/selection";
 import { texts } from "../../texts";
 import { Panel } from "../../ui/panel";
 
-/** The last one is there only while it can be asked for: nothing moves under a finger when it comes or goes. */
+/** The last one is shown only while it is available: the other buttons do not move when it appears. */
 const ACTIONS: readonly Action[] = ["hold", "pause", "resume", "start", "return", "land", "abort", "join"];
 
 export function Controls() {

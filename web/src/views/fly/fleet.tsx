@@ -1,4 +1,4 @@
-/** The fleet as a table; the selected rows are whom commands go to. */
+/** Fleet as a table; commands go to the selected rows. */
 import { useMemo } from "preact/hooks";
 import type { Vehicle } from "../../api/types";
 import { age, gpsFix, quantity, UNKNOWN } from "../../format";
@@ -12,7 +12,7 @@ import { useAtMostEvery } from "../../ui/use_at_most_every";
 
 const LOW_BATTERY_PERCENT = 25;
 const HIGH_LOSS_PERCENT = 5;
-/** Nobody reads numbers that change faster; the map shows every change. */
+/** Numbers that change faster cannot be read; the map shows every change. */
 const READING_INTERVAL_MS = 500;
 
 const NOBODY: readonly Vehicle[] = [];
@@ -33,7 +33,7 @@ export function FleetPanel() {
         }
       />
     ));
-    // Ages count on in whole seconds while nothing is heard.
+    // Ages advance in whole seconds while no data arrive.
   }, [vehicles, selection.ids, Math.floor(snapshotAge_s)]);
   return (
     <Panel title={texts.fleet.panel} testId="vehicles" class="fleet">
@@ -132,7 +132,7 @@ function Quantity({ value, decimals = 0, unit, isBad = false, testId }: Quantity
   );
 }
 
-/** A dash to the eye, words to a screen reader: never reported, which is not zero. */
+/** Dash with words for screen readers: never reported, which is not zero. */
 function NoData() {
   return (
     <span class="no-data" role="img" aria-label={texts.noData} title={texts.noData}>

@@ -1,4 +1,4 @@
-/** Fly: the fleet on the map and in a table, and the commands for it. */
+/** View Fly: the fleet on the map and in a table, and its commands. */
 import { useMemo } from "preact/hooks";
 import { LayerSwitch, overlayOf, shownOf, useLayerChoice } from "../../map/layer_switch";
 import { areaLayer } from "../../map/layers/area";

@@ -1,4 +1,4 @@
-/** A heading on a compass rose: turned by pointer, or by the arrow keys. */
+/** Heading on a compass rose, set by pointer or by the arrow keys. */
 import { useRef } from "preact/hooks";
 import { quantity } from "../../format";
 import { texts } from "../../texts";
@@ -11,7 +11,7 @@ const KEY_STEP_DEG: Readonly<Record<string, number>> = {
   PageUp: 15,
   PageDown: -15,
 };
-/** A pointer is not exact to a degree. */
+/** Resolution by pointer, which cannot set single degrees. */
 const POINTER_STEP_DEG = 5;
 
 const turned = (heading_deg: number): number => ((Math.round(heading_deg) % 360) + 360) % 360;

@@ -1,4 +1,4 @@
-/** The plan on the map, and its editing there by mouse and touch: corners are set, dragged and put between others. */
+/** Map layer that shows the plan and edits it by mouse and touch: corners are added, moved and inserted. */
 import type { Feature, Geometry } from "geojson";
 import type { Map as MapLibreMap, MapMouseEvent, MapTouchEvent, PointLike } from "maplibre-gl";
 import type { Place, Plan, PlanEstimate } from "../../api/types";
@@ -19,12 +19,12 @@ import {
   shapeNames,
 } from "./shapes";
 
-/** What is drawn, and what is being done to it. */
+/** Plan with the state of its editing. */
 export interface Drawing {
   readonly plan: Plan;
   readonly legs: PlanEstimate["legs"];
   readonly shape: ShapeName;
-  /** The chosen corner of the chosen shape. */
+  /** Selected corner of the selected shape. */
   readonly vertex: number | null;
   /** Whether clicks add corners. */
   readonly isDrawing: boolean;
@@ -39,12 +39,12 @@ export interface DrawingEvents {
 }
 
 const ID = "draft";
-/** How near a pointer has to come to a corner; a finger is broader than a mouse. */
+/** Largest distance between a pointer and a corner that it grips; a finger is broader than a mouse pointer. */
 const REACH_PX = { mouse: 10, touch: 24 };
 
 const has = (role: string): ["==", ["get", string], string] => ["==", ["get", "role"], role];
 
-/** `drawing` is read at every update: the layer is made once. */
+/** Make the layer, once: `drawing` is read at every update. */
 export function drawLayer(drawing: () => Drawing | null, events: DrawingEvents): MapLayer {
   const features = featureLayer({
     id: ID,
@@ -126,7 +126,7 @@ export function drawLayer(drawing: () => Drawing | null, events: DrawingEvents):
   };
 }
 
-/** What the map shows of a plan. */
+/** Features of a plan on the map. */
 export function draftFeatures({ plan, legs, shape: chosen, vertex, isEditable }: Drawing): Feature[] {
   const shapes = shapeNames(plan).flatMap((shape) => shapeFeatures(shape, placesOf(plan, shape)));
   const ways = legs.flatMap(({ start, end }): Feature[] => {
@@ -151,7 +151,7 @@ function shapeFeatures(shape: ShapeName, places: readonly Place[]): Feature[] {
   if (isPoint(shape)) return [handle(first, { role: "point", shape, name: texts.plan.shape[shape] })];
   const role = noGoIndex(shape) === null ? shape : "no-go";
   const corners = places.map(lngLat);
-  // Two corners are a line until there is a third.
+  // Two corners are drawn as a line until there is a third.
   const geometry: Geometry =
     corners.length < 3
       ? { type: "LineString", coordinates: corners }
@@ -166,7 +166,7 @@ interface Drag {
   readonly index: number;
 }
 
-/** Let the pointer edit what is drawn; returns how to stop. */
+/** Edit the drawing by pointer; returns a function that stops it. */
 function followPointer(map: MapLibreMap, drawing: () => Drawing | null, events: DrawingEvents): () => void {
   let drag: Drag | null = null;
 
@@ -183,7 +183,7 @@ function followPointer(map: MapLibreMap, drawing: () => Drawing | null, events: 
       if (before !== null && middle) drag = { places: inserted(places, before + 1, middle), index: before + 1 };
     }
     if (drag === null) return;
-    event.preventDefault(); // the map stays where it is
+    event.preventDefault(); // keeps the map in place
     events.onVertex(drag.index);
   };
   const move = (event: MapMouseEvent | MapTouchEvent): void => {
@@ -215,7 +215,7 @@ function followPointer(map: MapLibreMap, drawing: () => Drawing | null, events: 
   };
   const finish = (event: MapMouseEvent): void => {
     if (!drawing()?.isDrawing) return;
-    event.preventDefault(); // no zooming
+    event.preventDefault(); // prevents zooming
     events.onFinish();
   };
 
@@ -233,7 +233,7 @@ function followPointer(map: MapLibreMap, drawing: () => Drawing | null, events: 
   return () => subscriptions.forEach((subscription) => subscription.unsubscribe());
 }
 
-/** The index of the place nearest to the pointer within reach. */
+/** Index of the place nearest to the pointer within reach, or null. */
 function nearest(
   map: MapLibreMap,
   places: readonly Place[],

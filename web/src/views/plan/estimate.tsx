@@ -1,4 +1,4 @@
-/** What the plan will take, and the button that lets the mission fly by it. */
+/** Estimate of the plan, and the button that applies it to the mission. */
 import { useState } from "preact/hooks";
 import { applyPlan } from "../../api/plans";
 import type { Phase, PlanEstimate, PlanProblem } from "../../api/types";
@@ -76,7 +76,7 @@ function Apply({ editor, form }: { editor: PlanEditor; form: string }) {
   const phase = state.mission?.phase ?? "connect";
   const isLate = !BEFORE_START.includes(phase);
   const apply = async (): Promise<void> => {
-    // The browser shows the field with an unreadable number.
+    // The browser marks the field with the invalid number.
     const fields = document.getElementById(form);
     if (plan === null || !(fields instanceof HTMLFormElement) || !fields.reportValidity()) return;
     const taken = await applyPlan(plan);

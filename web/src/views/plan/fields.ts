@@ -1,4 +1,4 @@
-/** The plan's numbers: what they may be, as the service has it. */
+/** Ranges and units of the numbers of a plan, as the station accepts them. */
 import type { Forest, Plan } from "../../api/types";
 
 type NumbersOf<T> = { [K in keyof T]-?: NonNullable<T[K]> extends number ? K : never }[keyof T];
@@ -11,7 +11,7 @@ export interface NumberRule {
   readonly step: number;
   readonly min?: number;
   readonly max?: number;
-  /** May be left to the service. */
+  /** Whether the station chooses a value when none is given. */
   readonly isOptional?: boolean;
 }
 
@@ -42,5 +42,5 @@ export const FOREST: readonly [ForestName, NumberRule][] = [
   ["occlusion", { unit: "", decimals: 2, step: 0.05, min: 0.01, max: 0.99 }],
 ];
 
-/** A grown mixed forest, to begin with. */
+/** Mature mixed forest, as initial values. */
 export const NEW_FOREST: Forest = { canopy_height_m: 20, crown_base_m: 8, occluder_size_m: 1.4, occlusion: 0.85 };

@@ -1,4 +1,4 @@
-/** Plans kept by the service: save, load, delete. */
+/** Plans stored by the station: save, load, delete. */
 import { useEffect, useState } from "preact/hooks";
 import { deletePlan, listPlans, readSavedPlan, savePlan } from "../../api/plans";
 import type { Plan, SavedPlan } from "../../api/types";

@@ -1,16 +1,16 @@
-/** What was done to a plan, to be taken back and made again. Pure functions. */
+/** Undo history of a plan. Pure functions. */
 import type { Plan } from "../../api/types";
 
 export const MAX_STEPS = 100;
-/** Changes of the same thing that follow one another faster are one gesture: a corner that is dragged, a number typed. */
+/** Longest pause between changes of the same fields that count as one gesture: a dragged corner, a typed number. */
 export const GESTURE_MS = 1000;
 
 export interface History {
   readonly past: readonly Plan[];
   readonly plan: Plan;
-  /** What was taken back, the next one first. */
+  /** Undone plans, the next one to redo first. */
   readonly future: readonly Plan[];
-  /** What the last change has touched, and when; null after it was taken back. */
+  /** Fields and time of the last change; null after an undo or redo. */
   readonly gesture: { readonly touched: string; readonly at_ms: number } | null;
 }
 
@@ -36,7 +36,7 @@ export function redone(before: History): History {
   return { past: [...before.past, before.plan], plan, future, gesture: null };
 }
 
-/** The fields that differ, with the number of corners: one more is another gesture, one that moves is not. */
+/** Fields that differ, with the numbers of corners: adding a corner begins another gesture, moving one does not. */
 function touchedBy(before: Plan, after: Plan): string {
   const names = Object.keys(after) as (keyof Plan)[];
   const fields = names.filter((name) => before[name] !== after[name]);

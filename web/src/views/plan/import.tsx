@@ -1,4 +1,4 @@
-/** Shapes from a file: picked or dropped, then each given its part in the plan. */
+/** Import of shapes from a picked or dropped file, each with its role in the plan. */
 import type { ComponentChildren } from "preact";
 import { useState } from "preact/hooks";
 import { importFile } from "../../api/plans";
@@ -10,7 +10,7 @@ import { type ImportRole, proposedRoles, rolesFor, withImported } from "./shapes
 const SUFFIXES = ".geojson,.json,.kml,.plan";
 
 export interface Import {
-  /** Found in the file and waiting for the operator's word. */
+  /** Shapes of the file, whose roles the operator has to confirm. */
   readonly shapes: readonly ImportedShape[] | null;
   readonly refusal: string | null;
   read(file: File | undefined): void;
@@ -39,7 +39,7 @@ export function ImportPicker({ files: { read, refusal } }: { files: Import }) {
           data-testid="plan-import"
           onChange={({ currentTarget }) => {
             read(currentTarget.files?.[0]);
-            currentTarget.value = ""; // the same file can be picked again
+            currentTarget.value = ""; // lets the operator pick the same file again
           }}
         />
       </label>
@@ -50,7 +50,7 @@ export function ImportPicker({ files: { read, refusal } }: { files: Import }) {
   );
 }
 
-/** Takes files that are dropped onto what is in it. */
+/** Accepts files that are dropped on its content. */
 export function DropZone({
   onFile,
   children,

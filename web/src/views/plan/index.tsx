@@ -1,4 +1,4 @@
-/** Plan: where is searched and where not, how, and what that will take. */
+/** View Plan: search area and no-go zones, search pattern, limits, and the resulting estimate. */
 import { useId, useMemo, useRef, useState } from "preact/hooks";
 import type { Place } from "../../api/types";
 import { toEnu } from "../../geometry";
@@ -39,7 +39,7 @@ export function PlanView() {
   const choose = (chosen: ShapeName, isEmpty = plan !== null && placesOf(plan, chosen).length === 0): void => {
     setShape(chosen);
     setVertex(null);
-    setDrawing(isEmpty && mayCommand); // what is not there yet can only be drawn
+    setDrawing(isEmpty && mayCommand); // an empty shape can only be drawn
   };
 
   const actions = {
@@ -59,7 +59,7 @@ export function PlanView() {
     isDrawing: isDrawing && mayCommand,
     isEditable: mayCommand,
   };
-  // The layer is made once and reads what is current.
+  // The layer is made once and reads the current drawing.
   const current = useRef({ drawing, actions });
   current.current = { drawing, actions };
   const base = useBaseLayers();

@@ -1,4 +1,4 @@
-/** How is searched: numbers with what the engine would choose instead, heading, strategy, limits, forest. */
+/** Number fields of the plan with suggested values: heading, pattern, strategy, limits, forest. */
 import type { Plan, PlanProposal, PlanReport } from "../../api/types";
 import { quantity } from "../../format";
 import { useShell } from "../../shell/context";
@@ -85,7 +85,7 @@ function Proposal({
   );
 }
 
-/** Heights and density of the forest: without them the engine has nothing to propose a spacing from. */
+/** Heights and density of the forest, which the station needs to suggest a spacing. */
 function ForestFields({ plan, report, onChange }: Props) {
   const forest = plan.forest ?? null;
   return (

@@ -1,16 +1,19 @@
-/** What the form of a strategy's parameters shows: made of the strategy's own declaration. Pure functions. */
+/** Contents of the form for strategy parameters, derived from the declaration of the strategy. Pure functions. */
 import type { Plan, StrategyParameter } from "../../api/types";
 import { capitalised } from "../../format";
 import { texts } from "../../texts";
 
-/** Several letters are a word, single ones the symbols of a paper: "Min factor", but "Initial c_s hat". */
+/**
+ * Title of a parameter. Several letters are a word, single ones symbols of a paper: "Min factor", but "Initial c_s
+ * hat".
+ */
 export function parameterTitle({ name, unit }: StrategyParameter): string {
   const bare = unit === "" ? name : name.slice(0, name.lastIndexOf("_"));
   const title = bare.replace(/(?<=[a-z]{2})_|_(?=[a-z]{2})/g, " ");
   return /^[a-z]{2}/.test(title) ? capitalised(title) : title;
 }
 
-/** "Above 0 and at most 1, default 0.3"; switches have no bounds. */
+/** Bounds and default, such as "Above 0 and at most 1, default 0.3."; switches have no bounds. */
 export function parameterHint(parameter: StrategyParameter): string {
   const words = Object.keys(texts.plan.bounds) as (keyof typeof texts.plan.bounds)[];
   const bounds = words.flatMap((word) => {
@@ -28,16 +31,16 @@ export function defaultText({ default: value, unit }: StrategyParameter): string
   return unit === "" ? String(value) : `${value}\u202f${unit}`;
 }
 
-/** By how much an arrow key changes a number: finely where little is allowed. */
+/** Increment of the arrow keys: smaller for small ranges. */
 export const parameterStep = ({ at_most, below }: StrategyParameter): number =>
   (at_most ?? below ?? 2) <= 1 ? 0.05 : 0.1;
 
-/** The plan with another value; the default is left to the strategy. */
+/** Plan with another value; a default value is left out. */
 export function withParameter(plan: Plan, { name, default: byDefault }: StrategyParameter, value: unknown): Plan {
   const { [name]: _, ...others } = plan.strategy_parameters;
   return { ...plan, strategy_parameters: value === byDefault ? others : { ...others, [name]: value } };
 }
 
-/** What a plan says of parameters that its strategy does not have: from another version, or another strategy. */
+/** Names of parameters in the plan that its strategy does not have, for example from another version. */
 export const strangers = (plan: Plan, parameters: readonly StrategyParameter[]): string[] =>
   Object.keys(plan.strategy_parameters).filter((name) => !parameters.some((parameter) => parameter.name === name));

@@ -1,4 +1,4 @@
-/** What the service holds against a plan, by field. Pure functions. */
+/** Problems of a plan that the station has reported, by field. Pure functions. */
 import type { PlanProblem, PlanReport } from "../../api/types";
 
 const textsOf = (report: PlanReport | null, wanted: (problem: PlanProblem) => boolean): string | undefined =>
@@ -7,10 +7,10 @@ const textsOf = (report: PlanReport | null, wanted: (problem: PlanProblem) => bo
     .map(({ text }) => text)
     .join(" ") || undefined;
 
-/** What has to be mended about a field before the plan can be flown. */
+/** Problem of a field that prevents the plan from being applied. */
 export const problemOf = (report: PlanReport | null, field: string): string | undefined =>
   textsOf(report, (problem) => problem.field === field && problem.blocking);
 
-/** What should be known about a field. */
+/** Advice about a field. */
 export const adviceOf = (report: PlanReport | null, field: string): string | undefined =>
   textsOf(report, (problem) => problem.field === field && !problem.blocking);

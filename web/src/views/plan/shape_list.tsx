@@ -1,11 +1,11 @@
-/** The plan's shapes: which one is edited, and what is wrong with each. */
+/** List of the shapes of a plan: selects the one to edit and shows the problems of each. */
 import type { Plan, PlanReport } from "../../api/types";
 import { useShell } from "../../shell/context";
 import { texts } from "../../texts";
 import { adviceOf, problemOf } from "./problems";
 import { isPoint, noGoIndex, placesOf, type ShapeName, shapeNames } from "./shapes";
 
-/** The name of a shape for people. */
+/** Display name of a shape. */
 export function shapeTitle(shape: ShapeName): string {
   const index = noGoIndex(shape);
   return index === null ? texts.plan.shape[shape as keyof typeof texts.plan.shape] : texts.plan.noGo(index + 1);

@@ -1,4 +1,4 @@
-/** The shapes of a plan, by the names that the service gives its fields. Pure functions. */
+/** Shapes of a plan, named like the fields of the station's plan. Pure functions. */
 import type { ImportedShape, Place, Plan, ShapeRole } from "../../api/types";
 import type { LngLat } from "../../geometry";
 
@@ -11,18 +11,18 @@ export const placeAt = ([longitude_deg, latitude_deg]: LngLat): Place => ({ lati
 export const isPoint = (shape: ShapeName): shape is "launch" | "return_point" =>
   shape === "launch" || shape === "return_point";
 
-/** The index of a no-go zone; null for the other shapes. */
+/** Index of a no-go zone; null for other shapes. */
 export function noGoIndex(shape: ShapeName): number | null {
   const digits = /^no_go\[(\d+)\]$/.exec(shape)?.[1];
   return digits === undefined ? null : Number(digits);
 }
 
-/** All shapes that a plan has a place for, in the order of the page. */
+/** All shapes of a plan, in the order of the page. */
 export function shapeNames(plan: Plan): ShapeName[] {
   return ["area", ...plan.no_go.map((_, index) => `no_go[${index}]` as const), "launch", "return_point", "fence"];
 }
 
-/** The corners of a polygon, or the one place of a point; empty if it is not there. */
+/** Corners of a polygon, or the one place of a point; empty where the shape is not given. */
 export function placesOf(plan: Plan, shape: ShapeName): readonly Place[] {
   if (shape === "area") return plan.area;
   if (shape === "fence") return plan.fence ?? [];
@@ -33,7 +33,7 @@ export function placesOf(plan: Plan, shape: ShapeName): readonly Place[] {
   return plan.no_go[noGoIndex(shape) ?? -1] ?? [];
 }
 
-/** The plan with other places for one shape; without any, points and fence are the service's to choose. */
+/** Plan with other places for one shape; points and geofence without places are left to the station. */
 export function withPlaces(plan: Plan, shape: ShapeName, places: readonly Place[]): Plan {
   if (isPoint(shape)) return { ...plan, [shape]: places.at(-1) ?? null };
   if (shape === "fence") return { ...plan, fence: places.length === 0 ? null : [...places] };
@@ -42,17 +42,17 @@ export function withPlaces(plan: Plan, shape: ShapeName, places: readonly Place[
   return { ...plan, no_go: plan.no_go.map((zone, index) => (index === changed ? [...places] : zone)) };
 }
 
-/** The plan with one more no-go zone, still without corners. */
+/** Plan with one more no-go zone, still without corners. */
 export const withNoGo = (plan: Plan): Plan => ({ ...plan, no_go: [...plan.no_go, []] });
 
-/** The plan without a shape. */
+/** Plan without a shape. */
 export function withoutShape(plan: Plan, shape: ShapeName): Plan {
   const removed = noGoIndex(shape);
   if (removed === null) return withPlaces(plan, shape, []);
   return { ...plan, no_go: plan.no_go.filter((_, index) => index !== removed) };
 }
 
-/** Places with one more before the index given. */
+/** Places with one more before the given index. */
 export const inserted = (places: readonly Place[], index: number, place: Place): Place[] => [
   ...places.slice(0, index),
   place,
@@ -62,7 +62,7 @@ export const replaced = (places: readonly Place[], index: number, place: Place):
   places.map((before, i) => (i === index ? place : before));
 export const removed = (places: readonly Place[], index: number): Place[] => places.filter((_, i) => i !== index);
 
-/** Halfway between each corner and the next; where there is no line, nothing. */
+/** Midpoints of the edges; empty where there is no edge. */
 export function midpoints(places: readonly Place[]): Place[] {
   if (places.length < 2) return [];
   const ends = places.length === 2 ? places.slice(0, 1) : places;
@@ -77,10 +77,10 @@ export function midpoints(places: readonly Place[]): Place[] {
 
 // --- from files
 
-/** What becomes of a shape of a file. */
+/** Role of an imported shape. */
 export type ImportRole = ShapeRole | "skip";
 
-/** What the service has guessed, but every shape that a plan has only one of only once: a later one is left out. */
+/** Roles suggested by the station; of shapes that a plan has only once, later ones are ignored. */
 export function proposedRoles(shapes: readonly ImportedShape[]): ImportRole[] {
   const taken = new Set<ShapeRole>();
   return shapes.map(({ role }) => {
@@ -93,11 +93,11 @@ export function proposedRoles(shapes: readonly ImportedShape[]): ImportRole[] {
 const POINT_ROLES: readonly ImportRole[] = ["launch", "return", "skip"];
 const POLYGON_ROLES: readonly ImportRole[] = ["area", "no_go", "fence", "skip"];
 
-/** What a shape of a file can become. */
+/** Roles that an imported shape can have. */
 export const rolesFor = ({ places }: ImportedShape): readonly ImportRole[] =>
   places.length === 1 ? POINT_ROLES : POLYGON_ROLES;
 
-/** The plan with shapes of a file: no-go zones are added to those it has, all others replace what it has. */
+/** Plan with imported shapes: no-go zones are added, all other shapes are replaced. */
 export function withImported(plan: Plan, shapes: readonly ImportedShape[], roles: readonly ImportRole[]): Plan {
   return shapes.reduce((taken, { places }, index) => {
     const role = roles[index] ?? "skip";

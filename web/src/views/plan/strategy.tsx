@@ -1,4 +1,4 @@
-/** The strategy, and its parameters as it declares them. */
+/** Search strategy, with the parameters that it declares. */
 import { useEffect, useState } from "preact/hooks";
 import { readStrategies } from "../../api/plans";
 import type { Plan, PlanReport, Strategy, StrategyParameter } from "../../api/types";
@@ -33,7 +33,7 @@ export function StrategyFields({ plan, report, onChange }: Props) {
           value={plan.strategy}
           aria-describedby="plan-strategy-problem"
           onChange={({ currentTarget: { value } }) => {
-            // The parameters of one strategy mean nothing to another.
+            // Parameters of one strategy have no meaning for another.
             onChange({ ...plan, strategy: value, strategy_parameters: {} });
           }}
         >

@@ -1,4 +1,4 @@
-/** The plan being made: read from the mission, changed here, checked by the service a moment after every change. */
+/** Hook for the plan being edited: read from the mission, and checked by the station shortly after every change. */
 import { useEffect, useRef, useState } from "preact/hooks";
 import { checkPlan, readPlan } from "../../api/plans";
 import type { Plan, PlanReport } from "../../api/types";
@@ -8,36 +8,36 @@ import { begun, changed, type History, redone, undone } from "./history";
 import type { Undo } from "./use_undo_keys";
 
 const CHECK_AFTER_MS = 400;
-/** When the service has had too many plans to check. */
+/** Delay after the station has refused a check because of too many requests. */
 const CHECK_AGAIN_MS = 1500;
 const TOO_MANY_REQUESTS = 429;
 
 interface Draft {
   readonly missionId: string;
   readonly history: History;
-  /** What the mission flew by when it was read. */
+  /** Plan of the mission when it was read. */
   readonly flown: Plan;
   readonly revision: number;
 }
 
-/** Survives a look at another view, with all that can be undone. */
+/** Draft that is kept, with its undo history, while another view is open. */
 let kept: Draft | null = null;
 
 export interface PlanEditor extends Undo {
-  /** Null until it could be read. */
+  /** Null until the plan has been read. */
   readonly plan: Plan | null;
-  /** Why it could not be read. */
+  /** Reason why the plan cannot be read. */
   readonly failure: string | null;
   readonly isChanged: boolean;
-  /** Whether the mission has got another plan since this one was read. */
+  /** Whether the plan of the mission has changed since it was read. */
   readonly isOvertaken: boolean;
   readonly report: PlanReport | null;
-  /** Why the service could not check it. */
+  /** Reason why the station could not check the plan. */
   readonly checkFailure: string | null;
-  /** Whether the report is of an earlier state of the plan. */
+  /** Whether the report belongs to an earlier state of the plan. */
   readonly isChecking: boolean;
   change(plan: Plan): void;
-  /** Take what the mission flies by, now. */
+  /** Discard the draft and read the plan of the mission again. */
   reload(): void;
 }
 
@@ -45,7 +45,7 @@ export function usePlan(): PlanEditor {
   const { state, isConnected } = useShell();
   const missionId = state.mission?.mission_id ?? "";
   const hasOrigin = state.mission?.origin !== null;
-  // A plan in metres has no degrees before its origin is known; there is none to read in a record.
+  // Without an origin, places in metres cannot be converted to degrees; recordings have no plan to read.
   const isReadable = state.capabilities.planning && (hasOrigin || state.mission?.area.length === 0);
   const revision = state.planRevision;
   const [draft, setDraft] = useState(() => (kept?.missionId === missionId ? kept : null));
@@ -56,7 +56,7 @@ export function usePlan(): PlanEditor {
   kept = draft;
   const isChanged = draft !== null && draft.history.plan !== draft.flown;
   const newest = useRef(0);
-  /** The check that is on its way: one at a time, since only the newest plan counts. */
+  /** Pending check: one at a time, since only the latest plan counts. */
   const pending = useRef<Promise<unknown>>(Promise.resolve());
 
   const reload = async (): Promise<void> => {
@@ -67,7 +67,7 @@ export function usePlan(): PlanEditor {
     if (answer.ok) setDraft({ missionId, history: begun(answer.value), flown: answer.value, revision });
   };
   useEffect(() => {
-    // The draft, too: the mission may have got another plan while this one was being read.
+    // Depends on the draft as well: the plan of the mission may change while it is being read.
     const isCurrent = draft?.missionId === missionId && (isChanged || draft.revision === revision);
     if (missionId !== "" && isConnected && isReadable && !isCurrent) void reload();
   }, [missionId, isReadable, revision, isConnected, draft]);

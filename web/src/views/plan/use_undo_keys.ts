@@ -1,4 +1,4 @@
-/** Ctrl+Z and Ctrl+Shift+Z, but for text that is being typed: its field takes that back by itself. */
+/** Hook for the keys Ctrl+Z and Ctrl+Shift+Z, except in text fields, which undo their own typing. */
 import { useEffect, useRef } from "preact/hooks";
 import { focusOf } from "../../shell/keys";
 

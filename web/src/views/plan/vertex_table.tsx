@@ -1,4 +1,4 @@
-/** The corners of one shape as numbers: exact, and for those who do not use the map. */
+/** Corners of one shape as numbers: exact, and usable without a map. */
 import { useState } from "preact/hooks";
 import type { Geodetic, Place, Plan } from "../../api/types";
 import { toEnu, toLngLat } from "../../geometry";
@@ -22,14 +22,14 @@ import {
 
 const UNITS = ["m", "deg"] as const;
 type Unit = (typeof UNITS)[number];
-/** Farther from the origin is a slip: the service takes no areas beyond five kilometres. */
+/** Coordinates farther from the origin are typing errors: the station accepts areas within five kilometres only. */
 const LIMIT_M = 100_000;
 const WORLD: Geodetic = { latitude_deg: 0, longitude_deg: 0, altitude_amsl_m: 0 };
 
 interface TableProps {
   plan: Plan;
   shape: ShapeName;
-  /** Metres count from here; without it only degrees can be given. */
+  /** Origin of coordinates in metres; without it only degrees can be given. */
   origin: Geodetic | null;
   vertex: number | null;
   onVertex(vertex: number | null): void;
@@ -76,7 +76,7 @@ export function VertexTable({ plan, shape, origin, vertex, onVertex, onPlaces, o
           </thead>
           <tbody>
             {places.map((place, index) => (
-              // A corner has no name but its number.
+              // A corner has no identity other than its index.
               <VertexRow
                 key={`${shape}-${index}`}
                 place={place}
@@ -109,7 +109,7 @@ export function VertexTable({ plan, shape, origin, vertex, onVertex, onPlaces, o
   );
 }
 
-/** The places with a new one to be moved: between the last and the first, or where nothing is yet, at the origin. */
+/** Places with a new one between the last and the first; the first place of a shape is at the origin. */
 function withNext(places: readonly Place[], isSingle: boolean, origin: Geodetic): Place[] {
   const middle = midpoints(places).at(-1);
   const last = places.at(-1);

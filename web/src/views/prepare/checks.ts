@@ -1,21 +1,21 @@
-/** The preflight checks as a matrix. Pure functions. */
+/** Preflight checks as a matrix. Pure functions. */
 import type { PreflightCheck } from "../../api/types";
 import { capitalised } from "../../format";
 import { texts } from "../../texts";
 
-/** Stands for the mission as a whole in the place of a vehicle's number. */
+/** Vehicle number of checks that concern the mission as a whole. */
 export const MISSION_ID = 0;
 
 export type Verdict = "pass" | "warn" | "fail" | "overridden";
 
 export interface Matrix {
-  /** Of the mission as a whole. */
+  /** Checks of the mission as a whole. */
   readonly mission: readonly PreflightCheck[];
   readonly names: readonly string[];
   readonly rows: readonly { readonly id: number; readonly checks: readonly (PreflightCheck | undefined)[] }[];
 }
 
-/** One row per vehicle, one column per check; these in the order of their first appearance. */
+/** Matrix with one row per vehicle and one column per check, in the order of their first appearance. */
 export function matrixOf(checks: readonly PreflightCheck[]): Matrix {
   const mission = checks.filter((check) => check.vehicle_id === MISSION_ID);
   const ofVehicles = checks.filter((check) => check.vehicle_id !== MISSION_ID);
@@ -34,11 +34,11 @@ export interface Blocker {
   readonly ids: number[];
   readonly name: string;
   readonly text: string;
-  /** Of the first of these checks. */
+  /** Key of the first of these checks. */
   readonly key: string;
 }
 
-/** What stands against the launch; what is the same with several vehicles is said once. */
+/** Checks that block the launch; vehicles with the same issue share an entry. */
 export function blockersOf(checks: readonly PreflightCheck[]): Blocker[] {
   const blockers: Blocker[] = [];
   for (const check of checks.filter(({ blocks }) => blocks)) {
@@ -51,14 +51,14 @@ export function blockersOf(checks: readonly PreflightCheck[]): Blocker[] {
 
 export const keyOf = ({ vehicle_id: id, name }: PreflightCheck): string => `${id} ${name}`;
 
-/** Whom a check concerns, in words. */
+/** Subject of a check: vehicles, or the mission. */
 export function subjectOf(...ids: readonly number[]): string {
   const [first] = ids;
   if (first === MISSION_ID) return texts.prepare.mission;
   return `${ids.length === 1 ? texts.prepare.vehicle : texts.prepare.vehicles} ${ranges(ids)}`;
 }
 
-/** Numbers in order, those that follow each other as ranges: "1–4, 7". */
+/** Numbers in ascending order with consecutive ones as ranges: "1–4, 7". */
 export function ranges(ids: readonly number[]): string {
   const runs: [number, number][] = [];
   for (const id of ids.toSorted((a, b) => a - b)) {

@@ -1,4 +1,4 @@
-/** What a check has found, what to do about it, and the operator's word to launch in spite of it. */
+/** Result of a check, what to do about it, and the form to override it. */
 import { useState } from "preact/hooks";
 import { overrideCheck } from "../../api/client";
 import type { PreflightCheck } from "../../api/types";

@@ -1,4 +1,4 @@
-/** Prepare: what every vehicle's checks say, and the launch. */
+/** View Prepare: the preflight checks of every vehicle, and the launch. */
 import { useState } from "preact/hooks";
 import { useShell } from "../../shell/context";
 import { texts } from "../../texts";

@@ -1,4 +1,4 @@
-/** What stands against the launch, and the button for it. */
+/** Blocking issues, and the launch button. */
 import type { Phase, PreflightCheck } from "../../api/types";
 import { useShell } from "../../shell/context";
 import { isOffered } from "../../state/commands";

@@ -1,4 +1,4 @@
-/** The matrix vehicle x check: one stop of the Tab key, from where the arrow keys lead from cell to cell. */
+/** Matrix of vehicles and checks: the Tab key stops once, and the arrow keys move from cell to cell. */
 import type { PreflightCheck } from "../../api/types";
 import { texts } from "../../texts";
 import { keyOf, type Matrix, nameOf, subjectOf, type Verdict, verdictOf } from "./checks";
@@ -11,7 +11,7 @@ const STEPS: Readonly<Record<string, readonly [number, number]>> = {
   ArrowRight: [0, 1],
 };
 
-/** With more columns their names are turned, so that the matrix fits the screen. */
+/** With more columns their names are rotated, so that the matrix fits the screen. */
 const UPRIGHT_NAMES = 8;
 
 interface Props {

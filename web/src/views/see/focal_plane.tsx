@@ -1,4 +1,4 @@
-/** The height of the plane on which a step's frames are summed up. */
+/** Panel for the height of the plane on which the frames of a step are integrated. */
 import { useEffect, useState } from "preact/hooks";
 import type { ViewedStep } from "../../api/types";
 import { findFocus } from "../../api/viewer";
@@ -13,11 +13,11 @@ const AUTOFOCUS_HALF_WIDTH_M = 5;
 
 interface Props {
   viewed: ViewedStep;
-  /** Null: the mission's own plane. */
+  /** Null for the plane of the mission. */
   height_m: number | null;
   shown: ShownIntegral | null;
   problem: string;
-  /** What the autofocus is to look at; null before there is a picture. */
+  /** Centre of the area for the autofocus; null before there is an image. */
   centre: EnuPoint | null;
   onHeight(height_m: number | null): void;
 }

@@ -1,4 +1,4 @@
-/** See: what the swarm sees through the canopy, step by step, on any plane, and frame by frame. */
+/** View See: images through the canopy, step by step, on any plane, and frame by frame. */
 import { useEffect, useState } from "preact/hooks";
 import type { Picture } from "../../api/types";
 import type { IntegralQuery } from "../../api/viewer";
@@ -21,7 +21,7 @@ import { useViewedStep } from "./use_viewed_step";
 import type { Viewport } from "./viewport";
 import "./see.css";
 
-/** A slider that stands still so long has been let go of, or looked at. */
+/** A slider that has not moved for this long counts as released. */
 const RESTING_MS = 300;
 
 type Chosen = keyof typeof texts.see.kind;
@@ -55,7 +55,7 @@ export function SeeView() {
   const { shown: before } = useIntegral(left);
 
   const latest = placedLatest(state, kind);
-  // Without its own record a step is seen as the mission has shown it; so is the last one until its own is there.
+  // Steps without recorded frames show the images of the mission; so does the last step until its own are recorded.
   const own = integralKind === null ? null : shown && placedIntegral(shown);
   const picture = own ?? (integralKind === null || step === last ? latest : null);
   if (step === null || last === null || first === null) {
@@ -140,7 +140,7 @@ function placedIntegral({ url, bounds, step, kind, height_m }: ShownIntegral): P
   return { url, bounds, label: texts.see.label(texts.see.kind[kind], step, quantity(height_m, 1, "m")) };
 }
 
-/** The latest picture that the mission has made of this kind, where it makes such. */
+/** Latest image of this kind that the mission has made, if it makes any. */
 function placedLatest({ pictures }: State, kind: Chosen): Placed | null {
   const picture: Picture | undefined = kind === "frames" ? undefined : pictures[kind];
   const bounds = picture && boundsOf(picture.corners.map(({ east_m, north_m }) => [east_m, north_m]));

@@ -1,4 +1,4 @@
-/** The plane that the mission itself searches on, and how an operator changes it for everybody. */
+/** Panel with the focal plane of the mission itself, which an operator can change for all screens. */
 import { quantity } from "../../format";
 import { useShell } from "../../shell/context";
 import { makeFocusCommand } from "../../state/commands";
@@ -6,7 +6,7 @@ import { texts } from "../../texts";
 import { Panel } from "../../ui/panel";
 
 interface Props {
-  /** The height that is looked at; null while it is not known. */
+  /** Height of the displayed plane; null while it is not known. */
   viewed_m: number | null;
 }
 

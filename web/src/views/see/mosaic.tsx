@@ -1,4 +1,4 @@
-/** All frames of a step side by side; one of them large. */
+/** All frames of a step side by side; one of them can be enlarged. */
 import { useState } from "preact/hooks";
 import type { FrameKind, ViewedFrame } from "../../api/types";
 import { frameUrl } from "../../api/viewer";

@@ -1,4 +1,4 @@
-/** Pictures of the ground at their true places, north up: moved, zoomed, compared and measured in metres. */
+/** Images of the ground at their true positions, north up: moved, zoomed, compared and measured in metres. */
 import type { ComponentChildren } from "preact";
 import { useRef, useState } from "preact/hooks";
 import type { Geodetic, Target } from "../../api/types";
@@ -10,7 +10,7 @@ import { type Size, useSize } from "../../ui/use_size";
 import { useGestures } from "./use_gestures";
 import { fitted, panned, scaleBar, toGround, toScreen, type Viewport, zoomed } from "./viewport";
 
-/** A picture with its place. */
+/** Image with its bounds on the ground. */
 export interface Placed {
   readonly url: string;
   readonly bounds: Bounds;
@@ -19,17 +19,17 @@ export interface Placed {
 
 interface Props {
   picture: Placed | null;
-  /** Shown on the left, up to `swipe` of the width. */
+  /** Image on the left, up to `swipe` of the width. */
   before: Placed | null;
   swipe: number;
   origin: Geodetic | null;
   targets: readonly Target[];
   measured: readonly EnuPoint[];
-  /** Called where the ground is tapped, or M is pressed, while measuring. */
+  /** Called while measuring when the ground is tapped or M is pressed. */
   onMeasure: ((point: EnuPoint) => void) | null;
   viewport: Viewport | null;
   onViewport(viewport: Viewport): void;
-  /** In the upper corner. */
+  /** Content of the upper corner. */
   children?: ComponentChildren;
 }
 
@@ -124,7 +124,7 @@ function Layer({ placed: { url, bounds, label }, viewport, size, testId }: Layer
     height: `${bottom - top}px`,
     transform: `translate(${left}px, ${top}px)`,
   };
-  // Decoded before it is given: painted at once, without a frame that shows nothing.
+  // The image is decoded already: synchronous decoding paints it at once, without an empty frame.
   return (
     <img src={url} alt={texts.see.alt(label)} style={style} decoding="sync" draggable={false} data-testid={testId} />
   );
@@ -135,7 +135,7 @@ interface DrawingProps {
   size: Size;
   targets: readonly Target[];
   measured: readonly EnuPoint[];
-  /** Shows the middle, where the key M measures. */
+  /** Whether to mark the centre, where the key M sets a point. */
   isAiming: boolean;
 }
 

@@ -1,4 +1,4 @@
-/** Which step is looked at: the latest one, as it comes, or an earlier one. */
+/** Selection of a step: the latest one, which is followed, or an earlier one. */
 import { texts } from "../../texts";
 
 interface Props {
@@ -6,7 +6,7 @@ interface Props {
   last: number;
   step: number;
   isFollowing: boolean;
-  /** Null: the latest. */
+  /** Null for the latest step. */
   onStep(step: number | null): void;
 }
 

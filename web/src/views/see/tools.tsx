@@ -1,4 +1,4 @@
-/** Measuring and comparing. */
+/** Panels for measuring distances and comparing images. */
 import { quantity } from "../../format";
 import type { EnuPoint } from "../../state/state";
 import { texts } from "../../texts";

@@ -1,16 +1,16 @@
-/** Dragging, pinching, turning the wheel, tapping: for pictures that are moved and zoomed. */
+/** Dragging, pinching, wheel and tapping for images that can be moved and zoomed. */
 import { useEffect, useRef } from "preact/hooks";
 import type { ScreenPoint } from "./viewport";
 
 export interface Gestures {
-  /** Moved by pixels, then enlarged by a factor about a point: two fingers do both at once. */
+  /** Moved by pixels, then scaled by a factor about a point; two fingers do both at once. */
   onMove(by: ScreenPoint, factor: number, at: ScreenPoint): void;
   onTap(at: ScreenPoint): void;
-  /** Null when the pointer has left. */
+  /** Null when the pointer has left the element. */
   onHover(at: ScreenPoint | null): void;
 }
 
-/** A finger that moves less than this has tapped. */
+/** Longest travel of a pointer that counts as a tap. */
 const TAP_RADIUS_PX = 5;
 const ZOOM_PER_WHEEL_PX = 1.0015;
 

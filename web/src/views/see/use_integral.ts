@@ -1,16 +1,16 @@
-/** The integral of a step on a plane, asked for anew whenever the plane changes. */
+/** Hook for the integral of a step on a plane, requested again whenever the plane changes. */
 import { useEffect, useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 import { Newest } from "../../api/newest";
 import { type IntegralQuery, readIntegral } from "../../api/viewer";
 import type { Bounds } from "../../geometry";
 
-/** A picture that is ready to be shown. */
+/** Integral image that is ready to be shown. */
 export interface ShownIntegral extends IntegralQuery {
   readonly url: string;
   readonly bounds: Bounds;
   readonly height_m: number;
   readonly visibility_m2: number;
-  /** From the request until the picture, or its draft before, was decoded. */
+  /** Time from the request until the image, or the draft before it, was decoded. */
   readonly latency_ms: number;
 }
 
@@ -21,7 +21,7 @@ interface Result {
 
 const NOTHING: Result = { shown: null, problem: "" };
 
-/** The newest picture there is, and why there is no newer one; nothing without a query. */
+/** Latest image, and why there is no newer one; nothing without a query. */
 export function useIntegral(query: IntegralQuery | null): Result {
   const [result, setResult] = useState(NOTHING);
   const isMounted = useRef(true);
@@ -33,12 +33,12 @@ export function useIntegral(query: IntegralQuery | null): Result {
           if (next.shown) URL.revokeObjectURL(next.shown.url);
           return;
         }
-        // A picture that is too old is better than none: its height stands beside it.
+        // An outdated image is better than none; its label names its height.
         setResult((before) => (next.shown === null ? { ...before, problem: next.problem } : following(before, next)));
       }),
     [],
   );
-  // Before the page is painted, not after: the picture is one frame earlier there.
+  // Before the page is painted, so that the request leaves one frame earlier.
   useLayoutEffect(() => {
     if (query !== null) newest.ask(query);
   }, [query?.step, query?.kind, query?.height_m, query?.isDraft]);
@@ -56,7 +56,10 @@ export function useIntegral(query: IntegralQuery | null): Result {
   return query === null ? NOTHING : result;
 }
 
-/** An exact picture that takes the place of its draft is no news: what the operator has waited for was the draft. */
+/**
+ * Result after the next one has arrived. An exact image keeps the response time of its draft, for which the operator
+ * waited.
+ */
 function following({ shown: before }: Result, next: Result): Result {
   if (before === null || next.shown === null || !before.isDraft) return next;
   const { step, kind, height_m } = next.shown;
@@ -72,7 +75,7 @@ async function load(query: IntegralQuery): Promise<Result> {
   const url = URL.createObjectURL(picture);
   const image = new Image();
   image.src = url;
-  // What cannot be decoded is shown by the browser as it shows broken pictures.
+  // An image that cannot be decoded is shown by the browser as a broken image.
   await image.decode().catch(() => undefined);
   return { shown: { ...query, ...facts, url, latency_ms: performance.now() - askedAtMs }, problem: "" };
 }

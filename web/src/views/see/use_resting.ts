@@ -1,7 +1,7 @@
-/** Whether a value that a hand moves has come to rest. */
+/** Hook that reports when a value that an operator moves has come to rest. */
 import { useEffect, useState } from "preact/hooks";
 
-/** True at first, and when the value has not changed for this time. */
+/** True at first, and whenever the value has not changed for the given time. */
 export function useResting(value: unknown, after_ms: number): boolean {
   const [rested, setRested] = useState(value);
   useEffect(() => {

@@ -1,14 +1,14 @@
-/** What can be seen of a step. */
+/** Hook for the recorded images and frames of a step. */
 import { useEffect, useState } from "preact/hooks";
 import type { Answer } from "../../api/client";
 import type { ViewedStep } from "../../api/types";
 import { describeStep } from "../../api/viewer";
 
-/** A step may be told of before its frames are on the disk. */
+/** A step can be announced before its frames are on the disk. */
 const TRIES = 10;
 const TRY_AGAIN_AFTER_MS = 1500;
 
-/** That of the step before while the answer is on its way; null before the first one. */
+/** Description of the step, that of the previous one while the answer is pending; null before the first answer. */
 export function useViewedStep(step: number | null): Answer<ViewedStep> | null {
   const [answer, setAnswer] = useState<Answer<ViewedStep> | null>(null);
   useEffect(() => {

@@ -1,4 +1,4 @@
-/** Which part of the ground a picture's frame shows, north up. Pure functions; pixels are the page's own, y down. */
+/** Part of the ground that an image view shows, north up. Pure functions; pixels are those of the page, y down. */
 import type { Bounds } from "../../geometry";
 import type { EnuPoint } from "../../state/state";
 import type { Size } from "../../ui/use_size";
@@ -12,7 +12,7 @@ export type ScreenPoint = readonly [x_px: number, y_px: number];
 
 const FINEST_M_PER_PX = 0.002;
 const COARSEST_M_PER_PX = 20;
-/** Air around what is fitted in. */
+/** Margin around fitted bounds, as a factor. */
 const FIT_MARGIN = 1.06;
 
 export function toScreen({ centre, metresPerPx }: Viewport, size: Size, [east_m, north_m]: EnuPoint): ScreenPoint {
@@ -27,7 +27,7 @@ export function toGround({ centre, metresPerPx }: Viewport, size: Size, [x_px, y
   return [centre[0] + (x_px - size.width_px / 2) * metresPerPx, centre[1] - (y_px - size.height_px / 2) * metresPerPx];
 }
 
-/** The viewport that shows all of a box. */
+/** Viewport that shows all of the bounds. */
 export function fitted(bounds: Bounds, size: Size): Viewport {
   const [width_m, height_m] = [bounds.east_m - bounds.west_m, bounds.north_m - bounds.south_m];
   const scale = Math.max(width_m / Math.max(1, size.width_px), height_m / Math.max(1, size.height_px));
@@ -37,12 +37,12 @@ export function fitted(bounds: Bounds, size: Size): Viewport {
   };
 }
 
-/** The picture moved by pixels, as a finger drags it. */
+/** Viewport moved by pixels, as a finger drags the image. */
 export function panned({ centre, metresPerPx }: Viewport, [dx_px, dy_px]: ScreenPoint): Viewport {
   return { centre: [centre[0] - dx_px * metresPerPx, centre[1] + dy_px * metresPerPx], metresPerPx };
 }
 
-/** Larger by a factor; the ground below a point of the screen stays there. */
+/** Viewport scaled by a factor; the ground at the given point of the screen stays there. */
 export function zoomed(viewport: Viewport, size: Size, factor: number, at: ScreenPoint): Viewport {
   const metresPerPx = clampScale(viewport.metresPerPx / factor);
   const [east_m, north_m] = toGround(viewport, size, at);
@@ -52,7 +52,7 @@ export function zoomed(viewport: Viewport, size: Size, factor: number, at: Scree
 
 const clampScale = (metresPerPx: number): number => Math.min(COARSEST_M_PER_PX, Math.max(FINEST_M_PER_PX, metresPerPx));
 
-/** The longest bar of 1, 2 or 5 times a power of ten metres that is not wider than this. */
+/** Longest bar of 1, 2 or 5 times a power of ten metres that is not wider than the given width. */
 export function scaleBar(metresPerPx: number, widest_px: number): { length_m: number; width_px: number } {
   const longest_m = metresPerPx * widest_px;
   const power = 10 ** Math.floor(Math.log10(longest_m));
@@ -60,7 +60,7 @@ export function scaleBar(metresPerPx: number, widest_px: number): { length_m: nu
   return { length_m, width_px: length_m / metresPerPx };
 }
 
-/** The lengths of the pieces of a line on the ground. */
+/** Lengths of the segments of a line on the ground. */
 export function pieces_m(points: readonly EnuPoint[]): number[] {
   return points.slice(1).map(([east_m, north_m], index) => {
     const from = points[index] as EnuPoint;

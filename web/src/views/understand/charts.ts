@@ -1,4 +1,4 @@
-/** What is drawn over time: the columns of every chart. Pure functions. */
+/** Data of the charts over time. Pure functions. */
 import type { Step } from "../../api/types";
 import { displayName, quantity } from "../../format";
 import type { LinkSample, Sample } from "../../state/samples";
@@ -6,7 +6,7 @@ import { texts } from "../../texts";
 
 export type Column = readonly (number | null)[];
 
-/** A token of the theme, or a vehicle's own colour. */
+/** Token of the theme, or the colour of a vehicle. */
 export type Colour = { readonly token: string } | { readonly vehicleId: number };
 
 export interface Series {
@@ -16,37 +16,37 @@ export interface Series {
   readonly isOnRight?: boolean;
   readonly isDashed?: boolean;
   readonly isFilled?: boolean;
-  /** Between two values the first one holds. */
+  /** Whether a value holds until the next one. */
   readonly isStepped?: boolean;
 }
 
 export interface Axis {
-  /** A value as the legend has it. */
+  /** Value as shown in the legend. */
   format(value: number): string;
-  /** Fixed ends; without, the axis begins at zero and has at least `least`. */
+  /** Fixed ends; without them the axis begins at zero and reaches at least `least`. */
   readonly ends?: readonly [number, number];
   readonly least?: number;
-  /** The only values that the axis names. */
+  /** Values with ticks; by default chosen by the chart. */
   readonly splits?: readonly number[];
 }
 
 export interface Chart {
   readonly id: string;
   readonly title: string;
-  /** Of the mission, ascending. */
+  /** Mission times, ascending. */
   readonly elapsed_s: readonly number[];
   readonly series: readonly Series[];
   readonly left: Axis;
   readonly right?: Axis;
 }
 
-/** In the order in which a swarm goes through them. */
+/** States in the order in which a swarm goes through them. */
 export const STATES = ["jumping_out", "exploration", "exploitation", "convergence"] as const;
 
 export const LINK_FIGURES = ["loss_percent", "roundTrip_ms", "age_s"] as const;
 export type LinkFigure = (typeof LINK_FIGURES)[number];
 
-/** More lines than this cannot be told apart. */
+/** Largest number of lines that can be distinguished. */
 const LINKS_SHOWN = 8;
 
 const unit =
@@ -54,7 +54,7 @@ const unit =
   (value: number): string =>
     quantity(value, decimals, name);
 
-/** The charts of steps, in the order in which they are shown. */
+/** Charts of the steps, in the order of the page. */
 export function stepCharts(steps: readonly Step[]): Chart[] {
   const { series, title } = texts.understand;
   const elapsed_s = steps.map((step) => step.elapsed_s);
@@ -78,7 +78,7 @@ export function stepCharts(steps: readonly Step[]): Chart[] {
           isDashed: true,
         },
       ],
-      // At least 1 m² high, so that the noise before the first sighting looks like noise.
+      // At least 1 m², so that noise before the first sighting looks like noise.
       left: { format: unit(2, "m²"), least: 1 },
     },
     {
@@ -123,7 +123,7 @@ function stateIndex({ evolutionary_state }: Step): number | null {
   return index < 0 ? null : index;
 }
 
-/** How much of the search area has been covered. */
+/** Covered share of the search area. */
 export function coverageChart(samples: readonly Sample[]): Chart {
   return {
     id: "coverage",
@@ -141,7 +141,7 @@ export function coverageChart(samples: readonly Sample[]): Chart {
   };
 }
 
-/** One figure of the links to some vehicles. */
+/** One figure of the links of some vehicles. */
 export function linkChart(samples: readonly Sample[], figure: LinkFigure, vehicleIds: readonly number[]): Chart {
   const formats = { loss_percent: unit(1, "%"), roundTrip_ms: unit(0, "ms"), age_s: unit(1, "s") };
   return {
@@ -157,7 +157,7 @@ export function linkChart(samples: readonly Sample[], figure: LinkFigure, vehicl
   };
 }
 
-/** The vehicles to show: those selected, or else those that are worst now; ascending. */
+/** Vehicles to show: the selected ones, otherwise those with the worst values now; ascending. */
 export function linksToShow(
   links: ReadonlyMap<number, LinkSample>,
   figure: LinkFigure,
@@ -169,7 +169,7 @@ export function linksToShow(
   return worst.sort((a, b) => a - b);
 }
 
-/** From the first to the last moment of all charts, or the latest part of that; null before there is any. */
+/** Range from the first to the last time of all charts, or its latest part; null without data. */
 export function timeRange(charts: readonly Chart[], latest_s: number | null): readonly [number, number] | null {
   const times = charts
     .flatMap(({ elapsed_s }) => [elapsed_s[0], elapsed_s.at(-1)])

@@ -1,7 +1,7 @@
-/** Lets a finger draw a stretch of time out of a chart, as the mouse does: uPlot itself hears mice alone. */
+/** Selection of a time range in a chart by finger, since uPlot itself follows mice only. */
 import type uPlot from "uplot";
 
-/** Returns what ends it. Fingers that move up or down scroll the page as ever. */
+/** Returns a function that stops it. Vertical movements scroll the page as usual. */
 export function selectByFinger(plot: uPlot): () => void {
   const { over } = plot;
   let from_px: number | null = null;

@@ -1,4 +1,4 @@
-/** Understand: what the search has achieved over time, what the swarm makes of it, and how well it is reached. */
+/** View Understand: progress of the search over time, state of the swarm, and quality of the links. */
 import { useMemo, useState } from "preact/hooks";
 import type { Step } from "../../api/types";
 import { displayName, duration, quantity } from "../../format";
@@ -99,7 +99,7 @@ export function UnderstandView() {
   );
 }
 
-/** The latest step in words. */
+/** Figures of the latest step. */
 function Headline({ step }: { step: Step | undefined }) {
   const { headline } = texts.understand;
   return (

@@ -1,4 +1,4 @@
-/** One chart: its cursor is that of all charts, and a stretch of time can be drawn out of it. */
+/** One chart. All charts share the cursor, and a time range can be selected by dragging. */
 import { useEffect, useRef } from "preact/hooks";
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
@@ -11,10 +11,10 @@ import { selectByFinger } from "./finger";
 
 const FONT = "11px system-ui, sans-serif";
 const STEPPED = uPlot.paths.stepped?.({ align: 1 });
-/** Whole seconds, since the axis names no smaller ones. */
+/** Whole seconds, since the axis shows no fractions. */
 const TIME_TICKS_S = [1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 14400];
 const SHARED_CURSOR = "mission-time";
-/** A stretch that is shorter than this was a click. */
+/** A shorter drag counts as a click. */
 const SHORTEST_DRAG_PX = 6;
 
 export type TimeRange = readonly [from_s: number, to_s: number];
@@ -23,7 +23,7 @@ interface Props {
   chart: Chart;
   range: TimeRange;
   theme: Theme;
-  /** Null: the whole time again. */
+  /** Null for the whole time. */
   onZoom(range: TimeRange | null): void;
 }
 
@@ -32,7 +32,7 @@ export function Plot({ chart, range, theme, onZoom }: Props) {
   const plot = useRef<uPlot | null>(null);
   const zoom = useRef(onZoom);
   zoom.current = onZoom;
-  // A plot's lines are fixed: others need another plot.
+  // The lines of a plot are fixed: other lines need another plot.
   const lines = [chart.title, ...chart.series.map((series) => series.label)].join("|");
   useEffect(() => {
     const element = container.current;
@@ -59,13 +59,13 @@ export function Plot({ chart, range, theme, onZoom }: Props) {
       plot.current?.setData(columnsOf(chart), false);
       plot.current?.setScale("x", { min: range[0], max: range[1] });
     });
-    // It follows the cursor, and not new values by itself.
+    // The legend follows the cursor, but not new values.
     plot.current?.setLegend({});
   }, [chart, range[0], range[1], theme, lines]);
   return <div class="plot" ref={container} role="img" aria-label={describe(chart)} data-testid={`plot-${chart.id}`} />;
 }
 
-/** What is left for the curve itself above the legend. */
+/** Height of the curve itself above the legend. */
 function plotHeight_px(element: HTMLElement): number {
   const legend = element.querySelector<HTMLElement>(".u-legend");
   return Math.max(60, element.clientHeight - (legend?.offsetHeight ?? 0));
@@ -146,7 +146,7 @@ function makeOptions(
   };
 }
 
-/** A value of the legend: at the cursor, or the latest one where there is no cursor. */
+/** Value in the legend: at the cursor, or the latest one without a cursor. */
 const atCursor =
   (format: (value: number) => string): uPlot.Series.Value =>
   (made, value: number | null, line, index) => {
@@ -159,7 +159,9 @@ const rangeOf =
   (_: uPlot, __: number | null, highest: number | null): uPlot.Range.MinMax =>
     ends ? [...ends] : [0, Math.max(least, (highest ?? 0) * 1.1)];
 
-/** Named values need room for their names; numbers stand without their unit, which the legend has. */
+/**
+ * Ticks of an axis. Named values need room for their names; numbers are shown without their unit, which the legend has.
+ */
 function ticksOf({ splits, format }: Axis): Partial<uPlot.Axis> {
   if (splits === undefined) return { size: 44 };
   return { size: 92, splits: [...splits], values: (_, values) => values.map(format) };

@@ -1,4 +1,4 @@
-/** The same values as the charts, as tables: for screen readers, and for who wants numbers. */
+/** Values of the charts as tables, for screen readers and for exact numbers. */
 import type { Mission, Step } from "../../api/types";
 import { age, displayName, duration, quantity, UNKNOWN } from "../../format";
 import { isStale, linkAge_s } from "../../state/freshness";
