@@ -77,7 +77,7 @@ export const texts = {
     open: "Sign in",
     signedInAs: (name: string) => `Operator ${name}`,
     signOut: "Sign out",
-    forgotten: "Your sign-in has expired. Sign in again",
+    expired: "Your sign-in has expired. Sign in again",
   },
   nav: {
     label: "Views",

@@ -98,7 +98,7 @@ test("refused waypoints carry the reason, sent ones a path", () => {
     state: { ...INITIAL_STATE, steps: [refused] },
   });
   const features = drawn(waypointsLayer, shown);
-  expect(features.map((feature) => feature.properties?.["role"])).toEqual(["sent", "way", "refused"]);
+  expect(features.map((feature) => feature.properties?.["role"])).toEqual(["sent", "path", "refused"]);
   expect(features.at(-1)?.properties?.["reason"]).toBe("Held: outside the fence");
 });
 

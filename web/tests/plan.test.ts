@@ -2,7 +2,7 @@ import { describe, expect, test } from "vitest";
 import type { ImportedShape, Place, Plan, PlanReport, StrategyParameter } from "../src/api/types";
 import { type Drawing, draftFeatures } from "../src/views/plan/draw_layer";
 import { begun, changed, GESTURE_MS, type History, MAX_STEPS, redone, undone } from "../src/views/plan/history";
-import { parameterHint, parameterTitle, strangers, withParameter } from "../src/views/plan/parameters";
+import { parameterHint, parameterTitle, undeclaredParameters, withParameter } from "../src/views/plan/parameters";
 import { adviceOf, problemOf } from "../src/views/plan/problems";
 import {
   midpoints,
@@ -205,7 +205,7 @@ describe("parameters of the strategy", () => {
     const changed = withParameter(PLAN, parameter({}), 0.5);
     expect(changed.strategy_parameters).toEqual({ c5: 0.5 });
     expect(withParameter(changed, parameter({}), 0.3).strategy_parameters).toEqual({});
-    expect(strangers(changed, [])).toEqual(["c5"]);
-    expect(strangers(changed, [parameter({})])).toEqual([]);
+    expect(undeclaredParameters(changed, [])).toEqual(["c5"]);
+    expect(undeclaredParameters(changed, [parameter({})])).toEqual([]);
   });
 });

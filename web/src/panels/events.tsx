@@ -38,7 +38,7 @@ export function EventsPanel({ notices, acknowledgements }: Props) {
       testId="events"
       values={FILTERS}
       chosen={lowest}
-      words={WORDS}
+      labels={WORDS}
       onChoose={setLowest}
     />
   );

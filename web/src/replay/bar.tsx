@@ -23,7 +23,7 @@ interface Props {
 export function ReplayBar({ replay, missionId, mayControl }: Props) {
   const [timeline, setTimeline] = useState<Timeline | null>(null);
   const [problem, setProblem] = useState("");
-  const [sought, setSought] = useState<ReplayRequest>({});
+  const [requested, setRequested] = useState<ReplayRequest>({});
   useEffect(() => {
     void readTimeline().then((answer) => {
       if (answer.ok) setTimeline(answer.value);
@@ -45,19 +45,19 @@ export function ReplayBar({ replay, missionId, mayControl }: Props) {
       new Newest<ReplayRequest>(async (change) => {
         const answer = await controlReplay(change);
         setProblem(answer.ok ? "" : answer.message);
-        if (!answer.ok) setSought({});
+        if (!answer.ok) setRequested({});
       }),
     [],
   );
   // The requested time is shown until the station reports it.
   useEffect(() => {
-    if (newest.isIdle) setSought({});
+    if (newest.isIdle) setRequested({});
   }, [replay]);
-  const shown: Replay = { ...replay, ...known(sought) };
+  const shown: Replay = { ...replay, ...known(requested) };
   const change = (asked: ReplayRequest): void => {
     // One request combines all recent changes, since only the newest is sent.
-    const all = { ...sought, ...asked };
-    setSought(all);
+    const all = { ...requested, ...asked };
+    setRequested(all);
     newest.ask(all);
   };
   useReplayKeys((key) => {
@@ -109,7 +109,7 @@ interface ButtonsProps {
 }
 
 function Buttons({ shown, timeline, onChange }: ButtonsProps) {
-  const { replay: words } = texts;
+  const { replay: labels } = texts;
   const marks = useMemo(() => (timeline === null ? [] : marksOf(timeline)), [timeline]);
   const leap = (moments: readonly { time_s: number }[], direction: 1 | -1, label: string, testId: string) => {
     const time_s = neighbour_s(moments, shown.time_s, direction);
@@ -127,15 +127,15 @@ function Buttons({ shown, timeline, onChange }: ButtonsProps) {
   const steps = timeline?.steps ?? [];
   return (
     <div class="replay-buttons">
-      {leap(marks, -1, words.eventBefore, "replay-event-before")}
-      {leap(steps, -1, words.stepBefore, "replay-step-before")}
+      {leap(marks, -1, labels.eventBefore, "replay-event-before")}
+      {leap(steps, -1, labels.stepBefore, "replay-step-before")}
       <button type="button" class="primary" data-testid="replay-play" onClick={() => onChange(toggled(shown))}>
-        {shown.playing ? words.stop : words.play}
+        {shown.playing ? labels.stop : labels.play}
       </button>
-      {leap(steps, 1, words.stepAfter, "replay-step-after")}
-      {leap(marks, 1, words.eventAfter, "replay-event-after")}
+      {leap(steps, 1, labels.stepAfter, "replay-step-after")}
+      {leap(marks, 1, labels.eventAfter, "replay-event-after")}
       <label>
-        <span class="visually-hidden">{words.speed}</span>
+        <span class="visually-hidden">{labels.speed}</span>
         <select
           data-testid="replay-speed"
           value={String(shown.speed)}
@@ -143,7 +143,7 @@ function Buttons({ shown, timeline, onChange }: ButtonsProps) {
         >
           {SPEEDS.map((speed) => (
             <option key={speed} value={String(speed)}>
-              {words.times(speed)}
+              {labels.times(speed)}
             </option>
           ))}
         </select>

@@ -33,11 +33,11 @@ export function EventMarks({ timeline, onGo }: Props) {
   );
   // The Tab key stops once at the marks; the arrow keys move from mark to mark.
   const [reached, setReached] = useState(0);
-  const [told, setTold] = useState<number | null>(null);
+  const [shownIndex, setShownIndex] = useState<number | null>(null);
   const stop = Math.min(reached, clusters.length - 1);
   const press = (event: KeyboardEvent): void => {
     const next = { ArrowLeft: stop - 1, ArrowRight: stop + 1, Home: 0, End: clusters.length - 1 }[event.key];
-    if (event.key === "Escape" && told !== null) setTold(null);
+    if (event.key === "Escape" && shownIndex !== null) setShownIndex(null);
     else if (next === undefined) return;
     else element.current?.querySelectorAll("button")[next]?.focus();
     event.preventDefault();
@@ -59,23 +59,23 @@ export function EventMarks({ timeline, onGo }: Props) {
           class={`replay-event is-${cluster.kind}`}
           style={{ left: `${(100 * cluster.marks[0].time_s) / length_s}%` }}
           tabIndex={index === stop ? 0 : -1}
-          aria-label={wordsOf(cluster).join("; ")}
+          aria-label={textsOf(cluster).join("; ")}
           aria-disabled={onGo === null}
           data-count={cluster.marks.length > 1 ? cluster.marks.length : undefined}
           data-testid="replay-event"
           onClick={() => onGo?.(cluster.marks[0].time_s)}
           onFocus={() => {
             setReached(index);
-            setTold(index);
+            setShownIndex(index);
           }}
-          onBlur={() => setTold(null)}
-          onMouseEnter={() => setTold(index)}
-          onMouseLeave={() => setTold(null)}
+          onBlur={() => setShownIndex(null)}
+          onMouseEnter={() => setShownIndex(index)}
+          onMouseLeave={() => setShownIndex(null)}
         >
           {SYMBOLS[cluster.kind]}
         </button>
       ))}
-      {told !== null && clusters[told] && <Tip cluster={clusters[told]} length_s={length_s} />}
+      {shownIndex !== null && clusters[shownIndex] && <Tip cluster={clusters[shownIndex]} length_s={length_s} />}
     </div>
   );
 }
@@ -85,14 +85,14 @@ function Tip({ cluster, length_s }: { cluster: Cluster; length_s: number }) {
   const place = share < 0.5 ? { left: `${100 * share}%` } : { right: `${100 * (1 - share)}%` };
   return (
     <ul class="replay-tip" style={place} aria-hidden="true" data-testid="replay-tip">
-      {wordsOf(cluster).map((words, index) => (
-        <li key={index}>{words}</li>
+      {textsOf(cluster).map((lines, index) => (
+        <li key={index}>{lines}</li>
       ))}
     </ul>
   );
 }
 
-function wordsOf({ marks }: Cluster): string[] {
-  const words = marks.slice(0, LISTED).map(({ time_s, text }) => `${duration(time_s)} ${text}`);
-  return marks.length > LISTED ? [...words, texts.replay.more(marks.length - LISTED)] : words;
+function textsOf({ marks }: Cluster): string[] {
+  const lines = marks.slice(0, LISTED).map(({ time_s, text }) => `${duration(time_s)} ${text}`);
+  return marks.length > LISTED ? [...lines, texts.replay.more(marks.length - LISTED)] : lines;
 }

@@ -44,13 +44,13 @@ export function phaseSpans({ phases, replay }: Timeline): Span[] {
 /** Notices and findings in the order of their times. */
 export function marksOf({ notices, findings }: Timeline): Mark[] {
   const { alerts, names, replay } = texts;
-  const told = notices.map(({ time_s, severity: kind, text, vehicle_id: id }): Mark => {
+  const noticed = notices.map(({ time_s, severity: kind, text, vehicle_id: id }): Mark => {
     return { time_s, kind, text: id === null ? text : alerts.vehicle(id, text) };
   });
   const found = findings.map(({ time_s, finding_id: id, status }): Mark => {
     return { time_s, kind: "finding", text: replay.finding(id, names.finding[status]) };
   });
-  return [...told, ...found].sort((a, b) => a.time_s - b.time_s);
+  return [...noticed, ...found].sort((a, b) => a.time_s - b.time_s);
 }
 
 /** Clusters of marks; a cluster spans less than the gap. */

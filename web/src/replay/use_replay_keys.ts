@@ -1,10 +1,10 @@
 /** Hook for the keys of the replay, except those that the focused element needs itself. */
 import { useEffect, useRef } from "preact/hooks";
 
-/** `obey` returns whether the key had a meaning. */
-export function useReplayKeys(obey: (key: string) => boolean): void {
-  const handler = useRef(obey);
-  handler.current = obey;
+/** `handle` returns whether the key had a meaning. */
+export function useReplayKeys(handle: (key: string) => boolean): void {
+  const handler = useRef(handle);
+  handler.current = handle;
   useEffect(() => {
     const listen = (event: KeyboardEvent): void => {
       if (event.ctrlKey || event.metaKey || event.altKey || isNeeded(event.target, event.key)) return;

@@ -5,7 +5,7 @@ import type { Alert } from "../state/alerts";
 import { duration } from "../format";
 import { texts } from "../texts";
 import { Dialog } from "../ui/dialog";
-import { sentence } from "./use_alerts";
+import { alertText } from "./use_alerts";
 
 interface Props {
   alerts: readonly Alert[];
@@ -26,7 +26,7 @@ export function AlertBar({ alerts, mayAcknowledge }: Props) {
     <div class={`alert-bar is-${first.severity}`} data-testid="alert-bar" data-severity={first.severity}>
       {/* Only the words are announced: buttons that change would repeat themselves. */}
       <p role="alert">
-        <b>{texts.names.severity[first.severity]}</b> {sentence(first)}
+        <b>{texts.names.severity[first.severity]}</b> {alertText(first)}
         {first.count > 1 && ` (${texts.alerts.times(first.count)})`}
       </p>
       {refusal !== "" && <p data-testid="alert-refusal">{refusal}</p>}
@@ -45,8 +45,8 @@ export function AlertBar({ alerts, mayAcknowledge }: Props) {
           <ul class="alert-list">
             {alerts.map((alert) => (
               <li key={alert.key} class={`is-${alert.severity}`}>
-                <time>{duration(alert.elapsed_s)}</time> <b>{texts.names.severity[alert.severity]}</b> {sentence(alert)}{" "}
-                {alert.count > 1 && texts.alerts.times(alert.count)}
+                <time>{duration(alert.elapsed_s)}</time> <b>{texts.names.severity[alert.severity]}</b>{" "}
+                {alertText(alert)} {alert.count > 1 && texts.alerts.times(alert.count)}
               </li>
             ))}
           </ul>

@@ -62,7 +62,7 @@ export function App({ store }: { store: Store }) {
     changeSelection,
     commands,
   };
-  const obey = (command: KeyCommand): void => {
+  const execute = (command: KeyCommand): void => {
     if (command.kind === "holdAll") {
       // Observers read the refusal of the station: a key without any effect could look as if it had worked.
       if (!isReplay) commands.holdAll();
@@ -72,7 +72,7 @@ export function App({ store }: { store: Store }) {
     else if (command.kind === "help") setSettingsOpen(true);
     else changeSelection((before) => select(before, command.kind === "selectAll" ? fleet : []));
   };
-  useKeys(obey);
+  useKeys(execute);
 
   const View = VIEWS[route.view];
   return (
@@ -99,7 +99,7 @@ export function App({ store }: { store: Store }) {
             missedNotices={state.missedNotices}
             missionId={mission?.mission_id ?? null}
             formerMissionId={state.formerMissionId}
-            isSignedOut={access.isForgotten}
+            isSignInExpired={access.isExpired}
             onSignIn={() => setSigningIn(true)}
           />
           <AlertBar alerts={alerts} mayAcknowledge={shell.mayCommand} />

@@ -14,12 +14,12 @@ interface Props {
   /** Mission that this page showed before; null if there was none. */
   formerMissionId: string | null;
   /** Whether the sign-in of this operator has expired. */
-  isSignedOut: boolean;
+  isSignInExpired: boolean;
   onSignIn(): void;
 }
 
 export function Banners(props: Props) {
-  const { connection, silence_s, missedNotices, missionId, formerMissionId, isSignedOut, onSignIn } = props;
+  const { connection, silence_s, missedNotices, missionId, formerMissionId, isSignInExpired, onSignIn } = props;
   return (
     <>
       {(connection === "lost" || connection === "incompatible") && (
@@ -35,9 +35,9 @@ export function Banners(props: Props) {
       )}
       <Missed count={missedNotices} />
       {missionId !== null && formerMissionId !== null && <AnotherMission id={missionId} formerId={formerMissionId} />}
-      {connection === "open" && isSignedOut && (
+      {connection === "open" && isSignInExpired && (
         <div class="banner" data-testid="signed-out">
-          <span role="alert">{texts.signIn.forgotten}</span>{" "}
+          <span role="alert">{texts.signIn.expired}</span>{" "}
           <button type="button" data-testid="sign-in-again" onClick={onSignIn}>
             {texts.signIn.open}
           </button>

@@ -2,7 +2,7 @@
 import { useEffect, useRef, useState } from "preact/hooks";
 import { type ActionAnswer, postAction } from "../api/client";
 import type { Action, Mission } from "../api/types";
-import { asksFirst, type Command, makeCommand } from "../state/commands";
+import { needsConfirmation, type Command, makeCommand } from "../state/commands";
 import type { Selection } from "../state/selection";
 
 const REPORTS_KEPT = 3;
@@ -54,7 +54,7 @@ export function useCommands(mission: Mission | null, selection: Selection, onFor
     question,
     request(action) {
       const command = makeCommand(action, mission, selection.ids);
-      if (asksFirst(action)) setQuestion(command);
+      if (needsConfirmation(action)) setQuestion(command);
       else void send(command);
     },
     ask: setQuestion,

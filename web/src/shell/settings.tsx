@@ -25,7 +25,7 @@ export function Settings({ access, theme, onTheme, voice, onVoice, onClose }: Pr
         testId="theme"
         values={THEMES}
         chosen={theme}
-        words={settings.themes}
+        labels={settings.themes}
         onChoose={onTheme}
       />
       <h3>{settings.alerts}</h3>
@@ -34,7 +34,7 @@ export function Settings({ access, theme, onTheme, voice, onVoice, onClose }: Pr
         testId="voice"
         values={VOICES}
         chosen={voice}
-        words={settings.voice}
+        labels={settings.voice}
         onChoose={onVoice}
       />
       <h3>{texts.keys.title}</h3>

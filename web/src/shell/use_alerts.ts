@@ -20,7 +20,7 @@ export function useAlerts({ notices, connection, mission }: State, isSilent: boo
     const until = announcedUntil.current ?? latest;
     announcedUntil.current = latest;
     const worst = alerts.find((alert) => alert.id > until);
-    if (worst !== undefined) announce(voice, worst.severity, sentence(worst));
+    if (worst !== undefined) announce(voice, worst.severity, alertText(worst));
   }, [alerts]);
   useEffect(() => {
     if (connection === "lost") announce(voice, "critical", texts.alerts.connectionLost);
@@ -33,6 +33,6 @@ export function useAlerts({ notices, connection, mission }: State, isSilent: boo
 }
 
 /** Alert as one sentence. */
-export function sentence({ vehicleId, text }: Alert): string {
+export function alertText({ vehicleId, text }: Alert): string {
   return vehicleId === null ? text : texts.alerts.vehicle(vehicleId, text);
 }

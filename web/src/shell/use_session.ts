@@ -11,7 +11,7 @@ export interface Access {
   /** Null until the station has sent it. */
   readonly session: Session | null;
   /** Whether the sign-in of an operator has expired. */
-  readonly isForgotten: boolean;
+  readonly isExpired: boolean;
   /** Code from the address that the station has printed for operators; empty without it. */
   readonly code: string;
   /** Name that was used last on this screen. */
@@ -33,12 +33,12 @@ function takeCode(): string {
 
 export function useSession(connection: Connection): Access {
   const [session, setSession] = useState<Session | null>(null);
-  const [isForgotten, setForgotten] = useState(false);
+  const [isExpired, setExpired] = useState(false);
   const [code, setCode] = useState(takeCode);
   const refresh = async (): Promise<void> => {
     const answer = await readSession();
     if (!answer.ok) return;
-    if (session?.role === "operator") setForgotten(answer.value.role === "observer");
+    if (session?.role === "operator") setExpired(answer.value.role === "observer");
     setSession(answer.value);
   };
   // A restarted station has forgotten its operators.
@@ -47,7 +47,7 @@ export function useSession(connection: Connection): Access {
   }, [connection]);
   return {
     session,
-    isForgotten,
+    isExpired,
     code,
     lastName: localStorage.getItem(NAME_KEY) ?? "",
     async signIn(given, name) {
@@ -55,7 +55,7 @@ export function useSession(connection: Connection): Access {
       if (!answer.ok) return answer.message;
       localStorage.setItem(NAME_KEY, name);
       setCode("");
-      setForgotten(false);
+      setExpired(false);
       setSession(answer.value);
       return null;
     },

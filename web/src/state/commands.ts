@@ -8,7 +8,7 @@ const MISSION_WIDE: ReadonlySet<Action> = new Set<Action>(["start", "abort", "fo
 /** Actions that start motors, end the search or bring vehicles down need confirmation. Hold never does. */
 const DANGEROUS: ReadonlySet<Action> = new Set<Action>(["start", "join", "return", "land", "abort"]);
 
-export const asksFirst = (action: Action): boolean => DANGEROUS.has(action);
+export const needsConfirmation = (action: Action): boolean => DANGEROUS.has(action);
 
 /** Action with its vehicles, fixed when it was requested: what is shown is what is sent. */
 export interface Command {

@@ -111,8 +111,8 @@ function addNotices(known: readonly Notice[], added: readonly Notice[]): readonl
 }
 
 /** Number of notices between the last known one and the oldest one of the message. */
-function missedBetween(known: readonly Notice[], told: readonly Notice[]): number {
-  const [oldest] = told;
+function missedBetween(known: readonly Notice[], received: readonly Notice[]): number {
+  const [oldest] = received;
   return known.length === 0 || oldest === undefined ? 0 : Math.max(0, oldest.notice_id - lastId(known) - 1);
 }
 

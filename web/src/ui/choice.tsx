@@ -4,11 +4,11 @@ interface Props<T extends string> {
   testId: string;
   values: readonly T[];
   chosen: T | null;
-  words: Readonly<Record<T, string>>;
+  labels: Readonly<Record<T, string>>;
   onChoose(value: NoInfer<T>): void;
 }
 
-export function Choice<T extends string>({ label, testId, values, chosen, words, onChoose }: Props<T>) {
+export function Choice<T extends string>({ label, testId, values, chosen, labels, onChoose }: Props<T>) {
   return (
     <div class="choice" role="group" aria-label={label}>
       {values.map((value) => (
@@ -19,7 +19,7 @@ export function Choice<T extends string>({ label, testId, values, chosen, words,
           aria-pressed={value === chosen}
           onClick={() => onChoose(value)}
         >
-          {words[value]}
+          {labels[value]}
         </button>
       ))}
     </div>

@@ -33,12 +33,12 @@ interface Props {
 export function NumberField({ label, unit, id, value, decimals, isOptional = false, ...props }: Props) {
   const { min, max, step = 1, placeholder, problem, advice, isLabelHidden = false, onChange, children } = props;
   const [typed, setTyped] = useState<string | null>(null);
-  const told = typed === null ? null : typedProblem(typed, isOptional, min, max);
-  const shown = told ?? problem;
+  const issue = typed === null ? null : typedIssue(typed, isOptional, min, max);
+  const shown = issue ?? problem;
   const written = value === null ? "" : String(Number(value.toFixed(decimals)));
   const type = (text: string): void => {
     setTyped(text);
-    if (typedProblem(text, isOptional, min, max) === null) onChange(text === "" ? null : Number(text));
+    if (typedIssue(text, isOptional, min, max) === null) onChange(text === "" ? null : Number(text));
   };
   return (
     <div class="number-field">
@@ -60,7 +60,7 @@ export function NumberField({ label, unit, id, value, decimals, isOptional = fal
           aria-invalid={shown !== undefined}
           aria-describedby={`${id}-problem`}
           onInput={(event) => type(event.currentTarget.validity.badInput ? UNREADABLE : event.currentTarget.value)}
-          onBlur={() => told === null && setTyped(null)}
+          onBlur={() => issue === null && setTyped(null)}
           onKeyDown={(event) => {
             const direction = { ArrowUp: 1, ArrowDown: -1 }[event.key];
             if (direction === undefined || value === null) return;
@@ -82,7 +82,7 @@ export function NumberField({ label, unit, id, value, decimals, isOptional = fal
 }
 
 /** Problem of the typed text, or null. */
-function typedProblem(text: string, isOptional: boolean, min = -Infinity, max = Infinity): string | null {
+function typedIssue(text: string, isOptional: boolean, min = -Infinity, max = Infinity): string | null {
   if (text === "") return isOptional ? null : texts.fields.notNumber;
   const value = Number(text);
   if (!Number.isFinite(value)) return texts.fields.notNumber;

@@ -15,7 +15,7 @@ export const waypointsLayer = featureLayer({
   paint: (palette) => [
     {
       type: "line",
-      filter: isRole("way"),
+      filter: isRole("path"),
       paint: { "line-color": vehicleColourExpression(), "line-width": 1.5, "line-dasharray": [3, 3] },
     },
     {
@@ -55,7 +55,7 @@ export const waypointsLayer = featureLayer({
   ],
   inputs: ({ origin, mission, state }) => [origin.latitude_deg, origin.longitude_deg, mission.vehicles, state.steps],
   features: ({ origin, mission, state }) => [
-    ...mission.vehicles.flatMap((vehicle) => wayOf(origin, vehicle)),
+    ...mission.vehicles.flatMap((vehicle) => pathFeatures(origin, vehicle)),
     ...refusedOf(state.steps.at(-1)).map(({ vehicle_id: id, requested, verdict, reason }) =>
       feature(point(origin, enu(requested)), {
         role: "refused",
@@ -66,11 +66,11 @@ export const waypointsLayer = featureLayer({
   ],
 });
 
-function wayOf(origin: Geodetic, { vehicle_id: id, position, waypoint }: Vehicle): Feature[] {
+function pathFeatures(origin: Geodetic, { vehicle_id: id, position, waypoint }: Vehicle): Feature[] {
   if (waypoint === null) return [];
   const place = feature(point(origin, enu(waypoint)), { role: "sent", id });
   if (position === null) return [place];
-  return [place, feature(line(origin, [enu(position), enu(waypoint)]), { role: "way", id })];
+  return [place, feature(line(origin, [enu(position), enu(waypoint)]), { role: "path", id })];
 }
 
 /** Waypoints of a step that the safety monitor did not send as planned. */

@@ -23,7 +23,7 @@ export function notations({ position, dms, utm, mgrs }: Finding): [keyof typeof 
 
 export function FindingDetail({ finding }: { finding: Finding }) {
   const { state, mayCommand } = useShell();
-  const mayJudge = mayCommand && state.capabilities.findings;
+  const mayDecide = mayCommand && state.capabilities.findings;
   const title = texts.decide.finding(finding.finding_id);
   const facts: [string, string][] = [
     [texts.decide.local, eastNorth(finding.position.east_m, finding.position.north_m)],
@@ -48,7 +48,7 @@ export function FindingDetail({ finding }: { finding: Finding }) {
       <div class="finding-pictures">
         <Thumbnail finding={finding} kind="integral" />
         <Thumbnail finding={finding} kind="thermal" />
-        {mayJudge && <Judgement finding={finding} />}
+        {mayDecide && <Decision finding={finding} />}
       </div>
       <ul class="notations">
         {notations(finding).map(([name, text]) => (
@@ -67,7 +67,7 @@ export function FindingDetail({ finding }: { finding: Finding }) {
           </div>
         ))}
       </dl>
-      {mayJudge ? <RemarksForm key={finding.finding_id} finding={finding} /> : <Remarks finding={finding} />}
+      {mayDecide ? <RemarksForm key={finding.finding_id} finding={finding} /> : <Remarks finding={finding} />}
     </Panel>
   );
 }
@@ -97,11 +97,11 @@ function useChange({
   return [refusal, (changed) => void change(changed)];
 }
 
-function Judgement({ finding }: { finding: Finding }) {
+function Decision({ finding }: { finding: Finding }) {
   const { isConnected } = useShell();
   const [refusal, change] = useChange(finding);
   return (
-    <div class="judgement" role="group" aria-label={texts.decide.judgement}>
+    <div class="decision" role="group" aria-label={texts.decide.decision}>
       {(["confirmed", "rejected", "new"] as const).map((status) => (
         <button
           key={status}
@@ -111,7 +111,7 @@ function Judgement({ finding }: { finding: Finding }) {
           disabled={!isConnected || status === finding.status}
           onClick={() => change({ status })}
         >
-          {STATUS_SIGNS[status]} {texts.decide.judge[status]}
+          {STATUS_SIGNS[status]} {texts.decide.decide[status]}
         </button>
       ))}
       <p class="is-bad" role="alert" data-testid="judge-refusal">

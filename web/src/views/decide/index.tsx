@@ -66,7 +66,7 @@ export function DecideView() {
               testId="filter"
               values={FILTERS}
               chosen={filter}
-              words={texts.decide.filters}
+              labels={texts.decide.filters}
               onChoose={setFilter}
             />
           }

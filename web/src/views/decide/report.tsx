@@ -5,7 +5,7 @@ import { texts } from "../../texts";
 import { notations } from "./detail";
 import { ellipseText, reported, sightingsText, STATUS_SIGNS } from "./findings";
 import "./report.css";
-import { Scheme } from "./scheme";
+import { Sketch } from "./sketch";
 import { Thumbnail } from "./thumbnail";
 
 interface Props {
@@ -46,7 +46,7 @@ export function Report({ mission, onClose }: Props) {
             </div>
           ))}
         </dl>
-        <Scheme mission={mission} />
+        <Sketch mission={mission} />
       </div>
       {findings.length === 0 && <p>{texts.decide.none.all}</p>}
       {findings.length > 0 && <p class="small">{texts.report.datum}</p>}
@@ -67,7 +67,7 @@ function ReportedFinding({ finding }: { finding: Finding }) {
     [texts.decide.confidence, likelihood(person_confidence)],
     [texts.decide.found, duration(finding.found_at_s)],
     [texts.decide.seen, duration(finding.seen_at_s)],
-    [texts.report.judgedBy, operator],
+    [texts.report.decidedBy, operator],
     [texts.decide.assignee, assignee],
     [texts.decide.comment, comment],
   ];

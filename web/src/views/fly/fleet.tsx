@@ -15,11 +15,11 @@ const HIGH_LOSS_PERCENT = 5;
 /** Numbers that change faster cannot be read; the map shows every change. */
 const READING_INTERVAL_MS = 500;
 
-const NOBODY: readonly Vehicle[] = [];
+const NO_VEHICLES: readonly Vehicle[] = [];
 
 export function FleetPanel() {
   const { state, snapshotAge_s, selection, changeSelection } = useShell();
-  const vehicles = useAtMostEvery(state.mission?.vehicles ?? NOBODY, READING_INTERVAL_MS);
+  const vehicles = useAtMostEvery(state.mission?.vehicles ?? NO_VEHICLES, READING_INTERVAL_MS);
   const rows = useMemo(() => {
     const fleet = vehicles.map((vehicle) => vehicle.vehicle_id);
     return vehicles.map((vehicle) => (

@@ -129,17 +129,17 @@ export function drawLayer(drawing: () => Drawing | null, events: DrawingEvents):
 /** Features of a plan on the map. */
 export function draftFeatures({ plan, legs, shape: chosen, vertex, isEditable }: Drawing): Feature[] {
   const shapes = shapeNames(plan).flatMap((shape) => shapeFeatures(shape, placesOf(plan, shape)));
-  const ways = legs.flatMap(({ start, end }): Feature[] => {
+  const legLines = legs.flatMap(({ start, end }): Feature[] => {
     const ends = [start, end].flatMap(({ longitude_deg: lng, latitude_deg: lat }): LngLat[] =>
       lng === null || lat === null ? [] : [[lng, lat]],
     );
     return ends.length < 2 ? [] : [feature({ type: "LineString", coordinates: ends }, { role: "leg" })];
   });
-  if (!isEditable) return [...ways, ...shapes];
+  if (!isEditable) return [...legLines, ...shapes];
   const places = placesOf(plan, chosen);
   const handles = places.map((place, index) => handle(place, { role: "vertex", isChosen: index === vertex }));
   const middles = isPoint(chosen) ? [] : midpoints(places).map((place) => handle(place, { role: "middle" }));
-  return [...ways, ...shapes, ...middles, ...handles];
+  return [...legLines, ...shapes, ...middles, ...handles];
 }
 
 const handle = (place: Place, properties: Record<string, unknown>): Feature =>

@@ -19,23 +19,23 @@ export function SavedPlans({ plan, onLoad }: Props) {
     if (listed.ok) setSaved(listed.value);
   };
   useEffect(() => void list(), []);
-  const tell = (result: { ok: true } | { ok: false; message: string }, done: string): void => {
+  const report = (result: { ok: true } | { ok: false; message: string }, done: string): void => {
     setAnswer(result.ok ? { isDone: true, text: done } : { isDone: false, text: result.message });
     void list();
   };
   const wanted = name.trim();
   const replaced = saved.find((entry) => entry.name === wanted.normalize("NFC"));
   const save = async (): Promise<void> =>
-    tell(await savePlan(wanted, plan, replaced?.version ?? null), texts.plan.saved(wanted));
+    report(await savePlan(wanted, plan, replaced?.version ?? null), texts.plan.saved(wanted));
   const load = async (chosen: string): Promise<void> => {
     const read = await readSavedPlan(chosen);
     if (read.ok) {
       setName(chosen);
       onLoad(read.value);
     }
-    tell(read, texts.plan.loaded(chosen));
+    report(read, texts.plan.loaded(chosen));
   };
-  const remove = async (chosen: string): Promise<void> => tell(await deletePlan(chosen), texts.plan.deleted(chosen));
+  const remove = async (chosen: string): Promise<void> => report(await deletePlan(chosen), texts.plan.deleted(chosen));
   return (
     <>
       <div class="button-row">

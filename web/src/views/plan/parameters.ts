@@ -42,5 +42,5 @@ export function withParameter(plan: Plan, { name, default: byDefault }: Strategy
 }
 
 /** Names of parameters in the plan that its strategy does not have, for example from another version. */
-export const strangers = (plan: Plan, parameters: readonly StrategyParameter[]): string[] =>
+export const undeclaredParameters = (plan: Plan, parameters: readonly StrategyParameter[]): string[] =>
   Object.keys(plan.strategy_parameters).filter((name) => !parameters.some((parameter) => parameter.name === name));

@@ -4,7 +4,14 @@ import { readStrategies } from "../../api/plans";
 import type { Plan, PlanReport, Strategy, StrategyParameter } from "../../api/types";
 import { texts } from "../../texts";
 import { NumberField } from "../../ui/number_field";
-import { defaultText, parameterHint, parameterStep, parameterTitle, strangers, withParameter } from "./parameters";
+import {
+  defaultText,
+  parameterHint,
+  parameterStep,
+  parameterTitle,
+  undeclaredParameters,
+  withParameter,
+} from "./parameters";
 import { problemOf } from "./problems";
 
 interface Props {
@@ -54,7 +61,7 @@ export function StrategyFields({ plan, report, onChange }: Props) {
 
 function Parameters({ parameters, plan, report, onChange }: Props & { parameters: readonly StrategyParameter[] }) {
   const [wanted, setOpen] = useState(false);
-  const unknown = strangers(plan, parameters);
+  const unknown = undeclaredParameters(plan, parameters);
   const isRefused = report?.problems.some(({ field }) => field.startsWith(fieldOf(""))) ?? false;
   const changed = Object.keys(plan.strategy_parameters).length;
   return (

@@ -55,7 +55,7 @@ export function VertexTable({ plan, shape, origin, vertex, onVertex, onPlaces, o
           testId="unit"
           values={origin === null ? ["deg"] : UNITS}
           chosen={unit}
-          words={texts.plan.unit}
+          labels={texts.plan.unit}
           onChoose={setUnit}
         />
       </div>

@@ -80,7 +80,7 @@ export function SeeView() {
             testId="picture"
             values={CHOICES}
             chosen={kind}
-            words={texts.see.kind}
+            labels={texts.see.kind}
             onChoose={setKind}
           />
         }

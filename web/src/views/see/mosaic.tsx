@@ -22,7 +22,7 @@ export function Mosaic({ step, frames }: { step: number; frames: readonly Viewed
         testId="frame-kind"
         values={KINDS}
         chosen={kind}
-        words={texts.names.frame}
+        labels={texts.names.frame}
         onChoose={setKind}
       />
       {shown.length === 0 && <p class="empty">{texts.see.noFrames}</p>}

@@ -16,10 +16,10 @@ export function useViewedStep(step: number | null): Answer<ViewedStep> | null {
     let isWanted = true;
     let timer: ReturnType<typeof setTimeout>;
     const ask = async (tries: number): Promise<void> => {
-      const told = await describeStep(step);
+      const described = await describeStep(step);
       if (!isWanted) return;
-      setAnswer(told);
-      if (!told.ok && tries > 1) timer = setTimeout(() => void ask(tries - 1), TRY_AGAIN_AFTER_MS);
+      setAnswer(described);
+      if (!described.ok && tries > 1) timer = setTimeout(() => void ask(tries - 1), TRY_AGAIN_AFTER_MS);
     };
     void ask(TRIES);
     return () => {

@@ -44,7 +44,7 @@ export function UnderstandView() {
             testId="range"
             values={Object.keys(LATEST_S) as Latest[]}
             chosen={zoom ? null : latest}
-            words={texts.understand.latest}
+            labels={texts.understand.latest}
             onChoose={(chosen) => {
               setZoom(null);
               setLatest(chosen);
@@ -56,7 +56,7 @@ export function UnderstandView() {
           testId="form"
           values={FORMS}
           chosen={form}
-          words={texts.understand.forms}
+          labels={texts.understand.forms}
           onChoose={setForm}
         />
       </div>
@@ -80,7 +80,7 @@ export function UnderstandView() {
                     testId="links"
                     values={LINK_FIGURES}
                     chosen={figure}
-                    words={texts.understand.figure}
+                    labels={texts.understand.figure}
                     onChoose={setFigure}
                   />
                 )

@@ -10,7 +10,7 @@ import { STATUS_SIGNS } from "./findings";
 
 const MARGIN_M = 15;
 
-export function Scheme({ mission: { area, fence, no_go, findings } }: { mission: Mission }) {
+export function Sketch({ mission: { area, fence, no_go, findings } }: { mission: Mission }) {
   const places = [...area, ...fence, ...findings.map(({ position }) => position)].map(enu);
   const bounds = boundsOf(places, MARGIN_M);
   if (bounds === null) return null;
@@ -25,8 +25,8 @@ export function Scheme({ mission: { area, fence, no_go, findings } }: { mission:
     ...(no_go.length > 0 ? (["no-go"] as const) : []),
   ];
   return (
-    <figure class="scheme">
-      <svg viewBox={`0 0 ${width_m} ${height_m}`} role="img" aria-label={texts.report.scheme}>
+    <figure class="sketch">
+      <svg viewBox={`0 0 ${width_m} ${height_m}`} role="img" aria-label={texts.report.sketch}>
         <polygon class="fence" points={ring(fence.map(enu))} />
         <polygon class="area" points={ring(area.map(enu))} />
         {no_go.map((zone, index) => (
