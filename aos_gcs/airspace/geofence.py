@@ -11,9 +11,9 @@ from aos_gcs.ports import Geofence, LatLon
 
 
 def vehicle_fence(limits: SafetyLimits, frame: LocalFrame, home_up_m: float) -> Geofence:
-    """Return fence, no-go zones and ceiling for a vehicle whose home lies ``home_up_m`` above the origin.
+    """Return geofence, no-go zones and ceiling for a vehicle whose home lies ``home_up_m`` above the origin.
 
-    The margin that waypoints keep from the fence is left to the vehicle: autopilots act on a breach, not before it.
+    The margin that waypoints keep from the geofence is left to the vehicle: autopilots act on a breach, not before it.
     """
     return Geofence(
         inclusion_deg=_to_degrees(limits.fence_enu_m, frame),

@@ -26,7 +26,7 @@ class Ground:
     """The ground within a mission's limits.
 
     Args:
-        limits: fence, no-go zones, and the margin that is kept from them.
+        limits: geofence, no-go zones, and the margin that is kept from them.
         slack_m: distance by which vehicles may miss their waypoints.
     """
 
@@ -39,7 +39,7 @@ class Ground:
         for boundary in self._boundaries:
             depth_m = boundary.depth_m(place_enu_m)
             if depth_m < 0.0 and boundary.keeps_in:
-                return Obstruction(f"outside of {boundary.name}", "move it, or widen the fence")
+                return Obstruction(f"outside of {boundary.name}", "move it, or widen the geofence")
             if depth_m < 0.0:
                 return Obstruction(f"inside of {boundary.name}", "move one of them")
             if depth_m < self._margin_m - TOLERANCE_M:
@@ -54,4 +54,4 @@ class Ground:
         """
         if self._detours.has_path(start_enu_m, self._detours.reachable(end_enu_m)):
             return None
-        return Obstruction("cut off from the search area by the fence or no-go zones", "make a passage, or move it")
+        return Obstruction("cut off from the search area by the geofence or no-go zones", "make a passage, or move it")

@@ -78,7 +78,7 @@ class SafetyLimits:
             Boundary(as_polygon(zone, f"no_go_enu_m[{row}]"), f"no-go zone {row + 1}", keeps_in=False)
             for row, zone in enumerate(self.no_go_enu_m)
         ]
-        return (Boundary(as_polygon(self.fence_enu_m, "fence_enu_m"), "the fence", keeps_in=True), *zones)
+        return (Boundary(as_polygon(self.fence_enu_m, "fence_enu_m"), "the geofence", keeps_in=True), *zones)
 
 
 _FAR_M = 1e5

@@ -39,7 +39,7 @@ def vet_waypoints(
     Args:
         requests: the vehicles to send, with distinct ids and finite positions.
         obstacles: all other airborne vehicles.
-        limits: fence, no-go zones, heights, separation, ages and battery.
+        limits: geofence, no-go zones, heights, separation, ages and battery.
 
     Raises:
         ValueError: an id occurs twice, or a present position is not finite.

@@ -115,7 +115,7 @@ def _far(far_m: float) -> str:
 def _check_places(plan: MissionPlan) -> Iterator[PlanProblem]:
     fence_enu_m = plan.fence_enu_m
     if fence_enu_m is not None and not _is_within(plan.area_enu_m, fence_enu_m):
-        yield PlanProblem("area_enu_m", "The search area leaves the geofence; shrink it, or widen the fence.")
+        yield PlanProblem("area_enu_m", "The search area leaves the geofence; shrink it, or widen it.")
     raster = PlanRaster.around(plan.area_enu_m)
     inside = raster.inside([plan.area_enu_m])
     free = inside & ~raster.inside(plan.no_go_enu_m)
@@ -149,7 +149,7 @@ def _check_numbers(plan: MissionPlan, settings: MissionSettings) -> Iterator[Pla
     if not 0.0 <= plan.min_battery_fraction < 0.9:
         yield PlanProblem("min_battery_fraction", "The battery's reserve must lie between 0 and 90 %.")
     if not 0.0 <= plan.fence_margin_m < math.inf:
-        yield PlanProblem("fence_margin_m", "The distance to the fence must not be negative.")
+        yield PlanProblem("fence_margin_m", "The distance to the geofence must not be negative.")
     yield from _check_heights(plan, settings)
     if plan.spacing_m is not None and not (math.isfinite(plan.spacing_m) and plan.spacing_m > 0.0):
         yield PlanProblem("spacing_m", f"The spacing of the vehicles must be above 0, but is {plan.spacing_m:g} m.")

@@ -47,7 +47,7 @@ class MissionPlan:
     """None: preflight proposes floor and ceiling from the layers."""
     ceiling_m: float | None = None
     fence_margin_m: float = UNLIMITED.margin_m
-    """Distance to keep from the fence on the inside."""
+    """Distance to keep from the geofence on the inside."""
     cruise_speed_mps: float = FlightSettings().cruise_speed_mps
     min_battery_fraction: float = UNLIMITED.min_battery_fraction
     """Battery fraction at which a vehicle flies home."""

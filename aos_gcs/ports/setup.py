@@ -74,7 +74,7 @@ class VehicleFacts:
     """Failsafe for when our heartbeats are no longer heard."""
     low_battery: Safeguard
     fence: Geofence | None
-    """None when no fence is stored."""
+    """None when no geofence is stored."""
     at_fence: Safeguard
     return_height_m: float
     """Height above home to which the autopilot climbs, if it is lower, before its own return."""

@@ -50,6 +50,20 @@ async def test_a_good_fleet_shows_every_check_of_every_vehicle() -> None:
         await run
 
 
+@pytest.mark.parametrize("safety", [SafetyOverrides(), SafetyOverrides(separation_m=1.5)], ids=["left out", "written"])
+async def test_launch_points_are_two_metres_apart_whether_the_separation_is_written_or_not(
+    safety: SafetyOverrides,
+) -> None:
+    flight = prepare(n=2, safety=safety, **BY_HAND)
+    first, second = flight.fleet.members.values()
+    second.home_enu_m = second.start_enu_m = second.goal_enu_m = first.home_enu_m + np.array([1.8, 0.0, 0.0])
+    async with flying(flight) as run:
+        await flight.until(lambda: bool(flight.mission.snapshot().preflight))
+        assert check_of(flight, 2, checks.LAUNCH_POINT).status is CheckStatus.FAIL
+        await flight.mission.act(Action.ABORT, None)
+        await run
+
+
 async def test_the_written_fence_is_the_one_that_the_mission_keeps() -> None:
     zone = ((20.0, 20.0), (24.0, 20.0), (22.0, 24.0))
     flight = prepare(n=2, safety=SafetyOverrides(no_go_enu_m=(zone,)), **BY_HAND)

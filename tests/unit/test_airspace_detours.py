@@ -13,9 +13,9 @@ from aos_gcs.airspace.detours import Detours
 from aos_gcs.airspace.polygon import Boundary
 from aos_gcs.airspace.separation import segment_distance
 
-FENCE = Boundary(np.array([[-50.0, -50.0], [50.0, -50.0], [50.0, 50.0], [-50.0, 50.0]]), "the fence", keeps_in=True)
+FENCE = Boundary(np.array([[-50.0, -50.0], [50.0, -50.0], [50.0, 50.0], [-50.0, 50.0]]), "the geofence", keeps_in=True)
 NOTCHED = Boundary(
-    np.array([[-50.0, -50.0], [50.0, -50.0], [50.0, 50.0], [0.0, -10.0], [-50.0, 50.0]]), "the fence", keeps_in=True
+    np.array([[-50.0, -50.0], [50.0, -50.0], [50.0, 50.0], [0.0, -10.0], [-50.0, 50.0]]), "the geofence", keeps_in=True
 )
 MARGIN_M, SLACK_M = 2.0, 0.5
 

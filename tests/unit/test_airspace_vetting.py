@@ -63,7 +63,7 @@ def test_the_fence_shortens_with_its_margin() -> None:
     record = vet_one(request(1, (40.0, 0.0, 35.0), (60.0, 0.0, 35.0)))
     assert record.verdict is WaypointVerdict.SHORTENED
     assert record.sent_enu_m == pytest.approx((45.0, 0.0, 35.0), abs=1e-5)
-    assert record.reason == "shortened to 5.0 of 20.0 m: the fence, with a margin of 5.0 m"
+    assert record.reason == "shortened to 5.0 of 20.0 m: the geofence, with a margin of 5.0 m"
 
 
 def test_a_segment_across_a_notch_of_the_fence_stops_before_it() -> None:
@@ -86,7 +86,7 @@ def test_outside_the_fence_only_a_straight_segment_back_is_sent() -> None:
     assert vet_one(request(1, start, (40.0, 0.0, 35.0))).verdict is WaypointVerdict.SENT
     record = vet_one(request(1, start, (53.0, 0.0, 35.0)))
     assert (record.verdict, record.sent_enu_m) == (WaypointVerdict.HELD, None)
-    assert "outside the fence" in record.reason
+    assert "outside the geofence" in record.reason
 
 
 ZONED = replace(LIMITS, no_go_enu_m=(((10.0, -10.0), (20.0, -10.0), (20.0, 10.0), (10.0, 10.0)),))

@@ -50,7 +50,7 @@ def test_no_vehicle_starts_where_no_path_leads_to_the_area() -> None:
 
 @pytest.mark.parametrize(
     ("place", "text"),
-    [((0.0, -30.0), "inside of no-go zone 1"), ((0.0, -39.0), "1.0 m from the fence"), ((0.0, -50.0), "outside of")],
+    [((0.0, -30.0), "inside of no-go zone 1"), ((0.0, -39.0), "1.0 m from the geofence"), ((0.0, -50.0), "outside of")],
 )
 def test_a_barred_return_point_fails_for_the_mission(place: tuple[float, float], text: str) -> None:
     check = ground((POND,), return_enu_m=place)[checks.MISSION]

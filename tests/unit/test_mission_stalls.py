@@ -12,7 +12,7 @@ from aos_gcs.planning.legs import ScanLeg
 LEAST_GAIN_M = 0.5
 SPACING_M = 4.0
 NORTHWARD = ScanLeg((0.0, 0.0), (0.0, 1.0), 40.0)
-FENCE = Boundary(np.array([[-50.0, -50.0], [50.0, -50.0], [50.0, 90.0], [-50.0, 90.0]]), "the fence", keeps_in=True)
+FENCE = Boundary(np.array([[-50.0, -50.0], [50.0, -50.0], [50.0, 90.0], [-50.0, 90.0]]), "the geofence", keeps_in=True)
 
 
 def zone(*vertices_m: tuple[float, float]) -> Boundary:

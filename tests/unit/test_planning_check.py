@@ -50,7 +50,7 @@ def test_a_good_plan_has_no_problem() -> None:
         ({"no_go_enu_m": (SQUARE,)}, "no_go_enu_m", "nothing is left"),
         ({"fence_enu_m": ((-40.0, -10.0), (60.0, -10.0), (60.0, 110.0), (-40.0, 110.0))}, "area_enu_m", "geofence"),
         ({"launch_enu_m": (0.0, 50.0), "no_go_enu_m": (((-5, 45), (5, 45), (5, 55), (-5, 55)),)}, "launch_enu_m", "1"),
-        ({"fence_enu_m": SQUARE, "return_enu_m": (0.0, -9.0)}, "return_enu_m", "outside of the fence"),
+        ({"fence_enu_m": SQUARE, "return_enu_m": (0.0, -9.0)}, "return_enu_m", "outside of the geofence"),
         ({"launch_enu_m": (math.nan, 0.0)}, "launch_enu_m", "move it"),
         ({"launch_enu_m": (0.0, 4.5e6)}, "launch_enu_m", "swapped"),
         ({"no_go_enu_m": tuple(circle(20.0, 101) for _ in range(2))}, "no_go_enu_m", "200 in all"),

@@ -297,7 +297,7 @@ def _as_planned(record: WaypointRecord, planned_enu_m: NDArray[np.float64]) -> W
     if record.verdict is not WaypointVerdict.SENT:
         return replace(record, requested_enu_m=planned)
     east_m, north_m, _ = record.requested_enu_m
-    reason = f"around the fence or a no-go zone, by {east_m:.0f} m east, {north_m:.0f} m north"
+    reason = f"around the geofence or a no-go zone, by {east_m:.0f} m east, {north_m:.0f} m north"
     return replace(record, requested_enu_m=planned, verdict=WaypointVerdict.SHORTENED, reason=reason)
 
 
