@@ -11,7 +11,7 @@ import typer
 from aos_gcs.cli.run import CODE_FILE_HELP, run_until_terminated
 
 if TYPE_CHECKING:
-    from aos_gcs.config import ApiConfig
+    from aos_gcs.config.model import ApiConfig
 
 
 def replay(
@@ -25,7 +25,7 @@ def replay(
 
     Operators move in it and all others see the same; nothing can be commanded. Ctrl-C ends it.
     """
-    from aos_gcs.config import ApiConfig  # noqa: PLC0415 - heavy, only for this command
+    from aos_gcs.config.model import ApiConfig  # noqa: PLC0415 - heavy, only for this command
 
     run_until_terminated(_show(mission_dir, ApiConfig(host=host, port=port, operator_code_file=operator_code_file)))
 

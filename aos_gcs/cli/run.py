@@ -13,7 +13,7 @@ import typer
 from aos_gcs.errors import ConfigurationError
 
 if TYPE_CHECKING:
-    from aos_gcs.config import ServiceConfig
+    from aos_gcs.config.model import ServiceConfig
 
 T = TypeVar("T")
 
@@ -49,7 +49,7 @@ def run(
     The operator starts it on the dashboard, unless the file says auto_start. Ctrl-C sends flying vehicles home and
     ends the service; their own link-loss failsafe takes over if that message gets lost.
     """
-    from aos_gcs.config import read_config  # noqa: PLC0415 - heavy, only for this command
+    from aos_gcs.config.file import read_config  # noqa: PLC0415 - heavy, only for this command
 
     service = read_config(config)
     if plan:
@@ -67,7 +67,7 @@ def run(
 
 
 def _show_plan(config: ServiceConfig) -> None:
-    from aos_gcs.config import mission_settings  # noqa: PLC0415 - heavy, only for this command
+    from aos_gcs.config.settings import mission_settings  # noqa: PLC0415 - heavy, only for this command
     from aos_gcs.planning.aperture import advise  # noqa: PLC0415
 
     settings = mission_settings(config)

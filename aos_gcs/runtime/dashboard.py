@@ -10,7 +10,7 @@ from aos_gcs.api.access.operators import random_code, read_code
 from aos_gcs.api.app import create_app
 from aos_gcs.api.basemap_file import check_basemap
 from aos_gcs.api.server import serve
-from aos_gcs.config import ApiConfig
+from aos_gcs.config.model import ApiConfig
 from aos_gcs.mission.control import FindingControl, MissionControl, PlanControl, ReplayControl
 from aos_gcs.mission.viewing import ViewControl
 

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from aos_gcs.config import ServiceConfig, parse_config
+from aos_gcs.config.file import parse_config
+from aos_gcs.config.model import ServiceConfig
 from aos_gcs.errors import ConfigurationError, LinkError
 from aos_gcs.mission.coordinator import Coordinator
 from aos_gcs.mission.model import Phase

@@ -13,7 +13,8 @@ from importlib.metadata import version
 from pathlib import Path
 
 from aos_gcs.clock import LoopClock
-from aos_gcs.config import ServiceConfig, mission_settings
+from aos_gcs.config.model import ServiceConfig
+from aos_gcs.config.settings import mission_settings
 from aos_gcs.mission.coordinator import Coordinator
 from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal

@@ -17,7 +17,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from aos_gcs.config import mission_settings, parse_config
+from aos_gcs.config.file import parse_config
+from aos_gcs.config.settings import mission_settings
 from aos_gcs.errors import ConfigurationError, ImagingError, InputDataError
 from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.imaging.focus.autofocus import find_focus

@@ -23,7 +23,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from aos_gcs.config import parse_config
+from aos_gcs.config.file import parse_config
 from aos_gcs.mission.control import MissionControl
 from aos_gcs.mission.model import MissionSnapshot, Phase
 from aos_gcs.runtime.service import open_service

@@ -19,7 +19,7 @@ import pytest
 from aos_drivers.mavlink import open_mavlink
 from aos_gcs.airspace.limits import SafetyOverrides
 from aos_gcs.clock import LoopClock
-from aos_gcs.config import parse_config
+from aos_gcs.config.file import parse_config
 from aos_gcs.errors import CaptureError, LinkError
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.mission.model import Outcome, Task

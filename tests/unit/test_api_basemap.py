@@ -10,7 +10,7 @@ import pytest
 from aos_gcs.api.app import create_app
 from aos_gcs.api.basemap_file import check_basemap
 from aos_gcs.clock import LoopClock
-from aos_gcs.config import ApiConfig
+from aos_gcs.config.model import ApiConfig
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.runtime.dashboard import open_dashboard
 from tests.fakes.mission import ScriptedMission

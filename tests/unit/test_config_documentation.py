@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 
 from aos_gcs.airspace.limits import SafetyLimits
-from aos_gcs.config import (
+from aos_gcs.config.file import parse_config
+from aos_gcs.config.model import (
     ApiConfig,
     LinkConfig,
     MissionConfig,
@@ -18,7 +19,6 @@ from aos_gcs.config import (
     RecordConfig,
     ServiceConfig,
     SwarmConfig,
-    parse_config,
 )
 from aos_gcs.imaging.geolocation import Uncertainty
 from aos_gcs.imaging.step.settings import ImagingSettings

@@ -9,7 +9,9 @@ from typing import Any
 import pytest
 
 from aos_gcs.airspace.limits import SafetyOverrides
-from aos_gcs.config import ServiceConfig, mission_settings, parse_config, read_config
+from aos_gcs.config.file import parse_config, read_config
+from aos_gcs.config.model import ServiceConfig
+from aos_gcs.config.settings import mission_settings
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.imaging.model import AnomalySource, Detector, LeaderCriterion

@@ -1,24 +1,19 @@
-"""The service's configuration: a TOML file, checked once, turned into the core's own settings.
-
-The sections ``flight``, ``deadlines``, ``detection``, ``uncertainty``, ``tracking``, ``imaging``, ``autofocus``,
-``registration`` and ``safety`` have the fields and defaults of the core's settings dataclasses; docs/configuration.md
-lists them all.
-"""
+"""Settings of a mission from its configuration."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
-import tomllib
 from collections.abc import Mapping, Sequence
-from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Any, TypeVar
 
 import pydantic
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
+from pydantic import TypeAdapter
 
 from aos_gcs.airspace.limits import UNLIMITED, SafetyOverrides
 from aos_gcs.airspace.polygon import as_polygon
+from aos_gcs.config.file import first_problem
+from aos_gcs.config.model import LatLonDeg, MissionConfig, PreflightConfig, ServiceConfig
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.imaging.geolocation import Uncertainty
@@ -40,153 +35,7 @@ from aos_gcs.swarm.registry import make_strategy
 from aos_gcs.tracking.motion import MotionSettings
 from aos_gcs.tracking.tracker import TrackingSettings
 
-_STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
-
-_LatLon = tuple[Annotated[float, Field(ge=-90.0, le=90.0)], Annotated[float, Field(ge=-180.0, le=180.0)]]
-_EastNorth = tuple[float, float]
-
 SettingsT = TypeVar("SettingsT")
-
-
-class LinkConfig(BaseModel):
-    """The connection to the vehicles."""
-
-    model_config = _STRICT
-
-    driver: str = "mavlink"
-    urls: Annotated[list[str], Field(min_length=1)]
-    """Such as ``udpin://0.0.0.0:14550``."""
-    system_id: Annotated[int, Field(ge=1, le=255)] = 254
-    """Our own MAVLink system id."""
-    options: dict[str, Any] = {}
-    """Settings of the driver."""
-
-
-class MissionConfig(BaseModel):
-    """The search area, and the vehicles."""
-
-    model_config = _STRICT
-
-    vehicles: Annotated[int, Field(ge=2, le=250)]
-    area_deg: Annotated[list[_LatLon], Field(min_length=3)] | None = None
-    """Corners of the search area, latitude and longitude; needs ``origin_deg``. Without any area the mission waits for
-    a plan that is drawn in the dashboard."""
-    area_enu_m: Annotated[list[_EastNorth], Field(min_length=3)] | None = None
-    """Instead of ``area_deg``: metres east and north of the origin."""
-    origin_deg: tuple[float, float, float] | None = None
-    """Latitude, longitude and altitude AMSL (metres) of the launch site; by default the home of the first vehicle."""
-    return_deg: _LatLon | None = None
-    """Point around which all vehicles land, latitude and longitude; needs ``origin_deg``. By default each lands where
-    it started."""
-    return_enu_m: _EastNorth | None = None
-    """Instead of ``return_deg``: metres east and north of the origin."""
-    scan_heading_deg: Annotated[float, Field(ge=0.0, lt=360.0)] = 0.0
-    """Direction of the first scan, clockwise from north."""
-    camera_fov_deg: Annotated[float, Field(gt=1.0, lt=170.0)] = 50.0
-    """Horizontal field of view that legs are planned for."""
-    seed: Annotated[int, Field(ge=0)] = 0
-    auto_start: bool = False
-    auto_return: bool = False
-
-
-class SwarmConfig(BaseModel):
-    """The strategy that chooses positions."""
-
-    model_config = _STRICT
-
-    strategy: str = "aos-apso"
-    parameters: dict[str, Any] = {}
-
-
-class ApiConfig(BaseModel):
-    """The dashboard."""
-
-    model_config = _STRICT
-
-    enabled: bool = True
-    host: str = "127.0.0.1"
-    port: Annotated[int, Field(ge=0, le=65535)] = 8080
-    operator_code_file: Path | None = None
-    """File with the code by which operators sign in; by default a random code is made at each start."""
-    plans_folder: Path = Path("plans")
-    """Folder in which operators save plans."""
-    basemap: Path | None = None
-    """PMTiles file that the dashboard shows below the mission; by default it shows a metric grid only."""
-
-
-class PreflightConfig(BaseModel):
-    """What preflight may change, and which failed checks it overrides."""
-
-    model_config = _STRICT
-
-    upload_fence: bool = False
-    """Write the mission's geofence to the vehicles, with the parameters that enforce it."""
-    set_return_height: bool = False
-    """Set the failsafe return height of each vehicle to its altitude layer, and restore it after landing."""
-    overrides: list[str] = []
-    """Checks whose failures do not block the launch, on any vehicle, as ``check: reason``."""
-    refresh_s: Annotated[float, Field(ge=1.0)] = PreflightSettings().refresh_s
-    """Pause before a vehicle whose settings were good is asked for them again."""
-
-
-class RecordConfig(BaseModel):
-    """Recording of missions."""
-
-    model_config = _STRICT
-
-    folder: Path = Path("missions")
-
-
-class ServiceConfig(BaseModel):
-    """The whole file."""
-
-    model_config = _STRICT
-
-    link: LinkConfig
-    mission: MissionConfig
-    swarm: SwarmConfig = SwarmConfig()
-    preflight: PreflightConfig = PreflightConfig()
-    flight: dict[str, Any] = {}
-    deadlines: dict[str, Any] = {}
-    detection: dict[str, Any] = {}
-    uncertainty: dict[str, Any] = {}
-    tracking: dict[str, Any] = {}
-    imaging: dict[str, Any] = {}
-    autofocus: dict[str, Any] = {}
-    registration: dict[str, Any] = {}
-    forest: dict[str, Any] | None = None
-    safety: dict[str, Any] = {}
-    api: ApiConfig = ApiConfig()
-    record: RecordConfig = RecordConfig()
-    clock_speed: Annotated[float, Field(gt=0.0, le=100.0)] = 1.0
-    """Clock seconds per real second; above 1 only with vehicles that are simulated at the same speed."""
-
-
-def read_config(path: Path) -> ServiceConfig:
-    """Read and check a TOML file.
-
-    Raises:
-        ConfigurationError: it cannot be read or is not valid; the text names the field.
-    """
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigurationError(f"Cannot read the configuration {path}: {error}.") from error
-    except tomllib.TOMLDecodeError as error:
-        raise ConfigurationError(f"{path} is not valid TOML: {error}.") from error
-    return parse_config(table, source=str(path))
-
-
-def parse_config(table: Mapping[str, Any], source: str = "configuration") -> ServiceConfig:
-    """Check a configuration given as nested tables.
-
-    Raises:
-        ConfigurationError: it is not valid; the text names the field.
-    """
-    try:
-        return ServiceConfig.model_validate(table)
-    except pydantic.ValidationError as error:
-        raise ConfigurationError(f"{source}: {_first_problem(error)}") from error
 
 
 def mission_settings(config: ServiceConfig) -> MissionSettings:
@@ -231,16 +80,7 @@ def mission_settings(config: ServiceConfig) -> MissionSettings:
         auto_start=mission.auto_start,
         auto_return=mission.auto_return,
     )
-    if settings.imaging.plane_height_m >= settings.flight.lowest_layer_m:
-        raise ConfigurationError(
-            f"imaging.plane_height_m ({settings.imaging.plane_height_m:g}) must be below flight.lowest_layer_m "
-            f"({settings.flight.lowest_layer_m:g}): a focal plane above the cameras is never seen."
-        )
-    if settings.autofocus.enabled and settings.focus_range_m[1] >= settings.flight.lowest_layer_m:
-        raise ConfigurationError(
-            f"autofocus.reach_m ({settings.autofocus.reach_m:g}) above imaging.plane_height_m must be below "
-            f"flight.lowest_layer_m ({settings.flight.lowest_layer_m:g}): nothing above the cameras is ever seen."
-        )
+    _check_planes(settings)
     if settings.forest is not None:
         _check_forest(settings, settings.forest)
     return settings
@@ -253,6 +93,19 @@ def _return_enu_m(mission: MissionConfig, origin: GeodeticPosition | None) -> tu
         raise ConfigurationError("mission: give the return point either as return_deg or as return_enu_m.")
     (point_enu_m,) = _to_enu([mission.return_deg], origin, "mission.return_deg")
     return point_enu_m
+
+
+def _check_planes(settings: MissionSettings) -> None:
+    if settings.imaging.plane_height_m >= settings.flight.lowest_layer_m:
+        raise ConfigurationError(
+            f"imaging.plane_height_m ({settings.imaging.plane_height_m:g}) must be below flight.lowest_layer_m "
+            f"({settings.flight.lowest_layer_m:g}): a focal plane above the cameras is never seen."
+        )
+    if settings.autofocus.enabled and settings.focus_range_m[1] >= settings.flight.lowest_layer_m:
+        raise ConfigurationError(
+            f"autofocus.reach_m ({settings.autofocus.reach_m:g}) above imaging.plane_height_m must be below "
+            f"flight.lowest_layer_m ({settings.flight.lowest_layer_m:g}): nothing above the cameras is ever seen."
+        )
 
 
 def _check_forest(settings: MissionSettings, forest: ForestSettings) -> None:
@@ -281,12 +134,12 @@ def _safety(table: Mapping[str, Any], origin: GeodeticPosition | None, layers_m:
     if "fence_deg" in given:
         if "fence_enu_m" in given:
             raise ConfigurationError("safety: give the geofence either as fence_deg or as fence_enu_m.")
-        fence_deg = _validate(list[_LatLon], "safety.fence_deg", given.pop("fence_deg"))
+        fence_deg = _validate(list[LatLonDeg], "safety.fence_deg", given.pop("fence_deg"))
         given["fence_enu_m"] = _to_enu(fence_deg, origin, "safety.fence_deg")
     if "no_go_deg" in given:
         if "no_go_enu_m" in given:
             raise ConfigurationError("safety: give the no-go zones either as no_go_deg or as no_go_enu_m.")
-        zones_deg = _validate(list[list[_LatLon]], "safety.no_go_deg", given.pop("no_go_deg"))
+        zones_deg = _validate(list[list[LatLonDeg]], "safety.no_go_deg", given.pop("no_go_deg"))
         given["no_go_enu_m"] = tuple(_to_enu(zone_deg, origin, "safety.no_go_deg") for zone_deg in zones_deg)
     _refuse_unknown(SafetyOverrides, "safety", given, extra=("fence_deg", "no_go_deg"))
     overrides = _build(SafetyOverrides, "safety", given)
@@ -366,15 +219,6 @@ def _validate(expected: type[SettingsT], place: str, value: object) -> SettingsT
     try:
         return TypeAdapter(expected).validate_python(value)
     except pydantic.ValidationError as error:
-        raise ConfigurationError(f"{place}.{_first_problem(error)}") from error
+        raise ConfigurationError(f"{place}.{first_problem(error)}") from error
     except ConfigurationError as error:
         raise ConfigurationError(f"{place}: {error}") from error
-
-
-def _first_problem(error: pydantic.ValidationError) -> str:
-    """Return 'field: what is wrong' of the first of the problems, and how many there are."""
-    problems = error.errors(include_url=False, include_context=False)
-    first = problems[0]
-    field = ".".join(str(part) for part in first["loc"])
-    more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
-    return f"{field}: {first['msg']}{more}."

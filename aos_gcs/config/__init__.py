@@ -1,0 +1,1 @@
+"""Configuration of the service: a TOML file, checked once, turned into the core's own settings."""

@@ -1,0 +1,134 @@
+"""Sections and fields of the configuration file.
+
+The sections ``flight``, ``deadlines``, ``detection``, ``uncertainty``, ``tracking``, ``imaging``, ``autofocus``,
+``registration`` and ``safety`` have the fields and defaults of the core's settings dataclasses; docs/configuration.md
+lists them all.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from aos_gcs.planning.settings import PreflightSettings
+
+_STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
+
+LatLonDeg = tuple[Annotated[float, Field(ge=-90.0, le=90.0)], Annotated[float, Field(ge=-180.0, le=180.0)]]
+EastNorthM = tuple[float, float]
+
+
+class LinkConfig(BaseModel):
+    """The connection to the vehicles."""
+
+    model_config = _STRICT
+
+    driver: str = "mavlink"
+    urls: Annotated[list[str], Field(min_length=1)]
+    """Such as ``udpin://0.0.0.0:14550``."""
+    system_id: Annotated[int, Field(ge=1, le=255)] = 254
+    """Our own MAVLink system id."""
+    options: dict[str, Any] = {}
+    """Settings of the driver."""
+
+
+class MissionConfig(BaseModel):
+    """The search area, and the vehicles."""
+
+    model_config = _STRICT
+
+    vehicles: Annotated[int, Field(ge=2, le=250)]
+    area_deg: Annotated[list[LatLonDeg], Field(min_length=3)] | None = None
+    """Corners of the search area, latitude and longitude; needs ``origin_deg``. Without any area the mission waits for
+    a plan that is drawn in the dashboard."""
+    area_enu_m: Annotated[list[EastNorthM], Field(min_length=3)] | None = None
+    """Instead of ``area_deg``: metres east and north of the origin."""
+    origin_deg: tuple[float, float, float] | None = None
+    """Latitude, longitude and altitude AMSL (metres) of the launch site; by default the home of the first vehicle."""
+    return_deg: LatLonDeg | None = None
+    """Point around which all vehicles land, latitude and longitude; needs ``origin_deg``. By default each lands where
+    it started."""
+    return_enu_m: EastNorthM | None = None
+    """Instead of ``return_deg``: metres east and north of the origin."""
+    scan_heading_deg: Annotated[float, Field(ge=0.0, lt=360.0)] = 0.0
+    """Direction of the first scan, clockwise from north."""
+    camera_fov_deg: Annotated[float, Field(gt=1.0, lt=170.0)] = 50.0
+    """Horizontal field of view that legs are planned for."""
+    seed: Annotated[int, Field(ge=0)] = 0
+    auto_start: bool = False
+    auto_return: bool = False
+
+
+class SwarmConfig(BaseModel):
+    """The strategy that chooses positions."""
+
+    model_config = _STRICT
+
+    strategy: str = "aos-apso"
+    parameters: dict[str, Any] = {}
+
+
+class ApiConfig(BaseModel):
+    """The dashboard."""
+
+    model_config = _STRICT
+
+    enabled: bool = True
+    host: str = "127.0.0.1"
+    port: Annotated[int, Field(ge=0, le=65535)] = 8080
+    operator_code_file: Path | None = None
+    """File with the code by which operators sign in; by default a random code is made at each start."""
+    plans_folder: Path = Path("plans")
+    """Folder in which operators save plans."""
+    basemap: Path | None = None
+    """PMTiles file that the dashboard shows below the mission; by default it shows a metric grid only."""
+
+
+class PreflightConfig(BaseModel):
+    """What preflight may change, and which failed checks it overrides."""
+
+    model_config = _STRICT
+
+    upload_fence: bool = False
+    """Write the mission's geofence to the vehicles, with the parameters that enforce it."""
+    set_return_height: bool = False
+    """Set the failsafe return height of each vehicle to its altitude layer, and restore it after landing."""
+    overrides: list[str] = []
+    """Checks whose failures do not block the launch, on any vehicle, as ``check: reason``."""
+    refresh_s: Annotated[float, Field(ge=1.0)] = PreflightSettings().refresh_s
+    """Pause before a vehicle whose settings were good is asked for them again."""
+
+
+class RecordConfig(BaseModel):
+    """Recording of missions."""
+
+    model_config = _STRICT
+
+    folder: Path = Path("missions")
+
+
+class ServiceConfig(BaseModel):
+    """The whole file."""
+
+    model_config = _STRICT
+
+    link: LinkConfig
+    mission: MissionConfig
+    swarm: SwarmConfig = SwarmConfig()
+    preflight: PreflightConfig = PreflightConfig()
+    flight: dict[str, Any] = {}
+    deadlines: dict[str, Any] = {}
+    detection: dict[str, Any] = {}
+    uncertainty: dict[str, Any] = {}
+    tracking: dict[str, Any] = {}
+    imaging: dict[str, Any] = {}
+    autofocus: dict[str, Any] = {}
+    registration: dict[str, Any] = {}
+    forest: dict[str, Any] | None = None
+    safety: dict[str, Any] = {}
+    api: ApiConfig = ApiConfig()
+    record: RecordConfig = RecordConfig()
+    clock_speed: Annotated[float, Field(gt=0.0, le=100.0)] = 1.0
+    """Clock seconds per real second; above 1 only with vehicles that are simulated at the same speed."""
