@@ -49,17 +49,17 @@ def create_app(
     """Make the application for one mission.
 
     Args:
-        mission: what is shown and commanded.
+        mission: mission that is shown and controlled.
         static_folder: the dashboard's build; by default the one inside the package.
         allowed_hosts: host names, beside localhost and IP addresses, under which the page may be opened.
-        operator_code: what makes a client an operator; without one everybody commands.
-        planning: of the mission; None where there is nothing to plan.
-        replay: of the mission; None where it is flown.
-        viewer: of its frames; None where they are not recorded.
-        findings: of the mission; None where they cannot be changed.
-        plans_folder: where plans are saved.
+        operator_code: code for signing in as an operator; without one every client is an operator.
+        planning: planning of the mission; None where there is nothing to plan.
+        replay: replay of the mission; None for a live one.
+        viewer: viewer of its frames; None where they are not recorded.
+        findings: changes to its findings; None where they cannot be changed.
+        plans_folder: folder of saved plans.
         basemap_file: a PMTiles file to show below the mission; without one the page has a metric grid.
-        now_s: real seconds, for how long the mission is silent and for what wrong codes cost.
+        now_s: clock in real seconds, for the mission's silence and the wait after wrong codes.
     """
     # The interactive documentation of FastAPI loads scripts from the internet, which a field laptop has not.
     app = FastAPI(title="aos-gcs", docs_url=None, redoc_url=None, openapi_url="/api/openapi.json", lifespan=_lifespan)

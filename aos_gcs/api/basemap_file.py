@@ -1,4 +1,4 @@
-"""Whether a file is a base map that the dashboard can show.
+"""Check that a file is a base map that the dashboard can show.
 
 Source: PMTiles Version 3 Specification, section 3 (header).
 """
@@ -15,7 +15,7 @@ from aos_gcs.errors import ConfigurationError
 _MAGIC: Final = b"PMTiles"
 _VERSION: Final = 3
 _HEADER: Final = struct.Struct("<7sB8Q3Q6B")
-"""Up to the zoom levels: magic, version, offsets and lengths of the four sections, counts, flags, codes, zooms."""
+"""Header up to the zoom levels: magic, version, offsets and lengths of four sections, counts, flags, codes, zooms."""
 _SECTIONS: Final = ("root directory", "metadata", "leaf directories", "tiles")
 _COMPRESSIONS: Final = {1: "none", 2: "gzip", 3: "brotli", 4: "zstd"}
 _DECOMPRESSED_BY_BROWSERS: Final = {"none", "gzip"}
@@ -25,11 +25,11 @@ _URL: Final = re.compile(r"[a-z][a-z0-9+.-]+:/", re.IGNORECASE)
 
 
 def check_basemap(file: Path) -> None:
-    """Read a base map's header, and refuse what no page could show.
+    """Read a base map's header, and refuse files that the page cannot show.
 
     Raises:
-        ConfigurationError: it is no file on this machine, no PMTiles archive of version 3, cut off, or of a kind or
-            compression that browsers do not read; the text says which, and the remedy.
+        ConfigurationError: it is not a file on this machine, not a PMTiles archive of version 3, incomplete, or of a
+            kind or compression that browsers do not read; the text says which, and the remedy.
     """
     if _URL.match(str(file)):
         raise ConfigurationError(
@@ -43,7 +43,7 @@ def check_basemap(file: Path) -> None:
     except OSError as error:
         raise ConfigurationError(f"api.basemap cannot be read: {file}: {error.strerror or error}.") from error
     if len(head) < _HEADER.size or not head.startswith(_MAGIC):
-        raise ConfigurationError(f"api.basemap: {file} is no PMTiles archive; make one with pmtiles convert.")
+        raise ConfigurationError(f"api.basemap: {file} is not a PMTiles archive; make one with pmtiles convert.")
     _, version, *numbers = _HEADER.unpack(head)
     if version != _VERSION:
         raise ConfigurationError(

@@ -1,4 +1,4 @@
-"""What the routes need from the application, as injectable dependencies."""
+"""Injectable dependencies of the routes."""
 
 from __future__ import annotations
 
@@ -41,28 +41,28 @@ Hub = Annotated[EventHub, Depends(_get_hub)]
 def _get_planning(connection: HTTPConnection) -> PlanControl:
     planning = cast("PlanControl | None", connection.app.state.planning)
     if planning is None:
-        raise MissionError("Planning is not available here: this service only shows a mission.")
+        raise MissionError("Planning is not available: this service only shows a mission.")
     return planning
 
 
 def _get_replay(connection: HTTPConnection) -> ReplayControl:
     replay = cast("ReplayControl | None", connection.app.state.replay)
     if replay is None:
-        raise NotFoundError("This mission is flown now; there is no replay to control.")
+        raise NotFoundError("This is a live mission, not a replay.")
     return replay
 
 
 def _get_viewer(connection: HTTPConnection) -> ViewControl:
     viewer = cast("ViewControl | None", connection.app.state.viewer)
     if viewer is None:
-        raise NotFoundError("This mission is not recorded; there are no frames to look at.")
+        raise NotFoundError("This mission is not recorded; there are no frames to show.")
     return viewer
 
 
 def _get_findings(connection: HTTPConnection) -> FindingControl:
     findings = cast("FindingControl | None", connection.app.state.findings)
     if findings is None:
-        raise MissionError("Findings cannot be changed here: this service only shows a mission.")
+        raise MissionError("Findings cannot be changed: this service only shows a mission.")
     return findings
 
 

@@ -1,4 +1,4 @@
-"""The one place where errors become answers."""
+"""Conversion of errors into answers."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class NotFoundError(AosError):
 
 
 class TooLargeError(AosError):
-    """A body that is larger than anything useful."""
+    """A request body that is too large."""
 
 
 _STATUS_AND_ID: dict[type[AosError], tuple[int, str]] = {
@@ -58,7 +58,7 @@ def _describe(error: RequestValidationError) -> str:
     for item in error.errors():
         place = ".".join(str(part) for part in item["loc"] if part != "body") or "the body"
         problems.append(f"{place}: {item['msg']}")
-    return "The request cannot be understood: " + "; ".join(problems) + "."
+    return "Invalid request: " + "; ".join(problems) + "."
 
 
 def add_error_handlers(app: FastAPI) -> None:

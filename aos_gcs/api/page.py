@@ -1,4 +1,4 @@
-"""The dashboard's files, or a page that says how to build them."""
+"""The dashboard's files, or a page with instructions for building them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Runs the application inside the service's event loop."""
+"""The web server, inside the service's event loop."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from aos_gcs.errors import LinkError
 
 _LARGEST_CLIENT_MESSAGE_BYTES = 4096
 _GRACE_S = 3
-"""For requests in hand when the service ends; then they are cancelled."""
+"""Time for requests in progress when the service ends; then they are cancelled."""
 
 
 @dataclass(frozen=True, slots=True)
 class ServerAddress:
-    """Where the service listens."""
+    """Address on which the service listens."""
 
     host: str
     port: int
@@ -34,7 +34,7 @@ class ServerAddress:
 
 
 class _Server(uvicorn.Server):
-    """Leaves signals to the program that owns the loop, and tells when it listens."""
+    """Server that leaves signals to the program that owns the loop, and reports when it listens."""
 
     def __init__(self, config: uvicorn.Config) -> None:
         super().__init__(config)
@@ -58,7 +58,7 @@ def listen(host: str, port: int) -> socket.socket:
     """Return a socket that listens; port 0 takes a free one.
 
     Raises:
-        LinkError: the port is in use, or the host is no address of this machine.
+        LinkError: the port is in use, or the host is not an address of this machine.
     """
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     try:
@@ -80,7 +80,7 @@ async def serve(app: FastAPI, host: str = "127.0.0.1", port: int = 8080) -> Asyn
     """Serve ``app`` for as long as the context is entered; port 0 takes a free one.
 
     Raises:
-        LinkError: the port is in use, or the host is no address of this machine; nothing was started.
+        LinkError: the port is in use, or the host is not an address of this machine; nothing was started.
     """
     listener = listen(host, port)
     config = uvicorn.Config(

@@ -1,4 +1,4 @@
-"""The command ``aos-gcs demo``: a simulated swarm, the service and its dashboard in one go."""
+"""The command ``aos-gcs demo``: a simulated swarm with the service and its dashboard."""
 
 from __future__ import annotations
 
@@ -21,21 +21,22 @@ EXIT_NOT_FOUND = 1
 def demo(
     *,
     vehicles: Annotated[int, typer.Option(help="Number of vehicles, 2 to 100.")] = 10,
-    seed: Annotated[int, typer.Option(help="Seed of the world and of the strategy.", min=0)] = 1,
+    seed: Annotated[int, typer.Option(help="Random seed for the world and the strategy.", min=0)] = 1,
     strategy: Annotated[str, typer.Option(help="Swarm strategy.")] = "aos-apso",
-    headless: Annotated[bool, typer.Option("--headless", help="Serve no dashboard.")] = False,
+    headless: Annotated[bool, typer.Option("--headless", help="Run without the dashboard.")] = False,
     exit_when_done: Annotated[
-        bool, typer.Option("--exit-when-done", help="End with the mission instead of keeping the dashboard up.")
+        bool,
+        typer.Option("--exit-when-done", help="Exit when the mission ends instead of keeping the dashboard available."),
     ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
     port: Annotated[int, typer.Option(help="Port of the dashboard.", min=0, max=65535)] = 8080,
     operator_code_file: Annotated[Path | None, typer.Option(help=CODE_FILE_HELP, dir_okay=False)] = None,
-    speed: Annotated[float, typer.Option(help="Simulated seconds per second.")] = 1.0,
-    autopilot: Annotated[str, typer.Option(help="What the vehicles behave like: arducopter or px4.")] = "arducopter",
-    trees_per_ha: Annotated[float, typer.Option(help="Density of the forest.")] = 300.0,
+    speed: Annotated[float, typer.Option(help="Simulation speed: simulated seconds per real second.")] = 1.0,
+    autopilot: Annotated[str, typer.Option(help="Simulated autopilot: arducopter or px4.")] = "arducopter",
+    trees_per_ha: Annotated[float, typer.Option(help="Trees per hectare of the simulated forest.")] = 300.0,
     image_size: Annotated[int, typer.Option(help="Width and height of the images in pixels.")] = 512,
-    folder: Annotated[Path, typer.Option(help="Where missions are recorded.")] = Path("missions"),
-    wait: Annotated[bool, typer.Option("--wait", help="Leave start and return to the operator.")] = False,
+    folder: Annotated[Path, typer.Option(help="Folder for recorded missions.")] = Path("missions"),
+    wait: Annotated[bool, typer.Option("--wait", help="Leave launch and return to the operator.")] = False,
 ) -> None:
     """Find a person under trees with a simulated swarm, and watch it on the dashboard.
 

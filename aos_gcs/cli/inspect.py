@@ -1,4 +1,4 @@
-"""``aos-gcs inspect``: what a mission folder tells."""
+"""``aos-gcs inspect``: report on a recorded mission."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ def inspect(
     mission_dir: Annotated[Path, typer.Argument(help="Folder of one mission, which holds mission.sqlite.")],
     as_json: Annotated[
         bool,
-        typer.Option("--json", help="Print one JSON object instead of text; with --truth of mission and score."),
+        typer.Option("--json", help="Print one JSON object instead of text; with --truth, one with mission and score."),
     ] = False,
     steps: Annotated[bool, typer.Option("--steps", help="List every step.")] = False,
     truth: Annotated[
         Path | None,
         typer.Option(
-            help="World file of the simulator (--world-file of aos-gcs sim and sim-camera): add how near the estimate "
-            "has come to a person, and how much of one was seen.",
+            help="World file of the simulator (--world-file of aos-gcs sim and sim-camera): also report the position "
+            "error of the estimate and how much of a person was visible.",
             dir_okay=False,
         ),
     ] = None,
@@ -32,7 +32,7 @@ def inspect(
         typer.Option(help="Report of the same simulator (--report-file), for the true distances.", dir_okay=False),
     ] = None,
 ) -> None:
-    """Show a recorded mission: finished, broken off, or still being flown.
+    """Show a recorded mission: finished, interrupted, or still in flight.
 
     Shows its phases, vehicles, target estimate, notices, the operator's actions, outcome and files.
     """
@@ -49,7 +49,7 @@ def inspect(
     score = None
     if truth is not None:
         if snapshot is None:
-            raise InputDataError(f"The mission in {mission_dir} has recorded no state that could be judged.")
+            raise InputDataError(f"The mission in {mission_dir} contains no recorded state to compare with the truth.")
         score = score_mission(snapshot, mission_dir, truth, truth_report)
     if as_json:
         content = encode(summary) if score is None else {"mission": encode(summary), "score": dataclasses.asdict(score)}
@@ -57,4 +57,4 @@ def inspect(
         return
     print_report(summary, with_steps=steps)
     if score is not None:
-        typer.echo("\nagainst the truth:\n" + "\n".join(f"  {line}" for line in score.lines()))
+        typer.echo("\ncompared with the truth:\n" + "\n".join(f"  {line}" for line in score.lines()))

@@ -1,4 +1,4 @@
-"""What a running mission shows on the terminal."""
+"""Progress of a running mission on the terminal."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from aos_gcs.mission.model import EventKind, MissionSnapshot, Phase, StepRecord
 _log = logging.getLogger(__name__)
 
 _MATRIX_PAUSE_S = 20.0
-"""Least time between two prints of an unfinished preflight."""
+"""Shortest interval between two prints of an unfinished preflight."""
 
 
 @asynccontextmanager
 async def followed(mission: MissionControl) -> AsyncIterator[None]:
-    """Show how a mission goes on for as long as the context is entered."""
+    """Show the progress of a mission for as long as the context is entered."""
     async with asyncio.TaskGroup() as group:
         display = group.create_task(_show(mission))
         yield
@@ -46,14 +46,14 @@ async def _show(mission: MissionControl) -> None:
 
 
 class Matrix:
-    """Decides when the matrix of preflight is worth printing: when it is over, and when what is open has changed."""
+    """Decides when to print the preflight matrix: at the end of preflight, and when blocking checks have changed."""
 
     def __init__(self) -> None:
         self._shown: object = None
         self._due_utc_s = 0.0
 
     def is_news(self, snapshot: MissionSnapshot, utc_s: float) -> bool:
-        """Return whether to print it now. While vehicles start up much changes: that waits for some seconds."""
+        """Return whether to print it now. Frequent changes while vehicles start up are delayed for some seconds."""
         if snapshot.phase is Phase.CONNECT or not snapshot.preflight:
             self._due_utc_s = utc_s + _MATRIX_PAUSE_S
             return False

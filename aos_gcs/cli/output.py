@@ -1,4 +1,4 @@
-"""What commands tell on standard error: log lines and progress. Standard output is left to results."""
+"""Log lines and progress on standard error. Standard output is left to results."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemaini
 from rich.progress import Progress as RichProgress
 
 Advance = Callable[[int], None]
-"""Tells that so many more units of work are done."""
+"""Function that reports a number of further units of work as done."""
 
 PLAIN_INTERVAL_S = 3.0
 

@@ -1,4 +1,4 @@
-"""The matrix of preflight as text: one row per check, one column per vehicle, and what is not as it should be."""
+"""The preflight matrix as text: one row per check, one column per vehicle, and a note for each check not passed."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _EMPTY = "·"
 
 
 def preflight_table(found: Sequence[PreflightCheck]) -> str:
-    """Return the matrix, and below it every check that does not simply pass, with its remedy or override."""
+    """Return the matrix, and below it every check that has not passed, with its remedy or override."""
     cells = {(check.name, check.vehicle_id): check for check in found if check.vehicle_id != MISSION}
     names = dict.fromkeys(name for name, _ in cells)
     vehicle_ids = sorted({vehicle_id for _, vehicle_id in cells})
@@ -26,7 +26,7 @@ def preflight_table(found: Sequence[PreflightCheck]) -> str:
 
 
 def _notes(found: Sequence[PreflightCheck]) -> list[str]:
-    """Return a line for each thing that is not as it should be; vehicles with the same problem share one."""
+    """Return a line for each check that has not passed; vehicles with the same problem share one."""
     vehicles: dict[str, list[PreflightCheck]] = {}
     for check in found:
         if check.status is not CheckStatus.PASS:

@@ -1,4 +1,4 @@
-"""Commands that are imported when they are asked for."""
+"""Commands that are imported on demand."""
 
 from __future__ import annotations
 

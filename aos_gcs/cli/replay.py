@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 def replay(
     mission_dir: Annotated[Path, typer.Argument(help="Folder of one mission, which holds mission.sqlite.")],
     *,
-    host: Annotated[str, typer.Option(help="Address of the dashboard.")] = "127.0.0.1",
+    host: Annotated[str, typer.Option(help="Network address on which the dashboard listens.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(help="Port of the dashboard.", min=0, max=65535)] = 8080,
     operator_code_file: Annotated[Path | None, typer.Option(help=CODE_FILE_HELP, dir_okay=False)] = None,
 ) -> None:
     """Show a recorded mission on the dashboard, at any time of it.
 
-    Operators move in it and all others see the same; nothing can be commanded. Ctrl-C ends it.
+    Operators control the playback for all clients; vehicles cannot be commanded. Ctrl-C ends it.
     """
     from aos_gcs.config.model import ApiConfig  # noqa: PLC0415 - heavy, only for this command
 

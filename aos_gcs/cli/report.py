@@ -57,8 +57,8 @@ def print_report(summary: MissionSummary, *, with_steps: bool) -> None:
 
 def _headline(summary: MissionSummary) -> str:
     if summary.outcome is None:
-        return f"{summary.folder}: not closed (being flown, or broken off)"
-    words = {Outcome.FOUND: "target found", Outcome.NOT_FOUND: "nothing found"}
+        return f"{summary.folder}: not closed (in flight, or interrupted)"
+    words = {Outcome.FOUND: "possible person found", Outcome.NOT_FOUND: "nothing found"}
     return f"{summary.folder}: {words.get(summary.outcome.outcome, summary.outcome.outcome)}"
 
 
@@ -120,7 +120,7 @@ def _vehicle_row(vehicle: VehicleSnapshot) -> Row:
 
 def _frames_row(count: FrameCount) -> Row:
     if count.time_sigma_s is None:
-        sigma = "not told"
+        sigma = "unknown"
     else:
         sigma = " to ".join(dict.fromkeys(f"{sigma_s:.3g}" for sigma_s in count.time_sigma_s))
     return (str(count.vehicle_id), str(count.frames), sigma)
@@ -131,7 +131,7 @@ SETTINGS_COLUMNS = ("utc", "vehicle", "purpose", "before the mission", "now")
 
 def _settings_row(record: SettingsRecord) -> Row:
     before = ", ".join(f"{name} = {value:g}" for name, value in record.former.items())
-    now = "set back" if record.is_restored else "changed"
+    now = "restored" if record.is_restored else "changed"
     return (_utc(record.utc_s), str(record.vehicle_id), record.purpose, before, now)
 
 
@@ -140,7 +140,7 @@ def _ids(vehicle_ids: tuple[int, ...] | None) -> str:
 
 
 def _result(refusal: str | None) -> str:
-    return "taken" if refusal is None else f"refused: {refusal}"
+    return "accepted" if refusal is None else f"refused: {refusal}"
 
 
 def _utc(utc_s: float) -> str:

@@ -19,30 +19,29 @@ T = TypeVar("T")
 
 
 class Staying(Protocol):
-    """A mission whose dashboard may stay up."""
+    """A mission whose dashboard can stay available."""
 
     async def stay(self) -> None:
-        """Keep it up until cancelled."""
+        """Keep the dashboard available until cancelled."""
         ...
 
 
 EXIT_FAILED = 1
-CODE_FILE_HELP = "File with the code that makes a client of the dashboard an operator, instead of a random one."
+CODE_FILE_HELP = "File with the operator code for the dashboard, instead of a random code."
 EXIT_TERMINATED = 128 + signal.SIGTERM
 
 
 def run(
     config: Annotated[Path, typer.Argument(help="TOML file; docs/configuration.md describes it.", dir_okay=False)],
     *,
-    port: Annotated[int | None, typer.Option(help="Port of the dashboard instead of the file's.")] = None,
+    port: Annotated[int | None, typer.Option(help="Port of the dashboard; overrides the configuration file.")] = None,
     operator_code_file: Annotated[Path | None, typer.Option(help=CODE_FILE_HELP, dir_okay=False)] = None,
-    headless: Annotated[bool, typer.Option("--headless", help="Serve no dashboard.")] = False,
+    headless: Annotated[bool, typer.Option("--headless", help="Run without the dashboard.")] = False,
     exit_when_done: Annotated[
-        bool, typer.Option("--exit-when-done", help="End with the mission instead of keeping the dashboard up.")
+        bool,
+        typer.Option("--exit-when-done", help="Exit when the mission ends instead of keeping the dashboard available."),
     ] = False,
-    plan: Annotated[
-        bool, typer.Option("--plan", help="Say how the aperture suits the file's forest, and fly nothing.")
-    ] = False,
+    plan: Annotated[bool, typer.Option("--plan", help="Print advice on the aperture and exit.")] = False,
 ) -> None:
     """Fly a mission with the vehicles of a configuration file.
 
@@ -72,9 +71,7 @@ def _show_plan(config: ServiceConfig) -> None:
 
     settings = mission_settings(config)
     if settings.forest is None:
-        raise ConfigurationError(
-            "--plan needs the section [forest] in the configuration; docs/configuration.md has it."
-        )
+        raise ConfigurationError("--plan needs the section [forest] in the configuration; see docs/configuration.md.")
     advice = advise(settings, settings.forest)
     typer.echo(advice.text)
     for reason in advice.plan.reasons:
@@ -82,7 +79,7 @@ def _show_plan(config: ServiceConfig) -> None:
 
 
 async def _fly(config: ServiceConfig, stay: bool) -> bool:
-    """Run the mission, print how it ended, and return whether it did so by itself."""
+    """Run the mission, print its result, and return whether it neither failed nor was aborted."""
     from aos_gcs.cli.live import followed  # noqa: PLC0415 - heavy, only for this command
     from aos_gcs.mission.model import Outcome  # noqa: PLC0415
     from aos_gcs.runtime.service import open_service  # noqa: PLC0415
@@ -97,8 +94,8 @@ async def _fly(config: ServiceConfig, stay: bool) -> bool:
 
 
 async def stay_up(mission: Staying) -> None:
-    """Wait until cancelled, for the dashboard to be looked at."""
-    typer.echo("The mission is over; the dashboard stays up until Ctrl-C.", err=True)
+    """Keep the dashboard available until cancelled."""
+    typer.echo("The mission has ended. The dashboard stays available until Ctrl-C.", err=True)
     await mission.stay()
 
 

@@ -73,7 +73,7 @@ def _decode(hint: Any, data: object) -> object:  # noqa: PLR0911 (one return per
     if origin is float:
         return _decode_float(data)
     if origin in (bool, int, str):
-        # bool is an int in Python, but true is no number in JSON
+        # bool is an int in Python, but true is not a number in JSON
         _require(type(data) is origin, hint, data)
         return data
     if origin is tuple:

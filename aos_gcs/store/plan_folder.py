@@ -1,4 +1,4 @@
-"""Plans that operators keep: one JSON file each."""
+"""Saved plans: one JSON file each."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from aos_gcs.errors import AosError, InputDataError, RecordingError
 _NAME = re.compile(r"\w(?:[\w .-]{0,48}\w)?")
 _SUFFIX = ".json"
 NOTHING: Final = "none"
-"""The version of a plan that there is not."""
+"""Version of a plan that does not exist."""
 
 
 class PlanChangedError(AosError):
-    """Somebody else has saved, or removed, a plan meanwhile."""
+    """Another operator has saved, or removed, a plan in the meantime."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,14 +29,14 @@ class PlanEntry:
     name: str
     saved_utc_s: float
     version: str
-    """Another one after every change."""
+    """Changes whenever the plan is saved."""
 
 
 class PlanFolder:
     """A folder of plans; made when the first one is written.
 
     Args:
-        folder: where they are.
+        folder: path of the folder.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -44,7 +44,7 @@ class PlanFolder:
         self._writing = threading.Lock()
 
     def entries(self) -> tuple[PlanEntry, ...]:
-        """Return what there is, by name."""
+        """Return the plans, by name."""
         found = (path for path in self._folder.glob(f"*{_SUFFIX}") if _NAME.fullmatch(path.stem))
         return tuple(_entry(path.stem, path.stat()) for path in sorted(found))
 
@@ -52,7 +52,7 @@ class PlanFolder:
         """Return the text of a plan; None if there is none of that name.
 
         Raises:
-            InputDataError: the name is none for a plan, or its file cannot be read.
+            InputDataError: the name is not a valid plan name, or its file cannot be read.
         """
         path = self._path(name)
         try:
@@ -63,7 +63,7 @@ class PlanFolder:
             raise InputDataError(f"The plan {path} cannot be read: {error}.") from error
 
     def write(self, name: str, text: str, replaces: str | None = None) -> None:
-        """Keep a plan; one of the same name is replaced, as a whole or not at all.
+        """Save a plan; one of the same name is replaced, as a whole or not at all.
 
         Args:
             name: of the plan.
@@ -71,7 +71,7 @@ class PlanFolder:
             replaces: version of the plan that may be replaced, ``NOTHING`` for a new name; None: whatever is there.
 
         Raises:
-            InputDataError: the name is none for a plan.
+            InputDataError: the name is not a valid plan name.
             PlanChangedError: there is another version than may be replaced.
             RecordingError: the folder cannot be written.
         """
@@ -92,7 +92,7 @@ class PlanFolder:
         """Remove a plan; return whether there was one.
 
         Raises:
-            InputDataError: the name is none for a plan.
+            InputDataError: the name is not a valid plan name.
         """
         path = self._path(name)
         if not path.exists():
@@ -105,7 +105,7 @@ class PlanFolder:
         name = unicodedata.normalize("NFC", name)
         if not _NAME.fullmatch(name):
             raise InputDataError(
-                f"'{name}' is no name for a plan; use up to 50 letters, digits, spaces, points, '-' and '_'."
+                f"'{name}' is not a valid plan name; use up to 50 letters, digits, spaces, points, '-' and '_'."
             )
         return self._folder / f"{name}{_SUFFIX}"
 
@@ -122,6 +122,8 @@ def _check_version(path: Path, version: str) -> None:
     if present == version:
         return
     if version == NOTHING:
-        raise PlanChangedError(f"There is a plan '{path.stem}' already; choose another name, or replace it.")
+        raise PlanChangedError(f"A plan named '{path.stem}' already exists. Choose another name, or replace it.")
     done = "removed" if present == NOTHING else "saved"
-    raise PlanChangedError(f"The plan '{path.stem}' was {done} by somebody else meanwhile; look at it, or save again.")
+    raise PlanChangedError(
+        f"The plan '{path.stem}' was {done} by another operator in the meantime. Review it, or save again."
+    )

@@ -60,7 +60,7 @@ class FrameEntry:
 
     @property
     def time_sigma_s(self) -> float | None:
-        """Standard deviation of the time that the pose is of; None where it was not told, and in older recordings."""
+        """Standard deviation of the pose's time; None where it was not reported, and in older recordings."""
         return self._row["time_sigma_s"] if "time_sigma_s" in self._row.keys() else None  # noqa: SIM118 - no mapping
 
     def load(self) -> Capture:
@@ -113,7 +113,7 @@ class MissionReader:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         if not (folder / DATABASE_NAME).is_file():
-            raise InputDataError(f"{folder} is no mission folder: it holds no {DATABASE_NAME}")
+            raise InputDataError(f"{folder} is not a mission folder: it contains no {DATABASE_NAME}")
         self._connection, self._version = _open(folder / DATABASE_NAME)
 
     def __enter__(self) -> Self:
@@ -134,14 +134,14 @@ class MissionReader:
         return self._folder
 
     def manifest(self) -> dict[str, object]:
-        """Return what the mission was started with."""
+        """Return the configuration and versions that the mission was started with."""
         path = self._folder / MANIFEST_NAME
         try:
             manifest = json.loads(path.read_text(encoding="utf-8"))
         except (OSError, ValueError) as error:
             raise InputDataError(f"cannot read {path}: {error}") from error
         if not isinstance(manifest, dict):
-            raise InputDataError(f"cannot read {path}: it is no JSON object")
+            raise InputDataError(f"cannot read {path}: it is not a JSON object")
         return manifest
 
     def events(self, kind: EventKind | None = None) -> Iterator[Event]:
@@ -157,7 +157,7 @@ class MissionReader:
             yield Event(row["seq"], row["utc_s"], row_kind, data)
 
     def event_index(self) -> tuple[EventEntry, ...]:
-        """Return what happened when, without what it was."""
+        """Return number, time and kind of all events, without their content."""
         rows = self._rows("SELECT seq, utc_s, kind FROM events ORDER BY seq")
         with self._explained("events"):
             return tuple(EventEntry(row["seq"], row["utc_s"], EventKind(row["kind"])) for row in rows)
@@ -286,10 +286,10 @@ def _open(database: Path) -> tuple[sqlite3.Connection, int]:
         return _checked(sqlite3.connect(f"{database.resolve().as_uri()}?mode=ro", uri=True))
     except sqlite3.OperationalError as error:
         # A mission that was not closed keeps a log beside the database, which even a reader must be able to lock.
-        text = f"{database} cannot be opened where it lies ({error}); copy the mission's folder and try there"
+        text = f"{database} cannot be opened in place ({error}); copy the mission's folder and try there"
         raise InputDataError(text) from error
     except sqlite3.Error as error:
-        raise InputDataError(f"{database} is damaged or no mission: {error}") from error
+        raise InputDataError(f"{database} is damaged or not a mission: {error}") from error
 
 
 def _checked(connection: sqlite3.Connection) -> tuple[sqlite3.Connection, int]:

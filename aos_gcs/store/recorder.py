@@ -2,7 +2,7 @@
 
 Buffered: yes, ``QUEUE_SIZE`` records; when full: the caller waits, nothing is dropped. One thread writes, several
 records per transaction. A storage that fails never stops a mission: the records concerned are lost and counted, the
-operator is told once when it begins and once when it is over, and ``flush`` raises.
+operator gets a notice when it begins and when it is over, and ``flush`` raises.
 """
 
 from __future__ import annotations
@@ -67,7 +67,9 @@ class MissionRecorder:
             ConfigurationError: the folder exists already or cannot be made.
         """
         if not re.fullmatch(r"\w[\w.-]*", mission_id):
-            raise ConfigurationError(f"the mission id {mission_id!r} is no folder name; use letters, digits, - and _")
+            raise ConfigurationError(
+                f"the mission id {mission_id!r} is not a valid folder name; use letters, digits, - and _"
+            )
         recorder = cls(root / mission_id, notify)
         with ThreadPoolExecutor(max_workers=1, thread_name_prefix="recorder") as thread:
             loop = asyncio.get_running_loop()
@@ -87,7 +89,7 @@ class MissionRecorder:
 
     @property
     def log_folder(self) -> Path:
-        """Where a driver keeps its raw traffic."""
+        """Folder of the driver's raw traffic."""
         return self._folder / MAVLINK_NAME
 
     @property
@@ -167,10 +169,10 @@ class MissionRecorder:
             self._failure = RecordingError(
                 f"cannot record into {self._folder}: {errors[0]}; make room or check the disk"
             )
-            self._notify(Notice(Severity.CRITICAL, f"The mission goes on without a record: {self._failure}."))
+            self._notify(Notice(Severity.CRITICAL, f"The mission continues without recording: {self._failure}."))
         elif not errors and self._failure is not None:
             self._failure = None
-            self._notify(Notice(Severity.WARNING, f"Recording works again; {self._lost} records have been lost."))
+            self._notify(Notice(Severity.WARNING, f"Recording resumed; {self._lost} records were lost."))
 
     def _answer(self, flush: _Flush) -> None:
         if flush.done.cancelled():

@@ -1,4 +1,4 @@
-"""A recorded mission that is shown like a flying one, at any time of it."""
+"""A recorded mission, shown like a live one at any time of it."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ TICK_S: Final = 0.2
 MIN_SPEED: Final = 0.1
 MAX_SPEED: Final = 50.0
 NOTICES_SHOWN: Final = 200
-"""The latest ones before a time that was jumped to."""
+"""Number of notices shown after a jump: the latest ones before that time."""
 
 _REFUSAL = "This is the record of a mission: nothing in it can be commanded."
 
@@ -43,8 +43,8 @@ class MissionReplay:
     What is large stays on the disk: a jump reads one snapshot, whatever the length of the mission.
 
     Args:
-        reader: of the mission; must stay open.
-        clock: of the replay.
+        reader: reader of the mission; must stay open.
+        clock: clock of the replay.
 
     Raises:
         InputDataError: the recording holds no state to show, or is damaged.
@@ -57,7 +57,7 @@ class MissionReplay:
         index = reader.event_index()
         self._snapshots = [entry for entry in index if entry.kind is EventKind.SNAPSHOT]
         if not self._snapshots:
-            raise InputDataError(f"{reader.folder} holds no snapshot of the mission; it ended before it began")
+            raise InputDataError(f"{reader.folder} contains no snapshot of the mission; it ended before it began")
         self._start_utc_s = index[0].utc_s
         self._end_utc_s = self._start_utc_s + _reached_s(index[-1].utc_s - self._start_utc_s)
         kinds = (kind for kind in EventKind if kind is not EventKind.SNAPSHOT)
@@ -82,7 +82,7 @@ class MissionReplay:
     def _snapshot_of(self, entry: EventEntry) -> MissionSnapshot:
         data = self._reader.event(entry.seq).data
         if not isinstance(data, MissionSnapshot):
-            raise InputDataError(f"event {entry.seq} of {self._reader.folder} is no snapshot")
+            raise InputDataError(f"event {entry.seq} of {self._reader.folder} is not a snapshot")
         return data
 
     def steps(self) -> Sequence[StepRecord]:
@@ -138,7 +138,7 @@ class MissionReplay:
     # --- ReplayControl ------------------------------------------------------------------------------------------------
 
     def replay(self) -> ReplayState:
-        """Return where the replay is."""
+        """Return the position of the replay."""
         return ReplayState(
             time_s=self._utc_s - self._start_utc_s,
             duration_s=self._end_utc_s - self._start_utc_s,
@@ -147,7 +147,7 @@ class MissionReplay:
         )
 
     def timeline(self) -> Timeline:
-        """Return what lies where; who goes to the moment of something sees it."""
+        """Return the timeline; a seek to the time of an entry shows it."""
         start_utc_s = self._start_utc_s
         timed = [(_reached_s(event.utc_s - start_utc_s), event.data) for event in self._events]
         return Timeline(
@@ -183,7 +183,7 @@ class MissionReplay:
         self._stream.publish(EventKind.SNAPSHOT, self.snapshot())
 
     async def run(self) -> None:
-        """Let the time of the replay pass until cancelled."""
+        """Advance the replay until cancelled."""
         while True:
             before_s = self._clock.now_s()
             await self._clock.sleep(TICK_S)
@@ -191,7 +191,7 @@ class MissionReplay:
                 self._advance(self._speed * (self._clock.now_s() - before_s))
 
     def _go_to(self, utc_s: float) -> None:
-        """Go to a moment within the recording; one that cannot be shown is not gone to."""
+        """Go to a time within the recording, unless the state then cannot be shown."""
         before_utc_s = self._utc_s
         self._utc_s = min(max(utc_s, self._start_utc_s), self._end_utc_s)
         try:
@@ -201,7 +201,7 @@ class MissionReplay:
             raise
 
     def _advance(self, duration_s: float) -> None:
-        """Tell everything that has happened in a span of the recording; play stops before what is damaged."""
+        """Publish everything that happened in a span of the recording; playback stops before damaged data."""
         known = len(self._past())
         try:
             self._go_to(self._utc_s + duration_s)

@@ -28,7 +28,7 @@ class PhaseSpan:
     start_s: float
     """Clock seconds since the start action, as of the first recorded snapshot in this phase."""
     end_s: float
-    """As of the last one."""
+    """Clock seconds since the start action, as of the last snapshot in this phase."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,17 +43,17 @@ class FileSize:
 
 @dataclass(frozen=True, slots=True)
 class FrameCount:
-    """How many frames one vehicle has delivered."""
+    """Number of frames of one vehicle."""
 
     vehicle_id: int
     frames: int
     time_sigma_s: tuple[float, float] | None
-    """Smallest and largest standard deviation of the times that the poses are of; None where none was told."""
+    """Smallest and largest standard deviation of the times that the poses are of; None where none was reported."""
 
 
 @dataclass(frozen=True, slots=True)
 class MissionSummary:
-    """What can be told of a recorded mission."""
+    """Summary of a recorded mission."""
 
     folder: str
     manifest: Mapping[str, object]

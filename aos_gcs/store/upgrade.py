@@ -1,4 +1,4 @@
-"""What older versions of the program have recorded, in the words of this one."""
+"""Conversion of recordings of older versions."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def upgraded(version: int, kind: EventKind, data: Any) -> Any:
 
 
 def _check_with_status(check: dict[str, Any]) -> dict[str, Any]:
-    """Version 1 had no more than passed or not."""
+    """Convert a check of version 1, which only had passed or failed."""
     if "passed" not in check:
         return check
     rest = {name: value for name, value in check.items() if name != "passed"}

@@ -167,7 +167,7 @@ async def test_observers_see_the_same_and_cannot_command_until_they_sign_in(page
     for command in ("hold-all", "action-hold", "action-start"):
         await expect(page.get_by_test_id(command)).to_have_count(0)
     await page.keyboard.press("h")
-    await expect(page.get_by_test_id("results-error")).to_contain_text("Observers cannot command; sign in")
+    await expect(page.get_by_test_id("results-error")).to_contain_text("Observers cannot send commands. Sign in")
     for path, body in COMMANDS.items():
         answer = await page.evaluate(POST, [path, body])
         assert answer == {"status": 403, "id": "operators_only"}, path
@@ -178,7 +178,7 @@ async def test_observers_see_the_same_and_cannot_command_until_they_sign_in(page
 
     await page.get_by_test_id("sign-in-open").click()
     await sign_in(page, "Ada", code="not-the-code")
-    await expect(page.get_by_test_id("sign-in-refusal")).to_contain_text("code is wrong")
+    await expect(page.get_by_test_id("sign-in-refusal")).to_contain_text("Wrong operator code")
     page_record.errors.clear()  # the browser's word on the refusal
     await page.goto(f"{url}#code={OPERATOR_CODE}")
     await page.reload()

@@ -91,9 +91,9 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return fly(tmp_path_factory.mktemp("finished"), killed=False)
 
 
-@pytest.fixture
-def broken_off(tmp_path: Path) -> Path:
-    return fly(tmp_path, killed=True)
+@pytest.fixture(scope="module")
+def broken_off(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return fly(tmp_path_factory.mktemp("killed"), killed=True)
 
 
 def inspect(*arguments: object) -> int:
@@ -123,7 +123,7 @@ def test_the_report_tells_what_an_operator_asks(finished: Path, capsys: pytest.C
     assert inspect(finished, "--steps") == 0
     report = capsys.readouterr().out
     for text in (
-        "target found",
+        "possible person found",
         "strategy aos-apso, 1 vehicles, 8 s, 4 steps",
         "target at (3.0, 4.0, 0.0) m ENU ± 0.25 m, 4 sightings",
         "smallest separation 1.50 m",
@@ -167,7 +167,7 @@ def test_a_folder_without_a_mission_is_one_sentence(
 ) -> None:
     assert inspect(tmp_path / name) == 2
     (line,) = capsys.readouterr().err.splitlines()
-    assert "is no mission folder" in line
+    assert "is not a mission folder" in line
 
 
 def test_a_damaged_mission_is_one_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

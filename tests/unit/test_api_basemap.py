@@ -61,9 +61,9 @@ def test_pictures_and_vectors_can_be_shown(tmp_path: Path, tile_type: int) -> No
 @pytest.mark.parametrize(
     ("content", "reason"),
     [
-        (b"", "no PMTiles archive"),
-        (b"PK\x03\x04" + bytes(500), "no PMTiles archive; make one"),
-        (ARCHIVE[:100], "no PMTiles archive"),
+        (b"", "not a PMTiles archive"),
+        (b"PK\x03\x04" + bytes(500), "not a PMTiles archive; make one"),
+        (ARCHIVE[:100], "not a PMTiles archive"),
         (ARCHIVE[:-1], "incomplete: its tiles end at byte .*copy it again"),
         (ARCHIVE[:7] + bytes([2]) + ARCHIVE[8:], "version 2; convert it"),
         (ARCHIVE[:97] + bytes([3]) + ARCHIVE[98:], "directories of .* compression brotli"),

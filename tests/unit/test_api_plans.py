@@ -152,10 +152,10 @@ async def test_what_another_screen_has_saved_is_not_replaced_unseen(client: http
     assert (await client.put(f"/api/plans/a?replaces={seen}", json=PLAN | {"vehicles": 7})).status_code == 200
     late = await client.put(f"/api/plans/a?replaces={seen}", json=PLAN | {"vehicles": 8})
     assert (late.status_code, (await client.get("/api/plans/a")).json()["vehicles"]) == (409, 7)
-    assert "saved by somebody else" in late.json()["message"]
+    assert "saved by another operator" in late.json()["message"]
     assert (await client.delete("/api/plans/a")).status_code == 204
     gone = await client.put("/api/plans/a?replaces=1-2", json=PLAN)
-    assert "removed by somebody else" in gone.json()["message"]
+    assert "removed by another operator" in gone.json()["message"]
 
 
 async def test_letters_are_the_same_however_they_were_typed(client: httpx.AsyncClient) -> None:

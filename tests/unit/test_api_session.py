@@ -95,7 +95,7 @@ async def test_guessing_is_slowed_down_and_commands_are_not(
     refused = await sign_in(client)  # the right code, too, or else guessing would go on
     assert (refused.status_code, refused.json()["id"]) == (429, "too_many_guesses")
     assert refused.headers["Retry-After"] == "1"
-    assert "wait 1 s, then sign in" in refused.json()["message"]
+    assert "Wait 1 s, then sign in" in refused.json()["message"]
     # Who is signed in already notices nothing of it.
     command = await start(client)
     assert (command.status_code, mission.operators) == (200, ["Ada"])

@@ -312,7 +312,7 @@ async def test_a_slow_disk_makes_the_caller_wait_and_loses_nothing(
 
 @pytest.mark.parametrize("mission_id", ["../m", "a/b", "", ".."])
 async def test_a_mission_id_is_a_folder_name(store: Store, mission_id: str) -> None:
-    with pytest.raises(ConfigurationError, match="no folder name"):
+    with pytest.raises(ConfigurationError, match="not a valid folder name"):
         async with store.record(mission_id):
             pass
 
@@ -333,14 +333,14 @@ async def test_a_root_that_is_a_file_is_refused(store: Store) -> None:
 
 
 def test_a_folder_without_a_mission_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputDataError, match=r"no mission folder: it holds no mission\.sqlite"):
+    with pytest.raises(InputDataError, match=r"not a mission folder: it contains no mission\.sqlite"):
         MissionReader(tmp_path)
 
 
 @pytest.mark.parametrize("content", [b"", b"not a database, but long enough to be taken for one" * 50])
 def test_a_file_that_is_no_mission_is_refused(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "mission.sqlite").write_bytes(content)
-    with pytest.raises(InputDataError, match="damaged or no mission"):
+    with pytest.raises(InputDataError, match="damaged or not a mission"):
         MissionReader(tmp_path)
 
 
@@ -379,7 +379,7 @@ async def test_damaged_files_name_themselves(store: Store) -> None:
         with pytest.raises(InputDataError, match=entry.path.name):
             entry.load()
         (reader.folder / "manifest.json").write_text("[]")
-        with pytest.raises(InputDataError, match=r"manifest\.json: it is no JSON object"):
+        with pytest.raises(InputDataError, match=r"manifest\.json: it is not a JSON object"):
             reader.manifest()
         with pytest.raises(InputDataError, match="no step 7"):
             reader.strategy_state(7)

@@ -1,4 +1,4 @@
-"""Bodies of requests are small; larger ones are refused before they fill the memory."""
+"""Limit on the size of requests, which are refused before they fill the memory."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from aos_gcs.api.errors import error_response
 
 MAX_BODY_BYTES: Final = 1024 * 1024
 """Several times the largest plan."""
-_TEXT = f"The request is larger than {MAX_BODY_BYTES // 1024} KiB, more than any that this service understands."
+_TEXT = f"The request is larger than the limit of {MAX_BODY_BYTES // 1024} KiB."
 
 
 class BodyLimitMiddleware:

@@ -1,4 +1,4 @@
-"""Bounds how often somebody may guess the operators' code. Who is signed in already never comes here."""
+"""Limits on wrong operator codes. Operators who are signed in are not affected."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from typing import Final
 
 FREE_GUESSES: Final = 5
-"""Wrong ones of an address, for people who mistype; after that each costs twice the wait of the one before."""
+"""Wrong codes without a wait, per address; each further one doubles the wait."""
 FIRST_WAIT_S: Final = 1.0
 LONGEST_WAIT_S: Final = 60.0
 FORGET_AFTER_S: Final = 900.0
-"""Without another wrong guess, an address begins anew."""
+"""Time after which the wrong codes of an address are forgotten."""
 GUESSES_PER_MINUTE: Final = 60.0
-"""Of all addresses together but this machine's own, so that the operator beside it can always sign in."""
+"""Limit for all addresses together except this machine's own, from which operators can always sign in."""
 ADDRESSES_KEPT: Final = 1024
 
 
@@ -24,7 +24,7 @@ class _Guesses:
     wrong: int
     latest_s: float
     open_at_s: float
-    """When the next guess is listened to."""
+    """Time at which the next code is accepted for comparison."""
 
 
 class GuessThrottle:
@@ -41,7 +41,7 @@ class GuessThrottle:
         self._budget_at_s: float | None = None
 
     def wait_s(self, address: str) -> float:
-        """Return for how long an address is not listened to; 0: it may guess now."""
+        """Return how long an address has to wait before its next code; 0: not at all."""
         now_s, guesses = self._now_s(), self._by_address.get(_group(address))
         own_s = 0.0 if guesses is None else guesses.open_at_s - now_s
         shared_s = 0.0 if _is_here(address) else (1.0 - self._refilled(now_s)) * 60.0 / GUESSES_PER_MINUTE
@@ -63,11 +63,11 @@ class GuessThrottle:
             self._budget_at_s = now_s
 
     def note_right(self, address: str) -> None:
-        """Forget what an address has guessed before."""
+        """Forget the wrong codes of an address."""
         self._by_address.pop(_group(address), None)
 
     def _refilled(self, now_s: float) -> float:
-        """Return how many guesses all together may make now."""
+        """Return the number of codes that all addresses together may try now."""
         since_s = 0.0 if self._budget_at_s is None else now_s - self._budget_at_s
         return min(GUESSES_PER_MINUTE, self._budget + since_s * GUESSES_PER_MINUTE / 60.0)
 
@@ -80,7 +80,7 @@ def _is_here(address: str) -> bool:
 
 
 def _group(address: str) -> str:
-    """Return what counts as one address: of IPv6 the network, of which a single machine may take any address."""
+    """Return the unit that is counted: for IPv6 the network, since one machine may use any address in it."""
     try:
         parsed = ipaddress.ip_address(address)
     except ValueError:

@@ -1,6 +1,6 @@
-"""Who may command: operators, who have signed in with the service's code, and observers, who only look.
+"""Operators, who have signed in with the service's code and may send commands, and observers, who may not.
 
-The code is exchanged once for a cookie, so that it stands in no request but one. Sessions live as long as the service.
+The code is exchanged once for a cookie, so that only one request contains it. Sessions last as long as the service.
 """
 
 from __future__ import annotations
@@ -21,21 +21,21 @@ from aos_gcs.errors import AosError, ConfigurationError
 
 MIN_CODE_LENGTH: Final = 8
 MAX_OPERATORS: Final = 32
-"""Signed in at a time; one more replaces the one that has been signed in for longest."""
+"""Largest number of operators signed in at a time; another one replaces the earliest."""
 
 _CODE_BYTES: Final = 12
 
 
 class AccessDeniedError(AosError):
-    """Somebody asks for what only operators may do."""
+    """A request that only operators may make."""
 
 
 class WrongCodeError(AccessDeniedError):
-    """A code that is not the service's."""
+    """A wrong operator code."""
 
 
 class TooManyGuessesError(AccessDeniedError):
-    """Too many wrong codes: this one was not even looked at."""
+    """Too many wrong codes; this one was not compared."""
 
     def __init__(self, text: str, retry_after_s: int = 1) -> None:
         super().__init__(text)
@@ -43,7 +43,7 @@ class TooManyGuessesError(AccessDeniedError):
 
 
 class Role(StrEnum):
-    """What a client may do."""
+    """Role of a client."""
 
     OPERATOR = "operator"
     OBSERVER = "observer"
@@ -51,11 +51,11 @@ class Role(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Session:
-    """Who is at the other end."""
+    """Role and name of a client."""
 
     role: Role
     name: str
-    """As given at sign-in; empty for observers."""
+    """Name given at sign-in; empty for observers."""
 
 
 OBSERVER: Final = Session(Role.OBSERVER, "")
@@ -66,8 +66,8 @@ class Access:
     """The operators who are signed in.
 
     Args:
-        operator_code: what makes an operator; None: nobody signs in, and everybody commands.
-        now_s: real seconds, for what wrong codes cost.
+        operator_code: code for signing in; None: no sign-in, every client is an operator.
+        now_s: clock in real seconds, for the wait after wrong codes.
     """
 
     def __init__(self, operator_code: str | None, now_s: Callable[[], float]) -> None:
@@ -77,28 +77,28 @@ class Access:
 
     @property
     def is_required(self) -> bool:
-        """Whether commanding takes a sign-in."""
+        """Whether commands require a sign-in."""
         return self._code is not None
 
     def sign_in(self, code: str, name: str, address: str) -> str:
         """Return the token of a new operator's session.
 
         Args:
-            code: that somebody has typed.
-            name: of that person.
-            address: where the request has come from.
+            code: code that was entered.
+            name: name of the person.
+            address: source address of the request.
 
         Raises:
-            TooManyGuessesError: of wrong codes; this one was not compared.
+            TooManyGuessesError: too many wrong codes; this one was not compared.
             WrongCodeError: the code is not the service's.
         """
         wait_s = math.ceil(self._throttle.wait_s(address))
         if wait_s > 0:
-            remedy = f"wait {wait_s} s, then sign in with the code that the service has printed at its start"
-            raise TooManyGuessesError(f"Too many wrong codes: {remedy}.", wait_s)
+            remedy = f"Wait {wait_s} s, then sign in with the code that the service printed when it started."
+            raise TooManyGuessesError(f"Too many wrong codes. {remedy}", wait_s)
         if self._code is None or not hmac.compare_digest(code.encode(), self._code.encode()):
             self._throttle.note_wrong(address)
-            raise WrongCodeError("The operators' code is wrong; the service has printed the right one at its start.")
+            raise WrongCodeError("Wrong operator code. The service printed the code when it started.")
         self._throttle.note_right(address)
         if len(self._sessions) >= MAX_OPERATORS:
             del self._sessions[next(iter(self._sessions))]
@@ -140,9 +140,9 @@ def read_code(path: Path) -> str:
     try:
         code = path.read_text(encoding="utf-8").strip()
     except (OSError, UnicodeDecodeError) as error:
-        raise ConfigurationError(f"The operators' code cannot be read from {path}: {error}.") from error
+        raise ConfigurationError(f"The operator code cannot be read from {path}: {error}.") from error
     if len(code) < MIN_CODE_LENGTH:
         raise ConfigurationError(
-            f"The operators' code in {path} must have {MIN_CODE_LENGTH} or more characters, but has {len(code)}."
+            f"The operator code in {path} must have {MIN_CODE_LENGTH} or more characters, but has {len(code)}."
         )
     return code

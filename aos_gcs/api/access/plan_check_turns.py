@@ -1,4 +1,4 @@
-"""How much of the service clients may take for checking plans: anybody may, and a check takes a tenth of a second."""
+"""Limits on plan checks, which every client may request and which take a tenth of a second each."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from aos_gcs.api.access.operators import Role
 from aos_gcs.errors import AosError
 
 MAX_PER_CLIENT: Final = 2
-"""The one that is made, and the one that makes it obsolete."""
+"""One in progress, and the one that replaces it."""
 MAX_PER_ROLE: Final = 16
 
 
 class TooManyChecksError(AosError):
-    """A client, or all together, ask for more plans to be checked than the service has time for."""
+    """Too many plan checks are pending, of one client or of all together."""
 
 
 class PlanChecks:
-    """Gives turns: one check at a time for all observers, and one for all operators, who never wait for observers."""
+    """Queue of plan checks: one at a time for observers and one for operators, who never wait for observers."""
 
     def __init__(self) -> None:
         self._lanes = {role: asyncio.Lock() for role in Role}
@@ -32,15 +32,15 @@ class PlanChecks:
         """Wait until a plan may be checked.
 
         Args:
-            role: of who asks.
-            client: who asks, as far as that is known.
+            role: role of the client.
+            client: identity of the client, as far as it is known.
 
         Raises:
-            TooManyChecksError: too many are waited for.
+            TooManyChecksError: too many checks are pending.
         """
         of_role = sum(count for (asking, _), count in self._asked.items() if asking is role)
         if self._asked[role, client] >= MAX_PER_CLIENT or of_role >= MAX_PER_ROLE:
-            raise TooManyChecksError("Too many plans are being checked; ask again when the earlier ones are answered.")
+            raise TooManyChecksError("Too many plan checks are pending. Try again when the earlier ones are complete.")
         self._asked[role, client] += 1
         try:
             async with self._lanes[role]:

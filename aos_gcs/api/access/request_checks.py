@@ -1,4 +1,4 @@
-"""Only operators, and only pages that this service has delivered itself, may command vehicles.
+"""Checks that only operators, on pages of this service, send commands to vehicles.
 
 Browsers let any web page send requests to ``127.0.0.1`` and open WebSockets to it. Two checks stop that:
 
@@ -7,7 +7,7 @@ Browsers let any web page send requests to ``127.0.0.1`` and open WebSockets to 
 - ``Origin``, which browsers send with every WebSocket and every POST, must be this service. Programs without a browser
   send none and are let through: they are not under a foreign page's control.
 
-A third check refuses every request that would change something to whom has not signed in as an operator.
+A third check refuses requests that change something unless the client has signed in as an operator.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _HEADERS = [
 ]
 _POLICY_VIOLATION = 1008
 _OPEN_PATHS = frozenset({"/api/session", "/api/plan/check"})
-"""Signing in, and saying what is wrong with a plan: neither changes anything about the mission."""
+"""Sign-in and plan checks, which change nothing about the mission."""
 _READING_METHODS = frozenset({"GET", "HEAD"})
 
 
@@ -53,10 +53,10 @@ def refusal(
     """
     host = headers.get("host", "")
     if not _is_trusted_host(host, allowed_hosts):
-        return "unknown_host", f"This service does not answer to the name '{host}'; open it by its IP address."
+        return "unknown_host", f"The host name '{host}' is not allowed. Open the dashboard by its IP address."
     origin = headers.get("origin")
     if check_origin and origin is not None and not _is_same_origin(origin, host):
-        return "cross_origin", f"Pages of '{origin}' must not control this service; open its own page instead."
+        return "cross_origin", f"Requests from pages of '{origin}' are not allowed. Open the service's own page."
     return None
 
 
@@ -105,7 +105,7 @@ class SameOriginMiddleware:
 
 
 class OperatorsOnlyMiddleware:
-    """Refuses whatever may change something to clients that are no operators; new routes need no check of their own."""
+    """Refuses requests of observers that may change something; new routes need no check of their own."""
 
     def __init__(self, app: ASGIApp, access: Access) -> None:
         self._app = app
@@ -117,7 +117,7 @@ class OperatorsOnlyMiddleware:
         if changes_nothing or scope["path"] in _OPEN_PATHS or self._is_operator(scope):
             await self._app(scope, receive, send)
             return
-        refused = AccessDeniedError("Observers cannot command; sign in with the operators' code first.")
+        refused = AccessDeniedError("Observers cannot send commands. Sign in with the operator code.")
         await error_response(*status_and_id(refused), str(refused))(scope, receive, send)
 
     def _is_operator(self, scope: Scope) -> bool:

@@ -18,5 +18,5 @@ def notice(record: NoticeRecord) -> NoticeModel:
 
 
 def acknowledgement(given: Acknowledgement) -> AcknowledgementModel:
-    """Convert the word that somebody has taken note."""
+    """Convert an acknowledgement."""
     return AcknowledgementModel(notice_id=given.notice_id, operator=given.operator, utc_s=given.utc_s)

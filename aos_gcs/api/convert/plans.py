@@ -21,7 +21,7 @@ from aos_gcs.planning.settings import ForestSettings
 from aos_gcs.planning.shape_files import ImportedShape
 
 NO_ORIGIN: Final = GeodeticPosition(0.0, 0.0, 0.0)
-"""For plans without any place."""
+"""Stand-in for the origin of plans without any position."""
 
 _WIRE_NAMES: Final = {
     "area_enu_m": "area",
@@ -35,11 +35,11 @@ _WIRE_NAMES: Final = {
     "endurance_s": "endurance_min",
     "search_s": "search_min",
 }
-"""Of the core's fields; the others have the same name here."""
+"""Names of the core's fields in requests and answers, where they differ."""
 
 
 def plan_origin(plan: wire.PlanModel, origin: GeodeticPosition | None) -> GeodeticPosition:
-    """Return the mission's origin, or a place of the plan that can stand for it until that is known."""
+    """Return the mission's origin or, while it is unknown, a position of the plan in its stead."""
     if origin is not None:
         return origin
     places = [place for place in (plan.launch, *plan.area) if place is not None]
@@ -49,7 +49,7 @@ def plan_origin(plan: wire.PlanModel, origin: GeodeticPosition | None) -> Geodet
 
 
 def homes(vehicles: Iterable[VehicleSnapshot], origin: GeodeticPosition | None) -> dict[int, tuple[float, float]]:
-    """Return where vehicles have their homes, horizontal ENU metres by id; none while there is no origin."""
+    """Return the vehicles' homes by id, horizontal ENU metres; empty while the origin is unknown."""
     if origin is None:
         return {}
     frame, places = LocalFrame(origin), {}
@@ -147,7 +147,7 @@ def report(
     estimate: PlanEstimate | None,
     origin: GeodeticPosition,
 ) -> wire.PlanReportModel:
-    """Convert what is to be said of a plan."""
+    """Convert the assessment of a plan."""
     return wire.PlanReportModel(
         flyable=estimate is not None,
         problems=[
@@ -179,7 +179,7 @@ def _estimate(estimate: PlanEstimate, origin: GeodeticPosition) -> wire.PlanEsti
 
 
 def strategy(options: StrategyOptions) -> wire.StrategyModel:
-    """Convert what can be chosen about a strategy."""
+    """Convert the parameters of a strategy."""
     return wire.StrategyModel(
         name=options.name,
         parameters=[
@@ -198,7 +198,7 @@ def strategy(options: StrategyOptions) -> wire.StrategyModel:
 
 
 def imported(shape: ImportedShape) -> wire.ImportedShapeModel:
-    """Convert a shape of a file."""
+    """Convert an imported shape."""
     return wire.ImportedShapeModel(
         role=shape.role,
         name=shape.name,

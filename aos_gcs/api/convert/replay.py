@@ -14,7 +14,7 @@ from aos_gcs.mission.control import ReplayState, Timeline
 
 
 def replay_state(state: ReplayState) -> ReplayModel:
-    """Convert where a replay is."""
+    """Convert the state of a replay."""
     return ReplayModel(
         time_s=round(state.time_s, 1),
         duration_s=round(state.duration_s, 1),
@@ -24,7 +24,7 @@ def replay_state(state: ReplayState) -> ReplayModel:
 
 
 def timeline(state: ReplayState, line: Timeline) -> TimelineModel:
-    """Convert a replay, and what lies where in it."""
+    """Convert a replay and its timeline."""
     return TimelineModel(
         replay=replay_state(state),
         start_utc_s=line.start_utc_s,

@@ -1,4 +1,4 @@
-"""What the viewer has found, as wire models."""
+"""Conversion of the viewer's results."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from aos_gcs.mission import viewing
 
 
 def viewed_step(viewed: viewing.ViewedStep) -> wire.ViewedStepModel:
-    """Convert what can be seen of a step."""
+    """Convert the views of a step."""
     return wire.ViewedStepModel(
         step=viewed.step,
         focal_height_m=viewed.focal_height_m,
@@ -30,7 +30,7 @@ def viewed_step(viewed: viewing.ViewedStep) -> wire.ViewedStepModel:
 
 
 def focus_found(found: viewing.FocusFound) -> wire.FocusFoundModel:
-    """Convert what autofocus has found."""
+    """Convert the result of autofocus."""
     return wire.FocusFoundModel(
         height_m=found.height_m, sigma_m=finite(found.sigma_m), found=found.found, reason=found.reason
     )

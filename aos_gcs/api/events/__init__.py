@@ -1,1 +1,1 @@
-"""The event stream: what clients have to know, and what waits to be sent to each."""
+"""The event stream: the state that clients know, and the messages that wait for each of them."""

@@ -34,7 +34,7 @@ from aos_gcs.mission.model import (
 
 NOTICES_KEPT = 200
 EVENTS_KEPT = 1024
-"""For clients that come back; minutes of a mission."""
+"""Events kept for clients that reconnect: minutes of a mission."""
 NO_CAPABILITIES = CapabilitiesModel(planning=False, viewer=False, findings=False)
 
 
@@ -46,14 +46,14 @@ def loop_time_s() -> float:
 class EventHub:
     """The mission's one subscriber on behalf of all clients: everything is converted once, whoever looks.
 
-    It keeps the latest notices, so that a page that is loaded again still shows what has gone wrong, and the latest
-    events, so that one that was away misses none.
+    It keeps the latest notices, so that a reloaded page still shows them, and the latest events, so that a client
+    that reconnects misses none.
 
     Args:
-        mission: what is told of.
-        replay: of the mission; None where it is flown.
-        capabilities: what clients may ask for.
-        now_s: real seconds, for the age of the mission's last sign of life.
+        mission: mission to follow.
+        replay: replay of the mission; None for a live one.
+        capabilities: what the service offers to clients.
+        now_s: clock in real seconds, for the age of the mission's last sign of life.
     """
 
     def __init__(
@@ -84,7 +84,7 @@ class EventHub:
         with self._mission.subscribe() as events:
             async for event in events:
                 if previous_seq is not None and event.seq > previous_seq + 1:
-                    # Lost before they came here. A number that nobody gets tells clients to ask, and they get it all.
+                    # Events were lost before they arrived here. A skipped number makes clients request the whole state.
                     self._seq += 1
                 previous_seq = event.seq
                 self._distribute(event)
@@ -117,9 +117,9 @@ class EventHub:
         return self._model(self._mission.snapshot())
 
     def mission_age_s(self) -> float:
-        """Return the real seconds since the mission has last told its state, which it does several times per second.
+        """Return the real seconds since the mission last published its state, which it does several times per second.
 
-        It does so by a task of its own: when that hangs or has died, this server may well live on.
+        It does so by a task of its own: when that hangs or has failed, this server may still answer.
         """
         if self._replay is not None or self._heard_at_s is None:
             return 0.0
@@ -212,4 +212,4 @@ class EventHub:
         if isinstance(data, PicturesRecord):
             origin = self._origin()
             return messages.PicturesMessage(seq=seq, utc_s=utc_s, pictures=picture_models(data.kinds, data, origin))
-        raise TypeError(f"{event.kind} is no event for clients")
+        raise TypeError(f"{event.kind} is not an event for clients")

@@ -1,4 +1,4 @@
-"""What waits to be sent to one client."""
+"""Messages that wait to be sent to one client."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Outbox:
         self._greeted = False
         self._revision = 0
         self._seq = 0
-        """Of the latest event that was taken."""
+        """Number of the latest event that was taken."""
 
     def put(self, seq: int, text: str) -> None:
         """Add an event."""
@@ -52,7 +52,7 @@ class Outbox:
         self._ready.set()
 
     def start_over(self) -> None:
-        """Greet the client again: what it knows is no longer so."""
+        """Greet the client again: its state is no longer valid."""
         self._greeted = False
         self._ready.set()
 
@@ -66,7 +66,7 @@ class Outbox:
         return text
 
     def heartbeat(self) -> str:
-        """Return the message for a client that nothing waits for."""
+        """Return the message to send when there is nothing else."""
         return HeartbeatMessage(seq=self._seq, mission_age_s=self._mission_age_s()).model_dump_json()
 
     def _pop(self) -> str | None:

@@ -3,8 +3,8 @@
 Every snapshot of the mission makes a revision. A client is brought from the revision that it has to the latest one by
 one message with the fields that differ, however many revisions lie between; clients that keep up share its text.
 
-With a large fleet this is what clients cost. Values are compared as they are, by identity first, since conversion
-hands the same objects out again; only what has changed becomes JSON.
+With a large fleet most of the work for clients is done here. Values are compared as they are, by identity first, since
+conversion hands the same objects out again; only what has changed becomes JSON.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from aos_gcs.api.models.mission import MissionModel
 from aos_gcs.api.models.preflight import PreflightCheckModel
 
 REVISIONS_KEPT: Final = 32
-"""Changes that can be merged; who is further behind gets the whole state."""
+"""Number of changes that can be merged; clients that are further behind get the whole state."""
 
 Fields = dict[str, Any]
 CheckKey = tuple[int, str]
@@ -27,10 +27,10 @@ KeyT = TypeVar("KeyT")
 
 @dataclass(frozen=True, slots=True)
 class _Change:
-    """From one revision to a later one."""
+    """Changes from one revision to a later one."""
 
     mission: Fields = field(default_factory=dict)
-    """With ``preflight`` only where checks have come or gone."""
+    """Changed fields; ``preflight`` only where checks were added or removed."""
     vehicles: dict[int, Fields] = field(default_factory=dict)
     checks: dict[CheckKey, PreflightCheckModel] = field(default_factory=dict)
 
@@ -55,9 +55,9 @@ class MissionState:
         self._checks: dict[CheckKey, PreflightCheckModel] = {}
         self._preflight: list[PreflightCheckModel] = []
         self._changes: deque[_Change | None] = deque(maxlen=REVISIONS_KEPT)
-        """None: a change that cannot be told by fields, because a vehicle is gone."""
+        """None: a change that fields cannot express, because a vehicle is gone."""
         self._bodies: dict[int, str] = {}
-        """Text behind seq and age that leads from a revision to the present one."""
+        """Text after seq and age that leads from a revision to the present one."""
         self._utc_s = 0.0
         self.revision = 0
 

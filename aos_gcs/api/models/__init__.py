@@ -1,1 +1,1 @@
-"""What clients see: one module of wire models for each kind of data."""
+"""Wire models, which clients see: one module for each kind of data."""

@@ -1,4 +1,4 @@
-"""What wire models share: their base, points on the map, and errors.
+"""Wire models shared by the others: their base, points on the map, and errors.
 
 Angles are degrees, lengths metres, times seconds; positions carry ENU metres about the mission's origin and, when that
 origin is known, WGS84 degrees beside them. ``null`` always means *not known*, never zero.
@@ -43,7 +43,7 @@ class VertexModel(WireModel):
 
 
 class ScanLegModel(WireModel):
-    """One sweep of the swarm's line, by the way of its middle."""
+    """One sweep of the swarm's line, given by the path of its middle."""
 
     start: VertexModel
     end: VertexModel
@@ -53,4 +53,4 @@ class ErrorModel(WireModel):
     """The body of every error."""
 
     id: str = Field(description="Stable, for programs.")
-    message: str = Field(description="A sentence for people: what is wrong and what to do.")
+    message: str = Field(description="Sentence for people: what is wrong and what to do.")

@@ -15,11 +15,11 @@ class EllipseModel(WireModel):
 
     semi_major_m: float
     semi_minor_m: float
-    heading_deg: float = Field(description="Of the major axis, clockwise from true north, [0, 180].")
+    heading_deg: float = Field(description="Direction of the major axis, clockwise from true north, [0, 180].")
 
 
 class TargetModel(WireModel):
-    """Where a target is believed to be."""
+    """Estimated position of a target."""
 
     track_id: int = Field(description="Counts from 1 in a mission; 0 if not known.")
     confirmed: bool = Field(description="Seen often enough to be no false alarm.")
@@ -30,12 +30,12 @@ class TargetModel(WireModel):
     sightings: int
     seen_at_s: float | None = Field(description="Mission time of the latest sighting.")
     person_confidence: float | None = Field(
-        description="Probability, 0 to 1, that it is a person rather than another warm body; null if nothing tells."
+        description="Probability, 0 to 1, that it is a person rather than another warm body; null if unknown."
     )
 
 
 class FindingModel(WireModel):
-    """Something that searchers should know of."""
+    """Something that was found, for the searchers."""
 
     finding_id: int
     status: FindingStatus
@@ -46,14 +46,14 @@ class FindingModel(WireModel):
     sigma_m: float | None
     ellipse: EllipseModel | None
     sightings: int
-    person_confidence: float | None = Field(description="Probability, 0 to 1; null if nothing tells.")
-    track_id: int | None = Field(description="Of the target; null if an operator has marked it.")
+    person_confidence: float | None = Field(description="Probability, 0 to 1; null if unknown.")
+    track_id: int | None = Field(description="Track of the target; null if an operator has marked it.")
     found_at_s: float = Field(description="Mission time at which it was first known.")
     seen_at_s: float
-    step: int = Field(description="Whose frames show it.")
+    step: int = Field(description="Step whose frames show it.")
     comment: str
     assignee: str
-    operator: str = Field(description="Who has judged it last, or marked it.")
+    operator: str = Field(description="Operator who judged it last, or marked it.")
 
 
 Comment = Annotated[str, Field(max_length=2000)]
@@ -68,7 +68,7 @@ class FindingRequest(WireModel):
 
 
 class FindingChangeRequest(WireModel):
-    """What an operator changes; what is left out, or null, stays."""
+    """Changes to a finding; fields that are left out, or null, stay as they are."""
 
     status: FindingStatus | None = None
     comment: Comment | None = None

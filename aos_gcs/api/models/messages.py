@@ -26,7 +26,7 @@ from aos_gcs.api.models.steps import PictureModel, StepModel
 
 SCHEMA_VERSION = 3
 """Raised when a client written for the earlier number would misread a message."""
-MISSION_AGE = "Seconds since the mission has last given a sign of life; 0 in a replay, where time may stand still."
+MISSION_AGE = "Seconds since the mission's last sign of life; 0 in a replay, where time may stand still."
 
 
 class HelloMessage(WireModel):
@@ -54,7 +54,7 @@ class SnapshotMessage(WireModel):
 
 
 class ChangesMessage(WireModel):
-    """What has changed in the mission since the message before; fields that are not named are as they were."""
+    """Changes in the mission since the previous message; fields that are not named are unchanged."""
 
     kind: Literal["changes"] = "changes"
     seq: int
@@ -101,16 +101,16 @@ class PicturesMessage(WireModel):
 
 
 class PlanMessage(WireModel):
-    """The mission flies by another plan; ``GET /api/plan`` has it."""
+    """Another plan was applied; ``GET /api/plan`` returns it."""
 
     kind: Literal["plan"] = "plan"
     seq: int
     utc_s: float
-    operator: str = Field(description="Who has applied it.")
+    operator: str = Field(description="Operator who applied it.")
 
 
 class HeartbeatMessage(WireModel):
-    """The connection is alive although nothing has changed; whether the mission is, its age tells."""
+    """The connection is alive although nothing has changed; ``mission_age_s`` tells whether the mission is."""
 
     kind: Literal["heartbeat"] = "heartbeat"
     seq: int
@@ -137,7 +137,7 @@ SERVER_MESSAGE: TypeAdapter[ServerMessage] = TypeAdapter(ServerMessage)
 class MissedEventsModel(WireModel):
     """The events after a number, or where these are no longer kept the whole state instead."""
 
-    mission_id: str = Field(description="Numbers of another mission mean nothing here.")
-    seq: int = Field(description="Of the latest event.")
+    mission_id: str = Field(description="Mission that the numbers belong to.")
+    seq: int = Field(description="Number of the latest event.")
     events: list[Annotated[EventMessage, Field(discriminator="kind")]]
     hello: HelloMessage | None = Field(description="Null where events are complete.")

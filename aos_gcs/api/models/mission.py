@@ -18,9 +18,9 @@ from aos_gcs.mission.model import Action, FocusSource, Outcome, Phase, Suspensio
 class FocusModel(WireModel):
     """The focal plane in use."""
 
-    height_m: float = Field(description="Above the origin.")
+    height_m: float = Field(description="Height above the origin.")
     source: FocusSource
-    sigma_m: float | None = Field(description="Standard deviation of what autofocus has found.")
+    sigma_m: float | None = Field(description="Standard deviation of the result of autofocus.")
 
 
 class MissionModel(WireModel):
@@ -38,21 +38,23 @@ class MissionModel(WireModel):
     area: list[VertexModel]
     fence: list[VertexModel]
     no_go: list[list[VertexModel]]
-    legs: list[ScanLegModel] = Field(description="Of the scan; empty before they are planned.")
+    legs: list[ScanLegModel] = Field(description="Legs of the scan; empty before they are planned.")
     leg: int = Field(description="Index of the leg being flown.")
-    covered_percent: float | None = Field(description="Of the search area, in a frame at least once.")
+    covered_percent: float | None = Field(
+        description="Share of the search area that has been in a frame at least once."
+    )
     vehicles: list[VehicleModel]
     preflight: list[PreflightCheckModel]
-    target: TargetModel | None = Field(description="The one in view, or else the one that was seen last.")
-    targets: list[TargetModel] = Field(description="All that are confirmed, and the target.")
+    target: TargetModel | None = Field(description="Target in view, or else the one that was seen last.")
+    targets: list[TargetModel] = Field(description="All confirmed targets, and the target.")
     min_separation_m: float | None
     focus: FocusModel | None
     findings: list[FindingModel] = Field(description="Oldest first.")
     acknowledgements: list[AcknowledgementModel] = Field(
-        description="The latest ones, by the number of their notice: the same for all operators."
+        description="Latest acknowledgements, by the number of their notice: the same for all operators."
     )
-    replay: ReplayModel | None = Field(description="Of the record that is shown; null for a mission that is flown.")
-    allowed_actions: list[Action] = Field(description="What makes sense to offer now; a request can still be refused.")
+    replay: ReplayModel | None = Field(description="Replay that is shown; null for a live mission.")
+    allowed_actions: list[Action] = Field(description="Actions worth offering now; a request can still be refused.")
 
 
 class ActionRequest(WireModel):
@@ -61,12 +63,12 @@ class ActionRequest(WireModel):
     action: Action
     vehicle_ids: Annotated[list[Annotated[int, Field(ge=1, le=255)]], Field(min_length=1, max_length=255)] | None = None
     focal_height_m: Annotated[float, Field(allow_inf_nan=False)] | None = Field(
-        None, description="Of the action focus alone: metres above the origin, or null to leave it to autofocus."
+        None, description="For the action focus: metres above the origin, or null for autofocus."
     )
 
 
 class ActionResultModel(WireModel):
-    """What became of an action for one vehicle."""
+    """Result of an action for one vehicle."""
 
     vehicle_id: int
     accepted: bool
@@ -74,7 +76,7 @@ class ActionResultModel(WireModel):
 
 
 class ActionResponse(WireModel):
-    """What became of an action, vehicle by vehicle."""
+    """Results of an action, vehicle by vehicle."""
 
     action: Action
     results: list[ActionResultModel]

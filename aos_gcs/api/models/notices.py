@@ -11,7 +11,7 @@ from aos_gcs.ports import Severity
 
 
 class NoticeModel(WireModel):
-    """Something that happened, for the operator."""
+    """A notice for the operator."""
 
     severity: Severity
     notice_id: int = Field(
@@ -23,14 +23,14 @@ class NoticeModel(WireModel):
 
 
 class AcknowledgementModel(WireModel):
-    """An operator has taken note of a notice, and of all before it that say the same of the same vehicle."""
+    """Acknowledgement of a notice, and of earlier ones with the same text about the same vehicle."""
 
     notice_id: int
-    operator: str = Field(description="The name given at sign-in; empty when no name was given.")
+    operator: str = Field(description="Name given at sign-in; empty when none was given.")
     utc_s: float
 
 
 class AcknowledgeRequest(WireModel):
-    """Notices that an operator has taken note of."""
+    """Notices that an operator acknowledges."""
 
     notice_ids: Annotated[list[Annotated[int, Field(ge=1)]], Field(min_length=1, max_length=200)]

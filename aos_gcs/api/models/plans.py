@@ -1,7 +1,7 @@
 """Wire models of plans: shapes in degrees, so that a saved plan needs no origin.
 
 Plans are checked in two stages: types and ranges here, and whether they can be flown by ``POST /api/plan/check``, which
-tells every problem with its field.
+reports every problem with its field.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ PolygonModel = Annotated[list[PlaceModel], Field(max_length=500)]
 
 
 class ForestModel(_FiniteModel):
-    """What hides the ground; heights are above the focal plane."""
+    """Forest that hides the ground; heights are above the focal plane."""
 
     canopy_height_m: float
     crown_base_m: float
@@ -41,22 +41,22 @@ class ForestModel(_FiniteModel):
 
 
 class PlanModel(_FiniteModel):
-    """What is searched, where not, from where, how high and how. Fields that are left out take their defaults."""
+    """Search area, no-go zones, launch point, heights and strategy. Fields that are left out take their defaults."""
 
     vehicles: Annotated[int, Field(ge=2, le=250)]
     area: PolygonModel = Field(default=[])
     no_go: Annotated[list[PolygonModel], Field(max_length=500)] = Field(default=[])
     launch: PlaceModel | None = Field(default=None, description="Known from the vehicles once they are heard.")
-    return_point: PlaceModel | None = Field(default=None, description="Null: where they have started.")
+    return_point: PlaceModel | None = Field(default=None, description="Null: their launch positions.")
     fence: PolygonModel | None = Field(default=None, description="Null: around area and launch points.")
     scan_heading_deg: Annotated[float, Field(ge=0.0, lt=360.0)] = 0.0
     camera_fov_deg: Annotated[float, Field(gt=1.0, lt=170.0)] = Field(default=50.0, description="Horizontal.")
     lowest_layer_m: Annotated[float, Field(gt=0.0)] = Field(
-        default=35.0, description="Above the origin, as all heights."
+        default=35.0, description="Height above the origin, like all heights."
     )
     layer_spacing_m: Annotated[float, Field(gt=0.0)] = 3.0
     spacing_m: Annotated[float, Field(gt=0.0)] | None = Field(
-        default=None, description="Of the vehicles in line (c4); null: as in the strategy's parameters."
+        default=None, description="Spacing of the vehicles in line (c4); null: as in the strategy's parameters."
     )
     strategy: str = "aos-apso"
     strategy_parameters: dict[str, Any] = Field(default={})
@@ -65,18 +65,20 @@ class PlanModel(_FiniteModel):
     fence_margin_m: Annotated[float, Field(ge=0.0)] = 0.0
     cruise_speed_mps: Annotated[float, Field(gt=0.0)] = 10.0
     battery_reserve_percent: Annotated[float, Field(ge=0.0, lt=90.0)] = 20.0
-    endurance_min: Annotated[float, Field(gt=0.0)] = Field(default=25.0, description="Of a full battery in the air.")
+    endurance_min: Annotated[float, Field(gt=0.0)] = Field(default=25.0, description="Flight time of a full battery.")
     search_min: Annotated[float, Field(gt=0.0)] = Field(
-        default=20.0, description="From the start; without a find until then, everybody returns."
+        default=20.0, description="Time from the start after which all vehicles return if nothing was found."
     )
-    forest: ForestModel | None = Field(default=None, description="For the engine's proposals of spacing and number.")
+    forest: ForestModel | None = Field(
+        default=None, description="Forest for the proposals of spacing and number of vehicles."
+    )
 
 
 class StrategyParameterModel(WireModel):
-    """What can be chosen about a strategy, as the strategy declares it."""
+    """A parameter of a strategy, as the strategy declares it."""
 
-    name: str = Field(description="In PlanModel's strategy_parameters.")
-    text: str = Field(description="What it does.")
+    name: str = Field(description="Name in PlanModel's strategy_parameters.")
+    text: str = Field(description="Effect of the parameter.")
     unit: str
     default: float | bool | None
     is_switch: bool = Field(description="True or false; else a number.")
@@ -88,18 +90,18 @@ class StrategyParameterModel(WireModel):
 
 
 class StrategyModel(WireModel):
-    """What a plan can name as its strategy."""
+    """A strategy that a plan can use."""
 
     name: str
     parameters: list[StrategyParameterModel] = Field(
-        description="Without the spacing, which a plan has as a field of its own."
+        description="Parameters without the spacing, which is a field of the plan."
     )
 
 
 class PlanProblemModel(WireModel):
-    """Something to be mended, or at least known."""
+    """A problem to fix, or advice."""
 
-    field: str = Field(description="Of PlanModel; a part of it follows: no_go[0], strategy_parameters.gamma.")
+    field: str = Field(description="Field of PlanModel, with the part of it: no_go[0], strategy_parameters.gamma.")
     text: str
     blocking: bool = Field(description="False for advice: the plan can be flown.")
 
@@ -113,33 +115,33 @@ class PlanProposalModel(WireModel):
 
 
 class PlanEstimateModel(WireModel):
-    """What becomes of a plan when nothing is found."""
+    """Estimate for a plan when nothing is found."""
 
     legs: list[ScanLegModel]
     swath_m: float = Field(description="Width that the swarm's line sees.")
     area_m2: float
     free_area_m2: float = Field(description="Search area without the no-go zones.")
-    covered_percent: float = Field(description="Of the whole area.")
+    covered_percent: float = Field(description="Share of the whole area.")
     path_m: float
     scan_s: float
     flight_s: float = Field(description="From the first take-off to the last landing.")
-    battery_percent: float = Field(description="Of a full battery.")
+    battery_percent: float = Field(description="Share of a full battery.")
 
 
 class PlanReportModel(WireModel):
-    """What is to be said of a plan."""
+    """Assessment of a plan."""
 
     flyable: bool
     problems: list[PlanProblemModel]
     proposals: list[PlanProposalModel]
-    estimate: PlanEstimateModel | None = Field(description="Null as long as something blocks.")
+    estimate: PlanEstimateModel | None = Field(description="Null while a problem is blocking.")
     layers_m: list[float] = Field(description="Height of each vehicle's layer.")
 
 
 class ImportedShapeModel(WireModel):
     """A polygon or a point of a file."""
 
-    role: ShapeRole = Field(description="A guess.")
+    role: ShapeRole = Field(description="Likely role.")
     name: str
     places: list[PlaceModel]
 
@@ -149,4 +151,4 @@ class SavedPlanModel(WireModel):
 
     name: str
     saved_utc_s: float
-    version: str = Field(description="Another one after every change; for `replaces`.")
+    version: str = Field(description="Changes whenever the plan is saved; for `replaces`.")

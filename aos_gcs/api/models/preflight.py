@@ -11,7 +11,7 @@ from aos_gcs.mission.model import CheckStatus
 
 
 class OverrideModel(WireModel):
-    """The decision to launch in spite of a failed check."""
+    """Decision to launch in spite of a failed check."""
 
     reason: str
     by: str = Field(description="The operator's name, or 'configuration'; empty when no name was given.")
@@ -24,18 +24,18 @@ class PreflightCheckModel(WireModel):
     vehicle_id: int = Field(description="0: the mission as a whole.")
     name: str
     status: CheckStatus
-    text: str = Field(description="What was found.")
-    remedy: str = Field(description="What to do about it; empty where the check passes.")
-    overridable: bool = Field(description="Whether an operator may launch in spite of it.")
+    text: str = Field(description="Result of the check.")
+    remedy: str = Field(description="Remedy; empty where the check passes.")
+    overridable: bool = Field(description="Whether an operator may override it.")
     overridden: OverrideModel | None
-    blocks: bool = Field(description="Whether it stands against the launch: failed, and not overridden.")
+    blocks: bool = Field(description="Whether it blocks the launch: failed, and not overridden.")
 
 
 class OverrideRequest(WireModel):
-    """The wish to launch in spite of a failed check, or to take that back."""
+    """Request to override a failed check, or to withdraw the override."""
 
     vehicle_id: Annotated[int, Field(ge=0, le=255)]
     check: Annotated[str, Field(min_length=1, max_length=40)] = Field(description="The check's name.")
     reason: Annotated[str, Field(min_length=1, max_length=500)] | None = Field(
-        description="For the record; null takes an override back."
+        description="Reason for the audit log; null withdraws an override."
     )

@@ -12,30 +12,30 @@ from aos_gcs.ports import Severity
 
 
 class ReplayModel(WireModel):
-    """Where a replay is in the recorded mission."""
+    """Position of a replay in the recorded mission."""
 
-    time_s: float = Field(description="Since the recording began.")
+    time_s: float = Field(description="Time since the recording began.")
     duration_s: float
     speed: float = Field(description="Recorded seconds per second.")
     playing: bool
 
 
 class ReplayPhaseModel(WireModel):
-    """When a phase began."""
+    """Time at which a phase began."""
 
     time_s: float
     phase: Phase
 
 
 class ReplayStepModel(WireModel):
-    """When a step was decided."""
+    """Time at which a step was decided."""
 
     time_s: float
     step: int
 
 
 class ReplayNoticeModel(WireModel):
-    """When something happened."""
+    """Time of a notice."""
 
     time_s: float
     severity: Severity
@@ -44,7 +44,7 @@ class ReplayNoticeModel(WireModel):
 
 
 class ReplayFindingModel(WireModel):
-    """When a finding was first known, and what became of it at last."""
+    """Time at which a finding was first known, and its final status."""
 
     time_s: float
     finding_id: int
@@ -52,7 +52,7 @@ class ReplayFindingModel(WireModel):
 
 
 class TimelineModel(WireModel):
-    """A replay, and what lies where in it."""
+    """A replay and its timeline."""
 
     replay: ReplayModel
     start_utc_s: float
@@ -63,7 +63,7 @@ class TimelineModel(WireModel):
 
 
 class ReplayRequest(WireModel):
-    """What is to change in a replay; null leaves it as it is."""
+    """Changes to a replay; null leaves a field as it is."""
 
     time_s: Annotated[float, Field(allow_inf_nan=False)] | None = None
     speed: Annotated[float, Field(gt=0.0, allow_inf_nan=False)] | None = None

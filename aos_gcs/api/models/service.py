@@ -11,24 +11,24 @@ from aos_gcs.api.models.base import WireModel
 
 
 class SessionModel(WireModel):
-    """What this client may do."""
+    """Role of this client."""
 
     role: Role
-    name: str = Field(description="As given at sign-in; empty for observers.")
-    sign_in_required: bool = Field(description="False where everybody commands.")
+    name: str = Field(description="Name given at sign-in; empty for observers.")
+    sign_in_required: bool = Field(description="False where every client is an operator.")
 
 
 class SignInRequest(WireModel):
-    """The operators' code, and who it is that signs in."""
+    """Operator code, and the name of the operator."""
 
     code: Annotated[str, Field(max_length=200)]
     name: Annotated[str, Field(min_length=1, max_length=40, pattern=r"^\S(.*\S)?$")] = Field(
-        description="For the audit log."
+        description="Name of the operator, for the audit log."
     )
 
 
 class CapabilitiesModel(WireModel):
-    """What this service offers beside the mission itself; requests for the rest are refused."""
+    """Functions that this service offers beside the mission itself; requests for others are refused."""
 
     planning: bool = Field(description="The plan can be read and changed.")
     viewer: bool = Field(description="Recorded steps can be seen again; findings have pictures.")
@@ -36,6 +36,6 @@ class CapabilitiesModel(WireModel):
 
 
 class BasemapModel(WireModel):
-    """The map of the ground below everything that flies."""
+    """Base map below the mission."""
 
-    url: str | None = Field(description="Of a PMTiles file; null where there is none.")
+    url: str | None = Field(description="URL of a PMTiles file; null where there is none.")

@@ -10,29 +10,29 @@ from aos_gcs.ports import FlightMode, LandedState
 
 
 class LinkModel(WireModel):
-    """How well a vehicle is reached; its packet loss and age stand in VehicleModel."""
+    """Quality of a vehicle's link; its packet loss and age are in VehicleModel."""
 
-    address: str = Field(description="Where it is spoken to now.")
-    living_addresses: int = Field(description="At how many addresses, on all links together, it is being heard.")
+    address: str = Field(description="Address in use.")
+    living_addresses: int = Field(description="Number of addresses, on all links together, at which it is heard.")
     round_trip_ms: float | None
     clock_offset_ms: float | None = Field(description="The vehicle's clock minus ours.")
-    clock_drift_ppm: float | None = Field(description="What the vehicle's clock gains on ours.")
+    clock_drift_ppm: float | None = Field(description="Rate at which the vehicle's clock gains on ours.")
 
 
 class VehicleCameraModel(WireModel):
-    """What a vehicle's camera has delivered in this mission."""
+    """Frames of a vehicle's camera in this mission."""
 
-    frames: int = Field(description="That could be used.")
-    failures: int = Field(description="Steps that went on without its frame.")
+    frames: int = Field(description="Number of usable frames.")
+    failures: int = Field(description="Number of steps without its frame.")
     last_step: int | None
     footprint: list[VertexModel] = Field(
-        description="What its latest frame shows of the focal plane; empty before the first one."
+        description="Part of the focal plane that its latest frame shows; empty before the first one."
     )
-    failure: str | None = Field(description="Why its frame is missing in the latest step.")
-    source: str = Field(description="How frames come, in the driver's own word; empty if not known.")
-    refused: int = Field(description="That came with a pose or a time that cannot be trusted.")
-    late: int = Field(description="That were not there by the deadline.")
-    torn: int = Field(description="That were not whole by the deadline.")
+    failure: str | None = Field(description="Reason why its frame is missing in the latest step.")
+    source: str = Field(description="Source of frames, as the driver calls it; empty if unknown.")
+    refused: int = Field(description="Number of frames with an implausible pose or time.")
+    late: int = Field(description="Number of frames that arrived after the deadline.")
+    torn: int = Field(description="Number of frames that were incomplete at the deadline.")
 
 
 class VehicleModel(WireModel):
@@ -41,7 +41,7 @@ class VehicleModel(WireModel):
     vehicle_id: int
     autopilot: str
     mode: FlightMode
-    mode_name: str = Field(description="The autopilot's own word for its mode.")
+    mode_name: str = Field(description="The autopilot's own name of its mode.")
     task: Task
     landed: LandedState
     armed: bool | None
@@ -61,8 +61,8 @@ class VehicleModel(WireModel):
     link_age_s: float | None = Field(description="Seconds since its last message; null if never heard.")
     packet_loss_percent: float | None
     layer_height_m: float | None
-    waypoint: PositionModel | None = Field(description="Where it was last sent.")
-    refusal: str | None = Field(description="Why its last planned waypoint was shortened or held.")
-    text: str = Field(description="Its latest status text of severity warning or worse.")
+    waypoint: PositionModel | None = Field(description="Latest waypoint sent to it.")
+    refusal: str | None = Field(description="Reason why its last planned waypoint was shortened or held.")
+    text: str = Field(description="Latest status text of severity warning or worse.")
     link: LinkModel | None
     camera: VehicleCameraModel | None

@@ -1,4 +1,4 @@
-"""Wire models of looking at steps again."""
+"""Wire models of the viewer."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ class ViewedFrameModel(WireModel):
     """A frame that a step has."""
 
     vehicle_id: int
-    utc_s: float = Field(description="When it was exposed.")
-    position_enu_m: tuple[float, float, float] = Field(description="Of the camera.")
+    utc_s: float = Field(description="Time of exposure.")
+    position_enu_m: tuple[float, float, float] = Field(description="Position of the camera.")
     width_px: int
     height_px: int
     kinds: list[FrameKind]
 
 
 class ViewedStepModel(WireModel):
-    """What can be seen of a step."""
+    """Views that a step offers."""
 
     step: int
-    focal_height_m: float = Field(description="Of the plane that the mission has used.")
-    min_height_m: float = Field(description="Lowest plane that can be looked at.")
+    focal_height_m: float = Field(description="Height of the plane that the mission used.")
+    min_height_m: float = Field(description="Height of the lowest plane that can be shown.")
     max_height_m: float
     kinds: list[ViewKind]
     frames: list[ViewedFrameModel]
@@ -36,4 +36,4 @@ class FocusFoundModel(WireModel):
     height_m: float
     sigma_m: float | None = Field(description="Standard deviation; null when nothing was found.")
     found: bool
-    reason: str = Field(description="Why nothing was found; empty otherwise.")
+    reason: str = Field(description="Reason why nothing was found; empty otherwise.")

@@ -1,4 +1,4 @@
-"""The base map: one PMTiles file on this machine, of which browsers read the parts that they show."""
+"""The base map: a PMTiles file on this machine, of which browsers read the parts that they show."""
 
 from __future__ import annotations
 

@@ -15,9 +15,9 @@ from aos_gcs.api.models.messages import MissedEventsModel
 router = APIRouter()
 
 HEARTBEAT_INTERVAL_S = 0.5
-"""Of silence; the page takes the connection for lost after less than two seconds without a message."""
+"""Longest silence: after less than two seconds without a message the page considers the connection lost."""
 SEND_TIMEOUT_S = 10.0
-"""A client that takes nothing for so long is gone."""
+"""Time after which a client that accepts no data is disconnected."""
 
 
 @router.get("/api/events")
@@ -35,7 +35,7 @@ async def follow_events(websocket: WebSocket, hub: Hub) -> None:
             group.create_task(_send_events(websocket, hub))
             await _wait_for_disconnect(websocket)
     except* (WebSocketDisconnect, TimeoutError):
-        pass  # the ends that a connection has
+        pass  # both end a connection normally
 
 
 async def _wait_for_disconnect(websocket: WebSocket) -> NoReturn:

@@ -21,7 +21,7 @@ from aos_gcs.mission.viewing import ViewKind, ViewWindow
 router = APIRouter(prefix="/api/findings", tags=["findings"])
 
 MAX_DISTANCE_M = 50_000.0
-"""From the origin; a place farther away is a slip."""
+"""Largest distance from the origin; a farther one is a mistake."""
 _THUMBNAIL_HALF_WIDTH_M = 4.0
 
 FindingId = Annotated[int, Path(ge=1)]
@@ -72,7 +72,7 @@ async def change_finding(
     },
 )
 async def read_thumbnail(finding_id: FindingId, kind: ViewKind, mission: Mission, viewer: Viewer) -> Response:
-    """Return the surroundings of a finding in the integral of the step that has shown it last."""
+    """Return a finding's surroundings in the integral of the last step that shows it."""
     finding = _find(mission, finding_id)
     if finding.step < 1:
         raise NotFoundError(f"Finding {finding_id} was marked before the first step; no frame shows it.")

@@ -32,7 +32,7 @@ _REFUSED: dict[int | str, dict[str, Any]] = {403: {"model": ErrorModel}, 422: {"
 PlanName = Annotated[str, Path(max_length=64)]
 Replaces = Annotated[
     str | None,
-    Query(description="Version of the plan that may be replaced, `none` for a new name; else, whatever is there."),
+    Query(description="Version of the plan that may be replaced, `none` for a new name; by default any version."),
 ]
 
 
@@ -47,7 +47,7 @@ async def read_plan(mission: Mission, planning: Planning) -> PlanModel:
 
 @router.get("/api/plan/strategies")
 async def read_strategies() -> list[StrategyModel]:
-    """Return the strategies to choose from, with what can be chosen about each."""
+    """Return the available strategies with their parameters."""
     return [plan_convert.strategy(options) for options in available_options()]
 
 
@@ -63,7 +63,7 @@ async def _turn(request: Request, session: CurrentSession, checks: Checks) -> As
     dependencies=[Depends(_turn, scope="function")],
 )
 async def check(body: PlanModel, mission: Mission, planning: Planning) -> PlanReportModel:
-    """Say what is wrong with a plan, what it will take, and what would be better; observers may ask, too."""
+    """Return the problems of a plan, an estimate, and proposals; also for observers."""
     snapshot = mission.snapshot()
     origin = plan_convert.plan_origin(body, snapshot.origin)
     plan = plan_convert.plan_from_wire(body, origin)
@@ -74,7 +74,7 @@ async def check(body: PlanModel, mission: Mission, planning: Planning) -> PlanRe
 
 @router.post("/api/plan/apply", responses=_REFUSED | {409: {"model": ErrorModel}})
 async def apply(body: PlanModel, mission: Mission, planning: Planning, session: CurrentSession) -> PlanModel:
-    """Let the mission fly by this plan; only before the start. Connecting and preflight start anew."""
+    """Apply this plan, before the start only. Connecting and preflight start again."""
     origin = mission.snapshot().origin
     if origin is None:
         raise MissionError(
@@ -97,7 +97,7 @@ async def import_file(request: Request) -> list[ImportedShapeModel]:
         content += chunk
         if len(content) > MAX_FILE_BYTES:
             megabytes = MAX_FILE_BYTES // 1024**2
-            raise TooLargeError(f"The file is larger than {megabytes} MiB; leave out what is not needed.")
+            raise TooLargeError(f"The file is larger than {megabytes} MiB; remove what is not needed.")
     shapes = await asyncio.to_thread(import_shapes, bytes(content))
     return [plan_convert.imported(shape) for shape in shapes]
 
@@ -124,7 +124,7 @@ async def read_saved_plan(name: PlanName, plans: Plans) -> PlanModel:
 
 @router.put("/api/plans/{name:path}", responses=_REFUSED | {409: {"model": ErrorModel}})
 async def save_plan(name: PlanName, body: PlanModel, plans: Plans, replaces: Replaces = None) -> PlanModel:
-    """Keep a plan, finished or not."""
+    """Save a plan, finished or not."""
     await asyncio.to_thread(plans.write, name, body.model_dump_json(indent=2), replaces)
     return body
 

@@ -1,4 +1,4 @@
-"""Moving in a recorded mission."""
+"""Control of a replay."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ router = APIRouter(prefix="/api/replay", tags=["replay"], responses={404: {"mode
 
 @router.get("")
 async def read_replay(replay: Replay) -> TimelineModel:
-    """Return where the replay is, and what lies where in it."""
+    """Return the position of the replay, and its timeline."""
     return convert.timeline(replay.replay(), replay.timeline())
 
 
 @router.post("", responses={403: {"model": ErrorModel}, 422: {"model": ErrorModel}})
 async def control_replay(body: ReplayRequest, replay: Replay) -> ReplayModel:
-    """Go to a time, play or stop; all clients see the same. After a jump each of them is greeted anew."""
+    """Seek, play or stop, for all clients. After a jump each of them receives a new hello."""
     replay.seek(time_s=body.time_s, speed=body.speed, playing=body.playing)
     return convert.replay_state(replay.replay())

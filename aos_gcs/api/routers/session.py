@@ -14,7 +14,7 @@ router = APIRouter(prefix="/api/session", tags=["session"])
 
 @router.get("")
 async def read_session(session: CurrentSession, access: OperatorAccess) -> SessionModel:
-    """Return what this client may do."""
+    """Return the role of this client."""
     return _session_model(session, access.is_required)
 
 

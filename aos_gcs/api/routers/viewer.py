@@ -1,4 +1,4 @@
-"""Looking at a step again: on other focal planes, and frame by frame."""
+"""Views of a recorded step: integrals on other focal planes, and single frames."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ router = APIRouter(
 )
 
 _FOREVER = "private, max-age=86400, immutable"
-"""What a step's own frames show never changes."""
+"""Recorded frames never change."""
 _MEDIA_TYPES: Final = {PictureFormat.PNG: "image/png", PictureFormat.JPEG: "image/jpeg"}
 
 StepNumber = Annotated[int, Path(ge=1, le=1_000_000)]
@@ -28,7 +28,7 @@ Metres = Annotated[float, Query(ge=-100_000.0, le=100_000.0, allow_inf_nan=False
 
 @router.get("/{step}")
 async def describe(step: StepNumber, viewer: Viewer) -> ViewedStepModel:
-    """Return what can be seen of a step."""
+    """Return the views that a step offers."""
     return viewer_convert.viewed_step(await viewer.describe(step))
 
 
@@ -83,5 +83,5 @@ async def autofocus(
     viewer: Viewer,
     half_width_m: Annotated[float, Query(gt=0.0, le=100.0)] = 10.0,
 ) -> FocusFoundModel:
-    """Look for the height at which a step's frames agree best on a square."""
+    """Search for the height at which a step's frames agree best within a square."""
     return viewer_convert.focus_found(await viewer.autofocus(step, (east_m, north_m), half_width_m))

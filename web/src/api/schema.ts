@@ -133,7 +133,7 @@ export interface paths {
     };
     /**
      * Read Thumbnail
-     * @description Return the surroundings of a finding in the integral of the step that has shown it last.
+     * @description Return a finding's surroundings in the integral of the last step that shows it.
      */
     get: operations["read_thumbnail_api_findings__finding_id___kind__png_get"];
     put?: never;
@@ -275,7 +275,7 @@ export interface paths {
     put?: never;
     /**
      * Apply
-     * @description Let the mission fly by this plan; only before the start. Connecting and preflight start anew.
+     * @description Apply this plan, before the start only. Connecting and preflight start again.
      */
     post: operations["apply_api_plan_apply_post"];
     delete?: never;
@@ -295,7 +295,7 @@ export interface paths {
     put?: never;
     /**
      * Check
-     * @description Say what is wrong with a plan, what it will take, and what would be better; observers may ask, too.
+     * @description Return the problems of a plan, an estimate, and proposals; also for observers.
      */
     post: operations["check_api_plan_check_post"];
     delete?: never;
@@ -333,7 +333,7 @@ export interface paths {
     };
     /**
      * Read Strategies
-     * @description Return the strategies to choose from, with what can be chosen about each.
+     * @description Return the available strategies with their parameters.
      */
     get: operations["read_strategies_api_plan_strategies_get"];
     put?: never;
@@ -378,7 +378,7 @@ export interface paths {
     get: operations["read_saved_plan_api_plans__name__get"];
     /**
      * Save Plan
-     * @description Keep a plan, finished or not.
+     * @description Save a plan, finished or not.
      */
     put: operations["save_plan_api_plans__name__put"];
     post?: never;
@@ -421,13 +421,13 @@ export interface paths {
     };
     /**
      * Read Replay
-     * @description Return where the replay is, and what lies where in it.
+     * @description Return the position of the replay, and its timeline.
      */
     get: operations["read_replay_api_replay_get"];
     put?: never;
     /**
      * Control Replay
-     * @description Go to a time, play or stop; all clients see the same. After a jump each of them is greeted anew.
+     * @description Seek, play or stop, for all clients. After a jump each of them receives a new hello.
      */
     post: operations["control_replay_api_replay_post"];
     delete?: never;
@@ -445,7 +445,7 @@ export interface paths {
     };
     /**
      * Read Session
-     * @description Return what this client may do.
+     * @description Return the role of this client.
      */
     get: operations["read_session_api_session_get"];
     put?: never;
@@ -473,7 +473,7 @@ export interface paths {
     };
     /**
      * Describe
-     * @description Return what can be seen of a step.
+     * @description Return the views that a step offers.
      */
     get: operations["describe_api_viewer__step__get"];
     put?: never;
@@ -493,7 +493,7 @@ export interface paths {
     };
     /**
      * Autofocus
-     * @description Look for the height at which a step's frames agree best on a square.
+     * @description Search for the height at which a step's frames agree best within a square.
      */
     get: operations["autofocus_api_viewer__step__autofocus_get"];
     put?: never;
@@ -550,14 +550,14 @@ export interface components {
   schemas: {
     /**
      * AcknowledgementModel
-     * @description An operator has taken note of a notice, and of all before it that say the same of the same vehicle.
+     * @description Acknowledgement of a notice, and of earlier ones with the same text about the same vehicle.
      */
     AcknowledgementModel: {
       /** Notice Id */
       notice_id: number;
       /**
        * Operator
-       * @description The name given at sign-in; empty when no name was given.
+       * @description Name given at sign-in; empty when none was given.
        */
       operator: string;
       /** Utc S */
@@ -565,7 +565,7 @@ export interface components {
     };
     /**
      * AcknowledgeRequest
-     * @description Notices that an operator has taken note of.
+     * @description Notices that an operator acknowledges.
      */
     AcknowledgeRequest: {
       /** Notice Ids */
@@ -585,7 +585,7 @@ export interface components {
       action: components["schemas"]["Action"];
       /**
        * Focal Height M
-       * @description Of the action focus alone: metres above the origin, or null to leave it to autofocus.
+       * @description For the action focus: metres above the origin, or null for autofocus.
        */
       focal_height_m?: number | null;
       /** Vehicle Ids */
@@ -593,7 +593,7 @@ export interface components {
     };
     /**
      * ActionResponse
-     * @description What became of an action, vehicle by vehicle.
+     * @description Results of an action, vehicle by vehicle.
      */
     ActionResponse: {
       action: components["schemas"]["Action"];
@@ -602,7 +602,7 @@ export interface components {
     };
     /**
      * ActionResultModel
-     * @description What became of an action for one vehicle.
+     * @description Result of an action for one vehicle.
      */
     ActionResultModel: {
       /** Accepted */
@@ -614,18 +614,18 @@ export interface components {
     };
     /**
      * BasemapModel
-     * @description The map of the ground below everything that flies.
+     * @description Base map below the mission.
      */
     BasemapModel: {
       /**
        * Url
-       * @description Of a PMTiles file; null where there is none.
+       * @description URL of a PMTiles file; null where there is none.
        */
       url: string | null;
     };
     /**
      * CapabilitiesModel
-     * @description What this service offers beside the mission itself; requests for the rest are refused.
+     * @description Functions that this service offers beside the mission itself; requests for others are refused.
      */
     CapabilitiesModel: {
       /**
@@ -646,7 +646,7 @@ export interface components {
     };
     /**
      * ChangesMessage
-     * @description What has changed in the mission since the message before; fields that are not named are as they were.
+     * @description Changes in the mission since the previous message; fields that are not named are unchanged.
      */
     ChangesMessage: {
       /**
@@ -663,7 +663,7 @@ export interface components {
       };
       /**
        * Mission Age S
-       * @description Seconds since the mission has last given a sign of life; 0 in a replay, where time may stand still.
+       * @description Seconds since the mission's last sign of life; 0 in a replay, where time may stand still.
        */
       mission_age_s: number;
       /**
@@ -696,7 +696,7 @@ export interface components {
     EllipseModel: {
       /**
        * Heading Deg
-       * @description Of the major axis, clockwise from true north, [0, 180].
+       * @description Direction of the major axis, clockwise from true north, [0, 180].
        */
       heading_deg: number;
       /** Semi Major M */
@@ -716,13 +716,13 @@ export interface components {
       id: string;
       /**
        * Message
-       * @description A sentence for people: what is wrong and what to do.
+       * @description Sentence for people: what is wrong and what to do.
        */
       message: string;
     };
     /**
      * FindingChangeRequest
-     * @description What an operator changes; what is left out, or null, stays.
+     * @description Changes to a finding; fields that are left out, or null, stay as they are.
      */
     FindingChangeRequest: {
       /** Assignee */
@@ -733,7 +733,7 @@ export interface components {
     };
     /**
      * FindingModel
-     * @description Something that searchers should know of.
+     * @description Something that was found, for the searchers.
      */
     FindingModel: {
       /** Assignee */
@@ -757,12 +757,12 @@ export interface components {
       mgrs: string | null;
       /**
        * Operator
-       * @description Who has judged it last, or marked it.
+       * @description Operator who judged it last, or marked it.
        */
       operator: string;
       /**
        * Person Confidence
-       * @description Probability, 0 to 1; null if nothing tells.
+       * @description Probability, 0 to 1; null if unknown.
        */
       person_confidence: number | null;
       position: components["schemas"]["PositionModel"];
@@ -775,12 +775,12 @@ export interface components {
       status: components["schemas"]["FindingStatus"];
       /**
        * Step
-       * @description Whose frames show it.
+       * @description Step whose frames show it.
        */
       step: number;
       /**
        * Track Id
-       * @description Of the target; null if an operator has marked it.
+       * @description Track of the target; null if an operator has marked it.
        */
       track_id: number | null;
       /** Utm */
@@ -834,7 +834,7 @@ export interface components {
       height_m: number;
       /**
        * Reason
-       * @description Why nothing was found; empty otherwise.
+       * @description Reason why nothing was found; empty otherwise.
        */
       reason: string;
       /**
@@ -850,12 +850,12 @@ export interface components {
     FocusModel: {
       /**
        * Height M
-       * @description Above the origin.
+       * @description Height above the origin.
        */
       height_m: number;
       /**
        * Sigma M
-       * @description Standard deviation of what autofocus has found.
+       * @description Standard deviation of the result of autofocus.
        */
       sigma_m: number | null;
       source: components["schemas"]["FocusSource"];
@@ -868,7 +868,7 @@ export interface components {
     FocusSource: "configured" | "autofocus" | "operator";
     /**
      * ForestModel
-     * @description What hides the ground; heights are above the focal plane.
+     * @description Forest that hides the ground; heights are above the focal plane.
      */
     ForestModel: {
       /** Canopy Height M */
@@ -903,7 +903,7 @@ export interface components {
     };
     /**
      * HeartbeatMessage
-     * @description The connection is alive although nothing has changed; whether the mission is, its age tells.
+     * @description The connection is alive although nothing has changed; ``mission_age_s`` tells whether the mission is.
      */
     HeartbeatMessage: {
       /**
@@ -913,7 +913,7 @@ export interface components {
       kind: "heartbeat";
       /**
        * Mission Age S
-       * @description Seconds since the mission has last given a sign of life; 0 in a replay, where time may stand still.
+       * @description Seconds since the mission's last sign of life; 0 in a replay, where time may stand still.
        */
       mission_age_s: number;
       /** Seq */
@@ -933,7 +933,7 @@ export interface components {
       mission: components["schemas"]["MissionModel"];
       /**
        * Mission Age S
-       * @description Seconds since the mission has last given a sign of life; 0 in a replay, where time may stand still.
+       * @description Seconds since the mission's last sign of life; 0 in a replay, where time may stand still.
        */
       mission_age_s: number;
       /** Notices */
@@ -961,7 +961,7 @@ export interface components {
       name: string;
       /** Places */
       places: components["schemas"]["PlaceModel"][];
-      /** @description A guess. */
+      /** @description Likely role. */
       role: components["schemas"]["ShapeRole"];
     };
     /**
@@ -972,17 +972,17 @@ export interface components {
     LandedState: "unknown" | "on_ground" | "taking_off" | "in_air" | "landing";
     /**
      * LinkModel
-     * @description How well a vehicle is reached; its packet loss and age stand in VehicleModel.
+     * @description Quality of a vehicle's link; its packet loss and age are in VehicleModel.
      */
     LinkModel: {
       /**
        * Address
-       * @description Where it is spoken to now.
+       * @description Address in use.
        */
       address: string;
       /**
        * Clock Drift Ppm
-       * @description What the vehicle's clock gains on ours.
+       * @description Rate at which the vehicle's clock gains on ours.
        */
       clock_drift_ppm: number | null;
       /**
@@ -992,7 +992,7 @@ export interface components {
       clock_offset_ms: number | null;
       /**
        * Living Addresses
-       * @description At how many addresses, on all links together, it is being heard.
+       * @description Number of addresses, on all links together, at which it is heard.
        */
       living_addresses: number;
       /** Round Trip Ms */
@@ -1014,12 +1014,12 @@ export interface components {
       hello: components["schemas"]["HelloMessage"] | null;
       /**
        * Mission Id
-       * @description Numbers of another mission mean nothing here.
+       * @description Mission that the numbers belong to.
        */
       mission_id: string;
       /**
        * Seq
-       * @description Of the latest event.
+       * @description Number of the latest event.
        */
       seq: number;
     };
@@ -1040,19 +1040,19 @@ export interface components {
     MissionModel: {
       /**
        * Acknowledgements
-       * @description The latest ones, by the number of their notice: the same for all operators.
+       * @description Latest acknowledgements, by the number of their notice: the same for all operators.
        */
       acknowledgements: components["schemas"]["AcknowledgementModel"][];
       /**
        * Allowed Actions
-       * @description What makes sense to offer now; a request can still be refused.
+       * @description Actions worth offering now; a request can still be refused.
        */
       allowed_actions: components["schemas"]["Action"][];
       /** Area */
       area: components["schemas"]["VertexModel"][];
       /**
        * Covered Percent
-       * @description Of the search area, in a frame at least once.
+       * @description Share of the search area that has been in a frame at least once.
        */
       covered_percent: number | null;
       /** Elapsed S */
@@ -1072,7 +1072,7 @@ export interface components {
       leg: number;
       /**
        * Legs
-       * @description Of the scan; empty before they are planned.
+       * @description Legs of the scan; empty before they are planned.
        */
       legs: components["schemas"]["ScanLegModel"][];
       /** Message */
@@ -1088,18 +1088,18 @@ export interface components {
       phase: components["schemas"]["Phase"];
       /** Preflight */
       preflight: components["schemas"]["PreflightCheckModel"][];
-      /** @description Of the record that is shown; null for a mission that is flown. */
+      /** @description Replay that is shown; null for a live mission. */
       replay: components["schemas"]["ReplayModel"] | null;
       /** Step */
       step: number;
       /** Strategy */
       strategy: string;
       suspension: components["schemas"]["Suspension"];
-      /** @description The one in view, or else the one that was seen last. */
+      /** @description Target in view, or else the one that was seen last. */
       target: components["schemas"]["TargetModel"] | null;
       /**
        * Targets
-       * @description All that are confirmed, and the target.
+       * @description All confirmed targets, and the target.
        */
       targets: components["schemas"]["TargetModel"][];
       /** Vehicles */
@@ -1123,7 +1123,7 @@ export interface components {
     };
     /**
      * NoticeModel
-     * @description Something that happened, for the operator.
+     * @description A notice for the operator.
      */
     NoticeModel: {
       /** Elapsed S */
@@ -1147,7 +1147,7 @@ export interface components {
     Outcome: "open" | "found" | "not_found" | "aborted" | "failed";
     /**
      * OverrideModel
-     * @description The decision to launch in spite of a failed check.
+     * @description Decision to launch in spite of a failed check.
      */
     OverrideModel: {
       /**
@@ -1162,7 +1162,7 @@ export interface components {
     };
     /**
      * OverrideRequest
-     * @description The wish to launch in spite of a failed check, or to take that back.
+     * @description Request to override a failed check, or to withdraw the override.
      */
     OverrideRequest: {
       /**
@@ -1172,7 +1172,7 @@ export interface components {
       check: string;
       /**
        * Reason
-       * @description For the record; null takes an override back.
+       * @description Reason for the audit log; null withdraws an override.
        */
       reason: string | null;
       /** Vehicle Id */
@@ -1253,19 +1253,19 @@ export interface components {
     };
     /**
      * PlanEstimateModel
-     * @description What becomes of a plan when nothing is found.
+     * @description Estimate for a plan when nothing is found.
      */
     PlanEstimateModel: {
       /** Area M2 */
       area_m2: number;
       /**
        * Battery Percent
-       * @description Of a full battery.
+       * @description Share of a full battery.
        */
       battery_percent: number;
       /**
        * Covered Percent
-       * @description Of the whole area.
+       * @description Share of the whole area.
        */
       covered_percent: number;
       /**
@@ -1280,6 +1280,8 @@ export interface components {
       free_area_m2: number;
       /** Legs */
       legs: components["schemas"]["ScanLegModel"][];
+      /** Path M */
+      path_m: number;
       /** Scan S */
       scan_s: number;
       /**
@@ -1287,12 +1289,10 @@ export interface components {
        * @description Width that the swarm's line sees.
        */
       swath_m: number;
-      /** Way M */
-      path_m: number;
     };
     /**
      * PlanMessage
-     * @description The mission flies by another plan; ``GET /api/plan`` has it.
+     * @description Another plan was applied; ``GET /api/plan`` returns it.
      */
     PlanMessage: {
       /**
@@ -1302,7 +1302,7 @@ export interface components {
       kind: "plan";
       /**
        * Operator
-       * @description Who has applied it.
+       * @description Operator who applied it.
        */
       operator: string;
       /** Seq */
@@ -1312,7 +1312,7 @@ export interface components {
     };
     /**
      * PlanModel
-     * @description What is searched, where not, from where, how high and how. Fields that are left out take their defaults.
+     * @description Search area, no-go zones, launch point, heights and strategy. Fields that are left out take their defaults.
      */
     PlanModel: {
       /**
@@ -1340,7 +1340,7 @@ export interface components {
       cruise_speed_mps: number;
       /**
        * Endurance Min
-       * @description Of a full battery in the air.
+       * @description Flight time of a full battery.
        * @default 25
        */
       endurance_min: number;
@@ -1356,7 +1356,7 @@ export interface components {
       fence_margin_m: number;
       /** Floor M */
       floor_m?: number | null;
-      /** @description For the engine's proposals of spacing and number. */
+      /** @description Forest for the proposals of spacing and number of vehicles. */
       forest?: components["schemas"]["ForestModel"] | null;
       /** @description Known from the vehicles once they are heard. */
       launch?: components["schemas"]["PlaceModel"] | null;
@@ -1367,7 +1367,7 @@ export interface components {
       layer_spacing_m: number;
       /**
        * Lowest Layer M
-       * @description Above the origin, as all heights.
+       * @description Height above the origin, like all heights.
        * @default 35
        */
       lowest_layer_m: number;
@@ -1376,7 +1376,7 @@ export interface components {
        * @default []
        */
       no_go: components["schemas"]["PlaceModel"][][];
-      /** @description Null: where they have started. */
+      /** @description Null: their launch positions. */
       return_point?: components["schemas"]["PlaceModel"] | null;
       /**
        * Scan Heading Deg
@@ -1385,13 +1385,13 @@ export interface components {
       scan_heading_deg: number;
       /**
        * Search Min
-       * @description From the start; without a find until then, everybody returns.
+       * @description Time from the start after which all vehicles return if nothing was found.
        * @default 20
        */
       search_min: number;
       /**
        * Spacing M
-       * @description Of the vehicles in line (c4); null: as in the strategy's parameters.
+       * @description Spacing of the vehicles in line (c4); null: as in the strategy's parameters.
        */
       spacing_m?: number | null;
       /**
@@ -1411,7 +1411,7 @@ export interface components {
     };
     /**
      * PlanProblemModel
-     * @description Something to be mended, or at least known.
+     * @description A problem to fix, or advice.
      */
     PlanProblemModel: {
       /**
@@ -1421,7 +1421,7 @@ export interface components {
       blocking: boolean;
       /**
        * Field
-       * @description Of PlanModel; a part of it follows: no_go[0], strategy_parameters.gamma.
+       * @description Field of PlanModel, with the part of it: no_go[0], strategy_parameters.gamma.
        */
       field: string;
       /** Text */
@@ -1441,10 +1441,10 @@ export interface components {
     };
     /**
      * PlanReportModel
-     * @description What is to be said of a plan.
+     * @description Assessment of a plan.
      */
     PlanReportModel: {
-      /** @description Null as long as something blocks. */
+      /** @description Null while a problem is blocking. */
       estimate: components["schemas"]["PlanEstimateModel"] | null;
       /** Flyable */
       flyable: boolean;
@@ -1481,26 +1481,26 @@ export interface components {
     PreflightCheckModel: {
       /**
        * Blocks
-       * @description Whether it stands against the launch: failed, and not overridden.
+       * @description Whether it blocks the launch: failed, and not overridden.
        */
       blocks: boolean;
       /** Name */
       name: string;
       /**
        * Overridable
-       * @description Whether an operator may launch in spite of it.
+       * @description Whether an operator may override it.
        */
       overridable: boolean;
       overridden: components["schemas"]["OverrideModel"] | null;
       /**
        * Remedy
-       * @description What to do about it; empty where the check passes.
+       * @description Remedy; empty where the check passes.
        */
       remedy: string;
       status: components["schemas"]["CheckStatus"];
       /**
        * Text
-       * @description What was found.
+       * @description Result of the check.
        */
       text: string;
       /**
@@ -1511,7 +1511,7 @@ export interface components {
     };
     /**
      * ReplayFindingModel
-     * @description When a finding was first known, and what became of it at last.
+     * @description Time at which a finding was first known, and its final status.
      */
     ReplayFindingModel: {
       /** Finding Id */
@@ -1522,7 +1522,7 @@ export interface components {
     };
     /**
      * ReplayModel
-     * @description Where a replay is in the recorded mission.
+     * @description Position of a replay in the recorded mission.
      */
     ReplayModel: {
       /** Duration S */
@@ -1536,13 +1536,13 @@ export interface components {
       speed: number;
       /**
        * Time S
-       * @description Since the recording began.
+       * @description Time since the recording began.
        */
       time_s: number;
     };
     /**
      * ReplayNoticeModel
-     * @description When something happened.
+     * @description Time of a notice.
      */
     ReplayNoticeModel: {
       severity: components["schemas"]["Severity"];
@@ -1555,7 +1555,7 @@ export interface components {
     };
     /**
      * ReplayPhaseModel
-     * @description When a phase began.
+     * @description Time at which a phase began.
      */
     ReplayPhaseModel: {
       phase: components["schemas"]["Phase"];
@@ -1564,7 +1564,7 @@ export interface components {
     };
     /**
      * ReplayRequest
-     * @description What is to change in a replay; null leaves it as it is.
+     * @description Changes to a replay; null leaves a field as it is.
      */
     ReplayRequest: {
       /** Playing */
@@ -1576,7 +1576,7 @@ export interface components {
     };
     /**
      * ReplayStepModel
-     * @description When a step was decided.
+     * @description Time at which a step was decided.
      */
     ReplayStepModel: {
       /** Step */
@@ -1586,7 +1586,7 @@ export interface components {
     };
     /**
      * Role
-     * @description What a client may do.
+     * @description Role of a client.
      * @enum {string}
      */
     Role: "operator" | "observer";
@@ -1601,13 +1601,13 @@ export interface components {
       saved_utc_s: number;
       /**
        * Version
-       * @description Another one after every change; for `replaces`.
+       * @description Changes whenever the plan is saved; for `replaces`.
        */
       version: string;
     };
     /**
      * ScanLegModel
-     * @description One sweep of the swarm's line, by the way of its middle.
+     * @description One sweep of the swarm's line, given by the path of its middle.
      */
     ScanLegModel: {
       end: components["schemas"]["VertexModel"];
@@ -1624,43 +1624,43 @@ export interface components {
       | components["schemas"]["HeartbeatMessage"];
     /**
      * SessionModel
-     * @description What this client may do.
+     * @description Role of this client.
      */
     SessionModel: {
       /**
        * Name
-       * @description As given at sign-in; empty for observers.
+       * @description Name given at sign-in; empty for observers.
        */
       name: string;
       role: components["schemas"]["Role"];
       /**
        * Sign In Required
-       * @description False where everybody commands.
+       * @description False where every client is an operator.
        */
       sign_in_required: boolean;
     };
     /**
      * Severity
-     * @description How much an operator should care.
+     * @description Urgency of a notice.
      * @enum {string}
      */
     Severity: "info" | "warning" | "news" | "critical";
     /**
      * ShapeRole
-     * @description What a shape may be meant for.
+     * @description Possible purpose of a shape.
      * @enum {string}
      */
     ShapeRole: "area" | "no_go" | "fence" | "launch" | "return";
     /**
      * SignInRequest
-     * @description The operators' code, and who it is that signs in.
+     * @description Operator code, and the name of the operator.
      */
     SignInRequest: {
       /** Code */
       code: string;
       /**
        * Name
-       * @description For the audit log.
+       * @description Name of the operator, for the audit log.
        */
       name: string;
     };
@@ -1677,7 +1677,7 @@ export interface components {
       mission: components["schemas"]["MissionModel"];
       /**
        * Mission Age S
-       * @description Seconds since the mission has last given a sign of life; 0 in a replay, where time may stand still.
+       * @description Seconds since the mission's last sign of life; 0 in a replay, where time may stand still.
        */
       mission_age_s: number;
       /** Seq */
@@ -1743,20 +1743,20 @@ export interface components {
     };
     /**
      * StrategyModel
-     * @description What a plan can name as its strategy.
+     * @description A strategy that a plan can use.
      */
     StrategyModel: {
       /** Name */
       name: string;
       /**
        * Parameters
-       * @description Without the spacing, which a plan has as a field of its own.
+       * @description Parameters without the spacing, which is a field of the plan.
        */
       parameters: components["schemas"]["StrategyParameterModel"][];
     };
     /**
      * StrategyParameterModel
-     * @description What can be chosen about a strategy, as the strategy declares it.
+     * @description A parameter of a strategy, as the strategy declares it.
      */
     StrategyParameterModel: {
       /** Above */
@@ -1781,12 +1781,12 @@ export interface components {
       is_switch: boolean;
       /**
        * Name
-       * @description In PlanModel's strategy_parameters.
+       * @description Name in PlanModel's strategy_parameters.
        */
       name: string;
       /**
        * Text
-       * @description What it does.
+       * @description Effect of the parameter.
        */
       text: string;
       /** Unit */
@@ -1800,7 +1800,7 @@ export interface components {
     Suspension: "none" | "paused" | "held";
     /**
      * TargetModel
-     * @description Where a target is believed to be.
+     * @description Estimated position of a target.
      */
     TargetModel: {
       /**
@@ -1811,7 +1811,7 @@ export interface components {
       ellipse: components["schemas"]["EllipseModel"] | null;
       /**
        * Person Confidence
-       * @description Probability, 0 to 1, that it is a person rather than another warm body; null if nothing tells.
+       * @description Probability, 0 to 1, that it is a person rather than another warm body; null if unknown.
        */
       person_confidence: number | null;
       position: components["schemas"]["PositionModel"];
@@ -1840,7 +1840,7 @@ export interface components {
     Task: "idle" | "joining" | "swarm" | "held" | "returning" | "landing" | "landed" | "lost";
     /**
      * TimelineModel
-     * @description A replay, and what lies where in it.
+     * @description A replay and its timeline.
      */
     TimelineModel: {
       /** Findings */
@@ -1870,49 +1870,49 @@ export interface components {
     };
     /**
      * VehicleCameraModel
-     * @description What a vehicle's camera has delivered in this mission.
+     * @description Frames of a vehicle's camera in this mission.
      */
     VehicleCameraModel: {
       /**
        * Failure
-       * @description Why its frame is missing in the latest step.
+       * @description Reason why its frame is missing in the latest step.
        */
       failure: string | null;
       /**
        * Failures
-       * @description Steps that went on without its frame.
+       * @description Number of steps without its frame.
        */
       failures: number;
       /**
        * Footprint
-       * @description What its latest frame shows of the focal plane; empty before the first one.
+       * @description Part of the focal plane that its latest frame shows; empty before the first one.
        */
       footprint: components["schemas"]["VertexModel"][];
       /**
        * Frames
-       * @description That could be used.
+       * @description Number of usable frames.
        */
       frames: number;
       /** Last Step */
       last_step: number | null;
       /**
        * Late
-       * @description That were not there by the deadline.
+       * @description Number of frames that arrived after the deadline.
        */
       late: number;
       /**
        * Refused
-       * @description That came with a pose or a time that cannot be trusted.
+       * @description Number of frames with an implausible pose or time.
        */
       refused: number;
       /**
        * Source
-       * @description How frames come, in the driver's own word; empty if not known.
+       * @description Source of frames, as the driver calls it; empty if unknown.
        */
       source: string;
       /**
        * Torn
-       * @description That were not whole by the deadline.
+       * @description Number of frames that were incomplete at the deadline.
        */
       torn: number;
     };
@@ -1961,7 +1961,7 @@ export interface components {
       mode: components["schemas"]["FlightMode"];
       /**
        * Mode Name
-       * @description The autopilot's own word for its mode.
+       * @description The autopilot's own name of its mode.
        */
       mode_name: string;
       /** Packet Loss Percent */
@@ -1973,7 +1973,7 @@ export interface components {
       ready_to_arm: boolean | null;
       /**
        * Refusal
-       * @description Why its last planned waypoint was shortened or held.
+       * @description Reason why its last planned waypoint was shortened or held.
        */
       refusal: string | null;
       /** Satellites */
@@ -1981,12 +1981,12 @@ export interface components {
       task: components["schemas"]["Task"];
       /**
        * Text
-       * @description Its latest status text of severity warning or worse.
+       * @description Latest status text of severity warning or worse.
        */
       text: string;
       /** Vehicle Id */
       vehicle_id: number;
-      /** @description Where it was last sent. */
+      /** @description Latest waypoint sent to it. */
       waypoint: components["schemas"]["PositionModel"] | null;
     };
     /**
@@ -2014,12 +2014,12 @@ export interface components {
       kinds: components["schemas"]["FrameKind"][];
       /**
        * Position Enu M
-       * @description Of the camera.
+       * @description Position of the camera.
        */
       position_enu_m: [number, number, number];
       /**
        * Utc S
-       * @description When it was exposed.
+       * @description Time of exposure.
        */
       utc_s: number;
       /** Vehicle Id */
@@ -2029,12 +2029,12 @@ export interface components {
     };
     /**
      * ViewedStepModel
-     * @description What can be seen of a step.
+     * @description Views that a step offers.
      */
     ViewedStepModel: {
       /**
        * Focal Height M
-       * @description Of the plane that the mission has used.
+       * @description Height of the plane that the mission used.
        */
       focal_height_m: number;
       /** Frames */
@@ -2045,7 +2045,7 @@ export interface components {
       max_height_m: number;
       /**
        * Min Height M
-       * @description Lowest plane that can be looked at.
+       * @description Height of the lowest plane that can be shown.
        */
       min_height_m: number;
       /** Step */
@@ -2072,7 +2072,7 @@ export interface components {
     };
     /**
      * WaypointVerdict
-     * @description What safety has made of a planned waypoint.
+     * @description Decision about a planned waypoint.
      * @enum {string}
      */
     WaypointVerdict: "sent" | "shortened" | "held";
@@ -2831,7 +2831,7 @@ export interface operations {
   save_plan_api_plans__name__put: {
     parameters: {
       query?: {
-        /** @description Version of the plan that may be replaced, `none` for a new name; else, whatever is there. */
+        /** @description Version of the plan that may be replaced, `none` for a new name; by default any version. */
         replaces?: string | null;
       };
       header?: never;
