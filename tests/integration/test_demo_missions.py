@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import asyncio
 import json
-import sys
 from pathlib import Path
 
 import pytest
 
+from aos_gcs.cli import main
 from aos_gcs.mission.model import Outcome, Phase, Task
 from aos_gcs.store.reader import MissionReader
 from tests.fakes.program import Program, running
@@ -43,16 +42,17 @@ def check_result(program: Program, vehicles: int) -> None:
     assert Path(result["mission_dir"]) == program.mission_folder
 
 
-async def inspect(folder: Path) -> dict[str, object]:
-    command = (sys.executable, "-m", "aos_gcs", "inspect", str(folder), "--json")
-    process = await asyncio.create_subprocess_exec(*command, stdout=asyncio.subprocess.PIPE)
-    output, _ = await process.communicate()
-    assert process.returncode == 0
-    report: dict[str, object] = json.loads(output)
+def inspect(folder: Path, capsys: pytest.CaptureFixture[str]) -> dict[str, object]:
+    with pytest.raises(SystemExit) as stopped:
+        main(["inspect", str(folder), "--json"])
+    assert stopped.value.code == 0
+    report: dict[str, object] = json.loads(capsys.readouterr().out)
     return report
 
 
-async def test_a_small_demo_finds_the_person_lands_all_and_is_recorded(tmp_path: Path) -> None:
+async def test_a_small_demo_finds_the_person_lands_all_and_is_recorded(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     async with running(tmp_path, "demo", *SMALL, "--headless", "--json") as program:
         code = await program.ended(100)
     assert code == 0, program.log
@@ -71,7 +71,7 @@ async def test_a_small_demo_finds_the_person_lands_all_and_is_recorded(tmp_path:
     assert [vehicle.task for vehicle in final.vehicles] == [Task.LANDED] * 4
     (traffic,) = program.mission_folder.rglob("*.tlog")
     assert traffic.stat().st_size > 10_000
-    report = await inspect(program.mission_folder)
+    report = inspect(program.mission_folder, capsys)
     assert len(report["steps"]) == result["steps"]
     assert [span["phase"] for span in report["phases"]][-1] == "done"
 

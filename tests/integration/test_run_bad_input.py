@@ -11,7 +11,6 @@ from pathlib import Path
 import pytest
 
 from aos_gcs.cli import main
-from tests.fakes.program import running
 
 HOST = "127.0.0.1"
 CONFIGURATION = """
@@ -103,12 +102,9 @@ def test_a_port_in_use_is_named(tmp_path: Path, refusal) -> None:
     assert "--port" in sentence
 
 
-async def test_what_the_simulator_refuses_is_said_in_its_words(tmp_path: Path) -> None:
-    async with running(tmp_path, "--log-level", "error", "demo", "--headless", "--image-size", "8") as program:
-        assert await program.ended(60) == 2
-    assert program.output == ""
-    assert program.log == "aos-gcs: --image-size must lie within 16 and 4096, got 8.\n"
-    assert list(program.missions.iterdir()) == []
+def test_what_the_simulator_refuses_is_said_in_its_words(tmp_path: Path, refusal) -> None:
+    sentence = refusal("demo", "--headless", "--image-size", "8", "--folder", str(tmp_path / "missions"))
+    assert sentence == "aos-gcs: --image-size must lie within 16 and 4096, got 8."
 
 
 def test_a_mission_folder_that_cannot_be_made(tmp_path: Path, refusal) -> None:

@@ -47,11 +47,10 @@ def test_every_dependency_of_every_extra_is_pinned() -> None:
     assert names - {normalised(line.split("==")[0]) for line in pins()} == set()
 
 
-@pytest.mark.parametrize("target", TARGETS)
-def test_help_is_the_default_and_describes_every_target(target: str) -> None:
+def test_help_is_the_default_and_describes_every_target() -> None:
     result = run("make")
     assert result.returncode == 0
-    assert re.search(rf"^make {target} +\w", result.stdout, re.MULTILINE)
+    assert [target for target in TARGETS if not re.search(rf"^make {target} +\w", result.stdout, re.MULTILINE)] == []
 
 
 @pytest.fixture
