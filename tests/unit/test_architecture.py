@@ -4,6 +4,7 @@ import ast
 import re
 from collections import defaultdict
 from collections.abc import Iterator
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -46,7 +47,12 @@ def source_files() -> Iterator[tuple[str, Path]]:
 
 
 PATHS = dict(source_files())
-TREES = {name: ast.parse(path.read_text(encoding="utf-8")) for name, path in PATHS.items()}
+
+
+@cache
+def trees() -> dict[str, ast.Module]:
+    """Syntax trees of all modules. Parsed by the first test, not while tests are collected, which each process does."""
+    return {name: ast.parse(path.read_text(encoding="utf-8")) for name, path in PATHS.items()}
 
 
 def imports(tree: ast.AST) -> set[str]:
@@ -61,7 +67,10 @@ def imports(tree: ast.AST) -> set[str]:
     return found
 
 
-IMPORTS = {name: imports(tree) for name, tree in TREES.items()}
+@cache
+def all_imports() -> dict[str, set[str]]:
+    """Dotted names that each module imports."""
+    return {name: imports(tree) for name, tree in trees().items()}
 
 
 def is_within(name: str, packages: set[str]) -> bool:
@@ -69,7 +78,7 @@ def is_within(name: str, packages: set[str]) -> bool:
 
 
 def importers_of(packages: set[str]) -> set[str]:
-    return {name for name, imported in IMPORTS.items() if any(is_within(one, packages) for one in imported)}
+    return {name for name, imported in all_imports().items() if any(is_within(one, packages) for one in imported)}
 
 
 # --- the table ------------------------------------------------------------------------------------------------------
@@ -102,7 +111,7 @@ def row_of(name: str) -> str:
     return max((row for row in RULES if is_within(name, {row})), key=len, default="")
 
 
-ROWS = {name: row_of(name) for name in TREES if name != "aos_gcs"}
+ROWS = {name: row_of(name) for name in PATHS if name != "aos_gcs"}
 
 
 def test_the_table_covers_every_module_and_nothing_else() -> None:
@@ -114,7 +123,7 @@ def test_modules_import_what_the_table_allows() -> None:
     wrong = [
         f"{name} imports {imported}"
         for name, row in ROWS.items()
-        for imported in sorted(IMPORTS[name])
+        for imported in sorted(all_imports()[name])
         if is_within(imported, set(SOURCE_FOLDERS))
         and not is_within(imported, RULES.get(row, set()) | FOR_ALL | {row or name})
     ]
@@ -133,8 +142,9 @@ def test_rows_allow_only_rows_above_them() -> None:
 
 def test_modules_do_not_import_one_another_in_a_circle() -> None:
     graph = {
-        name: {other for one in IMPORTS[name] for other in (one, one.rpartition(".")[0]) if other in TREES} - {name}
-        for name in TREES
+        name: {other for one in all_imports()[name] for other in (one, one.rpartition(".")[0]) if other in trees()}
+        - {name}
+        for name in trees()
     }
     # Importing a module is no use of the package around it.
     graph = {name: {o for o in others if not is_within(name, {o})} for name, others in graph.items()}
@@ -218,7 +228,7 @@ def resolved(node: ast.expr, full: dict[str, str]) -> str:
 def test_time_and_chance_are_arguments() -> None:
     wrong = {
         name: sorted(unexpected)
-        for name, tree in TREES.items()
+        for name, tree in trees().items()
         if (
             unexpected := time_and_chance(tree).difference(*(ALLOWED[key] for key in ALLOWED if is_within(name, {key})))
         )
@@ -271,7 +281,7 @@ def docstrings(tree: ast.AST) -> Iterator[tuple[int, str]]:
 
 def test_docstrings_begin_with_a_noun_or_verb() -> None:
     wrong = defaultdict(list)
-    for name, tree in TREES.items():
+    for name, tree in trees().items():
         for line, text in docstrings(tree):
             if BAD_BEGINNING.match(text):
                 package = ".".join(name.split(".")[:2])
@@ -280,4 +290,4 @@ def test_docstrings_begin_with_a_noun_or_verb() -> None:
 
 
 def test_modules_say_what_they_are_for() -> None:
-    assert {name for name, tree in TREES.items() if not ast.get_docstring(tree)} == set()
+    assert {name for name, tree in trees().items() if not ast.get_docstring(tree)} == set()
