@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from aos_gcs import extras
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.imaging.surfaces import mesh
 from aos_gcs.imaging.surfaces.dem_files import read_dem
 from aos_gcs.imaging.surfaces.mesh import terrain_from_mesh
 from aos_gcs.imaging.surfaces.terrain import Terrain
@@ -101,7 +102,8 @@ OBJ = "# a square\no dem\nv 0 0 1\nv 10 0 1\nv 10 10 3\nv 0 10 3\nvn 0 0 1\nf 1/
 
 
 @pytest.mark.parametrize("faces", ["f 1/1/1 2/2/1 3/3/1 4/4/1", "f -4 -3 -2\nf -4 -2 -1", "f 1//1 2//1 3//1\nf 1 3 4"])
-def test_obj_files(tmp_path: Path, faces: str) -> None:
+def test_obj_files(tmp_path: Path, faces: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(mesh, "DEFAULT_SAMPLES", 10_000)
     text = "# a square\no dem\nv 0 0 1\nv 10 0 1\nv 10 10 3\nv 0 10 3\nvn 0 0 1\n" + faces + "\n"
     plain, packed = tmp_path / "dem.obj", tmp_path / "dem.obj.gz"
     plain.write_text(text)
