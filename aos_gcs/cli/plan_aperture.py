@@ -33,7 +33,7 @@ def plan_aperture(
 ) -> None:
     """Propose spacing (c4), number and altitude layers of drones for a forest, with the reasons.
 
-    The statistics assume occluders of one size that stand at random; docs/autofocus.md compares them with a forest.
+    The statistics assume occluders of one size at random places; docs/research/imaging.md compares them with forests.
     """
     from aos_gcs.imaging import aperture  # noqa: PLC0415 - keeps the other commands' help fast
 

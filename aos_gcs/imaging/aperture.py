@@ -3,7 +3,7 @@
 Model: occluders of one size stand at random in the canopy, and a ray to the ground meets one with probability D (the
 occlusion). After Kurmi, Schedl and Bimber, *A Statistical View on Synthetic Aperture Imaging for Occlusion Removal*,
 IEEE Sensors Journal 19(20), 2019: samples whose disparity is below the projected size of an occluder repeat each other,
-and the gain of further samples fades as 1 / N. Forests differ from the model: docs/autofocus.md says by how much.
+and the gain of further samples fades as 1 / N. docs/research/imaging.md compares the model with forests.
 """
 
 from __future__ import annotations

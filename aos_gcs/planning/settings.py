@@ -138,7 +138,7 @@ class ForestSettings(_Positive):
     canopy_height_m: float
     crown_base_m: float
     occluder_size_m: float = 1.4
-    """Diameter of twigs with their leaves; docs/autofocus.md says why."""
+    """Diameter of twigs with their leaves; docs/research/imaging.md says why."""
     occlusion: float = 0.85
     """Share of the ground that one image does not see, below 1."""
 

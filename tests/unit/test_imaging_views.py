@@ -1,6 +1,7 @@
 """Frames rendered analytically over planes and terrain, recovered on perspective and orthographic rasters."""
 
 import dataclasses
+from functools import cache
 
 import numpy as np
 import pytest
@@ -57,6 +58,7 @@ def a_pose(rng: np.random.Generator) -> Pose:
     return Pose(nadir.position_enu_m, nadir.R_cam2enu @ Rotation.from_rotvec(rng.uniform(-0.15, 0.15, 3)).as_matrix())
 
 
+@cache
 def flight(camera: CameraModel, surface: FocalSurface, seed: int = 0, count: int = 5) -> list[Frame]:
     rng = np.random.default_rng(seed)
     poses = [a_pose(rng) for _ in range(count)]

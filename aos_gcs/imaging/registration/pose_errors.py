@@ -2,7 +2,7 @@
 
 An error has a part that lasts and one that passes with its frame. What is learnt of the lasting parts is carried from
 step to step as a Gaussian: a step in which a vehicle moves about the others tells more than one in which the formation
-keeps its shape. docs/registration.md says what can be told.
+keeps its shape. docs/imaging.md says what can be learnt.
 """
 
 from __future__ import annotations
