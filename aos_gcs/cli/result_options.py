@@ -151,7 +151,7 @@ class ResultOptions:
 
     @property
     def wanted_detector(self) -> Detector | None:
-        """Of anomalies; None where nothing is asked about them."""
+        """Detector of anomalies; None where no output shows them."""
         return self.detector if self.anomaly or self.blobs is not None else None
 
     def check_georeference(self, georeference: Georeference | None) -> None:

@@ -80,9 +80,9 @@ class FocusOptions:
     """The focal surface as the options name it; files are not read yet."""
 
     plane: float | Autofocus = 0.0
-    """Of no meaning with a terrain."""
+    """Height of the plane or how to find it; unused with a terrain."""
     slopes: tuple[float, float] = (0.0, 0.0)
-    """Of the plane: change of z per metre along x and along y."""
+    """Slopes of the plane: change of z per metre along x and along y."""
     dem: Path | None = None
     dem_offset_m: float = 0.0
 

@@ -108,7 +108,7 @@ class WorkOptions:
 
     @property
     def share_left_out(self) -> float | None:
-        """Of a pixel's values at either end; None: plain mean."""
+        """Share of a pixel's values left out at either end; None: plain mean."""
         return MEDIAN if self.median else self.trim
 
     def integrate(self, work: Work, tiles: Sequence[Tile], shape: tuple[int, int], folder: Path) -> SurveyRasters:

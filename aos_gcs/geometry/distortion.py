@@ -25,7 +25,7 @@ nadir, and the ideal image would grow without bound."""
 _TABLE_SIZE = 512
 _NEWTON_STEPS = 12
 _TOLERANCE = 1e-9
-"""Of a solution, normalised; a millionth of a pixel at a focal length of 1000 pixels."""
+"""Error of a solution, normalised; a millionth of a pixel at a focal length of 1000 pixels."""
 
 
 class LensModel(StrEnum):

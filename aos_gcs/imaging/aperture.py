@@ -126,9 +126,9 @@ class AperturePlan:
     samples_in_view: int
     """Drones of the packed aperture whose cameras have the target in view."""
     visibility: float
-    """Of the integral, see :func:`integral_visibility`."""
+    """Visibility of the integral, see :func:`integral_visibility`."""
     single_visibility: float
-    """Of one image."""
+    """Visibility of one image."""
     saturation: float
     """Share of the visibility that infinitely many samples would reach."""
     seen_at_least_once: float

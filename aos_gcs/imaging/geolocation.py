@@ -38,20 +38,20 @@ class Uncertainty:
     """
 
     position_horizontal_m: float = 0.5
-    """Of a camera's position at exposure, along each axis; about 0.02 with RTK."""
+    """Error of a camera's position at exposure, along each axis; about 0.02 with RTK."""
     position_vertical_m: float = 1.0
     attitude_rad: float = math.radians(1.0)
-    """Of the tilt of a camera about any horizontal axis."""
+    """Error of the tilt of a camera about any horizontal axis."""
     yaw_rad: float = math.radians(3.0)
     clock_s: float = 0.03
-    """Of the time of exposure, for frames that do not tell their own; matters for cameras that move."""
+    """Error of the time of exposure, for frames that do not tell their own; matters for cameras that move."""
     persistent_share: float = 0.8
-    """Of the variance of position and orientation: stays with a vehicle from frame to frame, as biases of receivers,
-    compasses and camera mounts do, so that averaging over steps does not reduce it."""
+    """Share of the variance of position and orientation that stays with a vehicle from frame to frame, as biases of
+    receivers, compasses and camera mounts do, so that averaging over steps does not reduce it."""
     pixel_px: float = 1.0
-    """Of a blob's place in an image: quantisation and calibration."""
+    """Error of a blob's place in an image: quantisation and calibration."""
     focal_height_m: float = 1.0
-    """Of the ground's height at the target; common to all vehicles."""
+    """Error of the ground's height at the target; common to all vehicles."""
     target_height_m: float = 0.6
     """Mean height above the ground of the part of a target that is seen: persons stand, sit and lie."""
     target_height_sigma_m: float = 0.4
@@ -78,7 +78,7 @@ class Geolocation:
     """
 
     position_enu_m: NDArray[np.float64]
-    """Of the ground below the target, shape (3,)."""
+    """Position of the ground below the target, shape (3,)."""
     random_m2: NDArray[np.float64]
     """Covariance of what changes from frame to frame, shape (3, 3), ENU."""
     systematic_m2: NDArray[np.float64]

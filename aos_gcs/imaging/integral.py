@@ -24,10 +24,10 @@ from aos_gcs.imaging.views import FocalSurface, FocalView, grid_view, perspectiv
 from aos_gcs.imaging.workers import parallel_map
 
 BAND_ROWS = 128
-"""Of the raster, summed up by one thread: lower bands fit into smaller caches, but cost more calls."""
+"""Rows of the raster that one thread sums up: lower bands fit into smaller caches, but cost more calls."""
 
 BATCH_FRAMES = 10
-"""Added to a band, one after the other, while its sums are in the cache; so many images are held at a time."""
+"""Frames that are added to a band, one after the other, while its sums are in the cache, and held at a time."""
 
 Projected: TypeAlias = tuple[Pixels, Projection | None]
 """An image, and where it lies on the raster."""

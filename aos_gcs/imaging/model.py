@@ -1,4 +1,4 @@
-"""The data that imaging takes and gives."""
+"""Data types of imaging: frames, rasters, blobs and the analysis of a step."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Frame:
     pose: Pose
     camera: CameraModel
     time_sigma_s: float | None = None
-    """Standard deviation of the time that the pose is of; None where it is not known."""
+    """Standard deviation of the time of the pose; None where it is not known."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,9 +55,9 @@ class GroundRaster:
     """Map of the ground in any Cartesian world: columns follow +x, rows +y or -y."""
 
     x_m: float
-    """Of the outer edge of column 0."""
+    """x coordinate of the outer edge of column 0."""
     y_m: float
-    """Of the outer edge of row 0."""
+    """y coordinate of the outer edge of row 0."""
     resolution_m: float
     rows: int
     columns: int
@@ -122,12 +122,12 @@ class BlobView:
     point_enu_m: NDArray[np.float64]
     """Centre of the cells that it marks, shape (2,), on the focal plane."""
     area_m2: float
-    """Of these cells."""
+    """Area of these cells."""
     camera: CameraModel
     """Without distortion."""
     pose: Pose
     time_sigma_s: float | None = None
-    """Of the frame."""
+    """Standard deviation of the frame's time of exposure; None where it is not known."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -136,7 +136,7 @@ class Sighting:
 
     blob: Blob
     views: tuple[BlobView, ...]
-    """Of the step's own frames; at least one."""
+    """Views of the step's own frames; at least one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -159,7 +159,7 @@ class KeptView:
 
     vehicle_id: int
     pose: Pose
-    """Of its camera."""
+    """Pose of its camera."""
     marked: NDArray[np.bool_]
     """Cells of a north-up raster of its own, shape (rows, columns)."""
     west_m: float
@@ -168,12 +168,12 @@ class KeptView:
     """North coordinate of the outer edge of row 0."""
     resolution_m: float
     height_m: float
-    """Of the focal plane that the raster lies on."""
+    """ENU height of the focal plane that the raster lies on."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StepAnalysis:
-    """Everything one step's frames tell."""
+    """Result of the analysis of one step's frames."""
 
     grid: FocalGrid
     integral: NDArray[np.float32]
@@ -185,7 +185,7 @@ class StepAnalysis:
     blob: Blob | None
     """None when no frame of the step marks a cell that reaches the minimum count."""
     vehicle_ids: tuple[int, ...]
-    """Of the frames that took part."""
+    """Vehicles of the frames that took part."""
     fitness: NDArray[np.float64]
     """f(x_i, I(t)) per vehicle of ``vehicle_ids``, in the unit of the leader criterion."""
     leader_id: int | None
@@ -195,11 +195,11 @@ class StepAnalysis:
     sightings: tuple[Sighting, ...] = ()
     """All blobs, the largest first; at most ``MAX_SIGHTINGS``."""
     skipped: Mapping[int, str] = field(default_factory=dict)
-    """Why a frame took no part, by vehicle."""
+    """Reason why a frame took no part, by vehicle."""
     present_m2: float = 0.0
     """Area of the largest blob that the step's own frames mark, without the history."""
     history: tuple[KeptView, ...] = ()
-    """Views that the next step should have."""
+    """Views for the next step to keep."""
 
     @property
     def visibility_m2(self) -> float:

@@ -1,4 +1,4 @@
-"""Rasters of a step as PNG pictures for people."""
+"""Rasters of a step as pictures for operators."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from aos_gcs.imaging.model import StepAnalysis
 COLOUR_BANDS = ("red", "green", "blue")
 
 CONTRAST_PERCENTILES = (1.0, 99.0)
-"""Of the covered cells, stretched to black and white; the rest saturates: one hot cell must not dim a picture."""
+"""Percentiles of the covered cells that are stretched to black and white; the rest saturates: one hot cell must not dim
+a picture."""
 
 THERMAL_CONTRAST_PERCENTILES = (1.0, 99.98)
 """A person is a few cells among many, and what the eye must find: it must not saturate with the warmer leaves."""
@@ -24,7 +25,7 @@ CONTRAST_SAMPLES = 20_000
 """Cells that the percentiles are estimated from; more cost time and change no visible shade."""
 
 MAX_CELLS = 250_000
-"""Of a picture; larger rasters are reduced, because encoding takes longer than all else."""
+"""Largest number of cells of a picture; larger rasters are reduced, because encoding takes longer than all else."""
 
 KINDS = ("integral", "thermal", "anomaly", "coverage")
 """Colours or grey; temperatures; number of frames that mark a cell; number of frames that see it."""
@@ -54,9 +55,9 @@ def render_pictures(
     """Return pictures of a step, those of temperatures only where there is such a band.
 
     Args:
-        analysis: of the step.
-        bands: of the step's frames.
-        kinds: of :data:`KINDS`.
+        analysis: analysis of the step.
+        bands: bands of the step's frames.
+        kinds: some of :data:`KINDS`.
     """
     images = shade_step(analysis, bands, kinds)
     with ThreadPoolExecutor(max(1, len(images))) as pool:

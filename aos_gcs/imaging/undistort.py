@@ -17,10 +17,10 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.imaging.model import Frame, Pixels
 
 MAX_CAMERAS = 32
-"""Whose maps are kept: 8 bytes per pixel each."""
+"""Cameras whose maps are kept: 8 bytes per pixel each."""
 
 RIM_PX = 1
-"""Of the map around its ideal image: coordinates half a pixel outside of it can be interpolated, too."""
+"""Rim of the map around its ideal image: coordinates half a pixel outside of it can be interpolated, too."""
 
 
 def undistorted(frame: Frame) -> Frame:

@@ -25,7 +25,7 @@ from aos_gcs.imaging.undistort import RIM_PX, lens_map, sample_pixels, seen_pixe
 from aos_gcs.imaging.warp import PlaneProjection
 
 MIN_DISTANCE_M = 1e-6
-"""Of a virtual camera to the focal plane; nearer, the plane has no image."""
+"""Smallest distance of a virtual camera to the focal plane; nearer, the plane has no image."""
 
 BLOCK_CELLS = 32
 """Edge of the blocks of cells that are tested as one for whether a frame sees them."""
@@ -126,7 +126,7 @@ class PointProjection:
     all_in_front: bool
     """Every point in the window lies in front of the camera."""
     points_m: NDArray[np.float64]
-    """Of the raster's cells, shape (rows, columns, 3); any numbers where there is none."""
+    """Points of the raster's cells, shape (rows, columns, 3); any numbers where there is none."""
     planes32_m: NDArray[np.float32]
     """The same at single precision, shape (3, rows, columns)."""
     known: NDArray[np.uint8]

@@ -29,7 +29,7 @@ class PlaneProjection:
     spans: NDArray[np.int32]
     """First column that the frame covers and the one behind the last, per row of the raster, shape (rows, 2)."""
     rows: slice
-    """Of the raster, that the frame covers."""
+    """Rows of the raster that the frame covers."""
 
     @classmethod
     def within(

@@ -22,7 +22,7 @@ END_MARKERS = {b"\x89PNG": b"IEND\xaeB`\x82", b"\xff\xd8": b"\xff\xd9"}
 """First and last bytes of PNG and JPEG files; decoders fill up truncated ones without a word."""
 
 TAIL_BYTES = 64
-"""At the end of a file, within which its last bytes are looked for."""
+"""Bytes at the end of a file within which its end marker is looked for."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,7 +24,7 @@ from aos_gcs.surveys.model import SurveyImage
 from aos_gcs.surveys.tiles import Tile, Window
 
 MARKED_SHARE = 0.25
-"""Of a bilinear sample of a mask, from which a cell is marked: what the centre of a cell within the pixel has."""
+"""Share of a bilinear sample of a mask from which a cell is marked: what the centre of a cell within the pixel has."""
 
 TERRAIN_BYTES = 64
 """Per cell: its point in double and single precision, and what finding it takes."""
@@ -47,11 +47,11 @@ class Work:
     detector: Detector | None = None
     """How the anomalies of single frames are found, whose number is counted per cell; None: not at all."""
     min_score: float | None = None
-    """That a marked pixel must exceed; None: the detector's own."""
+    """Score that a marked pixel must exceed; None: the detector's own."""
     skip_broken: bool = False
     """Leave out images that cannot be read, instead of failing."""
     max_bytes: int = 1_000_000_000
-    """Of the sums or values held at a time."""
+    """Largest size of the sums or values held at a time."""
 
     @property
     def cell_bytes(self) -> int:

@@ -1,4 +1,4 @@
-"""What a recorded flight consists of."""
+"""Data types of a recorded flight."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class SurveyImage:
 
     path: Path
     pose: Pose
-    """In the world of the recording, whose axes need not be east-north-up."""
+    """Pose in the world of the recording, whose axes need not be east-north-up."""
     camera: CameraModel
 
 
@@ -27,8 +27,8 @@ class Survey:
 
     images: tuple[SurveyImage, ...]
     bands: tuple[str, ...]
-    """Of every image."""
+    """Bands of every image."""
     origin: GeodeticPosition | None
-    """Of the world, which is then east-north-up; None where it is not known."""
+    """Origin of the world, which is then east-north-up; None where it is not known."""
     left_out: Mapping[str, str]
-    """Why images take no part, by file name."""
+    """Reasons why images take no part, by file name."""

@@ -43,7 +43,7 @@ class MotionSettings:
     acceleration_m2ps3: float = 0.05
     """Power spectral density of a walker's acceleration: its velocity changes by 0.22 m/s in a second (1 sigma)."""
     diffusion_m2ps: float = 1e-4
-    """Of a still target: 0.08 m in a minute."""
+    """Diffusion of a still target: 0.08 m in a minute."""
     still_s: float = 300.0
     """How long a still target stays so, on average."""
     walking_s: float = 60.0

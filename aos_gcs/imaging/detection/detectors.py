@@ -18,12 +18,12 @@ from aos_gcs.imaging.model import Detector, Pixels
 
 @dataclass(frozen=True, slots=True)
 class DetectorMethod:
-    """How a detector scores, and from where on it believes."""
+    """Scores of a detector, and the smallest score that counts."""
 
     scores: Callable[[Pixels, tuple[str, ...]], NDArray[np.float32]]
-    """Of an image, shape (H, W, C), and its bands; scores have shape (H, W), NaN is never marked."""
+    """Scores of an image, shape (H, W, C), with its bands; they have shape (H, W), NaN is never marked."""
     min_score: Callable[[int], float]
-    """Of a number of bands: what background practically never exceeds."""
+    """Score that background practically never exceeds, for a number of bands."""
 
 
 def detect(

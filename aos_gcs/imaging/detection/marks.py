@@ -1,4 +1,4 @@
-"""The cells of a raster that one frame marks as anomalous: few, so that they are listed."""
+"""Marks: the few cells of a raster that one frame marks as anomalous, as a list."""
 
 from __future__ import annotations
 

@@ -24,10 +24,10 @@ MIN_PIVOT = 1e-2
 """Smallest diagonal element of the correlation matrix's Cholesky factor that float32 sums support to about 1 %."""
 
 MIN_EIGENVALUE = 1e-9
-"""Of the correlation matrix in float64; what varies less is the rounding of float32 pixels."""
+"""Smallest eigenvalue of the correlation matrix in float64; what varies less is the rounding of float32 pixels."""
 
 FALSE_ALARM_PROBABILITY = 1e-9
-"""Of one pixel of a Gaussian background, see :func:`default_min_score`."""
+"""Probability that one pixel of a Gaussian background is marked, see :func:`default_min_score`."""
 
 TAIL_MARGIN = 2.5
 """Factor on the Gaussian's limit, see :func:`default_min_score`."""

@@ -1,4 +1,4 @@
-"""Finds the height, and the tilt if wanted, of the focal plane that a region is in focus on.
+"""Search for the height, and the tilt if wanted, of the focal plane that a region is in focus on.
 
 Heights are z coordinates of the world of the poses, whichever way its z axis points.
 """
@@ -45,7 +45,7 @@ MIN_TILT_GAIN = 3.0
 
 @dataclass(frozen=True, slots=True)
 class FocusResult:
-    """Where a region is in focus, or that this could not be told."""
+    """Focal plane of a region, or the reason why none was found."""
 
     plane: Plane
     """The best guess where ``found`` is False; horizontal unless a tilt was looked for."""
@@ -59,7 +59,7 @@ class FocusResult:
     """Mean correlation of all pairs of frames on the plane."""
     found: bool
     reason: str
-    """Why nothing was found; empty otherwise."""
+    """Reason why nothing was found; empty otherwise."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,12 +81,12 @@ class _Peak:
 
 @dataclass(frozen=True, slots=True)
 class _Geometry:
-    """What sets the depth of field."""
+    """Geometry that determines the depth of field."""
 
     sampling_m: float
     """Ground sampling distance at the region."""
     spread: float
-    """Of the cameras about the region: metres on the plane by which frames part per metre of height."""
+    """Spread of the cameras about the region: metres on the plane by which frames part per metre of height."""
 
     def step_m(self, reduction: int) -> float:
         """Height in which the outermost frames part by the width of the structure that the filter lets through."""
@@ -108,10 +108,10 @@ def find_focus(
 
     Args:
         frames: at least two, all with the same bands. They are gone through several times, one after the other.
-        region: where to look.
+        region: points to compare.
         low_m: smallest z of the range.
         high_m: greatest z; the cameras must be outside of the range.
-        signal: what of the frames must agree.
+        signal: property of the frames that must agree.
         tilt: whether to look for the slopes of the plane, too.
 
     Raises:
@@ -151,9 +151,9 @@ def focus_curve(
 
     Args:
         frames: at least two, all with the same bands.
-        region: where to compare.
+        region: points to compare.
         planes: at least one.
-        signal: what to compare.
+        signal: property of the frames to compare.
         reduction: edge of the blocks of pixels that are averaged first.
 
     Raises:

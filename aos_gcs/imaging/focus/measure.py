@@ -1,4 +1,4 @@
-"""How well frames agree on a focal surface: the measure that autofocus maximises.
+"""Agreement of frames on a focal surface: the measure that autofocus maximises.
 
 On the surface that a thing lies on, all frames show it at the same place; elsewhere parallax scatters it. The mean
 correlation of all pairs of frames says so, in contrast to the sharpness of the integral: what hides the ground in one
@@ -20,17 +20,19 @@ from aos_gcs.imaging.model import Pixels
 
 FINE_SIGMA_PX = 1.0
 COARSE_SIGMA_PX = 6.0
-"""Of the difference of Gaussians: finer structure is noise, coarser one says little about the height."""
+"""Standard deviations of the difference of Gaussians: finer structure is noise, coarser one says little about the
+height."""
 
 CORRELATION_AREA_PX = 4.0 * math.pi * FINE_SIGMA_PX**2
 """Pixels of a filtered frame that vary together."""
 
 RX_QUANTILE = 0.998
-"""Of a frame's scores: ten times as many marks as detection allows, as chance ones do not agree on any height."""
+"""Quantile of a frame's scores: ten times as many marks as detection allows, as chance ones do not agree on any
+height."""
 
 
 class FocusSignal(StrEnum):
-    """What of the frames must agree."""
+    """Property of the frames that must agree."""
 
     TEXTURE = "texture"
     """All structure: the surface comes into focus that has most of it in view, which may be the canopy."""
@@ -43,7 +45,7 @@ def focus_signal(image: Pixels, signal: FocusSignal, reduction: int = 1) -> NDAr
 
     Args:
         image: shape (H, W, C), any real type.
-        signal: what to compare.
+        signal: property of the frames to compare.
         reduction: edge of the square blocks of pixels that are averaged first; structure is then as much coarser.
 
     Returns:

@@ -1,4 +1,4 @@
-"""Where autofocus looks: a part of the ground, or of a camera's view."""
+"""Regions that autofocus looks at: a part of the ground, or of a camera's view."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from aos_gcs.geometry.poses import Pose
 from aos_gcs.geometry.projection import Plane, intersect_plane
 
 MAX_POINTS = 10_000
-"""Of a region: more make autofocus slower, and no better."""
+"""Points of a region: more make autofocus slower, and no better."""
 
 
 class FocusRegion(Protocol):

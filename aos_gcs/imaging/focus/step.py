@@ -1,4 +1,4 @@
-"""Autofocus step by step over a search: what to focus on, and how far the height is believed."""
+"""Autofocus during a search: the region to focus on in each step, and the update of the focal height."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from aos_gcs.imaging.focus.track import FocusTrack, search_range_m, update_focus
 from aos_gcs.imaging.model import Frame
 
 TARGET_HALF_WIDTH_M = 5.0
-"""Of the region about a target: wide enough for its images to part when the plane is some metres off."""
+"""Half the edge of the region about a target: wide enough for its images to part when the plane is some metres off."""
 
 GROUND_HALF_WIDTH_M = 10.0
-"""Of the region below the swarm's centre."""
+"""Half the edge of the region below the swarm's centre."""
 
 
 def follow_focus(
@@ -32,14 +32,14 @@ def follow_focus(
 
     With a target in view, the height is looked for at which the frames agree best on what the detector marks there:
     that is where its visibility is greatest. Without one, the texture below the swarm decides; a dense forest has
-    nothing sure to offer then, and the height stays.
+    no height that stands out, and the height stays.
 
     Blocks for tenths of a second with ten frames: call it in a worker thread.
 
     Args:
-        track: before the step.
-        frames: of the step, all with the same bands.
-        target_enu_m: where the target is, if one is in view.
+        track: focal height before the step.
+        frames: frames of the step, all with the same bands.
+        target_enu_m: position of the target, if one is in view.
         low_m: smallest height; keep it near the ground, as crowns have the most texture.
         high_m: greatest height, below the cameras.
     """

@@ -1,4 +1,4 @@
-"""The height of the focal plane over a mission: smoothed, safe against a wrong step, and overruled by the operator."""
+"""Track of the focal height over a mission: smoothed, robust against single wrong results, set by the operator."""
 
 from __future__ import annotations
 
@@ -9,28 +9,28 @@ from aos_gcs.errors import ConfigurationError
 from aos_gcs.imaging.focus.autofocus import FocusResult
 
 GATE_SIGMAS = 3.0
-"""A result further off than this is doubted."""
+"""Distance beyond which a result is doubted, in standard deviations."""
 
 MAX_DOUBTED = 2
 """Results in a row that may be doubted; the next one is believed."""
 
 MIN_SIGMA_M = 0.1
-"""Of a single result, whatever it says of itself: errors of poses are common to all steps."""
+"""Smallest standard deviation of a single result: errors of poses are common to all steps."""
 
 WINDOW_SIGMAS = 4.0
 MIN_WINDOW_M = 2.0
-"""Of the range that the next step looks at, to each side of the present height."""
+"""Smallest range that the next step looks at, to each side of the present height."""
 
 
 @dataclass(frozen=True, slots=True)
 class FocusTrack:
-    """What is known of the focal height; a new one for every step."""
+    """Estimate of the focal height; a new one for every step."""
 
     height_m: float
     sigma_m: float
     """Standard deviation; infinite while the height is a mere guess."""
     override_m: float | None = None
-    """The operator's height. It is used as long as it is set; the estimate goes on below it."""
+    """The operator's height, used while it is set; the estimate continues meanwhile."""
     doubted: int = 0
     """Results in a row that lay too far off to be taken."""
     missed: int = 0
@@ -46,8 +46,8 @@ def update_focus(track: FocusTrack, result: FocusResult, drift_m: float = 0.2) -
     """Return the track after one more step (a Kalman filter of a random walk, with a gate).
 
     Args:
-        track: before the step.
-        result: of the step; one that was not found only lets the uncertainty grow.
+        track: focal height before the step.
+        result: result of the step; one that was not found only increases the uncertainty.
         drift_m: standard deviation of how far the terrain below the region rises or falls from step to step.
     """
     variance_m2 = track.sigma_m**2 + drift_m**2

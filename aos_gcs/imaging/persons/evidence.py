@@ -1,4 +1,4 @@
-"""What is known of a warm body, as a few numbers that tell persons from animals and stones."""
+"""Features of a warm body: a few numbers that tell persons from animals and stones."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ class Evidence:
     extent_m: float
     """Largest distance of two warm pixels in one frame, along an axis of the grid; a lower bound of its length."""
     contrast_median_k: float
-    """Of its pixels, above the background: clothes, fur, stone."""
+    """Median of its pixels, above the background: clothes, fur, stone."""
     contrast_peak_k: float
-    """99 % of its pixels differ less: bare skin, if a frame shows any."""
+    """99 % quantile of its pixels: bare skin, if a frame shows any."""
 
 
 def gather_evidence(body: Sequence[WarmView]) -> Evidence:

@@ -1,4 +1,4 @@
-"""What single frames show of warm bodies: the pixels that are clearly warmer than the rest of the frame.
+"""Warm bodies in single frames: the pixels that are clearly warmer than the rest of the frame.
 
 Anomaly detection marks what is rare, warm or not, and at most a fixed share of a frame. To tell a person from what else
 is rare, this looks at all warm pixels. Temperatures are differences from the frame's own median, in which the offset of
@@ -23,14 +23,14 @@ from aos_gcs.geometry.projection import intersect_plane
 from aos_gcs.imaging.model import BlobView, Frame
 
 MIN_CONTRAST_K = 4.0
-"""Above the frame's median: canopy and ground differ by less even in spots of sun, persons by 10 K and more on a cool
-day."""
+"""Contrast above the frame's median: canopy and ground differ by less even in spots of sun, persons by 10 K and more on
+a cool day."""
 LINK_M = 1.5
-"""Warm spots at most so far apart belong to one body: views of one person lie 0.9 m apart where positions are known to
-0.5 m and attitudes to 1 degree."""
+"""Largest distance at which warm spots belong to one body: views of one person lie 0.9 m apart where positions are
+known to 0.5 m and attitudes to 1 degree."""
 
 _BACKGROUND_STRIDE = 4
-"""Of the pixels that the frame's median is computed from."""
+"""Distance between the pixels that the frame's median is computed from."""
 _CELL_M = 0.25
 """Points within such a cell are linked as one."""
 
@@ -41,11 +41,11 @@ class WarmView:
 
     vehicle_id: int
     points_enu_m: NDArray[np.float64]
-    """Where they lie on the focal plane, shape (k, 2)."""
+    """Their points on the focal plane, shape (k, 2)."""
     contrast_k: NDArray[np.float64]
-    """Above the frame's median, shape (k,)."""
+    """Contrast above the frame's median, shape (k,)."""
     pixel_area_m2: float
-    """Of one pixel on the focal plane, at nadir."""
+    """Area of one pixel on the focal plane, at nadir."""
     camera: CameraModel
     pose: Pose
 
@@ -68,9 +68,9 @@ def warm_view(frame: Frame, plane_height_m: float = 0.0, min_contrast_k: float =
     """Return the warm pixels of a frame, possibly none.
 
     Args:
-        frame: with a band ``thermal`` in degrees Celsius.
+        frame: frame with a band ``thermal`` in degrees Celsius.
         plane_height_m: ENU height of the focal plane. Pixels that do not look at it are left out.
-        min_contrast_k: above the frame's median.
+        min_contrast_k: smallest contrast above the frame's median.
 
     Raises:
         ImagingError: if the frame has no thermal band.
@@ -97,7 +97,7 @@ def warm_bodies(views: Sequence[WarmView], link_m: float = LINK_M) -> tuple[tupl
     """Return the views of each warm body: pixels that lie near one another on the focal plane, whatever the frame.
 
     Args:
-        views: of one step or several.
+        views: views of one step or several.
         link_m: largest gap within a body.
 
     Returns:

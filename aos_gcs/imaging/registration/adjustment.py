@@ -21,15 +21,16 @@ from aos_gcs.geometry.poses import Pose
 from aos_gcs.imaging.registration.ties import Ties
 
 POSE_ERRORS = 6
-"""Of a pose: east, north, up (m), yaw (rad, clockwise), turns about east and north (rad)."""
+"""Number of errors of a pose: east, north, up (m), yaw (rad, clockwise), turns about east and north (rad)."""
 
 TIE_M = 0.06
-"""Of a displacement between two frames along each axis, standard deviation."""
+"""Standard deviation of a displacement between two frames along each axis."""
 PATCH_HEIGHT_M = 300.0
-"""Of a patch about where it is looked for, standard deviation: so wide that it says nothing. From a width like that of
-real crowns the scale of the formation would be inferred: the smaller it is taken to be, the less heights differ."""
+"""Standard deviation of a patch's height about where it is looked for: so wide that it says nothing. From a width like
+that of real crowns the scale of the formation would be inferred: the smaller it is taken to be, the less heights
+differ."""
 MAX_HEIGHT_SHARE = 0.7
-"""Of the cameras' height above the patches, by which those may be higher or lower."""
+"""Share of the cameras' height above the patches by which these may be higher or lower."""
 
 ITERATIONS = 8
 CAUCHY_SIGMAS = 2.0
@@ -52,11 +53,11 @@ class Solution:
     """What the ties of one step tell."""
 
     errors: Gaussian
-    """Of the frames' poses, one after the other, shape (``POSE_ERRORS`` n,); the prior included."""
+    """Errors of the frames' poses, one after the other, shape (``POSE_ERRORS`` n,); the prior included."""
     height_m: float
     """Median of the patches' heights above where they were looked for."""
     inlier_share: float
-    """Of the ties, how many fit."""
+    """Share of the ties that fit."""
 
 
 def adjust(
@@ -118,11 +119,11 @@ class _Side:
 
     frame: NDArray[np.intp]
     centre_m: NDArray[np.float64]
-    """Of projection, shape (k, 2)."""
+    """Centre of projection, shape (k, 2)."""
     offset_m: NDArray[np.float64]
-    """Of the patch from there, shape (k, 2)."""
+    """Offset of the patch from there, shape (k, 2)."""
     depth_m: NDArray[np.float64]
-    """Of the patch below the camera, shape (k, 1); negative in worlds whose z points down."""
+    """Depth of the patch below the camera, shape (k, 1); negative in worlds whose z points down."""
     by_error: NDArray[np.float64]
     """Derivative by errors of east, north, up and yaw, and by turns about x and y, shape (k, 2, 6)."""
 

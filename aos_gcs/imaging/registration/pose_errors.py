@@ -43,7 +43,7 @@ _JUDGED = np.array([0, 1, 3])
 """East, north and yaw among the errors of a pose: what the confidence is about."""
 
 MIN_INLIER_SHARE = 0.5
-"""Of the ties of a step that must fit; else nothing is learnt from it. Simulated forests reach 0.5 to 0.95."""
+"""Share of the ties of a step that must fit; else nothing is learnt from it. Simulated forests reach 0.5 to 0.95."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,14 +51,14 @@ class PoseSigmas:
     """How large the errors of poses are expected to be, standard deviations."""
 
     offset_m: float
-    """Of the position along each horizontal axis."""
+    """Error of the position along each horizontal axis."""
     height_m: float
     yaw_rad: float
     tilt_rad: float
-    """Of roll and pitch each."""
+    """Error of roll and of pitch."""
 
     def of_one(self) -> NDArray[np.float64]:
-        """Return those of one pose in the order of its errors, shape (``POSE_ERRORS``,)."""
+        """Return the sigmas of one pose in the order of its errors, shape (``POSE_ERRORS``,)."""
         return np.array([self.offset_m, self.offset_m, self.height_m, self.yaw_rad, self.tilt_rad, self.tilt_rad])
 
 
@@ -67,14 +67,14 @@ class ErrorBudget:
     """A satellite receiver, a compass and a gimbal: 0.5 m (height 0.75 m), 3 degrees and 1 degree in all."""
 
     lasting: PoseSigmas = PoseSigmas(0.47, 0.71, math.radians(2.9), math.radians(0.7))
-    """Stays with a vehicle."""
+    """Part that stays with a vehicle."""
     passing: PoseSigmas = PoseSigmas(0.16, 0.24, math.radians(0.7), math.radians(0.7))
-    """Differs from one exposure to the next."""
+    """Part that differs from one exposure to the next."""
 
 
 @dataclass(frozen=True, slots=True)
 class PoseCorrection:
-    """What has to be added to the poses that a vehicle reports."""
+    """Correction to be added to the poses that a vehicle reports."""
 
     east_m: float
     north_m: float
@@ -87,16 +87,16 @@ class PoseCorrection:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Registration:
-    """What is known of the vehicles' errors; a new one for every step."""
+    """Estimate of the vehicles' pose errors; a new one for every step."""
 
     budget: ErrorBudget = field(default_factory=ErrorBudget)
     vehicle_ids: tuple[int, ...] = ()
     errors: Gaussian = field(default_factory=lambda: Gaussian(np.zeros(0), np.zeros((0, 0))))
-    """The lasting ones of one vehicle after the other, shape (``POSE_ERRORS`` n,)."""
+    """Lasting errors of one vehicle after the other, shape (``POSE_ERRORS`` n,)."""
     inlier_share: float = 0.0
-    """Of the ties of the latest step that was learnt from."""
+    """Share of the ties that fitted in the latest step that was learnt from."""
     steps: int = 0
-    """That were learnt from."""
+    """Number of steps that were learnt from."""
 
     @property
     def confidence(self) -> float:
@@ -153,12 +153,12 @@ def register(frames: Sequence[Frame], known: Registration, plane_height_m: float
     Blocks for a second or two with ten frames: call it in a worker thread.
 
     Args:
-        frames: with the poses that the vehicles report; one per vehicle, all with the same bands.
-        known: from the steps before.
+        frames: frames with the poses that the vehicles report; one per vehicle, all with the same bands.
+        known: estimate from the steps before.
         plane_height_m: z of the focal plane, about which patches of the world are looked for.
 
     Returns:
-        What is known now: no more than before where the frames have too little in common, or it does not fit.
+        The new estimate: the one before where the frames have too little in common, or it does not fit.
 
     Raises:
         ImagingError: two frames are of the same vehicle, or bands differ.

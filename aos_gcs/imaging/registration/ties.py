@@ -22,7 +22,7 @@ from aos_gcs.imaging.focus.measure import FocusSignal, focus_signal
 from aos_gcs.imaging.model import Frame
 
 SEARCH_SHARE = 0.35
-"""Of a patch's edge: how far the content may be displaced. Beyond, too little of it is common to both."""
+"""Share of a patch's edge by which the content may be displaced. Beyond, too little of it is common to both."""
 
 MIN_PEAK_SIGMAS = 5.0
 """How far the peak must stand out from the rest of the correlation; the best of 500 places reaches 3 to 4 by chance."""

@@ -25,7 +25,7 @@ from aos_gcs.imaging.surfaces.mesh import terrain_from_mesh
 from aos_gcs.imaging.surfaces.terrain import Terrain
 
 MAX_SAMPLES = 50_000_000
-"""Of a GeoTIFF; larger ones are refused rather than fill the memory."""
+"""Largest number of samples of a GeoTIFF; larger ones are refused to limit the memory."""
 
 
 def read_dem(path: Path, origin: GeodeticPosition | None = None) -> Terrain:

@@ -1,4 +1,4 @@
-"""Which part of the ground frames see, as a map in metres."""
+"""Map raster of the ground that frames see, in metres."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.imaging.views import FocalSurface
 
 MAX_CELLS = 1_000_000_000
-"""Of a map: 4 GB per band on the disk."""
+"""Largest number of cells of a map: 4 GB per band on the disk."""
 
 
 def choose_raster(

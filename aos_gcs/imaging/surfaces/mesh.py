@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from aos_gcs.imaging.surfaces.terrain import Terrain
 
 DEFAULT_SAMPLES = 4_000_000
-"""Of the grid: for a terrain of 120 m this is a height every 6 cm, exact but in the cells that edges cross."""
+"""Number of heights of the grid: for a terrain of 120 m this is a height every 6 cm, exact but in the cells that edges
+cross."""
 
 _CHUNK = 1_000_000
 """Pairs of a triangle and a sample worked on at a time."""
@@ -23,7 +24,7 @@ def terrain_from_mesh(
         vertices_m: shape (v, 3).
         triangles: indices of vertices, shape (t, 3), in either order of rotation. Where several lie one above the
             other, any of them counts.
-        spacing_m: of the grid; None: as fine as :data:`DEFAULT_SAMPLES` allow.
+        spacing_m: distance of the grid's heights; None: as fine as :data:`DEFAULT_SAMPLES` allow.
 
     Raises:
         ValueError: if the mesh covers no sample.

@@ -27,9 +27,9 @@ class Terrain:
     """
 
     x_m: float
-    """Of the samples in column 0."""
+    """x coordinate of the samples in column 0."""
     y_m: float
-    """Of the samples in row 0."""
+    """y coordinate of the samples in row 0."""
     spacing_m: float
     """Between samples, on both axes; columns follow +x and rows +y."""
     heights_m: NDArray[np.float64]
