@@ -10,8 +10,8 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from aos_gcs.cli.numbers import parse_numbers
 from aos_gcs.cli.output import progress
+from aos_gcs.cli.survey_options import parse_numbers
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.projection import Plane, project_points
 from aos_gcs.imaging.focus.autofocus import find_focus

@@ -11,12 +11,13 @@ import numpy as np
 import typer
 
 from aos_gcs.cli import autofocus_options, result_options, surface_options, survey_options, work_options
-from aos_gcs.cli.result_options import MapPlace, ResultOptions
+from aos_gcs.cli.result_options import ResultOptions
 from aos_gcs.cli.surface_options import check_raster_options, describe_map, focus_options, virtual_camera
 from aos_gcs.cli.survey_options import open_survey, tell_left_out
 from aos_gcs.cli.work_options import DEFAULT_MAX_MEMORY_MB, WorkOptions
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.exports.georeference import Georeference, LocalGeoreference, ProjectedGeoreference
+from aos_gcs.exports.rasters import MapPlace
 from aos_gcs.imaging.model import Detector, GroundRaster
 from aos_gcs.imaging.surfaces.dem_files import is_geotiff, read_dem_crs
 from aos_gcs.imaging.surfaces.ground import choose_raster, covered_part

@@ -67,7 +67,7 @@ def fit_person(
 
     Judge it on scenes of other seeds: aos-gcs lab effectiveness --model FILE --seed N.
     """
-    from aos_gcs.cli.files import check_writable  # noqa: PLC0415 - keeps the other commands' help fast
+    from aos_gcs.exports.files import check_writable  # noqa: PLC0415 - keeps the other commands' help fast
     from aos_gcs.imaging.persons.likeness import fit_person_model, write_model  # noqa: PLC0415
     from aos_gcs.lab.effectiveness.report import labelled_bodies  # noqa: PLC0415
     from aos_gcs.lab.effectiveness.store import read_results  # noqa: PLC0415

@@ -1,24 +1,32 @@
-"""What ``aos-gcs integrate`` writes: rasters, pictures and tables, each as a whole or not at all."""
+"""Results of ``aos-gcs integrate``: options for rasters, pictures and tables, and their writing."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 import typer
 from numpy.typing import NDArray
 
-from aos_gcs.cli.files import check_writable, replaced_whole, written_whole
 from aos_gcs.errors import ConfigurationError
-from aos_gcs.exports.findings import FORMATS, encode_findings
+from aos_gcs.exports.anomaly_table import FORMATS, encode_anomalies
+from aos_gcs.exports.files import check_writable, written_whole
 from aos_gcs.exports.georeference import Georeference
-from aos_gcs.exports.geotiff import write_geotiff
+from aos_gcs.exports.rasters import (
+    RASTER_SUFFIXES,
+    TIFF_SUFFIXES,
+    MapPlace,
+    world_file_path,
+    write_picture,
+    write_raster,
+    write_world_file,
+)
 from aos_gcs.extras import load_extra
 from aos_gcs.imaging.model import Detector, GroundRaster
-from aos_gcs.imaging.pictures import encode_png, shade_counts, shade_integral
+from aos_gcs.imaging.pictures import shade_counts, shade_integral
 from aos_gcs.surveys.anomalies import MapBlob
 from aos_gcs.surveys.rasters import SurveyRasters
 
@@ -27,9 +35,6 @@ ANOMALY_PANEL = "Anomalies"
 
 MAX_PICTURE_CELLS = 100_000_000
 """A picture is made in memory as a whole, and viewers cannot show more."""
-
-TIFF_SUFFIXES = (".tif", ".tiff")
-RASTER_SUFFIXES = (".npy", *TIFF_SUFFIXES)
 
 Out = Annotated[
     Path,
@@ -98,15 +103,6 @@ MinCount = Annotated[
 ]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class MapPlace:
-    """Where a map lies."""
-
-    raster: GroundRaster
-    crs: str | None
-    """None: not georeferenced."""
-
-
 @dataclass(frozen=True, slots=True)
 class ResultOptions:
     """The files to write, and what anomalies are.
@@ -132,7 +128,7 @@ class ResultOptions:
         if self.min_score is not None and not self.min_score >= 0.0:
             raise ConfigurationError(f"--min-score must not be negative, got {self.min_score:g}.")
         paths = [path for path in (self.out, self.count, self.png, *self.anomaly, self.blobs) if path is not None]
-        paths += self._world_files()
+        paths += [world_file_path(path) for path in self._pictures()] if self.ortho else []
         if len({path.absolute() for path in paths}) < len(paths):
             raise ConfigurationError("--out, --count, --png, --anomaly and --blobs must name different files.")
         for path in paths:
@@ -187,22 +183,21 @@ class ResultOptions:
     def write(self, rasters: SurveyRasters, bands: tuple[str, ...], place: MapPlace | None) -> None:
         """Write all files but the table."""
         integral = rasters.integral
-        _write_raster(self.out, integral[:, :, 0] if len(bands) == 1 else integral, place, bands, np.nan)
+        write_raster(self.out, integral[:, :, 0] if len(bands) == 1 else integral, place, bands, np.nan)
         if self.count is not None:
-            _write_raster(self.count, rasters.coverage, place, ("images",), 0)
+            write_raster(self.count, rasters.coverage, place, ("images",), 0)
         if self.png is not None:
-            _write_picture(self.png, shade_integral(integral, bands))
+            write_picture(self.png, shade_integral(integral, bands))
         if rasters.anomaly_count is not None:
             self._write_anomalies(rasters.anomaly_count, rasters.coverage, place)
         if place is not None:
-            for world in self._world_files():
-                with written_whole(world) as file:
-                    file.write(_world_file(place.raster).encode("ascii"))
+            for picture in self._pictures():
+                write_world_file(picture, place.raster)
 
     def write_blobs(self, blobs: list[MapBlob], georeference: Georeference | None) -> None:
         """Write the table, if there is one to write."""
         if self.blobs is not None:
-            text = encode_findings(blobs, georeference, self.blobs.suffix.lower())
+            text = encode_anomalies(blobs, georeference, self.blobs.suffix.lower())
             with written_whole(self.blobs) as file:
                 file.write(text.encode("utf-8"))
 
@@ -214,43 +209,17 @@ class ResultOptions:
         heat = [path for path in self.anomaly if path.suffix.lower() == ".png"]
         return heat if self.png is None else [self.png, *heat]
 
-    def _world_files(self) -> list[Path]:
-        return [path.with_suffix(".pgw") for path in self._pictures()] if self.ortho else []
-
     def _write_anomalies(
         self, counts: NDArray[np.uint16], coverage: NDArray[np.uint16], place: MapPlace | None
     ) -> None:
         for path in self.anomaly:
             if path.suffix.lower() == ".png":
-                _write_picture(path, shade_counts(counts, coverage > 0))
+                write_picture(path, shade_counts(counts, coverage > 0))
             else:
-                _write_raster(path, counts, place, ("anomalies",), None)
+                write_raster(path, counts, place, ("anomalies",), None)
 
 
 def _check_suffix(option: str, paths: Sequence[Path | None], suffixes: tuple[str, ...]) -> None:
     for path in paths:
         if path is not None and path.suffix.lower() not in suffixes:
             raise ConfigurationError(f"{option} {path}: the name must end in one of {', '.join(suffixes)}.")
-
-
-def _write_raster(
-    path: Path, values: NDArray[Any], place: MapPlace | None, bands: tuple[str, ...], nodata: float | None
-) -> None:
-    if place is not None and place.crs is not None and path.suffix.lower() in TIFF_SUFFIXES:
-        layers = values if values.ndim == 3 else values[:, :, np.newaxis]
-        with replaced_whole(path) as temporary:
-            write_geotiff(temporary, layers, place.raster, place.crs, descriptions=bands, nodata=nodata)
-    else:
-        with written_whole(path) as file:
-            np.save(file, values)
-
-
-def _write_picture(path: Path, rgba: NDArray[np.uint8]) -> None:
-    with written_whole(path) as file:
-        file.write(encode_png(rgba))
-
-
-def _world_file(raster: GroundRaster) -> str:
-    """Return the six lines that tell a GIS where a picture of the map lies."""
-    (dx_m, _, x_m), (_, dy_m, y_m), _ = raster.to_plane
-    return "".join(f"{value!r}\n" for value in map(float, (dx_m, 0.0, 0.0, dy_m, x_m, y_m)))

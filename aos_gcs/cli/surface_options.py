@@ -11,7 +11,7 @@ import numpy as np
 import typer
 
 from aos_gcs.cli.autofocus_options import PANEL, Autofocus, plane_or_autofocus
-from aos_gcs.cli.numbers import parse_numbers
+from aos_gcs.cli.survey_options import parse_numbers
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose

@@ -9,7 +9,6 @@ from typing import Annotated
 
 import typer
 
-from aos_gcs.cli.numbers import parse_numbers
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.distortion import LensDistortion, LensModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
@@ -110,6 +109,15 @@ def open_survey(
         survey = read_photos(folder, ground_amsl_m=ground_amsl_m, horizontal_fov_rad=fov_rad, lens=distortion)
     tell_left_out(len(survey.images) + len(survey.left_out), survey.left_out)
     return survey
+
+
+def parse_numbers(text: str) -> list[float]:
+    """Return numbers parted by commas; none at all unless all of them are finite."""
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError:
+        return []
+    return numbers if all(math.isfinite(number) for number in numbers) else []
 
 
 def tell_left_out(total: int, reasons: Mapping[str, str]) -> None:

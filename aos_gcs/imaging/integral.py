@@ -16,11 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.errors import ImagingError
-from aos_gcs.geometry.camera import CameraModel
-from aos_gcs.geometry.poses import Pose
 from aos_gcs.imaging.layers import Projection, sample
-from aos_gcs.imaging.model import FocalGrid, Frame, Pixels
-from aos_gcs.imaging.views import FocalSurface, FocalView, grid_view, perspective_view
+from aos_gcs.imaging.model import Frame, Pixels
+from aos_gcs.imaging.views import FocalView
 from aos_gcs.imaging.workers import parallel_map
 
 BAND_ROWS = 128
@@ -180,39 +178,6 @@ def integrate(
         batch.clear()
         batch.extend(islice(remaining, BATCH_FRAMES))
     return integral.take()
-
-
-def integrate_on_grid(frames: Iterable[Frame], grid: FocalGrid) -> tuple[NDArray[np.float32], NDArray[np.uint16]]:
-    """Average frames on a focal grid, see :func:`integrate`; not exact.
-
-    Raises:
-        ImagingError: if there is no frame, or frames differ in their bands.
-    """
-    return integrate(frames, grid_view(grid), exact=False)
-
-
-def integrate_view(
-    frames: Iterable[Frame],
-    virtual_camera: CameraModel,
-    virtual_pose: Pose,
-    surface: FocalSurface | float,
-    *,
-    exact: bool = True,
-) -> tuple[NDArray[np.float32], NDArray[np.uint16]]:
-    """Average frames as a virtual camera sees them on a focal surface, see :func:`integrate`.
-
-    Args:
-        frames: see :func:`integrate`.
-        virtual_camera: its image size is that of the result.
-        virtual_pose: in the world of the frames' poses, which may have any axes; the surface may lie on either side.
-        surface: a plane, a terrain, or the height of a horizontal plane.
-        exact: see :class:`~aos_gcs.imaging.views.FocalView`.
-
-    Raises:
-        ImagingError: if there is no frame, frames differ in their bands, or the virtual camera does not have the
-            surface in front of it.
-    """
-    return integrate(frames, perspective_view(virtual_camera, virtual_pose, surface), exact=exact)
 
 
 def check_frame(frame: Frame, bands: tuple[str, ...]) -> None:

@@ -23,8 +23,9 @@ from aos_gcs.imaging.aperture import integral_visibility, seen_at_least_once, sm
 from aos_gcs.imaging.focus.autofocus import find_focus
 from aos_gcs.imaging.focus.measure import FocusSignal
 from aos_gcs.imaging.focus.region import FocusRegion, GroundRegion, ViewRegion
-from aos_gcs.imaging.integral import integrate_view
+from aos_gcs.imaging.integral import integrate
 from aos_gcs.imaging.model import Frame
+from aos_gcs.imaging.views import perspective_view
 from aos_gcs.surveys.images import LazyFrames
 from aos_gcs.surveys.poses_file import read_poses
 from aos_sim.render.raycaster import RayCaster
@@ -52,7 +53,7 @@ def sharpest(frames: Sequence[Frame], pose: Pose, heights_m: NDArray[np.float64]
     """The best height of each window by each of the usual measures."""
     scores: dict[str, list[list[float]]] = {name: [] for name in WINDOWS}
     for height_m in heights_m:
-        integral, _ = integrate_view(frames, frames[0].camera, pose, float(height_m))
+        integral, _ = integrate(frames, perspective_view(frames[0].camera, pose, float(height_m)))
         for name, (left, top, right, bottom) in WINDOWS.items():
             scores[name].append(list(sharpness(integral[top:bottom, left:right, 0])))
     return {name: heights_m[np.argmax(values, axis=0)].tolist() for name, values in scores.items()}

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from aos_gcs.cli.files import check_writable, written_whole
 from aos_gcs.cli.output import PLAIN_INTERVAL_S, progress
 from aos_gcs.errors import ConfigurationError
+from aos_gcs.exports.files import check_writable, written_whole
 
 
 def ticking(step_s: float) -> Iterator[float]:

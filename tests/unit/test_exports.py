@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from rasterio.warp import transform
 
 from aos_gcs.errors import ConfigurationError
-from aos_gcs.exports.findings import encode_findings
+from aos_gcs.exports.anomaly_table import encode_anomalies
 from aos_gcs.exports.georeference import LocalGeoreference, ProjectedGeoreference
 from aos_gcs.exports.geotiff import write_geotiff
 from aos_gcs.geometry.geodesy import GeodeticPosition
@@ -105,7 +105,7 @@ BLOBS = [MapBlob((10.0, -20.0, 1.0), 1.25, 7, 0.5), MapBlob((0.0, 0.0, 1.0), 0.5
 
 
 def test_geojson_has_longitude_first() -> None:
-    document = json.loads(encode_findings(BLOBS, LocalGeoreference(ORIGINS[0]), ".geojson"))
+    document = json.loads(encode_anomalies(BLOBS, LocalGeoreference(ORIGINS[0]), ".geojson"))
     first, second = document["features"]
     assert second["geometry"]["coordinates"] == pytest.approx([14.2858, 48.3069])
     assert first["geometry"]["coordinates"][0] > 14.2858
@@ -115,13 +115,13 @@ def test_geojson_has_longitude_first() -> None:
 
 
 def test_tables_without_a_place_on_the_earth() -> None:
-    rows = list(csv.DictReader(io.StringIO(encode_findings(BLOBS, None, ".csv"))))
+    rows = list(csv.DictReader(io.StringIO(encode_anomalies(BLOBS, None, ".csv"))))
     assert [row["x_m"] for row in rows] == ["10.0", "0.0"]
     assert rows[0]["latitude_deg"] == ""
-    anomalies = json.loads(encode_findings(BLOBS, None, ".json"))["anomalies"]
+    anomalies = json.loads(encode_anomalies(BLOBS, None, ".json"))["anomalies"]
     assert anomalies[1]["max_count"] == 3
     assert anomalies[1]["latitude_deg"] is None
     with pytest.raises(ConfigurationError, match="the place of the map is not known"):
-        encode_findings(BLOBS, None, ".geojson")
+        encode_anomalies(BLOBS, None, ".geojson")
     with pytest.raises(ConfigurationError, match=r"\.geojson, \.json, \.csv, not as '\.xls'"):
-        encode_findings(BLOBS, None, ".xls")
+        encode_anomalies(BLOBS, None, ".xls")

@@ -11,8 +11,9 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose, nadir_pose
 from aos_gcs.geometry.projection import intersect_plane
 from aos_gcs.imaging.focal_plane import choose_grid, grid_to_plane
-from aos_gcs.imaging.integral import BATCH_FRAMES, integrate_on_grid, integrate_view
+from aos_gcs.imaging.integral import BATCH_FRAMES, integrate
 from aos_gcs.imaging.model import Frame
+from aos_gcs.imaging.views import grid_view, perspective_view
 
 CAMERA = CameraModel.from_fov(48, 40, np.radians(50.0))
 
@@ -49,7 +50,7 @@ def test_the_texture_of_the_plane_is_recovered_through_occluders() -> None:
         image[rng.random(image.shape) < 0.3] = 0.0
         frames.append(frame_of(image, pose))
     grid = choose_grid(frames, 2.0)
-    mean, coverage = integrate_on_grid(frames, grid)
+    mean, coverage = integrate(frames, grid_view(grid), exact=False)
     columns, rows = np.meshgrid(np.arange(grid.columns), np.arange(grid.rows))
     x_m, y_m, _ = grid_to_plane(grid) @ np.stack((columns.ravel(), rows.ravel(), np.ones(columns.size)))
     expected = 0.7 * texture(x_m, y_m).reshape(coverage.shape)
@@ -58,7 +59,7 @@ def test_the_texture_of_the_plane_is_recovered_through_occluders() -> None:
     error = mean[:, :, 0][well_covered] - expected[well_covered]
     assert abs(error.mean()) < 1.0
     assert error.std() < 8.0
-    single = integrate_on_grid(frames[:1], grid)[0][:, :, 0]
+    single = integrate(frames[:1], grid_view(grid), exact=False)[0][:, :, 0]
     assert np.nanstd((single - expected)[well_covered]) > 30.0
 
 
@@ -68,7 +69,7 @@ def test_a_virtual_view_of_unoccluded_frames_is_what_a_camera_there_sees(seed: i
     rng = np.random.default_rng(seed)
     frames = [frame_of(render(pose, CAMERA, -1.0), pose) for pose in (tilted_pose(rng) for _ in range(4))]
     virtual_pose = tilted_pose(rng)
-    integral, count = integrate_view(frames, CAMERA, virtual_pose, -1.0)
+    integral, count = integrate(frames, perspective_view(CAMERA, virtual_pose, -1.0))
     np.testing.assert_array_equal(np.isnan(integral[:, :, 0]), count == 0)
     error = np.abs(integral[:, :, 0] - render(virtual_pose, CAMERA, -1.0))
     assert np.nanmean(error) < 0.5
@@ -83,10 +84,10 @@ def test_the_order_of_frames_does_not_matter(seed: int, order: list[int]) -> Non
     shuffled = [frames[i] for i in order]
     grid = choose_grid(frames, 0.0)
     for one, other in (
-        (integrate_on_grid(frames, grid), integrate_on_grid(shuffled, grid)),
+        (integrate(frames, grid_view(grid), exact=False), integrate(shuffled, grid_view(grid), exact=False)),
         (
-            integrate_view(frames, CAMERA, frames[0].pose, 0.0),
-            integrate_view(shuffled, CAMERA, frames[0].pose, 0.0),
+            integrate(frames, perspective_view(CAMERA, frames[0].pose, 0.0)),
+            integrate(shuffled, perspective_view(CAMERA, frames[0].pose, 0.0)),
         ),
     ):
         np.testing.assert_allclose(one[0], other[0], rtol=1e-5)
@@ -102,8 +103,8 @@ def test_constant_frames_integrate_to_the_constant(seed: int, value: int, dtype:
     frames = [frame_of(np.full((40, 48, 4), value, dtype=dtype), tilted_pose(rng)) for _ in range(3)]
     grid = choose_grid(frames, 0.0)
     for mean, coverage in (
-        integrate_on_grid(frames, grid),
-        integrate_view(frames, CAMERA, tilted_pose(rng), 0.0),
+        integrate(frames, grid_view(grid), exact=False),
+        integrate(frames, perspective_view(CAMERA, tilted_pose(rng), 0.0)),
     ):
         assert mean.dtype == np.float32
         assert (coverage > 0).any()
@@ -114,7 +115,7 @@ def test_constant_frames_integrate_to_the_constant(seed: int, value: int, dtype:
 def test_a_frame_seen_from_its_own_pose_is_itself() -> None:
     pose = tilted_pose(np.random.default_rng(1))
     image = np.random.default_rng(2).integers(0, 65_535, (40, 48, 3), dtype=np.uint16)
-    integral, count = integrate_view([frame_of(image, pose)], CAMERA, pose, 3.0)
+    integral, count = integrate([frame_of(image, pose)], perspective_view(CAMERA, pose, 3.0))
     assert (count[1:-1, 1:-1] == 1).all()
     np.testing.assert_allclose(integral[1:-1, 1:-1], image[1:-1, 1:-1], atol=0.01)
 
@@ -124,10 +125,10 @@ def test_more_channels_than_opencv_has_scalars_for() -> None:
     image = rng.uniform(0, 1, (40, 48, 6)).astype(np.float32)
     frame = Frame(1, image, tuple("abcdef"), nadir_pose([0, 0, 30]), CAMERA)
     grid = choose_grid([frame], 0.0)
-    mean, coverage = integrate_on_grid([frame, frame], grid)
+    mean, coverage = integrate([frame, frame], grid_view(grid), exact=False)
     assert coverage.max() == 2
     alone = Frame(1, image[:, :, 5:], ("f",), frame.pose, CAMERA)
-    np.testing.assert_allclose(mean[:, :, 5:], integrate_on_grid([alone], grid)[0], atol=1e-5)
+    np.testing.assert_allclose(mean[:, :, 5:], integrate([alone], grid_view(grid), exact=False)[0], atol=1e-5)
 
 
 def test_pixels_that_are_not_finite_do_not_cover() -> None:
@@ -135,8 +136,8 @@ def test_pixels_that_are_not_finite_do_not_cover() -> None:
     image[20, 24, 0] = np.nan
     frames = [frame_of(image, nadir_pose([0, 0, 30])), frame_of(np.ones_like(image), nadir_pose([0.3, 0, 30]))]
     for mean, coverage in (
-        integrate_on_grid(frames, choose_grid(frames, 0.0)),
-        integrate_view(frames, CAMERA, frames[0].pose, 0.0),
+        integrate(frames, grid_view(choose_grid(frames, 0.0)), exact=False),
+        integrate(frames, perspective_view(CAMERA, frames[0].pose, 0.0)),
     ):
         assert set(np.unique(coverage)) >= {1, 2}
         np.testing.assert_allclose(mean[coverage > 0], 1.0)
@@ -161,7 +162,7 @@ def test_frames_are_taken_a_few_at_a_time() -> None:
             most = max(most, alive)
             yield Frame(1, image, ("grey",), nadir_pose([0.1 * x, 0, 30]), CAMERA)
 
-    integral, count = integrate_view(stream(), CAMERA, nadir_pose([0, 0, 30]), 0.0)
+    integral, count = integrate(stream(), perspective_view(CAMERA, nadir_pose([0, 0, 30]), 0.0))
     assert count.max() == 40
     assert np.nanmax(integral) == pytest.approx(7.0)
     assert most <= BATCH_FRAMES + 2
@@ -170,15 +171,15 @@ def test_frames_are_taken_a_few_at_a_time() -> None:
 def test_a_plane_behind_the_virtual_camera_is_refused() -> None:
     frame = frame_of(np.zeros((40, 48, 1), dtype=np.uint8), nadir_pose([0, 0, 30]))
     with pytest.raises(ImagingError, match=r"z = 31 m lies behind the virtual camera at z = 30\.0 m"):
-        integrate_view([frame], CAMERA, frame.pose, 31.0)
+        integrate([frame], perspective_view(CAMERA, frame.pose, 31.0))
     with pytest.raises(ImagingError, match="passes through the virtual camera"):
-        integrate_view([frame], CAMERA, frame.pose, 30.0)
+        integrate([frame], perspective_view(CAMERA, frame.pose, 30.0))
 
 
 def test_frames_behind_whose_camera_the_plane_lies_do_not_contribute() -> None:
     down = frame_of(np.full((40, 48, 1), 5, dtype=np.uint8), nadir_pose([0, 0, 30]))
     below_the_plane = frame_of(np.full((40, 48, 1), 99, dtype=np.uint8), nadir_pose([0, 0, -30]))
-    integral, count = integrate_view([down, below_the_plane], CAMERA, down.pose, 0.0)
+    integral, count = integrate([down, below_the_plane], perspective_view(CAMERA, down.pose, 0.0))
     assert count.max() == 1
     assert np.nanmax(integral) == 5.0
 
@@ -186,7 +187,7 @@ def test_frames_behind_whose_camera_the_plane_lies_do_not_contribute() -> None:
 def test_nothing_is_focused_above_the_horizon() -> None:
     level = Pose(np.array([0.0, 0.0, 30.0]), np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]))
     frame = frame_of(np.full((40, 48, 1), 9, dtype=np.uint8), level)
-    integral, count = integrate_view([frame], CAMERA, level, 0.0)
+    integral, count = integrate([frame], perspective_view(CAMERA, level, 0.0))
     assert (count[20:, 1:-1] == 1).sum() > 500
     assert not count[:20].any()
     assert np.isnan(integral[:20]).all()
@@ -198,13 +199,13 @@ def test_frames_that_do_not_fit_are_refused() -> None:
     cut = Frame(8, np.zeros((39, 48, 1), dtype=np.uint8), grey.bands, grey.pose, CAMERA)
     grid = choose_grid([grey], 0.0)
     with pytest.raises(ImagingError, match="vehicle 7 has the bands"):
-        integrate_on_grid([grey, colour], grid)
+        integrate([grey, colour], grid_view(grid), exact=False)
     with pytest.raises(ImagingError, match=r"vehicle 8 has shape \(39, 48, 1\)"):
-        integrate_view([grey, cut], CAMERA, grey.pose, 0.0)
+        integrate([grey, cut], perspective_view(CAMERA, grey.pose, 0.0))
     with pytest.raises(ImagingError, match="no frame"):
-        integrate_on_grid([], grid)
+        integrate([], grid_view(grid), exact=False)
     with pytest.raises(ImagingError, match="no frame"):
-        integrate_view([], CAMERA, grey.pose, 0.0)
+        integrate([], perspective_view(CAMERA, grey.pose, 0.0))
 
 
 def test_grid_and_view_agree() -> None:
@@ -219,8 +220,8 @@ def test_grid_and_view_agree() -> None:
     focal_px = height_m / grid.resolution_m
     camera = CameraModel(grid.columns, grid.rows, focal_px, focal_px, (grid.columns - 1) / 2, (grid.rows - 1) / 2)
     centre = [grid.west_m + grid.columns * grid.resolution_m / 2, grid.north_m - grid.rows * grid.resolution_m / 2]
-    on_grid, coverage = integrate_on_grid(frames, grid)
-    in_view, count = integrate_view(frames, camera, nadir_pose([*centre, height_m]), 0.0)
+    on_grid, coverage = integrate(frames, grid_view(grid), exact=False)
+    in_view, count = integrate(frames, perspective_view(camera, nadir_pose([*centre, height_m]), 0.0))
     assert (coverage != count).mean() < 0.002
     same = (coverage == count) & (count > 0)
     np.testing.assert_allclose(on_grid[same], in_view[same], atol=1.0)

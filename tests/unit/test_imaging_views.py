@@ -15,13 +15,13 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.distortion import LensDistortion, LensModel
 from aos_gcs.geometry.poses import Pose, nadir_pose
 from aos_gcs.geometry.projection import Plane, intersect_plane, pixel_rays
-from aos_gcs.imaging.integral import ViewIntegral, integrate, integrate_on_grid, integrate_view
+from aos_gcs.imaging.integral import ViewIntegral, integrate
 from aos_gcs.imaging.model import FocalGrid, Frame, GroundRaster
 from aos_gcs.imaging.step.analysis import analyse_step
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.imaging.undistort import undistorted
-from aos_gcs.imaging.views import FocalSurface, ortho_view, perspective_view
+from aos_gcs.imaging.views import FocalSurface, grid_view, ortho_view, perspective_view
 
 PINHOLE = CameraModel.from_fov(96, 80, np.radians(50.0))
 BARREL = dataclasses.replace(
@@ -71,7 +71,7 @@ def flight(camera: CameraModel, surface: FocalSurface, seed: int = 0, count: int
 def test_the_texture_is_recovered_in_any_view(camera: CameraModel, surface: FocalSurface, exact: bool) -> None:
     virtual = a_pose(np.random.default_rng(7))
     frames = flight(camera, surface)
-    integral, count = integrate_view(frames, PINHOLE, virtual, surface, exact=exact)
+    integral, count = integrate(frames, perspective_view(PINHOLE, virtual, surface), exact=exact)
     assert (count == 5).sum() > 1000
     np.testing.assert_array_equal(np.isnan(integral[:, :, 0]), count == 0)
     error = np.abs(integral - render(PINHOLE, virtual, surface))
@@ -79,7 +79,7 @@ def test_the_texture_is_recovered_in_any_view(camera: CameraModel, surface: Foca
     assert np.nanmax(error) < 4.0
     # Off the surface the frames do not agree with each other.
     wrong = surface.moved(8.0) if isinstance(surface, Terrain) else dataclasses.replace(surface, height_m=9.0)
-    blurred = integrate_view(frames, PINHOLE, virtual, wrong, exact=exact)[0]
+    blurred = integrate(frames, perspective_view(PINHOLE, virtual, wrong), exact=exact)[0]
     assert np.nanmean(np.abs(blurred - render(PINHOLE, virtual, surface))) > 3.0
 
 
@@ -103,8 +103,8 @@ def test_a_plane_as_terrain_gives_what_the_plane_gives(camera: CameraModel, exac
     terrain = Terrain(-60.0, -60.0, 1.0, np.add.outer(np.arange(121.0) * -0.15, np.arange(121.0) * 0.25) - 5.0)
     frames, virtual = flight(camera, TILTED), a_pose(np.random.default_rng(3))
     plane = Plane(float(terrain.z_m(0.0, 0.0)), 0.25, -0.15)
-    on_plane, count = integrate_view(frames, PINHOLE, virtual, plane, exact=exact)
-    on_terrain, terrain_count = integrate_view(frames, PINHOLE, virtual, terrain, exact=exact)
+    on_plane, count = integrate(frames, perspective_view(PINHOLE, virtual, plane), exact=exact)
+    on_terrain, terrain_count = integrate(frames, perspective_view(PINHOLE, virtual, terrain), exact=exact)
     same = count == terrain_count
     assert (~same).sum() <= 10
     np.testing.assert_allclose(on_terrain[same], on_plane[same], atol=1e-4 if exact else 0.1)
@@ -140,7 +140,7 @@ def test_cameras_that_have_the_surface_behind_them_do_not_contribute(surface: Fo
     up = Pose(np.array([0.0, 0.0, 30.0]), np.diag([1.0, -1.0, -1.0]) @ np.diag([1.0, -1.0, -1.0]))
     level = Pose(np.array([0.0, 0.0, 1.0]), np.array([[1.0, 0, 0], [0, 0, 1.0], [0, -1.0, 0]]))
     blind = [dataclasses.replace(seeing, image=seeing.image * 10, pose=pose) for pose in (up, nadir_pose([0, 0, -30]))]
-    integral, count = integrate_view([seeing, *blind], PINHOLE, seeing.pose, surface, exact=exact)
+    integral, count = integrate([seeing, *blind], perspective_view(PINHOLE, seeing.pose, surface), exact=exact)
     assert count.max() == 1
     assert np.nanmax(integral) == 5.0
     # A camera amid the surface sees only what lies before it.
@@ -157,7 +157,7 @@ def test_uncovered_and_infinite_pixels_stay_out(exact: bool) -> None:
     image[40, 48, 1] = np.inf
     frame = Frame(0, image, ("a", "b"), nadir_pose([0, 0, 30]), BARREL)
     for surface in (LEVEL, HILLS):
-        integral, count = integrate_view([frame], PINHOLE, frame.pose, surface, exact=exact)
+        integral, count = integrate([frame], perspective_view(PINHOLE, frame.pose, surface), exact=exact)
         assert 0 < (count[30:50, 38:58] == 0).sum() <= 16
         np.testing.assert_allclose(integral[count > 0], 1.0, rtol=1e-6)
 
@@ -249,7 +249,7 @@ def test_steps_and_grids_work_with_distorted_frames(camera: CameraModel) -> None
     np.testing.assert_allclose(analysis.blob.centroid_enu_m, [2.0, -1.0, 1.0], atol=0.15)
     assert analysis.blob.vehicle_ids == (0, 1, 2, 3, 4)
     grid = FocalGrid(-6.0, 6.0, 0.25, 48, 48, 1.0)
-    mean, coverage = integrate_on_grid(frames, grid)
+    mean, coverage = integrate(frames, grid_view(grid), exact=False)
     cells = -6.0 + 0.125 + 0.25 * np.arange(48)
     assert (coverage == 5).mean() > 0.7
     assert np.nanmax(np.abs(mean[:, :, 0] - texture(*np.meshgrid(cells, -cells)))) < 2.0

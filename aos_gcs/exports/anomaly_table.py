@@ -15,7 +15,7 @@ from aos_gcs.surveys.anomalies import MapBlob
 COLUMNS = ("id", "x_m", "y_m", "z_m", "latitude_deg", "longitude_deg", "area_m2", "max_count", "agreement")
 
 
-def encode_findings(blobs: Sequence[MapBlob], georeference: Georeference | None, suffix: str) -> str:
+def encode_anomalies(blobs: Sequence[MapBlob], georeference: Georeference | None, suffix: str) -> str:
     """Return a table of blobs, the largest first.
 
     Args:
