@@ -33,7 +33,7 @@ class OptionTable:
         return float(value)
 
     def optional_number(self, name: str, low: float, high: float) -> float | None:
-        """Return a number from ``low`` to ``high``, None where it is not given, or raise ConfigurationError."""
+        """Return a number from ``low`` to ``high``, None if it is not given, or raise ConfigurationError."""
         return self.number(name, low, low, high) if name in self else None
 
     def integer(self, name: str, default: int) -> int:
@@ -51,14 +51,14 @@ class OptionTable:
         return value
 
     def text(self, name: str) -> str | None:
-        """Return a text, None where it is not given, or raise ConfigurationError."""
+        """Return a text, None if it is not given, or raise ConfigurationError."""
         value = self._values.get(name)
         if value is not None and (not isinstance(value, str) or not value.strip()):
             raise self.error(name, "a text")
         return value
 
     def texts(self, name: str, what: str) -> tuple[str, ...]:
-        """Return a list of texts, or raise ConfigurationError; ``what`` they are stands in its text."""
+        """Return a list of texts, or raise ConfigurationError; ``what`` names their kind in its text."""
         value = self._values.get(name, ())
         if not isinstance(value, list | tuple) or not all(isinstance(item, str) for item in value):
             raise self.error(name, f"a list of {what}")
@@ -74,7 +74,7 @@ class OptionTable:
         raise self.error(name, f"three numbers of at most {limit:g}")
 
     def table(self, name: str) -> OptionTable:
-        """Return a table within this one, empty where it is not given, or raise ConfigurationError."""
+        """Return a table within this one, empty if it is not given, or raise ConfigurationError."""
         return OptionTable(self.mapping(name), f"{self.place}.{name}")
 
     def mapping(self, name: str) -> Mapping[str, object]:

@@ -24,7 +24,7 @@ class DriverOptions:
     """``DriverContext.options`` of either driver."""
 
     position_hz: float = 5.0
-    """Rate of positions that each vehicle is asked for."""
+    """Rate of positions requested from each vehicle."""
     image_hosts: tuple[str, ...] = ()
     """Hosts besides the vehicle's own that images may be fetched from."""
     image_limits: ImageLimits = field(default_factory=ImageLimits)

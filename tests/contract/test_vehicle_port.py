@@ -198,13 +198,13 @@ async def test_a_return_height_is_set_on_the_ground_kept_in_the_air_and_set_back
         for height_m in (0.0, math.nan):
             with pytest.raises(CommandRefusedError, match="is impossible"):
                 await vehicle.set_return_height(height_m, bench.after(100.0))
-        with pytest.raises(CommandRefusedError, match="has no FENCE_ENABLE that says how it returns"):
+        with pytest.raises(CommandRefusedError, match="FENCE_ENABLE is not a return setting of vehicle"):
             await vehicle.restore_return({"FENCE_ENABLE": 0.0}, bench.after(100.0))
 
         await bench.fly(1)
-        with pytest.raises(CommandRefusedError, match="the motors of vehicle 1 run"):
+        with pytest.raises(CommandRefusedError, match="vehicle 1 is armed: its return settings"):
             await vehicle.set_return_height(25.0, bench.after(100.0))
-        with pytest.raises(CommandRefusedError, match="the motors of vehicle 1 run"):
+        with pytest.raises(CommandRefusedError, match="vehicle 1 is armed: its return settings"):
             await vehicle.restore_return(before.return_settings, bench.after(100.0))
         await vehicle.execute(Land(), bench.after(30.0))
         await bench.until(lambda: not vehicle.state.armed)

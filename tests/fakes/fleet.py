@@ -253,9 +253,9 @@ class FakeVehicle:
     async def restore_return(self, settings: Mapping[str, float], deadline_s: float) -> None:
         await self._wait(self._is_heard, deadline_s)
         if strange := settings.keys() - {"RTL_ALT"}:
-            raise self._refusal(f"has no {min(strange)} that says how it returns")
+            raise CommandRefusedError(f"{min(strange)} is not a return setting of vehicle {self.vehicle_id}")
         if self.state.armed:
-            raise CommandRefusedError(f"the motors of vehicle {self.vehicle_id} run")
+            raise CommandRefusedError(f"vehicle {self.vehicle_id} is armed: its return settings stay")
         if self.keeps_return_height:
             raise CommandRefusedError("it keeps RTL_ALT")
         self.return_height_m = settings["RTL_ALT"] / 100.0

@@ -74,12 +74,12 @@ async def test_a_photograph_brings_its_pose_and_its_lens(tmp_path: Path) -> None
             XMP,
             {0x9003: "2020:01:01 00:00:00", 0x9011: "+00:00"},
             FrameRefusedError,
-            r"before it was asked for.*match_t",
+            r"before it was requested.*match_t",
         ),
         (XMP | {"drone-dji:GpsLatitude": 47.0}, None, FrameRefusedError, "m from where the vehicle was"),
         ({"drone-dji:GimbalPitchDegree": "-90"}, None, CaptureError, "tags cannot be used: it has no GPSLatitude"),
         ({key: XMP[key] for key in XMP if "Focal" not in key}, None, CaptureError, r"camera\.fov_deg"),
-        ({key: XMP[key] for key in XMP if "Altitude" not in key}, None, CaptureError, "tell no altitude"),
+        ({key: XMP[key] for key in XMP if "Altitude" not in key}, None, CaptureError, "contain no altitude"),
     ],
 )
 async def test_photographs_that_cannot_be_used_are_named(
@@ -96,7 +96,7 @@ async def test_each_vehicle_has_its_own_source() -> None:
     first, second = ShutterVehicle(lambda _: None), ShutterVehicle(lambda _: None)
     second.system_id, second.encoder = 2, type(second.encoder)(2, 1)
     async with open_network(first, second, fetcher=SimpleNamespace(limits=ImageLimits()), cameras=cameras) as network:
-        with pytest.raises(CaptureError, match="no camera that speaks MAVLink"):
+        with pytest.raises(CaptureError, match="no image from vehicle 1: no camera detected"):
             await network.vehicle(1).capture(1.0)
         with pytest.raises(CaptureError, match="/nowhere cannot be read"):
             await network.vehicle(2).capture(1.0)

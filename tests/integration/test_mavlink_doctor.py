@@ -93,7 +93,7 @@ def test_exit_codes_and_json(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Cap
     ("arguments", "words"),
     [
         (["nonsense"], "cannot be understood"),
-        (["serial:///dev/no-such-radio:57600"], "does not exist: plug the radio in"),
+        (["serial:///dev/no-such-radio:57600"], "does not exist: connect the radio"),
         ([f"udpin://{HOST}:14550?sign=/no/such.key"], "cannot be read"),
     ],
 )

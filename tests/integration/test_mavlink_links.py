@@ -125,7 +125,7 @@ async def test_tcpout_comes_back_after_a_broken_connection() -> None:
             heard_at_s = fleet.vehicles()[5].state.heard_at_s
             await until(lambda: fleet.vehicles()[5].state.heard_at_s != heard_at_s)
             await fleet.vehicles()[5].execute(Land(), context.clock.now_s() + 50.0)
-    assert [notice.text for notice in notices if "has been lost" in notice.text]
+    assert [notice.text for notice in notices if "lost; reconnecting" in notice.text]
 
 
 async def test_tcpin_serves_vehicles_that_call() -> None:
@@ -228,9 +228,9 @@ async def test_a_serial_device_that_vanishes_is_used_again_when_it_comes_back(tm
         await until(lambda: 7 in fleet.vehicles())
         await fleet.vehicles()[7].execute(Land(), context.clock.now_s() + 50.0)
         far_end.unplug()
-        await until(lambda: any("has been lost" in notice.text for notice in notices))
+        await until(lambda: any("lost; reconnecting" in notice.text for notice in notices))
         far_end = SerialVehicle(7, device)
-        await until(lambda: any("is open again" in notice.text for notice in notices))
+        await until(lambda: any("restored" in notice.text for notice in notices))
         far_end.vehicle.boot_ms += 60_000
         far_end.speak()
         await fleet.vehicles()[7].execute(Land(), context.clock.now_s() + 50.0)
@@ -265,7 +265,7 @@ async def test_a_serial_line_that_does_not_drain_loses_whole_packets(tmp_path: P
 
 async def test_a_missing_serial_device_is_named_with_the_remedy(tmp_path: Path) -> None:
     context, _notices = make_context()
-    with pytest.raises(LinkError, match="does not exist: plug the radio in"):
+    with pytest.raises(LinkError, match="does not exist: connect the radio"):
         await enter([f"serial://{tmp_path / 'ttyUSB7'}:57600"], context)
 
 

@@ -226,7 +226,7 @@ async def test_a_mute_camera_fails_at_the_deadline_and_a_missing_one_at_once() -
         with pytest.raises(CaptureError, match="no camera"):
             await network.vehicle().capture(5.0)
         await settle(network)
-        with pytest.raises(CaptureError, match="does not answer"):
+        with pytest.raises(CaptureError, match="does not respond"):
             await network.vehicle().capture(5.0)
         assert network.clock.now_s() == pytest.approx(5.0, abs=0.01)
 

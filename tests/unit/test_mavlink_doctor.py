@@ -105,7 +105,7 @@ def test_a_healthy_vehicle_is_described() -> None:
         ("udpin://0.0.0.0:14550", "firewall"),
         ("udpout://10.0.0.5:14550", "ping"),
         ("tcpout://10.0.0.5:5760", "MAVLink port"),
-        ("tcpin://0.0.0.0:5760", "nobody has connected"),
+        ("tcpin://0.0.0.0:5760", "no connection yet"),
         ("serial:///dev/ttyUSB0:57600", "cable"),
     ],
 )

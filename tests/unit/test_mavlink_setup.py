@@ -121,7 +121,7 @@ def test_a_vehicle_that_keeps_its_value_is_not_asked_without_end() -> None:
     for second in range(0, 20, 5):
         write.poll(float(second))
         write.on_message(value_of("FENCE_TYPE", 7.0))
-    with pytest.raises(CommandRefusedError, match="does not take FENCE_TYPE = 5"):
+    with pytest.raises(CommandRefusedError, match="does not accept FENCE_TYPE = 5"):
         write.poll(20.0)
 
 

@@ -242,5 +242,5 @@ def test_the_noted_time_is_private_and_a_damaged_one_is_named(tmp_path: Path) ->
 def test_a_key_in_an_unwritable_folder_is_refused(tmp_path: Path) -> None:
     path = key_file(tmp_path)
     time_file_of(path).with_name(path.name + ".time.part").mkdir()
-    with pytest.raises(ConfigurationError, match="the time of a key is noted beside it"):
+    with pytest.raises(ConfigurationError, match="the time of a key is stored beside it"):
         Keyring([parse_link(f"udpin://0.0.0.0:14550?sign={path}")], FixedClock(UTC_S))  # type: ignore[arg-type]

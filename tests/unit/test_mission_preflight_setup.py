@@ -120,9 +120,9 @@ def test_what_is_being_asked_for_cannot_be_overridden_yet() -> None:
 
 
 def test_what_a_vehicle_does_not_tell_can_be_overridden() -> None:
-    check = check_of(checks.LINK_LOSS, Inspection(problem="vehicle 3 does not tell its parameters in time"))
+    check = check_of(checks.LINK_LOSS, Inspection(problem="vehicle 3 does not report its parameters in time"))
     assert (check.status, check.overridable) == (FAIL, True)
-    assert "does not tell" in check.remedy
+    assert "does not report" in check.remedy
 
 
 def test_a_return_below_the_layer_stays_in_it() -> None:

@@ -1,4 +1,4 @@
-"""The times that a vehicle gives: since boot, of its GPS, and 32 bits of microseconds.
+"""Clocks of a vehicle: time since boot, time of its GPS, and 32 bits of microseconds.
 
 Everything is brought to seconds since the vehicle's boot, the clock of its telemetry, and from there to ours.
 """
@@ -11,14 +11,14 @@ from dataclasses import dataclass
 _WRAP_US = 2**32
 """Microseconds since boot, as ArduPilot gives them with a camera's feedback pin, wrap after 71.6 minutes."""
 _EPOCH_FROM_US = 10**15
-"""2001: what is later is a time of day, what is earlier one since boot."""
+"""Year 2001: later values are times of day, earlier ones count from boot."""
 _WINDOW_S = 5.0
 _JUMP_S = 0.5
-"""Between TIMESYNC and arrivals: more is not the delay of a link, but another clock."""
+"""Largest difference between TIMESYNC and arrivals: a larger one is not the delay of a link, but another clock."""
 _REBOOT_S = 30.0
-"""No message is delayed so long."""
+"""Jump back in time that means a reboot: no message is delayed so long."""
 _LONGEST_DELAY_S = 10.0
-"""Between an exposure and the message about it; what says otherwise is a clock that is wrong."""
+"""Longest credible time between an exposure and the message about it; a longer one means a wrong clock."""
 _AHEAD_S = 0.5
 _SYSTEM_TIME_SIGMA_S = 0.01
 _UNKNOWN_SIGMA_S = 0.3
@@ -27,7 +27,7 @@ _SIGMAS = 5.0
 
 @dataclass(frozen=True, slots=True)
 class ExposureTime:
-    """When an image was exposed."""
+    """Time of an image's exposure."""
 
     boot_s: float
     """Seconds since the vehicle's boot."""
@@ -35,7 +35,7 @@ class ExposureTime:
     """Standard deviation."""
 
     def is_since(self, boot_s: float) -> bool:
-        """Tell whether the image can have been exposed at ``boot_s`` or later, as far as its time is known."""
+        """Return whether the image can have been exposed at ``boot_s`` or later, given the uncertainty of its time."""
         return self.boot_s >= boot_s - _SIGMAS * self.sigma_s
 
 
@@ -47,7 +47,7 @@ class LeastDelay:
 
     def __init__(self) -> None:
         self._best: deque[tuple[float, float]] = deque()
-        """Arrival and offset, of those alone that no later one outdoes: the first is the best."""
+        """Arrival and offset of each message that no later one improves on: the first is the best."""
 
     @property
     def offset_s(self) -> float | None:
@@ -93,11 +93,11 @@ class BootClock:
         return arrival_s
 
     def boot_s_of_utc(self, utc_s: float) -> float | None:
-        """Return the time since boot of a time of day by the vehicle's own GPS; None before it has told one."""
+        """Return the time since boot of a time of day by the vehicle's own GPS; None before it has reported one."""
         return None if self._utc_minus_boot_s is None else utc_s - self._utc_minus_boot_s
 
     def exposure_time(self, time_us: int, boot_now_s: float) -> ExposureTime:
-        """Return when an image was exposed that is reported now.
+        """Return the time of an exposure that is reported now.
 
         Args:
             time_us: microseconds of the Unix epoch, or the lower 32 bits of those since boot; 0 for unknown.

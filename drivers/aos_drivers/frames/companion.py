@@ -21,7 +21,7 @@ class CompanionListing:
     """A folder behind a web server that lists it: nginx's autoindex (HTML or JSON), or ``python -m http.server``."""
 
     def __init__(self, fetcher: ImageFetcher, url: str) -> None:
-        """``url`` is the user's, not the vehicle's; nothing but files directly below it is asked for."""
+        """``url`` is the user's, not the vehicle's; only files directly below it are requested."""
         self._fetcher = fetcher
         self._url = URL(url if url.endswith("/") else url + "/")
         self._host = self._url.host or ""

@@ -1,4 +1,4 @@
-"""How many frames of a vehicle came, and what became of those that did not."""
+"""Counts of a vehicle's frames: used, refused, late, torn and failed."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from aos_gcs.ports import CameraState
 
 
 class FrameCounts:
-    """Of one vehicle, since the driver was opened."""
+    """Frame counts of one vehicle since the driver was opened."""
 
     def __init__(self, source: str) -> None:
         self._source = source
@@ -17,11 +17,11 @@ class FrameCounts:
         self._problem = ""
 
     def take(self) -> None:
-        """Count a frame that is used."""
+        """Count a frame that was used."""
         self._frames += 1
 
     def miss(self, error: CaptureError) -> bool:
-        """Count one that is not; return whether it is worth a notice: the first, second, fourth … of its kind."""
+        """Count a missed frame; return whether to notify: for the first, second, fourth … of its kind."""
         kind = _kind(error)
         self._missed[kind] += 1
         self._problem = str(error)

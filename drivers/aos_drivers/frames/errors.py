@@ -1,4 +1,4 @@
-"""Why a frame is not used; the classes are what is counted (``aos_gcs.ports.CameraState``)."""
+"""Reasons for not using a frame; frames are counted by these classes (``aos_gcs.ports.CameraState``)."""
 
 from __future__ import annotations
 
@@ -6,16 +6,16 @@ from aos_gcs.errors import CaptureError
 
 
 class FrameRefusedError(CaptureError):
-    """A frame whose pose or time cannot be trusted: too old, absurd, or not to be told apart from another."""
+    """A frame whose pose or time cannot be trusted: too old, implausible, or ambiguous."""
 
 
 class TornFrameError(CaptureError):
-    """An image file that is not whole; a later look may find it so."""
+    """An incomplete image file, which may be complete later."""
 
 
 class LateFrameError(CaptureError):
-    """A frame that was not there by the deadline."""
+    """A frame that did not arrive by the deadline."""
 
 
 class PendingImageError(CaptureError):
-    """An image that is not there yet; a later look may find it."""
+    """An image that is not available yet."""

@@ -22,12 +22,12 @@ _NOT_THERE = frozenset({404, 410, 425, 503})
 
 @dataclass(frozen=True, slots=True)
 class ImageLimits:
-    """What is refused before it is decoded."""
+    """Largest files and images; larger ones are refused before they are decoded."""
 
     max_bytes: int = 64 * 2**20
-    """Of a file."""
+    """Size of a file."""
     max_pixels: int = MAX_PIXELS
-    """Of all its pages."""
+    """Pixels of all pages of an image together."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +36,7 @@ class Download:
 
     data: bytes
     age_s: float | None
-    """How long ago it was written, by the server's own clock; None where the server does not tell."""
+    """Age of the file by the server's own clock; None if the server does not report it."""
 
 
 class ImageFetcher:
@@ -97,7 +97,7 @@ class ImageFetcher:
         return url
 
     async def _download(self, url: URL) -> Download:
-        # Compressed transfers are refused: their size is not that of what they hold.
+        # Compressed transfers are refused: their size is not that of their contents.
         headers = {"Accept-Encoding": "identity"}
         async with self._session.get(url, allow_redirects=False, headers=headers) as response:
             if response.status in _NOT_THERE:

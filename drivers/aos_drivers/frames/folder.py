@@ -15,7 +15,7 @@ from aos_gcs.errors import CaptureError
 from aos_gcs.ports import Clock
 
 SETTLE_S = 0.2
-"""A file that has not changed for so long is taken to be whole; decoding it is the second proof."""
+"""Time without a change after which a file is taken to be complete; decoding confirms it."""
 _MAX_FILES = 50_000
 
 
@@ -75,7 +75,7 @@ class WatchedFolder:
             raise CaptureError(f"{name!r} is not the name of an image")
         path = self._folder / name
         try:
-            # No links: what writes into the folder must not choose what is read.
+            # No links: a program that writes into the folder must not choose what is read.
             with os.fdopen(os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK), "rb") as file:
                 before = os.fstat(file.fileno())
                 if not stat.S_ISREG(before.st_mode):

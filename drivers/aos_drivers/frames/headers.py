@@ -20,7 +20,7 @@ _TIFF_WIDTH, _TIFF_HEIGHT = 256, 257
 _TIFF_INTEGERS = {1: "B", 3: "H", 4: "I"}
 """Struct's code by type of a field: byte, short, long."""
 _NO_JPEG_FRAME = frozenset({0xC4, 0xC8, 0xCC})
-"""Of the markers C0 to CF, those that start no frame: tables and extensions."""
+"""Markers among C0 to CF that start no frame: tables and extensions."""
 _JPEG_STANDALONE = frozenset({0x01, *range(0xD0, 0xD8)})
 
 

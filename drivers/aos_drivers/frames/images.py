@@ -1,4 +1,4 @@
-"""Camera files to arrays."""
+"""Decoding of camera files into arrays."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Image = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32]
 
 _COLOURS = ("red", "green", "blue")
 MAX_PIXELS = 100_000_000
-"""Of all pages of an image together, unless configured."""
+"""Default limit for all pages of an image together."""
 _JPEG_END = b"\xff\xd9"
 _PNG_END = b"IEND\xaeB`\x82"
 
@@ -51,7 +51,7 @@ def decode_image(data: bytes, max_pixels: int = MAX_PIXELS) -> tuple[Image, tupl
 
 
 def _is_truncated(data: bytes) -> bool:
-    """Whether the end mark of the format is missing: decoders fill the rest of such a picture with grey."""
+    """Whether the end mark of the format is missing: decoders fill the rest of such an image with grey."""
     if data.startswith(JPEG_START):
         return _JPEG_END not in data[-64:]
     if data.startswith(PNG_START):

@@ -1,4 +1,4 @@
-"""Which of the files that have appeared is the image of an exposure."""
+"""Choice of the file that is the image of an exposure, among those that have appeared."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ _IMAGE_SUFFIXES = frozenset({".jpg", ".jpeg", ".png", ".tif", ".tiff"})
 
 @dataclass(frozen=True, slots=True)
 class FileStamp:
-    """What changes when a file is written."""
+    """Properties of a file that change when it is written."""
 
     size_bytes: int | None
-    """None where a server's listing does not tell."""
+    """Size; None if the server's listing has none."""
     modified_utc_s: float | None
 
 
@@ -26,21 +26,21 @@ Listing = Mapping[str, FileStamp]
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """The image that is looked for."""
+    """Description of the wanted image."""
 
     before: Listing
-    """What was there before the exposure: never the image, unless it has been written anew."""
+    """Files from before the exposure: none of them is the image, unless it was written again."""
     index: int | None = None
-    """In the names of the files; None where it is not known."""
+    """Index in the file's name; None if unknown."""
     utc_s: float | None = None
-    """Of the exposure; None where it is not known."""
+    """Time of the exposure; None if unknown."""
     tolerance_s: float = 1.0
     file_name: str | None = None
-    """With ``{index}`` in it; None: the name says nothing."""
+    """Pattern of the name with ``{index}``; None if names carry no index."""
 
     @property
     def name(self) -> str | None:
-        """What the file must be called, where that is known."""
+        """Name that the file must have; None if unknown."""
         if self.file_name is None or self.index is None:
             return None
         return self.file_name.format(index=self.index)
@@ -77,7 +77,7 @@ def choose(now: Listing, wanted: Wanted) -> str | None:
 
 
 def newest(now: Listing, wanted: Wanted) -> str | None:
-    """Return the file that was written last of those that were not there before; None where there is none."""
+    """Return the file written last among those that were not there before; None if there is none."""
     fresh = [(stamp.modified_utc_s or 0.0, name) for name, stamp in now.items() if wanted.before.get(name) != stamp]
     return max(fresh)[1] if fresh else None
 

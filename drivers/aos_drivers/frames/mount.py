@@ -1,4 +1,4 @@
-"""From the vehicle's motion to the pose of the camera that it carries."""
+"""Pose of a vehicle's camera, computed from the vehicle's motion."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from aos_gcs.geometry.poses import R_CAM2SENSOR_FRD, R_NED2ENU
 
 
 class Carrier(StrEnum):
-    """What the camera is fixed to."""
+    """Part of the vehicle that the camera is fixed to."""
 
     BODY = "body"
     """The airframe."""
@@ -38,7 +38,7 @@ class CameraMount:
     carrier: Carrier = Carrier.BODY
     yaw_pitch_roll_rad: tuple[float, float, float] = (0.0, -math.pi / 2, 0.0)
     lever_arm_frd_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Of the projection centre from where the vehicle measures its position, forward, right and down in the body."""
+    """Projection centre relative to the point whose position the vehicle reports: forward, right, down in the body."""
 
     @property
     def R_cam2carrier(self) -> NDArray[np.float64]:
@@ -46,13 +46,13 @@ class CameraMount:
         return np.asarray(Rotation.from_euler("ZYX", self.yaw_pitch_roll_rad).as_matrix() @ R_CAM2SENSOR_FRD)
 
     def camera_position(self, vehicle: GeodeticPosition, R_body2ned: NDArray[np.float64]) -> GeodeticPosition:
-        """Return the projection centre of a vehicle that is here and turned so."""
+        """Return the projection centre for a position and an attitude of the vehicle."""
         if not any(self.lever_arm_frd_m):
             return vehicle
         return LocalFrame(vehicle).to_geodetic(R_NED2ENU @ R_body2ned @ np.array(self.lever_arm_frd_m))
 
     def R_cam2enu(self, R_carrier2ned: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the camera's orientation, shape (3, 3), where its carrier is turned so."""
+        """Return the camera's orientation, shape (3, 3), for an orientation of its carrier."""
         return np.asarray(R_NED2ENU @ R_carrier2ned @ self.R_cam2carrier)
 
 
@@ -69,11 +69,11 @@ def camera_pose(
 
     Args:
         track: what the vehicle has reported.
-        mount: of the camera.
+        mount: mount of the camera.
         at_s: time of exposure.
-        max_age_s: between that time and the nearest report.
-        vehicle: where it was then, if it said so for this very exposure; else the track tells.
-        R_body2ned: how it was turned then, likewise.
+        max_age_s: largest time between the exposure and the nearest report.
+        vehicle: position at exposure, if the vehicle reported it with this exposure; otherwise taken from the track.
+        R_body2ned: attitude at exposure, likewise.
 
     Raises:
         FrameRefusedError: the vehicle or its gimbal did not report within ``max_age_s`` of that time.

@@ -46,28 +46,28 @@ def position_of(tag: Geotag, home: GeodeticPosition | None) -> GeodeticPosition:
     ellipsoid.
 
     Raises:
-        CaptureError: it tells no altitude, or the one above takeoff alone and no home is known.
+        CaptureError: it has no altitude, or only the one above takeoff while home is unknown.
     """
     if home is not None and tag.relative_altitude_m is not None:
         altitude_amsl_m = home.altitude_amsl_m + tag.relative_altitude_m
     elif tag.altitude_amsl_m is not None:
         altitude_amsl_m = tag.altitude_amsl_m
     else:
-        raise CaptureError("its tags tell no altitude (RelativeAltitude, AbsoluteAltitude or GPSAltitude)")
+        raise CaptureError("its tags contain no altitude (RelativeAltitude, AbsoluteAltitude or GPSAltitude)")
     return GeodeticPosition(tag.latitude_deg, tag.longitude_deg, altitude_amsl_m)
 
 
 def check_moment(tag: Geotag, asked_at_utc_s: float, tolerance_s: float) -> None:
-    """Refuse a photograph that was taken before it was asked for, however late its file appears.
+    """Refuse a photograph that was taken before it was requested, however late its file appears.
 
     Raises:
-        FrameRefusedError: with how old it is. One that tells no time of day is let through.
+        FrameRefusedError: it is older. One without a time of day is accepted.
     """
     if tag.utc_s is None:
         return
     early_s = asked_at_utc_s - tag.utc_s
     if early_s > tolerance_s:
         raise FrameRefusedError(
-            f"it was taken {early_s:.1f} s before it was asked for, by its own time; the limit is {tolerance_s:g} s "
+            f"it was taken {early_s:.1f} s before it was requested, by its own time; the limit is {tolerance_s:g} s "
             "(match_tolerance_s)"
         )

@@ -1,4 +1,4 @@
-"""Whether a reported pose can be true: one absurd frame would spoil the picture of the whole swarm."""
+"""Plausibility checks of reported poses: one wrong frame would spoil the picture of the whole swarm."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from aos_drivers.frames.track import PoseTrack
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 
 ROTATION_TOLERANCE = 1e-3
-"""Of the elements of R^T R; reported quaternions are of single precision."""
+"""Tolerance of the elements of R^T R; reported quaternions are of single precision."""
 NORM_TOLERANCE = 0.1
-"""Of a reported quaternion; what is further from 1 is no quaternion."""
+"""Largest deviation of a reported quaternion's norm from 1."""
 
 
 def check_quaternion(q_wxyz: NDArray[np.float64]) -> None:
-    """Refuse what is no rotation.
+    """Refuse a quaternion that is not a rotation.
 
     Raises:
         FrameRefusedError: its norm is not 1.
@@ -34,11 +34,11 @@ def check_pose(
     """Refuse a pose that cannot be that of a camera on the vehicle.
 
     Args:
-        position: of the camera.
+        position: position of the camera.
         R_cam2enu: its orientation, shape (3, 3).
-        track: what the vehicle itself reports; without any position, only the orientation is looked at.
-        max_offset_m: how far the camera may be from where the vehicle was lately; a swarm's links and clocks are too
-            uncertain for less than some metres.
+        track: motion that the vehicle itself reports; without any position, only the orientation is checked.
+        max_offset_m: largest distance between the camera and the vehicle's recent positions; links and clocks of a
+            swarm are too uncertain for less than some metres.
 
     Raises:
         FrameRefusedError: with the reason.

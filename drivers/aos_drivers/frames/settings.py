@@ -1,4 +1,4 @@
-"""Where the frames of each vehicle come from: the tables ``camera`` and ``cameras.ID`` of a driver's options."""
+"""Camera settings of each vehicle: the tables ``camera`` and ``cameras.ID`` of a driver's options."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from aos_gcs.extras import load_extra
 
 
 class SourceKind(StrEnum):
-    """How frames come."""
+    """Kind of source of the frames."""
 
     COMPONENT = "component"
     """A MAVLink camera component that names a URL."""
     REPORTED = "reported"
-    """The autopilot tells of exposures (CAMERA_FEEDBACK, CAMERA_IMAGE_CAPTURED); files come by another way."""
+    """Exposures reported by the autopilot (CAMERA_FEEDBACK, CAMERA_IMAGE_CAPTURED), with files from elsewhere."""
     PHOTOS = "photos"
     """Geotagged photographs."""
     VIDEO = "video"
@@ -32,14 +32,14 @@ class SourceKind(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class ImagePlace:
-    """Where image files appear: a folder or a web server, one of them."""
+    """Location of the image files: either a folder or a web server."""
 
     folder: str | None = None
-    """May hold ``{vehicle_id}``."""
+    """Path of the folder; may contain ``{vehicle_id}``."""
     url: str | None = None
-    """May hold ``{vehicle_id}``, ``{host}`` (the vehicle's own) and ``{index}``; without the last, of a listing."""
+    """Address; may contain ``{vehicle_id}``, ``{host}`` (the vehicle's) and ``{index}``; without it, of a listing."""
     file_name: str | None = None
-    """Of the image with an index, as ``DSC{index:05d}.JPG``; None: files are told apart by their times."""
+    """Pattern of the file's name, such as ``DSC{index:05d}.JPG``; None: files are matched by time."""
 
     @property
     def has_index(self) -> bool:
@@ -57,40 +57,40 @@ class ImagePlace:
             CaptureError: the vehicle has no host, as on a serial link, and the address needs it.
         """
         if not host and "{host}" in (self.url or ""):
-            raise CaptureError(f"vehicle {vehicle_id} has no host of its own: write that of its images into url")
+            raise CaptureError(f"vehicle {vehicle_id} has no network address: write the host of its images into url")
         host = f"[{host}]" if ":" in host else host
         return (self.url or "").format(vehicle_id=vehicle_id, host=host, index=index)
 
 
 @dataclass(frozen=True, slots=True)
 class CameraSettings:
-    """How the frames of one vehicle are obtained."""
+    """Settings for the frames of one vehicle."""
 
     source: SourceKind = SourceKind.COMPONENT
     place: ImagePlace = field(default_factory=ImagePlace)
-    """Of the images, or of the stream."""
+    """Location of the images, or of the stream."""
     is_triggered: bool = True
-    """Whether each frame is commanded; else the camera takes them by itself, and the next one is waited for."""
+    """Whether each frame is commanded; otherwise the camera fires automatically, and the next frame is used."""
     index_offset: int = 0
-    """The number in the name of a file minus the index that the autopilot gives."""
+    """Number in the name of a file minus the index that the autopilot reports."""
     match_tolerance_s: float = 1.0
-    """How far the time of a file may be from that of its exposure."""
+    """Largest difference between the time of a file and that of its exposure."""
     fov_rad: float | None = None
-    """Full horizontal field of view; None: as the camera says."""
+    """Full horizontal field of view; None: as reported by the camera."""
     mount: CameraMount = field(default_factory=CameraMount)
     max_pose_age_s: float = 0.5
-    """Between a frame and the nearest report of the vehicle's motion."""
+    """Largest time between a frame and the nearest report of the vehicle's motion."""
     max_pose_offset_m: float = 50.0
-    """Between the position of a frame and those that the vehicle reports."""
+    """Largest distance between the position of a frame and those that the vehicle reports."""
     pose_hz: float = 10.0
-    """Rate of attitudes and positions that are asked for, where poses are interpolated."""
+    """Requested rate of attitudes and positions, where poses are interpolated."""
     latency_s: float = 0.2
-    """Of a stream without times, from exposure to arrival."""
+    """Delay from exposure to arrival, for streams without times."""
     latency_sigma_s: float = 0.1
 
     @property
     def needs_motion(self) -> bool:
-        """Whether poses are made of what the vehicle reports of its motion."""
+        """Whether poses are interpolated from the motion that the vehicle reports."""
         return self.source in (SourceKind.REPORTED, SourceKind.VIDEO)
 
 

@@ -48,7 +48,7 @@ class ImageFinder:
         self._folder = None if folder is None else WatchedFolder(folder, clock, fetcher.limits)
 
     async def before(self, host: str, deadline_s: float) -> Listing:
-        """Return what is there before an exposure; nothing where files are asked for by their index."""
+        """Return the files from before an exposure; none where files are requested by their index."""
         if self._place.has_index:
             return {}
         return await self._store(host).listing(deadline_s)
@@ -62,7 +62,7 @@ class ImageFinder:
         deadline_s: float,
         pick: Callable[[Listing, Wanted], str | None] = choose,
     ) -> tuple[T, str]:
-        """Return what ``read`` makes of the wanted file, and its name; ``pick`` chooses the file from a listing.
+        """Return the wanted file as ``read`` decodes it, and its name; ``pick`` chooses the file from a listing.
 
         Raises:
             LateFrameError: the file did not appear by the deadline.

@@ -1,4 +1,4 @@
-"""When the frames of a stream were exposed.
+"""Times of exposure of the frames of a stream.
 
 RTCP's sender reports tie a stream to the time of day of its sender (RFC 3550, section 6.4.1). Without them, or where
 they contradict the arrivals, a frame was exposed a configured latency before it arrived; what the network adds to the
@@ -12,20 +12,20 @@ from dataclasses import dataclass
 from aos_drivers.frames.clocks import LeastDelay
 
 SENDER_SIGMA_S = 0.03
-"""Of times by RTCP: from exposure to encoder, and the clocks of sender and vehicle."""
+"""Standard deviation of times by RTCP: delay from exposure to encoder, clocks of sender and vehicle."""
 CREDIBLE_S = 1.0
-"""How far the sender's time of day may be from what the arrivals say."""
+"""Largest credible difference between the sender's time of day and the arrivals."""
 
 
 @dataclass(frozen=True, slots=True)
 class FrameTime:
-    """When a frame was exposed, by our clock."""
+    """Time of a frame's exposure, by our clock."""
 
     at_s: float
     sigma_s: float
     """Standard deviation."""
     by_sender: bool
-    """Whether the sender has told it (RTCP)."""
+    """Whether the sender has reported it (RTCP)."""
 
 
 class StreamClock:

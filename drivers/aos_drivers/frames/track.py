@@ -38,7 +38,7 @@ class Motion:
 
 
 class Samples(Generic[T]):
-    """Values by time. Buffered: 20 s and at most 1024 values, the oldest go; what comes late is dropped."""
+    """Values by time. Buffered: 20 s and at most 1024 values, the oldest are dropped; so are late ones."""
 
     def __init__(self) -> None:
         self._times_s: list[float] = []
@@ -54,7 +54,7 @@ class Samples(Generic[T]):
 
     @property
     def values(self) -> Sequence[T]:
-        """Oldest first."""
+        """Values, oldest first."""
         return self._values
 
     def add(self, at_s: float, value: T) -> None:
@@ -85,25 +85,25 @@ class Samples(Generic[T]):
 
 
 class PoseTrack:
-    """What a vehicle has reported of its motion lately, and that of its gimbal."""
+    """Recent reports of a vehicle's motion and of its gimbal's."""
 
     def __init__(self) -> None:
         self.motions: Samples[Motion] = Samples()
         self._attitudes: Samples[tuple[float, float, float]] = Samples()
-        """Yaw, pitch and roll: only the few that are asked for become matrices."""
+        """Yaw, pitch and roll: only the few that are needed become matrices."""
         self._gimbals: Samples[NDArray[np.float64]] = Samples()
         self._gimbal_follows_heading = False
 
     def add_motion(self, at_s: float, motion: Motion) -> None:
-        """Note where the vehicle was."""
+        """Add a position of the vehicle."""
         self.motions.add(at_s, motion)
 
     def add_attitude(self, at_s: float, yaw_pitch_roll_rad: tuple[float, float, float]) -> None:
-        """Note how the vehicle was turned."""
+        """Add an attitude of the vehicle."""
         self._attitudes.add(at_s, yaw_pitch_roll_rad)
 
     def add_gimbal(self, at_s: float, attitude: GimbalAttitude) -> None:
-        """Note how its gimbal was turned; a change of its frame starts anew."""
+        """Add an attitude of the gimbal; when its reference frame changes, earlier ones are dropped."""
         if attitude.follows_heading != self._gimbal_follows_heading:
             self._gimbals, self._gimbal_follows_heading = Samples(), attitude.follows_heading
         self._gimbals.add(at_s, attitude.R_gimbal2level)
@@ -116,7 +116,7 @@ class PoseTrack:
         return all(latest_s is not None and latest_s >= at_s for latest_s in latest)
 
     def position_at(self, at_s: float, max_age_s: float) -> GeodeticPosition:
-        """Return where the vehicle was.
+        """Return the position of the vehicle.
 
         Raises:
             FrameRefusedError: it did not report within ``max_age_s`` of that time.
@@ -136,11 +136,11 @@ class PoseTrack:
         return frame.to_geodetic(curve(at_s))
 
     def R_body2ned_at(self, at_s: float, max_age_s: float) -> NDArray[np.float64]:
-        """Return how the vehicle was turned, shape (3, 3); raises like :meth:`position_at`."""
+        """Return the attitude of the vehicle, shape (3, 3); raises like :meth:`position_at`."""
         return _rotation_at(self._attitudes, R_from_yaw_pitch_roll, "attitude", at_s, max_age_s)
 
     def R_gimbal2ned_at(self, at_s: float, max_age_s: float) -> NDArray[np.float64]:
-        """Return how the gimbal was turned, shape (3, 3); raises like :meth:`position_at`."""
+        """Return the attitude of the gimbal, shape (3, 3); raises like :meth:`position_at`."""
         R_gimbal2level = _rotation_at(self._gimbals, np.asarray, "gimbal attitude", at_s, max_age_s)
         if not self._gimbal_follows_heading:
             return R_gimbal2level
@@ -148,7 +148,7 @@ class PoseTrack:
 
 
 def slerp(share: float, start: NDArray[np.float64], end: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the rotation at ``share`` (0 to 1) of the shortest way between two, shapes (3, 3)."""
+    """Return the rotation at ``share`` (0 to 1) of the shortest path between two, shapes (3, 3)."""
     return np.asarray(Slerp([0.0, 1.0], Rotation.from_matrix(np.stack((start, end))))(share).as_matrix())
 
 

@@ -25,9 +25,9 @@ from aos_gcs.ports import Clock
 
 KEPT_FRAMES = 8
 _TIMEOUT_S = 5.0
-"""For opening, and between two packets."""
+"""Time limit for opening the stream, and between two packets."""
 _ANALYSIS_S = 1.0
-"""For finding out what a stream holds, where it does not say so."""
+"""Time limit for detecting the contents of a stream that does not declare them."""
 _FIRST_PAUSE_S, _LONGEST_PAUSE_S = 0.5, 8.0
 _PROTOCOLS = {
     "rtsp": "rtsp,rtp,udp,tcp",
@@ -37,9 +37,9 @@ _PROTOCOLS = {
     "tcp": "tcp",
     "sdp": "file,rtp,udp",
 }
-"""What FFmpeg may use for each kind of address, so that no stream leads it to files or to other services."""
+"""Protocols that FFmpeg may use for each kind of address, so that no stream leads it to files or other services."""
 _FORMATS = "rtsp,rtp,sdp,mpegts"
-"""No playlists: they name other addresses."""
+"""Formats that FFmpeg may read; no playlists, which name other addresses."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,7 +73,7 @@ class VideoReceiver:
         max_pixels: int,
         on_frame: Callable[[], None],
     ) -> None:
-        """Ask for the ``address`` before each connection (it may raise CaptureError); tell the loop of each frame."""
+        """Call ``address`` before each connection (it may raise CaptureError), and ``on_frame`` for each frame."""
         self._address = address
         self._clock = clock
         self._settings = settings
@@ -85,7 +85,7 @@ class VideoReceiver:
         self._received = 0
         self._stop = threading.Event()
         self.problem = "the stream has not been opened yet"
-        """Why there is no frame; empty while frames come."""
+        """Reason why no frames arrive; empty while they do."""
 
     async def run(self) -> None:
         """Receive until cancelled."""
@@ -143,14 +143,14 @@ class VideoReceiver:
                     loop.call_soon_threadsafe(self._on_frame)
 
     def _decode(self, packet: Any) -> list[Any]:
-        """Return the whole pictures of a packet; what comes before the first key frame, or after a loss, is none."""
+        """Return the complete images of a packet; there is none before the first key frame, or after a loss."""
         try:
             return [picture for picture in packet.decode() if not picture.is_corrupt]
         except self._av.error.InvalidDataError:
             return []
 
     def _sender_offset_s(self, packet: Any, before_s: float | None) -> float | None:
-        """Return our time minus the stream's of what the sender told last of its time of day."""
+        """Return our time minus the stream's, from the latest time of day that the sender reported."""
         if packet.pts is None or not packet.has_sidedata("prft"):
             return before_s
         (utc_us,) = struct.unpack_from("=q", bytes(packet.get_sidedata("prft")))

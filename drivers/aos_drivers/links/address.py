@@ -1,4 +1,4 @@
-"""The texts that name links, and the addresses of those who are heard on them."""
+"""Texts that name links, and the addresses of the senders heard on them."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ _UNSIGNED_POLICIES = {"refuse": False, "accept": True}
 
 
 class PeerAddress(NamedTuple):
-    """Where bytes come from: the number of the link, and the socket address (or the serial device) on it."""
+    """Source of bytes: the number of the link, and the socket address (or the serial device) on it."""
 
     link: int
     host: str
     port: int
-    """Or the baud rate of a serial device."""
+    """Port, or the baud rate of a serial device."""
 
     def __str__(self) -> str:
         return f"{self.host}:{self.port}"
@@ -32,11 +32,11 @@ class PeerAddress(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class SigningOptions:
-    """How the packets of one link are signed."""
+    """Signing of the packets of one link."""
 
     key_file: Path
     accepts_unsigned: bool = False
-    """Whether packets without any signature are taken; badly signed ones never are."""
+    """Whether packets without a signature are accepted; wrongly signed ones never are."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,11 +46,11 @@ class LinkAddress:
     kind: str
     """``udpin``, ``udpout``, ``tcpout``, ``tcpin`` or ``serial``."""
     host: str
-    """Or the path of the serial device."""
+    """Host, or the path of the serial device."""
     port: int
-    """Or the baud rate of the serial device."""
+    """Port, or the baud rate of the serial device."""
     text: str
-    """As the user wrote it."""
+    """Link as the user wrote it."""
     signing: SigningOptions | None = None
 
 

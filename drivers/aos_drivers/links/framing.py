@@ -59,12 +59,12 @@ class FrameParser:
         if isinstance(message, mavlink.MAVLink_unknown):
             if end < len(data) and data[end] not in _HEADER_SIZE:
                 return None
-            _tell_sender(message)
+            _fill_in_sender(message)
         return message
 
 
-def _tell_sender(message: mavlink.MAVLink_unknown) -> None:
-    """Fill in who has sent a message of a newer dialect; pymavlink leaves it out."""
+def _fill_in_sender(message: mavlink.MAVLink_unknown) -> None:
+    """Fill in the sender of a message of a newer dialect, which pymavlink leaves out."""
     packet, header = message.get_msgbuf(), message.get_header()
     start = 4 if packet[0] == mavlink.PROTOCOL_MARKER_V2 else 2
     header.seq, header.srcSystem, header.srcComponent = packet[start : start + 3]

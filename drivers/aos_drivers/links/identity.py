@@ -1,4 +1,4 @@
-"""Whether the addresses that one system id is heard from lead to one vehicle or to two."""
+"""Detection of two vehicles that use one system id, from the addresses that it is heard from."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ class Identity:
         return now_s < self._clash_until_s
 
     def questions(self, now_s: float) -> list[PeerAddress]:
-        """Return the addresses that should be asked for the board's identity now."""
+        """Return the addresses at which to request the board's identity now."""
         living = {key: entry for key, entry in self._sightings.items() if now_s - entry.heard_at_s <= MEMORY_S}
         if len(living) < 2:
             return []

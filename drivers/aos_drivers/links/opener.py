@@ -74,7 +74,7 @@ class TcpEndpoint:
             writer.write(data)
 
     async def serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        """Hand over what one connection brings until it ends."""
+        """Pass on the bytes of one connection until it ends."""
         host, port = writer.get_extra_info("peername")[:2]
         peer = PeerAddress(self._link, host, port)
         self._writers[peer] = writer
@@ -104,7 +104,7 @@ class LinkOpener:
         receive: Receiver,
         on_change: Callable[[str], None],
     ) -> None:
-        """``on_change`` takes a sentence when a connection or device is lost or comes back."""
+        """``on_change`` is called with a sentence when a connection or device is lost or restored."""
         self._stack = stack
         self._tasks = tasks
         self._clock = clock
@@ -126,7 +126,7 @@ class LinkOpener:
                 return await self._open_tcp_client(link, address)
             return await self._open_tcp_server(link, address)
         except TimeoutError:
-            raise LinkError(f"{address.text} does not answer: check address and network") from None
+            raise LinkError(f"{address.text} does not respond: check address and network") from None
         except OSError as error:
             raise _link_error(address, error) from error
 
@@ -159,10 +159,10 @@ class LinkOpener:
     async def _keep_open(self, endpoint: SerialEndpoint, address: LinkAddress) -> None:
         while True:
             await endpoint.wait_until_lost()
-            self._on_change(f"{address.text} has been lost and is opened again")
+            self._on_change(f"{address.text} lost; reconnecting")
             while not await self._reopen(endpoint):
                 pass
-            self._on_change(f"{address.text} is open again")
+            self._on_change(f"{address.text} restored")
 
     async def _reopen(self, endpoint: SerialEndpoint) -> bool:
         await self._clock.sleep(_RECONNECT_PAUSE_S)
@@ -193,9 +193,9 @@ class LinkOpener:
     ) -> None:
         while True:
             await endpoint.serve(reader, writer)
-            self._on_change(f"{address.text} has been lost and is opened again")
+            self._on_change(f"{address.text} lost; reconnecting")
             reader, writer = await self._reconnect(address)
-            self._on_change(f"{address.text} is open again")
+            self._on_change(f"{address.text} restored")
 
     async def _reconnect(self, address: LinkAddress) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
         while True:

@@ -48,7 +48,7 @@ class TlogRecorder:
         self._thread.join()
 
     def write(self, packet: bytes | bytearray, utc_s: float) -> None:
-        """Record one packet, sent or received at ``utc_s``."""
+        """Record one packet that was sent or received at ``utc_s``."""
         record = _TIMESTAMP.pack(int(utc_s * 1e6)) + packet
         with self._lock:
             if self._has_failed or len(self._buffer) + len(record) > _BUFFER_BYTES:

@@ -1,4 +1,4 @@
-"""Where a vehicle is spoken to when it is heard over several links, and packets that arrive over more than one."""
+"""Choice of the address for a vehicle that is heard over several links, and detection of repeated packets."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class _Path:
 
 
 class ComponentRoute:
-    """The addresses that one component is heard from, and the one at which it is spoken to.
+    """Addresses that one component is heard from, and the one that packets for it are sent to.
 
     That one stays until it has been silent for ``SILENT_S`` while another is heard, or until another one that is known
     to lead to the same vehicle loses clearly fewer packets. Bounded to eight, the longest silent is forgotten.
@@ -45,11 +45,11 @@ class ComponentRoute:
         self._chosen_at_s = -math.inf
 
     def hear(self, address: PeerAddress, sequence: int, now_s: float, is_same_vehicle: bool) -> bool:
-        """Note a packet with its sequence number; return whether another address than before is chosen.
+        """Count a packet with its sequence number; return whether the chosen address has changed.
 
         Args:
-            address: of the sender.
-            sequence: 0 to 255.
+            address: address of the sender.
+            sequence: sequence number, 0 to 255.
             now_s: clock time.
             is_same_vehicle: whether ``address`` is known to lead to the same vehicle as the chosen one.
         """
@@ -96,7 +96,7 @@ class ComponentRoute:
 
 
 class DuplicateFilter:
-    """Recognises packets of one vehicle that have arrived from another address already.
+    """Filter for packets of one vehicle that have already arrived from another address.
 
     Routers and redundant networks deliver one packet twice. Bounded to 1024 packets, the oldest is forgotten.
     """
@@ -109,7 +109,7 @@ class DuplicateFilter:
 
         Args:
             content: the packet without its signature, which differs from link to link.
-            address: of the sender.
+            address: address of the sender.
             now_s: clock time.
         """
         while self._seen:

@@ -14,7 +14,7 @@ from aos_gcs.errors import LinkError
 
 _READ_BYTES = 4096
 _UNSENT_BYTES = 2048
-"""A third of a second at 57600 baud; what would wait longer is worth less than what follows it."""
+"""Size of the send buffer: a third of a second at 57600 baud; packets that wait longer are outdated."""
 
 
 class SerialEndpoint:
@@ -28,7 +28,7 @@ class SerialEndpoint:
         self._is_lost = asyncio.Event()
 
     def open(self) -> None:
-        """Open the device, for ourselves alone, and hand over what it brings.
+        """Open the device exclusively, and pass on the bytes that it receives.
 
         Raises:
             OSError: it does not exist, is in use or may not be opened.
@@ -76,7 +76,7 @@ class SerialEndpoint:
         try:
             del self._unsent[: os.write(number, self._unsent)]
         except BlockingIOError:
-            pass  # the line is busy; what waits is written when it is free
+            pass  # the line is busy; the rest is written when it is free
         except OSError:
             self.close()
             return
@@ -88,13 +88,15 @@ class SerialEndpoint:
 
 
 def serial_error(address: LinkAddress, error: OSError) -> LinkError:
-    """Return what a device that cannot be opened means for the user."""
+    """Return the error of a device that cannot be opened, with the remedy."""
     device = address.host
     match error.errno:
         case errno.ENOENT | errno.ENODEV | errno.ENXIO:
-            return LinkError(f"{device} does not exist: plug the radio in, or look for its name in /dev/serial/by-id")
+            return LinkError(f"{device} does not exist: connect the radio, or find its name in /dev/serial/by-id")
         case errno.EACCES:
-            return LinkError(f"{device} may not be opened: add your user to its group (often dialout) and log in again")
+            return LinkError(
+                f"no permission to open {device}: add your user to its group (often dialout) and log in again"
+            )
         case errno.EAGAIN | errno.EBUSY:
             return LinkError(f"{device} is in use: stop the other ground station")
     return LinkError(f"{address.text} cannot be opened: {error.strerror or error}")

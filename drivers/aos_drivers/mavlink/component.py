@@ -19,7 +19,7 @@ CapturedMessage: TypeAlias = mavlink.MAVLink_camera_image_captured_message
 
 
 class ComponentSource:
-    """Commands the camera component of one vehicle and fetches what it names."""
+    """Source that commands the camera component of one vehicle and fetches the images that it names."""
 
     def __init__(self, vehicle: VehicleAccess, tools: CaptureTools) -> None:
         self._vehicle = vehicle
@@ -31,7 +31,7 @@ class ComponentSource:
         """See ``Vehicle.capture``."""
         camera = self._record.camera
         if camera is None:
-            raise CaptureError("it has no camera that speaks MAVLink")
+            raise capture_error(self._record.vehicle_id, None, CaptureError("no camera detected"))
         message = await self._expose(camera, deadline_s)
         exposure = Exposure(
             image_index=message.image_index,

@@ -1,4 +1,4 @@
-"""The addresses that a session speaks with: their bytes are parsed and verified, packets for them packed and signed."""
+"""Addresses of a session: received bytes are parsed and verified, packets to send are packed and signed."""
 
 from __future__ import annotations
 
@@ -38,19 +38,19 @@ class _Peer:
 
 
 class PeerTable:
-    """Every peer has a parser and a sequence of its own.
+    """Peers of a session, each with its own parser and sequence numbers.
 
     At most 512 peers are kept: a further one takes the place of the longest silent that carries no vehicle, or that has
     been silent for a minute and at which no vehicle is spoken to; else it is ignored.
     """
 
     def __init__(
-        self, system_id: int, signers: Mapping[int, LinkSigner], spoken_to: Callable[[], Set[PeerAddress | None]]
+        self, system_id: int, signers: Mapping[int, LinkSigner], in_use: Callable[[], Set[PeerAddress | None]]
     ) -> None:
-        """Speak as ``system_id``, sign on the links in ``signers``, never forget the addresses in ``spoken_to()``."""
+        """Speak as ``system_id``, sign on the links in ``signers``, never forget the addresses in ``in_use()``."""
         self._system_id = system_id
         self._signers = signers
-        self._spoken_to = spoken_to
+        self._in_use = in_use
         self._peers: dict[PeerAddress, _Peer] = {}
         self._outgoing: list[Outgoing] = []
 
@@ -61,11 +61,11 @@ class PeerTable:
         return peer in self._peers
 
     def pin(self, peer: PeerAddress) -> None:
-        """Call ``peer`` before it has been heard, and never forget it."""
+        """Send to ``peer`` before it has been heard, and never forget it."""
         self._add(peer).is_pinned = True
 
     def note_vehicle(self, peer: PeerAddress) -> None:
-        """Call ``peer``, where a vehicle has just been heard, from now on."""
+        """Send heartbeats to ``peer``, where a vehicle has just been heard, from now on."""
         self._peers[peer].carries_vehicle = True
 
     def called(self) -> list[PeerAddress]:
@@ -100,7 +100,7 @@ class PeerTable:
         self._outgoing.append(Outgoing(packet, peer))
 
     def take_outgoing(self) -> list[Outgoing]:
-        """Return and forget what is to be sent."""
+        """Return and forget the packets to send."""
         outgoing, self._outgoing = self._outgoing, []
         return outgoing
 
@@ -114,12 +114,12 @@ class PeerTable:
 
     def _make_room_for(self, peer: PeerAddress, now_s: float) -> _Peer | None:
         if len(self._peers) >= _MAX_PEERS:
-            spoken_to = self._spoken_to()
+            in_use = self._in_use()
             idle = [
                 address
                 for address, entry in self._peers.items()
                 if not entry.is_pinned
-                and address not in spoken_to
+                and address not in in_use
                 and (not entry.carries_vehicle or now_s - entry.heard_at_s > _FORGOTTEN_S)
             ]
             if not idle:

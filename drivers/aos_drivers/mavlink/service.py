@@ -33,7 +33,7 @@ from aos_gcs.ports import (
 )
 
 TICK_S = 0.1
-"""Clock seconds between two looks at what is due; a late one is skipped."""
+"""Clock seconds between two checks for due work; a late one is skipped."""
 
 
 class MavlinkFleet:
@@ -55,18 +55,18 @@ class MavlinkFleet:
         return MappingProxyType(self._vehicles)
 
     def add_endpoint(self, link: int, endpoint: Endpoint, peer: PeerAddress | None) -> None:
-        """Use an open link; ``peer`` is called before it has been heard."""
+        """Use an open link; heartbeats go to ``peer`` before it has been heard."""
         self._endpoints[link] = endpoint
         if peer is not None:
             self._session.add_peer(peer)
 
     def receive(self, data: bytes, peer: PeerAddress) -> None:
-        """Take bytes of a link."""
+        """Process bytes of a link."""
         self._handle(self._session.feed(data, peer, self._context.clock.now_s()))
         self._flush()
 
     async def run(self) -> None:
-        """Do what is due, until cancelled."""
+        """Do due work until cancelled."""
         clock = self._context.clock
         while True:
             now_s = clock.now_s()

@@ -50,7 +50,7 @@ Event = PacketReceived | VehicleFound | Notice
 
 
 class MavlinkSession:
-    """The vehicles that peers carry, what they say, and what is asked of them."""
+    """Vehicles heard at the peers: their messages, and the requests to them."""
 
     def __init__(
         self,
@@ -59,20 +59,20 @@ class MavlinkSession:
         signers: Mapping[int, LinkSigner] = MappingProxyType({}),
         cameras: CameraPlan | None = None,
     ) -> None:
-        """Speak as ``system_id``, ask vehicles for positions at ``position_hz``, sign on the links in ``signers``.
+        """Send as ``system_id``, request positions at ``position_hz``, sign on the links in ``signers``.
 
-        Vehicles are also asked for what their ``cameras`` need.
+        The messages that the vehicles' ``cameras`` need are requested, too.
         """
         self._cameras = cameras or CameraPlan()
         self._system_id = system_id
         self._position_hz = position_hz
-        self._told_refusals: set[tuple[int, int, SignatureCheck]] = set()
+        self._reported_refusals: set[tuple[int, int, SignatureCheck]] = set()
         self._peers = PeerTable(system_id, signers, lambda: {record.route.address for record in self.records.values()})
         self._events: list[Event] = []
         self._heartbeat_due_s = -math.inf
         self._has_warned_of_own_id = False
         self.records: dict[int, VehicleRecord] = {}
-        """By system id, which bounds them to 254."""
+        """Vehicles by system id, at most 254."""
         self._handlers: dict[int, Callable[[VehicleRecord, mavlink.MAVLink_message, PeerAddress, float], None]] = {
             mavlink.MAVLINK_MSG_ID_HEARTBEAT: self._on_heartbeat,
             mavlink.MAVLINK_MSG_ID_STATUSTEXT: self._on_status_text,
@@ -83,20 +83,20 @@ class MavlinkSession:
     # --- in ---------------------------------------------------------------------------------------------------------
 
     def add_peer(self, peer: PeerAddress) -> None:
-        """Call ``peer`` before it has been heard."""
+        """Send to ``peer`` before it has been heard."""
         self._peers.pin(peer)
 
     def feed(self, data: bytes, peer: PeerAddress, now_s: float) -> list[Event]:
-        """Take bytes that came from ``peer``; whatever is no MAVLink is dropped and counted."""
+        """Process bytes from ``peer``; what is not MAVLink is dropped and counted."""
         for message, refusal in self._peers.receive(data, peer, now_s):
             if refusal is None:
                 self._on_packet(message, peer, now_s)
             else:
-                self._tell_refusal(message.get_srcSystem(), peer, refusal)
+                self._report_refusal(message.get_srcSystem(), peer, refusal)
         return self._take_events()
 
     def poll(self, now_s: float) -> list[Event]:
-        """Do what is due without anything having arrived. Call it several times a second."""
+        """Do work that is due without a received packet. Call it several times a second."""
         for record in self.records.values():
             for severity, text in record.texts.poll(now_s):
                 self._take_text(record, severity, text, now_s)
@@ -111,20 +111,20 @@ class MavlinkSession:
         return now_s >= self._heartbeat_due_s
 
     def send_heartbeat(self, now_s: float) -> None:
-        """Queue our heartbeat, once for each peer that carries a vehicle or that we call."""
+        """Queue our heartbeat, once for each peer that carries a vehicle or that a link calls out to."""
         next_s = self._heartbeat_due_s + HEARTBEAT_PERIOD_S
         self._heartbeat_due_s = next_s if next_s > now_s else now_s + HEARTBEAT_PERIOD_S
         for peer in self._peers.called():
             self._peers.send(our_heartbeat(), peer)
 
     def send(self, system_id: int, component_id: int, message: mavlink.MAVLink_message) -> None:
-        """Queue a message for one component, at the one address that its route has chosen; never for anybody else."""
+        """Queue a message for one component, at the one address that its route has chosen and at no other."""
         peer = self.records[system_id].address_of(component_id)
         if peer is not None:
             self._peers.send(message, peer)
 
     def take_outgoing(self) -> list[Outgoing]:
-        """Return and forget what is to be sent."""
+        """Return and forget the packets to send."""
         return self._peers.take_outgoing()
 
     @property
@@ -138,11 +138,11 @@ class MavlinkSession:
 
     # --- packets ----------------------------------------------------------------------------------------------------
 
-    def _tell_refusal(self, system_id: int, peer: PeerAddress, check: SignatureCheck) -> None:
-        """Tell of each kind once per link and system id. Packets that come twice are late, too, and not worth it."""
+    def _report_refusal(self, system_id: int, peer: PeerAddress, check: SignatureCheck) -> None:
+        """Report each kind once per link and system id, but no repeated packets of a known vehicle."""
         key = (peer.link, system_id, check)
-        if key not in self._told_refusals and not (check is SignatureCheck.REPLAYED and system_id in self.records):
-            self._told_refusals.add(key)
+        if key not in self._reported_refusals and not (check is SignatureCheck.REPLAYED and system_id in self.records):
+            self._reported_refusals.add(key)
             text = f"packets of system id {system_id} at {peer} are refused: {_REFUSALS[check]}"
             self._events.append(Notice(Severity.WARNING, text))
 
@@ -170,7 +170,7 @@ class MavlinkSession:
         self._events.append(PacketReceived(message.get_msgbuf(), None))
         if system_id == self._system_id and not self._has_warned_of_own_id:
             self._has_warned_of_own_id = True
-            text = f"another ground station uses our system id {system_id}: give one of them another id"
+            text = f"another ground station uses our system id {system_id}: change one of them"
             self._events.append(Notice(Severity.WARNING, text))
 
     def _is_duplicate(
@@ -257,7 +257,7 @@ class MavlinkSession:
         record.clock.on_message(message, now_s)
 
     def _on_ack(self, record: VehicleRecord, ack: mavlink.MAVLink_command_ack_message, now_s: float) -> None:
-        # 0 stands for "not said", as MAVLink 1 has no target in its acknowledgements.
+        # 0 means "not given", as MAVLink 1 has no target in its acknowledgements.
         if ack.target_system not in (0, self._system_id) or ack.target_component not in (0, OUR_COMPONENT_ID):
             return
         source = (ack.get_srcSystem(), ack.get_srcComponent())
@@ -282,11 +282,11 @@ class MavlinkSession:
         if is_ambiguous and not record.was_ambiguous:
             text = (
                 "two vehicles use this system id: neither is commanded; "
-                "give one of them another id (MAV_SYSID, SYSID_THISMAV or MAV_SYS_ID)"
+                "change the id of one of them (MAV_SYSID, SYSID_THISMAV or MAV_SYS_ID)"
             )
             self._events.append(Notice(Severity.CRITICAL, text, record.vehicle_id))
         elif record.was_ambiguous and not is_ambiguous:
-            self._events.append(Notice(Severity.INFO, "its system id is used by one vehicle again", record.vehicle_id))
+            self._events.append(Notice(Severity.INFO, "its system id is unique again", record.vehicle_id))
         record.was_ambiguous = is_ambiguous
 
     def _ask(self, record: VehicleRecord, now_s: float) -> None:

@@ -17,11 +17,11 @@ from aos_gcs.errors import CaptureError
 from aos_gcs.ports import Capture
 
 _ASK_AGAIN_S = 1.0
-"""After this time without the message about an image, the camera is asked how many it has taken."""
+"""Time without the message about an image after which the camera's count of images is requested."""
 
 
 class ComponentSource:
-    """Commands the camera component of one vehicle and fetches what it names."""
+    """Source that commands the camera component of one vehicle and fetches the images that it names."""
 
     def __init__(
         self,
@@ -46,7 +46,7 @@ class ComponentSource:
         """See ``Vehicle.capture``."""
         vehicle_id, information = self._vehicle.record.vehicle_id, self._information
         if information is None:
-            raise CaptureError("it has no camera that speaks MAVLink")
+            raise capture_error(vehicle_id, None, CaptureError("no camera detected"))
         self._is_exposing = True
         try:
             info = await self._expose(information.component_id, deadline_s)
@@ -65,7 +65,7 @@ class ComponentSource:
         return await collect_capture(vehicle_id, exposure, host, self._tools, deadline_s)
 
     async def _expose(self, component_id: int, deadline_s: float) -> CaptureInfo:
-        """Command one exposure and return what the camera says about it."""
+        """Command one exposure and return the camera's report of it."""
         clock, before = self._tools.clock, self._newest
         results: list[CameraResult] = []
         self._plugin.take_photo_async(
@@ -101,14 +101,14 @@ class ComponentSource:
         self._information = min(cameras.cameras, key=lambda camera: camera.component_id, default=None)
 
     def _take_status(self, status: MavlinkMessage) -> None:
-        """Ask for the message about the last image if it got lost; MAVSDK does not."""
+        """Request the message about the last image if it was lost; MAVSDK does not."""
         index = message_from_direct(status).image_count - 1
         is_missing = self._newest is None or self._newest.index < index
         if self._is_exposing and index >= 0 and is_missing:
             self._request(status.component_id, mavlink.MAVLINK_MSG_ID_CAMERA_IMAGE_CAPTURED, index)
 
     def _take_capture(self, info: CaptureInfo) -> None:
-        """Keep the newest image; one that comes late, or again, is none. A restarted camera counts from 0 again."""
+        """Keep the newest image, ignoring late and repeated messages. A restarted camera counts from 0 again."""
         is_ours = self._information is not None and info.component_id == self._information.component_id
         if is_ours and (self._newest is None or _order(info) > _order(self._newest)):
             self._newest = info

@@ -1,4 +1,4 @@
-"""The library MAVSDK, brought to the event loop: its callbacks come from threads of its own."""
+"""The library MAVSDK, connected to the event loop: its callbacks come from threads of its own."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _LEVELS = {
 
 @asynccontextmanager
 async def open_core(system_id: int) -> AsyncIterator[tuple[Mavsdk, Feeder]]:
-    """Yield a MAVSDK that speaks as ground station ``system_id``, and what feeds it: it has no sockets of its own."""
+    """Yield a MAVSDK that acts as ground station ``system_id``, and its feeder: it has no sockets of its own."""
     log_subscribe(_take_log)
     core = Mavsdk(Configuration.create_manual(system_id, OUR_COMPONENT_ID, False))
     try:
@@ -46,7 +46,7 @@ async def open_core(system_id: int) -> AsyncIterator[tuple[Mavsdk, Feeder]]:
 
 
 class Feeder:
-    """Hands packets to MAVSDK from a thread of its own.
+    """Thread that passes packets to MAVSDK.
 
     Each hand-over lets MAVSDK's threads run their callbacks, and taking the interpreter back from them costs up to some
     milliseconds: the event loop must not wait for it. Buffered: up to 4096 packets. Buffer full policy: the newest
@@ -61,12 +61,12 @@ class Feeder:
         self._thread.start()
 
     def feed(self, packet: bytes) -> None:
-        """Hand over a whole packet, without waiting."""
+        """Pass a whole packet, without waiting."""
         with suppress(queue.Full):
             self._packets.put_nowait(packet)
 
     def close(self) -> None:
-        """Wait until everything has been handed over, and end the thread."""
+        """Wait until everything has been passed, and end the thread."""
         self._packets.put(None)
         self._thread.join()
 
@@ -76,7 +76,7 @@ class Feeder:
 
 
 class LoopDispatcher:
-    """Has functions called on the event loop, from any thread. Policy: what comes after ``close`` is dropped."""
+    """Dispatcher of calls from any thread to the event loop. Policy: calls after ``close`` are dropped."""
 
     def __init__(self) -> None:
         self._loop = asyncio.get_running_loop()

@@ -33,7 +33,7 @@ from aos_gcs.ports import (
 )
 
 TICK_S = 0.1
-"""Clock seconds between two looks at what is due; a late one is skipped."""
+"""Clock seconds between two checks for due work; a late one is skipped."""
 
 
 class MavsdkFleet:
@@ -45,7 +45,7 @@ class MavsdkFleet:
         self._tools = tools
         self._position_hz = position_hz
         self._records: dict[int, VehicleRecord] = {}
-        """By system id, also of those that MAVSDK has not found yet."""
+        """Records by system id, including vehicles that MAVSDK has not found yet."""
         self._vehicles: dict[int, MavsdkVehicle] = {}
         self._ambiguous: set[int] = set()
 
@@ -54,7 +54,7 @@ class MavsdkFleet:
         return MappingProxyType(self._vehicles)
 
     def note(self, wire: Wire, message: mavlink.MAVLink_message, peer: PeerAddress) -> None:
-        """Keep what MAVSDK does not tell: who was heard when and where, and whether two use one system id."""
+        """Record what MAVSDK does not report: time and address of each packet, and system ids used twice."""
         system_id, now_s = message.get_srcSystem(), self._context.clock.now_s()
         record = self._records.get(system_id)
         if record is None:
@@ -91,7 +91,7 @@ class MavsdkFleet:
             record.clock.on_message(message, now_s)
 
     async def run(self, wire: Wire, dispatcher: LoopDispatcher) -> None:
-        """Do what is due, until cancelled."""
+        """Do due work until cancelled."""
         clock = self._context.clock
         heartbeat_due_s = -math.inf
         while True:
@@ -126,7 +126,7 @@ class MavsdkFleet:
         is_ambiguous = self._records[vehicle_id].identity.is_ambiguous(now_s)
         if is_ambiguous and vehicle_id not in self._ambiguous:
             self._ambiguous.add(vehicle_id)
-            text = "two vehicles use this system id: neither is commanded; give one of them another id"
+            text = "two vehicles use this system id: neither is commanded; change the id of one of them"
             self._context.notify(Notice(Severity.CRITICAL, text, vehicle_id))
         elif not is_ambiguous:
             self._ambiguous.discard(vehicle_id)

@@ -1,4 +1,4 @@
-"""What MAVSDK reports of one vehicle, written into its record."""
+"""Telemetry that MAVSDK reports for one vehicle, written into its record."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ _DIRECT = (
     "GPS_RAW_INT",
     "POSITION_TARGET_GLOBAL_INT",
 )
-"""What the telemetry plugin does not tell: the autopilot's own mode and target, the state of its estimator, and how
-good its satellites are."""
+"""Messages with data that the telemetry plugin lacks: the autopilot's own mode and target, the state of its estimator
+and the quality of its satellite fix."""
 
 
 class TelemetryFeed:
-    """Subscribes to one vehicle and keeps its record up to date. Policy: newer values replace older ones."""
+    """Subscriptions to one vehicle that keep its record up to date. Policy: newer values replace older ones."""
 
     def __init__(
         self,

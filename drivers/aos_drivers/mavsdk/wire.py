@@ -1,4 +1,4 @@
-"""The bytes between our sockets and MAVSDK: each packet to one vehicle alone, heartbeats only while all is well."""
+"""Routing between our sockets and MAVSDK: each packet to one vehicle, heartbeats only while the service is healthy."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class _Peer:
 
 
 class Wire:
-    """Stands between the links and MAVSDK's raw connection.
+    """Router between the links and MAVSDK's raw connection.
 
     MAVSDK's own UDP link sends every packet to every vehicle, and its heartbeat goes on when the service hangs. Here a
     packet goes to the address where its target was heard last, and MAVSDK's heartbeats are replaced by ours. At most
@@ -39,7 +39,7 @@ class Wire:
         note: Callable[[mavlink.MAVLink_message, PeerAddress], None],
         record: Callable[[bytes], None],
     ) -> None:
-        """``deliver`` hands a packet to MAVSDK, ``note`` hears of it before, ``record`` writes both directions down."""
+        """``deliver`` passes a packet to MAVSDK, ``note`` sees it before, ``record`` records both directions."""
         self._system_id = system_id
         self._deliver = deliver
         self._note = note
@@ -50,13 +50,13 @@ class Wire:
         self._from_core = FrameParser()
 
     def add_endpoint(self, link: int, endpoint: Endpoint, peer: PeerAddress | None) -> None:
-        """Use an open link; ``peer`` is called before it has been heard."""
+        """Use an open link; heartbeats go to ``peer`` before it has been heard."""
         self._endpoints[link] = endpoint
         if peer is not None:
             self._peers.setdefault(peer, _Peer(self._system_id)).is_called = True
 
     def receive(self, data: bytes, peer: PeerAddress) -> None:
-        """Take bytes of a link; MAVSDK gets the valid packets, whole."""
+        """Process bytes of a link; MAVSDK receives the valid packets, whole."""
         entry = self._peers.get(peer)
         if entry is None:
             if len(self._peers) >= _MAX_PEERS:
@@ -69,17 +69,17 @@ class Wire:
             self._deliver(packet)
 
     def route(self, system_id: int, component_id: int, peer: PeerAddress) -> None:
-        """Send what is for a component to this address from now on; ``ANY_COMPONENT`` stands for those not heard."""
+        """Send packets for a component to this address from now on; ``ANY_COMPONENT`` means those not heard."""
         self._routes[system_id, component_id] = peer
         self._peers[peer].is_called = True
 
     def host_of(self, system_id: int, component_id: int) -> str:
-        """Return the host where a component was heard last, empty for a stranger."""
+        """Return the host where a component was heard last; empty if it was never heard."""
         peer = self._routes.get((system_id, component_id))
         return peer.host if peer is not None else ""
 
     def send(self, packet: bytes) -> None:
-        """Route what MAVSDK sends. Its heartbeats and what has no target that was heard are dropped."""
+        """Route a packet of MAVSDK. Its heartbeats, and packets without a known target, are dropped."""
         for message in self._from_core.feed(packet):
             system_id, component_id = getattr(message, "target_system", 0), getattr(message, "target_component", 0)
             peer = self._routes.get((system_id, component_id)) or self._routes.get((system_id, ANY_COMPONENT))
@@ -87,13 +87,13 @@ class Wire:
                 self._send_to(peer, message)
 
     def send_to(self, target: Target, message: mavlink.MAVLink_message) -> None:
-        """Send what names no target itself, and need not pass through MAVSDK, to one component."""
+        """Send a message without a target field to one component, bypassing MAVSDK."""
         peer = self._routes.get((target.system_id, target.component_id))
         if peer is not None:
             self._send_to(peer, message)
 
     def send_heartbeat(self) -> None:
-        """Send our heartbeat, once to each address that carries a vehicle or that we call."""
+        """Send our heartbeat, once to each address that carries a vehicle or that a link calls out to."""
         for peer, entry in self._peers.items():
             if entry.is_called:
                 self._send_to(peer, our_heartbeat())

@@ -1,4 +1,4 @@
-"""Carrying out one command of a vehicle."""
+"""Execution of a vehicle's commands."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from aos_drivers.vehicle.waiting import CLOCK_RESOLUTION_S, Changes
 from aos_gcs.errors import CommandRefusedError, CommandTimeoutError
 from aos_gcs.ports import Clock, Command, Hold, Land, ReturnToLaunch
 
-SECOND_THOUGHT_S = 0.6
-"""After a refusal: the time for its reason as status text, for PX4's second answer, or for the effect to show."""
+REFUSAL_GRACE_S = 0.6
+"""Time after a refusal for its reason as status text, for PX4's second answer, or for the effect to show."""
 _SILENCE_S = 5.0
 _ALWAYS_SENT = (Hold, ReturnToLaunch, Land)
 _SHOWN_BY_HEARTBEAT = frozenset({mavlink.MAV_CMD_DO_SET_MODE, mavlink.MAV_CMD_COMPONENT_ARM_DISARM})
@@ -25,7 +25,7 @@ Send = Callable[[int, int, mavlink.MAVLink_message], None]
 
 
 class CommandRunner:
-    """Carries out the commands of one vehicle. Policy: a newer command supersedes the one that is under way."""
+    """Executes the commands of one vehicle. Policy: a newer command supersedes the one in progress."""
 
     def __init__(self, record: VehicleRecord, send: Send, changes: Changes, clock: Clock) -> None:
         self._record = record
@@ -59,7 +59,7 @@ class CommandRunner:
     def _check_vehicle(self, command: Command) -> None:
         record = self._record
         if record.identity.is_ambiguous(self._clock.now_s()):
-            raise CommandRefusedError(f"two vehicles use system id {record.vehicle_id}: give one of them another id")
+            raise CommandRefusedError(f"two vehicles use system id {record.vehicle_id}: change the id of one of them")
         silence_s = self._clock.now_s() - (record.heard_at_s if record.heard_at_s is not None else -math.inf)
         if silence_s > _SILENCE_S and not isinstance(command, _ALWAYS_SENT):
             raise CommandRefusedError(
@@ -92,7 +92,7 @@ class CommandRunner:
                     awaits_heartbeat = False
                     self._ask_for_heartbeat()
                 if transaction.answer is Answer.REFUSED:
-                    await self._reconsider(step, transaction, is_done, started_s, deadline_s)
+                    await self._confirm_refusal(step, transaction, is_done, started_s, deadline_s)
                     continue
                 now_s = self._clock.now_s() + CLOCK_RESOLUTION_S
                 if now_s >= deadline_s:
@@ -105,12 +105,12 @@ class CommandRunner:
             record.transactions.discard(transaction)
 
     def _ask_for_heartbeat(self) -> None:
-        """Have the vehicle show its mode now; heartbeats come once a second by themselves."""
+        """Request the vehicle's mode now; unrequested heartbeats come once a second."""
         target = self._record.target
         request = command_long(target, mavlink.MAV_CMD_REQUEST_MESSAGE, mavlink.MAVLINK_MSG_ID_HEARTBEAT)
         self._send(target.system_id, target.component_id, request)
 
-    async def _reconsider(
+    async def _confirm_refusal(
         self,
         step: Step,
         transaction: CommandTransaction,
@@ -118,8 +118,8 @@ class CommandRunner:
         started_s: float,
         deadline_s: float,
     ) -> None:
-        """Return if the refusal turns out not to be the last word; telemetry alone tells what a vehicle does."""
-        until_s = min(deadline_s, self._clock.now_s() + SECOND_THOUGHT_S)
+        """Raise the refusal, unless a second answer or telemetry shows that the vehicle obeys after all."""
+        until_s = min(deadline_s, self._clock.now_s() + REFUSAL_GRACE_S)
         if await self._changes.wait_for(lambda: transaction.answer is Answer.ACCEPTED or is_done(), until_s):
             return
         reason = self._text_since(started_s) or result_text(transaction.result)
@@ -127,12 +127,12 @@ class CommandRunner:
 
     def _timeout(self, step: Step, transaction: CommandTransaction, started_s: float) -> CommandTimeoutError:
         is_answered = transaction.answer is Answer.ACCEPTED
-        problem = "accepted it but telemetry does not show it" if is_answered else "does not acknowledge it"
+        command = f"the command to {step.name}"
+        no_effect = f"accepted {command}, but telemetry does not show it"
+        problem = no_effect if is_answered else f"did not acknowledge {command}"
         text = self._text_since(started_s)
         reason = f" ({text})" if text else ""
-        return CommandTimeoutError(
-            f"vehicle {self._record.vehicle_id} was told to {step.name} and {problem}{reason}: check link and vehicle"
-        )
+        return CommandTimeoutError(f"vehicle {self._record.vehicle_id} {problem}{reason}: check link and vehicle")
 
     def _text_since(self, started_s: float) -> str:
         telemetry = self._record.telemetry

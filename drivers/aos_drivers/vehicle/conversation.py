@@ -10,9 +10,9 @@ _LONGEST_PAUSE_S = 4.0
 
 
 def longer(pause_s: float) -> float:
-    """Return the pause after one that has brought nothing new.
+    """Return the pause that follows one without any answer.
 
-    Repeating faster than a link answers fills it up, with answers that nobody waits for any more.
+    Repeating faster than a link answers fills it with answers that are no longer needed.
     """
     return min(2.0 * pause_s, _LONGEST_PAUSE_S)
 
@@ -22,21 +22,21 @@ class Conversation(Protocol):
 
     @property
     def name(self) -> str:
-        """What the vehicle is asked to do, for messages to the user: "read its parameters"."""
+        """Request to the vehicle, for messages to the user: "report its parameters"."""
         ...
 
     @property
     def due_s(self) -> float:
-        """When ``poll`` wants to be called next."""
+        """Time of the next call of ``poll``."""
         ...
 
     @property
     def is_done(self) -> bool:
-        """Whether nothing more is to be said."""
+        """Whether the exchange has ended."""
         ...
 
     def poll(self, now_s: float) -> list[mavlink.MAVLink_message]:
-        """Return what is to be sent now.
+        """Return the messages to send now.
 
         Raises:
             CommandRefusedError: the vehicle has refused.
@@ -44,5 +44,5 @@ class Conversation(Protocol):
         ...
 
     def on_message(self, message: mavlink.MAVLink_message) -> None:
-        """Take a message of the vehicle's autopilot over; others than those of this exchange are ignored."""
+        """Process a message of the vehicle's autopilot; those that do not belong to this exchange are ignored."""
         ...

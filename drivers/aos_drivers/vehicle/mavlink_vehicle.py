@@ -1,4 +1,4 @@
-"""One vehicle of a fleet, put together from what speaks with it; the same for every driver that speaks MAVLink."""
+"""One vehicle of a fleet, the same for both drivers."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ class MavlinkVehicle:
         return self._record.state(self._clock.now_s())
 
     async def execute(self, command: Command, deadline_s: float) -> None:
-        """Carry the command out; see the port."""
+        """Execute the command; see the port."""
         await self._commands.run(command, deadline_s)
 
     async def inspect(self, deadline_s: float) -> VehicleFacts:
-        """Ask the vehicle how it is set up; see the port."""
+        """Read the vehicle's settings; see the port."""
         return await self._setup.inspect(deadline_s)
 
     async def upload_fence(self, fence: Geofence, deadline_s: float) -> None:
@@ -46,11 +46,11 @@ class MavlinkVehicle:
         await self._setup.upload_fence(fence, deadline_s)
 
     async def set_return_height(self, height_above_home_m: float, deadline_s: float) -> None:
-        """Have the vehicle return by itself at this height; see the port."""
+        """Set the height of the vehicle's own return; see the port."""
         await self._setup.set_return_height(height_above_home_m, deadline_s)
 
     async def restore_return(self, settings: Mapping[str, float], deadline_s: float) -> None:
-        """Set back how the vehicle returned before; see the port."""
+        """Restore the settings of the vehicle's own return; see the port."""
         await self._setup.restore_return(settings, deadline_s)
 
     async def capture(self, deadline_s: float) -> Capture:

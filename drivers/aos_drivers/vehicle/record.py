@@ -1,4 +1,4 @@
-"""All that is known about one vehicle; changed by the session, read by the vehicle's commands."""
+"""Everything known about one vehicle; changed by the session, read by the vehicle's commands."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ _HOME_PAUSE_S = 3.0
 _PAUSE_S = 2.0
 _ATTEMPTS = 8
 _SNAPSHOT_LIFE_S = 0.05
-"""For what changes without a packet, such as addresses that fall silent."""
+"""Age at which the snapshot is renewed for changes without a packet, such as addresses that become silent."""
 _MAX_COMPONENTS = 16
 _CAMERA_IDS = range(mavlink.MAV_COMP_ID_CAMERA, mavlink.MAV_COMP_ID_CAMERA6 + 1)
 
 
 class VehicleRecord:
-    """One vehicle: its autopilot component, its camera, its addresses and what is being asked of it."""
+    """One vehicle: its autopilot component, its camera, its addresses and the open requests to it."""
 
     def __init__(
         self,
@@ -43,22 +43,22 @@ class VehicleRecord:
         position_hz: float,
         camera: CameraSettings | None = None,
     ) -> None:
-        """Ask for positions at ``position_hz``, and for what the ``camera`` needs."""
+        """Request positions at ``position_hz``, and the messages that the ``camera`` needs."""
         camera = camera or CameraSettings()
         self.target = target
         self.autopilot: AutopilotDialect = dialect_of(heartbeat)
         self.telemetry = Telemetry()
         self.identity = Identity()
         self.texts = StatusTexts()
-        self.streams = StreamKeeper(_together(self.autopilot.stream_rates_hz(position_hz), motion_rates_hz(camera)))
+        self.streams = StreamKeeper(_higher_rates(self.autopilot.stream_rates_hz(position_hz), motion_rates_hz(camera)))
         self.requests = OneTimeRequests()
         self.camera: CameraRecord | None = None
         self.payload = PayloadRecord()
         self.frames = FrameCounts(camera.source)
         self.transactions: set[CommandTransaction] = set()
-        """Commands that wait for an answer."""
+        """Commands that await an acknowledgement."""
         self.conversations: set[Conversation] = set()
-        """Longer exchanges that are under way."""
+        """Exchanges of several messages in progress."""
         self.duplicates = DuplicateFilter()
         self.clock = ClockEstimator()
         self._routes = {target.component_id: ComponentRoute()}
@@ -76,20 +76,20 @@ class VehicleRecord:
 
     @property
     def route(self) -> ComponentRoute:
-        """The autopilot's."""
+        """Route to the autopilot."""
         return self._routes[self.target.component_id]
 
     def address_of(self, component_id: int) -> PeerAddress | None:
-        """Return where a component is spoken to; one that was never heard, where the autopilot is."""
+        """Return the address of a component, or the autopilot's for one that was never heard."""
         return self._routes.get(component_id, self.route).address
 
     def host_of(self, component_id: int) -> str:
-        """Return the host where a component is; empty on a serial link, or before anything was heard."""
+        """Return the host of a component; empty on a serial link, or before anything was heard."""
         address = self.address_of(component_id)
         return address.host if address is not None else ""
 
     def hear(self, component_id: int, sequence: int, peer: PeerAddress, now_s: float) -> bool:
-        """Note a packet; return whether its component is from now on spoken to at another address."""
+        """Count a packet; return whether the address of its component has changed."""
         self.heard_at_s = now_s
         self._packets += 1
         if component_id == self.target.component_id:
@@ -100,25 +100,25 @@ class VehicleRecord:
         return route.hear(peer, sequence, now_s, self.identity.is_same_vehicle(peer, route.address))
 
     def count_unknown(self, component_id: int, sequence: int, peer: PeerAddress) -> None:
-        """Count a packet of a message that we do not know. Its checksum cannot be tested: it proves nothing else."""
+        """Count a packet of an unknown message. Its checksum cannot be tested, so it is used for nothing else."""
         route = self._routes.get(component_id)
         if route is not None:
             route.count(peer, sequence)
 
     def restart(self) -> None:
-        """Forget what does not survive a reboot of the autopilot and ask for it again."""
+        """Forget what does not survive a reboot of the autopilot, and request it again."""
         self.telemetry = Telemetry()
         self.clock = ClockEstimator()
         self.streams.restart()
         self._request_facts()
 
     def request_version(self) -> None:
-        """Ask for the identity of the board."""
+        """Request version and identity of the board."""
         message_id = mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION
         self.requests.want(self.target.component_id, message_id, _PAUSE_S, _ATTEMPTS)
 
     def take_payload(self, message: mavlink.MAVLink_message, now_s: float) -> None:
-        """Take over what tells of poses and exposures, and of a camera component."""
+        """Update poses, exposures and the camera component from a message."""
         self._find_camera(message)
         if self.camera is not None and message.get_srcComponent() == self.camera.component_id:
             self.camera.update(message)
@@ -142,7 +142,7 @@ class VehicleRecord:
                 self.requests.want(component_id, message_id, _PAUSE_S, _ATTEMPTS)
 
     def due_requests(self, now_s: float) -> Iterator[tuple[int, int, tuple[float, ...]]]:
-        """Return what is to be asked for now: component, command and its parameters."""
+        """Return the requests that are due: component, command and its parameters."""
         stream = self.streams.poll(now_s)
         if stream is not None:
             message_id, interval_us = stream
@@ -163,7 +163,7 @@ class VehicleRecord:
         return lost / total if total else None
 
     def link_quality(self, now_s: float) -> LinkQuality | None:
-        """Return how well the autopilot is reached; None where its packets take no route of ours."""
+        """Return the quality of the link to the autopilot; None if its packets take no route of ours."""
         if self.route.address is None:
             return None
         return LinkQuality(
@@ -222,6 +222,6 @@ class VehicleRecord:
         self.request_version()
 
 
-def _together(rates_hz: Mapping[int, float], more_hz: Mapping[int, float]) -> dict[int, float]:
+def _higher_rates(rates_hz: Mapping[int, float], more_hz: Mapping[int, float]) -> dict[int, float]:
     """Return the higher of both rates of each message."""
     return {key: max(rates_hz.get(key, 0.0), more_hz.get(key, 0.0)) for key in [*rates_hz, *more_hz]}

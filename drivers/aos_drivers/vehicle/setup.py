@@ -1,4 +1,4 @@
-"""Reading how a vehicle is set up, and giving it our fence and its return height."""
+"""Reading a vehicle's settings, uploading its geofence and setting its return height."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from aos_gcs.errors import CommandRefusedError, CommandTimeoutError
 from aos_gcs.ports import Clock, Geofence, VehicleFacts
 
 _VERSION_S = 2.0
-"""How long the version is waited for; it is asked for from the first heartbeat on."""
+"""Time to wait for the version, which is requested from the first heartbeat on."""
 
 
 class SetupRunner:
-    """Carries out what ``Vehicle`` promises of settings, for one vehicle."""
+    """Settings of one vehicle: the part of ``Vehicle`` that reads and writes them."""
 
     def __init__(self, record: VehicleRecord, send: Send, changes: Changes, clock: Clock, our_system_id: int) -> None:
         self._record = record
@@ -57,15 +57,15 @@ class SetupRunner:
         """See ``Vehicle.upload_fence``."""
         setup, record = self._setup(), self._record
         if not fence.inclusion_deg:
-            raise CommandRefusedError(f"vehicle {record.vehicle_id} gets no geofence without a polygon to stay in")
+            raise CommandRefusedError(f"the geofence for vehicle {record.vehicle_id} has no inclusion polygon")
         upload = FenceUpload(record.target, items_of(fence, record.target), self._our_system_id)
-        await self._hold(upload, deadline_s)
+        await self._converse(upload, deadline_s)
         found = await self._read(setup, deadline_s)
         found |= await self._write(setup, found, setup.fence_parameters(found, fence.ceiling_above_home_m), deadline_s)
         stored = await self._read_fence(setup, found, deadline_s)
         if stored is None or not stored.is_same_as(fence):
             raise CommandRefusedError(
-                f"vehicle {record.vehicle_id} stores another geofence than it was given: look at its own messages"
+                f"vehicle {record.vehicle_id} stored a different geofence than the uploaded one: check its messages"
             )
 
     async def set_return_height(self, height_above_home_m: float, deadline_s: float) -> None:
@@ -84,22 +84,22 @@ class SetupRunner:
         found = await self._read(setup, deadline_s)
         strange = [name for name in settings if name not in setup.return_parameters(found, 0.0)]
         if strange:
-            raise CommandRefusedError(f"vehicle {self._record.vehicle_id} has no {strange[0]} that says how it returns")
+            raise CommandRefusedError(f"{strange[0]} is not a return setting of vehicle {self._record.vehicle_id}")
         await self._write_on_ground(setup, found, settings, deadline_s)
 
     def _setup(self) -> Setup:
         record = self._record
         if record.identity.is_ambiguous(self._clock.now_s()):
-            raise CommandRefusedError(f"two vehicles use system id {record.vehicle_id}: give one of them another id")
+            raise CommandRefusedError(f"two vehicles use system id {record.vehicle_id}: change the id of one of them")
         if record.autopilot.setup is None:
             raise CommandRefusedError(
-                f"vehicle {record.vehicle_id} is no PX4 or ArduPilot multicopter: its parameters mean nothing to us"
+                f"vehicle {record.vehicle_id} is not a PX4 or ArduPilot multicopter: its parameters are not supported"
             )
         return record.autopilot.setup
 
     async def _read(self, setup: Setup, deadline_s: float) -> dict[str, Parameter]:
         read = ParameterRead(self._record.target, setup.encoding, setup.required, setup.optional)
-        await self._hold(read, deadline_s)
+        await self._converse(read, deadline_s)
         return read.found
 
     async def _write_on_ground(
@@ -107,7 +107,7 @@ class SetupRunner:
     ) -> None:
         if self._record.telemetry.armed:
             raise CommandRefusedError(
-                f"the motors of vehicle {self._record.vehicle_id} run: how it returns is changed on the ground only"
+                f"vehicle {self._record.vehicle_id} is armed: its return settings can be changed only while disarmed"
             )
         await self._write(setup, found, wanted, deadline_s)
 
@@ -119,12 +119,12 @@ class SetupRunner:
             name: Parameter(value, found[name].kind) for name, value in wanted.items() if found[name].value != value
         }
         if changed:
-            await self._hold(ParameterWrite(self._record.target, setup.encoding, changed), deadline_s)
+            await self._converse(ParameterWrite(self._record.target, setup.encoding, changed), deadline_s)
         return changed
 
     async def _read_fence(self, setup: Setup, found: Mapping[str, Parameter], deadline_s: float) -> Geofence | None:
         download = FenceDownload(self._record.target, self._our_system_id)
-        await self._hold(download, deadline_s)
+        await self._converse(download, deadline_s)
         inclusions, exclusions, others = polygons_of(download.items)
         if not download.items:
             return None
@@ -136,12 +136,12 @@ class SetupRunner:
             other_items=others + sum(map(len, inclusions[1:])),
         )
 
-    async def _hold(self, conversation: Conversation, deadline_s: float) -> None:
-        """Talk until all is said.
+    async def _converse(self, conversation: Conversation, deadline_s: float) -> None:
+        """Run an exchange to its end.
 
         Raises:
             CommandRefusedError: the vehicle refuses.
-            CommandTimeoutError: not by ``deadline_s``.
+            CommandTimeoutError: it has not ended by ``deadline_s``.
         """
         record, clock = self._record, self._clock
         record.conversations.add(conversation)
@@ -159,6 +159,6 @@ class SetupRunner:
             record.conversations.discard(conversation)
 
     async def _wait(self, conversation: Conversation, deadline_s: float) -> None:
-        """Wait until there is something to be done again."""
+        """Wait until the exchange has something to do."""
         due_s = conversation.due_s
         await self._changes.wait_for(lambda: conversation.is_done or conversation.due_s < due_s, min(deadline_s, due_s))

@@ -11,7 +11,7 @@ from aos_gcs.ports import Severity
 _CHUNK_SIZE = 50
 _MAX_CHUNKS = 8
 _MAX_OPEN_TEXTS = 4
-_PATIENCE_S = 1.0
+_CHUNK_TIMEOUT_S = 1.0
 
 
 class _OpenText:
@@ -30,13 +30,13 @@ class _OpenText:
 
 
 class StatusTexts:
-    """Joins the chunks of one vehicle's texts. Policy when too many are open: the oldest is given out as it is."""
+    """Joins the chunks of one vehicle's texts. Policy when too many are open: the oldest is returned incomplete."""
 
     def __init__(self) -> None:
         self._open: OrderedDict[int, _OpenText] = OrderedDict()
 
     def feed(self, message: mavlink.MAVLink_statustext_message, now_s: float) -> list[tuple[int, str]]:
-        """Return (MAV_SEVERITY, text) of each text that is complete now."""
+        """Return (MAV_SEVERITY, text) of each text that is now complete."""
         text = "".join(character if character.isprintable() else " " for character in message.text)
         if message.id == 0:
             return [(message.severity, text)]
@@ -55,8 +55,8 @@ class StatusTexts:
         return finished
 
     def poll(self, now_s: float) -> list[tuple[int, str]]:
-        """Return the texts whose missing chunks are no longer waited for."""
-        late = [text_id for text_id, entry in self._open.items() if now_s - entry.started_s > _PATIENCE_S]
+        """Return the texts whose missing chunks are overdue."""
+        late = [text_id for text_id, entry in self._open.items() if now_s - entry.started_s > _CHUNK_TIMEOUT_S]
         return [self._take(text_id) for text_id in late]
 
     def _take(self, text_id: int) -> tuple[int, str]:
@@ -65,7 +65,7 @@ class StatusTexts:
 
 
 def notice_severity(mav_severity: int) -> Severity:
-    """Return how much an operator should care about a MAV_SEVERITY."""
+    """Return the severity of a notice for a MAV_SEVERITY."""
     if mav_severity <= mavlink.MAV_SEVERITY_CRITICAL:
         return Severity.CRITICAL
     if mav_severity <= mavlink.MAV_SEVERITY_WARNING:

@@ -1,4 +1,4 @@
-"""Asking a vehicle for the messages that we need, at rates that a swarm's radio can carry."""
+"""Requests for the messages that we need, at rates that a swarm's radio can carry."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ _ATTEMPTS = 4
 _WATCH_S = 5.0
 _LOWEST_SHARE = 0.5
 _WATCHED = mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT
-_SECOND_CHANCES = 3
-"""How often a stream is asked for again that does not come; the vehicle may not have it."""
+_STREAM_RETRIES = 3
+"""Number of further requests for a stream that does not arrive; the vehicle may not have it."""
 
 
 class StreamKeeper:
     """Requests one stream after the other (SET_MESSAGE_INTERVAL) and starts over when positions become rare.
 
-    Another ground station or a reboot takes our rates away; both are seen by the rate of positions. One request is
-    open at a time, because an acknowledgement does not say which message it is about. Where packets are lost, that of a
-    repeated request may be taken for the next one's: a stream that then does not come is asked for again.
+    Another ground station or a reboot resets our rates; the rate of positions shows both. One request is open at a
+    time, because an acknowledgement does not name its message. Where packets are lost, that of a repeated request may
+    be taken for the next one's: a stream that then does not arrive is requested again.
     """
 
     def __init__(self, rates_hz: Mapping[int, float]) -> None:
@@ -34,7 +34,7 @@ class StreamKeeper:
         self._watch_from_s = math.inf
         self._watched = 0
         self._heard: set[int] = set()
-        self._chances: dict[int, int] = {}
+        self._retries_left: dict[int, int] = {}
         self.restart()
 
     def restart(self) -> None:
@@ -43,15 +43,17 @@ class StreamKeeper:
         self._attempts = 0
         self._due_s = -math.inf
         self._watch_from_s = math.inf
-        self._chances = {message_id: _SECOND_CHANCES for message_id, rate_hz in self._rates_hz.items() if rate_hz > 0.0}
+        self._retries_left = {
+            message_id: _STREAM_RETRIES for message_id, rate_hz in self._rates_hz.items() if rate_hz > 0.0
+        }
 
     def on_ack(self) -> None:
-        """Go on with the next stream; one that the vehicle does not have is not asked for again."""
+        """Continue with the next stream; one that the vehicle does not have is not requested again."""
         if self._pending and self._attempts:
             self._next()
 
     def on_message(self, message_id: int) -> None:
-        """Note what comes, and count the messages whose rate is watched."""
+        """Count a received message."""
         self._heard.add(message_id)
         if message_id == _WATCHED:
             self._watched += 1
@@ -83,14 +85,14 @@ class StreamKeeper:
             expected = self._rates_hz.get(_WATCHED, 0.0) * (now_s - self._watch_from_s)
             is_rare = self._watched < _LOWEST_SHARE * expected
             missing = [
-                message_id for message_id, left in self._chances.items() if left and message_id not in self._heard
+                message_id for message_id, left in self._retries_left.items() if left and message_id not in self._heard
             ]
             self._begin_to_watch(now_s)
             if is_rare:
                 self.restart()
                 return
             for message_id in missing:
-                self._chances[message_id] -= 1
+                self._retries_left[message_id] -= 1
                 self._pending.append(message_id)
 
     def _begin_to_watch(self, now_s: float) -> None:
@@ -106,17 +108,17 @@ class _Request:
 
 
 class OneTimeRequests:
-    """Messages asked for (REQUEST_MESSAGE) until they arrive. Bounded by the handful of ids that are wanted."""
+    """Messages requested (REQUEST_MESSAGE) until they arrive. Bounded by the few ids that are wanted."""
 
     def __init__(self) -> None:
         self._open: dict[tuple[int, int], _Request] = {}
 
     def want(self, component_id: int, message_id: int, pause_s: float, attempts: float = math.inf) -> None:
-        """Ask ``component_id`` for a message every ``pause_s``, at most ``attempts`` times."""
+        """Request a message of ``component_id`` every ``pause_s``, at most ``attempts`` times."""
         self._open[component_id, message_id] = _Request(pause_s, attempts)
 
     def on_message(self, component_id: int, message_id: int) -> None:
-        """Stop asking for what has arrived."""
+        """Stop requesting a message that has arrived."""
         self._open.pop((component_id, message_id), None)
 
     def poll(self, now_s: float) -> list[tuple[int, int]]:

@@ -14,7 +14,7 @@ from aos_gcs.ports import FlightMode, LandedState
 _UNKNOWN_UINT16 = 0xFFFF
 _RELATIVE_FRAMES = frozenset({mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT, mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT})
 _STAGES = {0: "dev", 64: "alpha", 128: "beta", 192: "rc"}
-"""Of a firmware's version; FIRMWARE_VERSION_TYPE."""
+"""Stages of a firmware's version; FIRMWARE_VERSION_TYPE."""
 _IGNORES_POSITION = 0b111
 _LANDED = {
     mavlink.MAV_LANDED_STATE_ON_GROUND: LandedState.ON_GROUND,
@@ -26,7 +26,7 @@ _LANDED = {
 
 @dataclass(frozen=True, slots=True)
 class PositionTarget:
-    """Where the autopilot says that it is flying to."""
+    """Position that the autopilot reports to be flying to."""
 
     position: GeodeticPosition
     at_s: float
@@ -59,7 +59,7 @@ class Telemetry:
         self.satellites: int | None = None
         self.hdop: float | None = None
         self.firmware = ""
-        """Version of the autopilot: "4.7.0 dev"; empty until it is told."""
+        """Version of the autopilot: "4.7.0 dev"; empty until it is reported."""
         self.board_id = ""
         """Hexadecimal; empty when the board has none."""
         self.target: PositionTarget | None = None
@@ -73,7 +73,7 @@ class Telemetry:
         return self.relative_altitude_m if self.home is not None else None
 
     def update(self, message: mavlink.MAVLink_message, now_s: float) -> None:
-        """Take one message over; those that say nothing new about the vehicle are ignored."""
+        """Update from one message; messages without telemetry are ignored."""
         handler = _HANDLERS.get(message.get_msgId())
         if handler is not None:
             handler(self, message, now_s)

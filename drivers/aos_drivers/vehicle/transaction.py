@@ -19,7 +19,7 @@ PROGRESS_TIMEOUT_S = 5.0
 
 
 class Answer(Enum):
-    """What the autopilot said last."""
+    """Latest answer of the autopilot."""
 
     NONE = auto()
     ACCEPTED = auto()
@@ -39,7 +39,7 @@ class CommandTransaction:
     ) -> None:
         """Prepare ``message``; it is sent again after ``ack_timeout_s`` without an answer.
 
-        Once accepted, it is sent again every ``repeat_s`` until somebody stops polling.
+        Once accepted, it is sent again every ``repeat_s`` until polling stops.
         """
         self._message = message
         self._ack_timeout_s = ack_timeout_s
@@ -47,7 +47,7 @@ class CommandTransaction:
         self.answer = Answer.NONE
         self.result: int | None = None
         self.due_s = -math.inf
-        """When ``poll`` wants to be called next."""
+        """Time of the next call of ``poll``."""
         self._sendings = 0
 
     def poll(self, now_s: float) -> CommandMessage | None:
@@ -62,7 +62,7 @@ class CommandTransaction:
         return message
 
     def on_ack(self, ack: mavlink.MAVLink_command_ack_message, source: tuple[int, int], now_s: float) -> bool:
-        """Take an acknowledgement from ``source`` (system, component) over; return whether it was for this command."""
+        """Process an acknowledgement from ``source`` (system, component); return whether it was for this command."""
         message = self._message
         if ack.command != message.command or source != (message.target_system, message.target_component):
             return False

@@ -8,24 +8,24 @@ from collections.abc import Callable
 from aos_gcs.ports import Clock
 
 CLOCK_RESOLUTION_S = 1e-3
-"""A wait may end so much early, by the rounding between clock and loop; what is due then is due now."""
+"""Time by which a wait may end early, by the rounding between clock and loop."""
 
 
 class Changes:
-    """Wakes those who wait whenever something about a vehicle may have changed."""
+    """Wakes all waiters whenever something about a vehicle may have changed."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
         self._waiters: set[asyncio.Future[None]] = set()
 
     def announce(self) -> None:
-        """Let every waiter look at its condition again."""
+        """Make every waiter check its condition again."""
         for waiter in self._waiters:
             if not waiter.done():
                 waiter.set_result(None)
 
     async def wait_for(self, condition: Callable[[], bool], until_s: float) -> bool:
-        """Return whether ``condition`` held before clock time ``until_s``; what it raises comes through."""
+        """Return whether ``condition`` held before clock time ``until_s``; its exceptions are passed on."""
         try:
             async with self._clock.timeout_at(until_s):
                 while not condition():

@@ -164,7 +164,7 @@ class AttachedCameras:
             finally:
                 del links[key]
                 endpoint.close()
-            _LOGGER.warning("%s has been lost and is opened again.", address)
+            _LOGGER.warning("%s lost; reconnecting.", address)
 
     def _receive(self, link: int, message: mavlink.MAVLink_message, address: Address) -> None:
         """Take a message from a vehicle's link: of its autopilot, or passed on by it."""

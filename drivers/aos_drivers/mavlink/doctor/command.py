@@ -1,4 +1,4 @@
-"""The command ``aos-gcs doctor``: listen on links for a while and tell what is wrong with them."""
+"""The command ``aos-gcs doctor``: listen on links for a while and diagnose them."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ _MARKS = {Level.OK: "ok      ", Level.HINT: "hint    ", Level.PROBLEM: "PROBLEM 
 
 def doctor(
     links: Annotated[list[str], typer.Argument(help="Links as in [link] urls, such as udpin://0.0.0.0:14550.")],
-    seconds: Annotated[float, typer.Option(min=4.0, max=600.0, help="How long to listen.")] = 12.0,
-    system_id: Annotated[int, typer.Option(min=1, max=255, help="Our own MAVLink system id.")] = 254,
+    seconds: Annotated[float, typer.Option(min=4.0, max=600.0, help="Listening time in seconds.")] = 12.0,
+    system_id: Annotated[int, typer.Option(min=1, max=255, help="MAVLink system id of this station.")] = 254,
     as_json: Annotated[bool, typer.Option("--json", help="Write the findings as JSON.")] = False,
 ) -> None:
-    """Tell what is wrong with a connection to vehicles. Exit code 0: healthy, 1: problems, 2: cannot listen.
+    """Diagnose the connection to vehicles. Exit code 0: healthy, 1: problems, 2: cannot listen.
 
-    Speaks like a mission does (heartbeats, requests for messages) but sends no commands that move anything.
+    Sends heartbeats and requests for messages as a mission does, but no command that moves a vehicle.
     """
     addresses = [parse_link(text) for text in links]
     findings = asyncio.run(_examine_now(addresses, system_id, seconds))
@@ -50,7 +50,7 @@ async def _examine_now(addresses: Sequence[LinkAddress], system_id: int, duratio
 
 
 class _Listener:
-    """Hands what arrives to the survey and to a session like that of a mission, and sends what the latter says."""
+    """Passes received bytes to the survey and to a session like that of a mission, and sends the session's packets."""
 
     def __init__(self, session: MavlinkSession, survey: Survey, clock: Clock) -> None:
         self._session = session
@@ -109,7 +109,7 @@ async def examine(addresses: Sequence[LinkAddress], system_id: int, duration_s: 
 async def _listen_elsewhere(
     stack: AsyncExitStack, tasks: BackgroundTasks, addresses: Sequence[LinkAddress], clock: Clock
 ) -> Survey:
-    """Listen on the usual ports that are free, where vehicles may have been told to send to."""
+    """Listen on the usual ports that are free, which vehicles may be configured to send to."""
     survey = Survey({})
     hosts = [address.host for address in addresses if address.kind == "udpin"]
     taken = {address.port for address in addresses}
@@ -124,14 +124,14 @@ async def _listen_elsewhere(
 
 
 def _ignore(_event: object) -> None:
-    """Changes of the links show in what arrives."""
+    """Ignore changes of the links: they show in the survey."""
 
 
 def _as_text(findings: Sequence[Finding], seconds: float) -> str:
     lines = [f"Listened for {seconds:g} s."]
     lines += [f"{_MARKS[finding.level]}{finding.text}" for finding in findings]
     problems = sum(finding.level is Level.PROBLEM for finding in findings)
-    lines.append("Nothing is wrong." if not problems else f"Problems found: {problems}.")
+    lines.append("No problems found." if not problems else f"Problems found: {problems}.")
     return "\n".join(lines)
 
 

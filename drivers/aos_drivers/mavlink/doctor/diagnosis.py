@@ -1,4 +1,4 @@
-"""What is wrong with a connection, in plain words, from what a survey has counted. No I/O."""
+"""Diagnosis of a connection from the counts of a survey. No I/O."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ _HIGH_LOSS = 0.1
 _SILENT_S = 3.0
 _NOTHING = {
     "udpin": "vehicles must send to an address of this computer and to port {port}, and the firewall must let UDP in; "
-    "another program that reads the same traffic (a router, another ground station) must pass it on",
+    "another program that receives the same traffic (a router, another ground station) must forward it",
     "udpout": "check that {host} is switched on and reachable (ping it) and listens on port {port}",
-    "tcpout": "the connection stands, but its other end sends nothing: check that port {port} is its MAVLink port",
-    "tcpin": "nobody has connected: vehicles or their router must call an address of this computer at port {port}",
+    "tcpout": "connected, but no data received: check that port {port} is the MAVLink port of the other end",
+    "tcpin": "no connection yet: vehicles or their router must connect to port {port} of this computer",
     "serial": "check the cable, that the radio is paired and that the vehicle's port is set to MAVLink",
 }
 _NO_MAVLINK = {
@@ -39,7 +39,7 @@ _NO_MAVLINK = {
 
 
 class Level(StrEnum):
-    """How bad a finding is."""
+    """Severity of a finding."""
 
     OK = "ok"
     HINT = "hint"
@@ -48,18 +48,18 @@ class Level(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One thing to tell the user."""
+    """One result of the diagnosis."""
 
     level: Level
     code: str
-    """The same for the same thing in every version; for programs."""
+    """Identifier that stays the same across versions; for programs."""
     text: str
     system_id: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Examination:
-    """All that a diagnosis is made of."""
+    """Input of the diagnosis."""
 
     links: Sequence[LinkAddress]
     our_system_id: int
@@ -99,7 +99,9 @@ def _of_link(examination: Examination, link: int) -> Iterator[Finding]:
         yield Finding(Level.PROBLEM, "no_packets", f"nothing arrives on {address.text}: {advice}")
         if address.kind == "udpin" and examination.elsewhere:
             ports = ", ".join(str(port) for port in examination.elsewhere)
-            text = f"MAVLink arrives at port {ports} of this computer instead: use that port, or change the vehicles'"
+            text = (
+                f"MAVLink arrives at port {ports} of this computer instead: use that port, or change the vehicles' port"
+            )
             yield Finding(Level.PROBLEM, "wrong_port", text)
     elif not senders:
         advice = _NO_MAVLINK.get(address.kind, "another program sends to this port")
@@ -107,7 +109,7 @@ def _of_link(examination: Examination, link: int) -> Iterator[Finding]:
         text = f"bytes arrive on {address.text}, but no MAVLink: {advice}"
         yield Finding(Level.PROBLEM, "no_mavlink", text)
     elif not any(sender.is_autopilot for sender in senders):
-        text = f"MAVLink arrives on {address.text}, but no heartbeat of a vehicle: check what the autopilot is wired to"
+        text = f"MAVLink arrives on {address.text}, but no heartbeat of a vehicle: check the wiring of the autopilot"
         yield Finding(Level.PROBLEM, "no_vehicle", text)
 
 
@@ -115,7 +117,7 @@ def _of_ground_stations(examination: Examination) -> Iterator[Finding]:
     ours = examination.our_system_id
     for sender in examination.survey.senders:
         if sender.system_id == ours:
-            text = f"somebody at {sender.peer} uses our system id {ours}: give one of both another (link.system_id)"
+            text = f"{sender.peer} uses the same system id as this station, {ours}: change one (link.system_id)"
             yield Finding(Level.PROBLEM, "ground_station_clash", text, ours)
         elif sender.is_ground_station:
             text = f"another ground station, system id {sender.system_id}, is on the link: it may change message rates"
@@ -128,13 +130,13 @@ def _of_signatures(examination: Examination, system_id: int, senders: Sequence[S
         where = f"vehicle {system_id} at {sender.peer}"
         if sender.mavlink1_packets == sender.packets:
             text = (
-                f"{where} speaks MAVLink 1 only, which knows neither signing nor most camera messages: set "
+                f"{where} uses MAVLink 1 only, which has neither signing nor most camera messages: set "
                 "SERIALn_PROTOCOL (ArduPilot) or MAV_PROTO_VER (PX4) to 2"
             )
             yield Finding(Level.PROBLEM, "mavlink_1", text, system_id)
         if signing is None:
             if sender.signed_packets:
-                text = f"{where} signs its packets and may refuse ours: give its key with ?sign=FILE behind the link"
+                text = f"{where} signs its packets and may refuse ours: append its key to the link with ?sign=FILE"
                 yield Finding(Level.PROBLEM, "key_missing", text, system_id)
             continue
         checks = sender.signature_checks
@@ -156,28 +158,28 @@ def _of_identity(examination: Examination, system_id: int, senders: Sequence[Sen
     record = examination.records.get(system_id)
     addresses = " and ".join(str(sender.peer) for sender in senders)
     if len(boards) > 1 or (record is not None and record.identity.is_ambiguous(examination.ended_at_s)):
-        reason = "the boards differ" if len(boards) > 1 else "nothing proves that it is one vehicle"
+        reason = "the boards differ" if len(boards) > 1 else "not provably one vehicle"
         text = (
-            f"two vehicles use system id {system_id}, at {addresses} ({reason}): give one of them another id "
+            f"two vehicles use system id {system_id}, at {addresses} ({reason}): change the id of one of them "
             "(MAV_SYSID, SYSID_THISMAV or MAV_SYS_ID)"
         )
         yield Finding(Level.PROBLEM, "duplicate_id", text, system_id)
     elif len(senders) > 1:
-        text = f"vehicle {system_id} is heard over {len(senders)} addresses, {addresses}: one can stand in for another"
+        text = f"vehicle {system_id} is received over {len(senders)} addresses, {addresses}: each can replace the other"
         yield Finding(Level.OK, "several_links", text, system_id)
 
 
 def _of_quality(examination: Examination, system_id: int, senders: Sequence[Sender]) -> Iterator[Finding]:
     silent_s = examination.ended_at_s - max(sender.heard_at_s for sender in senders)
     if silent_s > _SILENT_S:
-        text = f"vehicle {system_id} has fallen silent {silent_s:.0f} s ago: check its power and its distance"
+        text = f"vehicle {system_id} has sent nothing for {silent_s:.0f} s: check its power and its distance"
         yield Finding(Level.PROBLEM, "silent", text, system_id)
         return
     record = examination.records.get(system_id)
-    if record is None:  # its packets were refused, which has been told
+    if record is None:  # its packets were refused, which has been reported
         return
     if record.autopilot.name == "unknown":
-        text = f"vehicle {system_id} runs neither ArduCopter nor PX4: it is shown and never commanded"
+        text = f"vehicle {system_id} runs neither ArduCopter nor PX4: it is displayed but never commanded"
         yield Finding(Level.HINT, "unknown_autopilot", text, system_id)
         return
     wanted_hz = {mavlink.MAVLINK_MSG_ID_HEARTBEAT: 1.0, **record.autopilot.stream_rates_hz(POSITION_HZ)}

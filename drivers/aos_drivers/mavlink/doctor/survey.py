@@ -1,4 +1,4 @@
-"""Who is heard on the links, and how: counted without believing anything. No I/O; for ``aos-gcs doctor``."""
+"""Senders heard on the links, counted without trusting any packet. No I/O; for ``aos-gcs doctor``."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Sender:
     signature_checks: Counter[SignatureCheck] = field(default_factory=Counter)
     """Results of checking the signatures, where the link has a key."""
     message_counts: Counter[int] = field(default_factory=Counter)
-    """By message id, since ``Survey.start_rates``."""
+    """Packets by message id since ``Survey.start_rates``."""
     loss: LossCounter = field(default_factory=LossCounter)
 
     @property
@@ -48,16 +48,16 @@ class Sender:
 
 
 class Survey:
-    """Bounded to 512 addresses and 2048 senders; what comes after those is not counted."""
+    """Count of what arrives, bounded to 512 addresses and 2048 senders; further ones are not counted."""
 
     def __init__(self, signers: Mapping[int, LinkSigner]) -> None:
-        """Judge signatures on the links in ``signers``, which nobody else may use."""
+        """Check signatures on the links in ``signers``, which must not be shared."""
         self._signers = signers
         self._parsers: dict[PeerAddress, FrameParser] = {}
         self._senders: dict[tuple[PeerAddress, int, int], Sender] = {}
         self._rates_from_s = 0.0
         self.bytes_by_link: Counter[int] = Counter()
-        """All that arrived, MAVLink or not."""
+        """Bytes received on each link, MAVLink or not."""
 
     @property
     def senders(self) -> list[Sender]:

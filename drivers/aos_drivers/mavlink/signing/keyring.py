@@ -1,4 +1,4 @@
-"""The keys of all links, and the regular note on disk of the time up to which they have been used."""
+"""Keys of all links, and the regular storage of the time up to which they have been used."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from aos_gcs.ports import Clock
 
 _STORE_PERIOD_S = 5.0
 _LEAD_TICKS = round(2 * _STORE_PERIOD_S * TICKS_PER_S)
-"""Noted in advance, so that a crash never leads to times that have been used."""
+"""Margin by which stored times are ahead, so that a restart after a crash never reuses a time."""
 
 
 class Keyring:
     """The signers of the links that have a key. Links with the same key file share its clock."""
 
     def __init__(self, addresses: Sequence[LinkAddress], clock: Clock) -> None:
-        """Read the keys and note their times; waits for the disk.
+        """Read the keys and store their times; waits for the disk.
 
         Raises:
-            ConfigurationError: a key cannot be used, or its time cannot be noted beside it.
+            ConfigurationError: a key cannot be used, or its time cannot be stored beside it.
         """
         self._clock = clock
         self._clocks: dict[Path, SigningClock] = {}
@@ -41,23 +41,23 @@ class Keyring:
                     self._clocks[path] = SigningClock(clock.utc_s, read_ticks(time_file_of(path)))
                 signers[link] = LinkSigner(link, key, self._clocks[path], address.signing.accepts_unsigned)
         self.signers: Mapping[int, LinkSigner] = MappingProxyType(signers)
-        """By number of the link."""
+        """Signers by number of the link."""
         try:
             self._store(_LEAD_TICKS)
         except OSError as error:
             raise ConfigurationError(
-                f"{error.filename} cannot be written: {error.strerror}; the time of a key is noted beside it"
+                f"{error.filename} cannot be written: {error.strerror}; the time of a key is stored beside it"
             ) from error
 
     async def run(self) -> None:
-        """Note the times until cancelled. A full disk is of no consequence before the next start."""
+        """Store the times until cancelled. A full disk has no effect before the next start."""
         while self._clocks:
             await self._clock.sleep(_STORE_PERIOD_S)
             with suppress(OSError):
                 await asyncio.to_thread(self._store, _LEAD_TICKS)
 
     def close(self) -> None:
-        """Note the last time that was used; waits for the disk."""
+        """Store the last time that was used; waits for the disk."""
         with suppress(OSError):
             self._store(0)
 

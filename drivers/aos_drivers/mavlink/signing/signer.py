@@ -33,7 +33,7 @@ class SignatureCheck(Enum):
     UNSIGNED = auto()
     WRONG_KEY = auto()
     REPLAYED = auto()
-    """Signed with our key, but not newer than what came before or, for a new sender, late by more than a minute."""
+    """Signed with our key, but not newer than earlier packets or, for a new sender, late by more than a minute."""
 
 
 def ticks_of(utc_s: float) -> int:
@@ -59,7 +59,7 @@ class SigningClock:
         return max(self.latest_ticks, ticks_of(self._utc_s()))
 
     def advance(self, ticks: int) -> None:
-        """Go on from the time of somebody with the same key, whose clock is ahead of ours."""
+        """Continue from the time of another sender with the same key, whose clock is ahead of ours."""
         self.latest_ticks = max(self.latest_ticks, ticks)
 
 
@@ -79,7 +79,7 @@ class LinkSigner:
         """Packets received, by the result of their check."""
 
     def with_empty_memory(self) -> LinkSigner:
-        """Return another signer of the same link that has heard nobody yet."""
+        """Return another signer of the same link that has not received anything yet."""
         return LinkSigner(self._link_id, self._key, self._clock, self._accepts_unsigned)
 
     def prepare(self, encoder: mavlink.MAVLink) -> None:
@@ -95,7 +95,7 @@ class LinkSigner:
         return check
 
     def accepts(self, check: SignatureCheck, message: mavlink.MAVLink_message) -> bool:
-        """Whether the packet may be used. The radios of a link put in their own state, and have no key."""
+        """Whether the packet may be used. Radios of a link insert their own state, and have no key."""
         is_radio = message.get_msgId() == mavlink.MAVLINK_MSG_ID_RADIO_STATUS
         return check is SignatureCheck.GOOD or (
             check is SignatureCheck.UNSIGNED and (self._accepts_unsigned or is_radio)

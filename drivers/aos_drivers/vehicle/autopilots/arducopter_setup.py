@@ -13,7 +13,7 @@ _ALTITUDE, _CIRCLE, _POLYGON = 1, 2, 4
 """Bits of FENCE_TYPE."""
 _RETURN_OR_LAND = 1
 _TIMEOUT_S = 5.0
-"""Of versions without FS_GCS_TIMEOUT."""
+"""Time-out of versions without FS_GCS_TIMEOUT."""
 _LINK_LOSS: Mapping[int, str] = MappingProxyType(
     {
         1: "return",

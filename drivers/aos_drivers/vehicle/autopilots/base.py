@@ -1,4 +1,4 @@
-"""What the driver asks of an autopilot, and what multicopters have in common."""
+"""Interface of the autopilots' dialects, and what the dialects of multicopters share."""
 
 from __future__ import annotations
 
@@ -52,12 +52,12 @@ class Step:
     """One command message and how telemetry shows its effect."""
 
     name: str
-    """For messages to the user: "enter GUIDED"."""
+    """Name in messages to the user: "enter GUIDED"."""
     message: CommandMessage
     is_done: Callable[[Telemetry, float], bool]
-    """Asked with the telemetry and the time, again and again."""
+    """Whether the effect shows; called repeatedly with the telemetry and the time."""
     repeat_s: float = math.inf
-    """Send again this long after the acceptance, while not done."""
+    """Time after the acceptance at which the command is sent again, while not done."""
     needs_acceptance: bool = False
     """Whether what telemetry shows counts only once the command has been accepted."""
 
@@ -67,11 +67,11 @@ class AutopilotDialect(ABC):
 
     name: ClassVar[str]
     shutter_report_id: ClassVar[int] = mavlink.MAVLINK_MSG_ID_CAMERA_IMAGE_CAPTURED
-    """By which it tells of an image of its own camera."""
+    """Message that reports an image of the autopilot's own camera."""
     quiet_message_ids: ClassVar[tuple[int, ...]] = ()
-    """Streams that are on by default and that we do not want."""
+    """Unneeded streams that are on by default."""
     setup: ClassVar[Setup | None] = None
-    """The meaning of its parameters; None where they are not known."""
+    """Meaning of the parameters; None if unknown."""
 
     @abstractmethod
     def mode(self, heartbeat: mavlink.MAVLink_heartbeat_message) -> tuple[FlightMode, str]:
@@ -83,21 +83,21 @@ class AutopilotDialect(ABC):
 
     @abstractmethod
     def steps(self, command: Command, target: Target, telemetry: Telemetry, now_s: float) -> list[Step]:
-        """Return what to send, in order.
+        """Return the steps to send, in order.
 
         Raises:
             CommandRefusedError: the command must not be sent.
         """
 
     def shutter_command(self, target: Target) -> CommandMessage:
-        """Return the command by which it has its own camera take one image."""
+        """Return the command that takes one image with the autopilot's own camera."""
         return command_long(target, mavlink.MAV_CMD_IMAGE_START_CAPTURE, 0.0, 0.0, 1.0)
 
     def stream_rates_hz(self, position_hz: float) -> Mapping[int, float]:
-        """Return the wanted rate of each message, in the order in which they are asked for; 0 switches one off.
+        """Return the wanted rate of each message, in the order of the requests; 0 switches one off.
 
-        What autopilots send many times a second by themselves comes first: until it is slowed down or switched off it
-        fills a slow link up, and all else waits behind it.
+        Messages that autopilots send many times a second by default come first: until they are slowed down or switched
+        off, they fill a slow link.
         """
         fast = {mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT: position_hz, mavlink.MAVLINK_MSG_ID_ATTITUDE: 1.0}
         others = {
@@ -124,7 +124,7 @@ class MulticopterDialect(AutopilotDialect):
     """Commands that PX4 and ArduCopter share."""
 
     arming_mode: ClassVar[FlightMode]
-    """Where the vehicle has to be when it is armed for us."""
+    """Mode in which the vehicle is armed."""
 
     @abstractmethod
     def set_mode(self, mode: FlightMode, target: Target) -> Step:
@@ -136,7 +136,7 @@ class MulticopterDialect(AutopilotDialect):
         return self.set_mode(FlightMode.HOLD, target)
 
     def goto(self, command: Goto, target: Target, telemetry: Telemetry, now_s: float) -> list[Step]:
-        """Return the steps that have the vehicle fly to a position."""
+        """Return the steps that make the vehicle fly to a position."""
         taken_over = TargetTakenOver(command.position, telemetry, now_s)
         return [Step("goto", reposition(command, target), taken_over, REPEAT_S)]
 

@@ -1,4 +1,4 @@
-"""When a goto may be sent, and how telemetry shows that it has been taken over."""
+"""Conditions for sending a goto, and the evidence in telemetry that the vehicle follows it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ TARGET_TOLERANCE_M = 2.0
 """Autopilots echo a target through their own integers and frames."""
 MOVEMENT_M = 1.0
 ECHO_SILENCE_S = 3.0
-"""Without an echo for so long, movement has to do as evidence."""
+"""Time without an echo after which movement counts as evidence."""
 
 
 def check_goto(command: Goto, vehicle_id: int, telemetry: Telemetry) -> None:
@@ -42,7 +42,7 @@ def check_goto(command: Goto, vehicle_id: int, telemetry: Telemetry) -> None:
 
 
 class TargetTakenOver:
-    """Whether the vehicle flies to ``position``, asked again and again after ``started_s``.
+    """Evidence that the vehicle flies to ``position``, called repeatedly after ``started_s``.
 
     The autopilot's own target (POSITION_TARGET_GLOBAL_INT) proves it. Otherwise the vehicle has to be there or to come
     measurably closer, which counts only while no such target is reported, or where it may be a wrong one.

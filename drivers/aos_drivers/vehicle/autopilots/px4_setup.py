@@ -58,11 +58,11 @@ class Px4Setup(Setup):
         return Safeguard(True, f"{_AT_FENCE.get(action, f'action {action}')} ({text})")
 
     def ceiling_m(self, found: Found) -> float | None:
-        """See the base class; 0 stands for no limit."""
+        """See the base class; 0 means no limit."""
         return found["GF_MAX_VER_DIST"].value or None
 
     def radius_m(self, found: Found) -> float | None:
-        """See the base class; 0 stands for no limit."""
+        """See the base class; 0 means no limit."""
         return found["GF_MAX_HOR_DIST"].value or None
 
     def return_height_m(self, found: Found) -> float:

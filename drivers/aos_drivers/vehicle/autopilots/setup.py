@@ -1,4 +1,4 @@
-"""What the parameters of an autopilot say about its failsafes, its fence and its return."""
+"""Meaning of an autopilot's parameters for its failsafes, its fence and its return."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ class Setup(ABC):
 
     encoding: ClassVar[ParameterEncoding]
     required: ClassVar[tuple[tuple[str, ...], ...]]
-    """Every version has these; names that stand together are older and newer ones of the same parameter."""
+    """Parameters of every version; a tuple holds the older and newer names of the same parameter."""
     optional: ClassVar[tuple[str, ...]] = ()
-    """Some vehicles do not have these."""
+    """Parameters that some vehicles lack."""
 
     @abstractmethod
     def link_loss(self, found: Found, our_system_id: int) -> Safeguard:
-        """Return what the vehicle does when it no longer hears our heartbeats."""
+        """Return the failsafe for the loss of our heartbeats."""
 
     @abstractmethod
     def low_battery(self, found: Found) -> Safeguard:
-        """Return what it does when its battery runs low."""
+        """Return the failsafe for a low battery."""
 
     @abstractmethod
     def at_fence(self, found: Found) -> Safeguard:
-        """Return what it does when it meets a polygon of its fence."""
+        """Return the action at a polygon of the fence."""
 
     @abstractmethod
     def ceiling_m(self, found: Found) -> float | None:

@@ -1,4 +1,4 @@
-"""Vehicles that are shown and never commanded."""
+"""Vehicles that are displayed but never commanded."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from aos_gcs.ports import Command, FlightMode
 
 
 class UnknownDialect(AutopilotDialect):
-    """Everything that is no PX4 or ArduPilot multicopter."""
+    """Dialect of everything that is not a PX4 or ArduPilot multicopter."""
 
     name = "unknown"
 
@@ -28,5 +28,6 @@ class UnknownDialect(AutopilotDialect):
         """Refuse."""
         del telemetry, now_s
         raise CommandRefusedError(
-            f"vehicle {target.system_id} is no PX4 or ArduPilot multicopter: {type(command).__name__} is not sent to it"
+            f"vehicle {target.system_id} is not a PX4 or ArduPilot multicopter: "
+            f"{type(command).__name__} is not supported"
         )

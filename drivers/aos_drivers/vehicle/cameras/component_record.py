@@ -15,7 +15,7 @@ _REBOOT_MARGIN_MS = 2000
 
 
 class CameraRecord:
-    """What a camera has said about itself and its images.
+    """Information from a camera about itself and its images.
 
     Keeps the latest sixteen image messages, and of the latest 64 indices those whose messages were lost.
     """
@@ -27,25 +27,25 @@ class CameraRecord:
         """Index that the next image should have; None while unknown."""
         self._captures: OrderedDict[int, mavlink.MAVLink_camera_image_captured_message] = OrderedDict()
         self._gaps: dict[int, int] = {}
-        """How often the message of an index has been asked for."""
+        """Number of requests for the message of each index."""
         self._gaps_due_s = -math.inf
         self._boot_ms = 0
         self._sequence = 0
 
     @property
     def horizontal_fov_rad(self) -> float | None:
-        """Full horizontal field of view, where the camera tells its lens."""
+        """Full horizontal field of view; None if the camera does not report its lens."""
         if self.information is None:
             return None
         return fov_from_lens(self.information.focal_length, self.information.sensor_size_h)
 
     def next_sequence(self) -> int:
-        """Return the number that tells a new capture command from a repeated one."""
+        """Return the number that distinguishes a new capture command from a repeated one."""
         self._sequence += 1
         return self._sequence
 
     def update(self, message: mavlink.MAVLink_message) -> None:
-        """Take a message of the camera component over."""
+        """Update from a message of the camera component."""
         if message.get_msgId() == mavlink.MAVLINK_MSG_ID_CAMERA_INFORMATION:
             self._see_time(message.time_boot_ms)
             self.information = message
@@ -62,7 +62,7 @@ class CameraRecord:
                 self._captures.popitem(last=False)
 
     def poll_gaps(self, now_s: float) -> tuple[int, int] | None:
-        """Return the first and the last index of a run of lost messages when it is time to ask for them."""
+        """Return the first and the last index of a run of lost messages when it is time to request them."""
         if not self._gaps or now_s < self._gaps_due_s:
             return None
         self._gaps_due_s = now_s + _GAP_PAUSE_S
@@ -93,7 +93,7 @@ class CameraRecord:
         return None
 
     def _note_gap(self, until_index: int) -> None:
-        """Note that the messages from the next expected index up to ``until_index`` have not arrived."""
+        """Mark the messages from the next expected index up to ``until_index`` as missing."""
         if self.next_index is None:
             return
         for index in range(max(self.next_index, until_index - _KEPT_GAPS), until_index):

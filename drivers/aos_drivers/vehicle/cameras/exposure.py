@@ -1,4 +1,4 @@
-"""From what a camera says about one exposure to the finished capture; the same for every way to hear it."""
+"""Assembly of a capture from the camera's report of one exposure, the same for both drivers."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from aos_gcs.ports import Capture, Clock, Notice
 
 @dataclass(frozen=True, slots=True)
 class CaptureTools:
-    """What captures share across vehicles."""
+    """Tools that captures of all vehicles share."""
 
     clock: Clock
     fetcher: ImageFetcher
@@ -35,13 +35,13 @@ class CaptureTools:
 
 @dataclass(frozen=True, slots=True)
 class VehicleAccess:
-    """How one vehicle is heard and spoken to, in whichever driver."""
+    """Access to one vehicle: its record, and how to send to it."""
 
     record: VehicleRecord
     send: Send
     changes: Changes
     host_of: Callable[[int], str]
-    """Where a component is; empty on a serial link, or before anything was heard."""
+    """Host of a component; empty on a serial link, or before anything was heard."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +57,7 @@ class Exposure:
     """MAVLink's camera (forward, right, down) to NED."""
     file_url: str
     fov_rad: float | None
-    """Full horizontal field of view of the lens, where the camera tells it."""
+    """Full horizontal field of view; None if the camera does not report its lens."""
 
 
 async def collect_capture(

@@ -1,4 +1,4 @@
-"""What a vehicle's autopilot and gimbal tell about poses and exposures, without I/O."""
+"""Poses and exposures that a vehicle's autopilot and gimbal report, without I/O."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ from aos_gcs.geometry.geodesy import GeodeticPosition
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ShutterReport:
-    """What an autopilot says of one exposure of the camera that it triggers."""
+    """Report of an autopilot on one exposure of the camera that it triggers."""
 
     index: int
     is_success: bool
     time: ExposureTime
     position: GeodeticPosition | None
-    """Of the vehicle at exposure; None where it does not tell."""
+    """Position of the vehicle at exposure; None if it is not reported."""
     R_body2ned: NDArray[np.float64] | None
-    """Of the vehicle at exposure, shape (3, 3); None where the message is not clear about whose attitude it gives."""
+    """Attitude of the vehicle at exposure, shape (3, 3); None if the message may give that of the gimbal."""
 
 
 class PayloadRecord:
@@ -40,20 +40,20 @@ class PayloadRecord:
         self.clock = BootClock()
         self.latest_report: ShutterReport | None = None
         self.reports = 0
-        """How many have arrived: indices start anew with the vehicle."""
+        """Number of reports received: indices start again when the vehicle restarts."""
 
     def boot_now_s(self, now_s: float, timesync_offset_s: float | None) -> float | None:
-        """Return the vehicle's time since boot; None before it has told one."""
+        """Return the vehicle's time since boot; None before it has reported one."""
         offset_s = self.clock.offset_s(timesync_offset_s)
         return None if offset_s is None else now_s + offset_s
 
     def update(
         self, message: mavlink.MAVLink_message, now_s: float, timesync_offset_s: float | None, *, of_autopilot: bool
     ) -> None:
-        """Take a message of the vehicle over; most are none of its business."""
+        """Update from a message of the vehicle; most are ignored."""
         message_id = message.get_msgId()
         if message_id == mavlink.MAVLINK_MSG_ID_GIMBAL_DEVICE_ATTITUDE_STATUS:
-            # A gimbal of its own has a clock of its own: its moment is that of arrival.
+            # A separate gimbal has its own clock: the time of arrival is used.
             boot_now_s = self.boot_now_s(now_s, timesync_offset_s)
             at_s = message.time_boot_ms / 1e3 if of_autopilot else boot_now_s
             if at_s is not None:
@@ -67,7 +67,7 @@ class PayloadRecord:
                 self.reports += 1
 
     def take_position(self, message: mavlink.MAVLink_global_position_int_message, now_s: float) -> None:
-        """Take where the vehicle is and how it moves."""
+        """Update position and velocity of the vehicle."""
         boot_s = message.time_boot_ms / 1e3
         self.clock.hear_boot(boot_s, now_s)
         position = position_from_e7(message.lat, message.lon, message.alt / 1000)
@@ -76,7 +76,7 @@ class PayloadRecord:
             self.track.add_motion(boot_s, Motion(position, velocity_enu_mps))
 
     def take_attitude(self, message: mavlink.MAVLink_attitude_message, now_s: float) -> None:
-        """Take how the vehicle is turned."""
+        """Update the attitude of the vehicle."""
         boot_s = message.time_boot_ms / 1e3
         self.clock.hear_boot(boot_s, now_s)
         angles_rad = (message.yaw, message.pitch, message.roll)
@@ -84,19 +84,19 @@ class PayloadRecord:
             self.track.add_attitude(boot_s, angles_rad)
 
     def take_system_time(self, message: mavlink.MAVLink_system_time_message, _now_s: float) -> None:
-        """Take the vehicle's time of day."""
+        """Update the vehicle's time of day."""
         self.clock.hear_utc(message.time_unix_usec / 1e6, message.time_boot_ms / 1e3)
 
     def _take_gimbal(self, message: mavlink.MAVLink_gimbal_device_attitude_status_message, at_s: float) -> None:
         try:
             attitude = gimbal_attitude(message.q, message.flags, message.delta_yaw)
         except ValueError:
-            return  # What makes no sense is as good as none; a frame without a pose tells so.
+            return  # An invalid attitude is ignored; a frame that lacks one is refused with that reason.
         self.track.add_gimbal(at_s, attitude)
 
 
 def motion_rates_hz(settings: CameraSettings) -> dict[int, float]:
-    """Return the messages to ask for, and how often, so that poses can be interpolated."""
+    """Return the messages, with their rates, that are needed to interpolate poses."""
     if not settings.needs_motion:
         return {}
     rates = {
@@ -112,7 +112,7 @@ def motion_rates_hz(settings: CameraSettings) -> dict[int, float]:
 def _from_feedback(
     message: mavlink.MAVLink_camera_feedback_message, clock: BootClock, boot_now_s: float
 ) -> ShutterReport:
-    """ArduPilot's: the attitude is that of the body, and the time one of two kinds."""
+    """Report of ArduPilot: its attitude is that of the body, its time one of two kinds."""
     angles_deg = (message.yaw, message.pitch, message.roll)
     R_body2ned = None
     if all(map(math.isfinite, angles_deg)):
@@ -130,7 +130,7 @@ def _from_feedback(
 def _from_image_captured(
     message: mavlink.MAVLink_camera_image_captured_message, clock: BootClock, boot_now_s: float
 ) -> ShutterReport:
-    """PX4's: the time is that of its boot. The attitude is left out, being the gimbal's or the body's, unsaid which."""
+    """Report of PX4: its time counts from boot. Its attitude is ignored, as it may be the gimbal's or the body's."""
     return ShutterReport(
         index=message.image_index,
         is_success=message.capture_result == 1,

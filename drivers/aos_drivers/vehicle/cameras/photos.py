@@ -18,7 +18,7 @@ from aos_gcs.ports import Capture
 
 
 class PhotoSource:
-    """Has the autopilot trigger its camera, unless that fires by itself, and takes the next photograph."""
+    """Source that triggers the autopilot's camera, unless it fires automatically, and takes the next photograph."""
 
     def __init__(self, vehicle: VehicleAccess, tools: CaptureTools, settings: CameraSettings) -> None:
         self._vehicle = vehicle

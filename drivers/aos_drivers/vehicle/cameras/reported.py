@@ -1,4 +1,4 @@
-"""Frames whose exposures the autopilot reports, while their files come by another way.
+"""Frames whose exposures the autopilot reports, while their files come from elsewhere.
 
 ArduPilot sends CAMERA_FEEDBACK, PX4 CAMERA_IMAGE_CAPTURED without a URL. A companion computer serves the files or drops
 them into a folder.
@@ -25,7 +25,7 @@ from aos_gcs.ports import Capture
 
 
 class ReportedSource:
-    """Triggers the autopilot's camera, waits for its report, and finds the file that goes with it."""
+    """Source that triggers the autopilot's camera, waits for its report, and finds the file that belongs to it."""
 
     def __init__(self, vehicle: VehicleAccess, tools: CaptureTools, settings: CameraSettings) -> None:
         self._vehicle = vehicle
@@ -53,7 +53,7 @@ class ReportedSource:
             raise capture_error(record.vehicle_id, index, error) from error
 
     async def _files_before(self, host: str, deadline_s: float) -> Listing:
-        """Return the files that cannot be the image.
+        """Return the files that cannot be the image, because they were there before.
 
         Where names hold the index, one that has appeared since the last call can be: that of a command that was sent
         twice.
@@ -85,7 +85,7 @@ class ReportedSource:
         return await self._shutter.press(command, lambda _: find(), self._ask_again, deadline_s)
 
     def _ask_again(self) -> None:
-        """Ask for the report of the latest exposure, which got lost; PX4 keeps none."""
+        """Request the report of the latest exposure, which was lost; PX4 keeps none."""
         target, report_id = self._record.target, self._record.autopilot.shutter_report_id
         request = command_long(target, mavlink.MAV_CMD_REQUEST_MESSAGE, float(report_id))
         self._vehicle.send(target.system_id, target.component_id, request)

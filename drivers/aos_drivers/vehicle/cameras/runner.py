@@ -1,4 +1,4 @@
-"""Taking the frames of one vehicle, from whatever source its camera has."""
+"""Captures of one vehicle, from the source that its camera has."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from aos_gcs.ports import Capture, DriverContext, Notice, Severity
 
 
 class FrameSource(Protocol):
-    """One way to get the frames of a vehicle."""
+    """Source of a vehicle's frames."""
 
     async def capture(self, deadline_s: float) -> Capture:
         """Expose one image, or wait for the next, and return it; see ``Vehicle.capture``."""
@@ -25,7 +25,7 @@ class FrameSource(Protocol):
 
 
 class CaptureRunner:
-    """Takes the frames of one vehicle, and counts. Policy: one at a time, a second call fails at once."""
+    """Captures and counts the frames of one vehicle. Policy: one at a time, a second call fails at once."""
 
     def __init__(self, record: VehicleRecord, tools: CaptureTools, source: FrameSource) -> None:
         self._record = record
@@ -37,7 +37,7 @@ class CaptureRunner:
         """See ``Vehicle.capture``."""
         record = self._record
         if record.identity.is_ambiguous(self._tools.clock.now_s()):
-            raise CaptureError(f"two vehicles use system id {record.vehicle_id}: give one of them another id")
+            raise CaptureError(f"two vehicles use system id {record.vehicle_id}: change the id of one of them")
         if self._is_busy:
             raise CaptureError(f"vehicle {record.vehicle_id} is already taking an image")
         self._is_busy = True
@@ -62,7 +62,7 @@ class CaptureRunner:
 
 
 def report_receiver(context: DriverContext, error: BaseException) -> None:
-    """Tell of a receiver of streams that has failed for good; everything else goes on."""
+    """Report a receiver of streams that has failed permanently; everything else continues."""
     context.notify(
         Notice(Severity.CRITICAL, f"a camera's stream is no longer received: {error!r}; restart the service")
     )

@@ -1,4 +1,4 @@
-"""Commanding one exposure and waiting for what is said of it."""
+"""Commanding one exposure and waiting for the report of it."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from aos_gcs.errors import CaptureError
 from aos_gcs.ports import Clock
 
 MESSAGE_PAUSE_S = 1.0
-"""After this time without the message about an image, it is asked for again."""
+"""Time without the message about an image after which it is requested again."""
 
-PATIENCE_S = 3.0
-"""Before a command is sent again that would expose a second image: autopilots do not recognise a repeated one."""
+EXPOSURE_ACK_TIMEOUT_S = 3.0
+"""Time before an unanswered command is sent again, if a repetition exposes a second image: autopilots cannot tell."""
 
 T = TypeVar("T")
 
 
 class LostReportError(LateFrameError):
-    """An image was exposed, and nothing was heard of it."""
+    """An image was exposed, but its report did not arrive."""
 
 
 class Shutter:
-    """Takes images with the cameras of one vehicle, or with that of its autopilot."""
+    """Shutter of a camera of one vehicle, or of the camera that its autopilot triggers."""
 
     def __init__(self, vehicle: VehicleAccess, clock: Clock) -> None:
         self._vehicle = vehicle
@@ -40,16 +40,16 @@ class Shutter:
         ask_again: Callable[[], None],
         deadline_s: float,
         *,
-        ack_timeout_s: float = PATIENCE_S,
+        ack_timeout_s: float = EXPOSURE_ACK_TIMEOUT_S,
     ) -> T:
         """Send the command until it is answered, and return what ``find`` finds.
 
         Args:
-            command: for one exposure.
-            find: looks for the message about the image; told how the command has been answered.
-            ask_again: asks for that message; called every second once the command has been accepted.
-            deadline_s: when to give up.
-            ack_timeout_s: without an answer for so long, the command is sent again.
+            command: command for one exposure.
+            find: looks for the message about the image; called with the answer to the command.
+            ask_again: requests that message; called every second once the command has been accepted.
+            deadline_s: time at which to give up.
+            ack_timeout_s: time without an answer after which the command is sent again.
 
         Raises:
             LostReportError: the command was accepted, but nothing was found by the deadline.
@@ -59,7 +59,7 @@ class Shutter:
         transaction = CommandTransaction(command, ack_timeout_s=ack_timeout_s)
         asked_at_s = math.inf
 
-        def is_news() -> bool:
+        def has_changed() -> bool:
             is_accepted = transaction.answer is Answer.ACCEPTED and math.isinf(asked_at_s)
             return find(transaction.answer) is not None or transaction.answer is Answer.REFUSED or is_accepted
 
@@ -78,13 +78,13 @@ class Shutter:
                 message = transaction.poll(now_s)
                 if message is not None:
                     self._vehicle.send(self._vehicle.record.vehicle_id, command.target_component, message)
-                await self._vehicle.changes.wait_for(is_news, min(deadline_s, transaction.due_s, asked_at_s))
+                await self._vehicle.changes.wait_for(has_changed, min(deadline_s, transaction.due_s, asked_at_s))
         finally:
             self._vehicle.record.transactions.discard(transaction)
         return found
 
     async def wait(self, find: Callable[[], T | None], deadline_s: float) -> T:
-        """Return what ``find`` finds, of a camera that takes its images by itself.
+        """Wait for a camera that takes its images automatically, and return what ``find`` finds.
 
         Raises:
             LateFrameError: nothing was found by the deadline.
@@ -92,11 +92,11 @@ class Shutter:
         await self._vehicle.changes.wait_for(lambda: find() is not None, deadline_s)
         found = find()
         if found is None:
-            raise LateFrameError("no exposure was reported: does the camera take images by itself?")
+            raise LateFrameError("no exposure was reported: check that the camera takes images automatically")
         return found
 
 
 def _too_late(transaction: CommandTransaction) -> LateFrameError:
     if transaction.answer is not Answer.ACCEPTED:
-        return LateFrameError("the camera does not answer")
+        return LateFrameError("the camera does not respond")
     return LostReportError("it was exposed, but the message with its pose and address did not arrive")

@@ -15,7 +15,7 @@ from aos_gcs.ports import Capture
 
 
 class VideoSource:
-    """Takes the first frame of the stream that was exposed after it was asked for."""
+    """Source that takes the first frame of a stream that was exposed after the request."""
 
     def __init__(self, vehicle: VehicleAccess, tools: CaptureTools, settings: CameraSettings) -> None:
         self._vehicle = vehicle
@@ -51,7 +51,7 @@ class VideoSource:
         fov_rad = lens_of(settings.fov_rad)
         offset_s = payload.clock.offset_s(self._record.clock.offset_s)
         if offset_s is None:
-            raise FrameRefusedError("the vehicle has not told its time: no pose belongs to the frame")
+            raise FrameRefusedError("the vehicle has not reported its time: the pose of the frame is unknown")
         boot_s = frame.time.at_s + offset_s
         with_gimbal = settings.mount.carrier is Carrier.GIMBAL
         await self._vehicle.changes.wait_for(
@@ -73,6 +73,6 @@ class VideoSource:
         )
 
     def _address(self) -> str:
-        """Return the stream's address; asked in the receiver's thread, where reading the record is safe."""
+        """Return the stream's address; called in the receiver's thread, where reading the record is safe."""
         host = self._vehicle.host_of(self._record.target.component_id)
         return self._settings.place.url_of(self._record.vehicle_id, host)

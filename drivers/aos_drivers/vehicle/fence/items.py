@@ -1,4 +1,4 @@
-"""Between a geofence and the mission items that MAVLink stores it as (https://mavlink.io/en/services/geofence.html)."""
+"""Conversion between a geofence and MAVLink mission items (https://mavlink.io/en/services/geofence.html)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _OUTSIDE: int = mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_EXCLUSION
 
 
 def items_of(fence: Geofence, target: Target) -> list[mavlink.MAVLink_mission_item_int_message]:
-    """Return the items of the polygons; the ceiling is a matter of parameters."""
+    """Return the items of the polygons; the ceiling is set by parameters."""
     polygons = [(_INSIDE, fence.inclusion_deg), *((_OUTSIDE, polygon) for polygon in fence.exclusions_deg)]
     vertices = [(command, len(polygon), vertex) for command, polygon in polygons for vertex in polygon]
     return [
@@ -43,7 +43,7 @@ def items_of(fence: Geofence, target: Target) -> list[mavlink.MAVLink_mission_it
 def polygons_of(
     items: Sequence[mavlink.MAVLink_mission_item_int_message],
 ) -> tuple[list[tuple[LatLon, ...]], list[tuple[LatLon, ...]], int]:
-    """Return the polygons to stay in, those to stay out of, and the number of items that belong to neither."""
+    """Return inclusion polygons, exclusion polygons, and the number of items that belong to neither."""
     inclusions: list[tuple[LatLon, ...]] = []
     exclusions: list[tuple[LatLon, ...]] = []
     start, others = 0, 0

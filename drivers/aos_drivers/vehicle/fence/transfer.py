@@ -15,16 +15,16 @@ from aos_gcs.errors import CommandRefusedError
 REPEAT_S = 1.0
 """First pause before a message without an answer is sent again."""
 RESTART_S = 5.0
-"""The vehicle asks again for an item that got lost. When it does not for as long, the upload starts over."""
+"""Time without a request after which the upload starts over; the vehicle itself requests a lost item again."""
 MAX_ITEMS = 1000
-"""A vehicle that claims to hold more is not believed."""
+"""Largest credible number of items."""
 _REQUESTS = frozenset({mavlink.MAVLINK_MSG_ID_MISSION_REQUEST_INT, mavlink.MAVLINK_MSG_ID_MISSION_REQUEST})
 
 
 class FenceUpload:
-    """Hands the items over one by one, in the order in which the vehicle asks for them."""
+    """Upload of the items one by one, in the order in which the vehicle requests them."""
 
-    name = "take the geofence"
+    name = "accept the geofence"
 
     def __init__(
         self, target: Target, items: Sequence[mavlink.MAVLink_mission_item_int_message], our_system_id: int
@@ -33,22 +33,22 @@ class FenceUpload:
         self._items = list(items)
         self._our_system_id = our_system_id
         self._next: int | None = None
-        """The item that was asked for last; None before the first."""
-        self._is_asked = False
+        """Item that was requested last; None before the first request."""
+        self._is_requested = False
         self._pause_s = REPEAT_S
         self._result: int | None = None
         self.due_s = -math.inf
 
     @property
     def is_done(self) -> bool:
-        """Whether the vehicle has taken all of it."""
+        """Whether the vehicle has accepted all items."""
         return bool(self._result == mavlink.MAV_MISSION_ACCEPTED)
 
     def poll(self, now_s: float) -> list[mavlink.MAVLink_message]:
-        """Return the number of items, or the item that was asked for.
+        """Return the number of items, or the requested item.
 
         Raises:
-            CommandRefusedError: the vehicle does not take it.
+            CommandRefusedError: the vehicle does not accept it.
         """
         if self._result is not None and not self.is_done:
             raise CommandRefusedError(
@@ -57,9 +57,9 @@ class FenceUpload:
             )
         if now_s < self.due_s:
             return []
-        if self._is_asked and self._next is not None:
-            # Never sent unasked: an item that comes twice is answered as out of sequence.
-            self._is_asked = False
+        if self._is_requested and self._next is not None:
+            # Never sent without a request: a repeated item is answered as out of sequence.
+            self._is_requested = False
             self.due_s = now_s + RESTART_S
             return [self._items[self._next]]
         self._next = None
@@ -69,11 +69,11 @@ class FenceUpload:
         return [mavlink.MAVLink_mission_count_message(system_id, component_id, len(self._items), FENCE)]
 
     def on_message(self, message: mavlink.MAVLink_message) -> None:
-        """Take a request for an item, or the result, over."""
+        """Process a request for an item, or the result."""
         if not _is_for(message, self._our_system_id):
             return
         if message.get_msgId() in _REQUESTS and message.seq < len(self._items):
-            self._next, self._is_asked = message.seq, True
+            self._next, self._is_requested = message.seq, True
             self._pause_s = REPEAT_S
             self.due_s = -math.inf
         elif message.get_msgId() == mavlink.MAVLINK_MSG_ID_MISSION_ACK:
@@ -84,17 +84,17 @@ class FenceUpload:
         if is_early or result == mavlink.MAV_MISSION_INVALID_SEQUENCE:
             return
         if result == mavlink.MAV_MISSION_OPERATION_CANCELLED:
-            # It has given up waiting for an item that got lost.
-            self._next, self._is_asked = None, False
+            # It has given up waiting for an item that was lost.
+            self._next, self._is_requested = None, False
         else:
             self._result = result
         self.due_s = -math.inf
 
 
 class FenceDownload:
-    """Asks for the number of items and then for one after the other."""
+    """Download: first the number of items, then one item after the other."""
 
-    name = "tell its geofence"
+    name = "report its geofence"
 
     def __init__(self, target: Target, our_system_id: int) -> None:
         self._target = target
@@ -104,22 +104,22 @@ class FenceDownload:
         self._pause_s = REPEAT_S
         self._is_confirmed = False
         self.items: list[mavlink.MAVLink_mission_item_int_message] = []
-        """In order; complete when done."""
+        """Items in order; complete when done."""
         self.due_s = -math.inf
 
     @property
     def is_done(self) -> bool:
-        """Whether all items have come, and the vehicle has been told so."""
+        """Whether all items have arrived, and their receipt is confirmed."""
         return self._is_confirmed
 
     def poll(self, now_s: float) -> list[mavlink.MAVLink_message]:
         """Return the next request, or the confirmation.
 
         Raises:
-            CommandRefusedError: the vehicle does not tell.
+            CommandRefusedError: the vehicle does not report them.
         """
         if self._problem:
-            raise CommandRefusedError(f"vehicle {self._target.system_id} does not tell its geofence: {self._problem}")
+            raise CommandRefusedError(f"vehicle {self._target.system_id} does not report its geofence: {self._problem}")
         if now_s < self.due_s:
             return []
         self.due_s = now_s + self._pause_s
@@ -133,14 +133,14 @@ class FenceDownload:
         return [mavlink.MAVLink_mission_ack_message(*target, mavlink.MAV_MISSION_ACCEPTED, FENCE)]
 
     def on_message(self, message: mavlink.MAVLink_message) -> None:
-        """Take the number, an item or a refusal over."""
+        """Process the number of items, an item or a refusal."""
         if not _is_for(message, self._our_system_id):
             return
         match message.get_msgId():
             case mavlink.MAVLINK_MSG_ID_MISSION_COUNT if self._count is None:
                 self._count = message.count
                 if message.count > MAX_ITEMS:
-                    self._problem = f"{message.count} points are more than any autopilot stores"
+                    self._problem = f"{message.count} points are more than any autopilot can store"
             case mavlink.MAVLINK_MSG_ID_MISSION_ITEM_INT if self._count and message.seq == len(self.items):
                 self.items.append(message)
             case mavlink.MAVLINK_MSG_ID_MISSION_ACK if message.type != mavlink.MAV_MISSION_ACCEPTED:
@@ -152,7 +152,7 @@ class FenceDownload:
 
 
 def _is_for(message: mavlink.MAVLink_message, our_system_id: int) -> bool:
-    """Whether a message belongs to an exchange about fences with us; 0 stands for everybody."""
+    """Whether a message belongs to a transfer of a fence with us; 0 means all stations."""
     is_about_fences = getattr(message, "mission_type", None) == FENCE
     return is_about_fences and message.target_system in (0, our_system_id)
 

@@ -12,12 +12,12 @@ _FLOATS = frozenset({mavlink.MAV_PARAM_TYPE_REAL32, mavlink.MAV_PARAM_TYPE_REAL6
 
 
 class ParameterEncoding(Enum):
-    """How integers travel in the float of PARAM_VALUE and PARAM_SET."""
+    """Encoding of integers in the float of PARAM_VALUE and PARAM_SET."""
 
     CAST = auto()
-    """As the float of the same value: ArduPilot."""
+    """Float of the same value: ArduPilot."""
     BYTEWISE = auto()
-    """As the float that has the integer's bytes: PX4."""
+    """Float that has the integer's bytes: PX4."""
 
     def decode(self, value: float, kind: int) -> float:
         """Return the value that a message carries; ``kind`` is its MAV_PARAM_TYPE."""
@@ -27,7 +27,7 @@ class ParameterEncoding(Enum):
         return float(number)
 
     def encode(self, value: float, kind: int) -> float:
-        """Return what a message has to carry."""
+        """Return the value that a message has to carry."""
         if self is ParameterEncoding.CAST or kind in _FLOATS:
             return value
         (carrier,) = struct.unpack("<f", struct.pack("<i", round(value)))
@@ -36,8 +36,8 @@ class ParameterEncoding(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """A parameter as the vehicle has told it."""
+    """A parameter as reported by the vehicle."""
 
     value: float
     kind: int
-    """MAV_PARAM_TYPE; a write has to repeat it."""
+    """MAV_PARAM_TYPE, which a write has to repeat."""

@@ -15,16 +15,16 @@ from aos_gcs.errors import CommandRefusedError
 REPEAT_S = 0.7
 """First pause before a request without an answer is sent again."""
 _OPTIONAL_ATTEMPTS = 6
-"""A parameter that may be missing is taken to be so after as many requests."""
-_PATIENCE = 4
-"""A vehicle that answers as many writes with another value than the one written will not take it."""
+"""Requests after which an optional parameter is taken to be missing."""
+_MAX_REFUSALS = 4
+"""Answers with another value than the written one after which the vehicle is taken to refuse it."""
 _TOLERANCE = 1e-4
 
 
 class ParameterRead:
-    """Reads parameters, all at the same time. Of names that stand together one has to exist: old and new names."""
+    """Read of several parameters at the same time. A tuple holds old and new names, of which one has to exist."""
 
-    name = "tell its parameters"
+    name = "report its parameters"
 
     def __init__(
         self,
@@ -39,29 +39,29 @@ class ParameterRead:
         self._optional = tuple(optional)
         self._attempts = 0
         self._pause_s = REPEAT_S
-        self._asked_for = 0
-        """How many names."""
+        self._requested = 0
+        """Number of names in the last request."""
         self.due_s = -math.inf
         self.found: dict[str, Parameter] = {}
-        """By name, what has been read so far."""
+        """Parameters read so far, by name."""
 
     @property
     def is_done(self) -> bool:
-        """Whether all required ones have come, and the optional ones have come or do not exist."""
+        """Whether all required ones have arrived, and the optional ones have arrived or do not exist."""
         has_required = all(any(name in self.found for name in names) for names in self._required)
         has_optional = all(name in self.found for name in self._optional)
         return has_required and (has_optional or self._attempts > _OPTIONAL_ATTEMPTS)
 
     def poll(self, now_s: float) -> list[mavlink.MAVLink_message]:
-        """Return the requests for all that is missing."""
+        """Return the requests for all missing parameters."""
         if now_s < self.due_s:
             return []
         self._attempts += 1
         required, optional = self._missing(self._required), self._missing([(name,) for name in self._optional])
         missing = [*required, *optional]
-        is_stuck = bool(required) and len(missing) == self._asked_for
+        is_stuck = bool(required) and len(missing) == self._requested
         self._pause_s = longer(self._pause_s) if is_stuck else REPEAT_S
-        self._asked_for = len(missing)
+        self._requested = len(missing)
         self.due_s = now_s + self._pause_s
         return [
             mavlink.MAVLink_param_request_read_message(
@@ -74,7 +74,7 @@ class ParameterRead:
         return [name for names in groups if not any(name in self.found for name in names) for name in names]
 
     def on_message(self, message: mavlink.MAVLink_message) -> None:
-        """Take a PARAM_VALUE over."""
+        """Process a PARAM_VALUE."""
         if message.get_msgId() != mavlink.MAVLINK_MSG_ID_PARAM_VALUE:
             return
         wanted = {*self._optional, *(name for names in self._required for name in names)}
@@ -85,9 +85,9 @@ class ParameterRead:
 
 
 class ParameterWrite:
-    """Writes parameters and waits until the vehicle repeats each with its new value."""
+    """Write of parameters that ends when the vehicle has repeated each with its new value."""
 
-    name = "take its parameters"
+    name = "accept its parameters"
 
     def __init__(self, target: Target, encoding: ParameterEncoding, values: Mapping[str, Parameter]) -> None:
         self._target = target
@@ -96,7 +96,7 @@ class ParameterWrite:
         self._refusals: dict[str, int] = {}
         self._pause_s = REPEAT_S
         self._unanswered: set[str] = set()
-        """Written since the last answer. Further answers are late ones, to a read or to an earlier write."""
+        """Names written since the last answer. Further answers are late ones, to a read or to an earlier write."""
         self.due_s = -math.inf
 
     @property
@@ -110,11 +110,11 @@ class ParameterWrite:
         Raises:
             CommandRefusedError: the vehicle keeps another value.
         """
-        refused = [name for name, count in self._refusals.items() if count >= _PATIENCE]
+        refused = [name for name, count in self._refusals.items() if count >= _MAX_REFUSALS]
         if refused:
             raise CommandRefusedError(
-                f"vehicle {self._target.system_id} does not take {refused[0]} = {self._open[refused[0]].value:g}: "
-                "set it by hand"
+                f"vehicle {self._target.system_id} does not accept {refused[0]} = {self._open[refused[0]].value:g}: "
+                "set it manually"
             )
         if now_s < self.due_s:
             return []
@@ -133,7 +133,7 @@ class ParameterWrite:
         ]
 
     def on_message(self, message: mavlink.MAVLink_message) -> None:
-        """Take a PARAM_VALUE over."""
+        """Process a PARAM_VALUE."""
         if message.get_msgId() != mavlink.MAVLINK_MSG_ID_PARAM_VALUE or message.param_id not in self._open:
             return
         name = message.param_id
