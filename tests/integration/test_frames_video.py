@@ -9,7 +9,9 @@ import socket
 import threading
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import ExitStack, asynccontextmanager, contextmanager
+from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -20,11 +22,12 @@ from aos_drivers.frames.settings import CameraSettings, ImagePlace, SourceKind
 from aos_drivers.frames.stream_clock import SENDER_SIGMA_S
 from aos_drivers.frames.video import KEPT_FRAMES, VideoReceiver
 from aos_gcs.clock import LoopClock
-from tests.integration.test_frames_reported import PITCH_DEG, ShutterVehicle, bench, deadline_s
+from tests.fakes.shutter_vehicle import LIMITS, PITCH_DEG, ShutterVehicle, deadline_s, open_camera
 
 av = pytest.importorskip("av", reason="needs the extra video")
 
 WIDTH, HEIGHT, RATE_HZ = 64, 48, 20
+bench = partial(open_camera, fetcher=SimpleNamespace(limits=LIMITS))
 FOV_RAD = 0.9
 
 

@@ -1,13 +1,14 @@
-"""``aos-gcs doctor`` on real sockets."""
+"""``aos-gcs doctor`` as a command, and what it finds in traffic over links; in virtual time."""
 
 from __future__ import annotations
 
+import asyncio
 import json
 import socket
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Coroutine
+from typing import TypeVar
 
+import looptime
 import pytest
 
 from aos_drivers.links.address import parse_link
@@ -15,58 +16,48 @@ from aos_drivers.mavlink.doctor.command import examine
 from aos_drivers.mavlink.doctor.diagnosis import Level, diagnose
 from aos_gcs.cli import main
 from aos_gcs.clock import LoopClock
+from tests.fakes.air import HOST, Air
 from tests.fakes.mavlink_vehicle import FakeVehicle
+from tests.fakes.mission_flight import InlineExecutor
 
-HOST = "127.0.0.1"
-SPEED = 8.0
-
-
-@pytest.fixture(autouse=True)
-def no_usual_ports(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Leave the ports of this computer to whoever uses them."""
-    monkeypatch.setattr("aos_drivers.mavlink.doctor.command._USUAL_PORTS", ())
+T = TypeVar("T")
+PORT, OTHER_PORT = 14550, 14540
 
 
-def free_port() -> int:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind((HOST, 0))
-        return int(probe.getsockname()[1])
+async def beside_a_vehicle(work: Coroutine[object, object, T], port: int | None) -> T:
+    """Do the work while a vehicle sends everything to ``port``, ten times a second, if there is one."""
+    loop = asyncio.get_running_loop()
+    Air().install(loop)
+    loop.set_default_executor(InlineExecutor(1))
+    if port is None:
+        return await work
+    transport, _ = await loop.create_datagram_endpoint(asyncio.DatagramProtocol, remote_addr=(HOST, port))
+    vehicle = FakeVehicle(1)
 
+    async def send() -> None:
+        while True:
+            transport.sendto(vehicle.telemetry())
+            await asyncio.sleep(0.1)
 
-@contextmanager
-def vehicle_sending_to(port: int, period_s: float) -> Iterator[None]:
-    """A vehicle that sends everything each ``period_s``, until left."""
-    stop = threading.Event()
-
-    def send() -> None:
-        vehicle = FakeVehicle(1)
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as link:
-            while not stop.wait(period_s):
-                link.sendto(vehicle.telemetry(), (HOST, port))
-
-    thread = threading.Thread(target=send)
-    thread.start()
+    sending = asyncio.create_task(send())
     try:
-        yield
+        return await work
     finally:
-        stop.set()
-        thread.join()
+        sending.cancel()
 
 
-async def test_a_vehicle_on_a_socket_is_healthy() -> None:
-    port = free_port()
-    with vehicle_sending_to(port, 0.005):
-        examination = await examine([parse_link(f"udpin://{HOST}:{port}")], 254, 5.0, LoopClock(SPEED))
-    findings = diagnose(examination)
+@pytest.mark.looptime
+async def test_a_vehicle_on_the_link_is_healthy() -> None:
+    work = examine([parse_link(f"udpin://{HOST}:{PORT}")], 254, 5.0, LoopClock())
+    findings = diagnose(await beside_a_vehicle(work, PORT))
     assert [finding.code for finding in findings] == ["vehicle"]
 
 
-async def test_a_vehicle_that_sends_to_another_usual_port_is_found_there(monkeypatch: pytest.MonkeyPatch) -> None:
-    other = free_port()
-    monkeypatch.setattr("aos_drivers.mavlink.doctor.command._USUAL_PORTS", (other,))
-    with vehicle_sending_to(other, 0.005):
-        examination = await examine([parse_link(f"udpin://{HOST}:{free_port()}")], 254, 5.0, LoopClock(SPEED))
-    assert examination.elsewhere == [other]
+@pytest.mark.looptime
+async def test_a_vehicle_that_sends_to_another_usual_port_is_found_there() -> None:
+    work = examine([parse_link(f"udpin://{HOST}:{PORT}")], 254, 5.0, LoopClock())
+    examination = await beside_a_vehicle(work, OTHER_PORT)
+    assert examination.elsewhere == [OTHER_PORT]
     assert [finding.code for finding in diagnose(examination)] == ["no_packets", "wrong_port"]
 
 
@@ -76,17 +67,27 @@ def run(arguments: list[str]) -> int | str | None:
     return left.value.code
 
 
-def test_exit_codes_and_json(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.setattr("aos_drivers.mavlink.doctor.command.LoopClock", lambda: LoopClock(SPEED))
-    port = free_port()
-    link = f"udpin://{HOST}:{port}"
-    with vehicle_sending_to(port, 0.005):
-        assert run([link, "--seconds", "5", "--json"]) == 0
+@pytest.mark.parametrize("port", [PORT, None])
+def test_exit_codes_text_and_json(
+    port: int | None, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def run_in_virtual_time(work: Coroutine[object, object, T]) -> T:
+        loop = looptime.new_event_loop()
+        try:
+            return loop.run_until_complete(beside_a_vehicle(work, port))
+        finally:
+            loop.close()
+
+    monkeypatch.setattr(asyncio, "run", run_in_virtual_time)
+    link = f"udpin://{HOST}:{PORT}"
+    is_healthy = port is not None
+    assert run([link, "--seconds", "5", "--json"]) == int(not is_healthy)
     told = json.loads(capsys.readouterr().out)
-    assert told["healthy"] is True
-    assert [finding["level"] for finding in told["findings"]] == [Level.OK]
-    assert run([link, "--seconds", "5"]) == 1
-    assert f"PROBLEM nothing arrives on {link}" in capsys.readouterr().out
+    assert told["healthy"] is is_healthy
+    assert [finding["level"] for finding in told["findings"]] == [Level.OK if is_healthy else Level.PROBLEM]
+    assert run([link, "--seconds", "5"]) == int(not is_healthy)
+    text = "No problems found." if is_healthy else f"PROBLEM nothing arrives on {link}"
+    assert text in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

@@ -25,6 +25,8 @@ from tests.timing import scaled_s
 
 HOST = "127.0.0.1"
 KEY = bytes(range(32))
+PATIENT_S = 900.0
+"""Deadline in clock seconds, ten to a real one, for what happens at once on an idle machine."""
 
 
 def free_port(kind: socket.SocketKind) -> int:
@@ -76,7 +78,7 @@ async def test_vehicles_on_one_udp_port_get_their_own_commands_and_all_is_logged
         for peer in peers:
             peer.transport.sendto(peer.vehicle.telemetry())
         await until(lambda: set(fleet.vehicles()) == {1, 2, 3})
-        await fleet.vehicles()[2].execute(Land(), context.clock.now_s() + 50.0)
+        await fleet.vehicles()[2].execute(Land(), context.clock.now_s() + PATIENT_S)
         assert [peer.vehicle.custom_mode for peer in peers] == [0, 9, 0]
         await until(lambda: all(peer.vehicle.heard_heartbeats > 1 for peer in peers))
         for number, peer in enumerate(peers, 1):
@@ -124,7 +126,7 @@ async def test_tcpout_comes_back_after_a_broken_connection() -> None:
             await until(lambda: len(connections) == 2)
             heard_at_s = fleet.vehicles()[5].state.heard_at_s
             await until(lambda: fleet.vehicles()[5].state.heard_at_s != heard_at_s)
-            await fleet.vehicles()[5].execute(Land(), context.clock.now_s() + 50.0)
+            await fleet.vehicles()[5].execute(Land(), context.clock.now_s() + PATIENT_S)
     assert [notice.text for notice in notices if "lost; reconnecting" in notice.text]
 
 
@@ -135,7 +137,7 @@ async def test_tcpin_serves_vehicles_that_call() -> None:
         reader, writer = await asyncio.open_connection(HOST, port)
         talking = asyncio.create_task(talk_tcp(reader, writer, FakeVehicle(6)))
         await until(lambda: 6 in fleet.vehicles())
-        await fleet.vehicles()[6].execute(Land(), context.clock.now_s() + 50.0)
+        await fleet.vehicles()[6].execute(Land(), context.clock.now_s() + PATIENT_S)
     await talking
 
 
@@ -153,7 +155,7 @@ async def test_a_signed_link_commands_a_vehicle_that_verifies_and_ignores_one_th
         for peer in (unsigned, signing):
             peer.transport.sendto(peer.vehicle.telemetry())
         await until(lambda: 1 in fleet.vehicles())
-        await fleet.vehicles()[1].execute(Land(), context.clock.now_s() + 50.0)
+        await fleet.vehicles()[1].execute(Land(), context.clock.now_s() + PATIENT_S)
         assert set(fleet.vehicles()) == {1}
         assert any("system id 2" in notice.text and "not signed" in notice.text for notice in notices)
         for peer in (unsigned, signing):
@@ -179,10 +181,10 @@ async def test_a_vehicle_on_two_links_is_commanded_over_the_one_that_lives() -> 
 
         speaking = asyncio.create_task(speak())
         await until(lambda: 1 in fleet.vehicles() and living_addresses(fleet) == 2)
-        await fleet.vehicles()[1].execute(Hold(), context.clock.now_s() + 50.0)
+        await fleet.vehicles()[1].execute(Hold(), context.clock.now_s() + PATIENT_S)
         ends.pop(0).transport.close()
         await until(lambda: any("is now reached at" in notice.text for notice in notices))
-        await fleet.vehicles()[1].execute(Land(), context.clock.now_s() + 50.0)
+        await fleet.vehicles()[1].execute(Land(), context.clock.now_s() + PATIENT_S)
         speaking.cancel()
         ends[0].transport.close()
     assert [notice for notice in notices if notice.severity is Severity.CRITICAL] == []
@@ -226,14 +228,14 @@ async def test_a_serial_device_that_vanishes_is_used_again_when_it_comes_back(tm
     async with open_mavlink([f"serial://{device}:57600"], context) as fleet:
         far_end.speak()
         await until(lambda: 7 in fleet.vehicles())
-        await fleet.vehicles()[7].execute(Land(), context.clock.now_s() + 50.0)
+        await fleet.vehicles()[7].execute(Land(), context.clock.now_s() + PATIENT_S)
         far_end.unplug()
         await until(lambda: any("lost; reconnecting" in notice.text for notice in notices))
         far_end = SerialVehicle(7, device)
         await until(lambda: any("restored" in notice.text for notice in notices))
         far_end.vehicle.boot_ms += 60_000
         far_end.speak()
-        await fleet.vehicles()[7].execute(Land(), context.clock.now_s() + 50.0)
+        await fleet.vehicles()[7].execute(Land(), context.clock.now_s() + PATIENT_S)
     far_end.unplug()
 
 

@@ -1,4 +1,4 @@
-"""Geotagged photographs as the frames of a vehicle."""
+"""Geotagged photographs as the frames of a vehicle, in virtual time."""
 
 from __future__ import annotations
 
@@ -18,9 +18,10 @@ from aos_gcs.geometry.poses import nadir_pose
 from tests.fakes.mavlink_fleet import open_network
 from tests.fakes.mavlink_vehicle import HOME
 from tests.fakes.photographs import exif_block, write_photograph, xmp_packet
-from tests.integration.test_frames_reported import ShutterVehicle, bench, deadline_s
+from tests.fakes.shutter_vehicle import ShutterVehicle, deadline_s, open_camera
 
 pytest.importorskip("PIL", reason="needs the extra geo")
+pytestmark = pytest.mark.looptime
 
 XMP = {
     "drone-dji:GpsLatitude": HOME.latitude_deg,
@@ -53,7 +54,7 @@ async def test_a_photograph_brings_its_pose_and_its_lens(tmp_path: Path) -> None
     photographer(tmp_path, XMP | {"drone-dji:GimbalYawDegree": "0"})(1)  # of another flight
     taken_at = {0x9003: "2099:11:20 14:00:00", 0x9011: "+02:00"}
     vehicle = ShutterVehicle(photographer(tmp_path, XMP, taken_at))
-    async with bench(vehicle, settings_of(tmp_path)) as network:
+    async with open_camera(vehicle, settings_of(tmp_path)) as network:
         await network.clock.sleep(0.2)
         capture = await network.vehicle().capture(deadline_s(network))
         state = network.vehicle().state.camera
@@ -85,7 +86,7 @@ async def test_a_photograph_brings_its_pose_and_its_lens(tmp_path: Path) -> None
 async def test_photographs_that_cannot_be_used_are_named(
     tmp_path: Path, xmp: dict[str, object], camera: dict[int, object], error: type[CaptureError], words: str
 ) -> None:
-    async with bench(ShutterVehicle(photographer(tmp_path, xmp, camera)), settings_of(tmp_path)) as network:
+    async with open_camera(ShutterVehicle(photographer(tmp_path, xmp, camera)), settings_of(tmp_path)) as network:
         await network.clock.sleep(0.1)
         with pytest.raises(error, match=words):
             await network.vehicle().capture(deadline_s(network))
