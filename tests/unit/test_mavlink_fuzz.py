@@ -49,7 +49,9 @@ class Arrival:
 def valid_packets(draw: st.DrawFn) -> bytes:
     message_id = draw(st.sampled_from(TALKATIVE) | st.sampled_from(sorted(mavlink.mavlink_map)))
     kind = mavlink.mavlink_map[message_id]
-    encoder = mavlink.MAVLink(None, draw(st.integers(0, 255)), draw(st.sampled_from([0, 1, 100, 190, 255])))
+    encoder = mavlink.MAVLink(
+        None, draw(st.just(1) | st.integers(0, 255)), draw(st.sampled_from([0, 1, 100, 190, 255]))
+    )
     encoder.seq = draw(st.integers(0, 255))
     key = draw(st.sampled_from([None, KEY, OTHER_KEY]))
     if key is not None:

@@ -1,8 +1,6 @@
 from __future__ import annotations
 
-import hypothesis.strategies as st
 import pytest
-from hypothesis import given, settings
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.links.address import PeerAddress
@@ -400,36 +398,3 @@ def test_a_camera_is_found_by_its_heartbeat_and_asked_about_itself() -> None:
     session.poll(0.1)
     asked = requested(session.take_outgoing(), mavlink.MAV_CMD_REQUEST_MESSAGE)
     assert {mavlink.MAVLINK_MSG_ID_CAMERA_INFORMATION, mavlink.MAVLINK_MSG_ID_CAMERA_CAPTURE_STATUS} <= set(asked)
-
-
-# --- fuzz -----------------------------------------------------------------------------------------------------------
-
-
-@settings(max_examples=100, deadline=None)
-@given(st.lists(st.tuples(st.sampled_from([A, B]), st.binary(max_size=200)), max_size=10))
-def test_random_bytes_never_raise(chunks: list[tuple[PeerAddress, bytes]]) -> None:
-    session = new_session()
-    session.feed(FakeVehicle().telemetry(), A, 0.0)
-    for number, (peer, data) in enumerate(chunks):
-        session.feed(data, peer, float(number))
-        session.poll(float(number))
-    session.records[1].state(10.0)
-
-
-KNOWN_IDS = sorted(mavlink.mavlink_map)
-
-
-@settings(max_examples=200, deadline=None)
-@given(st.sampled_from(KNOWN_IDS), st.binary(min_size=1, max_size=255), st.sampled_from([1, 100]))
-def test_valid_packets_with_random_content_never_raise(message_id: int, payload: bytes, component_id: int) -> None:
-    session = new_session()
-    vehicle = FakeVehicle()
-    session.feed(vehicle.telemetry() + vehicle.camera_heartbeat(), A, 0.0)
-    kind = mavlink.mavlink_map[message_id]
-    encoder = mavlink.MAVLink(None, srcSystem=1, srcComponent=component_id)
-    message = mavlink.MAVLink_message(message_id, kind.msgname)
-    packet = message._pack(encoder, kind.crc_extra, payload[: kind.unpacker.size])
-    session.feed(packet, A, 1.0)
-    session.poll(1.0)
-    session.poll(5.0)
-    session.records[1].state(1.0)
