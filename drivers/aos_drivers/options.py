@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from aos_drivers.frames.fetching import ImageLimits
+from aos_drivers.frames.files.fetching import ImageLimits
 from aos_drivers.frames.settings import CameraPlan, parse_cameras
 from aos_drivers.option_table import OptionTable
 

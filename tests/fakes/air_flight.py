@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from aos_drivers.frames.fetching import Download, ImageFetcher
+from aos_drivers.frames.files.fetching import Download, ImageFetcher
 from aos_drivers.mavlink.service import MavlinkFleet, open_mavlink
 from aos_gcs.clock import LoopClock
 from aos_gcs.geometry.camera import CameraModel

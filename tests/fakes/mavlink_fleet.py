@@ -8,7 +8,7 @@ from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 from typing import cast
 
-from aos_drivers.frames.fetching import ImageFetcher
+from aos_drivers.frames.files.fetching import ImageFetcher
 from aos_drivers.frames.settings import CameraPlan
 from aos_drivers.links.address import PeerAddress
 from aos_drivers.mavlink.service import MavlinkFleet

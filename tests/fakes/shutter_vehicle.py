@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from aos_drivers.frames.fetching import ImageFetcher, ImageLimits
+from aos_drivers.frames.files.fetching import ImageFetcher, ImageLimits
 from aos_drivers.frames.settings import CameraPlan, CameraSettings
 from tests.fakes.mavlink_fleet import Network, open_network
 from tests.fakes.mavlink_vehicle import HOME, FakeVehicle

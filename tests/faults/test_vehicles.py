@@ -10,7 +10,7 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.frames.errors import LateFrameError, TornFrameError
-from aos_drivers.frames.fetching import Download, ImageFetcher
+from aos_drivers.frames.files.fetching import Download, ImageFetcher
 from aos_gcs.mission.model import Action, Outcome, Phase, Task
 from aos_gcs.planning.settings import Deadlines
 from aos_sim.swarm import SimulatedSwarm

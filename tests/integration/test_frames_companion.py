@@ -12,7 +12,7 @@ import pytest
 from aiohttp import web
 
 from aos_drivers.frames.errors import LateFrameError
-from aos_drivers.frames.fetching import ImageFetcher
+from aos_drivers.frames.files.fetching import ImageFetcher
 from aos_drivers.frames.settings import CameraSettings, ImagePlace, SourceKind
 from aos_gcs.clock import LoopClock
 from tests.fakes.mavlink_fleet import Network

@@ -14,7 +14,7 @@ import pytest
 from aiohttp import web
 
 from aos_drivers.frames.errors import PendingImageError, TornFrameError
-from aos_drivers.frames.fetching import ImageFetcher, ImageLimits
+from aos_drivers.frames.files.fetching import ImageFetcher, ImageLimits
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import CaptureError
 

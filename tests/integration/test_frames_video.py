@@ -19,8 +19,8 @@ import pytest
 
 from aos_drivers.frames.errors import FrameRefusedError, LateFrameError
 from aos_drivers.frames.settings import CameraSettings, ImagePlace, SourceKind
-from aos_drivers.frames.stream_clock import SENDER_SIGMA_S
-from aos_drivers.frames.video import KEPT_FRAMES, VideoReceiver
+from aos_drivers.frames.stream.clock import SENDER_SIGMA_S
+from aos_drivers.frames.stream.receiver import KEPT_FRAMES, VideoReceiver
 from aos_gcs.clock import LoopClock
 from tests.fakes.shutter_vehicle import LIMITS, PITCH_DEG, ShutterVehicle, deadline_s, open_camera
 

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aos_drivers.frames.headers import picture_sizes
-from aos_drivers.frames.images import decode_image
+from aos_drivers.frames.files.headers import picture_sizes
+from aos_drivers.frames.files.images import decode_image
 from aos_gcs.errors import CaptureError
 
 RNG = np.random.default_rng(5)

@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aos_drivers.frames.companion import parse_listing
 from aos_drivers.frames.errors import FrameRefusedError
-from aos_drivers.frames.matching import FileStamp, Wanted, choose, is_image_name, newest
-from aos_drivers.frames.mount import Carrier
+from aos_drivers.frames.files.companion import parse_listing
+from aos_drivers.frames.files.matching import FileStamp, Wanted, choose, is_image_name, newest
+from aos_drivers.frames.poses.mount import Carrier
 from aos_drivers.frames.settings import SourceKind
 from aos_drivers.options import DriverOptions
 from aos_gcs.errors import CaptureError, ConfigurationError

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from aos_drivers.frames.errors import FrameRefusedError
-from aos_drivers.frames.fetching import ImageLimits
+from aos_drivers.frames.files.fetching import ImageLimits
 from aos_drivers.frames.settings import CameraPlan, CameraSettings, ImagePlace, SourceKind
 from aos_gcs.errors import CaptureError
 from aos_gcs.geometry.poses import nadir_pose

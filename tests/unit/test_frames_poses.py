@@ -10,18 +10,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from aos_drivers.frames.clocks import BootClock, LeastDelay, unwrap_us
 from aos_drivers.frames.errors import FrameRefusedError
-from aos_drivers.frames.gimbal import (
+from aos_drivers.frames.poses.clocks import BootClock, LeastDelay, unwrap_us
+from aos_drivers.frames.poses.gimbal import (
     YAW_IN_EARTH_FRAME,
     YAW_IN_VEHICLE_FRAME,
     YAW_LOCK,
     gimbal_attitude,
     heading_of,
 )
-from aos_drivers.frames.mount import CameraMount, Carrier, camera_pose
-from aos_drivers.frames.plausibility import check_pose, check_quaternion
-from aos_drivers.frames.track import KEPT_S, Motion, PoseTrack, Samples, slerp
+from aos_drivers.frames.poses.mount import CameraMount, Carrier, camera_pose
+from aos_drivers.frames.poses.plausibility import check_pose, check_quaternion
+from aos_drivers.frames.poses.track import KEPT_S, Motion, PoseTrack, Samples, slerp
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.geometry.poses import nadir_pose
 

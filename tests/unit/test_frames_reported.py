@@ -11,7 +11,7 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.frames.errors import FrameRefusedError, LateFrameError, TornFrameError
-from aos_drivers.frames.mount import CameraMount, Carrier
+from aos_drivers.frames.poses.mount import CameraMount, Carrier
 from aos_drivers.frames.settings import CameraSettings, ImagePlace, SourceKind
 from aos_gcs.errors import CaptureError
 from aos_gcs.geometry.poses import nadir_pose

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from aos_drivers.frames.images import Image
+from aos_drivers.frames.files.images import Image
 from aos_drivers.frames.settings import CameraPlan, CameraSettings
 from aos_gcs.errors import CaptureError
 from aos_gcs.geometry.poses import mavlink_quaternion_from_R_cam2enu, nadir_pose

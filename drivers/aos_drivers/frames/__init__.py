@@ -1,12 +1,12 @@
-"""Frames from real vehicles, whatever the driver: images, when they were exposed, and from where.
+"""Frames from real vehicles, whatever the driver: images, their times of exposure and their poses.
 
 | modules | |
 |---|---|
-| ``settings``, ``errors``, ``counts`` | which source a vehicle has; why a frame is not used; how often |
-| ``track``, ``gimbal``, ``mount``, ``clocks``, ``plausibility`` | the pose at exposure, and whether it can be |
-| ``headers``, ``images`` | from a file to an image |
-| ``fetching``, ``folder``, ``companion``, ``matching``, ``stores`` | finding the file of an exposure |
-| ``photos``, ``stream_clock``, ``video`` | photographs with geotags, and streams |
+| ``settings`` | the source of each vehicle's frames |
+| ``errors`` | reasons for not using a frame, and counts |
+| ``poses`` | the pose at exposure, and its plausibility |
+| ``files`` | from the file of an exposure to an image |
+| ``stream`` | video streams |
 
 See docs/frames.md.
 """

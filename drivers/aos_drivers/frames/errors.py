@@ -1,8 +1,9 @@
-"""Reasons for not using a frame; frames are counted by these classes (``aos_gcs.ports.CameraState``)."""
+"""Reasons for not using a frame, and the counts of frames by these reasons (``aos_gcs.ports.CameraState``)."""
 
 from __future__ import annotations
 
 from aos_gcs.errors import CaptureError
+from aos_gcs.ports import CameraState
 
 
 class FrameRefusedError(CaptureError):
@@ -19,3 +20,40 @@ class LateFrameError(CaptureError):
 
 class PendingImageError(CaptureError):
     """An image that is not available yet."""
+
+
+class FrameCounts:
+    """Frame counts of one vehicle since the driver was opened."""
+
+    def __init__(self, source: str) -> None:
+        self._source = source
+        self._frames = 0
+        self._missed = {"refused": 0, "late": 0, "torn": 0, "failed": 0}
+        self._problem = ""
+
+    def take(self) -> None:
+        """Count a frame that was used."""
+        self._frames += 1
+
+    def miss(self, error: CaptureError) -> bool:
+        """Count a missed frame; return whether to notify: for the first, second, fourth … of its kind."""
+        kind = _kind(error)
+        self._missed[kind] += 1
+        self._problem = str(error)
+        count = self._missed[kind]
+        return count & (count - 1) == 0
+
+    def state(self) -> CameraState:
+        """Return the snapshot that crosses the port."""
+        return CameraState(source=self._source, frames=self._frames, problem=self._problem, **self._missed)
+
+
+def _kind(error: CaptureError) -> str:
+    match error:
+        case FrameRefusedError():
+            return "refused"
+        case LateFrameError():
+            return "late"
+        case TornFrameError():
+            return "torn"
+    return "failed"

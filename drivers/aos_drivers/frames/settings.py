@@ -11,7 +11,7 @@ from string import Formatter
 from types import MappingProxyType
 from typing import TypeVar
 
-from aos_drivers.frames.mount import CameraMount, Carrier
+from aos_drivers.frames.poses.mount import CameraMount, Carrier
 from aos_drivers.option_table import OptionTable
 from aos_gcs.errors import CaptureError, ConfigurationError
 from aos_gcs.extras import load_extra

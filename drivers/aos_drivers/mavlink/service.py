@@ -12,7 +12,7 @@ import aiohttp
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.background import BackgroundTasks
-from aos_drivers.frames.fetching import ImageFetcher
+from aos_drivers.frames.files.fetching import ImageFetcher
 from aos_drivers.links.address import PeerAddress, parse_link
 from aos_drivers.links.opener import Endpoint, LinkOpener
 from aos_drivers.links.recorder import TlogRecorder, open_recorder

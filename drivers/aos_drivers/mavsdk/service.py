@@ -12,7 +12,7 @@ from mavsdk import Mavsdk
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.background import BackgroundTasks
-from aos_drivers.frames.fetching import ImageFetcher
+from aos_drivers.frames.files.fetching import ImageFetcher
 from aos_drivers.links.address import LinkAddress, PeerAddress, parse_link
 from aos_drivers.links.heartbeat import HEARTBEAT_PERIOD_S, is_autopilot_heartbeat
 from aos_drivers.links.opener import LinkOpener

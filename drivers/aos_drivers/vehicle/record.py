@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from aos_drivers.frames.counts import FrameCounts
+from aos_drivers.frames.errors import FrameCounts
 from aos_drivers.frames.settings import CameraSettings
 from aos_drivers.links.address import PeerAddress
 from aos_drivers.links.identity import Identity

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from aos_drivers.frames.fetching import ImageFetcher
-from aos_drivers.frames.plausibility import check_quaternion
+from aos_drivers.frames.files.fetching import ImageFetcher
+from aos_drivers.frames.poses.plausibility import check_quaternion
 from aos_drivers.frames.settings import CameraPlan
 from aos_drivers.vehicle.commands import Send
 from aos_drivers.vehicle.record import VehicleRecord

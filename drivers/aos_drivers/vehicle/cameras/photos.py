@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Literal
 
-from aos_drivers.frames.matching import Listing, Wanted, newest
-from aos_drivers.frames.photos import check_moment, photograph_reader, position_of
+from aos_drivers.frames.files.matching import Listing, Wanted, newest
+from aos_drivers.frames.files.photos import check_moment, photograph_reader, position_of
+from aos_drivers.frames.files.stores import ImageFinder
 from aos_drivers.frames.settings import CameraSettings
-from aos_drivers.frames.stores import ImageFinder
 from aos_drivers.vehicle.cameras.exposure import CaptureTools, VehicleAccess, capture_error
 from aos_drivers.vehicle.cameras.shutter import Shutter
 from aos_drivers.vehicle.transaction import Answer

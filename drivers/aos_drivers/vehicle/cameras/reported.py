@@ -10,11 +10,11 @@ from functools import partial
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from aos_drivers.frames.images import decode_image
-from aos_drivers.frames.matching import Listing, Wanted
-from aos_drivers.frames.mount import Carrier, camera_pose
+from aos_drivers.frames.files.images import decode_image
+from aos_drivers.frames.files.matching import Listing, Wanted
+from aos_drivers.frames.files.stores import ImageFinder
+from aos_drivers.frames.poses.mount import Carrier, camera_pose
 from aos_drivers.frames.settings import CameraSettings
-from aos_drivers.frames.stores import ImageFinder
 from aos_drivers.vehicle.autopilots.base import command_long
 from aos_drivers.vehicle.cameras.exposure import CaptureTools, VehicleAccess, capture_error, lens_of
 from aos_drivers.vehicle.cameras.payload import ShutterReport

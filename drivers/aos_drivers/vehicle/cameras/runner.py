@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol
 
-from aos_drivers.frames.plausibility import check_pose
+from aos_drivers.frames.poses.plausibility import check_pose
 from aos_drivers.frames.settings import SourceKind
 from aos_drivers.vehicle.cameras.exposure import CaptureTools, VehicleAccess, capture_error
 from aos_drivers.vehicle.cameras.photos import PhotoSource

@@ -5,9 +5,9 @@ from __future__ import annotations
 import asyncio
 
 from aos_drivers.frames.errors import FrameRefusedError, LateFrameError
-from aos_drivers.frames.mount import Carrier, camera_pose
+from aos_drivers.frames.poses.mount import Carrier, camera_pose
 from aos_drivers.frames.settings import CameraSettings
-from aos_drivers.frames.video import StreamFrame, VideoReceiver
+from aos_drivers.frames.stream.receiver import StreamFrame, VideoReceiver
 from aos_drivers.vehicle.cameras.exposure import CaptureTools, VehicleAccess, capture_error, lens_of
 from aos_gcs.errors import CaptureError
 from aos_gcs.geometry.camera import CameraModel

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from aos_drivers.frames.gimbal import R_heading2ned, heading_of
-from aos_drivers.frames.track import PoseTrack
+from aos_drivers.frames.poses.gimbal import R_heading2ned, heading_of
+from aos_drivers.frames.poses.track import PoseTrack
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.geometry.poses import R_CAM2SENSOR_FRD, R_NED2ENU
 

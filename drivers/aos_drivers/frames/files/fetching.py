@@ -11,7 +11,7 @@ import aiohttp
 from yarl import URL
 
 from aos_drivers.frames.errors import LateFrameError, PendingImageError, TornFrameError
-from aos_drivers.frames.images import MAX_PIXELS, Image, decode_image
+from aos_drivers.frames.files.images import MAX_PIXELS, Image, decode_image
 from aos_gcs.errors import CaptureError
 from aos_gcs.ports import Clock
 

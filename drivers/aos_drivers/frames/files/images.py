@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_drivers.frames.errors import TornFrameError
-from aos_drivers.frames.headers import JPEG_START, PNG_START, picture_sizes
+from aos_drivers.frames.files.headers import JPEG_START, PNG_START, picture_sizes
 from aos_gcs.errors import CaptureError
 from aos_gcs.radiometry import celsius_from_centikelvin
 

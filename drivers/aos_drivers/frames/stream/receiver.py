@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_drivers.frames.settings import CameraSettings
-from aos_drivers.frames.stream_clock import FrameTime, StreamClock
+from aos_drivers.frames.stream.clock import FrameTime, StreamClock
 from aos_gcs.errors import CaptureError
 from aos_gcs.extras import load_extra
 from aos_gcs.ports import Clock

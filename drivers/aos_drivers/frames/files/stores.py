@@ -8,11 +8,11 @@ from typing import Protocol, TypeVar
 
 from yarl import URL
 
-from aos_drivers.frames.companion import CompanionListing
 from aos_drivers.frames.errors import FrameRefusedError, LateFrameError, PendingImageError, TornFrameError
-from aos_drivers.frames.fetching import ImageFetcher
-from aos_drivers.frames.folder import WatchedFolder
-from aos_drivers.frames.matching import Listing, Wanted, choose
+from aos_drivers.frames.files.companion import CompanionListing
+from aos_drivers.frames.files.fetching import ImageFetcher
+from aos_drivers.frames.files.folder import WatchedFolder
+from aos_drivers.frames.files.matching import Listing, Wanted, choose
 from aos_drivers.frames.settings import ImagePlace
 from aos_gcs.errors import CaptureError
 from aos_gcs.ports import Clock

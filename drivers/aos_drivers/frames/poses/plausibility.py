@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_drivers.frames.errors import FrameRefusedError
-from aos_drivers.frames.track import PoseTrack
+from aos_drivers.frames.poses.track import PoseTrack
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 
 ROTATION_TOLERANCE = 1e-3

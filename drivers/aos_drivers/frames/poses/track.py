@@ -18,7 +18,7 @@ from scipy.interpolate import CubicHermiteSpline
 from scipy.spatial.transform import Rotation, Slerp
 
 from aos_drivers.frames.errors import FrameRefusedError
-from aos_drivers.frames.gimbal import GimbalAttitude, R_heading2ned, heading_of
+from aos_drivers.frames.poses.gimbal import GimbalAttitude, R_heading2ned, heading_of
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 
 KEPT_S = 20.0

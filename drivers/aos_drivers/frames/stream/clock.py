@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from aos_drivers.frames.clocks import LeastDelay
+from aos_drivers.frames.poses.clocks import LeastDelay
 
 SENDER_SIGMA_S = 0.03
 """Standard deviation of times by RTCP: delay from exposure to encoder, clocks of sender and vehicle."""

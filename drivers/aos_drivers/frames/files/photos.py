@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from aos_drivers.frames.errors import FrameRefusedError
-from aos_drivers.frames.images import Image, decode_image
+from aos_drivers.frames.files.images import Image, decode_image
 from aos_gcs.errors import CaptureError, InputDataError
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.geotags.photo import Geotag, read_geotag

@@ -10,8 +10,8 @@ from urllib.parse import unquote
 
 from yarl import URL
 
-from aos_drivers.frames.fetching import ImageFetcher
-from aos_drivers.frames.matching import FileStamp, Listing, is_image_name
+from aos_drivers.frames.files.fetching import ImageFetcher
+from aos_drivers.frames.files.matching import FileStamp, Listing, is_image_name
 from aos_gcs.errors import CaptureError
 
 _MAX_FILES = 50_000

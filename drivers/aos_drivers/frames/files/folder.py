@@ -9,8 +9,8 @@ import stat
 from pathlib import Path
 
 from aos_drivers.frames.errors import PendingImageError, TornFrameError
-from aos_drivers.frames.fetching import ImageLimits
-from aos_drivers.frames.matching import FileStamp, Listing, is_image_name
+from aos_drivers.frames.files.fetching import ImageLimits
+from aos_drivers.frames.files.matching import FileStamp, Listing, is_image_name
 from aos_gcs.errors import CaptureError
 from aos_gcs.ports import Clock
 

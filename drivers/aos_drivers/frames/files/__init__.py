@@ -1,0 +1,1 @@
+"""Image files: finding the file of an exposure, fetching, decoding and geotags."""

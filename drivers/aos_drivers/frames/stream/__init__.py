@@ -1,0 +1,1 @@
+"""Video streams: receiving them, and the times of their frames."""
