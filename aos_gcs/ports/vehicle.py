@@ -12,7 +12,12 @@ from aos_gcs.ports.telemetry import VehicleState
 
 
 class Vehicle(Protocol):
-    """One vehicle with a camera."""
+    """One vehicle with a camera.
+
+    A vehicle that does not answer blocks no call: each ends by its deadline, with ``CommandTimeoutError`` or, for
+    ``capture``, with ``CaptureError``. To a vehicle that has been silent for some seconds, ``execute`` sends ``Hold``,
+    ``ReturnToLaunch`` and ``Land`` only, which then time out; other commands are refused at once.
+    """
 
     @property
     def state(self) -> VehicleState:

@@ -112,11 +112,11 @@ def test_a_stream_may_be_cut_anywhere(packets: list[bytes], size: int) -> None:
     assert list(pieces.records) == list(whole.records)
 
 
-def test_thousands_of_addresses_that_pretend_to_be_vehicles_shut_nobody_out_for_long() -> None:
+def test_a_thousand_addresses_that_pretend_to_be_vehicles_shut_nobody_out_for_long() -> None:
     session = MavlinkSession(254, 5.0)
     called = PeerAddress(1, "10.0.0.9", 14550)
     session.add_peer(called)
-    for number in range(3000):
+    for number in range(1200):
         pretender = FakeVehicle(1 + number % 200)
         session.feed(pretender.heartbeat(), PeerAddress(0, "10.9.9.9", number), number * 1e-3)
     assert len(session._peers) == 512
