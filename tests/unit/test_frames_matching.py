@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from aos_drivers.frames.errors import FrameRefusedError
 from aos_drivers.frames.files.companion import parse_listing
-from aos_drivers.frames.files.matching import FileStamp, Wanted, choose, is_image_name, newest
+from aos_drivers.frames.files.matching import FileStamp, WantedImage, choose, is_image_name, newest
 from aos_drivers.frames.poses.mount import Carrier
 from aos_drivers.frames.settings import SourceKind
 from aos_drivers.options import DriverOptions
@@ -22,7 +22,7 @@ OLD = {"00007.jpg": FileStamp(10, 100.0), "00008.jpg": FileStamp(11, 101.0)}
 
 
 def test_a_file_of_another_flight_with_the_same_index_is_not_taken() -> None:
-    wanted = Wanted(OLD, index=8, file_name="{index:05d}.jpg")
+    wanted = WantedImage(OLD, index=8, file_name="{index:05d}.jpg")
     assert choose(OLD, wanted) is None
     rewritten = OLD | {"00008.jpg": FileStamp(11, 200.0)}
     assert choose(rewritten, wanted) == "00008.jpg"
@@ -30,24 +30,24 @@ def test_a_file_of_another_flight_with_the_same_index_is_not_taken() -> None:
 
 
 def test_without_an_index_in_the_name_the_only_new_file_is_taken() -> None:
-    wanted = Wanted(OLD, index=3, utc_s=500.0)
+    wanted = WantedImage(OLD, index=3, utc_s=500.0)
     assert choose(OLD, wanted) is None
     assert choose(OLD | {"DSC1.JPG": FileStamp(9, 300.0)}, wanted) == "DSC1.JPG"
 
 
 def test_of_several_new_files_the_one_of_the_right_time_is_taken_or_none() -> None:
     new = {"a.jpg": FileStamp(9, 300.1), "b.jpg": FileStamp(9, 305.0), "c.jpg": FileStamp(9, None)}
-    assert choose(OLD | new, Wanted(OLD, utc_s=304.8)) == "b.jpg"
+    assert choose(OLD | new, WantedImage(OLD, utc_s=304.8)) == "b.jpg"
     with pytest.raises(FrameRefusedError, match=r"3 new files.*2 of them.*file_name"):
-        choose(OLD | new, Wanted(OLD, utc_s=303.0, tolerance_s=5.0))
+        choose(OLD | new, WantedImage(OLD, utc_s=303.0, tolerance_s=5.0))
     with pytest.raises(FrameRefusedError, match="0 of them"):
-        choose(OLD | new, Wanted(OLD, utc_s=None))
+        choose(OLD | new, WantedImage(OLD, utc_s=None))
 
 
 def test_the_newest_is_that_written_last() -> None:
     new = {"b.jpg": FileStamp(9, 305.0), "a.jpg": FileStamp(9, 306.0)}
-    assert newest(OLD | new, Wanted(OLD)) == "a.jpg"
-    assert newest(OLD, Wanted(OLD)) is None
+    assert newest(OLD | new, WantedImage(OLD)) == "a.jpg"
+    assert newest(OLD, WantedImage(OLD)) is None
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from aos_drivers.vehicle.autopilots.arducopter_setup import ArduCopterSetup
 from aos_drivers.vehicle.autopilots.base import Target
 from aos_drivers.vehicle.autopilots.px4_setup import Px4Setup
-from aos_drivers.vehicle.conversation import Conversation
+from aos_drivers.vehicle.exchange import Exchange
 from aos_drivers.vehicle.fence.items import items_of, polygons_of
 from aos_drivers.vehicle.fence.transfer import FenceDownload, FenceUpload
 from aos_drivers.vehicle.parameters.encoding import Parameter, ParameterEncoding
@@ -281,19 +281,19 @@ MESSAGES = st.one_of(
 
 @given(st.lists(MESSAGES, max_size=30))
 def test_no_message_breaks_a_conversation(messages: list[mavlink.MAVLink_message]) -> None:
-    for conversation in _conversations():
+    for exchange in _exchanges():
         for second, message in enumerate(messages):
-            conversation.on_message(message)
+            exchange.on_message(message)
             try:
-                sent = conversation.poll(float(second))
+                sent = exchange.poll(float(second))
             except CommandRefusedError:
                 break
             assert len(sent) <= 2
-        if isinstance(conversation, FenceDownload):
-            polygons_of(conversation.items)
+        if isinstance(exchange, FenceDownload):
+            polygons_of(exchange.items)
 
 
-def _conversations() -> Iterator[Conversation]:
+def _exchanges() -> Iterator[Exchange]:
     yield FenceUpload(TARGET, items_of(FENCE, TARGET), OURS)
     yield FenceDownload(TARGET, OURS)
     yield ParameterRead(TARGET, BYTEWISE, [("A",)])

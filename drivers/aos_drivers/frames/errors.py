@@ -31,11 +31,11 @@ class FrameCounts:
         self._missed = {"refused": 0, "late": 0, "torn": 0, "failed": 0}
         self._problem = ""
 
-    def take(self) -> None:
+    def count_used(self) -> None:
         """Count a frame that was used."""
         self._frames += 1
 
-    def miss(self, error: CaptureError) -> bool:
+    def count_missed(self, error: CaptureError) -> bool:
         """Count a missed frame; return whether to notify: for the first, second, fourth … of its kind."""
         kind = _kind(error)
         self._missed[kind] += 1

@@ -74,7 +74,7 @@ class Identity:
             for one, other in ((address, first), (first, address)):
                 shared = self._sightings[one].shared
                 shared[other] = shared.get(other, 0) + 1
-            self._absolve()
+            self._clear_suspicion()
 
     def hear_uid(self, address: PeerAddress, uid: bytes, now_s: float) -> None:
         """Note the board's identity that the sender at ``address`` gave."""
@@ -85,7 +85,7 @@ class Identity:
         if len(recent - {None}) > 1:
             self._clash_until_s = now_s + MEMORY_S
         else:
-            self._absolve()
+            self._clear_suspicion()
 
     def hear_boot_time(self, address: PeerAddress, boot_ms: int, now_s: float) -> bool:
         """Return whether the time since boot shows that the sender at ``address`` has restarted."""
@@ -144,7 +144,7 @@ class Identity:
         if len(self._returns_at_s) == _RETURNS and known_for_s >= GRACE_S:
             self._clash_until_s = now_s + MEMORY_S
 
-    def _absolve(self) -> None:
+    def _clear_suspicion(self) -> None:
         """End the suspicion when all addresses have turned out to lead to one vehicle."""
         first, *others = self._sightings
         if all(self.is_same_vehicle(first, other) for other in others):

@@ -51,7 +51,7 @@ class ComponentSource:
         target, sequence = Target(self._record.vehicle_id, camera.component_id), float(camera.next_sequence())
         command = command_long(target, mavlink.MAV_CMD_IMAGE_START_CAPTURE, 0.0, 0.0, 1.0, sequence)
         try:
-            return await self._shutter.press(
+            return await self._shutter.trigger(
                 command,
                 lambda _: camera.find_capture(awaited_index, before),
                 lambda: self._ask_again(camera, awaited_index),

@@ -212,8 +212,8 @@ class MavlinkSession:
             self._watch_boot_time(record, message, peer, now_s)
             record.telemetry.update(message, now_s)
             record.streams.on_message(message.get_msgId())
-            for conversation in record.conversations:
-                conversation.on_message(message)
+            for exchange in record.exchanges:
+                exchange.on_message(message)
         record.requests.on_message(component_id, message.get_msgId())
         record.take_payload(message, now_s)
         if message.get_msgId() == mavlink.MAVLINK_MSG_ID_COMMAND_ACK:

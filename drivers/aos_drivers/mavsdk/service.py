@@ -78,8 +78,8 @@ class MavsdkFleet:
             return
         wire.route(system_id, ANY_COMPONENT, peer)
         record.streams.on_message(message.get_msgId())
-        for conversation in record.conversations:
-            conversation.on_message(message)
+        for exchange in record.exchanges:
+            exchange.on_message(message)
         if message.get_msgId() == mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT:
             if record.identity.hear_boot_time(peer, message.time_boot_ms, now_s):
                 record.restart()

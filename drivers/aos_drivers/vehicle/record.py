@@ -16,7 +16,7 @@ from aos_drivers.vehicle.autopilots.base import AutopilotDialect, Target
 from aos_drivers.vehicle.autopilots.choice import dialect_of
 from aos_drivers.vehicle.cameras.component_record import CameraRecord
 from aos_drivers.vehicle.cameras.payload import PayloadRecord, motion_rates_hz
-from aos_drivers.vehicle.conversation import Conversation
+from aos_drivers.vehicle.exchange import Exchange
 from aos_drivers.vehicle.status_text import StatusTexts
 from aos_drivers.vehicle.streams import OneTimeRequests, StreamKeeper
 from aos_drivers.vehicle.telemetry import Telemetry
@@ -57,7 +57,7 @@ class VehicleRecord:
         self.frames = FrameCounts(camera.source)
         self.transactions: set[CommandTransaction] = set()
         """Commands that await an acknowledgement."""
-        self.conversations: set[Conversation] = set()
+        self.exchanges: set[Exchange] = set()
         """Exchanges of several messages in progress."""
         self.duplicates = DuplicateFilter()
         self.clock = ClockEstimator()

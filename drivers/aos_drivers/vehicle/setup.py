@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 from aos_drivers.vehicle.autopilots.setup import Setup
 from aos_drivers.vehicle.commands import Send
-from aos_drivers.vehicle.conversation import Conversation
+from aos_drivers.vehicle.exchange import Exchange
 from aos_drivers.vehicle.fence.items import items_of, polygons_of
 from aos_drivers.vehicle.fence.transfer import FenceDownload, FenceUpload
 from aos_drivers.vehicle.parameters.encoding import Parameter
@@ -59,7 +59,7 @@ class SetupRunner:
         if not fence.inclusion_deg:
             raise CommandRefusedError(f"the geofence for vehicle {record.vehicle_id} has no inclusion polygon")
         upload = FenceUpload(record.target, items_of(fence, record.target), self._our_system_id)
-        await self._converse(upload, deadline_s)
+        await self._run(upload, deadline_s)
         found = await self._read(setup, deadline_s)
         found |= await self._write(setup, found, setup.fence_parameters(found, fence.ceiling_above_home_m), deadline_s)
         stored = await self._read_fence(setup, found, deadline_s)
@@ -99,7 +99,7 @@ class SetupRunner:
 
     async def _read(self, setup: Setup, deadline_s: float) -> dict[str, Parameter]:
         read = ParameterRead(self._record.target, setup.encoding, setup.required, setup.optional)
-        await self._converse(read, deadline_s)
+        await self._run(read, deadline_s)
         return read.found
 
     async def _write_on_ground(
@@ -119,12 +119,12 @@ class SetupRunner:
             name: Parameter(value, found[name].kind) for name, value in wanted.items() if found[name].value != value
         }
         if changed:
-            await self._converse(ParameterWrite(self._record.target, setup.encoding, changed), deadline_s)
+            await self._run(ParameterWrite(self._record.target, setup.encoding, changed), deadline_s)
         return changed
 
     async def _read_fence(self, setup: Setup, found: Mapping[str, Parameter], deadline_s: float) -> Geofence | None:
         download = FenceDownload(self._record.target, self._our_system_id)
-        await self._converse(download, deadline_s)
+        await self._run(download, deadline_s)
         inclusions, exclusions, others = polygons_of(download.items)
         if not download.items:
             return None
@@ -136,7 +136,7 @@ class SetupRunner:
             other_items=others + sum(map(len, inclusions[1:])),
         )
 
-    async def _converse(self, conversation: Conversation, deadline_s: float) -> None:
+    async def _run(self, exchange: Exchange, deadline_s: float) -> None:
         """Run an exchange to its end.
 
         Raises:
@@ -144,21 +144,21 @@ class SetupRunner:
             CommandTimeoutError: it has not ended by ``deadline_s``.
         """
         record, clock = self._record, self._clock
-        record.conversations.add(conversation)
+        record.exchanges.add(exchange)
         try:
-            while not conversation.is_done:
+            while not exchange.is_done:
                 now_s = clock.now_s() + CLOCK_RESOLUTION_S
                 if now_s >= deadline_s:
                     raise CommandTimeoutError(
-                        f"vehicle {record.vehicle_id} does not {conversation.name} in time: check link and vehicle"
+                        f"vehicle {record.vehicle_id} does not {exchange.name} in time: check link and vehicle"
                     )
-                for message in conversation.poll(now_s):
+                for message in exchange.poll(now_s):
                     self._send(record.vehicle_id, record.target.component_id, message)
-                await self._wait(conversation, deadline_s)
+                await self._wait(exchange, deadline_s)
         finally:
-            record.conversations.discard(conversation)
+            record.exchanges.discard(exchange)
 
-    async def _wait(self, conversation: Conversation, deadline_s: float) -> None:
+    async def _wait(self, exchange: Exchange, deadline_s: float) -> None:
         """Wait until the exchange has something to do."""
-        due_s = conversation.due_s
-        await self._changes.wait_for(lambda: conversation.is_done or conversation.due_s < due_s, min(deadline_s, due_s))
+        due_s = exchange.due_s
+        await self._changes.wait_for(lambda: exchange.is_done or exchange.due_s < due_s, min(deadline_s, due_s))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from aos_drivers.vehicle.autopilots.base import Target
-from aos_drivers.vehicle.conversation import Conversation
+from aos_drivers.vehicle.exchange import Exchange
 from aos_drivers.vehicle.fence.items import items_of, polygons_of
 from aos_drivers.vehicle.fence.transfer import FenceDownload, FenceUpload
 from aos_drivers.vehicle.parameters.encoding import Parameter, ParameterEncoding
@@ -22,7 +22,7 @@ ENCODINGS = {"arducopter": ParameterEncoding.CAST, "px4": ParameterEncoding.BYTE
 FENCE_PARAMETERS = {"arducopter": {"FENCE_TYPE": 5.0, "FENCE_ALT_MAX": 42.5}, "px4": {"GF_ACTION": 3.0}}
 
 
-def converse(bench, conversation: Conversation, rng: np.random.Generator, lost: float, limit_s: float = 300.0) -> float:
+def converse(bench, exchange: Exchange, rng: np.random.Generator, lost: float, limit_s: float = 300.0) -> float:
     """Have both talk, every tenth of a second, until all is said; return how long that took."""
     under_way: list[tuple[float, bool, object]] = []
     start_s = bench.now.s
@@ -32,9 +32,9 @@ def converse(bench, conversation: Conversation, rng: np.random.Generator, lost: 
             if rng.random() >= lost:
                 under_way.append((bench.now.s + rng.choice([0.0, 0.1, 0.4]), is_ours, message))
 
-    while not conversation.is_done:
+    while not exchange.is_done:
         assert bench.now.s - start_s < limit_s, "it never came to an end"
-        for message in conversation.poll(bench.now.s):
+        for message in exchange.poll(bench.now.s):
             send(message, is_ours=True)
         arrived = [entry for entry in under_way if entry[0] <= bench.now.s]
         under_way = [entry for entry in under_way if entry[0] > bench.now.s]
@@ -43,7 +43,7 @@ def converse(bench, conversation: Conversation, rng: np.random.Generator, lost: 
                 for reply in bench.send(message, OURS):
                     send(reply, is_ours=False)
             else:
-                conversation.on_message(message)
+                exchange.on_message(message)
         before = len(bench.sent)
         bench.advance(0.1)
         for message in bench.sent[before:]:

@@ -25,7 +25,7 @@ Listing = Mapping[str, FileStamp]
 
 
 @dataclass(frozen=True, slots=True)
-class Wanted:
+class WantedImage:
     """Description of the wanted image."""
 
     before: Listing
@@ -52,7 +52,7 @@ def is_image_name(name: str) -> bool:
     return is_plain and PurePosixPath(name).suffix.lower() in _IMAGE_SUFFIXES
 
 
-def choose(now: Listing, wanted: Wanted) -> str | None:
+def choose(now: Listing, wanted: WantedImage) -> str | None:
     """Return the name of the wanted image, or None while it is not there.
 
     By its name where that holds the index. Otherwise it is the one file that is new; of several, the one whose time is
@@ -76,13 +76,13 @@ def choose(now: Listing, wanted: Wanted) -> str | None:
     return within[0]
 
 
-def newest(now: Listing, wanted: Wanted) -> str | None:
+def newest(now: Listing, wanted: WantedImage) -> str | None:
     """Return the file written last among those that were not there before; None if there is none."""
     fresh = [(stamp.modified_utc_s or 0.0, name) for name, stamp in now.items() if wanted.before.get(name) != stamp]
     return max(fresh)[1] if fresh else None
 
 
-def _distance_s(stamp: FileStamp, wanted: Wanted) -> float:
+def _distance_s(stamp: FileStamp, wanted: WantedImage) -> float:
     if stamp.modified_utc_s is None or wanted.utc_s is None:
         return float("inf")
     return abs(stamp.modified_utc_s - wanted.utc_s)

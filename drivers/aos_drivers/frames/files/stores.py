@@ -12,7 +12,7 @@ from aos_drivers.frames.errors import FrameRefusedError, LateFrameError, Pending
 from aos_drivers.frames.files.companion import CompanionListing
 from aos_drivers.frames.files.fetching import ImageFetcher
 from aos_drivers.frames.files.folder import WatchedFolder
-from aos_drivers.frames.files.matching import Listing, Wanted, choose
+from aos_drivers.frames.files.matching import Listing, WantedImage, choose
 from aos_drivers.frames.settings import ImagePlace
 from aos_gcs.errors import CaptureError
 from aos_gcs.ports import Clock
@@ -55,12 +55,12 @@ class ImageFinder:
 
     async def find(
         self,
-        wanted: Wanted,
+        wanted: WantedImage,
         read: Callable[[bytes], T],
         *,
         host: str,
         deadline_s: float,
-        pick: Callable[[Listing, Wanted], str | None] = choose,
+        pick: Callable[[Listing, WantedImage], str | None] = choose,
     ) -> tuple[T, str]:
         """Return the wanted file as ``read`` decodes it, and its name; ``pick`` chooses the file from a listing.
 
@@ -84,11 +84,11 @@ class ImageFinder:
 
     async def _look(
         self,
-        wanted: Wanted,
+        wanted: WantedImage,
         host: str,
         asked_at_s: float,
         deadline_s: float,
-        pick: Callable[[Listing, Wanted], str | None],
+        pick: Callable[[Listing, WantedImage], str | None],
     ) -> tuple[bytes, str] | None:
         if self._place.has_index:
             return await self._by_index(wanted, host, asked_at_s, deadline_s)
@@ -96,7 +96,9 @@ class ImageFinder:
         name = pick(await store.listing(deadline_s), wanted)
         return None if name is None else (await store.read(name, deadline_s), name)
 
-    async def _by_index(self, wanted: Wanted, host: str, asked_at_s: float, deadline_s: float) -> tuple[bytes, str]:
+    async def _by_index(
+        self, wanted: WantedImage, host: str, asked_at_s: float, deadline_s: float
+    ) -> tuple[bytes, str]:
         if wanted.index is None:
             raise FrameRefusedError("the index of the image is not known, and its address needs it (url)")
         url = self._place.url_of(self._vehicle_id, host, wanted.index)

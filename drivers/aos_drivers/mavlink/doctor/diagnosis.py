@@ -73,17 +73,17 @@ class Examination:
 
 def diagnose(examination: Examination) -> list[Finding]:
     """Return all findings, the links' first."""
-    findings = [finding for link in range(len(examination.links)) for finding in _of_link(examination, link)]
-    findings += _of_ground_stations(examination)
+    findings = [finding for link in range(len(examination.links)) for finding in _check_link(examination, link)]
+    findings += _check_ground_stations(examination)
     by_system: dict[int, list[Sender]] = defaultdict(list)
     for sender in examination.survey.senders:
         if sender.is_autopilot:
             by_system[sender.system_id].append(sender)
     for system_id, senders in by_system.items():
         own = [
-            *_of_signatures(examination, system_id, senders),
-            *_of_identity(examination, system_id, senders),
-            *_of_quality(examination, system_id, senders),
+            *_check_signatures(examination, system_id, senders),
+            *_check_identity(examination, system_id, senders),
+            *_check_quality(examination, system_id, senders),
         ]
         if not any(finding.level is Level.PROBLEM for finding in own):
             own.append(Finding(Level.OK, "vehicle", _describe(examination, system_id, senders), system_id))
@@ -91,7 +91,7 @@ def diagnose(examination: Examination) -> list[Finding]:
     return findings
 
 
-def _of_link(examination: Examination, link: int) -> Iterator[Finding]:
+def _check_link(examination: Examination, link: int) -> Iterator[Finding]:
     address = examination.links[link]
     senders = [sender for sender in examination.survey.senders if sender.peer.link == link]
     if not examination.survey.bytes_by_link[link]:
@@ -113,7 +113,7 @@ def _of_link(examination: Examination, link: int) -> Iterator[Finding]:
         yield Finding(Level.PROBLEM, "no_vehicle", text)
 
 
-def _of_ground_stations(examination: Examination) -> Iterator[Finding]:
+def _check_ground_stations(examination: Examination) -> Iterator[Finding]:
     ours = examination.our_system_id
     for sender in examination.survey.senders:
         if sender.system_id == ours:
@@ -124,7 +124,7 @@ def _of_ground_stations(examination: Examination) -> Iterator[Finding]:
             yield Finding(Level.HINT, "other_ground_station", text, sender.system_id)
 
 
-def _of_signatures(examination: Examination, system_id: int, senders: Sequence[Sender]) -> Iterator[Finding]:
+def _check_signatures(examination: Examination, system_id: int, senders: Sequence[Sender]) -> Iterator[Finding]:
     for sender in senders:
         signing = examination.links[sender.peer.link].signing
         where = f"vehicle {system_id} at {sender.peer}"
@@ -153,7 +153,7 @@ def _of_signatures(examination: Examination, system_id: int, senders: Sequence[S
             yield Finding(Level.PROBLEM, "late_signatures", text, system_id)
 
 
-def _of_identity(examination: Examination, system_id: int, senders: Sequence[Sender]) -> Iterator[Finding]:
+def _check_identity(examination: Examination, system_id: int, senders: Sequence[Sender]) -> Iterator[Finding]:
     boards = {sender.uid for sender in senders if sender.uid is not None}
     record = examination.records.get(system_id)
     addresses = " and ".join(str(sender.peer) for sender in senders)
@@ -169,7 +169,7 @@ def _of_identity(examination: Examination, system_id: int, senders: Sequence[Sen
         yield Finding(Level.OK, "several_links", text, system_id)
 
 
-def _of_quality(examination: Examination, system_id: int, senders: Sequence[Sender]) -> Iterator[Finding]:
+def _check_quality(examination: Examination, system_id: int, senders: Sequence[Sender]) -> Iterator[Finding]:
     silent_s = examination.ended_at_s - max(sender.heard_at_s for sender in senders)
     if silent_s > _SILENT_S:
         text = f"vehicle {system_id} has sent nothing for {silent_s:.0f} s: check its power and its distance"

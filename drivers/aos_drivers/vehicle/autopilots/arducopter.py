@@ -17,7 +17,7 @@ from aos_drivers.vehicle.autopilots.base import (
     has_position_and_home,
     reposition,
 )
-from aos_drivers.vehicle.autopilots.goto import TargetTakenOver
+from aos_drivers.vehicle.autopilots.goto import GotoEvidence
 from aos_drivers.vehicle.telemetry import Telemetry
 from aos_drivers.vehicle.transaction import CommandMessage
 from aos_gcs.geometry.geodesy import GeodeticPosition
@@ -92,11 +92,11 @@ class ArduCopterDialect(MulticopterDialect):
         speed comes afterwards. What it acknowledges it has taken over: its own target is not needed as evidence, and
         that of 4.7-dev (September 2025) is a hundred times too near to its origin.
         """
-        taken_over = TargetTakenOver(command.position, telemetry, now_s, is_echo_reliable=False)
+        evidence = GotoEvidence(command.position, telemetry, now_s, is_echo_reliable=False)
         change_speed = command_long(
             target, mavlink.MAV_CMD_DO_CHANGE_SPEED, mavlink.SPEED_TYPE_GROUNDSPEED, command.speed_mps, -1.0
         )
         return [
-            Step("goto", reposition(command, target), taken_over, REPEAT_S, needs_acceptance=True),
+            Step("goto", reposition(command, target), evidence, REPEAT_S, needs_acceptance=True),
             Step("change its speed", change_speed, lambda _state, _now_s: True, needs_acceptance=True),
         ]

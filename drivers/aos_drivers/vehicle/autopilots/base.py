@@ -10,7 +10,7 @@ from typing import ClassVar
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from aos_drivers.vehicle.autopilots.goto import TargetTakenOver, check_goto
+from aos_drivers.vehicle.autopilots.goto import GotoEvidence, check_goto
 from aos_drivers.vehicle.autopilots.setup import Setup
 from aos_drivers.vehicle.telemetry import Telemetry
 from aos_drivers.vehicle.transaction import CommandMessage
@@ -137,8 +137,8 @@ class MulticopterDialect(AutopilotDialect):
 
     def goto(self, command: Goto, target: Target, telemetry: Telemetry, now_s: float) -> list[Step]:
         """Return the steps that make the vehicle fly to a position."""
-        taken_over = TargetTakenOver(command.position, telemetry, now_s)
-        return [Step("goto", reposition(command, target), taken_over, REPEAT_S)]
+        evidence = GotoEvidence(command.position, telemetry, now_s)
+        return [Step("goto", reposition(command, target), evidence, REPEAT_S)]
 
     @abstractmethod
     def takeoff(self, height_above_home_m: float, target: Target, home: GeodeticPosition) -> CommandMessage:

@@ -41,7 +41,7 @@ def check_goto(command: Goto, vehicle_id: int, telemetry: Telemetry) -> None:
     raise CommandRefusedError(f"vehicle {vehicle_id} cannot go there: {problem}")
 
 
-class TargetTakenOver:
+class GotoEvidence:
     """Evidence that the vehicle flies to ``position``, called repeatedly after ``started_s``.
 
     The autopilot's own target (POSITION_TARGET_GLOBAL_INT) proves it. Otherwise the vehicle has to be there or to come

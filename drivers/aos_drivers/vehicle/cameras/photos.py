@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from aos_drivers.frames.files.matching import Listing, Wanted, newest
+from aos_drivers.frames.files.matching import Listing, WantedImage, newest
 from aos_drivers.frames.files.photos import check_moment, photograph_reader, position_of
 from aos_drivers.frames.files.stores import ImageFinder
 from aos_drivers.frames.settings import CameraSettings
@@ -38,14 +38,14 @@ class PhotoSource:
             asked_at_utc_s = self._clock.utc_s()
             if self._settings.is_triggered:
                 command = self._record.autopilot.shutter_command(self._record.target)
-                await self._shutter.press(command, _when_accepted, lambda: None, deadline_s)
+                await self._shutter.trigger(command, _when_accepted, lambda: None, deadline_s)
             return await self._collect(before, asked_at_utc_s, host, deadline_s)
         except CaptureError as error:
             raise capture_error(self._record.vehicle_id, None, error) from error
 
     async def _collect(self, before: Listing, asked_at_utc_s: float, host: str, deadline_s: float) -> Capture:
         photograph, _ = await self._finder.find(
-            Wanted(before), self._read, host=host, deadline_s=deadline_s, pick=newest
+            WantedImage(before), self._read, host=host, deadline_s=deadline_s, pick=newest
         )
         tag = photograph.tag
         check_moment(tag, asked_at_utc_s, self._settings.match_tolerance_s)

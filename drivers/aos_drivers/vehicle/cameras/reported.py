@@ -11,7 +11,7 @@ from functools import partial
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.frames.files.images import decode_image
-from aos_drivers.frames.files.matching import Listing, Wanted
+from aos_drivers.frames.files.matching import Listing, WantedImage
 from aos_drivers.frames.files.stores import ImageFinder
 from aos_drivers.frames.poses.mount import Carrier, camera_pose
 from aos_drivers.frames.settings import CameraSettings
@@ -82,7 +82,7 @@ class ReportedSource:
         if not self._settings.is_triggered:
             return await self._shutter.wait(find, deadline_s)
         command = record.autopilot.shutter_command(record.target)
-        return await self._shutter.press(command, lambda _: find(), self._ask_again, deadline_s)
+        return await self._shutter.trigger(command, lambda _: find(), self._ask_again, deadline_s)
 
     def _ask_again(self) -> None:
         """Request the report of the latest exposure, which was lost; PX4 keeps none."""
@@ -95,7 +95,7 @@ class ReportedSource:
         boot_now_s = payload.boot_now_s(clock.now_s(), self._record.clock.offset_s)
         age_s = 0.0 if boot_now_s is None else boot_now_s - report.time.boot_s
         utc_s = clock.utc_s() - age_s
-        wanted = Wanted(
+        wanted = WantedImage(
             before, report.index + settings.index_offset, utc_s, settings.match_tolerance_s, settings.place.file_name
         )
         decode = partial(decode_image, max_pixels=self._limits.max_pixels)

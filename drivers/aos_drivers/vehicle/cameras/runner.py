@@ -45,12 +45,12 @@ class CaptureRunner:
             capture = await self._source.capture(deadline_s)
             self._check(capture)
         except CaptureError as error:
-            if record.frames.miss(error):
+            if record.frames.count_missed(error):
                 self._tools.notify(Notice(Severity.WARNING, str(error), record.vehicle_id))
             raise
         finally:
             self._is_busy = False
-        record.frames.take()
+        record.frames.count_used()
         return capture
 
     def _check(self, capture: Capture) -> None:

@@ -33,7 +33,7 @@ class Shutter:
         self._vehicle = vehicle
         self._clock = clock
 
-    async def press(
+    async def trigger(
         self,
         command: CommandMessage,
         find: Callable[[Answer], T | None],
@@ -70,7 +70,7 @@ class Shutter:
                 if transaction.answer is Answer.REFUSED:
                     raise CaptureError(f"the camera refuses: {result_text(transaction.result)}")
                 if now_s >= deadline_s:
-                    raise _too_late(transaction)
+                    raise _timeout_error(transaction)
                 if transaction.answer is Answer.ACCEPTED and (math.isinf(asked_at_s) or now_s >= asked_at_s):
                     if not math.isinf(asked_at_s):
                         ask_again()
@@ -96,7 +96,7 @@ class Shutter:
         return found
 
 
-def _too_late(transaction: CommandTransaction) -> LateFrameError:
+def _timeout_error(transaction: CommandTransaction) -> LateFrameError:
     if transaction.answer is not Answer.ACCEPTED:
         return LateFrameError("the camera does not respond")
     return LostReportError("it was exposed, but the message with its pose and address did not arrive")

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.vehicle.autopilots.base import Target
-from aos_drivers.vehicle.conversation import longer
+from aos_drivers.vehicle.exchange import longer_pause_s
 from aos_drivers.vehicle.fence.items import FENCE
 from aos_gcs.errors import CommandRefusedError
 
@@ -64,7 +64,7 @@ class FenceUpload:
             return [self._items[self._next]]
         self._next = None
         self.due_s = now_s + self._pause_s
-        self._pause_s = longer(self._pause_s)
+        self._pause_s = longer_pause_s(self._pause_s)
         system_id, component_id = self._target.system_id, self._target.component_id
         return [mavlink.MAVLink_mission_count_message(system_id, component_id, len(self._items), FENCE)]
 
@@ -123,7 +123,7 @@ class FenceDownload:
         if now_s < self.due_s:
             return []
         self.due_s = now_s + self._pause_s
-        self._pause_s = longer(self._pause_s)
+        self._pause_s = longer_pause_s(self._pause_s)
         target = (self._target.system_id, self._target.component_id)
         if self._count is None:
             return [mavlink.MAVLink_mission_request_list_message(*target, FENCE)]

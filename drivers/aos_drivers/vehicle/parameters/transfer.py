@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.vehicle.autopilots.base import Target
-from aos_drivers.vehicle.conversation import longer
+from aos_drivers.vehicle.exchange import longer_pause_s
 from aos_drivers.vehicle.parameters.encoding import Parameter, ParameterEncoding
 from aos_gcs.errors import CommandRefusedError
 
@@ -60,7 +60,7 @@ class ParameterRead:
         required, optional = self._missing(self._required), self._missing([(name,) for name in self._optional])
         missing = [*required, *optional]
         is_stuck = bool(required) and len(missing) == self._requested
-        self._pause_s = longer(self._pause_s) if is_stuck else REPEAT_S
+        self._pause_s = longer_pause_s(self._pause_s) if is_stuck else REPEAT_S
         self._requested = len(missing)
         self.due_s = now_s + self._pause_s
         return [
@@ -119,7 +119,7 @@ class ParameterWrite:
         if now_s < self.due_s:
             return []
         self.due_s = now_s + self._pause_s
-        self._pause_s = longer(self._pause_s)
+        self._pause_s = longer_pause_s(self._pause_s)
         self._unanswered = set(self._open)
         return [
             mavlink.MAVLink_param_set_message(

@@ -9,7 +9,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 _LONGEST_PAUSE_S = 4.0
 
 
-def longer(pause_s: float) -> float:
+def longer_pause_s(pause_s: float) -> float:
     """Return the pause that follows one without any answer.
 
     Repeating faster than a link answers fills it with answers that are no longer needed.
@@ -17,7 +17,7 @@ def longer(pause_s: float) -> float:
     return min(2.0 * pause_s, _LONGEST_PAUSE_S)
 
 
-class Conversation(Protocol):
+class Exchange(Protocol):
     """Sans-IO state of one exchange: messages and times in, messages out."""
 
     @property
