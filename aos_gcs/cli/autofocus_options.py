@@ -1,4 +1,4 @@
-"""The focal plane of ``aos-gcs integrate``: given, or found by autofocus."""
+"""Focal plane of ``aos-gcs integrate``: options for a given plane and for autofocus."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ PlaneZ = Annotated[
     float | None,
     typer.Option(
         metavar="Z",
-        help="The focal plane z = Z, in the world of the poses, metres. For photographs it is the ground, 0, unless "
-        "another surface is given.",
+        help="Height of the focal plane z = Z in the world of the poses, metres. Default for photographs: the ground, "
+        "0, unless another surface is given.",
         rich_help_panel=PANEL,
     ),
 ]
@@ -36,7 +36,7 @@ AutofocusRange = Annotated[
     str | None,
     typer.Option(
         metavar="LOW,HIGH",
-        help="Find the plane from z = LOW to HIGH that the view is in focus on.",
+        help="Range of heights in which to search for the focal plane of the view, metres.",
         rich_help_panel=PANEL,
     ),
 ]
@@ -44,19 +44,19 @@ FocusOn = Annotated[
     str | None,
     typer.Option(
         metavar="X0,Y0,X1,Y1",
-        help="Autofocus looks at this rectangle of the ground instead of the view, metres in the world of the poses.",
+        help="Rectangle of the ground that autofocus looks at instead of the view, metres in the world of the poses.",
         rich_help_panel=PANEL,
     ),
 ]
 FocusTilt = Annotated[
     bool,
-    typer.Option("--focus-tilt", help="Autofocus looks for the tilt of the plane, too.", rich_help_panel=PANEL),
+    typer.Option("--focus-tilt", help="Also search for the tilt of the focal plane.", rich_help_panel=PANEL),
 ]
 
 
 @dataclass(frozen=True, slots=True)
 class Autofocus:
-    """What ``--autofocus`` and its companions ask for."""
+    """Values of ``--autofocus``, ``--focus-region`` and ``--focus-tilt``."""
 
     low_m: float
     high_m: float
@@ -65,7 +65,7 @@ class Autofocus:
     tilt: bool
 
     def plane(self, survey: Survey, region: FocusRegion, *, skip_broken: bool) -> Plane:
-        """Return the plane that a region is in focus on; what has been found is told on standard error.
+        """Return the plane that a region is in focus on; the result is printed on standard error.
 
         Raises:
             ConfigurationError: if nothing is found.
@@ -94,7 +94,7 @@ class Autofocus:
 def plane_or_autofocus(
     plane_z: float | None, autofocus: str | None, region: str | None, *, tilt: bool
 ) -> float | Autofocus:
-    """Return the height of the focal plane, or how autofocus has to find it.
+    """Return the height of the focal plane, or the values for autofocus.
 
     Raises:
         ConfigurationError: unless exactly one of both is asked for, and well.
@@ -103,7 +103,7 @@ def plane_or_autofocus(
     if plane_z is not None and autofocus is None:
         for name, given in (("--focus-region", region is not None), ("--focus-tilt", tilt)):
             if given:
-                raise ConfigurationError(f"{name} is about --autofocus: give it together with that.")
+                raise ConfigurationError(f"{name} requires --autofocus.")
         if not math.isfinite(plane_z):
             raise ConfigurationError(f"--plane-z must be a finite number of metres, got {plane_z}.")
         return plane_z

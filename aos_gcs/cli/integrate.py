@@ -13,7 +13,7 @@ import typer
 from aos_gcs.cli import autofocus_options, result_options, surface_options, survey_options, work_options
 from aos_gcs.cli.result_options import ResultOptions
 from aos_gcs.cli.surface_options import check_raster_options, describe_map, focus_options, virtual_camera
-from aos_gcs.cli.survey_options import open_survey, tell_left_out
+from aos_gcs.cli.survey_options import open_survey, report_skipped
 from aos_gcs.cli.work_options import DEFAULT_MAX_MEMORY_MB, WorkOptions
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.exports.georeference import Georeference, LocalGeoreference, ProjectedGeoreference
@@ -70,7 +70,7 @@ def integrate(
     Every image is projected to the surface, given in the poses' own world, whatever its axes are; what lies on the
     surface stays sharp, and what lies before it blurs away. The virtual camera has the field of view of the images.
 
-    Photographs without --poses carry their positions; their world is x east, y north, z up from the ground.
+    Without --poses, the images are photographs with positions in their metadata: x east, y north, z up from the ground.
     """
     check_raster_options(ortho, view, size)
     results = ResultOptions(
@@ -148,9 +148,9 @@ def _integrate_map(
 def _integrate(
     options: WorkOptions, work: Work, tiles: Sequence[Tile], shape: tuple[int, int], out: Path
 ) -> SurveyRasters:
-    """Integrate; images that have no part in it are counted and told."""
+    """Integrate tiles; the number of images without a part in them is printed on standard error."""
     rasters = options.integrate(work, tiles, shape, out.absolute().parent)
-    tell_left_out(len(work.images), {work.images[index].path.name: text for index, text in rasters.broken.items()})
+    report_skipped(len(work.images), {work.images[index].path.name: text for index, text in rasters.broken.items()})
     unused = [index for index in range(len(work.images)) if index not in rasters.used | rasters.broken.keys()]
     if not rasters.used:
         raise ConfigurationError(
@@ -159,7 +159,9 @@ def _integrate(
         )
     if unused:
         first = work.images[unused[0]].path.name
-        typer.echo(f"{len(unused)} of {len(work.images)} images see nothing of it, the first is {first}", err=True)
+        typer.echo(
+            f"{len(unused)} of {len(work.images)} images do not see the focal surface; the first is {first}", err=True
+        )
     return rasters
 
 

@@ -1,4 +1,4 @@
-"""``aos-gcs plan-aperture``: how many drones, how far apart, for a forest."""
+"""``aos-gcs plan-aperture``: proposal of the number and spacing of drones for a forest."""
 
 from __future__ import annotations
 
@@ -12,9 +12,11 @@ import typer
 
 def plan_aperture(
     *,
-    altitude: Annotated[float, typer.Option(metavar="M", help="Of the lowest layer above the ground, metres.")] = 35.0,
+    altitude: Annotated[
+        float, typer.Option(metavar="M", help="Height of the lowest layer above ground, metres.")
+    ] = 35.0,
     fov: Annotated[float, typer.Option(metavar="DEG", help="Smaller field of view of the cameras, degrees.")] = 50.0,
-    canopy_height: Annotated[float, typer.Option(metavar="M", help="Of the tree tops, metres.")] = 18.0,
+    canopy_height: Annotated[float, typer.Option(metavar="M", help="Height of the tree tops, metres.")] = 18.0,
     crown_base: Annotated[float, typer.Option(metavar="M", help="Height at which crowns begin, metres.")] = 6.0,
     occluder_size: Annotated[
         float, typer.Option(metavar="M", help="Diameter of twigs with their leaves, metres.")
@@ -26,9 +28,9 @@ def plan_aperture(
         float, typer.Option(metavar="SHARE", help="Wanted share of the visibility of infinitely many drones.")
     ] = 0.95,
     layer_spacing: Annotated[
-        float, typer.Option(metavar="M", help="Between the heights of two drones, metres; 0: all at one height.")
+        float, typer.Option(metavar="M", help="Vertical distance of two drones, metres; 0: all at one altitude.")
     ] = 2.0,
-    drones: Annotated[int | None, typer.Option(help="Number of drones, if it is given.")] = None,
+    drones: Annotated[int | None, typer.Option(help="Number of drones; default: as many as proposed.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the proposal as one JSON object.")] = False,
 ) -> None:
     """Propose spacing (c4), number and altitude layers of drones for a forest, with the reasons.

@@ -48,7 +48,7 @@ Count = Annotated[
     Path | None,
     typer.Option(
         metavar="FILE.npy|FILE.tif",
-        help="Also write how many images cover each pixel: uint16.",
+        help="Also write the number of images that cover each pixel: uint16.",
         rich_help_panel=PANEL,
     ),
 ]
@@ -56,7 +56,7 @@ Png = Annotated[
     Path | None,
     typer.Option(
         metavar="FILE.png",
-        help="Also write the integral as a picture with stretched contrast; with --ortho, and a world file .pgw.",
+        help="Also write the integral as a picture with stretched contrast; beside a map, with a world file .pgw.",
         rich_help_panel=PANEL,
     ),
 ]
@@ -64,8 +64,8 @@ Anomaly = Annotated[
     list[Path] | None,
     typer.Option(
         metavar="FILE.npy|FILE.tif|FILE.png",
-        help="Also find anomalies in every image, and write how many images mark each pixel: uint16, or a heat "
-        "overlay. May be given several times.",
+        help="Also find anomalies in every image, and write the number of images that mark each pixel: uint16, or a "
+        "heat overlay. May be given several times.",
         rich_help_panel=ANOMALY_PANEL,
     ),
 ]
@@ -73,7 +73,7 @@ Blobs = Annotated[
     Path | None,
     typer.Option(
         metavar="FILE.geojson|FILE.json|FILE.csv",
-        help="Also write a table of connected anomalies of a map: place, area, and how many images agree.",
+        help="Also write a table of connected anomalies of a map: position, area, and number of images that agree.",
         rich_help_panel=ANOMALY_PANEL,
     ),
 ]
@@ -82,7 +82,7 @@ DetectorName = Annotated[
     typer.Option(
         "--detector",
         case_sensitive=False,
-        help="How anomalies are found. A grey recording is thermal to the thermal detector.",
+        help="Anomaly detector. The thermal detector takes grey images for thermal ones.",
         rich_help_panel=ANOMALY_PANEL,
     ),
 ]
@@ -91,21 +91,23 @@ MinScore = Annotated[
     typer.Option(
         metavar="SCORE",
         help="Score that an anomalous pixel must exceed: a squared distance from the background in its standard "
-        "deviations. Without, the detector's own, which background hardly ever exceeds.",
+        "deviations. Default: a limit of the detector that background hardly ever exceeds.",
         rich_help_panel=ANOMALY_PANEL,
     ),
 ]
 MinCount = Annotated[
     int,
     typer.Option(
-        metavar="N", help="Images that must mark a pixel for it to count in the table.", rich_help_panel=ANOMALY_PANEL
+        metavar="N",
+        help="Number of images that must mark a pixel for it to count in the table.",
+        rich_help_panel=ANOMALY_PANEL,
     ),
 ]
 
 
 @dataclass(frozen=True, slots=True)
 class ResultOptions:
-    """The files to write, and what anomalies are.
+    """Files to write, and the detector of anomalies.
 
     Raises:
         ConfigurationError: if a file cannot be written, two are the same, a suffix is not known, or a number lies
@@ -139,10 +141,10 @@ class ResultOptions:
         _check_suffix("--blobs", (self.blobs,), tuple(FORMATS))
         if not self.ortho:
             if self.blobs is not None:
-                raise ConfigurationError("--blobs lists the anomalies of a map: ask for one with --ortho RES.")
+                raise ConfigurationError("--blobs lists the anomalies of a map: request one with --ortho RES.")
             for path in self._geotiffs():
                 raise ConfigurationError(
-                    f"Cannot write {path}: a view has no place on a map. Ask for a map with --ortho RES, or write .npy."
+                    f"Cannot write {path}: a view has no place on a map. Request a map with --ortho RES, or write .npy."
                 )
 
     @property

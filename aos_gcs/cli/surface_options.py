@@ -1,4 +1,4 @@
-"""The focal surface and the raster of ``aos-gcs integrate``: options for planes, terrain, views and maps."""
+"""Focal surface and raster of ``aos-gcs integrate``: options for planes, terrain, views and maps."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ Tilt = Annotated[
     str | None,
     typer.Option(
         metavar="NORTH_DEG,EAST_DEG",
-        help="Tilt the plane: z grows by the tangents of these angles along y and along x, and is Z (or what "
-        "autofocus finds) below the mean of all cameras.",
+        help="Tilt of the plane: its slopes along y and along x are the tangents of these angles. Its height is Z (or "
+        "that of autofocus) below the mean of all cameras.",
         rich_help_panel=PANEL,
     ),
 ]
@@ -41,21 +41,19 @@ Dem = Annotated[
     Path | None,
     typer.Option(
         metavar="FILE",
-        help="Focus on a terrain instead of a plane: .obj, .obj.gz or GeoTIFF (.tif).",
+        help="Terrain to focus on instead of a plane: .obj, .obj.gz or GeoTIFF (.tif).",
         rich_help_panel=PANEL,
     ),
 ]
 DemOffset = Annotated[
     float | None,
-    typer.Option(
-        metavar="DZ", help="Shift the terrain by DZ along z, metres.", show_default="0", rich_help_panel=PANEL
-    ),
+    typer.Option(metavar="DZ", help="Shift of the terrain along z, metres.", show_default="0", rich_help_panel=PANEL),
 ]
 View = Annotated[
     int | None,
     typer.Option(
         metavar="INDEX",
-        help="The virtual camera takes the pose of this image, counted from 0.",
+        help="Image whose pose the virtual camera takes, counted from 0.",
         rich_help_panel=RASTER_PANEL,
     ),
 ]
@@ -63,7 +61,7 @@ Ortho = Annotated[
     float | None,
     typer.Option(
         metavar="RES",
-        help="A map instead of a view: all that is seen, seen along z, RES metres a cell.",
+        help="Resolution of an orthographic map of all that is seen, instead of a view; metres per cell.",
         rich_help_panel=RASTER_PANEL,
     ),
 ]
@@ -77,7 +75,7 @@ Size = Annotated[
 
 @dataclass(frozen=True, slots=True)
 class FocusOptions:
-    """The focal surface as the options name it; files are not read yet."""
+    """Focal surface as given by the options; files are not read yet."""
 
     plane: float | Autofocus = 0.0
     """Height of the plane or how to find it; unused with a terrain."""
@@ -92,9 +90,9 @@ class FocusOptions:
         A plane tilted by hand has its height below the mean of all camera positions.
 
         Args:
-            survey: autofocus goes through its frames.
-            virtual: camera, whose view autofocus looks at unless it has a region of its own; None for maps.
-            skip_broken: pass over images that cannot be read.
+            survey: recording whose frames autofocus compares.
+            virtual: camera whose view autofocus looks at unless it has a region of its own; None for maps.
+            skip_broken: skip images that cannot be read.
 
         Raises:
             ConfigurationError, InputDataError: if a terrain cannot be read or placed, or autofocus finds no height.
@@ -137,9 +135,9 @@ def focus_options(
     """
     if dem is None:
         if offset_m is not None:
-            raise ConfigurationError("--dem-offset is about a terrain: give it together with --dem.")
+            raise ConfigurationError("--dem-offset requires --dem.")
         if focus_tilt and tilt is not None:
-            raise ConfigurationError("--tilt and --focus-tilt exclude each other: give the tilt, or let it be found.")
+            raise ConfigurationError("--tilt and --focus-tilt exclude each other: give the tilt, or search for it.")
         return FocusOptions(plane_or_autofocus(plane_z, autofocus, focus_region, tilt=focus_tilt), _slopes(tilt))
     others = {
         "--plane-z": plane_z is not None,
@@ -191,7 +189,7 @@ def virtual_camera(survey: Survey, view: int | None, size: int | None) -> tuple[
 
 
 def describe_map(raster: GroundRaster) -> str:
-    """Return a line about where a map lies."""
+    """Return a line that describes the place of a map."""
     direction = "+y" if raster.rows_along_y else "-y"
     return (
         f"map: {raster.columns} x {raster.rows} cells of {raster.resolution_m:g} m; the outer corner of the first cell "

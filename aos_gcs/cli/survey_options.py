@@ -1,4 +1,4 @@
-"""The recording of ``aos-gcs integrate``: options that say where images were taken, and with which camera."""
+"""Recording of ``aos-gcs integrate``: options for the poses and the camera of the images."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ ImageFolder = Annotated[Path, typer.Argument(help="Folder with the recorded imag
 Poses = Annotated[
     Path | None,
     typer.Option(
-        help='JSON: {"images": [{"imagefile": NAME, "M3x4": ROWS}, ...]}, M3x4 from world to camera. Without, the '
-        "images are JPEG photographs that carry their positions.",
+        help='JSON: {"images": [{"imagefile": NAME, "M3x4": ROWS}, ...]}, M3x4 from world to camera. Without it, '
+        "the images are JPEG photographs with positions in their metadata.",
         rich_help_panel=PANEL,
     ),
 ]
@@ -31,7 +31,7 @@ Fov = Annotated[
     float | None,
     typer.Option(
         metavar="DEG",
-        help="Full horizontal field of view of the images, degrees. Photographs tell it themselves.",
+        help="Full horizontal field of view of the images, degrees. Photographs contain it.",
         rich_help_panel=PANEL,
     ),
 ]
@@ -46,11 +46,9 @@ Fisheye = Annotated[
 Origin = Annotated[
     str | None,
     typer.Option(
-        "--origin",
-        "--dem-origin",
         metavar="LAT,LON[,ALT]",
-        help="Where the poses' world, x east, y north, z up, has its origin: places a GeoTIFF terrain about it, and "
-        "the map on the earth. Without ALT, z are altitudes.",
+        help="Origin of the poses' world (x east, y north, z up): georeferences the map, and places a GeoTIFF terrain. "
+        "Without ALT, z are altitudes above sea level.",
         rich_help_panel=PANEL,
     ),
 ]
@@ -58,8 +56,8 @@ Ground = Annotated[
     float | None,
     typer.Option(
         metavar="ALT",
-        help="Altitude of the ground below photographs, as they tell altitudes: z = 0. Without, z = 0 is where the "
-        "flight began.",
+        help="Altitude of the ground below photographs, in their own altitude reference: z = 0. Without it, z = 0 is "
+        "the place of takeoff.",
         rich_help_panel=PANEL,
     ),
 ]
@@ -67,7 +65,7 @@ SkipBroken = Annotated[
     bool,
     typer.Option(
         "--skip-broken",
-        help="Leave out images that cannot be read, instead of stopping at the first.",
+        help="Skip images that cannot be read, instead of stopping at the first.",
         rich_help_panel=PANEL,
     ),
 ]
@@ -84,7 +82,7 @@ def open_survey(
     ground_amsl_m: float | None,
     skip_broken: bool,
 ) -> Survey:
-    """Open a recording; images that take no part are counted and told on standard error.
+    """Open a recording; the number of skipped images is printed on standard error.
 
     Raises:
         ConfigurationError: if options are not valid, or do not go together.
@@ -98,16 +96,16 @@ def open_survey(
         if fov_rad is None:
             raise ConfigurationError("--poses needs the field of view of the images: give it as --fov DEG.")
         if ground_amsl_m is not None:
-            raise ConfigurationError("--ground is about photographs that carry their positions, not about --poses.")
+            raise ConfigurationError("--ground applies to photographs with their own positions, not to --poses.")
         place = None if origin is None else _origin(origin)
         survey = read_poses(poses, folder, fov_rad, lens=distortion, origin=place, skip_broken=skip_broken)
     else:
         if origin is not None:
-            raise ConfigurationError("--origin is about --poses: photographs carry their positions themselves.")
+            raise ConfigurationError("--origin applies to --poses: photographs have positions in their metadata.")
         if ground_amsl_m is not None and not math.isfinite(ground_amsl_m):
             raise ConfigurationError(f"--ground must be a finite number of metres, got {ground_amsl_m}.")
         survey = read_photos(folder, ground_amsl_m=ground_amsl_m, horizontal_fov_rad=fov_rad, lens=distortion)
-    tell_left_out(len(survey.images) + len(survey.left_out), survey.left_out)
+    report_skipped(len(survey.images) + len(survey.left_out), survey.left_out)
     return survey
 
 
@@ -120,11 +118,11 @@ def parse_numbers(text: str) -> list[float]:
     return numbers if all(math.isfinite(number) for number in numbers) else []
 
 
-def tell_left_out(total: int, reasons: Mapping[str, str]) -> None:
-    """Say on standard error how many images take no part, and why."""
+def report_skipped(total: int, reasons: Mapping[str, str]) -> None:
+    """Print on standard error how many images are skipped, and why the first."""
     if reasons:
         name, reason = next(iter(reasons.items()))
-        typer.echo(f"{len(reasons)} of {total} images are left out; {name}: {reason}", err=True)
+        typer.echo(f"{len(reasons)} of {total} images are skipped; {name}: {reason}", err=True)
 
 
 def _distortion(lens: str | None, fisheye: str | None) -> LensDistortion | None:

@@ -1,4 +1,4 @@
-"""How ``aos-gcs integrate`` computes: averaging, memory, processes and machines."""
+"""Computation of ``aos-gcs integrate``: options for averaging, memory, processes and machines."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ Fast = Annotated[
 Median = Annotated[
     bool,
     typer.Option(
-        "--median", help="The median of each pixel's values instead of their mean.", rich_help_panel=AVERAGE_PANEL
+        "--median", help="Median of each pixel's values instead of their mean.", rich_help_panel=AVERAGE_PANEL
     ),
 ]
 Trim = Annotated[
     float | None,
     typer.Option(
         metavar="SHARE",
-        help="The mean without this share of the largest and of the smallest values, 0 to 0.5.",
+        help="Share of the largest and of the smallest values that the mean leaves out, 0 to 0.5.",
         rich_help_panel=AVERAGE_PANEL,
     ),
 ]
@@ -46,7 +46,7 @@ MaxMemory = Annotated[
     int,
     typer.Option(
         metavar="MB",
-        help="Memory of each process for values and sums, besides one image; what is larger is done in parts.",
+        help="Memory of each process for values and sums, besides one image; larger work is divided.",
         rich_help_panel=PANEL,
     ),
 ]
@@ -54,7 +54,7 @@ Jobs = Annotated[
     int | None,
     typer.Option(
         metavar="N",
-        help="Compute the tiles of a map in N processes (pip install 'aos-gcs[lab]').",
+        help="Number of processes that compute the tiles of a map (pip install 'aos-gcs\\[lab]').",
         rich_help_panel=PANEL,
     ),
 ]
@@ -62,8 +62,8 @@ Scheduler = Annotated[
     str | None,
     typer.Option(
         metavar="ADDRESS",
-        help="Compute the tiles of a map on the workers of this Dask scheduler, for example tcp://host:8786. They read "
-        "the images from the same paths.",
+        help="Dask scheduler whose workers compute the tiles of a map, for example tcp://host:8786. They read the "
+        "images from the same paths.",
         rich_help_panel=PANEL,
     ),
 ]
@@ -71,7 +71,7 @@ Scheduler = Annotated[
 
 @dataclass(frozen=True, slots=True)
 class WorkOptions:
-    """How to compute.
+    """Values of the options for the computation.
 
     Raises:
         ConfigurationError: if a value lies outside its range, or options exclude each other.
@@ -97,14 +97,14 @@ class WorkOptions:
             raise ConfigurationError(f"--jobs must be at least 1, got {self.jobs}.")
 
     def check_map(self, ortho: float | None) -> None:
-        """Refuse to share out a view.
+        """Refuse to divide a view among processes.
 
         Raises:
             ConfigurationError: if several processes are asked for what is not a map.
         """
         if ortho is None and (self.jobs is not None or self.scheduler is not None):
             name = "--jobs" if self.jobs is not None else "--scheduler"
-            raise ConfigurationError(f"{name} shares out the tiles of a map: ask for one with --ortho RES.")
+            raise ConfigurationError(f"{name} divides the tiles of a map: request one with --ortho RES.")
 
     @property
     def share_left_out(self) -> float | None:
@@ -112,13 +112,13 @@ class WorkOptions:
         return MEDIAN if self.median else self.trim
 
     def integrate(self, work: Work, tiles: Sequence[Tile], shape: tuple[int, int], folder: Path) -> SurveyRasters:
-        """Integrate tiles and put them together, showing how far it is.
+        """Integrate tiles and put them together, with a progress bar.
 
         Args:
-            work: what the tiles have in common.
+            work: data and settings that the tiles have in common.
             tiles: parts of the raster.
-            shape: of the whole raster.
-            folder: for rasters too large for the memory.
+            shape: shape of the whole raster.
+            folder: place of temporary files for rasters too large for the memory.
 
         Raises:
             AosError: see :func:`~aos_gcs.surveys.integration.integrate_tiles`.

@@ -1,4 +1,4 @@
-"""What of a photograph's EXIF tells its place and its camera."""
+"""Position, time and camera of a photograph from its EXIF."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class ExifTags:
     focal_per_diagonal: float | None
     """Focal length divided by the diagonal of the sensor."""
     utc_s: float | None
-    """When it was taken, since the Unix epoch: by the camera where it tells its time zone, else by the GPS."""
+    """Time of exposure since the Unix epoch: of the camera if its time zone is known, else of the GPS."""
 
 
 def exif_tags(exif: Any, width_px: int) -> ExifTags:

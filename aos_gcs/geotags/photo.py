@@ -58,9 +58,9 @@ class Geotag:
     latitude_deg: float
     longitude_deg: float
     altitude_amsl_m: float | None
-    """As the aircraft tells it: tens of metres off are usual, and some mean the height above the ellipsoid."""
+    """Altitude as recorded by the aircraft: errors of tens of metres are usual; some are above the ellipsoid."""
     relative_altitude_m: float | None
-    """Above the place of takeoff."""
+    """Height above the place of takeoff."""
     R_cam2enu: NDArray[np.float64]
     """Shape (3, 3)."""
     width_px: int
@@ -70,7 +70,7 @@ class Geotag:
     """When it was taken, since the Unix epoch; None where it does not tell, or not in which time zone."""
 
     def camera(self, horizontal_fov_rad: float | None = None) -> CameraModel:
-        """Return the camera; a field of view takes the place of the focal length that the photograph tells.
+        """Return the camera; a field of view replaces the focal length in the metadata.
 
         Raises:
             InputDataError: if neither is known.
@@ -104,7 +104,7 @@ def read_geotag(source: Path | BinaryIO) -> Geotag:
 
 
 def geotag(exif: ExifTags, xmp: Mapping[str, str], width_px: int, height_px: int) -> Geotag:
-    """Put EXIF and XMP together; what XMP tells has more digits and comes first.
+    """Combine EXIF and XMP; values of XMP have more digits and come first.
 
     Raises:
         InputDataError: naming the tag that is missing, or of no use.

@@ -1,4 +1,4 @@
-"""Where the target behind a blob stands, and how well that is known.
+"""Geolocation: position of the target behind a blob, with its covariance.
 
 Every frame that marks a blob gives one line of sight. The target is where the lines meet, near the focal plane: a
 generalised least-squares intersection with a prior on the height of what is seen. A blob's plain centroid lacks the
@@ -93,7 +93,7 @@ class Geolocation:
 def geolocate(
     views: Sequence[BlobView], plane_height_m: float, uncertainty: Uncertainty, speed_mps: float = 0.0
 ) -> Geolocation:
-    """Return where the target stands that these views show.
+    """Return the position of the target that these views show.
 
     Args:
         views: one per frame that marks the blob, at least one. Frames of one vehicle share its biases.

@@ -39,9 +39,9 @@ class ViewIntegral:
 
         Args:
             view: see :mod:`~aos_gcs.imaging.views`.
-            bands: of all frames to come.
+            bands: bands of all frames to come.
             exact: bilinear at double precision, sums included. Otherwise OpenCV's single precision (before OpenCV 5:
-                coordinates in steps of 1/32 pixel), and the way through a lens is interpolated between whole pixels.
+                coordinates in steps of 1/32 pixel), and the map of a lens is interpolated between whole pixels.
         """
         self.coverage = np.zeros(view.shape, dtype=np.uint16)
         self._view, self._bands, self._exact = view, bands, exact

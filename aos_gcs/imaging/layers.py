@@ -1,4 +1,4 @@
-"""What one frame shows on a part of a raster, and how it is sampled."""
+"""Layers: what one frame shows on a part of a raster, and its sampling."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class Projection(Protocol):
 
 
 def sample(image: Pixels, projection: Projection, first_row: int, end_row: int, *, exact: bool) -> Layer | None:
-    """Return an image on a band of a raster in one way or the other."""
+    """Return an image on a band of a raster, at double precision if ``exact``, else at single precision."""
     return (projection.sample_exactly if exact else projection.sample)(image, first_row, end_row)
 
 

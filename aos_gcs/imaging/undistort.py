@@ -1,4 +1,4 @@
-"""The way through a distorted lens: from the pixels of its ideal camera to its own.
+"""Mapping through a distorted lens: from the pixels of its ideal camera to its own.
 
 What projects a frame composes this map with the projection and interpolates the image once. :func:`undistorted` makes
 an ideal frame of it, for methods that compare images.

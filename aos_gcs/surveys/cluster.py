@@ -27,7 +27,7 @@ def integrate_on_cluster(
         client: see :mod:`aos_gcs.cluster`.
         work: what the tiles have in common.
         tiles: to be integrated.
-        advance: is told how many tiles are done.
+        advance: called with the number of further tiles that are done.
 
     Raises:
         AosError: as :func:`~aos_gcs.surveys.integration.integrate_tiles`; also if workers are lost.

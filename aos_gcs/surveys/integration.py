@@ -1,4 +1,4 @@
-"""Integrates the tiles of a survey: frames are read one after the other, memory is bounded by the tiles held."""
+"""Integration of the tiles of a survey: frames are read one after the other, memory is bounded by the tiles held."""
 
 from __future__ import annotations
 
@@ -27,15 +27,15 @@ MARKED_SHARE = 0.25
 """Share of a bilinear sample of a mask from which a cell is marked: what the centre of a cell within the pixel has."""
 
 TERRAIN_BYTES = 64
-"""Per cell: its point in double and single precision, and what finding it takes."""
+"""Memory per cell: its point in double and single precision, and what finding it takes."""
 
 Advance = Callable[[int], None]
-"""Tells that so many more images (or tiles) are done."""
+"""Function that reports a number of further images (or tiles) as done."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Work:
-    """What the computation of every tile needs to know; can be sent to another process."""
+    """Data and settings for the computation of every tile; can be sent to another process."""
 
     images: tuple[SurveyImage, ...]
     bands: tuple[str, ...]

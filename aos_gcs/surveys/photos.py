@@ -1,4 +1,4 @@
-"""Recordings whose photographs carry their own positions."""
+"""Recordings of photographs with positions in their metadata."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ class _Photo:
     tag: Geotag
     camera: CameraModel
     height_m: float
-    """Above the ground."""
+    """Height above the ground."""
     ground_amsl_m: float
-    """As this photograph tells it."""
+    """Altitude of the ground in the altitude reference of this photograph."""
 
 
 def read_photos(
@@ -42,11 +42,11 @@ def read_photos(
     The world is east-north-up about the first photograph's place, with z = 0 on the ground.
 
     Args:
-        folder: its photographs are taken in the order of their names.
+        folder: folder of the photographs, read in the order of their names.
         ground_amsl_m: altitude of the ground, to be compared with the photographs' absolute altitudes. None: the ground
             is where the flight began, and the photographs' relative altitudes are heights above it.
-        horizontal_fov_rad: takes the place of the focal lengths that the photographs tell.
-        lens: of all photographs.
+        horizontal_fov_rad: replaces the focal lengths in the photographs' metadata.
+        lens: lens of all photographs.
 
     Raises:
         InputDataError: if there is no photograph, or none can be used; the text names the reason.

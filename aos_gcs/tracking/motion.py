@@ -47,7 +47,7 @@ class MotionSettings:
     still_s: float = 300.0
     """How long a still target stays so, on average."""
     walking_s: float = 60.0
-    """How long one that walks goes on."""
+    """Mean time for which a walker keeps walking."""
 
     def __post_init__(self) -> None:
         for name in self.__dataclass_fields__:

@@ -212,7 +212,7 @@ def test_images_that_see_nothing_are_counted(flight: Flight, capfd: pytest.Captu
     flight.document["images"][2]["M3x4"] = (np.diag([1.0, -1.0, -1.0]) @ rows).tolist()
     flight.save()
     assert run(flight.arguments()) == 0
-    assert "1 of 4 images see nothing of it, the first is 2.png" in capfd.readouterr().err
+    assert "1 of 4 images do not see the focal surface; the first is 2.png" in capfd.readouterr().err
 
 
 Change = Callable[[Flight], dict[str, object]]
@@ -368,7 +368,7 @@ BAD_INPUT = {
     "dem and plane": (options(dem="dem.obj"), "--dem and --plane-z exclude each other"),
     "dem and tilt": (options(plane_z=None, dem="dem.obj", tilt="1,1"), "--dem and --tilt exclude each other"),
     "dem and autofocus": (options(plane_z=None, dem="a.obj", autofocus="1,2"), "--dem and --autofocus exclude"),
-    "offset without dem": (options(dem_offset=1), "--dem-offset is about a terrain"),
+    "offset without dem": (options(dem_offset=1), "--dem-offset requires --dem"),
     "offset not finite": (options(plane_z=None, dem="a.obj", dem_offset="nan"), "--dem-offset must be a finite"),
     "origin incomplete": (options(plane_z=None, dem="a.tif", origin="48"), "--origin needs LATITUDE"),
     "origin off the globe": (options(plane_z=None, dem="a.tif", origin="148,14,0"), "--origin needs LATITUDE"),
@@ -414,7 +414,7 @@ BAD_INPUT = {
     "view too large": (options(view=4), r"--view 4 is out of range: .* has the views 0 to 3"),
     "view negative": (options(view=-1), "--view -1 is out of range"),
     "no fov": (options(fov=None), "--poses needs the field of view of the images: give it as --fov DEG"),
-    "ground of poses": (options(ground=300), "--ground is about photographs that carry their positions"),
+    "ground of poses": (options(ground=300), "--ground applies to photographs"),
     "lens in the file": (lens_of("lens", [0.1, 0.2]), r"'lens' of the poses file .* needs 4 to 5 finite coefficients"),
     "fisheye in the file": (lens_of("fisheye", 0.1), r"'fisheye' of the poses file .* needs 4 finite coefficients"),
     "fov zero": (options(fov=0), "--fov must lie between 0 and 180 degrees, got 0"),

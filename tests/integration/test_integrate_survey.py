@@ -155,7 +155,7 @@ def test_photographs_that_cannot_be_used_are_counted(
     (photographs.images / "5.jpg").write_bytes(b"")
     assert run(photographs.arguments("--ortho", 0.2)) == 0
     errors = capfd.readouterr().err
-    assert "3 of 6 images are left out; 1.jpg: it has no GimbalYawDegree and GimbalPitchDegree" in errors
+    assert "3 of 6 images are skipped; 1.jpg: it has no GimbalYawDegree and GimbalPitchDegree" in errors
     assert error_of_map(photographs.out).mean() < 1.0
 
 
@@ -259,7 +259,7 @@ BAD_OPTIONS: dict[str, tuple[tuple[object, ...], str]] = {
     "trim": (("--ortho", 1, "--trim", 0.6), "--trim must lie between 0 and 0.5"),
     "memory": (("--ortho", 1, "--max-memory", 1), "--max-memory must be at least 50 MB"),
     "jobs": (("--ortho", 1, "--jobs", 0), "--jobs must be at least 1"),
-    "jobs of a view": (("--view", 0, "--out", "v.npy", "--jobs", 2), "--jobs shares out the tiles of a map"),
+    "jobs of a view": (("--view", 0, "--out", "v.npy", "--jobs", 2), "--jobs divides the tiles of a map"),
     "jobs and scheduler": (("--ortho", 1, "--jobs", 1, "--scheduler", "tcp://h:1"), "--jobs and --scheduler exclude"),
     "scheduler": (("--ortho", 1, "--scheduler", unreachable()), r"scheduler tcp://127\.0\.0\.1:\d+ cannot be reached"),
     "no address": (("--ortho", 1, "--scheduler", "nonsense://x"), "scheduler nonsense://x cannot be reached"),
@@ -267,10 +267,10 @@ BAD_OPTIONS: dict[str, tuple[tuple[object, ...], str]] = {
     "lens of text": (("--ortho", 1, "--lens", "a,b,c,d"), "--lens needs 4 to 5 finite coefficients"),
     "fisheye": (("--ortho", 1, "--fisheye", "1,2,3,4,5"), "--fisheye needs 4 finite coefficients"),
     "lens and fisheye": (("--ortho", 1, "--lens", "0,0,0,0", "--fisheye", "0,0,0,0"), "--lens and --fisheye exclude"),
-    "origin": (("--ortho", 1, "--origin", "48,14"), "photographs carry their positions themselves"),
+    "origin": (("--ortho", 1, "--origin", "48,14"), "photographs have positions in their metadata"),
     "ground": (("--ortho", 1, "--ground", "nan"), "--ground must be a finite number"),
     "ground above": (("--ortho", 1, "--ground", 900), "No image has the focal surface in front of its camera"),
-    "region": (("--ortho", 1, "--plane-z", 0, "--focus-region", "0,0,1,1"), "--focus-region is about --autofocus"),
+    "region": (("--ortho", 1, "--plane-z", 0, "--focus-region", "0,0,1,1"), "--focus-region requires --autofocus"),
     "region of no area": (
         ("--ortho", 1, "--autofocus", "-5,5", "--focus-region", "0,0,0,1"),
         "--focus-region needs X0,Y0,X1,Y1",
@@ -401,8 +401,8 @@ def test_broken_images_are_left_out_when_asked(tmp_path: Path, capfd: pytest.Cap
     assert not out.exists()
     assert run([*arguments, "--skip-broken"]) == 0
     errors = capfd.readouterr().err
-    assert_found(r"1 of 4 images are left out; 0\.png: The image .* is incomplete", errors)
-    assert_found(r"1 of 3 images are left out; 2\.png: The image .* has 60 x 50 pixels", errors)
+    assert_found(r"1 of 4 images are skipped; 0\.png: The image .* is incomplete", errors)
+    assert_found(r"1 of 3 images are skipped; 2\.png: The image .* has 60 x 50 pixels", errors)
     for path in images.iterdir():
         path.write_bytes(b"")
     assert run([*arguments, "--skip-broken"]) == 2

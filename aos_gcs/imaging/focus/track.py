@@ -12,7 +12,7 @@ GATE_SIGMAS = 3.0
 """Distance beyond which a result is doubted, in standard deviations."""
 
 MAX_DOUBTED = 2
-"""Results in a row that may be doubted; the next one is believed."""
+"""Results in a row that may be doubted; the next one is accepted."""
 
 MIN_SIGMA_M = 0.1
 """Smallest standard deviation of a single result: errors of poses are common to all steps."""

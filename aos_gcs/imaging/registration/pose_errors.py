@@ -107,9 +107,9 @@ class Registration:
         """
         if self.steps == 0:
             return 0.0
-        told = _JUDGED + POSE_ERRORS * np.arange(len(self.vehicle_ids))[:, np.newaxis]
+        judged = _JUDGED + POSE_ERRORS * np.arange(len(self.vehicle_ids))[:, np.newaxis]
         sigmas = np.tile(self.budget.lasting.of_one()[_JUDGED], len(self.vehicle_ids))
-        left = self._relative_covariance()[np.ix_(told.ravel(), told.ravel())] / np.outer(sigmas, sigmas)
+        left = self._relative_covariance()[np.ix_(judged.ravel(), judged.ravel())] / np.outer(sigmas, sigmas)
         return self.inlier_share * max(0.0, 1.0 - float(np.linalg.eigvalsh(left)[-1]))
 
     def sigmas(self) -> NDArray[np.float64]:
@@ -243,7 +243,7 @@ def _of_frames(known: Registration, rows: NDArray[np.intp]) -> Gaussian:
 
 
 def _without_formation(before: Gaussian, after: Gaussian, poses: Sequence[Pose]) -> Gaussian:
-    """Return what frames tell when nothing that they seem to tell of the whole formation's turn and scale is believed.
+    """Return the estimate without the information that frames seem to hold on the whole formation's turn and scale.
 
     One step cannot tell these two. Small errors of the measurement and of its linear model look as if it could, mostly
     in the same direction, and would add up from step to step (the inconsistency of filters that Huang, Mourikis and
@@ -255,10 +255,10 @@ def _without_formation(before: Gaussian, after: Gaussian, poses: Sequence[Pose])
     turn = np.column_stack((y, -x, zero, zero + 1.0, zero, zero)).ravel()
     scale = np.column_stack((x, y, z, zero, zero, zero)).ravel()
     whole = np.column_stack((turn, scale))
-    told = np.linalg.inv(after.covariance) - np.linalg.inv(before.covariance)
+    information = np.linalg.inv(after.covariance) - np.linalg.inv(before.covariance)
     # As if each step had a turn and a scale of its own, of standard deviations of 1 rad and 100 %.
-    doubt = told @ whole @ np.linalg.inv(whole.T @ told @ whole + np.eye(2)) @ whole.T
-    covariance = np.linalg.inv(np.linalg.inv(before.covariance) + told - doubt @ told)
+    doubt = information @ whole @ np.linalg.inv(whole.T @ information @ whole + np.eye(2)) @ whole.T
+    covariance = np.linalg.inv(np.linalg.inv(before.covariance) + information - doubt @ information)
     pull = np.linalg.solve(after.covariance, after.mean - before.mean)
     return Gaussian(before.mean + covariance @ (pull - doubt @ pull), (covariance + covariance.T) / 2.0)
 

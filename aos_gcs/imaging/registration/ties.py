@@ -107,7 +107,7 @@ def measure_ties(
 
     Args:
         frames: without distortion, all with the same bands.
-        poses: of the frames, as they are believed to be.
+        poses: best estimates of the frames' poses.
         patches_m: centres of the patches, shape (m, 3).
         pairs: which frames to compare, shape (n, n); the upper triangle counts.
         size: of all patches.
