@@ -13,7 +13,7 @@ def load_extra(module: str, extra: str, purpose: str) -> ModuleType:
 
     Args:
         module: dotted name.
-        extra: of this distribution that installs it.
+        extra: extra of this distribution that installs it.
         purpose: subject of the error's sentence, e.g. ``Reading a GeoTIFF``.
 
     Raises:

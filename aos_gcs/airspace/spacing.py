@@ -20,8 +20,8 @@ def landing_spots(centre_enu_m: Sequence[float], n: int, spacing_m: float) -> Fl
 
     Args:
         centre_enu_m: shape (2,), metres.
-        n: how many, 0 or more.
-        spacing_m: between neighbours.
+        n: number of spots, 0 or more.
+        spacing_m: distance between neighbours.
     """
     reach = math.isqrt(max(n, 1)) + 1
     steps = np.arange(-reach, reach + 1)

@@ -61,7 +61,7 @@ class ApertureAdvice:
 
 
 def advise(settings: MissionSettings, forest: ForestSettings) -> ApertureAdvice:
-    """Compare a mission's aperture with what a forest asks for.
+    """Compare a mission's aperture with the one that suits a forest.
 
     Raises:
         ConfigurationError: the vehicles would fly below the tree tops, or the forest is none; the text names the field.

@@ -56,7 +56,7 @@ def scan_legs(
 
     Args:
         area_enu_m: simple polygon, shape (m, 2), metres.
-        start_enu_m: where the swarm comes from, shape (2,), metres.
+        start_enu_m: place that the swarm comes from, shape (2,), metres.
         direction_enu: axis of the legs, shape (2,); legs run in both directions along it.
         n: number of vehicles, 2 or more.
         spacing_m: c4, metres.
@@ -100,7 +100,7 @@ def _strip_spans(vertices_m: FloatArray, count: int) -> FloatArray:
 
     Args:
         vertices_m: polygon in the axes (along, across), shape (m, 2).
-        count: how many strips of equal width.
+        count: number of strips of equal width.
     """
     low_m, high_m = float(vertices_m[:, 1].min()), float(vertices_m[:, 1].max())
     borders_m = np.linspace(low_m, high_m, count + 1)

@@ -40,13 +40,13 @@ async def open_dashboard(
     """Serve the dashboard for as long as the context is entered, unless it is switched off.
 
     Args:
-        mission: what is shown.
-        config: where it is served.
-        code: what makes a client an operator.
-        planning: of the mission; None where there is nothing to plan.
-        replay: of the mission; None where it is flown.
-        viewer: of its frames.
-        findings: of the mission; None where they cannot be changed.
+        mission: mission to show.
+        config: address and files of the dashboard.
+        code: code by which operators sign in.
+        planning: control of plans; None where there is nothing to plan.
+        replay: control of the replay; None for a mission in flight.
+        viewer: views of recorded frames.
+        findings: control of findings; None where they cannot be changed.
 
     Raises:
         LinkError: its port cannot be opened.

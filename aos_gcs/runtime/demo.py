@@ -83,7 +83,7 @@ class Demo:
         return self._service.folder
 
     async def run(self) -> Score:
-        """Run simulator and mission to the end, and judge it.
+        """Run simulator and mission to the end, and return the score.
 
         Raises:
             ConfigurationError: the simulator has refused an option.

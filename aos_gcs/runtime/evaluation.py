@@ -1,4 +1,4 @@
-"""How well a simulated mission did, judged by the simulator's truth."""
+"""Score of a simulated mission by the simulator's truth."""
 
 from __future__ import annotations
 

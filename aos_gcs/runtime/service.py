@@ -1,4 +1,4 @@
-"""Puts the parts of a mission together and runs them: driver, coordinator, record, dashboard."""
+"""The service: driver, coordinator, record and dashboard of one mission, put together and run."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Service:
         return self.mission.snapshot()
 
     async def stay(self) -> None:
-        """Keep the dashboard up until cancelled, and record what operators make of the findings."""
+        """Keep the dashboard up until cancelled, and record how operators judge the findings."""
         async with self._journal.recorded(self._recorder):
             await asyncio.Event().wait()
 

@@ -76,12 +76,12 @@ class _Step:
 
 
 class Viewer:
-    """Implements ``ViewControl`` on a mission folder, be it still written to or not.
+    """Implementation of ``ViewControl`` on a mission folder, of a mission in flight or ended.
 
     Args:
-        folder: of the mission.
-        settings: how the mission's frames are analysed.
-        focus_reach_m: how far above and below the mission's plane autofocus looks.
+        folder: mission folder.
+        settings: analysis of the mission's frames.
+        focus_reach_m: range of autofocus above and below the mission's plane.
     """
 
     def __init__(self, folder: Path, settings: ImagingSettings, focus_reach_m: float) -> None:

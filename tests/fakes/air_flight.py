@@ -12,6 +12,7 @@ import pytest
 
 from aos_drivers.frames.files.fetching import Download, ImageFetcher
 from aos_drivers.mavlink.service import MavlinkFleet, open_mavlink
+from aos_gcs.airspace.limits import UNLIMITED
 from aos_gcs.clock import LoopClock
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
@@ -30,8 +31,7 @@ from tests.fakes.frozen import StationLoop, station
 from tests.fakes.mission_flight import InlineExecutor, MemoryRecorder, settings
 
 IMAGE_SIZE_PX = 96
-SEPARATION_M = 1.5
-"""The default of ``safety.separation_m``."""
+SEPARATION_M = UNLIMITED.separation_m
 TARGET_ENU_M = (2.0, 30.0)
 _TARGET_RADIUS_M = 0.7
 AREA_ENU_M = ((-8.0, 10.0), (8.0, 10.0), (8.0, 45.0), (-8.0, 45.0))

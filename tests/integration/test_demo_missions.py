@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from aos_gcs.airspace.limits import UNLIMITED
 from aos_gcs.cli import main
 from aos_gcs.mission.model import Outcome, Phase, Task
 from aos_gcs.store.reader import MissionReader
@@ -24,8 +25,7 @@ KEYS = {
     "min_separation_m",
     "mission_dir",
 }
-SEPARATION_M = 1.5
-"""The default of ``safety.separation_m``."""
+SEPARATION_M = UNLIMITED.separation_m
 SMALL = ("--vehicles", "4", "--image-size", "192", "--trees-per-ha", "30", "--seed", "2", "--speed", "10")
 """Few trees, so that the person is seen whatever way the swarm takes."""
 
