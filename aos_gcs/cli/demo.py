@@ -63,7 +63,7 @@ def demo(
 
 
 async def _fly(options: DemoOptions, as_json: bool, stay: bool) -> Score:
-    from aos_gcs.cli.live import followed  # noqa: PLC0415 - heavy, only for this command
+    from aos_gcs.cli.display.live import followed  # noqa: PLC0415 - heavy, only for this command
     from aos_gcs.runtime.demo import open_demo  # noqa: PLC0415
 
     async with open_demo(options) as flight:

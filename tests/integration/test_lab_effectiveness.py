@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from aos_gcs.cli.lab import lab
+from aos_gcs.cli.lab.commands import lab
 from aos_gcs.errors import AosError, ConfigurationError
 from aos_gcs.imaging.persons.evidence import Evidence
 from aos_gcs.imaging.persons.likeness import person_confidence, read_model

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from aos_gcs.cli.live import Matrix
-from aos_gcs.cli.preflight_table import preflight_table
+from aos_gcs.cli.display.live import Matrix
+from aos_gcs.cli.display.preflight_table import preflight_table
 from aos_gcs.clock import LoopClock
 from aos_gcs.mission.model import CheckOverride, Phase, PreflightCheck
 from aos_gcs.mission.preflight import checks

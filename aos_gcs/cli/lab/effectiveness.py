@@ -40,7 +40,7 @@ def effectiveness(
         raise ConfigurationError(
             f"--scenes and --jobs must be at least 1 and --seed at least 0, but are {scenes}, {jobs} and {seed}."
         )
-    keys = scene_keys(_parse_densities(densities), seed, scenes)
+    keys = scene_keys(parse_densities(densities), seed, scenes)
     settings = StudySettings(strategy=strategy, vehicles=vehicles, image_size_px=image_size)
     persons = None if model is None else read_model(model)
     folder = StudyFolder(out, settings)
@@ -78,8 +78,13 @@ def fit_person(
     typer.echo(f"{out}: fitted to {sum(is_person)} persons and {len(is_person) - sum(is_person)} other bodies")
 
 
-def _parse_densities(text: str) -> list[float]:
+def parse_densities(text: str) -> list[float]:
+    """Return the value of ``--densities``, trees per hectare.
+
+    Raises:
+        ConfigurationError: the text is not a list of numbers.
+    """
     try:
         return [float(part) for part in text.split(",")]
     except ValueError:
-        raise ConfigurationError(f"--densities must be numbers with commas between, but is {text!r}.") from None
+        raise ConfigurationError(f"--densities must be numbers separated by commas, but is {text!r}.") from None

@@ -10,7 +10,7 @@ from contextlib import asynccontextmanager
 
 from rich.console import Console
 
-from aos_gcs.cli.preflight_table import preflight_table
+from aos_gcs.cli.display.preflight_table import preflight_table
 from aos_gcs.mission.control import MissionControl
 from aos_gcs.mission.model import EventKind, MissionSnapshot, Phase, StepRecord
 

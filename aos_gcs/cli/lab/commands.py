@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from aos_gcs.cli.lab_effectiveness import effectiveness, fit_person
-from aos_gcs.cli.lab_reproduce import reproduce
+from aos_gcs.cli.lab.effectiveness import effectiveness, fit_person, parse_densities
+from aos_gcs.cli.lab.reproduce import reproduce
 
 if TYPE_CHECKING:
     from aos_gcs.lab.initialisation import Initialisation
@@ -121,16 +121,11 @@ def calibrate(
 ) -> None:
     """Measure how much of the target single views see through the laboratory's forests."""
     from aos_gcs.cli.output import progress  # noqa: PLC0415 - keeps the other commands' help fast
-    from aos_gcs.errors import ConfigurationError  # noqa: PLC0415
     from aos_gcs.lab.calibration import single_view_visibility  # noqa: PLC0415
     from aos_gcs.lab.scenario import parse_scenario  # noqa: PLC0415
 
-    try:
-        trees_per_ha = [float(text) for text in densities.split(",")]
-    except ValueError:
-        raise ConfigurationError(f"--densities must be numbers with commas between, but is {densities!r}.") from None
     typer.echo("trees/ha  mean visibility of a view  half of the forests lie within")
-    for density in trees_per_ha:
+    for density in parse_densities(densities):
         scenario = parse_scenario({"trees_per_ha": density, "forest": forest, "posture": posture})
         with progress(f"{density:g} trees/ha", worlds) as advance:
             result = single_view_visibility(scenario, worlds=worlds, views=views, seed=seed, advance=advance)

@@ -1,0 +1,1 @@
+"""Displays of missions on the terminal."""
