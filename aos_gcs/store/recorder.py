@@ -92,16 +92,6 @@ class MissionRecorder:
         """Folder of the driver's raw traffic."""
         return self._folder / MAVLINK_NAME
 
-    @property
-    def failure(self) -> RecordingError | None:
-        """Why nothing is recorded at present; None while recording works."""
-        return self._failure
-
-    @property
-    def lost(self) -> int:
-        """Number of records that could not be written so far."""
-        return self._lost
-
     async def record_event(self, event: Event) -> None:
         """Record an entry of the event stream."""
         await self._queue.put(lambda database: database.add_event(event))

@@ -32,7 +32,7 @@ def test_own_pages_and_programs_may_pass(host: str, origin: str | None) -> None:
 def test_foreign_names_of_this_machine_are_refused(host: str) -> None:
     reason = refusal({"host": host}, (), check_origin=False)
     assert reason is not None
-    assert reason[0] == "unknown_host"
+    assert reason.error_id == "unknown_host"
 
 
 @pytest.mark.parametrize(
@@ -42,7 +42,7 @@ def test_foreign_origins_are_refused(origin: str) -> None:
     headers = {"host": "127.0.0.1:8080", "origin": origin}
     reason = refusal(headers, (), check_origin=True)
     assert reason is not None
-    assert reason[0] == "cross_origin"
+    assert reason.error_id == "cross_origin"
 
 
 async def test_foreign_post_changes_nothing() -> None:

@@ -235,14 +235,11 @@ async def test_a_full_disk_is_told_once_and_costs_records_only(
         await recorder.record_event(notice_event(seq))
         with pytest.raises(RecordingError, match="disk is full"):
             await recorder.flush()
-    assert recorder.lost == 3
-    assert "disk is full" in str(recorder.failure)
     assert [notice.severity for notice in store.notices] == [Severity.CRITICAL]
 
     disk.full = False
     await recorder.record_event(notice_event(4))
     await recorder.flush()
-    assert recorder.failure is None
     assert [notice.severity for notice in store.notices] == [Severity.CRITICAL, Severity.WARNING]
     assert "3 records" in store.notices[-1].text
     with store.read() as reader:
@@ -261,7 +258,6 @@ async def test_one_record_that_fails_does_not_take_its_neighbours(
     await recorder.record_event(notice_event(2))
     with pytest.raises(RecordingError, match="No space left"):
         await recorder.flush()
-    assert recorder.lost == 1
     with store.read() as reader:
         assert [event.seq for event in reader.events()] == [1, 2]
         assert reader.frames() == ()

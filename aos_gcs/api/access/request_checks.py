@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import ipaddress
 from collections.abc import Collection, Mapping
+from dataclasses import dataclass
 from urllib.parse import urlsplit
 
 from starlette.datastructures import Headers
@@ -41,10 +42,16 @@ _OPEN_PATHS = frozenset({"/api/session", "/api/plan/check"})
 _READING_METHODS = frozenset({"GET", "HEAD"})
 
 
-def refusal(
-    headers: Mapping[str, str], allowed_hosts: Collection[str], *, check_origin: bool
-) -> tuple[str, str] | None:
-    """Return the id and text of the reason to refuse a request, or ``None`` for one that may pass.
+@dataclass(frozen=True, slots=True)
+class Refusal:
+    """The reason to refuse a request."""
+
+    error_id: str
+    text: str
+
+
+def refusal(headers: Mapping[str, str], allowed_hosts: Collection[str], *, check_origin: bool) -> Refusal | None:
+    """Return the reason to refuse a request, or ``None`` for one that may pass.
 
     Args:
         headers: lower-case names.
@@ -53,10 +60,12 @@ def refusal(
     """
     host = headers.get("host", "")
     if not _is_trusted_host(host, allowed_hosts):
-        return "unknown_host", f"The host name '{host}' is not allowed. Open the dashboard by its IP address."
+        return Refusal("unknown_host", f"The host name '{host}' is not allowed. Open the dashboard by its IP address.")
     origin = headers.get("origin")
     if check_origin and origin is not None and not _is_same_origin(origin, host):
-        return "cross_origin", f"Requests from pages of '{origin}' are not allowed. Open the service's own page."
+        return Refusal(
+            "cross_origin", f"Requests from pages of '{origin}' are not allowed. Open the service's own page."
+        )
     return None
 
 
@@ -99,9 +108,9 @@ class SameOriginMiddleware:
         if reason is None:
             await self._app(scope, receive, send)
         elif is_websocket:
-            await send({"type": "websocket.close", "code": _POLICY_VIOLATION, "reason": reason[0]})
+            await send({"type": "websocket.close", "code": _POLICY_VIOLATION, "reason": reason.error_id})
         else:
-            await error_response(403, *reason)(scope, receive, send)
+            await error_response(403, reason.error_id, reason.text)(scope, receive, send)
 
 
 class OperatorsOnlyMiddleware:
