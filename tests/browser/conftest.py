@@ -9,7 +9,6 @@ from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 from functools import partial
-from pathlib import Path
 from typing import NoReturn
 
 import pytest
@@ -132,7 +131,7 @@ async def page(browser: Browser, page_record: PageRecord) -> AsyncIterator[Page]
 
 @asynccontextmanager
 async def _new_page(browser: Browser, page_record: PageRecord) -> AsyncIterator[Page]:
-    context = await browser.new_context(viewport={"width": 1280, "height": 800})
+    context = await browser.new_context(viewport={"width": 1280, "height": 800}, reduced_motion="reduce")
     page = await context.new_page()
     page.set_default_timeout(TIMEOUT_MS)
     page_record.watch(page)
@@ -211,15 +210,27 @@ async def guarded_service(dashboard_build: None) -> AsyncIterator[Service]:  # n
         yield service
 
 
-@pytest_asyncio.fixture(loop_scope="session")
-async def replayed(tmp_path: Path, dashboard_build: None) -> AsyncIterator[str]:  # noqa: ARG001 - asked for its check
-    """A scripted mission as ``aos-gcs replay`` serves it, with frames for its first step."""
-    await record(tmp_path / "mission")
-    frames = await record_viewed_step(tmp_path / "frames")
-    with MissionReader(tmp_path / "mission") as reader:
+@pytest_asyncio.fixture(scope="session", loop_scope="session")
+async def replay_service(
+    tmp_path_factory: pytest.TempPathFactory,
+    dashboard_build: None,  # noqa: ARG001 - asked for its check only
+) -> AsyncIterator[tuple[MissionReplay, str]]:
+    """A scripted mission as ``aos-gcs replay`` serves it, with frames for its first step, and its address."""
+    folder = tmp_path_factory.mktemp("replay")
+    await record(folder / "mission")
+    frames = await record_viewed_step(folder / "frames")
+    with MissionReader(folder / "mission") as reader:
         mission = MissionReplay(reader, LoopClock())
         viewer = Viewer(frames, ImagingSettings(), focus_reach_m=10.0)
         async with serve(create_app(mission, replay=mission, viewer=viewer), port=0) as address:
             running = asyncio.create_task(mission.run())
-            yield address.url
+            yield mission, address.url
             running.cancel()
+
+
+@pytest.fixture
+def replayed(replay_service: tuple[MissionReplay, str]) -> str:
+    """The address of a replay that stands at its beginning."""
+    mission, url = replay_service
+    mission.seek(time_s=0.0, speed=1.0, playing=False)
+    return url

@@ -15,8 +15,9 @@ from playwright.async_api import Locator, Page, expect
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from tests.fakes.mission import ORIGIN
 from tests.fakes.tiles import mercator
+from tests.timing import scaled_s
 
-DRAWING_TIMEOUT_S = 60.0
+DRAWING_TIMEOUT_S = scaled_s(30.0)
 _FRAME = LocalFrame(ORIGIN)
 _INSET = 0.2
 """Of the map's width and height, from its rim to where the mouse asks."""
@@ -57,11 +58,12 @@ class MapPlaces:
         red, green, blue = (await self.picture())[int(y), int(x)]
         return int(red), int(green), int(blue)
 
-    async def colours_near(self, east_m: float, north_m: float) -> set[tuple[int, int, int]]:
-        """Return the colours at most a pixel away from a place, where a thin line may lie."""
+    async def await_line(self, east_m: float, north_m: float, background: tuple[int, int, int]) -> None:
+        """Wait until something else than the background is drawn at most two pixels from a place: a line is thin."""
         x, y = (int(value) for value in self.pixel(east_m, north_m))
-        around = (await self.picture())[y - 1 : y + 2, x - 1 : x + 2].reshape(-1, 3)
-        return {(int(red), int(green), int(blue)) for red, green, blue in around}
+        async with asyncio.timeout(DRAWING_TIMEOUT_S):
+            while np.all((await self.picture())[y - 2 : y + 3, x - 2 : x + 3] == background):  # noqa: ASYNC110
+                await asyncio.sleep(0.2)
 
     async def await_colour(self, east_m: float, north_m: float, colour: str) -> None:
         """Wait until a place has a colour."""
@@ -82,15 +84,25 @@ async def map_places(page: Page) -> MapPlaces:
     pixels = np.array([(box["width"] * share, box["height"] * share) for share in (_INSET, 1.0 - _INSET)]).round()
     world = []
     for x, y in pixels:
-        await page.mouse.move(box["x"] + x, box["y"] + y)
-        await expect(page.get_by_test_id("map-cursor")).to_contain_text("°")
-        await asyncio.sleep(0.3)
-        found = re.search(r"([\d.]+)° N, ([\d.]+)° E", await page.get_by_test_id("map-cursor").inner_text())
-        assert found is not None
-        world.append(mercator(GeodeticPosition(float(found[1]), float(found[2]), 0.0)))
+        world.append(mercator(await _place_under(page, box["x"] + x, box["y"] + y)))
     await page.mouse.move(0, 0)
     await expect(page.get_by_test_id("map-cursor")).to_be_empty()
     return MapPlaces(canvas, pixels, np.array(world))
+
+
+async def _place_under(page: Page, x: float, y: float) -> GeodeticPosition:
+    """Return what the map says of a pixel, once it says the same twice: it may still be moving."""
+    cursor = page.get_by_test_id("map-cursor")
+    said = ""
+    while True:
+        await page.mouse.move(0, 0)
+        await expect(cursor).to_be_empty()
+        await page.mouse.move(x, y)
+        await expect(cursor).to_contain_text("°")
+        before, said = said, await cursor.inner_text()
+        found = re.search(r"([\d.]+)° N, ([\d.]+)° E", said)
+        if found is not None and said == before:
+            return GeodeticPosition(float(found[1]), float(found[2]), 0.0)
 
 
 async def show_only(page: Page, *layers: str, picture: str = "") -> None:

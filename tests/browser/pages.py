@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import io
 import re
+from collections.abc import Awaitable
 
 from PIL import Image
 from playwright.async_api import Page, Route, expect
 
+from tests.timing import scaled_s
+
 VIEWS = ("plan", "prepare", "fly", "see", "understand", "decide")
-TIMEOUT_MS = 60_000
+TIMEOUT_MS = 1000 * scaled_s(20.0)
 """Far more than a page needs: the machine may be busy with other things."""
-KEEP_PRESSED_MS = 2000
-"""Longer than the page asks for before a dangerous command."""
 
 
 async def open_page(page: Page, url: str, view: str = "fly") -> None:
@@ -31,8 +32,15 @@ async def sign_in(page: Page, name: str, code: str | None = None) -> None:
 
 async def confirm(page: Page) -> None:
     """Keep the button of the open question pressed until the command is sent."""
-    await page.get_by_test_id("confirm-ok").click(delay=KEEP_PRESSED_MS)
-    await expect(page.get_by_test_id("confirm")).to_have_count(0)
+    await hold(page, "confirm-ok", expect(page.get_by_test_id("confirm")).to_have_count(0))
+
+
+async def hold(page: Page, button: str, has_worked: Awaitable[None]) -> None:
+    """Hold a button that has to be held until it has worked."""
+    await page.get_by_test_id(button).hover()
+    await page.mouse.down()
+    await has_worked
+    await page.mouse.up()
 
 
 async def start_mission(page: Page) -> None:

@@ -14,11 +14,12 @@ from playwright.async_api import Page, expect
 from tests.browser.conftest import OPERATOR_CODE
 from tests.browser.pages import confirm, sign_in
 from tests.fakes.program import Program, running
+from tests.timing import scaled_s
 
 SPEED = 4.0
 """Simulated seconds per second: slow enough for the operator to act in flight on a machine that is busy."""
-START_TIMEOUT_S = 120
-FLIGHT_MS = 180_000
+START_TIMEOUT_S = scaled_s(60.0)
+FLIGHT_MS = 1000 * scaled_s(90.0)
 """For what vehicles take their time for, on a machine that is busy with other things."""
 _PATIENT = ("--param", "FS_GCS_TIMEOUT=120", "--param", "DISARM_DELAY=120")
 """The autopilots' own clocks run as fast as the mission's, our heartbeats do not."""

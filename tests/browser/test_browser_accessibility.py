@@ -19,7 +19,6 @@ pytestmark = pytest.mark.asyncio(loop_scope="session")
 
 AXE = Path(__file__).parents[2] / "web" / "node_modules" / "axe-core" / "axe.min.js"
 THEMES = ("dark", "light", "contrast")
-KEEP_PRESSED_MS = 2000
 
 
 @pytest_asyncio.fixture(loop_scope="session")
@@ -89,6 +88,7 @@ async def test_a_mission_is_launched_by_keyboard_alone(page: Page, service) -> N
     await expect(page.get_by_test_id("confirm-cancel")).to_be_focused()
     await page.keyboard.press("Tab")
     await expect(page.get_by_test_id("confirm-ok")).to_be_focused()
-    await page.keyboard.press("Enter", delay=KEEP_PRESSED_MS)
+    await page.keyboard.down("Enter")
     await expect(page.get_by_test_id("phase")).not_to_have_text("Ready")
+    await page.keyboard.up("Enter")
     assert service.mission.actions == [(Action.START, None)]

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import asyncio
-
 import pytest
-from playwright.async_api import Page, expect
+from playwright.async_api import expect
 
 from aos_gcs.mission.model import Action
 from aos_gcs.ports import Severity
 from tests.browser.conftest import OPERATOR_CODE
+from tests.browser.map_colours import wait_until_drawn, wait_until_gone
 from tests.browser.pages import (
-    VIEWS,
     confirm,
     open_page,
     place_m,
@@ -23,6 +21,10 @@ from tests.fakes.mission import REFUSING_ID, SILENT_ID
 
 pytestmark = pytest.mark.asyncio(loop_scope="session")
 
+REFUSED_STEP = 5
+"""Step in which the scripted mission refuses a waypoint."""
+VEHICLE_1_COLOUR, REFUSED_COLOUR = "#56b4e9", "#c40d1c"
+"""Colours in the light theme."""
 COMMANDS: dict[str, dict[str, object]] = {
     "/api/mission/actions": {"action": "start"},
     "/api/preflight/override": {"vehicle_id": SILENT_ID, "check": "camera", "reason": "none"},
@@ -54,6 +56,22 @@ async def test_page_shows_a_mission_without_errors_or_foreign_requests(map_page,
     assert await place_m(map_page, 1) != before
     assert page_record.errors == []
     assert page_record.foreign_requests == []
+
+
+async def test_waypoints_are_drawn_on_the_map_and_hidden_with_their_layer(map_page, service) -> None:
+    await service.mission.act(Action.START, None)
+    for _ in range(REFUSED_STEP):
+        service.mission.make_step()
+    await service.mission.act(Action.HOLD, None)
+    await open_page(map_page, service.url)
+    await map_page.get_by_test_id("map-layers").click()
+    for layer in ("vehicles", "trails", "footprints", "targets"):
+        await map_page.get_by_test_id(f"layer-{layer}").uncheck()
+    for colour in (VEHICLE_1_COLOUR, REFUSED_COLOUR):
+        await wait_until_drawn(map_page, colour)
+    await map_page.get_by_test_id("layer-waypoints").uncheck()
+    for colour in (VEHICLE_1_COLOUR, REFUSED_COLOUR):
+        await wait_until_gone(map_page, colour)
 
 
 async def test_hold_never_asks_and_return_is_confirmed(page, service) -> None:
@@ -143,20 +161,6 @@ async def test_without_webgl_a_sentence_stands_in_the_place_of_the_map(page, ser
     await open_page(page, service.url)
     await expect(page.get_by_test_id("map-message")).to_contain_text("WebGL")
     await expect(page.get_by_test_id("vehicle-1")).to_be_visible()
-
-
-@pytest.mark.parametrize("size", [(1280, 800), (800, 1280)], ids=str)
-async def test_every_view_fits_the_screen(map_page: Page, service, size: tuple[int, int]) -> None:
-    await map_page.set_viewport_size({"width": size[0], "height": size[1]})
-    await open_page(map_page, service.url)
-    await asyncio.wait_for(map_page.evaluate("document.fonts.ready.then(() => true)"), 5)
-    for view in VIEWS:
-        await map_page.get_by_test_id(f"view-{view}").click()
-        await expect(map_page.get_by_test_id(f"view-{view}")).to_have_attribute("aria-current", "page")
-        overflow = await map_page.evaluate(
-            "[document.documentElement.scrollWidth - innerWidth, document.documentElement.scrollHeight - innerHeight]"
-        )
-        assert max(overflow) <= 0, view
 
 
 async def test_observers_see_the_same_and_cannot_command_until_they_sign_in(page, guarded_service, page_record) -> None:

@@ -11,9 +11,9 @@ from playwright.async_api import Page, expect
 
 from aos_gcs.mission.model import EventKind, NoticeRecord
 from aos_gcs.store.reader import MissionReader
-from tests.browser.map_colours import wait_until_drawn, wait_until_gone
 from tests.browser.pages import open_page
 from tests.browser.station import FLIGHT_MS, Station, launch, sign_in_as_operator
+from tests.fakes.program import Program
 
 pytestmark = [pytest.mark.asyncio(loop_scope="session"), pytest.mark.usefixtures("dashboard_build")]
 
@@ -23,8 +23,6 @@ BESIDE = ("--origin", "48.3,14.3002,260")
 """Of a second simulator, whose vehicles must not stand where those of the first one do."""
 NO_GO_ENU_M = ((-12.5, 30.0), (12.5, 30.0), (12.5, 70.0), (-12.5, 70.0))
 """Before one of the two vehicles on either leg: the other one goes on for a while, then the area is left behind."""
-REFUSED_COLOUR = "#c40d1c"
-"""In the light theme."""
 CRITICAL_TONES_HZ = [880, 660, 880]
 HEAR_TONES = """window.tones = [];
 window.OscillatorNode = class extends OscillatorNode {
@@ -51,53 +49,6 @@ async def current_step(page: Page) -> int:
     return int(await page.get_by_test_id("step").inner_text())
 
 
-@pytest.mark.timeout(600)
-async def test_a_killed_vehicle_is_shown_as_lost_loudly_and_the_others_go_on(page: Page, tmp_path: Path) -> None:
-    await page.add_init_script(HEAR_TONES)
-    station = Station(tmp_path, 3)
-    async with (
-        station.fly(2, *WORLD),
-        station.fly(1, *WORLD, *BESIDE, "--first-system-id", "3", name="another") as another,
-        station.serve(),
-    ):
-        await start(page, station)
-        await wait_for_step(page, 1)
-        another.stop(signal.SIGKILL)
-        row = page.get_by_test_id("vehicle-3")
-        await expect(row).to_have_attribute("data-stale", "true")
-        await expect(page.get_by_test_id("task-3")).to_have_text("Link lost")
-        alert = page.get_by_test_id("alert-bar")
-        await expect(alert).to_have_attribute("data-severity", "critical")
-        await expect(alert).to_contain_text("Vehicle 3: link lost")
-        assert str(CRITICAL_TONES_HZ)[1:-1] in str(await page.evaluate("window.tones"))
-
-        await wait_for_step(page, await current_step(page) + 2)
-        await expect(page.get_by_test_id("vehicle-1")).to_have_attribute("data-stale", "false")
-        await page.get_by_test_id("select-3").click()
-        await page.get_by_test_id("action-hold").click()
-        result = page.get_by_test_id("result-3")
-        await expect(result).to_have_attribute("data-accepted", "false")
-        await expect(result).to_contain_text("is lost; it cannot be reached")
-
-
-@pytest.mark.timeout(600)
-async def test_a_refused_waypoint_stands_in_the_table_and_on_the_map_with_its_reason(
-    map_page: Page, tmp_path: Path
-) -> None:
-    page = map_page
-    station = Station(tmp_path, 2, no_go_enu_m=(NO_GO_ENU_M,))
-    async with station.fly(2, *WORLD), station.serve():
-        await start(page, station)
-        await expect(page.get_by_test_id("vehicles")).to_contain_text("no-go zone 1", timeout=FLIGHT_MS)
-        await wait_for_step(page, await current_step(page) + 1)
-        await page.get_by_test_id("hold-all").click()  # before the scan goes on behind the area
-        await page.get_by_test_id("map-layers").click()
-        await page.get_by_test_id("layer-vehicles").uncheck()  # an arrow has a red outline then
-        await wait_until_drawn(page, REFUSED_COLOUR)
-        await page.get_by_test_id("layer-waypoints").uncheck()
-        await wait_until_gone(page, REFUSED_COLOUR)
-
-
 async def events_shown(page: Page) -> list[str]:
     """Return the words of all events on the page, oldest first."""
     texts = await page.get_by_test_id("event").locator("span").all_inner_texts()
@@ -122,22 +73,57 @@ def check_none_lost_or_doubled(shown: list[str], recorded: list[str]) -> None:
     assert shown[:both] == since[:both]
 
 
-@pytest.mark.timeout(600)
-async def test_the_page_outlives_a_service_that_freezes_and_one_that_is_started_anew(
-    page: Page, tmp_path: Path
-) -> None:
+async def see_a_refused_waypoint(page: Page) -> None:
+    """See the reason why a vehicle does not go on."""
+    await expect(page.get_by_test_id("vehicles")).to_contain_text("no-go zone 1", timeout=FLIGHT_MS)
+
+
+async def see_a_lost_vehicle(page: Page) -> None:
+    """See and hear that vehicle 3 is lost, that the others go on, and that it cannot be reached."""
+    row = page.get_by_test_id("vehicle-3")
+    await expect(row).to_have_attribute("data-stale", "true", timeout=FLIGHT_MS)
+    await expect(page.get_by_test_id("task-3")).to_have_text("Link lost", timeout=FLIGHT_MS)
+    alert = page.get_by_test_id("alert-bar")
+    await expect(alert).to_have_attribute("data-severity", "critical")
+    await expect(alert).to_contain_text("Vehicle 3: link lost")
+    assert str(CRITICAL_TONES_HZ)[1:-1] in str(await page.evaluate("window.tones"))
+
+    await wait_for_step(page, await current_step(page) + 2)
+    await expect(page.get_by_test_id("vehicle-1")).to_have_attribute("data-stale", "false")
+    await page.get_by_test_id("select-3").click()
+    await page.get_by_test_id("action-hold").click()
+    result = page.get_by_test_id("result-3")
+    await expect(result).to_have_attribute("data-accepted", "false")
+    await expect(result).to_contain_text("is lost; it cannot be reached")
+
+
+async def outlive_a_freeze(page: Page, service: Program) -> None:
+    """See that the service stands still, and that it goes on."""
     banner = page.get_by_test_id("banner")
-    station = Station(tmp_path, 2)
+    service.stop(signal.SIGSTOP)
+    await expect(banner).to_be_visible()
+    await expect(page.get_by_test_id("action-return")).to_be_disabled()
+    service.stop(signal.SIGCONT)
+    await expect(banner).to_have_count(0)
+    await wait_for_step(page, await current_step(page) + 1)
+
+
+@pytest.mark.timeout(600)
+async def test_the_page_shows_what_fails_in_flight_and_outlives_its_service(page: Page, tmp_path: Path) -> None:
+    """One mission for all: it takes longer to launch one than to look."""
+    await page.add_init_script(HEAR_TONES)
+    banner = page.get_by_test_id("banner")
+    station = Station(tmp_path, 3, no_go_enu_m=(NO_GO_ENU_M,))
     async with station.fly(2, *WORLD):
-        async with station.serve() as service:
+        async with (
+            station.fly(1, *WORLD, *BESIDE, "--first-system-id", "3", name="another") as another,
+            station.serve() as service,
+        ):
             await start(page, station)
-            await wait_for_step(page, 2)
-            service.stop(signal.SIGSTOP)
-            await expect(banner).to_be_visible()
-            await expect(page.get_by_test_id("action-return")).to_be_disabled()
-            service.stop(signal.SIGCONT)
-            await expect(banner).to_have_count(0)
-            await wait_for_step(page, await current_step(page) + 1)
+            await see_a_refused_waypoint(page)
+            another.stop(signal.SIGKILL)
+            await see_a_lost_vehicle(page)
+            await outlive_a_freeze(page, service)
             service.stop(signal.SIGKILL)
             await expect(banner).to_be_visible()
             shown = await events_shown(page)

@@ -16,18 +16,13 @@ from aos_gcs.api.app import create_app
 from aos_gcs.planning.plan import plan_of
 from aos_gcs.planning.shape_files import MAX_FILE_BYTES
 from tests.browser.conftest import OPERATOR_CODE, PageRecord, Service, serving
-from tests.browser.pages import confirm, open_page
+from tests.browser.pages import confirm, hold, open_page
 from tests.fakes.mission import ORIGIN, ScriptedMission
 
 pytestmark = pytest.mark.asyncio(loop_scope="session")
 
-KEEP_PRESSED_MS = 2000
 CORNERS_PX = ((-60, -60), (60, -60), (60, 40), (-60, 40))
 """From the middle of the map; y is down."""
-NEWS_MS = 500
-"""Longer than the socket takes to tell that the mission has another plan."""
-BETWEEN_CLICKS_MS = 350
-"""Two clicks that follow one another faster are a double click, which ends the drawing."""
 
 
 @asynccontextmanager
@@ -93,10 +88,9 @@ async def test_a_no_go_zone_is_drawn_and_refused_beside_it_while_it_crosses_itse
     box = await page.locator(".map-canvas canvas").bounding_box()
     assert box is not None
     middle_px = (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
-    for right_px, down_px in CORNERS_PX:
+    for number, (right_px, down_px) in enumerate(CORNERS_PX, 1):
         await page.mouse.click(middle_px[0] + right_px, middle_px[1] + down_px)
-        await page.wait_for_timeout(BETWEEN_CLICKS_MS)
-    await expect(page.get_by_test_id("shape-no_go[0]")).to_contain_text("4 corners")
+        await expect(page.get_by_test_id("shape-no_go[0]")).to_contain_text(f"{number} corner")
     await page.get_by_test_id("draw").click()
     await expect(page.get_by_test_id("plan-apply")).to_be_enabled()
 
@@ -122,13 +116,12 @@ async def test_a_plan_that_is_read_while_the_mission_gets_it_is_the_current_one(
 
     async def answer_after_the_news(route: Route) -> None:
         response = await route.fetch()
-        await page.wait_for_timeout(NEWS_MS)
+        await expect(page.get_by_test_id("plan-reload")).to_be_visible()
         await route.fulfill(response=response)
 
     await page.route("**/api/plan", answer_after_the_news)
     await page.get_by_test_id("plan-apply").click()
     await expect(page.get_by_test_id("plan-answer")).to_contain_text("Plan applied")
-    await expect(page.get_by_test_id("plan-reload")).to_be_visible()
     await expect(page.get_by_test_id("plan-reload")).to_have_count(0)
 
 
@@ -159,8 +152,7 @@ async def test_a_plan_made_by_numbers_is_saved_and_applied_before_the_start(
 
     await expect(page.get_by_test_id("plan-reload")).to_have_count(0)
     await expect(page.get_by_test_id("plan-apply")).to_be_enabled()
-    await page.get_by_test_id("delete-north slope").click(delay=KEEP_PRESSED_MS)
-    await expect(page.get_by_test_id("saved-north slope")).to_have_count(0)
+    await hold(page, "delete-north slope", expect(page.get_by_test_id("saved-north slope")).to_have_count(0))
     await page.get_by_test_id("view-fly").click()
     await page.get_by_test_id("action-start").click()
     await confirm(page)
@@ -272,8 +264,7 @@ async def test_what_another_screen_has_saved_is_replaced_knowingly(page: Page, p
     await expect(answer).to_contain_text("A plan named 'valley' already exists")
     await expect(page.get_by_test_id("saved-valley")).to_be_visible()
     await expect(page.get_by_test_id("plan-apply")).to_be_enabled()
-    await page.get_by_test_id("plan-replace").click(delay=KEEP_PRESSED_MS)
-    await expect(answer).to_have_text("Saved as valley.")
+    await hold(page, "plan-replace", expect(answer).to_have_text("Saved as valley."))
     saved = await (await page.request.get(f"{planned_service.url}api/plans/valley")).json()
     assert saved["vehicles"] == 8
 

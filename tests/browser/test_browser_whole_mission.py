@@ -12,7 +12,6 @@ from playwright.async_api import Page, expect
 
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from tests.browser.conftest import PageRecord
-from tests.browser.map_colours import wait_until_drawn, wait_until_gone
 from tests.browser.pages import confirm, open_page, place_m, wait_for, wait_until_moved
 from tests.browser.station import FLIGHT_MS, ORIGIN_DEG, Station, launch, sign_in_as_operator
 
@@ -31,7 +30,6 @@ HOVERING_M = 1.0
 """How far a vehicle that holds may drift."""
 STILL_MS = 2000
 """Longer than vehicles hover at the waypoints of a mission that goes on."""
-VEHICLE_1_COLOUR = "#56b4e9"
 
 
 async def plan_by_numbers(page: Page) -> None:
@@ -62,17 +60,11 @@ async def answer_for_what_fails(page: Page) -> None:
 
 
 async def watch_the_search(page: Page) -> None:
-    """See the vehicles move, their waypoints, and a target."""
+    """See the vehicles move, and a target."""
     home = await place_m(page, 1)
     await expect(page.get_by_test_id("phase")).to_have_text(re.compile("Scanning|Converging|Found"), timeout=FLIGHT_MS)
     await expect(page.get_by_test_id("task-1")).to_have_text("In swarm")
     await wait_until_moved(page, 1, home, 5.0)
-    await page.get_by_test_id("map-layers").click()
-    for layer in ("vehicles", "trails", "footprints", "targets"):
-        await page.get_by_test_id(f"layer-{layer}").uncheck()
-    await wait_until_drawn(page, VEHICLE_1_COLOUR)
-    await page.get_by_test_id("layer-waypoints").uncheck()
-    await wait_until_gone(page, VEHICLE_1_COLOUR)
     await expect(page.get_by_test_id("target-position").first).to_be_visible(timeout=FLIGHT_MS)
 
 
@@ -105,13 +97,14 @@ async def wait_until_still(page: Page) -> None:
 
 async def refocus(page: Page) -> None:
     """Look at a step from the ground up to the crowns."""
+    step = int(await page.get_by_test_id("step").inner_text())
+    await page.evaluate("step => { location.hash = `#/see?step=${step}`; }", step)
     await page.get_by_test_id("picture-thermal").click()
-    await page.get_by_test_id("step-before").click()
     label, picture = page.get_by_test_id("picture-label"), page.get_by_test_id("picture")
-    await expect(label).to_have_text(re.compile(r"Thermal, step \d+, plane at 0\.0"))
+    await expect(label).to_have_text(re.compile(rf"Thermal, step {step}, plane at 0\.0"))
     ground = await picture.get_attribute("src")
     await page.get_by_test_id("height").fill("12")
-    await expect(label).to_have_text(re.compile(r"Thermal, step \d+, plane at 12\.0"))
+    await expect(label).to_have_text(re.compile(rf"Thermal, step {step}, plane at 12\.0"))
     assert await picture.get_attribute("src") != ground
     await wait_for(page, "() => document.querySelector('[data-testid=picture]').naturalWidth > 0")
 
@@ -143,7 +136,7 @@ async def come_home(page: Page) -> None:
 
 
 async def see_it_again(page: Page) -> None:
-    """Move through the record, from the launch to the last landing."""
+    """Move through the record: to the last landing, to the finding, and back."""
     slider, row = page.get_by_test_id("replay-time"), page.get_by_test_id("vehicle-1")
     await expect(slider).to_be_enabled()
     end = await slider.get_attribute("max") or ""
@@ -151,7 +144,8 @@ async def see_it_again(page: Page) -> None:
     await expect(page.get_by_test_id("phase")).to_have_text("Finished")
     await expect(row).to_have_attribute("data-north", re.compile(r"\d"))
     home = await place_m(page, 1)
-    await slider.fill(str(0.7 * float(end)))
+    await page.get_by_role("button", name=re.compile(r"Finding 1 \(")).focus()
+    await page.keyboard.press("Enter")
     await wait_until_moved(page, 1, home, 5.0)
     await slider.fill(end)
     await expect(page.get_by_test_id("phase")).to_have_text("Finished")
@@ -172,12 +166,11 @@ def own_errors(record: PageRecord) -> list[str]:
 
 @pytest.mark.timeout(600)
 async def test_an_operator_leads_a_mission_from_the_plan_to_its_replay(
-    map_page: Page,
+    page: Page,
     tmp_path: Path,
     page_record: PageRecord,
     dashboard_build: None,  # noqa: ARG001 - asked for its check only
 ) -> None:
-    page = map_page
     station = Station(tmp_path, VEHICLES)
     world_file = tmp_path / "world.json"
     async with (
