@@ -70,9 +70,9 @@ async def test_link_and_clock_are_measured(implementation: str) -> None:
             assert link.address.startswith("127.0.0.1:")
             assert link.living_addresses == 1
             assert link.round_trip_s is not None
-            assert link.round_trip_s >= 0.0
+            assert 0.0 < link.round_trip_s < 1.0
             assert loss is not None
-            assert loss < 0.5
+            assert loss < 0.05, "nothing is lost on the way"
 
 
 def _has_clock(vehicle: Vehicle) -> bool:
