@@ -110,7 +110,8 @@ class Journal:
         prefix = "" if vehicle_id is None else f"vehicle {vehicle_id}: "
         _log.log(_LOG_LEVELS[severity], "%s%s", prefix, text)
         self.notice_count += 1
-        self.publish(EventKind.NOTICE, NoticeRecord(severity, text, vehicle_id, self.elapsed_s(), self.notice_count))
+        elapsed_s, utc_s = self.elapsed_s(), self._clock.utc_s()
+        self.publish(EventKind.NOTICE, NoticeRecord(severity, text, vehicle_id, elapsed_s, self.notice_count, utc_s))
 
     def take(self, notice: Notice) -> None:
         """Pass a driver's notice on."""

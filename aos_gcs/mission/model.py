@@ -471,14 +471,14 @@ class EventKind(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class NoticeRecord:
-    """Something that happened, for the operator and the log."""
+    """Something that happened, for the operator and the log. Older records have neither number (from 1) nor time."""
 
     severity: Severity
     text: str
     vehicle_id: int | None
     elapsed_s: float
     notice_id: int = 0
-    """Counts from 1 in a mission; 0 in older records."""
+    utc_s: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -209,7 +209,8 @@ class MissionReplay:
             self._playing = False
             number = max((data.notice_id for data in self._notices()), default=0) + 1
             text, elapsed_s = f"Replay stopped: {error}", self.snapshot().elapsed_s
-            self._stream.publish(EventKind.NOTICE, NoticeRecord(Severity.CRITICAL, text, None, elapsed_s, number))
+            notice = NoticeRecord(Severity.CRITICAL, text, None, elapsed_s, number, self._utc_s)
+            self._stream.publish(EventKind.NOTICE, notice)
         else:
             self._playing = self._utc_s < self._end_utc_s
         for event in self._past()[known:]:
@@ -229,11 +230,12 @@ def _reached_s(time_s: float) -> float:
 
 
 def _numbered(events: Iterable[Event]) -> Iterator[Event]:
-    """Number the notices of older records, which lack that."""
+    """Add numbers and times to the notices of older records, which lack them."""
     count = 0
     for event in events:
         if isinstance(event.data, NoticeRecord):
             count = event.data.notice_id or count + 1
-            yield replace(event, data=replace(event.data, notice_id=count))
+            utc_s = event.data.utc_s or event.utc_s
+            yield replace(event, data=replace(event.data, notice_id=count, utc_s=utc_s))
         else:
             yield event

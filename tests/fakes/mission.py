@@ -246,7 +246,7 @@ class ScriptedMission:
     def notify(self, severity: Severity, text: str, vehicle_id: int | None = None) -> None:
         """Publish a notice."""
         self._notices += 1
-        notice = NoticeRecord(severity, text, vehicle_id, self.elapsed_s, self._notices)
+        notice = NoticeRecord(severity, text, vehicle_id, self.elapsed_s, self._notices, self._clock.utc_s())
         self.stream.publish(EventKind.NOTICE, notice)
 
     def advance(self, duration_s: float) -> None:

@@ -261,6 +261,7 @@ async def test_hello_brings_the_state_and_events_follow(mission: ScriptedMission
         async with connect(f"ws://127.0.0.1:{address.port}/api/events") as websocket:
             hello = await receive(websocket)
             assert [one["text"] for one in hello["notices"]] == ["wind"]
+            assert hello["notices"][0]["utc_s"] == pytest.approx(received[-1]["utc_s"], abs=1.0)
 
 
 async def test_slow_client_does_not_hold_up_the_others(mission: ScriptedMission) -> None:

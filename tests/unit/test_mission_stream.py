@@ -88,6 +88,7 @@ async def test_the_time_of_notices_counts_from_the_start() -> None:
     on_ground, in_flight = (event.data for event in recorder.events)
     assert on_ground.elapsed_s == 0.0
     assert in_flight.elapsed_s == pytest.approx(20.0, abs=0.1)
+    assert in_flight.utc_s - on_ground.utc_s == pytest.approx(20.0, abs=0.1)
     assert (in_flight.severity, in_flight.vehicle_id) == (Severity.WARNING, 3)
 
 

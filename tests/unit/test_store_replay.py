@@ -167,6 +167,25 @@ async def test_older_recordings_have_no_pictures(recording: tuple[Path, list[Eve
         assert old.picture(PictureKind.INTEGRAL) is None
 
 
+async def test_notices_of_older_recordings_have_the_times_of_their_events(
+    recording: tuple[Path, list[Event]], tmp_path: Path
+) -> None:
+    """Older notices lack their own times."""
+    events = [
+        replace(event, data=replace(event.data, utc_s=0.0)) if isinstance(event.data, NoticeRecord) else event
+        for event in recording[1]
+    ]
+    write_events(tmp_path / "old", events)
+    with MissionReader(tmp_path / "old") as reader:
+        old = MissionReplay(reader, LoopClock())
+        with old.subscribe() as shown:
+            old.seek(time_s=15.0)
+            jump = await anext(shown)
+    assert isinstance(jump.data, JumpRecord)
+    times = {event.data.text: event.utc_s for event in events if isinstance(event.data, NoticeRecord)}
+    assert [notice.utc_s for notice in jump.data.notices][-2:] == [times["second 0"], times["second 10"]]
+
+
 async def test_a_recording_without_state_cannot_be_shown(tmp_path: Path) -> None:
     MissionDatabase(tmp_path / "empty", {}).close()
     with MissionReader(tmp_path / "empty") as reader, pytest.raises(InputDataError, match="no snapshot"):

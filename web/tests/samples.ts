@@ -71,7 +71,7 @@ export function mission(changes: Partial<Mission> = {}): Mission {
 }
 
 export function notice(notice_id: number, text: string, changes: Partial<Notice> = {}): Notice {
-  return { severity: "warning", notice_id, text, vehicle_id: null, elapsed_s: 0, ...changes };
+  return { severity: "warning", notice_id, text, vehicle_id: null, elapsed_s: 0, utc_s: 0, ...changes };
 }
 
 export const CAPABILITIES = { planning: true, viewer: true, findings: true } as const;

@@ -14,6 +14,7 @@ def notice(record: NoticeRecord) -> NoticeModel:
         text=record.text,
         vehicle_id=record.vehicle_id,
         elapsed_s=record.elapsed_s,
+        utc_s=record.utc_s,
     )
 
 

@@ -20,6 +20,7 @@ class NoticeModel(WireModel):
     text: str
     vehicle_id: int | None
     elapsed_s: float
+    utc_s: float
 
 
 class AcknowledgementModel(WireModel):

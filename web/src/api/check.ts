@@ -67,7 +67,7 @@ const step = shape({
   threshold_m2: orNull(isNumber),
   waypoints: listOf(shape({ vehicle_id: isNumber, requested: position, verdict: isString })),
 });
-const notice = shape({ severity: isString, notice_id: isNumber, text: isString, elapsed_s: isNumber });
+const notice = shape({ severity: isString, notice_id: isNumber, text: isString, elapsed_s: isNumber, utc_s: isNumber });
 const capabilities = shape({ planning: isBoolean, viewer: isBoolean, findings: isBoolean });
 /** Fields of messages that describe the state, or say that it is unchanged. */
 const AGE = { mission_age_s: isNumber };

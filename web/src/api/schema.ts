@@ -1136,6 +1136,8 @@ export interface components {
       severity: components["schemas"]["Severity"];
       /** Text */
       text: string;
+      /** Utc S */
+      utc_s: number;
       /** Vehicle Id */
       vehicle_id: number | null;
     };

@@ -1,7 +1,7 @@
 /** Events, newest first, filtered by severity, with their acknowledgements. */
 import { useMemo, useState } from "preact/hooks";
 import type { Acknowledgement, Notice, Severity } from "../api/types";
-import { duration, timeOfDay } from "../format";
+import { timeOfDay } from "../format";
 import { acknowledgementByNotice, SEVERITIES } from "../state/alerts";
 import { texts } from "../texts";
 import { Choice } from "../ui/choice";
@@ -56,10 +56,10 @@ interface ItemProps {
   acknowledgement: Acknowledgement | undefined;
 }
 
-function EventItem({ notice: { severity, text, vehicle_id: id, elapsed_s }, acknowledgement }: ItemProps) {
+function EventItem({ notice: { severity, text, vehicle_id: id, utc_s }, acknowledgement }: ItemProps) {
   return (
     <li class={`event is-${severity}`} data-testid="event">
-      <time>{duration(elapsed_s)}</time>
+      <time>{timeOfDay(utc_s)}</time>
       <span>
         {severity !== "info" && <b>{texts.names.severity[severity]} </b>}
         {id === null ? text : texts.alerts.vehicle(id, text)}

@@ -2,7 +2,7 @@
 import { useState } from "preact/hooks";
 import { acknowledgeNotices } from "../api/client";
 import type { Alert } from "../state/alerts";
-import { duration } from "../format";
+import { timeOfDay } from "../format";
 import { texts } from "../texts";
 import { Dialog } from "../ui/dialog";
 import { alertText } from "./use_alerts";
@@ -45,8 +45,8 @@ export function AlertBar({ alerts, mayAcknowledge }: Props) {
           <ul class="alert-list">
             {alerts.map((alert) => (
               <li key={alert.key} class={`is-${alert.severity}`}>
-                <time>{duration(alert.elapsed_s)}</time> <b>{texts.names.severity[alert.severity]}</b>{" "}
-                {alertText(alert)} {alert.count > 1 && texts.alerts.times(alert.count)}
+                <time>{timeOfDay(alert.utc_s)}</time> <b>{texts.names.severity[alert.severity]}</b> {alertText(alert)}{" "}
+                {alert.count > 1 && texts.alerts.times(alert.count)}
               </li>
             ))}
           </ul>

@@ -7,9 +7,9 @@ export interface Alert {
   readonly severity: Exclude<Severity, "info">;
   readonly text: string;
   readonly vehicleId: number | null;
-  /** Number and mission time of the latest repetition. */
+  /** Number and time of the latest repetition. */
   readonly id: number;
-  readonly elapsed_s: number;
+  readonly utc_s: number;
   readonly count: number;
 }
 
@@ -40,10 +40,10 @@ export function openAlerts(notices: readonly Notice[], acknowledgements: readonl
   const acknowledged = acknowledgementByNotice(notices, acknowledgements);
   const open = new Map<string, Alert>();
   for (const notice of notices) {
-    const { notice_id: id, severity, text, vehicle_id: vehicleId, elapsed_s } = notice;
+    const { notice_id: id, severity, text, vehicle_id: vehicleId, utc_s } = notice;
     if (severity === "info" || acknowledged.has(id)) continue;
     const key = keyOf(notice);
-    open.set(key, { key, severity, text, vehicleId, id, elapsed_s, count: (open.get(key)?.count ?? 0) + 1 });
+    open.set(key, { key, severity, text, vehicleId, id, utc_s, count: (open.get(key)?.count ?? 0) + 1 });
   }
   const rank = ({ severity }: Alert): number => SEVERITIES.indexOf(severity);
   return [...open.values()].sort((a, b) => rank(b) - rank(a) || b.id - a.id);

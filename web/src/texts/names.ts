@@ -10,7 +10,7 @@ import type {
   Severity,
   Suspension,
   Task,
-  Verdict,
+  WaypointVerdict,
 } from "../api/types";
 
 const PHASE: Readonly<Record<Phase, string>> = {
@@ -89,7 +89,7 @@ const PICTURE: Readonly<Record<PictureKind, string>> = {
 
 const FRAME: Readonly<Record<FrameKind, string>> = { colour: "Colour", thermal: "Thermal" };
 
-const VERDICT: Readonly<Record<Verdict, string>> = { sent: "Sent", shortened: "Shortened", held: "Held" };
+const VERDICT: Readonly<Record<WaypointVerdict, string>> = { sent: "Sent", shortened: "Shortened", held: "Held" };
 
 const FINDING: Readonly<Record<FindingStatus, string>> = {
   new: "undecided",
