@@ -20,7 +20,7 @@ def encode_anomalies(blobs: Sequence[MapBlob], georeference: Georeference | None
 
     Args:
         blobs: see :class:`~aos_gcs.surveys.anomalies.MapBlob`.
-        georeference: of their world; without, latitude and longitude are left empty.
+        georeference: georeference of their world; without it, latitude and longitude are left empty.
         suffix: ``.geojson``, ``.json`` or ``.csv``.
 
     Raises:
@@ -67,4 +67,4 @@ def _csv(rows: Sequence[dict[str, Any]]) -> str:
 
 
 FORMATS: dict[str, Callable[[Sequence[dict[str, Any]]], str]] = {".geojson": _geojson, ".json": _json, ".csv": _csv}
-"""How a table is written, by the suffix of its file."""
+"""Writer of a table, by the suffix of its file."""

@@ -25,7 +25,7 @@ class PlacedFinding:
 
     @property
     def name(self) -> str:
-        """What it is called on a map."""
+        """Label on a map."""
         return f"Finding {self.finding.finding_id}"
 
     def properties(self) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Where the world of a map lies on the earth."""
+"""Georeference: place of a map's world on the earth."""
 
 from __future__ import annotations
 

@@ -36,11 +36,11 @@ def write_geotiff(
     is written.
 
     Args:
-        path: of the new file; what is there is written over.
+        path: new file; an existing one is replaced.
         values: shape (rows, columns, bands), any real type.
-        raster: where the cells are; rows must lead against y, north-up.
+        raster: place of the cells; rows must lead against y, north-up.
         crs: PROJ or WKT text, see :class:`~aos_gcs.exports.georeference.Georeference`.
-        descriptions: of the bands.
+        descriptions: descriptions of the bands.
         nodata: value that stands for no data; None: every value is one.
         tags: further metadata.
 

@@ -29,7 +29,7 @@ _TOLERANCE = 1e-9
 
 
 class LensModel(StrEnum):
-    """How a lens deviates from a pinhole."""
+    """Model of a lens's deviation from a pinhole."""
 
     BROWN_CONRADY = "brown-conrady"
     """Coefficients k1, k2, p1, p2, k3."""

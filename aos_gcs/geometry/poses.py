@@ -22,7 +22,7 @@ R_CAM2SENSOR_FRD: NDArray[np.float64] = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pose:
-    """Where a camera is and how it is turned."""
+    """Position and orientation of a camera."""
 
     position_enu_m: NDArray[np.float64]
     """Projection centre, shape (3,), metres in the mission's ENU frame."""

@@ -34,7 +34,7 @@ class ExifTags:
     orientation: int
     """1: the rows of the file are those that the camera saw."""
     original_width_px: int
-    """When it was taken; focal lengths in pixels are about this width."""
+    """Width when it was taken; focal lengths in pixels refer to it."""
     digital_zoom: float
     focal_per_width: float | None
     """Focal length divided by the width of the sensor."""
@@ -49,7 +49,7 @@ def exif_tags(exif: Any, width_px: int) -> ExifTags:
 
     Args:
         exif: ``PIL.Image.Exif``.
-        width_px: of the photograph; taken for the original width where EXIF does not tell that.
+        width_px: width of the photograph; taken for the original width where EXIF has none.
     """
     camera: Mapping[int, Any] = exif.get_ifd(EXIF_IFD)
     gps: Mapping[int, Any] = exif.get_ifd(GPS_IFD)

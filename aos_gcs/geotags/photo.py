@@ -35,7 +35,7 @@ R_CAM2NADIR_FRD: NDArray[np.float64] = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.
 """OpenCV camera axes to those of a body that carries a camera looking down, its upper edge forward."""
 
 _BROKEN = (OSError, ValueError, SyntaxError, KeyError, IndexError, TypeError, ArithmeticError, struct.error)
-"""What Pillow raises, SyntaxError among it, for files that are not what they should be."""
+"""Errors that Pillow raises for damaged files, SyntaxError among them."""
 
 _LATITUDE = ("GpsLatitude", "GPSLatitude", "Latitude")
 _LONGITUDE = ("GpsLongitude", "GPSLongitude", "GpsLongtitude", "GPSLongtitude", "Longitude")
@@ -53,7 +53,7 @@ _ATTITUDES = (
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Geotag:
-    """Where and how a photograph was taken."""
+    """Position, attitude, time and camera of a photograph."""
 
     latitude_deg: float
     longitude_deg: float
@@ -67,7 +67,7 @@ class Geotag:
     height_px: int
     focal_px: float | None
     utc_s: float | None
-    """When it was taken, since the Unix epoch; None where it does not tell, or not in which time zone."""
+    """Time of exposure since the Unix epoch; None where it, or its time zone, is not recorded."""
 
     def camera(self, horizontal_fov_rad: float | None = None) -> CameraModel:
         """Return the camera; a field of view replaces the focal length in the metadata.

@@ -1,4 +1,4 @@
-"""Statistics of the synthetic aperture: how far apart cameras should be, and how many of them help.
+"""Statistics of the synthetic aperture: useful spacing and number of cameras.
 
 Model: occluders of one size stand at random in the canopy, and a ray to the ground meets one with probability D (the
 occlusion). After Kurmi, Schedl and Bimber, *A Statistical View on Synthetic Aperture Imaging for Occlusion Removal*,
@@ -25,8 +25,8 @@ def smallest_spacing_m(altitude_m: float, occluder_height_m: float, occluder_siz
     nothing.
 
     Args:
-        altitude_m: of the cameras above the focal plane.
-        occluder_height_m: of the occluders above the focal plane, below the cameras.
+        altitude_m: height of the cameras above the focal plane.
+        occluder_height_m: height of the occluders above the focal plane, below the cameras.
         occluder_size_m: their diameter.
 
     Raises:
@@ -133,7 +133,7 @@ class AperturePlan:
     """Share of the visibility that infinitely many samples would reach."""
     seen_at_least_once: float
     reasons: tuple[str, ...]
-    """Whole sentences: where each number comes from, and what speaks against it."""
+    """Origin and limits of each number, in whole sentences."""
 
 
 def plan_aperture(
@@ -151,9 +151,9 @@ def plan_aperture(
     """Propose spacing, number and layers of drones.
 
     Args:
-        altitude_m: of the lowest layer above the ground.
-        fov_rad: of the cameras, the smaller of both axes.
-        canopy_height_m: of the tree tops above the ground.
+        altitude_m: height of the lowest layer above the ground.
+        fov_rad: field of view of the cameras, the smaller of both axes.
+        canopy_height_m: height of the tree tops above the ground.
         crown_base_m: height at which crowns begin.
         occluder_size_m: diameter of what hides the ground as a whole: twigs with their leaves rather than one leaf.
         occlusion: share of rays to the ground that meet the canopy, 0 to 1.

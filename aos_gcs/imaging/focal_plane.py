@@ -1,4 +1,4 @@
-"""Where frames lie on a horizontal focal plane, and the raster that holds them."""
+"""Footprints of frames on a horizontal focal plane, and the raster that holds them."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ class Layer:
 
 
 class Projection(Protocol):
-    """Where one frame lies on a raster; its image comes with the questions."""
+    """Projection of one frame onto a raster; its image is an argument of each call."""
 
     def sample(self, image: Pixels, first_row: int, end_row: int) -> Layer | None:
         """Return the image on a band of the raster, bilinear at single precision; None where it covers nothing.

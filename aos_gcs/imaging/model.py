@@ -73,18 +73,18 @@ class GroundRaster:
 
 
 class Detector(StrEnum):
-    """How anomalous pixels are found."""
+    """Method of anomaly detection."""
 
     RX = "rx"
     """Distance of all bands to the frame's own mean and covariance."""
     LOCAL_RX = "local_rx"
-    """The same against the surroundings of each pixel: for scenes whose background changes within a frame."""
+    """Distance of all bands to the surroundings of each pixel: for scenes whose background changes within a frame."""
     THERMAL = "thermal"
     """Warmer than the background in the thermal band alone."""
 
 
 class AnomalySource(StrEnum):
-    """What the detector is applied to."""
+    """Images that the detector is applied to."""
 
     MASKS = "masks"
     """Each frame; their masks are integrated, so that one clear view of the target is enough."""
@@ -93,7 +93,7 @@ class AnomalySource(StrEnum):
 
 
 class LeaderCriterion(StrEnum):
-    """How a vehicle's share in the visibility is measured (spec, section 2)."""
+    """Measure of a vehicle's share in the visibility (spec, section 2)."""
 
     CONTRIBUTION = "contribution"
     """Area of the vehicle's own mask inside the largest blob of the integral, m²."""
@@ -116,7 +116,7 @@ class Blob:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BlobView:
-    """What one frame has marked of a blob."""
+    """Part of a blob that one frame marks."""
 
     vehicle_id: int
     point_enu_m: NDArray[np.float64]
@@ -124,7 +124,7 @@ class BlobView:
     area_m2: float
     """Area of these cells."""
     camera: CameraModel
-    """Without distortion."""
+    """Ideal camera, without distortion."""
     pose: Pose
     time_sigma_s: float | None = None
     """Standard deviation of the frame's time of exposure; None where it is not known."""
@@ -141,7 +141,7 @@ class Sighting:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class VehicleMasks:
-    """What the frame of each vehicle marks around the largest blob, on one window of the focal grid."""
+    """Masks of the vehicles' frames around the largest blob, on one window of the focal grid."""
 
     marked: NDArray[np.bool_]
     """Shape (n, rows, columns), in the order of ``StepAnalysis.vehicle_ids``; row 0 is the northern edge."""
@@ -155,7 +155,7 @@ class VehicleMasks:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class KeptView:
-    """What a frame of an earlier step has marked of the target."""
+    """Part of the target that a frame of an earlier step has marked."""
 
     vehicle_id: int
     pose: Pose

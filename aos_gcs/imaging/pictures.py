@@ -149,7 +149,7 @@ def shade_counts(counts: NDArray[np.uint16], covered: NDArray[np.bool]) -> NDArr
 
     Args:
         counts: shape (H, W).
-        covered: where the picture is not transparent, shape (H, W).
+        covered: cells where the picture is not transparent, shape (H, W).
     """
     # The upper half of the map: one marking frame must already stand out.
     shades = np.where(counts > 0, 128 + counts * np.float32(127.0 / max(int(counts.max()), 1)), 0.0).astype(np.uint8)

@@ -44,7 +44,7 @@ def integrate_trimmed(
         view: see :func:`~aos_gcs.imaging.views.perspective_view` and :func:`~aos_gcs.imaging.views.ortho_view`.
         trim: share of a cell's values left out at either end, from 0 (the mean) to 0.5 (the median).
         exact: see :class:`~aos_gcs.imaging.integral.ViewIntegral`.
-        max_bytes: of the values held at a time; at least one row is.
+        max_bytes: size of the values held at a time; at least one row is held.
 
     Returns:
         The integral, shape (H, W, C), NaN where nothing covers, and the number of frames that cover each cell, those

@@ -128,7 +128,7 @@ class PointProjection:
     points_m: NDArray[np.float64]
     """Points of the raster's cells, shape (rows, columns, 3); any numbers where there is none."""
     planes32_m: NDArray[np.float32]
-    """The same at single precision, shape (3, rows, columns)."""
+    """Points of the cells at single precision, shape (3, rows, columns)."""
     known: NDArray[np.uint8]
     """1 where a cell has a point, shape (rows, columns)."""
 

@@ -39,7 +39,7 @@ class PlaneProjection:
 
         Args:
             half_planes: see :func:`~aos_gcs.imaging.focal_plane.covered_spans`.
-            camera: of the frame.
+            camera: camera of the frame.
             H_raster2image: see the field.
             shape: rows and columns of the raster.
         """

@@ -45,8 +45,8 @@ def map_blobs(
     Args:
         anomaly_count: frames that mark each cell, shape (rows, columns).
         coverage: frames that see each cell, of the same shape.
-        raster: where the cells are.
-        surface: that the map shows.
+        raster: raster of the cells.
+        surface: surface that the map shows.
         minimum_count: frames that must mark a cell.
         gap_cells: cells belong together as in :func:`~aos_gcs.imaging.step.blobs.find_blobs`.
 

@@ -45,7 +45,7 @@ class Work:
     trim: float | None = None
     """None: the mean; otherwise see :func:`~aos_gcs.imaging.trimmed.integrate_trimmed`."""
     detector: Detector | None = None
-    """How the anomalies of single frames are found, whose number is counted per cell; None: not at all."""
+    """Detector of the anomalies that are counted per cell; None: none."""
     min_score: float | None = None
     """Score that a marked pixel must exceed; None: the detector's own."""
     skip_broken: bool = False
@@ -72,7 +72,7 @@ class TileResult:
     used: frozenset[int]
     """Indices of the images that cover a part of it."""
     broken: dict[int, str]
-    """Why images could not be read, by their indices."""
+    """Reasons why images could not be read, by their indices."""
 
 
 class _TileSums:

@@ -46,10 +46,10 @@ def read_poses(
 
     Args:
         poses_file: the JSON file.
-        image_folder: where the images are; all have the size and the channels of the first.
+        image_folder: folder of the images; all have the size and the channels of the first.
         horizontal_fov_rad: full field of view of the images, distortion left out.
-        lens: takes the place of the file's own.
-        origin: of the world, where that is east-north-up.
+        lens: replaces the file's own.
+        origin: origin of the world, where that is east-north-up.
         skip_broken: leave out images that are missing or incomplete, instead of refusing the recording.
 
     Raises:

@@ -16,7 +16,7 @@ from aos_gcs.surveys.integration import TileResult, Work
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SurveyRasters:
-    """What all tiles together show."""
+    """Rasters of all tiles together."""
 
     integral: NDArray[np.float32]
     """Shape (rows, columns, C), NaN where nothing covers."""

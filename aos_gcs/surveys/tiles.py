@@ -35,7 +35,7 @@ class Tile(Protocol):
 
     @property
     def window(self) -> Window:
-        """Where it lies in the whole."""
+        """Place in the whole raster."""
 
     @property
     def images(self) -> tuple[int, ...]:

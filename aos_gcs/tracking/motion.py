@@ -1,4 +1,4 @@
-"""How a target moves: an interacting-multiple-model filter of a still and a walking person.
+"""Motion of a target: an interacting-multiple-model filter of a still and a walking person.
 
 Most targets of a search lie or stand, and their position should be averaged without end; some walk, and averaging
 would leave the estimate behind. Two Kalman filters run side by side and are mixed by how well each predicts
@@ -32,7 +32,7 @@ _MEASURED = np.eye(2, 4)
 
 @dataclass(frozen=True, slots=True)
 class MotionSettings:
-    """How targets move.
+    """Motion of targets.
 
     Raises:
         ConfigurationError: a value is not finite or not above 0; the text names it.
@@ -45,7 +45,7 @@ class MotionSettings:
     diffusion_m2ps: float = 1e-4
     """Diffusion of a still target: 0.08 m in a minute."""
     still_s: float = 300.0
-    """How long a still target stays so, on average."""
+    """Mean time for which a still target stays still."""
     walking_s: float = 60.0
     """Mean time for which a walker keeps walking."""
 
@@ -58,7 +58,7 @@ class MotionSettings:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Motion:
-    """What is known of a target's motion at one moment; row 0 of the still model, row 1 of the walking one."""
+    """Estimate of a target's motion at one moment; row 0 of the still model, row 1 of the walking one."""
 
     at_s: float
     means: NDArray[np.float64]

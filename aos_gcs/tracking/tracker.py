@@ -23,7 +23,7 @@ from aos_gcs.tracking.motion import WALKING, Motion, MotionSettings, begin, dens
 
 @dataclass(frozen=True, slots=True)
 class TrackingSettings:
-    """When measurements become a track.
+    """Rules by which measurements become a track.
 
     Raises:
         ConfigurationError: a value is out of range; the text names it.
@@ -55,7 +55,7 @@ class TrackingSettings:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Measurement:
-    """Where something was seen, horizontally."""
+    """Horizontal position at which something was seen."""
 
     position_enu_m: NDArray[np.float64]
     """Shape (2,)."""
@@ -77,7 +77,7 @@ class Track:
     track_id: int
     """Counts from 1; never given twice."""
     motion: Motion
-    """As if all errors were drawn anew in every step."""
+    """Covariance as if all errors were drawn anew in every step."""
     systematic_m2: NDArray[np.float64]
     """Covariance of the part of the error that does not average out, shape (2, 2)."""
     measured_m2: NDArray[np.float64]
@@ -87,7 +87,7 @@ class Track:
     hits: int = 1
     opportunities: int = 1
     misses: int = 0
-    """In a row, up to now."""
+    """Misses in a row, up to now."""
     confirmed: bool = False
     surprise_m: float | None = None
     """Distance of the latest measurement from where it was predicted; None for the first."""
@@ -141,8 +141,8 @@ def observe(
     """Return the tracks after one step, and the id of the track that each measurement belongs to.
 
     Args:
-        before: of the previous step.
-        measurements: of this step, one per thing seen.
+        before: tracks of the previous step.
+        measurements: measurements of this step, one per thing seen.
         now_s: their moment, not before that of the previous step.
         settings: see :class:`TrackingSettings`.
         is_covered: whether the step looked at a position, shape (2,).

@@ -224,4 +224,5 @@ def test_grid_and_view_agree() -> None:
     in_view, count = integrate(frames, perspective_view(camera, nadir_pose([*centre, height_m]), 0.0))
     assert (coverage != count).mean() < 0.002
     same = (coverage == count) & (count > 0)
-    np.testing.assert_allclose(on_grid[same], in_view[same], atol=1.0)
+    # Coordinates in steps of 1/32 pixel: far less than the texture's deviation of 7.
+    np.testing.assert_allclose(on_grid[same], in_view[same], atol=0.2)

@@ -39,7 +39,7 @@ def local_rx_scores(
             channels that are constant over the frame are left out.
         guard_px: edge of the inner window, odd.
         background_px: edge of the outer window, odd and larger.
-        loading: of the covariance's diagonal, in units of the variances of the whole frame.
+        loading: addition to the covariance's diagonal, in units of the variances of the whole frame.
 
     Returns:
         Scores, shape (H, W); NaN where the pixel is not finite or its surroundings have too few finite pixels.

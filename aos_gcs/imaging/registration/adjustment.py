@@ -50,7 +50,7 @@ class Gaussian:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Solution:
-    """What the ties of one step tell."""
+    """Result of the adjustment of one step's ties."""
 
     errors: Gaussian
     """Errors of the frames' poses, one after the other, shape (``POSE_ERRORS`` n,); the prior included."""
@@ -73,11 +73,11 @@ def adjust(
 
     Args:
         ties: measured with ``poses``; at least one.
-        poses: of the n frames, with the errors ``applied`` corrected.
+        poses: poses of the n frames, with the errors ``applied`` corrected.
         patches_m: centres of the patches, shape (m, 3).
-        patch_spacing: of their centres, in edges of a patch; what neighbours share counts once.
+        patch_spacing: distance of their centres, in edges of a patch; what neighbours share counts once.
         applied: shape (``POSE_ERRORS`` n,).
-        prior: of the errors of the frames' poses.
+        prior: expected errors of the frames' poses.
     """
     seen_patches, patch = np.unique(ties.patch, return_inverse=True)
     geometry = _Geometry.of(ties, poses, patches_m)
@@ -115,7 +115,7 @@ def adjust(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Side:
-    """Where the first, or the second, frames of the ties show the content of their patches; arrays of k rows."""
+    """Positions at which the first, or the second, frames of the ties show their patches; arrays of k rows."""
 
     frame: NDArray[np.intp]
     centre_m: NDArray[np.float64]

@@ -48,7 +48,7 @@ MIN_INLIER_SHARE = 0.5
 
 @dataclass(frozen=True, slots=True)
 class PoseSigmas:
-    """How large the errors of poses are expected to be, standard deviations."""
+    """Expected standard deviations of the errors of poses."""
 
     offset_m: float
     """Error of the position along each horizontal axis."""

@@ -25,12 +25,12 @@ SEARCH_SHARE = 0.35
 """Share of a patch's edge by which the content may be displaced. Beyond, too little of it is common to both."""
 
 MIN_PEAK_SIGMAS = 5.0
-"""How far the peak must stand out from the rest of the correlation; the best of 500 places reaches 3 to 4 by chance."""
+"""Smallest prominence of a peak above the rest of the correlation; the best of 500 places reaches 3 to 4 by chance."""
 
 
 @dataclass(frozen=True, slots=True)
 class PatchSize:
-    """How patches are sampled."""
+    """Sampling of patches."""
 
     edge_px: int
     resolution_m: float
@@ -109,8 +109,8 @@ def measure_ties(
         frames: without distortion, all with the same bands.
         poses: best estimates of the frames' poses.
         patches_m: centres of the patches, shape (m, 3).
-        pairs: which frames to compare, shape (n, n); the upper triangle counts.
-        size: of all patches.
+        pairs: frames to compare, shape (n, n); the upper triangle counts.
+        size: size of all patches.
     """
     heights_m = np.array([pose.position_enu_m[2] for pose in poses])
     sampling_m = float(np.median(np.abs(heights_m - patches_m[:, 2].mean()))) / frames[0].camera.fx_px

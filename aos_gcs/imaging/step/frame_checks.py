@@ -28,7 +28,7 @@ class UsableFrames:
     """The frames of a step that can be integrated."""
 
     frames: tuple[Frame, ...]
-    """At least one; all have the same bands."""
+    """One frame or more; all have the same bands."""
     skipped: Mapping[int, str]
     """Reason why a frame cannot be used, by vehicle."""
 

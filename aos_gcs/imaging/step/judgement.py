@@ -26,7 +26,7 @@ from aos_gcs.imaging.step.visibility import (
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Judgement:
-    """What the marks of a step mean; see the fields of the same names of ``StepAnalysis``."""
+    """Result of a step's marks; see the fields of the same names of ``StepAnalysis``."""
 
     anomaly_count: NDArray[np.uint16]
     sightings: tuple[Sighting, ...]
@@ -47,7 +47,7 @@ def judge(
         marked: frames of the step, with their marks on the grid.
         grid: raster of the focal plane.
         history: views of earlier steps; they enlarge blobs, and are no blob of their own.
-        settings: which cells belong together, and how vehicles are compared.
+        settings: rules for connecting cells and comparing vehicles.
     """
     past = [MarkedView(view, marks_on(view, grid)) for view in history]
     present_count = _counted((one.marks for one in marked), np.zeros((grid.rows, grid.columns), dtype=np.uint16))

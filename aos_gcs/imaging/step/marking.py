@@ -47,7 +47,7 @@ def mark(
 
     Args:
         frames: those of the integral.
-        integral: of the frames.
+        integral: integral of the frames.
         settings: detector and what it is applied to.
         known_mask: used in place of :func:`find_mask`, for callers that remember the masks of these very frames.
 

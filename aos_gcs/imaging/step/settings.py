@@ -12,7 +12,7 @@ from aos_gcs.imaging.model import AnomalySource, Detector, LeaderCriterion
 
 @dataclass(frozen=True, slots=True)
 class ImagingSettings:
-    """How the frames of a step are analysed (spec, sections 1 and 2).
+    """Settings of the analysis of a step's frames (spec, sections 1 and 2).
 
     Raises:
         ConfigurationError: if a value lies outside its range; the text names it.

@@ -1,4 +1,4 @@
-"""How much of the target each vehicle sees: f(x_i, I(t)) and the leader (spec, section 2)."""
+"""Visibility of the target to each vehicle: f(x_i, I(t)) and the leader (spec, section 2)."""
 
 from __future__ import annotations
 

@@ -72,7 +72,7 @@ class Terrain:
         """Return where rays first meet the terrain, shape (n, 3); NaN where they never do.
 
         Args:
-            origin_m: where all rays begin, shape (3,), on either side of the terrain.
+            origin_m: origin of all rays, shape (3,), on either side of the terrain.
             rays: directions, shape (n, 3).
         """
         origin = np.asarray(origin_m, dtype=np.float64)
