@@ -26,7 +26,7 @@ _LATITUDE_REF, _LATITUDE, _LONGITUDE_REF, _LONGITUDE, _ALTITUDE_REF, _ALTITUDE =
 
 @dataclass(frozen=True, slots=True)
 class ExifTags:
-    """Fields are None where the photograph does not say."""
+    """EXIF tags of a photograph; None where one is missing."""
 
     latitude_deg: float | None
     longitude_deg: float | None

@@ -8,8 +8,8 @@ from typer.testing import CliRunner
 
 from aos_gcs.cli.lab.commands import lab
 from aos_gcs.errors import AosError, ConfigurationError
+from aos_gcs.imaging.persons.classifier import person_confidence, read_model
 from aos_gcs.imaging.persons.evidence import Evidence
-from aos_gcs.imaging.persons.likeness import person_confidence, read_model
 from aos_gcs.lab.effectiveness.report import ClaimResult, Rule, decide
 from aos_gcs.lab.effectiveness.store import DECISIONS_FILE, SCENES_FILE, SUMMARY_FILE, StudyFolder, read_results
 from aos_gcs.lab.effectiveness.study import SceneKey, SceneResult, StudySettings, WarmBody, study_scene, study_scenes

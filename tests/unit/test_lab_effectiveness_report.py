@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import pytest
 
+from aos_gcs.imaging.persons.classifier import PersonModel
 from aos_gcs.imaging.persons.evidence import Evidence
-from aos_gcs.imaging.persons.likeness import PersonModel
 from aos_gcs.lab.effectiveness.report import ClaimResult, Rule, Share, as_markdown, decide, labelled_bodies, summarise
 from aos_gcs.lab.effectiveness.study import Anomaly, SceneKey, SceneResult, WarmBody
 from aos_gcs.lab.scenes import Body, PositionGrade

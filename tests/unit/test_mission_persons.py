@@ -8,7 +8,7 @@ import numpy as np
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import nadir_pose
 from aos_gcs.imaging.model import Frame
-from aos_gcs.imaging.persons.likeness import DECISION
+from aos_gcs.imaging.persons.classifier import DECISION
 from aos_gcs.mission.search.persons import KEPT_STEPS, PersonWatch
 
 CAMERA = CameraModel.from_fov(256, 256, math.radians(50.0))

@@ -30,7 +30,7 @@ def effectiveness(
     was stopped. See docs/effectiveness.md.
     """
     from aos_gcs.cli.output import progress  # noqa: PLC0415 - keeps the other commands' help fast
-    from aos_gcs.imaging.persons.likeness import read_model  # noqa: PLC0415
+    from aos_gcs.imaging.persons.classifier import read_model  # noqa: PLC0415
     from aos_gcs.lab.effectiveness.report import Rule, as_markdown, decide, summarise  # noqa: PLC0415
     from aos_gcs.lab.effectiveness.store import StudyFolder, missing  # noqa: PLC0415
     from aos_gcs.lab.effectiveness.study import StudySettings, scene_keys, study_scenes  # noqa: PLC0415
@@ -68,7 +68,7 @@ def fit_person(
     Judge it on scenes of other seeds: aos-gcs lab effectiveness --model FILE --seed N.
     """
     from aos_gcs.exports.files import check_writable  # noqa: PLC0415 - keeps the other commands' help fast
-    from aos_gcs.imaging.persons.likeness import fit_person_model, write_model  # noqa: PLC0415
+    from aos_gcs.imaging.persons.classifier import fit_person_model, write_model  # noqa: PLC0415
     from aos_gcs.lab.effectiveness.report import labelled_bodies  # noqa: PLC0415
     from aos_gcs.lab.effectiveness.store import read_results  # noqa: PLC0415
 

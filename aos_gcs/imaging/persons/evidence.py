@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aos_gcs.imaging.persons.warmth import WarmView
+from aos_gcs.imaging.persons.warm_bodies import WarmView
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,8 +11,8 @@ from enum import StrEnum
 import numpy as np
 from scipy import stats
 
+from aos_gcs.imaging.persons.classifier import DECISION, MIN_VEHICLES, PersonModel, person_confidence
 from aos_gcs.imaging.persons.evidence import Evidence
-from aos_gcs.imaging.persons.likeness import DECISION, MIN_VEHICLES, PersonModel, person_confidence
 from aos_gcs.lab.effectiveness.study import IN_VIEW_M2, Anomaly, SceneResult
 from aos_gcs.lab.scenes import PositionGrade
 

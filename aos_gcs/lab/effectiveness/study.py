@@ -22,7 +22,7 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.imaging.geolocation import Geolocation, Uncertainty, locate_together
 from aos_gcs.imaging.model import Frame, StepAnalysis
 from aos_gcs.imaging.persons.evidence import Evidence, gather_evidence
-from aos_gcs.imaging.persons.warmth import WarmView, warm_bodies, warm_view
+from aos_gcs.imaging.persons.warm_bodies import WarmView, warm_bodies, warm_view
 from aos_gcs.imaging.step.analysis import analyse_step
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.lab.scenes import Body, Exposure, PositionGrade, SceneSettings, SearchScene, build_scene

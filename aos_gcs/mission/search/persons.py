@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.imaging.model import Frame
+from aos_gcs.imaging.persons.classifier import person_confidence
 from aos_gcs.imaging.persons.evidence import gather_evidence
-from aos_gcs.imaging.persons.likeness import person_confidence
-from aos_gcs.imaging.persons.warmth import LINK_M, WarmView, warm_bodies, warm_view
+from aos_gcs.imaging.persons.warm_bodies import LINK_M, WarmView, warm_bodies, warm_view
 
 KEPT_STEPS = 3
 """Whose frames count; the model of persons is fitted to as many."""
@@ -43,7 +43,7 @@ class PersonWatch:
         """Return the probability, 0 to 1, that the warm body at a place, shape (2,), is a person.
 
         Returns:
-            As of :func:`~aos_gcs.imaging.persons.likeness.person_confidence`; None when nothing warm was seen there.
+            As of :func:`~aos_gcs.imaging.persons.classifier.person_confidence`; None when nothing warm was seen there.
         """
         nearest_m, nearest = LINK_M, None
         for body in self._bodies:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict
 from aos_gcs.errors import MissionFailedError, UnusableFramesError
 from aos_gcs.imaging.model import StepAnalysis
-from aos_gcs.imaging.persons.likeness import DECISION
+from aos_gcs.imaging.persons.classifier import DECISION
 from aos_gcs.mission.context import MissionContext
 from aos_gcs.mission.fleet.roster import Member
 from aos_gcs.mission.launch import MIN_SWARM

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from aos_gcs.errors import InputDataError
-from aos_gcs.imaging.persons.evidence import Evidence
-from aos_gcs.imaging.persons.likeness import (
+from aos_gcs.imaging.persons.classifier import (
     DECISION,
     PersonModel,
     fit_person_model,
@@ -16,6 +15,7 @@ from aos_gcs.imaging.persons.likeness import (
     read_model,
     write_model,
 )
+from aos_gcs.imaging.persons.evidence import Evidence
 
 PERSON = Evidence(
     views=24,

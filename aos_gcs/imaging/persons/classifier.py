@@ -1,4 +1,4 @@
-"""Likeness of a warm body to a person.
+"""Classifier of warm bodies: the probability that one is a person.
 
 A logistic regression on what frames show of a body: how warm it is in the middle and at its warmest, how large its
 visible part, from how many vehicles it is seen. What a single vehicle sees is no evidence, and what is hotter than any

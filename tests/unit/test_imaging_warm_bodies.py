@@ -10,7 +10,7 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose, nadir_pose
 from aos_gcs.imaging.model import Frame
 from aos_gcs.imaging.persons.evidence import gather_evidence
-from aos_gcs.imaging.persons.warmth import MIN_CONTRAST_K, warm_bodies, warm_view
+from aos_gcs.imaging.persons.warm_bodies import MIN_CONTRAST_K, warm_bodies, warm_view
 
 CAMERA = CameraModel.from_fov(128, 128, math.radians(50.0))
 HEIGHT_M = 40.0
