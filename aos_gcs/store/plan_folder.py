@@ -85,7 +85,7 @@ class PlanFolder:
                 part.write_text(text, encoding="utf-8")
                 part.replace(path)
         except OSError as error:
-            text = f"The plan cannot be saved as {path}: {error}; make room or check the disk."
+            text = f"The plan cannot be saved as {path}: {error}; free some space or check the disk."
             raise RecordingError(text) from error
 
     def delete(self, name: str) -> bool:

@@ -157,7 +157,7 @@ class MissionRecorder:
         self._lost_before_flush += len(errors)
         if errors and self._failure is None:
             self._failure = RecordingError(
-                f"cannot record into {self._folder}: {errors[0]}; make room or check the disk"
+                f"cannot record into {self._folder}: {errors[0]}; free some space or check the disk"
             )
             self._notify(Notice(Severity.CRITICAL, f"The mission continues without recording: {self._failure}."))
         elif not errors and self._failure is not None:

@@ -44,7 +44,7 @@ def loop_time_s() -> float:
 
 
 class EventHub:
-    """The mission's one subscriber on behalf of all clients: everything is converted once, whoever looks.
+    """The mission's one subscriber on behalf of all clients: everything is converted once for all of them.
 
     It keeps the latest notices, so that a reloaded page still shows them, and the latest events, so that a client
     that reconnects misses none.
@@ -184,7 +184,7 @@ class EventHub:
         return self._steps[record.step]
 
     def _origin(self) -> GeodeticPosition | None:
-        """Return the mission's origin, which never moves: a snapshot of a large fleet just for it would be dear."""
+        """Return the mission's origin, which never moves: a snapshot of a large fleet just for it would be costly."""
         if self._known_origin is None:
             self._known_origin = self._mission.snapshot().origin
         return self._known_origin

@@ -21,7 +21,7 @@ class Outbox:
     Args:
         state: of the mission, shared by all clients.
         hello: makes the first message, and its ``seq``.
-        mission_age_s: tells how old the mission's last sign of life is.
+        mission_age_s: returns the age of the mission's last sign of life.
         capacity: events that may wait.
     """
 

@@ -5,10 +5,10 @@ which are never repeated, and the *state*, of which only changes are sent.
 
 ``seq`` counts events from 1 and is the same for all clients; every other message carries the number of the event
 before it. A step of more than one says that events were lost to the client's own slowness, or while it was away: it
-fetches them with ``GET /api/events?after=SEQ``. State is never lost: whoever is slow gets fewer and larger changes.
+fetches them with ``GET /api/events?after=SEQ``. State is never lost: slow clients get fewer and larger changes.
 
-That the service answers does not mean that the mission does. Whatever tells of the state therefore says how old the
-mission's own last sign of life is: ``mission_age_s``.
+An answer of the service does not prove that the mission is alive. Every message about the state therefore has the age
+of the mission's own last sign of life: ``mission_age_s``.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ class ChangesMessage(WireModel):
         "An id that was not there before is a new vehicle with all of its fields."
     )
     preflight: list[PreflightCheckModel] = Field(
-        description="Checks that have changed, to be replaced by vehicle_id and name, after what stands in mission."
+        description="Checks that have changed, to be replaced by vehicle_id and name, after the fields of mission."
     )
 
 

@@ -668,7 +668,7 @@ export interface components {
       mission_age_s: number;
       /**
        * Preflight
-       * @description Checks that have changed, to be replaced by vehicle_id and name, after what stands in mission.
+       * @description Checks that have changed, to be replaced by vehicle_id and name, after the fields of mission.
        */
       preflight: components["schemas"]["PreflightCheckModel"][];
       /** Seq */
