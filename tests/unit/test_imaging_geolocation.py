@@ -118,7 +118,7 @@ def test_the_covariance_is_that_of_the_errors() -> None:
     settings = Uncertainty(focal_height_m=0.8)
     pose_sigmas = [settings.position_horizontal_m] * 2 + [settings.position_vertical_m]
     turn_sigmas = [settings.attitude_rad] * 2 + [settings.yaw_rad]
-    runs, normalised = 400, []
+    runs, normalised = 250, []
     for _ in range(runs):
         ground_m = rng.normal(0.0, settings.focal_height_m)
         target = np.array([*rng.uniform(-2, 2, 2), ground_m])
@@ -159,7 +159,7 @@ def test_other_targets_sharpen_a_place_and_the_covariance_knows_it() -> None:
     )
     seen = [np.array([east, north, settings.target_height_m]) for east, north in ((0, 0), (8, 3), (-6, 5), (2, -9))]
     alone, together, normalised = [], [], []
-    for _ in range(200):
+    for _ in range(120):
         targets = swarm_views(rng, seen, settings)
         alone.append(geolocate(targets[0], 0.0, settings).position_enu_m)
         located = locate_together(targets, 0.0, settings)[0]

@@ -11,7 +11,7 @@ from aos_gcs.tracking.motion import MotionSettings, begin, predict
 from aos_gcs.tracking.tracker import Measurement, TrackingSettings, Tracks, observe
 
 SETTINGS = TrackingSettings()
-RUNS = 40
+RUNS = 30
 
 
 def everywhere(_: np.ndarray) -> bool:
