@@ -147,7 +147,7 @@ class Swarm:
         members = self._roster.members(Task.IDLE)
         armed = await self._flight.command_each(members, lambda _: Arm())
         for member in self._roster.select(vehicle_id for vehicle_id, reason in armed.items() if reason is None):
-            member.task = Task.SWARM
+            self._roster.assign(member, Task.SWARM)
         climbed = await self._flight.command_each(
             self._roster.members(Task.SWARM), self._takeoff, self._options.deadlines.takeoff_s
         )

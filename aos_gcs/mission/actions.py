@@ -162,7 +162,7 @@ class Operator:
         self._errands.stop_all()
         self._joining.call_off()
         for member in self._context.roster.members(Task.JOINING):
-            member.task = Task.HELD
+            self._context.roster.assign(member, Task.HELD)
         if self._is_under_way():
             self._flow.suspend(Suspension.HELD)
             self._context.message = "Held: all vehicles stop where they are."
@@ -273,7 +273,7 @@ class Operator:
     async def _pause_one(self, member: Member) -> str | None:
         if member.task is not Task.SWARM:
             return f"is not in the swarm ({member.task})"
-        member.task = Task.HELD
+        self._context.roster.assign(member, Task.HELD)
         return None
 
     async def _resume_one(self, member: Member) -> str | None:
@@ -283,7 +283,7 @@ class Operator:
             return "the mission is on its way home"
         if not member.follows_us:
             return f"does not follow us: its mode is {member.state.mode_name}"
-        member.task = Task.SWARM
+        self._context.roster.assign(member, Task.SWARM)
         return None
 
     async def _hold_one(self, member: Member) -> str | None:
@@ -307,7 +307,7 @@ class Operator:
     def _assign(self, member: Member, task: Task) -> None:
         """Give a vehicle a task; who flies before the start takes part in the mission after it, like all others."""
         if self._is_under_way():
-            member.task = task
+            self._context.roster.assign(member, task)
 
     def _tell(self, text: str) -> None:
         self._context.journal.notice(Severity.INFO, f"operator: {text}")

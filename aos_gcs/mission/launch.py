@@ -92,7 +92,8 @@ class Launch:
             await context.clock.sleep(_ARM_AGAIN_S)
             refusals |= await context.flight.command_each(refused, lambda _: Arm())
         for member in context.roster.select(vehicle_id for vehicle_id, reason in refusals.items() if reason is None):
-            member.task = Task.SWARM
+            if member.task is Task.IDLE:
+                context.roster.assign(member, Task.SWARM)
         swarm = context.roster.members(Task.SWARM)
         if len(swarm) < MIN_SWARM:
             await context.flight.command_each(swarm, lambda _: Disarm())
@@ -118,7 +119,7 @@ class Launch:
         for member in swarm:
             if member.task is not Task.SWARM or context.roster.is_in_layer(member):
                 continue
-            member.task = Task.HELD
+            context.roster.assign(member, Task.HELD)
             context.journal.notice(
                 Severity.WARNING, "did not reach its altitude layer and is left out of the swarm", member.vehicle_id
             )

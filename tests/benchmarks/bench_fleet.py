@@ -200,7 +200,7 @@ async def goto(rounds: int, count: int = 50) -> None:
             )
             members = roster.members()
             for member in members:
-                member.task = Task.SWARM
+                roster.assign(member, Task.SWARM)
             positions_enu_m = np.array([roster.position_enu_m(member) for member in members])
             strategy, rng = make_strategy("aos-apso", {}), np.random.default_rng(1)
             state = strategy.init(np.array([0.0, 1.0]))

@@ -35,6 +35,7 @@ from aos_gcs.ports import (
 )
 from tests.fakes.fleet import FRAME, ORIGIN, FakeFleet, FakeVehicle
 from tests.fakes.mission_flight import Flight, MemoryRecorder, flying, prepare
+from tests.fakes.roster import give_task
 
 pytestmark = pytest.mark.looptime
 
@@ -130,7 +131,9 @@ async def test_others_keep_off_the_ways_that_a_vehicle_may_take_by_itself(
         vehicle = fleet.members[member.vehicle_id]
         vehicle.start_enu_m = vehicle.goal_enu_m = np.array(position_enu_m)
         vehicle.armed = True
-    mover.task, other.task, fleet.members[2].mode = Task.SWARM, task, mode
+    give_task(roster, mover, Task.SWARM)
+    give_task(roster, other, task)
+    fleet.members[2].mode = mode
     other.last_command = command
     other.home_enu_m = np.array([30.0, 20.0, 0.0])
 

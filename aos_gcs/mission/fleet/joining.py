@@ -60,7 +60,7 @@ class Joining:
             return blocking[0].describe()
         if (other_id := self._above(member)) is not None:
             return f"vehicle {other_id} is above its launch point, or will be: try again when it has passed"
-        member.task = Task.JOINING
+        self._context.roster.assign(member, Task.JOINING)
         text = f"joins: it climbs to its layer at {member.layer_height_m:.0f} m and flies to the swarm"
         self._context.journal.notice(Severity.INFO, text, member.vehicle_id)
         self._errands.start(member.vehicle_id, self._bring(member))
@@ -110,21 +110,21 @@ class Joining:
         """Start, climb, fly to the swarm and become part of it; who does not get there is left where it is."""
         context = self._context
         if await context.flight.command(member, Arm()) is not None:
-            member.task = Task.IDLE
+            context.roster.assign(member, Task.IDLE)
             return
         if (height_m := member.layer_above_home_m) is None:
             raise RuntimeError(f"vehicle {member.vehicle_id} has no altitude layer")
         refusal = await context.flight.command(member, Takeoff(height_m), context.settings.deadlines.takeoff_s)
         if refusal is not None and not member.airborne:
             await context.flight.command(member, Disarm())
-            member.task = Task.IDLE
+            context.roster.assign(member, Task.IDLE)
             return
         if (place_enu_m := self._beside_the_swarm(member)) is not None:
             await context.flight.transfer({member.vehicle_id: place_enu_m}, frozenset({Task.JOINING}))
         if member.task is not Task.JOINING:
             return
         has_come = member.follows_us and place_enu_m is not None and context.flight.has_arrived(member)
-        member.task = Task.SWARM if has_come else Task.HELD
+        context.roster.assign(member, Task.SWARM if has_come else Task.HELD)
         severity, text = (
             (Severity.INFO, "has joined the swarm")
             if has_come

@@ -84,24 +84,22 @@ class Monitor:
         age_s = context.roster.link_age_s(member)
         silent = age_s is not None and age_s > context.settings.deadlines.lost_s
         if silent and member.task in FLYING:
-            # Nobody goes on joining by itself: heard again, it waits for the operator.
-            member.task_before_loss = Task.HELD if member.task is Task.JOINING else member.task
-            member.task = Task.LOST
+            context.roster.assign(member, Task.LOST)
             context.journal.notice(
                 Severity.CRITICAL, f"link lost for {age_s:.0f} s; its own failsafe flies it now", member.vehicle_id
             )
         elif not silent and member.task is Task.LOST:
-            member.task = member.task_before_loss
+            context.roster.assign(member, member.task_when_heard_again)
             context.journal.notice(Severity.WARNING, "heard again", member.vehicle_id)
 
     def _watch_landing(self, member: Member) -> None:
         state = member.state
         down = not state.armed and state.landed in {LandedState.ON_GROUND, LandedState.UNKNOWN}
         if member.task in {Task.RETURNING, Task.LANDING, Task.HELD} and down:
-            member.task = Task.LANDED
+            self._context.roster.assign(member, Task.LANDED)
             self._context.journal.notice(Severity.INFO, "landed", member.vehicle_id)
         elif member.task is Task.SWARM and down and isinstance(member.last_command, Goto):
-            member.task = Task.LANDED
+            self._context.roster.assign(member, Task.LANDED)
             self._context.journal.notice(
                 Severity.CRITICAL, "left the swarm: it is on the ground and its motors have stopped", member.vehicle_id
             )
@@ -149,12 +147,12 @@ class Monitor:
     async def _hold(self, member: Member) -> None:
         """Stop one of two that are too close, whatever it was doing; the operator resumes it."""
         self._homing.let_go(member)
-        member.task = Task.HELD
+        self._context.roster.assign(member, Task.HELD)
         await self._context.flight.command(member, Hold())
 
     def _watch_take_over(self, member: Member) -> None:
         if member.task is Task.SWARM and member.airborne and not member.follows_us:
-            member.task = Task.HELD
+            self._context.roster.assign(member, Task.HELD)
             self._context.journal.notice(
                 Severity.WARNING,
                 f"left the swarm: its mode is {member.state.mode_name or member.state.mode}",

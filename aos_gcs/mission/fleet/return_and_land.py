@@ -42,7 +42,7 @@ class Homing:
         context.message = "Returning: flying home in the altitude layers."
         led = [member for member in self._still_flying() if self._can_be_led(member)]
         for member in led:
-            member.task = Task.RETURNING
+            context.roster.assign(member, Task.RETURNING)
         await self._fly(led, self._climb)
         await self._fly(led, self._above_home)
         await self._fetch_the_held()
@@ -60,7 +60,7 @@ class Homing:
         await self._clear_columns()
         for member in self._still_flying():
             if member.follows_us:
-                member.task = Task.LANDING
+                context.roster.assign(member, Task.LANDING)
         self._name_pilots()
         await self._bring_down()
         if await self._lost_ones_come_back():
@@ -94,7 +94,7 @@ class Homing:
         """
         self._context.journal.notice(Severity.WARNING, f"returns alone: {reason}", member.vehicle_id)
         if self._can_be_led(member):
-            member.task = Task.RETURNING
+            self._context.roster.assign(member, Task.RETURNING)
             self._errands.start(member.vehicle_id, self._lead_home(member))
             return None
         return await self._hand_over(member)
@@ -125,22 +125,23 @@ class Homing:
             member.refusal = f"held: vehicle {other_id} may come below it"
             await context.clock.sleep(_POLL_S)
         if member.task is Task.RETURNING and member.follows_us:
-            member.task = Task.LANDING
+            context.roster.assign(member, Task.LANDING)
             await context.flight.command(member, Land())
 
     async def _hand_over(self, member: Member) -> str | None:
-        member.task = Task.RETURNING
+        roster = self._context.roster
+        roster.assign(member, Task.RETURNING)
         command = ReturnToLaunch()
         refusal = await self._context.flight.command(member, command)
         if refusal is not None and member.last_command in (None, command):
-            member.task = Task.HELD
+            roster.assign(member, Task.HELD)
         return refusal
 
     async def _fetch_the_held(self) -> None:
         """Lead home who was held on the way, such as for the sake of the separation, once the others are there."""
         held = [m for m in self._context.roster.members(Task.HELD) if self._can_be_led(m)]
         for member in held:
-            member.task = Task.RETURNING
+            self._context.roster.assign(member, Task.RETURNING)
         await self._fly(held, self._climb)
         await self._fly(held, self._above_home)
 
@@ -237,7 +238,7 @@ class Homing:
             return
         context.message = "Landing: moving apart first."
         for member, _ in located:
-            member.task = Task.LANDING
+            context.roster.assign(member, Task.LANDING)
         requests = {member.vehicle_id: target for (member, _), target in zip(located, apart_enu_m, strict=True)}
         await context.flight.transfer(requests, frozenset({Task.LANDING}), homing=True)
 

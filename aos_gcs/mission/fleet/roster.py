@@ -13,6 +13,7 @@ from aos_gcs.airspace.waypoints import as_enu_point
 from aos_gcs.errors import MissionError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.mission.fleet.energy import BatteryMeter
+from aos_gcs.mission.fleet.tasks import check_task, task_when_heard_again
 from aos_gcs.mission.model import Task, VehicleSnapshot
 from aos_gcs.ports import Clock, Command, Fleet, FlightMode, LandedState, Takeoff, Vehicle, VehicleState
 
@@ -30,9 +31,8 @@ class Member:
 
     vehicle_id: int
     vehicle: Vehicle
-    task: Task = Task.IDLE
-    task_before_loss: Task = Task.IDLE
-    """What a lost vehicle goes on with when it is heard again."""
+    _task: Task = field(default=Task.IDLE, init=False)
+    _next_task: Task = field(default=Task.IDLE, init=False)
     layer_height_m: float | None = None
     home_enu_m: NDArray[np.float64] | None = None
     """Where it has started, and where its autopilot returns to."""
@@ -45,6 +45,22 @@ class Member:
     sent_at_s: float = -math.inf
     """When it was last told to move."""
     battery: BatteryMeter = field(default_factory=BatteryMeter)
+
+    @property
+    def task(self) -> Task:
+        """What the mission has the vehicle do; only ``Roster.assign`` changes it."""
+        return self._task
+
+    @property
+    def task_when_heard_again(self) -> Task:
+        """What the vehicle goes on with when it is lost and heard again."""
+        return self._next_task
+
+    def _take_up(self, task: Task) -> None:
+        check_task(self.vehicle_id, self._task, task)
+        if task is Task.LOST and self._task is not Task.LOST:
+            self._next_task = task_when_heard_again(self._task)
+        self._task = task
 
     @property
     def state(self) -> VehicleState:
@@ -90,6 +106,14 @@ class Roster:
         ]
         self._members = dict(sorted((self._members | {member.vehicle_id: member for member in found}).items()))
         return found
+
+    def assign(self, member: Member, task: Task) -> None:
+        """Give a vehicle a task.
+
+        Raises:
+            TaskTransitionError: the task cannot follow the present one; the vehicle keeps that.
+        """
+        member._take_up(task)  # noqa: SLF001 - nobody else may
 
     def members(self, *tasks: Task) -> list[Member]:
         """Return the members with one of ``tasks``, or all of them."""
