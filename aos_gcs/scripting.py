@@ -25,12 +25,12 @@ from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.fleet.flight import FlightControl
 from aos_gcs.mission.fleet.monitor import Monitor
-from aos_gcs.mission.fleet.return_and_land import Homing
+from aos_gcs.mission.fleet.return_and_land import ReturnAndLand
 from aos_gcs.mission.fleet.roster import Member, Roster
-from aos_gcs.mission.fleet.vehicle_tasks import Errands
+from aos_gcs.mission.fleet.vehicle_tasks import VehicleTasks
 from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal
-from aos_gcs.mission.model import Task
+from aos_gcs.mission.model import Refusal, Task
 from aos_gcs.mission.preflight.telemetry import check_all
 from aos_gcs.mission.search.sampling import Sample, sample
 from aos_gcs.planning.proposal import altitude_layers, propose_limits
@@ -91,15 +91,15 @@ class Swarm:
             journal=journal,
             flight=self._flight,
         )
-        self._errands = Errands()
-        self._homing = Homing(context, self._errands)
-        self._monitor = Monitor(context, self._homing, publish=lambda: None, on_all_lost=self._give_up)
+        self._vehicle_tasks = VehicleTasks()
+        self._return_and_land = ReturnAndLand(context, self._vehicle_tasks)
+        self._monitor = Monitor(lambda: self._return_and_land, publish=lambda: None, on_all_lost=self._give_up)
         self._journal = journal
 
     async def watch(self) -> None:
         """Watch links, batteries, take-overs and distances, until cancelled."""
         async with asyncio.TaskGroup() as group:
-            group.create_task(self._errands.run())
+            group.create_task(self._vehicle_tasks.run())
             group.create_task(self._monitor.run())
 
     @property
@@ -146,12 +146,12 @@ class Swarm:
         """
         members = self._roster.members(Task.IDLE)
         armed = await self._flight.command_each(members, lambda _: Arm())
-        for member in self._roster.select(vehicle_id for vehicle_id, reason in armed.items() if reason is None):
+        for member in self._roster.select(vehicle_id for vehicle_id, refusal in armed.items() if refusal is None):
             self._roster.assign(member, Task.SWARM)
         climbed = await self._flight.command_each(
             self._roster.members(Task.SWARM), self._takeoff, self._options.deadlines.takeoff_s
         )
-        _raise_first({**climbed, **{key: reason for key, reason in armed.items() if reason is not None}})
+        _raise_first({**climbed, **{key: refusal for key, refusal in armed.items() if refusal is not None}})
 
     async def fly_to(self, places_enu_m: Mapping[int, GroundPoint]) -> None:
         """Fly vehicles to places, by id, in their layers, all at the same time, until they hover there.
@@ -184,8 +184,8 @@ class Swarm:
         Raises:
             MissionError: a vehicle still flies at the deadline.
         """
-        await self._homing.return_home()
-        await self._homing.land()
+        await self._return_and_land.return_home()
+        await self._return_and_land.land()
         left = [member for member in self._roster.members() if member.state.armed]
         if left:
             state = "it is lost" if left[0].task is Task.LOST else f"mode {left[0].state.mode_name}"
@@ -258,7 +258,7 @@ async def open_swarm(links: Sequence[str], options: ScriptOptions) -> AsyncItera
                     raise result
 
 
-def _raise_first(results: Mapping[int, str | None]) -> None:
-    for vehicle_id, reason in results.items():
-        if reason is not None:
-            raise MissionError(f"vehicle {vehicle_id}: {reason}")
+def _raise_first(results: Mapping[int, Refusal | None]) -> None:
+    for vehicle_id, refusal in results.items():
+        if refusal is not None:
+            raise MissionError(f"vehicle {vehicle_id}: {refusal.text}")

@@ -19,7 +19,7 @@ from aos_gcs.api.models.service import CapabilitiesModel
 from aos_gcs.api.openapi import add_routes, make_document
 from aos_gcs.api.page import add_page
 from aos_gcs.api.routers.plans import IMPORT_PATH
-from aos_gcs.mission.control import FindingControl, MissionControl, PlanControl, ReplayControl
+from aos_gcs.mission.control import MissionCommands, MissionView, ReplayControl
 from aos_gcs.mission.viewing import ViewControl
 from aos_gcs.store.plan_folder import PlanFolder
 
@@ -33,15 +33,14 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
 
 
 def create_app(
-    mission: MissionControl,
+    mission: MissionView,
     static_folder: Path | None = None,
     *,
     allowed_hosts: Collection[str] = (),
     operator_code: str | None = None,
-    planning: PlanControl | None = None,
+    commands: MissionCommands | None = None,
     replay: ReplayControl | None = None,
     viewer: ViewControl | None = None,
-    findings: FindingControl | None = None,
     plans_folder: Path = Path("plans"),
     basemap_file: Path | None = None,
     now_s: Callable[[], float] = loop_time_s,
@@ -49,14 +48,13 @@ def create_app(
     """Make the application for one mission.
 
     Args:
-        mission: mission that is shown and controlled.
+        mission: mission that is shown.
         static_folder: the dashboard's build; by default the one inside the package.
         allowed_hosts: host names, beside localhost and IP addresses, under which the page may be opened.
         operator_code: code for signing in as an operator; without one every client is an operator.
-        planning: planning of the mission; None where there is nothing to plan.
+        commands: commands to the mission; None where it is only shown.
         replay: replay of the mission; None for a live one.
         viewer: viewer of its frames; None where they are not recorded.
-        findings: changes to its findings; None where they cannot be changed.
         plans_folder: folder of saved plans.
         basemap_file: a PMTiles file to show below the mission; without one the page has a metric grid.
         now_s: clock in real seconds, for the mission's silence and the wait after wrong codes.
@@ -64,15 +62,14 @@ def create_app(
     # The interactive documentation of FastAPI loads scripts from the internet, which a field laptop has not.
     app = FastAPI(title="aos-gcs", docs_url=None, redoc_url=None, openapi_url="/api/openapi.json", lifespan=_lifespan)
     app.state.mission = mission
-    app.state.planning = planning
+    app.state.commands = commands
     app.state.replay = replay
     app.state.viewer = viewer
-    app.state.findings = findings
     app.state.basemap_file = basemap_file
     app.state.plans = PlanFolder(plans_folder)
     app.state.plan_checks = PlanChecks()
     capabilities = CapabilitiesModel(
-        planning=planning is not None, viewer=viewer is not None, findings=findings is not None
+        planning=commands is not None, viewer=viewer is not None, findings=commands is not None
     )
     app.state.hub = EventHub(mission, replay=replay, capabilities=capabilities, now_s=now_s)
     app.state.access = Access(operator_code, now_s)

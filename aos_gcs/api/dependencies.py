@@ -13,13 +13,20 @@ from aos_gcs.api.access.plan_check_turns import PlanChecks
 from aos_gcs.api.errors import NotFoundError
 from aos_gcs.api.events.hub import EventHub
 from aos_gcs.errors import MissionError
-from aos_gcs.mission.control import FindingControl, MissionControl, PlanControl, ReplayControl
+from aos_gcs.mission.control import MissionCommands, MissionView, ReplayControl
 from aos_gcs.mission.viewing import ViewControl
 from aos_gcs.store.plan_folder import PlanFolder
 
 
-def _get_mission(connection: HTTPConnection) -> MissionControl:
-    return cast("MissionControl", connection.app.state.mission)
+def _get_mission(connection: HTTPConnection) -> MissionView:
+    return cast("MissionView", connection.app.state.mission)
+
+
+def _get_commands(connection: HTTPConnection) -> MissionCommands:
+    commands = cast("MissionCommands | None", connection.app.state.commands)
+    if commands is None:
+        raise MissionError("This service only shows a mission: it cannot be commanded or changed.")
+    return commands
 
 
 def _get_hub(connection: HTTPConnection) -> EventHub:
@@ -34,15 +41,9 @@ def _get_session(connection: HTTPConnection) -> Session:
     return _get_access(connection).session_of(connection)
 
 
-Mission = Annotated[MissionControl, Depends(_get_mission)]
+Mission = Annotated[MissionView, Depends(_get_mission)]
+Commands = Annotated[MissionCommands, Depends(_get_commands)]
 Hub = Annotated[EventHub, Depends(_get_hub)]
-
-
-def _get_planning(connection: HTTPConnection) -> PlanControl:
-    planning = cast("PlanControl | None", connection.app.state.planning)
-    if planning is None:
-        raise MissionError("Planning is not available: this service only shows a mission.")
-    return planning
 
 
 def _get_replay(connection: HTTPConnection) -> ReplayControl:
@@ -59,13 +60,6 @@ def _get_viewer(connection: HTTPConnection) -> ViewControl:
     return viewer
 
 
-def _get_findings(connection: HTTPConnection) -> FindingControl:
-    findings = cast("FindingControl | None", connection.app.state.findings)
-    if findings is None:
-        raise MissionError("Findings cannot be changed: this service only shows a mission.")
-    return findings
-
-
 def _get_plans(connection: HTTPConnection) -> PlanFolder:
     return cast("PlanFolder", connection.app.state.plans)
 
@@ -79,10 +73,8 @@ def _get_basemap_file(connection: HTTPConnection) -> Path | None:
 
 
 BasemapFile = Annotated[Path | None, Depends(_get_basemap_file)]
-Planning = Annotated[PlanControl, Depends(_get_planning)]
 Replay = Annotated[ReplayControl, Depends(_get_replay)]
 Viewer = Annotated[ViewControl, Depends(_get_viewer)]
-Findings = Annotated[FindingControl, Depends(_get_findings)]
 Checks = Annotated[PlanChecks, Depends(_get_plan_checks)]
 Plans = Annotated[PlanFolder, Depends(_get_plans)]
 OperatorAccess = Annotated[Access, Depends(_get_access)]

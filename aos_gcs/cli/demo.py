@@ -67,7 +67,7 @@ async def _fly(options: DemoOptions, as_json: bool, stay: bool) -> Score:
     from aos_gcs.runtime.demo import open_demo  # noqa: PLC0415
 
     async with open_demo(options) as flight:
-        async with followed(flight.mission):
+        async with followed(flight.mission.view):
             score = await flight.run()
         _print(score, as_json)
         if stay:

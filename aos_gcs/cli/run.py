@@ -85,7 +85,7 @@ async def _fly(config: ServiceConfig, stay: bool) -> bool:
     from aos_gcs.runtime.service import open_service  # noqa: PLC0415
 
     async with open_service(config) as service:
-        async with followed(service.mission):
+        async with followed(service.mission.view):
             snapshot = await service.run()
         typer.echo(f"{snapshot.outcome}: {snapshot.message} Recorded in {service.folder}.")
         if stay:

@@ -1,38 +1,41 @@
-"""What the procedures of a mission share."""
+"""What the procedures of a mission share: what stays for the whole mission, and what belongs to one plan."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from aos_gcs.mission.fleet.flight import FlightControl
 from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal, Recorder
-from aos_gcs.mission.model import Outcome, PreflightCheck
-from aos_gcs.mission.search.cameras import CameraLog
 from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.ports import Clock
 
 
-@dataclass(slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class FlightContext:
-    """What it takes to fly vehicles and to watch over them, with the little state that several procedures touch."""
+    """What it takes to fly vehicles by one plan and to monitor them; another plan makes another context."""
 
     settings: MissionSettings
     clock: Clock
     roster: Roster
     journal: Journal
     flight: FlightControl
-    message: str = ""
-    """What the mission is doing or waiting for, in one sentence."""
-    outcome: Outcome = Outcome.OPEN
 
 
-@dataclass(slots=True, kw_only=True)
-class MissionContext(FlightContext):
-    """One mission's parts: those of a flight, and what records and checks it."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MissionContext:
+    """What a mission keeps, whichever plan it flies by."""
 
+    clock: Clock
+    roster: Roster
+    journal: Journal
     recorder: Recorder
     loop_monitor: LoopMonitor
-    preflight: tuple[PreflightCheck, ...] = ()
-    cameras: CameraLog = field(default_factory=CameraLog)
+
+    def flight_context(self, settings: MissionSettings) -> FlightContext:
+        """Return the context of a flight by these settings; preflight has not set its limits yet."""
+        flight = FlightControl(self.roster, self.clock, self.journal, settings.flight, settings.deadlines)
+        return FlightContext(
+            settings=settings, clock=self.clock, roster=self.roster, journal=self.journal, flight=flight
+        )

@@ -1,4 +1,4 @@
-"""What the API may do with a mission, its findings, its plan and its replay."""
+"""Ports of a mission towards its users: the view, the commands, and the control of a replay."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.planning.settings import MissionSettings
 
 
-class MissionControl(Protocol):
-    """What the API may do with a running mission."""
+class MissionView(Protocol):
+    """What is seen of a mission, be it flown or replayed."""
 
     def snapshot(self) -> MissionSnapshot:
         """Return the present state."""
@@ -41,6 +41,14 @@ class MissionControl(Protocol):
         """Return the latest raster of a kind, if there is one."""
         ...
 
+    def subscribe(self) -> AbstractContextManager[AsyncIterator[Event]]:
+        """Follow the events from now on. Bounded: a slow reader loses its oldest ones, seen as gaps in ``seq``."""
+        ...
+
+
+class MissionCommands(Protocol):
+    """What operators may do to a mission that is being flown. Their sign-in names go into the record."""
+
     async def act(
         self,
         action: Action,
@@ -49,10 +57,9 @@ class MissionControl(Protocol):
         *,
         operator: str = "",
     ) -> tuple[ActionResult, ...]:
-        """Carry out an operator's action for the vehicles named, or for the whole mission when ``None``.
+        """Carry out an action for the vehicles named, or for the whole mission when ``None``.
 
-        The focal height is of the action of focusing alone, and ``None`` leaves it to autofocus. The operator's name
-        goes into the audit log.
+        The focal height belongs to the action of focusing alone; ``None`` leaves it to autofocus.
 
         Raises:
             MissionError: the present phase does not allow it, or an id is unknown; nothing was sent.
@@ -62,10 +69,10 @@ class MissionControl(Protocol):
     async def override_check(
         self, vehicle_id: int, check: str, reason: str | None, *, operator: str = ""
     ) -> PreflightCheck:
-        """Let a failed check of preflight no longer stand against the launch, and return it as it is then.
+        """Let the mission launch in spite of a failed preflight check, and return the check as it is then.
 
-        The reason goes into the audit log with the operator's name; ``None`` takes an override back. An override ends
-        by itself when the check finds something else.
+        The reason goes into the audit log; ``None`` withdraws an override. An override ends when the check finds
+        something else.
 
         Raises:
             MissionError: the present phase does not allow it, or there is no such check, or it has not failed, or it
@@ -74,26 +81,18 @@ class MissionControl(Protocol):
         ...
 
     def acknowledge(self, notice_ids: Sequence[int], *, operator: str = "") -> None:
-        """Take note of notices, on behalf of all operators; who was first with one stays on record.
+        """Acknowledge notices on behalf of all operators; the first to acknowledge one stays on record.
 
         Raises:
             MissionError: there is no notice of such a number; none was acknowledged.
         """
         ...
 
-    def subscribe(self) -> AbstractContextManager[AsyncIterator[Event]]:
-        """Follow the events from now on. Bounded: a slow reader loses its oldest ones, seen as gaps in ``seq``."""
-        ...
-
-
-class FindingControl(Protocol):
-    """What the API may do with the findings of a running mission; they stand in its snapshot."""
-
     def add_finding(self, position_enu_m: EnuPoint, comment: str, *, operator: str = "") -> Finding:
         """Mark a place by hand.
 
         Raises:
-            MissionError: there are too many already.
+            MissionError: there are too many findings already.
         """
         ...
 
@@ -105,13 +104,9 @@ class FindingControl(Protocol):
         """
         ...
 
-
-class PlanControl(Protocol):
-    """What the API may do with the plan of a mission that has not started."""
-
     @property
     def settings(self) -> MissionSettings:
-        """What the mission flies by at present."""
+        """Settings that the mission flies by at present."""
         ...
 
     async def apply_plan(self, plan: MissionPlan, *, operator: str = "") -> None:
@@ -125,7 +120,7 @@ class PlanControl(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class ReplayState:
-    """Where a replay is in the recorded mission."""
+    """Position of a replay in the recorded mission."""
 
     time_s: float
     """Clock seconds since the recording began."""
@@ -137,27 +132,27 @@ class ReplayState:
 
 @dataclass(frozen=True, slots=True)
 class Timeline:
-    """What lies where in a recorded mission; times as in ``ReplayState``."""
+    """Times of what happened in a recorded mission, as in ``ReplayState``."""
 
     start_utc_s: float
     phases: tuple[tuple[float, Phase], ...]
-    """When each phase began."""
+    """Start of each phase."""
     steps: tuple[tuple[float, int], ...]
-    """When each step was decided."""
+    """Time of each decision."""
     notices: tuple[tuple[float, NoticeRecord], ...]
     findings: tuple[tuple[float, Finding], ...]
-    """When each finding was first known, and what became of it at last."""
+    """Time at which each finding was first known, and its last state."""
 
 
 class ReplayControl(Protocol):
-    """What the API may do with a replay, beside reading it as a mission."""
+    """Control of a replay, which is read as a ``MissionView``."""
 
     def replay(self) -> ReplayState:
-        """Return where the replay is."""
+        """Return the position of the replay."""
         ...
 
     def timeline(self) -> Timeline:
-        """Return what lies where."""
+        """Return the times of what happened."""
         ...
 
     def seek(self, *, time_s: float | None = None, speed: float | None = None, playing: bool | None = None) -> None:

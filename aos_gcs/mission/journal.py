@@ -33,7 +33,7 @@ _LOG_LEVELS = {
     Severity.CRITICAL: logging.ERROR,
 }
 
-DISK_PATIENCE_S = 1.0
+DISK_TIMEOUT_S = 1.0
 """Real seconds."""
 
 EVENT_BACKLOG = 4096
@@ -90,6 +90,8 @@ class Journal:
         self._missing_count = 0
         self._start_s: float | None = None
         self.steps: list[StepRecord] = []
+        self.message = ""
+        """What the mission is doing or waiting for, in one sentence."""
         self.notice_count = 0
         """The number of the latest notice."""
 
@@ -113,9 +115,17 @@ class Journal:
         elapsed_s, utc_s = self.elapsed_s(), self._clock.utc_s()
         self.publish(EventKind.NOTICE, NoticeRecord(severity, text, vehicle_id, elapsed_s, self.notice_count, utc_s))
 
+    def operator_notice(self, operator: str, text: str) -> None:
+        """Report what an operator has ordered or decided, with the sign-in name where there is one."""
+        self.notice(Severity.INFO, f"{operator or 'operator'}: {text}")
+
     def take(self, notice: Notice) -> None:
         """Pass a driver's notice on."""
         self.notice(notice.severity, notice.text, notice.vehicle_id)
+
+    def set_message(self, text: str) -> None:
+        """Say what the mission is doing or waiting for, in one sentence; the next snapshot carries it."""
+        self.message = text
 
     def step(self, record: StepRecord) -> None:
         """Keep and publish a step."""
@@ -127,14 +137,14 @@ class Journal:
         return self._stream.subscribe()
 
     @asynccontextmanager
-    async def patience(self, what: str) -> AsyncIterator[None]:
+    async def with_disk_timeout(self, what: str) -> AsyncIterator[None]:
         """Wait for the disk inside, but not for long: neither aircraft nor operators are kept waiting by it.
 
         A full disk has been reported by the recorder already; one that hangs is reported here, as ``what`` that may be
         missing.
         """
         try:
-            async with asyncio.timeout(DISK_PATIENCE_S):
+            async with asyncio.timeout(DISK_TIMEOUT_S):
                 yield
         except TimeoutError:
             self.notice(Severity.CRITICAL, f"the disk does not answer: {what} may be missing in the record")

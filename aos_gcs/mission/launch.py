@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from aos_gcs.airspace.limits import UNLIMITED
 from aos_gcs.errors import MissionFailedError
 from aos_gcs.geometry.geodesy import LocalFrame
-from aos_gcs.mission.context import MissionContext
+from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.fleet.roster import Member
 from aos_gcs.mission.model import Phase, PreflightCheck, Task
 from aos_gcs.mission.preflight import checks
@@ -31,7 +31,7 @@ _SAME_HOME_M = 1.0
 class Launch:
     """The phases CONNECT to TAKEOFF. Every handler can be entered again after an interruption."""
 
-    def __init__(self, context: MissionContext, overrides: Overrides, inspector: Inspector) -> None:
+    def __init__(self, context: FlightContext, overrides: Overrides, inspector: Inspector) -> None:
         self._context = context
         self._overrides = overrides
         self._inspector = inspector
@@ -46,7 +46,7 @@ class Launch:
         deadline_s = context.clock.now_s() + deadlines.connect_s
         while len(heard := context.roster.members()) < expected:
             self._find_origin()
-            context.message = f"Waiting for vehicles: {len(heard)} of {expected} heard."
+            context.journal.set_message(f"Waiting for vehicles: {len(heard)} of {expected} heard.")
             if context.settings.area_enu_m and context.clock.now_s() > deadline_s:
                 raise MissionFailedError(
                     f"Only {len(heard)} of {expected} vehicles were heard within {deadlines.connect_s:.0f} s; "
@@ -60,19 +60,19 @@ class Launch:
         context = self._context
         deadline_s = context.clock.now_s() + context.settings.deadlines.preflight_s
         while not await self._checks_pass():
-            failed = [check for check in context.preflight if check.blocks]
-            context.message = f"Preflight: {len(failed)} checks open; {failed[0].describe()}."
+            failed = [check for check in self._overrides.checks if check.blocks]
+            context.journal.set_message(f"Preflight: {len(failed)} checks open; {failed[0].describe()}.")
             if context.settings.auto_start and context.clock.now_s() > deadline_s:
-                raise MissionFailedError(f"Preflight did not pass in time. {context.message}")
+                raise MissionFailedError(f"Preflight did not pass in time. {context.journal.message}")
             await context.clock.sleep(_POLL_S)
         return Phase.READY
 
     async def ready(self) -> Phase:
         """Wait for the operator's start, which redirects to ARM; fall back to preflight when a check fails again."""
         context = self._context
-        overridden = sum(check.overridden is not None for check in context.preflight)
+        overridden = sum(check.overridden is not None for check in self._overrides.checks)
         passed = f"{overridden} failed checks are overridden" if overridden else "all checks passed"
-        context.message = f"Ready: {passed}, waiting for start."
+        context.journal.set_message(f"Ready: {passed}, waiting for start.")
         while await self._checks_pass():
             if context.settings.auto_start:
                 return Phase.ARM
@@ -82,16 +82,16 @@ class Launch:
     async def arm(self) -> Phase:
         """Start the motors of all vehicles; those that refuse twice stay behind."""
         context = self._context
-        context.message = "Arming."
+        context.journal.set_message("Arming.")
         # Entered again after a long hold, autopilots have stopped motors that were idle.
         unarmed = [m for m in context.roster.members(Task.IDLE, Task.SWARM) if not m.state.armed]
         refusals = await context.flight.command_each(unarmed, lambda _: Arm())
-        refused = context.roster.select(vehicle_id for vehicle_id, reason in refusals.items() if reason is not None)
+        refused = context.roster.select(vehicle_id for vehicle_id, refusal in refusals.items() if refusal)
         if refused:
             # One that has just missed our heartbeats for seconds, as over a bad radio, takes it the second time.
             await context.clock.sleep(_ARM_AGAIN_S)
             refusals |= await context.flight.command_each(refused, lambda _: Arm())
-        for member in context.roster.select(vehicle_id for vehicle_id, reason in refusals.items() if reason is None):
+        for member in context.roster.select(vehicle_id for vehicle_id, refusal in refusals.items() if refusal is None):
             if member.task is Task.IDLE:
                 context.roster.assign(member, Task.SWARM)
         swarm = context.roster.members(Task.SWARM)
@@ -103,7 +103,7 @@ class Launch:
     async def takeoff(self) -> Phase:
         """Climb vertically, each vehicle to its own layer; those that do not get there return alone."""
         context = self._context
-        context.message = "Climbing to the altitude layers."
+        context.journal.set_message("Climbing to the altitude layers.")
         swarm = context.roster.members(Task.SWARM)
         grounded = [member for member in swarm if not member.airborne]
         await context.flight.command_each([m for m in grounded if not m.state.armed], lambda _: Arm())
@@ -120,9 +120,8 @@ class Launch:
             if member.task is not Task.SWARM or context.roster.is_in_layer(member):
                 continue
             context.roster.assign(member, Task.HELD)
-            context.journal.notice(
-                Severity.WARNING, "did not reach its altitude layer and is left out of the swarm", member.vehicle_id
-            )
+            text = "did not reach its altitude layer: it holds, outside of the swarm. Return it"
+            context.journal.notice(Severity.WARNING, text, member.vehicle_id)
         return Phase.LINE
 
     async def check_one(self, member: Member) -> tuple[PreflightCheck, ...]:
@@ -134,8 +133,8 @@ class Launch:
         context = self._context
         self._find_origin()
         self._assign_layers()
-        context.preflight = await self._overrides.apply(check_area(context.settings) + self._advice + self._check())
-        return context.flight.limits is not None and not any(check.blocks for check in context.preflight)
+        found = await self._overrides.review(check_area(context.settings) + self._advice + self._check())
+        return context.flight.limits is not None and not any(check.blocks for check in found)
 
     def _check(self) -> tuple[PreflightCheck, ...]:
         """Return the matrix vehicle x check as it is now."""

@@ -88,6 +88,13 @@ class Action(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
+class Refusal:
+    """Reason why something that was asked of a vehicle is not done."""
+
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
 class ActionResult:
     """What became of an action for one vehicle."""
 

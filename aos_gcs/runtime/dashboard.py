@@ -11,7 +11,7 @@ from aos_gcs.api.app import create_app
 from aos_gcs.api.basemap_file import check_basemap
 from aos_gcs.api.server import serve
 from aos_gcs.config.model import ApiConfig
-from aos_gcs.mission.control import FindingControl, MissionControl, PlanControl, ReplayControl
+from aos_gcs.mission.control import MissionCommands, MissionView, ReplayControl
 from aos_gcs.mission.viewing import ViewControl
 
 _log = logging.getLogger(__name__)
@@ -28,14 +28,13 @@ def operator_code(config: ApiConfig) -> str:
 
 @asynccontextmanager
 async def open_dashboard(
-    mission: MissionControl,
+    mission: MissionView,
     config: ApiConfig,
     code: str,
     *,
-    planning: PlanControl | None = None,
+    commands: MissionCommands | None = None,
     replay: ReplayControl | None = None,
     viewer: ViewControl | None = None,
-    findings: FindingControl | None = None,
 ) -> AsyncIterator[None]:
     """Serve the dashboard for as long as the context is entered, unless it is switched off.
 
@@ -43,10 +42,9 @@ async def open_dashboard(
         mission: mission to show.
         config: address and files of the dashboard.
         code: code by which operators sign in.
-        planning: control of plans; None where there is nothing to plan.
+        commands: commands to the mission; None where it is only shown.
         replay: control of the replay; None for a mission in flight.
         viewer: views of recorded frames.
-        findings: control of findings; None where they cannot be changed.
 
     Raises:
         LinkError: its port cannot be opened.
@@ -60,10 +58,9 @@ async def open_dashboard(
     app = create_app(
         mission,
         operator_code=code,
-        planning=planning,
+        commands=commands,
         replay=replay,
         viewer=viewer,
-        findings=findings,
         plans_folder=config.plans_folder,
         basemap_file=config.basemap,
     )

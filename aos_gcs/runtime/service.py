@@ -40,7 +40,7 @@ class Service:
         """Run the mission to its end and return its last state; all of it is recorded by then."""
         async with self._journal.recorded(self._recorder):
             await self.mission.run()
-        return self.mission.snapshot()
+        return self.mission.view.snapshot()
 
     async def stay(self) -> None:
         """Keep the dashboard up until cancelled, and record how operators judge the findings."""
@@ -89,7 +89,7 @@ async def open_service(config: ServiceConfig) -> AsyncIterator[Service]:
                     loop_monitor=loop_monitor,
                 )
                 viewer = Viewer(folder, settings.imaging, settings.autofocus.reach_m)
-                async with open_dashboard(mission, config.api, code, planning=mission, viewer=viewer, findings=mission):
+                async with open_dashboard(mission.view, config.api, code, commands=mission.commands, viewer=viewer):
                     opened = True
                     yield Service(mission, folder, journal, recorder)
     finally:

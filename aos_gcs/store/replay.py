@@ -7,13 +7,12 @@ from bisect import bisect_right
 from collections.abc import AsyncIterator, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import replace
-from typing import Final, NoReturn
+from typing import Final
 
-from aos_gcs.errors import ConfigurationError, InputDataError, MissionError
+from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.mission.control import ReplayState, Timeline
 from aos_gcs.mission.events import EventStream
 from aos_gcs.mission.model import (
-    Action,
     Event,
     EventKind,
     Finding,
@@ -34,11 +33,9 @@ MAX_SPEED: Final = 50.0
 NOTICES_SHOWN: Final = 200
 """Number of notices shown after a jump: the latest ones before that time."""
 
-_REFUSAL = "This is the record of a mission: nothing in it can be commanded."
-
 
 class MissionReplay:
-    """Implements ``MissionControl`` and ``ReplayControl`` on a mission folder.
+    """Implements ``MissionView`` and ``ReplayControl`` on a mission folder.
 
     What is large stays on the disk: a jump reads one snapshot, whatever the length of the mission.
 
@@ -70,7 +67,7 @@ class MissionReplay:
         self._speed = 1.0
         self._playing = False
 
-    # --- MissionControl -----------------------------------------------------------------------------------------------
+    # --- MissionView --------------------------------------------------------------------------------------------------
 
     def snapshot(self) -> MissionSnapshot:
         """Return the state at the present time of the replay; before the first recorded one, that."""
@@ -99,37 +96,6 @@ class MissionReplay:
                     return None
                 return Picture(kind, data.step, png, data.west_m, data.south_m, data.east_m, data.north_m)
         return None
-
-    async def act(
-        self,
-        action: Action,  # noqa: ARG002 - of a protocol
-        vehicle_ids: tuple[int, ...] | None,  # noqa: ARG002
-        focal_height_m: float | None = None,  # noqa: ARG002
-        *,
-        operator: str = "",  # noqa: ARG002
-    ) -> NoReturn:
-        """Refuse."""
-        raise MissionError(_REFUSAL)
-
-    async def override_check(
-        self,
-        vehicle_id: int,  # noqa: ARG002 - of a protocol
-        check: str,  # noqa: ARG002
-        reason: str | None,  # noqa: ARG002
-        *,
-        operator: str = "",  # noqa: ARG002
-    ) -> NoReturn:
-        """Refuse."""
-        raise MissionError(_REFUSAL)
-
-    def acknowledge(
-        self,
-        notice_ids: Sequence[int],  # noqa: ARG002 - of a protocol
-        *,
-        operator: str = "",  # noqa: ARG002
-    ) -> NoReturn:
-        """Refuse."""
-        raise MissionError(_REFUSAL)
 
     def subscribe(self) -> AbstractContextManager[AsyncIterator[Event]]:
         """Follow what is replayed."""

@@ -26,12 +26,12 @@ from playwright.async_api import Browser, CDPSession, Page, async_playwright
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from aos_gcs.api.app import create_app
 from aos_gcs.api.page import STATIC_FOLDER
 from aos_gcs.api.server import serve
 from aos_gcs.clock import LoopClock
 from aos_gcs.mission.model import Action, MissionSnapshot
 from tests.benchmarks.figures import report
+from tests.fakes.app import app_of
 from tests.fakes.mission import ScriptedMission
 
 RATE_HZ = 5.0
@@ -145,7 +145,7 @@ async def run(vehicles: int, seconds: float) -> None:
     print(f"page: {raw_kb:.0f} kB, compressed {compressed_kb:.0f} kB")
     chromium = os.environ.get("AOS_GCS_CHROMIUM") or shutil.which("chromium") or shutil.which("google-chrome")
     mission = StampedMission(LoopClock(), vehicles)
-    async with serve(create_app(mission), port=0) as address, async_playwright() as playwright:
+    async with serve(app_of(mission), port=0) as address, async_playwright() as playwright:
         flying = asyncio.create_task(mission.run(1 / RATE_HZ))
         browser = await playwright.chromium.launch(executable_path=chromium, args=ARGUMENTS)
         page = await browser.new_page(viewport={"width": 1280, "height": 800})

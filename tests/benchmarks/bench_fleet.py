@@ -311,12 +311,12 @@ async def hold(rounds: int, count: int = 20) -> None:
             for _ in range(rounds):
                 with commands_on_the_wire() as sent:
                     start_s = time.perf_counter()
-                    results = await mission.act(Action.HOLD, None)
+                    results = await mission.commands.act(Action.HOLD, None)
                     shown_ms.append(1e3 * (time.perf_counter() - start_s))
                 if len(sent) < count or not all(result.accepted for result in results):
                     raise RuntimeError(f"only {len(sent)} of {count} were told to hold: {results}")
                 wire_ms.append(1e3 * (max(sent.values()) - start_s))
-                await mission.act(Action.RESUME, None)
+                await mission.commands.act(Action.RESUME, None)
                 await asyncio.sleep(2.0)
     report("fleet.hold", float(np.median(wire_ms)))
     print(
@@ -331,7 +331,7 @@ async def memory(minutes: float, count: int = 100, rate_hz: float = 20.0) -> Non
     port = free_port()
     with other_process(chatter, port, count, rate_hz):
         async with _mission(port, count, auto_start=False) as (mission, recorder):
-            await _until(lambda: len(mission.snapshot().vehicles) == count)
+            await _until(lambda: len(mission.view.snapshot().vehicles) == count)
             await asyncio.sleep(20.0)
             samples = []
             start_s = time.monotonic()

@@ -24,7 +24,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from aos_gcs.config.file import parse_config
-from aos_gcs.mission.control import MissionControl
+from aos_gcs.mission.control import MissionView
 from aos_gcs.mission.model import MissionSnapshot, Phase
 from aos_gcs.runtime.service import open_service
 from tests.benchmarks.bench_api import Fleet, follow, free_port
@@ -50,7 +50,7 @@ async def probe(lags_ms: list[float], busy_ms: list[float]) -> None:
         busy_ms.append(1e3 * (time.thread_time() - worked_s))
 
 
-async def until_preflight(mission: MissionControl) -> None:
+async def until_preflight(mission: MissionView) -> None:
     """Wait until all vehicles are heard."""
     with mission.subscribe() as events:
         async for event in events:
@@ -94,7 +94,7 @@ async def measure(vehicles: int, seconds: float, folder: Path, profile: cProfile
         if profile is not None:
             profile.disable()
         load = (time.process_time() - before_s) / (time.monotonic() - start_s)
-        print(f"{vehicles} vehicles that answer nothing, {len(service.mission.snapshot().preflight)} checks")
+        print(f"{vehicles} vehicles that answer nothing, {len(service.mission.view.snapshot().preflight)} checks")
         fleet.terminate()
         for task in tasks:
             task.cancel()

@@ -28,11 +28,11 @@ from rich.table import Table
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from aos_gcs.api.app import create_app
 from aos_gcs.api.server import serve
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.runtime.viewer import Viewer
 from tests.benchmarks.figures import report
+from tests.fakes.app import app_of
 from tests.fakes.mission import ScriptedMission
 from tests.fakes.recording import HandClock
 from tests.fakes.viewed_step import record_step
@@ -181,7 +181,7 @@ async def run(moves: int, folder: Path) -> None:
     mission = ScriptedMission(HandClock())
     mission.make_step()
     chromium = os.environ.get("AOS_GCS_CHROMIUM") or shutil.which("chromium") or shutil.which("google-chrome")
-    async with serve(create_app(mission, viewer=viewer), port=0) as address, async_playwright() as playwright:
+    async with serve(app_of(mission, viewer=viewer), port=0) as address, async_playwright() as playwright:
         browser = await playwright.chromium.launch(executable_path=chromium, args=ARGUMENTS)
         page = await browser.new_page(viewport={"width": 1280, "height": 800})
         await page.goto(f"{address.url}#/see")

@@ -25,6 +25,7 @@ from aos_gcs.runtime.viewer import Viewer
 from aos_gcs.store.reader import MissionReader
 from aos_gcs.store.replay import MissionReplay
 from tests.browser.pages import TIMEOUT_MS
+from tests.fakes.app import app_of
 from tests.fakes.mission import ScriptedMission
 from tests.fakes.recording import record
 from tests.fakes.viewed_step import record_viewed_step
@@ -142,7 +143,7 @@ async def _new_page(browser: Browser, page_record: PageRecord) -> AsyncIterator[
 class Service:
     """A scripted mission behind the real server; can be stopped and started again on the same port."""
 
-    def __init__(self, mission: ScriptedMission, make_app: Callable[[ScriptedMission], FastAPI] = create_app) -> None:
+    def __init__(self, mission: ScriptedMission, make_app: Callable[[ScriptedMission], FastAPI] = app_of) -> None:
         self.mission = mission
         self.url = ""
         self._make_app = make_app
@@ -185,7 +186,7 @@ class Service:
 
 
 @asynccontextmanager
-async def serving(make_app: Callable[[ScriptedMission], FastAPI] = create_app) -> AsyncIterator[Service]:
+async def serving(make_app: Callable[[ScriptedMission], FastAPI] = app_of) -> AsyncIterator[Service]:
     """Serve a scripted mission for as long as the context is entered."""
     mission = ScriptedMission(LoopClock())
     service = Service(mission, make_app)
@@ -206,7 +207,7 @@ async def service(dashboard_build: None) -> AsyncIterator[Service]:  # noqa: ARG
 @pytest_asyncio.fixture(loop_scope="session")
 async def guarded_service(dashboard_build: None) -> AsyncIterator[Service]:  # noqa: ARG001 - asked for its check only
     """A mission that only operators may command."""
-    async with serving(partial(create_app, operator_code=OPERATOR_CODE)) as service:
+    async with serving(partial(app_of, operator_code=OPERATOR_CODE)) as service:
         yield service
 
 

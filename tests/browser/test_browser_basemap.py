@@ -12,10 +12,10 @@ import pytest
 from PIL import Image
 from playwright.async_api import Page
 
-from aos_gcs.api.app import create_app
 from tests.browser.conftest import PageRecord, serving
 from tests.browser.map_places import map_places, place, show_only
 from tests.browser.pages import open_page
+from tests.fakes.app import app_of
 from tests.fakes.tiles import MVT, PNG, Shape, pmtiles, tile_at, vector_tile
 
 pytestmark = pytest.mark.asyncio(loop_scope="session")
@@ -64,7 +64,7 @@ async def test_the_map_lies_on_pictures(map_page: Page, tmp_path: Path, page_rec
     Image.new("RGB", (256, 256), ORANGE).save(tile, "PNG")
     file = tmp_path / "orange.pmtiles"
     file.write_bytes(pmtiles(tile.getvalue(), PNG))
-    async with serving(partial(create_app, basemap_file=file)) as service:
+    async with serving(partial(app_of, basemap_file=file)) as service:
         async with map_page.expect_response(lambda response: response.url.endswith(".pmtiles")) as answered:
             await open_page(map_page, service.url)
         assert (await answered.value).status == 206
@@ -100,7 +100,7 @@ async def test_the_map_lies_on_vectors_at_their_true_places(
     file.write_bytes(pmtiles(vector_tile(tile, layers), MVT, tile, list(layers)))
     colours = ground_colours("light")
     await map_page.add_init_script("localStorage.setItem('aos-gcs-theme', 'light')")
-    async with serving(partial(create_app, basemap_file=file)) as service:
+    async with serving(partial(app_of, basemap_file=file)) as service:
         await open_page(map_page, service.url)
         places = await map_places(map_page)
         await show_only(map_page, "basemap")

@@ -10,12 +10,12 @@ import pytest_asyncio
 from fastapi import FastAPI
 from playwright.async_api import Page, expect
 
-from aos_gcs.api.app import create_app
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.model import Action, FindingStatus
 from aos_gcs.runtime.viewer import Viewer
 from tests.browser.conftest import OPERATOR_CODE, PageRecord, Service, serving
 from tests.browser.pages import open_page, sign_in, with_thumbnails
+from tests.fakes.app import app_of
 from tests.fakes.mission import TARGET_ENU_M, ScriptedMission
 
 pytestmark = pytest.mark.asyncio(loop_scope="session")
@@ -29,7 +29,7 @@ async def found_service(dashboard_build: None, tmp_path: Path) -> AsyncIterator[
 
     def make_app(mission: ScriptedMission) -> FastAPI:
         viewer = Viewer(tmp_path, ImagingSettings(), focus_reach_m=5.0)  # of thumbnails, which the page shows then
-        return create_app(mission, findings=mission, viewer=viewer, operator_code=OPERATOR_CODE)
+        return app_of(mission, viewer=viewer, operator_code=OPERATOR_CODE)
 
     async with serving(make_app) as service:
         await service.mission.act(Action.START, None)

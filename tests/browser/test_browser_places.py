@@ -12,13 +12,13 @@ import pytest
 import pytest_asyncio
 from playwright.async_api import Page
 
-from aos_gcs.api.app import create_app
 from aos_gcs.api.server import serve
 from aos_gcs.clock import LoopClock
 from aos_gcs.mission.model import CameraSnapshot, ErrorEllipse, MissionSnapshot, Phase, PictureKind
 from tests.browser.conftest import PageRecord
 from tests.browser.map_places import DRAWING_TIMEOUT_S, MapPlaces, map_places, show_only
 from tests.browser.pages import open_page
+from tests.fakes.app import app_of
 from tests.fakes.mission import ScriptedMission
 
 pytestmark = [pytest.mark.asyncio(loop_scope="session"), pytest.mark.slow]
@@ -55,7 +55,7 @@ async def mission(dashboard_build: None) -> AsyncIterator[tuple[StillMission, st
     for _ in range(STEPS):
         mission.make_step()
     mission.phase = Phase.DONE
-    async with serve(create_app(mission), port=0) as address:
+    async with serve(app_of(mission), port=0) as address:
         running = asyncio.create_task(mission.run())
         yield mission, address.url
         running.cancel()

@@ -12,11 +12,11 @@ import pytest_asyncio
 from fastapi import FastAPI
 from playwright.async_api import FilePayload, Page, Route, expect
 
-from aos_gcs.api.app import create_app
 from aos_gcs.planning.plan import plan_of
 from aos_gcs.planning.shape_files import MAX_FILE_BYTES
 from tests.browser.conftest import OPERATOR_CODE, PageRecord, Service, serving
 from tests.browser.pages import confirm, hold, open_page
+from tests.fakes.app import app_of
 from tests.fakes.mission import ORIGIN, ScriptedMission
 
 pytestmark = pytest.mark.asyncio(loop_scope="session")
@@ -30,9 +30,7 @@ async def planning(plans_folder: Path, operator_code: str | None = None) -> Asyn
     """A mission that can be planned."""
 
     def make_app(mission: ScriptedMission) -> FastAPI:
-        return create_app(
-            mission, planning=mission, findings=mission, plans_folder=plans_folder, operator_code=operator_code
-        )
+        return app_of(mission, plans_folder=plans_folder, operator_code=operator_code)
 
     async with serving(make_app) as service:
         yield service

@@ -9,13 +9,13 @@ from pathlib import Path
 import pytest
 from playwright.async_api import Page, expect
 
-from aos_gcs.api.app import create_app
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.model import Action, FocusSnapshot, FocusSource
 from aos_gcs.ports import Severity
 from aos_gcs.runtime.viewer import Viewer
 from tests.browser.conftest import OPERATOR_CODE, PageRecord, Service, serving
 from tests.browser.pages import VIEWS, confirm, open_page, sign_in
+from tests.fakes.app import app_of
 from tests.fakes.viewed_step import record_viewed_step
 
 pytestmark = pytest.mark.asyncio(loop_scope="session")
@@ -108,7 +108,7 @@ async def test_an_operator_changes_the_plane_of_the_mission(
     tmp_path: Path,
 ) -> None:
     viewer = Viewer(await record_viewed_step(tmp_path), ImagingSettings(), focus_reach_m=5.0)
-    async with serving(partial(create_app, viewer=viewer, operator_code=OPERATOR_CODE)) as service:
+    async with serving(partial(app_of, viewer=viewer, operator_code=OPERATOR_CODE)) as service:
         await service.mission.act(Action.START, None)
         service.mission.make_step()
         await open_page(page, service.url, "see?step=1")

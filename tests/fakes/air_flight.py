@@ -82,11 +82,11 @@ class AirFlight:
 
     def task(self, vehicle_id: int) -> Task:
         """Return what a vehicle is doing, as the mission sees it."""
-        return {v.telemetry.vehicle_id: v.task for v in self.mission.snapshot().vehicles}[vehicle_id]
+        return {v.telemetry.vehicle_id: v.task for v in self.mission.view.snapshot().vehicles}[vehicle_id]
 
     def can_be_asked(self, vehicle_id: int) -> bool:
         """Whether a vehicle is heard and ready to be armed."""
-        states = {v.telemetry.vehicle_id: v.telemetry for v in self.mission.snapshot().vehicles}
+        states = {v.telemetry.vehicle_id: v.telemetry for v in self.mission.view.snapshot().vehicles}
         return vehicle_id in states and bool(states[vehicle_id].ready_to_arm)
 
     async def until(self, condition: Callable[[], bool], timeout_s: float = 300.0) -> None:
@@ -97,7 +97,7 @@ class AirFlight:
 
     async def until_step(self, number: int) -> None:
         """Wait for the end of a step."""
-        await self.until(lambda: len(self.mission.steps()) >= number)
+        await self.until(lambda: len(self.mission.view.steps()) >= number)
 
 
 @asynccontextmanager

@@ -95,7 +95,7 @@ class _Body:
 
 
 class ScriptedMission:
-    """Implements ``MissionControl``; time passes only by ``advance``, which ``run`` calls in real time.
+    """Implements ``MissionView`` and ``MissionCommands``; time passes by ``advance`` alone, which ``run`` calls.
 
     Args:
         clock: stamps the events.
@@ -132,7 +132,7 @@ class ScriptedMission:
             self.advance(interval_s * speed)
             await asyncio.sleep(interval_s)
 
-    # --- MissionControl
+    # --- MissionView and MissionCommands
 
     def snapshot(self) -> MissionSnapshot:
         """Return the present state."""

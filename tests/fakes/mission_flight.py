@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import RecordingError
 from aos_gcs.imaging.step.settings import ImagingSettings
+from aos_gcs.mission.commands import LiveCommands
 from aos_gcs.mission.coordinator import Coordinator
 from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal
@@ -24,6 +25,7 @@ from aos_gcs.mission.model import (
     StepRecord,
     Task,
 )
+from aos_gcs.mission.views import LiveView
 from aos_gcs.planning.settings import Deadlines, DetectionSettings, MissionSettings, PreflightSettings
 from aos_gcs.ports import Capture
 from tests.fakes.fleet import ORIGIN, FakeFleet
@@ -55,6 +57,8 @@ class MemoryRecorder:
     settings: list[SettingsRecord] = field(default_factory=list)
     outcome: OutcomeRecord | None = None
     on_flush: Callable[[], None] | None = None
+    is_stuck: bool = False
+    """Whether the disk no longer answers."""
     is_full: bool = False
     """Whether nothing more can be kept, as on a full disk."""
     lost_before_flush: int = 0
@@ -81,6 +85,8 @@ class MemoryRecorder:
             self.steps[step.step] = step
 
     async def record_action(self, action: ActionRecord) -> None:
+        if self.is_stuck:
+            await asyncio.Event().wait()
         if self._has_room():
             self.actions.append(action)
 
@@ -93,6 +99,8 @@ class MemoryRecorder:
             self.outcome = outcome
 
     async def flush(self) -> None:
+        if self.is_stuck:
+            await asyncio.Event().wait()
         if self.on_flush is not None:
             self.on_flush()
         lost, self.lost_before_flush = self.lost_before_flush, 0
@@ -123,6 +131,14 @@ class Flight:
     clock: LoopClock
     journal: Journal
 
+    @property
+    def view(self) -> LiveView:
+        return self.mission.view
+
+    @property
+    def commands(self) -> LiveCommands:
+        return self.mission.commands
+
     async def until(self, condition: Callable[[], bool]) -> None:
         async with self.clock.timeout_at(self.clock.now_s() + 600.0):
             while not condition():
@@ -132,7 +148,7 @@ class Flight:
         return [event.data.text for event in self.recorder.events if event.kind == "notice"]
 
     def task(self, vehicle_id: int) -> Task:
-        return self.mission.snapshot().vehicles[vehicle_id - 1].task
+        return self.view.snapshot().vehicles[vehicle_id - 1].task
 
 
 def prepare(n: int = 4, target: tuple[float, float] | None = TARGET, **changes: object) -> Flight:

@@ -90,7 +90,7 @@ async def test_a_stranger_with_a_vehicles_id_is_told_of_and_gets_no_command(
             if in_flight:
                 await flight.until(lambda: any("same system id" in text or "two" in text for text in flight.texts()))
                 await flight.until_step(3)
-                await flight.mission.act(Action.RETURN, None)
+                await flight.mission.commands.act(Action.RETURN, None)
             await flight.run
             assert not strangers.vehicle(2).autopilot.flight.armed
         # Told to fly nowhere; reads and streams do not move it.
@@ -229,7 +229,7 @@ async def test_a_step_goes_on_without_the_frame_of_a_camera_that_fails(
         async def fail(fetcher: ImageFetcher, url: str, host: str, deadline_s: float) -> Download:
             whole = await deliver(fetcher, url, host, deadline_s)
             # A camera that fails before the launch is refused by preflight.
-            if "/2/" not in url or flight.mission.snapshot().step == 0:
+            if "/2/" not in url or flight.mission.view.snapshot().step == 0:
                 return whole
             match fault:
                 case "nothing":
@@ -245,7 +245,7 @@ async def test_a_step_goes_on_without_the_frame_of_a_camera_that_fails(
         monkeypatch.setattr(ImageFetcher, "download", fail)
         assert await flight.run is Outcome.FOUND
         flight.assert_nobody_was_endangered()
-        missing = {vehicle_id for step in flight.mission.steps() for vehicle_id in step.missing}
+        missing = {vehicle_id for step in flight.mission.view.steps() for vehicle_id in step.missing}
         assert missing == (set() if fault == "late" else {2})
-        for step in flight.mission.steps():
+        for step in flight.mission.view.steps():
             assert all(reason in text for text in step.missing.values())

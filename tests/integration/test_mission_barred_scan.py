@@ -58,7 +58,7 @@ async def test_the_next_leg_is_flown_where_the_rest_of_one_is_barred() -> None:
     assert len(told) == 1
     assert told[0].endswith("the scan leaves out the rest of it")
     assert told[0].startswith("leg 1 ")
-    assert flight.texts().count("phase line") == len(flight.mission.snapshot().legs_enu_m)
+    assert flight.texts().count("phase line") == len(flight.view.snapshot().legs_enu_m)
 
 
 async def test_a_scan_that_nothing_bars_says_that_it_saw_it_all() -> None:
@@ -69,5 +69,5 @@ async def test_a_scan_that_nothing_bars_says_that_it_saw_it_all() -> None:
 
 def furthest_north_m(flight: Flight) -> float:
     """Return how far the scan has sent its line."""
-    sent = [waypoint.sent_enu_m for step in flight.mission.steps() for waypoint in step.waypoints]
+    sent = [waypoint.sent_enu_m for step in flight.view.steps() for waypoint in step.waypoints]
     return max(place_enu_m[1] for place_enu_m in sent if place_enu_m is not None)

@@ -18,7 +18,7 @@ from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.mission.fleet.flight import FlightControl
 from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.journal import Journal
-from aos_gcs.mission.model import Action, ActionRecord, Outcome, Phase, Task
+from aos_gcs.mission.model import Action, Outcome, Phase, Task
 from aos_gcs.planning.settings import Deadlines, FlightSettings
 from aos_gcs.ports import (
     Arm,
@@ -34,7 +34,7 @@ from aos_gcs.ports import (
     Takeoff,
 )
 from tests.fakes.fleet import FRAME, ORIGIN, FakeFleet, FakeVehicle
-from tests.fakes.mission_flight import Flight, MemoryRecorder, flying, prepare
+from tests.fakes.mission_flight import Flight, flying, prepare
 from tests.fakes.roster import give_task
 
 pytestmark = pytest.mark.looptime
@@ -54,8 +54,8 @@ def slow_cameras(flight: Flight, duration_s: float = 4.0) -> None:
 
 async def in_a_capture(flight: Flight) -> None:
     """Wait until the cameras of the second step are exposing."""
-    await flight.until(lambda: len(flight.mission.steps()) == 1)
-    await flight.until(lambda: flight.mission.snapshot().message == "Step 2: taking frames.")
+    await flight.until(lambda: len(flight.view.steps()) == 1)
+    await flight.until(lambda: flight.view.snapshot().message == "Step 2: capturing images.")
     await flight.clock.sleep(1.0)
 
 
@@ -70,13 +70,13 @@ async def test_a_step_in_hand_does_not_command_who_left_meanwhile(action: Action
     slow_cameras(flight)
     async with flying(flight) as run:
         await in_a_capture(flight)
-        await flight.mission.act(action, (1,))
-        await flight.until(lambda: len(flight.mission.steps()) == 3)
+        await flight.commands.act(action, (1,))
+        await flight.until(lambda: len(flight.view.steps()) == 3)
         assert isinstance(flight.fleet.members[1].commands[-1], command)
-        record = {record.vehicle_id: record for record in flight.mission.steps()[1].waypoints}[1]
+        record = {record.vehicle_id: record for record in flight.view.steps()[1].waypoints}[1]
         assert record.sent_enu_m is None
         assert "left the swarm" in record.reason
-        await flight.mission.act(Action.ABORT, None)
+        await flight.commands.act(Action.ABORT, None)
         await run
 
 
@@ -87,14 +87,14 @@ async def test_a_step_in_hand_does_not_wrest_a_vehicle_from_its_pilot() -> None:
         await in_a_capture(flight)
         vehicle = flight.fleet.members[2]
         vehicle.mode, commands = FlightMode.MANUAL, len(vehicle.commands)
-        await flight.until(lambda: len(flight.mission.steps()) == 4)
+        await flight.until(lambda: len(flight.view.steps()) == 4)
         assert vehicle.commands[commands:] == []
         vehicle.mode = FlightMode.HOLD
-        (result,) = await flight.mission.act(Action.RESUME, (2,))
+        (result,) = await flight.commands.act(Action.RESUME, (2,))
         assert result.accepted
-        await flight.until(lambda: len(flight.mission.steps()) == 6)
-        assert 2 in flight.mission.steps()[-1].fitness
-        await flight.mission.act(Action.ABORT, None)
+        await flight.until(lambda: len(flight.view.steps()) == 6)
+        assert 2 in flight.view.steps()[-1].fitness
+        await flight.commands.act(Action.ABORT, None)
         await run
 
 
@@ -148,11 +148,11 @@ async def test_others_keep_off_the_ways_that_a_vehicle_may_take_by_itself(
 async def test_who_is_coming_down_already_is_not_led_up_again() -> None:
     flight = prepare()
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.mission.steps()) == 2)
+        await flight.until(lambda: len(flight.view.steps()) == 2)
         await flight.fleet.members[1].execute(ReturnToLaunch(), 0.0)  # as its failsafe would
-        await flight.mission.act(Action.LAND, (2,))
+        await flight.commands.act(Action.LAND, (2,))
         await flight.clock.sleep(0.5)
-        await flight.mission.act(Action.RETURN, None)
+        await flight.commands.act(Action.RETURN, None)
         await run
     assert flight.fleet.members[1].commands[-1] == ReturnToLaunch()
     assert flight.fleet.members[2].commands[-1] == Land()
@@ -162,11 +162,11 @@ async def test_who_is_coming_down_already_is_not_led_up_again() -> None:
 async def test_a_pilot_is_never_overruled_on_the_way_down() -> None:
     flight = prepare()
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.mission.steps()) == 2)
+        await flight.until(lambda: len(flight.view.steps()) == 2)
         vehicle = flight.fleet.members[3]
         vehicle.fly_to(vehicle.position_enu_m())
         vehicle.mode, commands = FlightMode.MANUAL, len(vehicle.commands)
-        await flight.mission.act(Action.RETURN, None)
+        await flight.commands.act(Action.RETURN, None)
         await run
     assert vehicle.commands[commands:] == []
     assert any("flown by its pilot" in text for text in flight.texts())
@@ -175,11 +175,11 @@ async def test_a_pilot_is_never_overruled_on_the_way_down() -> None:
 async def test_who_is_heard_again_during_the_return_is_sent_home_and_not_landed_where_it_is() -> None:
     flight = prepare()
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.mission.steps()) == 2)
+        await flight.until(lambda: len(flight.view.steps()) == 2)
         vehicle = flight.fleet.members[2]
         vehicle.silent_since_s = flight.clock.now_s()
         await flight.until(lambda: flight.task(2) is Task.LOST)
-        await flight.mission.act(Action.RETURN, None)
+        await flight.commands.act(Action.RETURN, None)
         await flight.until(lambda: flight.mission.phase is Phase.RETURN)
         vehicle.start_enu_m = vehicle.goal_enu_m = vehicle.position_enu_m()
         vehicle.silent_since_s = None
@@ -195,11 +195,11 @@ async def test_actions_on_all_tell_who_was_not_reached(action: Action) -> None:
         await flight.until(lambda: flight.mission.phase is Phase.SCAN)
         flight.fleet.members[2].silent_since_s = flight.clock.now_s()
         await flight.until(lambda: flight.task(2) is Task.LOST)
-        results = {result.vehicle_id: result for result in await flight.mission.act(action, None)}
+        results = {result.vehicle_id: result for result in await flight.commands.act(action, None)}
         assert [results[number].accepted for number in (1, 2, 3, 4)] == [True, False, True, True]
         assert "cannot be reached" in results[2].text
         if action in {Action.HOLD, Action.PAUSE}:
-            await flight.mission.act(Action.RETURN, None)
+            await flight.commands.act(Action.RETURN, None)
         flight.fleet.members[2].silent_since_s = None
         await run
 
@@ -207,7 +207,7 @@ async def test_actions_on_all_tell_who_was_not_reached(action: Action) -> None:
 async def test_a_lost_vehicle_whose_failsafe_brings_it_home_is_left_alone() -> None:
     flight = prepare()
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.mission.steps()) == 2)
+        await flight.until(lambda: len(flight.view.steps()) == 2)
         vehicle = flight.fleet.members[2]
         vehicle.silent_since_s = flight.clock.now_s()
         await flight.until(lambda: flight.task(2) is Task.LOST)
@@ -215,7 +215,7 @@ async def test_a_lost_vehicle_whose_failsafe_brings_it_home_is_left_alone() -> N
         vehicle.silent_since_s = None
         vehicle.start_enu_m, vehicle.started_s = vehicle.position_enu_m(), flight.clock.now_s()
         vehicle.goal_enu_m, commands = vehicle.home_enu_m, len(vehicle.commands)
-        await flight.mission.act(Action.RETURN, None)
+        await flight.commands.act(Action.RETURN, None)
         await run
     assert vehicle.commands[commands:] == []
     assert flight.task(2) is Task.LANDED
@@ -238,14 +238,14 @@ async def test_hold_in_a_climb_stops_everybody_and_resume_goes_on(after_s: float
     async with flying(flight) as run:
         await told_to_climb(flight)
         await flight.clock.sleep(after_s)
-        results = await flight.mission.act(Action.HOLD, None)
+        results = await flight.commands.act(Action.HOLD, None)
         assert [result.accepted for result in results] == [True] * 4
         heights_m = [vehicle.position_enu_m()[2] for vehicle in flight.fleet.members.values()]
         await flight.clock.sleep(20.0)
         assert heights_m == [vehicle.position_enu_m()[2] for vehicle in flight.fleet.members.values()]
-        await flight.mission.act(Action.RESUME, None)
+        await flight.commands.act(Action.RESUME, None)
         assert await run is Outcome.FOUND
-    assert len(flight.mission.steps()[-1].fitness) == 4
+    assert len(flight.view.steps()[-1].fitness) == 4
 
 
 @pytest.mark.parametrize("action", [Action.RETURN, Action.LAND, Action.ABORT])
@@ -256,7 +256,7 @@ async def test_every_way_down_works_in_a_climb(action: Action, after_s: float) -
         await told_to_climb(flight)
         await flight.clock.sleep(after_s)
         started_s = flight.clock.now_s()
-        await flight.mission.act(action, None)
+        await flight.commands.act(action, None)
         await run
     assert flight.clock.now_s() - started_s < 90.0
     assert [flight.task(number) for number in (1, 2, 3, 4)] == [Task.LANDED] * 4
@@ -285,7 +285,7 @@ async def test_an_abort_while_motors_start_leaves_nobody_armed() -> None:
     async with flying(flight) as run:
         await flight.until(lambda: flight.mission.phase is Phase.ARM)
         await flight.clock.sleep(0.5)
-        await flight.mission.act(Action.ABORT, None)
+        await flight.commands.act(Action.ABORT, None)
         assert await run is Outcome.ABORTED
     assert not any(vehicle.armed for vehicle in flight.fleet.members.values())
     assert not any(Takeoff in map(type, vehicle.commands) for vehicle in flight.fleet.members.values())
@@ -295,11 +295,11 @@ async def test_motors_that_stopped_while_held_on_the_ground_are_started_again() 
     flight = prepare()
     async with flying(flight) as run:
         await told_to_climb(flight)
-        await flight.mission.act(Action.HOLD, None)
+        await flight.commands.act(Action.HOLD, None)
         for vehicle in flight.fleet.members.values():
             vehicle.armed = False
         await flight.clock.sleep(5.0)
-        await flight.mission.act(Action.RESUME, None)
+        await flight.commands.act(Action.RESUME, None)
         assert await run is Outcome.FOUND
     assert all(vehicle.commands.count(Arm()) == 2 for vehicle in flight.fleet.members.values())
 
@@ -307,15 +307,15 @@ async def test_motors_that_stopped_while_held_on_the_ground_are_started_again() 
 async def test_a_silent_vehicle_delays_the_hold_of_no_other() -> None:
     flight = prepare()
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.mission.steps()) == 2)
+        await flight.until(lambda: len(flight.view.steps()) == 2)
         flight.fleet.members[1].silent_since_s = flight.clock.now_s()
         held_at_s = flight.clock.now_s()
-        holding = asyncio.create_task(flight.mission.act(Action.HOLD, None))
+        holding = asyncio.create_task(flight.commands.act(Action.HOLD, None))
         for _ in range(5):
             await asyncio.sleep(0)
         assert all(isinstance(v.commands[-1], Hold) for v in flight.fleet.members.values())
         assert flight.clock.now_s() - held_at_s < 0.01
-        await flight.mission.act(Action.ABORT, None)
+        await flight.commands.act(Action.ABORT, None)
         await run
         assert [result.accepted for result in await holding] == [False, True, True, True]
 
@@ -323,15 +323,15 @@ async def test_a_silent_vehicle_delays_the_hold_of_no_other() -> None:
 async def test_a_held_landing_can_be_turned_into_a_return_that_climbs_first() -> None:
     flight = prepare()
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.mission.steps()) == 2)
-        await flight.mission.act(Action.LAND, None)
+        await flight.until(lambda: len(flight.view.steps()) == 2)
+        await flight.commands.act(Action.LAND, None)
         await flight.until(lambda: all(isinstance(v.commands[-1], Land) for v in flight.fleet.members.values()))
         with pytest.raises(MissionError, match="hold first"):
-            await flight.mission.act(Action.RETURN, None)
+            await flight.commands.act(Action.RETURN, None)
         await flight.clock.sleep(2.0)
-        await flight.mission.act(Action.HOLD, None)
+        await flight.commands.act(Action.HOLD, None)
         places_m = {number: v.position_enu_m() for number, v in flight.fleet.members.items()}
-        await flight.mission.act(Action.RETURN, None)
+        await flight.commands.act(Action.RETURN, None)
         await run
     for number, vehicle in flight.fleet.members.items():
         hold = max(i for i, command in enumerate(vehicle.commands) if isinstance(command, Hold))
@@ -345,13 +345,13 @@ async def test_a_held_landing_can_be_turned_into_a_return_that_climbs_first() ->
 async def test_who_was_on_its_way_down_alone_goes_on_after_a_hold_of_all() -> None:
     flight = prepare()
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.mission.steps()) == 2)
+        await flight.until(lambda: len(flight.view.steps()) == 2)
         returning, landing = flight.fleet.members[4], flight.fleet.members[1]
-        await flight.mission.act(Action.RETURN, (4,))
-        await flight.mission.act(Action.LAND, (1,))
-        await flight.mission.act(Action.HOLD, None)
+        await flight.commands.act(Action.RETURN, (4,))
+        await flight.commands.act(Action.LAND, (1,))
+        await flight.commands.act(Action.HOLD, None)
         assert all(isinstance(vehicle.commands[-1], Hold) for vehicle in flight.fleet.members.values())
-        results = await flight.mission.act(Action.RESUME, None)
+        results = await flight.commands.act(Action.RESUME, None)
         assert {result.vehicle_id: result.accepted for result in results} == {1: True, 4: True}
         await flight.until(lambda: isinstance(returning.commands[-1], Goto))
         assert landing.commands[-1] == Land()
@@ -362,16 +362,16 @@ async def test_who_was_on_its_way_down_alone_goes_on_after_a_hold_of_all() -> No
 async def test_actions_on_all_leave_a_pilot_alone_and_say_so() -> None:
     flight = prepare()
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.mission.steps()) == 2)
+        await flight.until(lambda: len(flight.view.steps()) == 2)
         vehicle = flight.fleet.members[2]
         vehicle.fly_to(vehicle.position_enu_m())
         vehicle.mode, commands = FlightMode.MANUAL, len(vehicle.commands)
         for action in (Action.HOLD, Action.RETURN):
-            results = {result.vehicle_id: result for result in await flight.mission.act(action, None)}
+            results = {result.vehicle_id: result for result in await flight.commands.act(action, None)}
             assert [results[number].accepted for number in (1, 2, 3, 4)] == [True, False, True, True]
             assert "pilot" in results[2].text
         assert vehicle.commands[commands:] == []
-        (result,) = await flight.mission.act(Action.HOLD, (2,))
+        (result,) = await flight.commands.act(Action.HOLD, (2,))
         assert result.accepted
         await run
 
@@ -381,7 +381,9 @@ async def test_an_abort_is_not_undone_by_a_start_right_behind_it() -> None:
     async with flying(flight) as run:
         await flight.until(lambda: flight.mission.phase is Phase.READY)
         results = await asyncio.gather(
-            flight.mission.act(Action.ABORT, None), flight.mission.act(Action.START, None), return_exceptions=True
+            flight.commands.act(Action.ABORT, None),
+            flight.commands.act(Action.START, None),
+            return_exceptions=True,
         )
         assert isinstance(results[1], MissionError)
         assert await run is Outcome.ABORTED
@@ -392,10 +394,10 @@ async def test_two_starts_at_once_start_one_mission() -> None:
     flight = prepare(auto_start=False)
     async with flying(flight) as run:
         await flight.until(lambda: flight.mission.phase is Phase.READY)
-        await asyncio.gather(*[flight.mission.act(Action.START, None) for _ in range(2)], return_exceptions=True)
+        await asyncio.gather(*[flight.commands.act(Action.START, None) for _ in range(2)], return_exceptions=True)
         await flight.until(lambda: flight.mission.phase is Phase.TAKEOFF)
         assert all(vehicle.commands.count(Arm()) == 1 for vehicle in flight.fleet.members.values())
-        await flight.mission.act(Action.ABORT, None)
+        await flight.commands.act(Action.ABORT, None)
         await run
 
 
@@ -413,9 +415,9 @@ async def test_two_starts_at_once_start_one_mission() -> None:
 async def test_actions_right_after_one_another_bring_everybody_down(actions: tuple[Action, ...]) -> None:
     flight = prepare()
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.mission.steps()) == 2)
+        await flight.until(lambda: len(flight.view.steps()) == 2)
         await flight.clock.sleep(0.2)
-        await asyncio.gather(*[flight.mission.act(action, None) for action in actions])
+        await asyncio.gather(*[flight.commands.act(action, None) for action in actions])
         await run
     assert [flight.task(number) for number in (1, 2, 3, 4)] == [Task.LANDED] * 4
 
@@ -423,25 +425,15 @@ async def test_actions_right_after_one_another_bring_everybody_down(actions: tup
 # --- defects and disks ----------------------------------------------------------------------------------------------
 
 
-class StuckRecorder(MemoryRecorder):
-    """A disk that no longer answers."""
-
-    async def record_action(self, action: ActionRecord) -> None:  # noqa: ARG002 - the port's name
-        await asyncio.Event().wait()
-
-    async def flush(self) -> None:
-        await asyncio.Event().wait()
-
-
 async def test_a_disk_that_hangs_delays_no_hold_and_hardly_its_answer() -> None:
     flight = prepare()
-    flight.mission._context.recorder = StuckRecorder()
+    flight.recorder.is_stuck = True
     async with flying(flight) as run:
         await flight.until(lambda: flight.mission.phase is Phase.TAKEOFF)
         async with asyncio.timeout(2.0):
-            results = await flight.mission.act(Action.HOLD, None)
+            results = await flight.commands.act(Action.HOLD, None)
         assert all(result.accepted for result in results)
-        await flight.mission.act(Action.ABORT, None)
+        await flight.commands.act(Action.ABORT, None)
         await run
     assert any("action hold may be missing" in text for text in flight.texts())
 
@@ -449,10 +441,10 @@ async def test_a_disk_that_hangs_delays_no_hold_and_hardly_its_answer() -> None:
 async def test_a_disk_that_hangs_does_not_stop_the_search() -> None:
     flight = prepare()
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.mission.steps()) == 2)
-        flight.mission._context.recorder = StuckRecorder()
+        await flight.until(lambda: len(flight.view.steps()) == 2)
+        flight.recorder.is_stuck = True
         assert await run is Outcome.FOUND
-    assert all(vehicle.task is Task.LANDED for vehicle in flight.mission.snapshot().vehicles)
+    assert all(vehicle.task is Task.LANDED for vehicle in flight.view.snapshot().vehicles)
     assert any("step 4 may be missing" in text for text in flight.texts())
 
 
@@ -466,10 +458,10 @@ async def test_a_defect_sends_everybody_home_and_is_reported(culprit: str) -> No
 
     with pytest.raises(ExceptionGroup) as caught:  # noqa: PT012 - the mission is the statement
         async with flying(flight) as run:
-            await flight.until(lambda: len(flight.mission.steps()) == 2)
+            await flight.until(lambda: len(flight.view.steps()) == 2)
             pilot.mode = FlightMode.MANUAL
             owner, name = {
-                "handler": (flight.mission._search, "_choose"),
+                "handler": (flight.mission.sortie.search.decider, "decide"),
                 "monitor": (flight.mission._monitor._proximity, "look"),
             }[culprit]
             setattr(owner, name, fail)
@@ -489,7 +481,7 @@ async def test_a_farewell_that_fails_still_closes_the_record() -> None:
 
     with pytest.raises(ExceptionGroup):  # noqa: PT012 - the mission is the statement
         async with flying(flight) as run:
-            await flight.until(lambda: len(flight.mission.steps()) == 2)
+            await flight.until(lambda: len(flight.view.steps()) == 2)
             flight.fleet.members[2].execute = fail  # type: ignore[method-assign]
             await run
     assert flight.recorder.outcome is not None
@@ -502,9 +494,9 @@ async def test_a_farewell_that_fails_still_closes_the_record() -> None:
 async def test_a_vehicle_with_a_low_battery_that_refuses_to_fly_home_is_told_again() -> None:
     flight = prepare()
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.mission.steps()) == 2)
+        await flight.until(lambda: len(flight.view.steps()) == 2)
         vehicle: FakeVehicle = flight.fleet.members[3]
-        await flight.mission.act(Action.PAUSE, None)  # or the mission would be over before the vehicle gives in
+        await flight.commands.act(Action.PAUSE, None)  # or the mission would be over before the vehicle gives in
         told = len(vehicle.commands)
         vehicle.refuses, vehicle.battery_fraction = frozenset({Goto}), 0.1
         await flight.clock.sleep(12.0)
@@ -512,19 +504,19 @@ async def test_a_vehicle_with_a_low_battery_that_refuses_to_fly_home_is_told_aga
         vehicle.refuses = frozenset()
         await flight.until(lambda: flight.task(3) is Task.LANDED)
         assert vehicle.position_enu_m() == pytest.approx(vehicle.home_enu_m, abs=0.6)
-        await flight.mission.act(Action.ABORT, None)
+        await flight.commands.act(Action.ABORT, None)
         await run
 
 
 async def test_who_cannot_be_led_home_in_time_is_handed_to_its_autopilot() -> None:
     flight = prepare(deadlines=Deadlines(connect_s=5.0, preflight_s=5.0, capture_s=5.0, transfer_s=15.0))
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.mission.steps()) == 2)
+        await flight.until(lambda: len(flight.view.steps()) == 2)
         vehicle: FakeVehicle = flight.fleet.members[3]
         vehicle.refuses, vehicle.battery_fraction = frozenset({Goto}), 0.1
-        await flight.mission.act(Action.PAUSE, None)
+        await flight.commands.act(Action.PAUSE, None)
         await flight.until(lambda: vehicle.mode is FlightMode.RETURN)
-        await flight.mission.act(Action.ABORT, None)
+        await flight.commands.act(Action.ABORT, None)
         await run
     assert flight.task(3) is Task.LANDED
 
@@ -533,8 +525,8 @@ async def test_a_battery_that_empties_fast_brings_its_vehicle_home_in_time() -> 
     """At 0.2 % per second and some 40 m away, home is about 9 % away: below 29 % the vehicle leaves."""
     flight = prepare()
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.mission.steps()) == 2)
-        await flight.mission.act(Action.PAUSE, None)
+        await flight.until(lambda: len(flight.view.steps()) == 2)
+        await flight.commands.act(Action.PAUSE, None)
         vehicle: FakeVehicle = flight.fleet.members[2]
         started_s = flight.clock.now_s()
         while flight.task(2) is Task.SWARM:
@@ -542,7 +534,7 @@ async def test_a_battery_that_empties_fast_brings_its_vehicle_home_in_time() -> 
             await flight.clock.sleep(0.5)
         assert 0.25 < vehicle.battery_fraction < 0.32
         assert any("are needed to come home with 20%" in text for text in flight.texts())
-        await flight.mission.act(Action.ABORT, None)
+        await flight.commands.act(Action.ABORT, None)
         await run
 
 
@@ -552,11 +544,11 @@ async def test_a_battery_that_empties_fast_brings_its_vehicle_home_in_time() -> 
 async def test_of_two_that_come_too_close_the_later_mover_is_held() -> None:
     flight = prepare()
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.mission.steps()) == 2)
-        await flight.mission.act(Action.PAUSE, None)
+        await flight.until(lambda: len(flight.view.steps()) == 2)
+        await flight.commands.act(Action.PAUSE, None)
         await flight.until(lambda: not any(vehicle.is_moving() for vehicle in flight.fleet.members.values()))
         still, drifting = flight.fleet.members[2], flight.fleet.members[3]
-        flight.mission._context.roster.select([3])[0].sent_at_s = flight.clock.now_s()
+        flight.mission.sortie.context.roster.select([3])[0].sent_at_s = flight.clock.now_s()
         drifting.speed_mps = 2.0
         drifting.fly_to(still.position_enu_m())
         await flight.until(lambda: isinstance(drifting.commands[-1], Hold))
@@ -566,31 +558,31 @@ async def test_of_two_that_come_too_close_the_later_mover_is_held() -> None:
         assert 0.0 < np.linalg.norm(offset_m) < 1.5
         assert flight.task(3) is Task.HELD
         assert any("vehicle 3 is held" in text for text in flight.texts())
-        await flight.mission.act(Action.ABORT, None)
+        await flight.commands.act(Action.ABORT, None)
         await run
 
 
 async def test_a_position_that_is_old_is_told_of_and_not_trusted() -> None:
     flight = prepare()
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.mission.steps()) == 2)
+        await flight.until(lambda: len(flight.view.steps()) == 2)
         flight.fleet.members[2].silent_since_s = flight.clock.now_s()
         await flight.clock.sleep(4.0)
         assert sum("its distance to others is not watched" in text for text in flight.texts()) == 1
-        await flight.mission.act(Action.ABORT, None)
+        await flight.commands.act(Action.ABORT, None)
         await run
 
 
 async def test_a_vehicle_whose_motors_stop_leaves_the_swarm() -> None:
     flight = prepare()
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.mission.steps()) == 2)
+        await flight.until(lambda: len(flight.view.steps()) == 2)
         vehicle = flight.fleet.members[3]
         vehicle.armed = False
         vehicle.start_enu_m = vehicle.goal_enu_m = vehicle.position_enu_m() * [1.0, 1.0, 0.0]
-        await flight.until(lambda: len(flight.mission.steps()) == 4)
-        assert set(flight.mission.steps()[-1].fitness) == {1, 2, 4}
-        await flight.mission.act(Action.ABORT, None)
+        await flight.until(lambda: len(flight.view.steps()) == 4)
+        assert set(flight.view.steps()[-1].fitness) == {1, 2, 4}
+        await flight.commands.act(Action.ABORT, None)
         await run
     assert any("motors have stopped" in text for text in flight.texts())
 
@@ -599,7 +591,7 @@ async def test_vehicles_that_fall_silent_on_their_way_end_the_mission_as_lost() 
     """Their last word is a speed: nobody hovers, which must not count as cameras that deliver nothing."""
     flight = prepare()
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.mission.steps()) == 2)
+        await flight.until(lambda: len(flight.view.steps()) == 2)
         await flight.until(lambda: all(vehicle.is_moving() for vehicle in flight.fleet.members.values()))
         for vehicle in flight.fleet.members.values():
             vehicle.silent_since_s = flight.clock.now_s()
@@ -612,10 +604,10 @@ async def test_a_vehicle_lost_during_the_landing_is_brought_down_when_heard_agai
     flight = prepare()
     lost = flight.fleet.members[2]
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.mission.steps()) == 2)
+        await flight.until(lambda: len(flight.view.steps()) == 2)
         lost.silent_since_s = flight.clock.now_s()
         await flight.until(lambda: flight.task(2) is Task.LOST)
-        await flight.mission.act(Action.RETURN, None)
+        await flight.commands.act(Action.RETURN, None)
         await flight.until(lambda: flight.task(1) is Task.LANDED)
         lost.silent_since_s = None
         await run
@@ -643,14 +635,14 @@ async def test_an_image_that_shows_nothing_counts_as_missing_with_the_reason() -
     flight = prepare()
     blind_cameras(flight, {1})
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.mission.steps()) == 2)
-        for record in flight.mission.steps():
+        await flight.until(lambda: len(flight.view.steps()) == 2)
+        for record in flight.view.steps():
             assert list(record.missing) == [1]
             assert "the same everywhere" in record.missing[1]
             assert 1 not in record.fitness
             assert 1 in {waypoint.vehicle_id for waypoint in record.waypoints}
         assert any("goes on without its frame: its image is the same" in text for text in flight.texts())
-        await flight.mission.act(Action.ABORT, None)
+        await flight.commands.act(Action.ABORT, None)
         await run
 
 

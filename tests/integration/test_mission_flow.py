@@ -22,7 +22,7 @@ async def test_a_whole_mission_finds_the_target_and_lands_all() -> None:
     flight = prepare()
     async with flying(flight) as run:
         assert await run is Outcome.FOUND
-    snapshot = flight.mission.snapshot()
+    snapshot = flight.view.snapshot()
     assert snapshot.phase is Phase.DONE
     assert [vehicle.task for vehicle in snapshot.vehicles] == [Task.LANDED] * 4
     assert snapshot.target is not None
@@ -60,7 +60,7 @@ async def test_an_empty_area_is_scanned_to_its_end_and_everybody_returns() -> No
     flight = prepare(target=None)
     async with flying(flight) as run:
         assert await run is Outcome.NOT_FOUND
-    furthest_m = max(record.requested_enu_m[1] for step in flight.mission.steps() for record in step.waypoints)
+    furthest_m = max(record.requested_enu_m[1] for step in flight.view.steps() for record in step.waypoints)
     assert furthest_m >= 68.0
     assert all(not vehicle.armed for vehicle in flight.fleet.members.values())
 
@@ -72,7 +72,7 @@ async def test_a_silent_vehicle_is_left_out_and_the_swarm_goes_on() -> None:
         flight.fleet.members[2].silent_since_s = flight.clock.now_s()
         assert await run is Outcome.FOUND
     assert flight.task(2) is Task.LOST
-    last = flight.mission.steps()[-1]
+    last = flight.view.steps()[-1]
     assert set(last.fitness) == {1, 3, 4}
     assert any("link lost" in text for text in flight.texts())
 
@@ -82,8 +82,8 @@ async def test_a_camera_that_delivers_nothing_is_named_and_the_step_goes_on() ->
     flight.fleet.members[3].camera_works = False
     async with flying(flight) as run:
         assert await run is Outcome.FOUND
-    assert all("delivers nothing" in step.missing[3] for step in flight.mission.steps())
-    assert all(3 not in step.fitness for step in flight.mission.steps())
+    assert all("delivers nothing" in step.missing[3] for step in flight.view.steps())
+    assert all(3 not in step.fitness for step in flight.view.steps())
 
 
 async def test_without_any_frame_the_mission_fails_and_returns() -> None:
@@ -92,7 +92,7 @@ async def test_without_any_frame_the_mission_fails_and_returns() -> None:
         vehicle.camera_works = False
     async with flying(flight) as run:
         assert await run is Outcome.FAILED
-    assert [vehicle.task for vehicle in flight.mission.snapshot().vehicles] == [Task.LANDED] * 4
+    assert [vehicle.task for vehicle in flight.view.snapshot().vehicles] == [Task.LANDED] * 4
 
 
 async def test_all_links_lost_ends_the_mission() -> None:
@@ -102,64 +102,64 @@ async def test_all_links_lost_ends_the_mission() -> None:
         for vehicle in flight.fleet.members.values():
             vehicle.silent_since_s = flight.clock.now_s()
         assert await run is Outcome.FAILED
-    assert "All vehicles are lost" in flight.mission.snapshot().message
+    assert "All vehicles are lost" in flight.view.snapshot().message
 
 
 async def test_missing_vehicles_end_the_mission_on_the_ground() -> None:
     flight = prepare(vehicles=5)
     async with flying(flight) as run:
         assert await run is Outcome.FAILED
-    assert "4 of 5" in flight.mission.snapshot().message
+    assert "4 of 5" in flight.view.snapshot().message
     assert not any(vehicle.commands for vehicle in flight.fleet.members.values())
 
 
 async def test_hold_stops_everybody_at_once_and_resume_goes_on() -> None:
     flight = prepare()
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.mission.steps()) == 3)
-        results = await flight.mission.act(Action.HOLD, None)
+        await flight.until(lambda: len(flight.view.steps()) == 3)
+        results = await flight.commands.act(Action.HOLD, None)
         assert all(result.accepted for result in results)
         assert flight.mission.suspension is Suspension.HELD
         assert all(isinstance(vehicle.commands[-1], Hold) for vehicle in flight.fleet.members.values())
-        steps = len(flight.mission.steps())
+        steps = len(flight.view.steps())
         await flight.clock.sleep(20.0)
-        assert len(flight.mission.steps()) == steps
-        await flight.mission.act(Action.RESUME, None)
+        assert len(flight.view.steps()) == steps
+        await flight.commands.act(Action.RESUME, None)
         assert await run is Outcome.FOUND
 
 
 async def test_pause_lets_the_step_in_hand_finish() -> None:
     flight = prepare()
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.mission.steps()) == 3)
-        await flight.mission.act(Action.PAUSE, None)
+        await flight.until(lambda: len(flight.view.steps()) == 3)
+        await flight.commands.act(Action.PAUSE, None)
         await flight.clock.sleep(30.0)
-        assert len(flight.mission.steps()) <= 4
+        assert len(flight.view.steps()) <= 4
         assert not any(isinstance(c, Hold) for v in flight.fleet.members.values() for c in v.commands)
         assert not any(vehicle.is_moving() for vehicle in flight.fleet.members.values())
-        await flight.mission.act(Action.RESUME, None)
+        await flight.commands.act(Action.RESUME, None)
         assert await run is Outcome.FOUND
 
 
 async def test_one_held_vehicle_leaves_the_swarm_and_comes_back() -> None:
     flight = prepare()
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.mission.steps()) == 2)
-        await flight.mission.act(Action.HOLD, (4,))
-        await flight.until(lambda: len(flight.mission.steps()) == 5)
-        assert set(flight.mission.steps()[-1].fitness) == {1, 2, 3}
-        (result,) = await flight.mission.act(Action.RESUME, (4,))
+        await flight.until(lambda: len(flight.view.steps()) == 2)
+        await flight.commands.act(Action.HOLD, (4,))
+        await flight.until(lambda: len(flight.view.steps()) == 5)
+        assert set(flight.view.steps()[-1].fitness) == {1, 2, 3}
+        (result,) = await flight.commands.act(Action.RESUME, (4,))
         assert result.accepted
         assert await run is Outcome.FOUND
-    assert 4 in flight.mission.steps()[-1].fitness
+    assert 4 in flight.view.steps()[-1].fitness
 
 
 @pytest.mark.parametrize(("action", "outcome"), [(Action.RETURN, Outcome.NOT_FOUND), (Action.ABORT, Outcome.ABORTED)])
 async def test_return_and_abort_bring_everybody_to_the_launch_points(action: Action, outcome: Outcome) -> None:
     flight = prepare()
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.mission.steps()) == 2)
-        await flight.mission.act(action, None)
+        await flight.until(lambda: len(flight.view.steps()) == 2)
+        await flight.commands.act(action, None)
         assert await run is outcome
     for vehicle in flight.fleet.members.values():
         assert np.hypot(*(vehicle.position_enu_m() - vehicle.home_enu_m)[:2]) < 0.6
@@ -170,7 +170,7 @@ async def test_land_all_descends_in_separate_columns() -> None:
     flight = prepare()
     async with flying(flight) as run:
         await flight.until(lambda: flight.mission.phase is Phase.CONVERGE)
-        await flight.mission.act(Action.LAND, None)
+        await flight.commands.act(Action.LAND, None)
         await run
     places = np.array([vehicle.position_enu_m()[:2] for vehicle in flight.fleet.members.values()])
     distances = np.linalg.norm(places[:, None] - places[None], axis=2) + 99.0 * np.eye(4)
@@ -181,17 +181,17 @@ async def test_land_all_descends_in_separate_columns() -> None:
 async def test_a_vehicle_sent_home_alone_is_replaced_by_nobody() -> None:
     flight = prepare()
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.mission.steps()) == 2)
-        await flight.mission.act(Action.RETURN, (1,))
+        await flight.until(lambda: len(flight.view.steps()) == 2)
+        await flight.commands.act(Action.RETURN, (1,))
         assert await run is Outcome.FOUND
     assert flight.task(1) is Task.LANDED
-    assert 1 not in flight.mission.steps()[-1].fitness
+    assert 1 not in flight.view.steps()[-1].fitness
 
 
 async def test_a_low_battery_sends_a_vehicle_home() -> None:
     flight = prepare()
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.mission.steps()) == 2)
+        await flight.until(lambda: len(flight.view.steps()) == 2)
         flight.fleet.members[3].battery_fraction = 0.1
         assert await run is Outcome.FOUND
     vehicle = flight.fleet.members[3]
@@ -204,7 +204,7 @@ async def test_a_low_battery_sends_a_vehicle_home() -> None:
 async def test_two_vehicles_left_go_on_but_one_returns() -> None:
     flight = prepare(n=2)
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.mission.steps()) == 2)
+        await flight.until(lambda: len(flight.view.steps()) == 2)
         flight.fleet.members[2].silent_since_s = flight.clock.now_s()
         assert await run is Outcome.FAILED
     assert flight.task(1) is Task.LANDED
@@ -223,15 +223,15 @@ async def test_actions_out_of_place_are_refused_and_logged() -> None:
     async with flying(flight) as run:
         await flight.until(lambda: flight.mission.phase is Phase.READY)
         with pytest.raises(MissionError, match="no vehicle is flying"):
-            await flight.mission.act(Action.LAND, None)
-        assert await flight.mission.act(Action.HOLD, None) == ()
-        await flight.mission.act(Action.START, None)
+            await flight.commands.act(Action.LAND, None)
+        assert await flight.commands.act(Action.HOLD, None) == ()
+        await flight.commands.act(Action.START, None)
         await flight.until(lambda: flight.mission.phase is Phase.SCAN)
         with pytest.raises(MissionError, match="started already"):
-            await flight.mission.act(Action.START, None)
+            await flight.commands.act(Action.START, None)
         with pytest.raises(MissionError, match="No vehicle 9"):
-            await flight.mission.act(Action.HOLD, (9,))
-        await flight.mission.act(Action.ABORT, None)
+            await flight.commands.act(Action.HOLD, (9,))
+        await flight.commands.act(Action.ABORT, None)
         await run
     assert [bool(record.refusal) for record in flight.recorder.actions] == [True, False, False, True, True, False]
 
@@ -254,7 +254,7 @@ async def test_the_same_seed_gives_the_same_mission() -> None:
         flight = prepare(n=3)
         async with flying(flight) as run:
             await run
-        tracks.append([record.requested_enu_m for step in flight.mission.steps() for record in step.waypoints])
+        tracks.append([record.requested_enu_m for step in flight.view.steps() for record in step.waypoints])
     assert np.allclose(tracks[0], tracks[1], atol=1e-6)
 
 
@@ -262,5 +262,5 @@ async def test_a_search_that_finds_nothing_in_time_returns() -> None:
     flight = prepare(target=None, deadlines=Deadlines(connect_s=5.0, preflight_s=5.0, capture_s=5.0, search_s=8.0))
     async with flying(flight) as run:
         assert await run is Outcome.NOT_FOUND
-    assert flight.mission.steps()[-1].elapsed_s < 10.0
+    assert flight.view.steps()[-1].elapsed_s < 10.0
     assert any("time for the search is over" in text for text in flight.texts())

@@ -27,30 +27,30 @@ def switch_on(
 
 
 async def heard(flight: Flight, vehicle_id: int) -> None:
-    await flight.until(lambda: vehicle_id in {v.telemetry.vehicle_id for v in flight.mission.snapshot().vehicles})
+    await flight.until(lambda: vehicle_id in {v.telemetry.vehicle_id for v in flight.view.snapshot().vehicles})
     await flight.clock.sleep(5.0)
 
 
 async def test_a_replacement_takes_the_layer_of_the_one_that_left_and_flies_with_the_swarm() -> None:
     flight = prepare()
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.mission.steps()) == 1)
-        await flight.mission.act(Action.PAUSE, None)
-        layers_m = {v.telemetry.vehicle_id: v.layer_height_m for v in flight.mission.snapshot().vehicles}
+        await flight.until(lambda: len(flight.view.steps()) == 1)
+        await flight.commands.act(Action.PAUSE, None)
+        layers_m = {v.telemetry.vehicle_id: v.layer_height_m for v in flight.view.snapshot().vehicles}
         flight.fleet.members[2].battery_fraction = 0.1
         await flight.until(lambda: flight.task(2) is Task.LANDED)
         switch_on(flight, 5)
         await heard(flight, 5)
-        (result,) = await flight.mission.act(Action.JOIN, (5,))
+        (result,) = await flight.commands.act(Action.JOIN, (5,))
         assert (result.accepted, result.text) == (True, "takes off and flies to the swarm")
         assert flight.task(5) is Task.JOINING
         await flight.until(lambda: flight.task(5) is Task.SWARM)
-        assert flight.mission.snapshot().vehicles[4].layer_height_m == layers_m[2]
-        await flight.mission.act(Action.RESUME, None)
+        assert flight.view.snapshot().vehicles[4].layer_height_m == layers_m[2]
+        await flight.commands.act(Action.RESUME, None)
         assert await run is Outcome.FOUND
-    assert set(flight.mission.steps()[-1].fitness) == {1, 3, 4, 5}
+    assert set(flight.view.steps()[-1].fitness) == {1, 3, 4, 5}
     assert [flight.task(number) for number in (1, 2, 3, 4, 5)] == [Task.LANDED] * 5
-    smallest_m = flight.mission.snapshot().min_separation_m
+    smallest_m = flight.view.snapshot().min_separation_m
     assert smallest_m is not None
     assert smallest_m >= 1.5
 
@@ -58,34 +58,34 @@ async def test_a_replacement_takes_the_layer_of_the_one_that_left_and_flies_with
 async def test_one_more_takes_the_lowest_layer_that_is_free() -> None:
     flight = prepare()
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.mission.steps()) == 1)
-        await flight.mission.act(Action.PAUSE, None)
+        await flight.until(lambda: len(flight.view.steps()) == 1)
+        await flight.commands.act(Action.PAUSE, None)
         switch_on(flight, 5)
         await heard(flight, 5)
-        assert [result.vehicle_id for result in await flight.mission.act(Action.JOIN, None)] == [5]
+        assert [result.vehicle_id for result in await flight.commands.act(Action.JOIN, None)] == [5]
         await flight.until(lambda: flight.task(5) is Task.SWARM)
-        layers_m = [v.layer_height_m for v in flight.mission.snapshot().vehicles]
+        layers_m = [v.layer_height_m for v in flight.view.snapshot().vehicles]
         assert layers_m == [35.0, 37.0, 39.0, 41.0, 43.0]
-        await flight.mission.act(Action.ABORT, None)
+        await flight.commands.act(Action.ABORT, None)
         await run
 
 
 async def test_who_joins_returns_by_itself_in_its_new_layer_also_when_it_has_flown_before() -> None:
     flight = prepare(preflight=PreflightSettings(upload_fence=True, set_return_height=True))
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.mission.steps()) == 1)
-        await flight.mission.act(Action.PAUSE, None)
+        await flight.until(lambda: len(flight.view.steps()) == 1)
+        await flight.commands.act(Action.PAUSE, None)
         flight.fleet.members[1].battery_fraction = flight.fleet.members[2].battery_fraction = 0.1
         await flight.until(lambda: [flight.task(1), flight.task(2)] == [Task.LANDED] * 2)
         flight.fleet.members[2].battery_fraction = 0.9
         switch_on(flight, 5)
         await heard(flight, 5)
         assert flight.fleet.members[5].return_height_m == 30.0, "it has no layer yet"
-        results = await flight.mission.act(Action.JOIN, (2, 5))
+        results = await flight.commands.act(Action.JOIN, (2, 5))
         assert [result.accepted for result in results] == [True, True]
         await flight.until(lambda: [flight.task(2), flight.task(5)] == [Task.SWARM] * 2)
         assert [flight.fleet.members[number].return_height_m for number in (2, 5)] == [35.0, 37.0]
-        await flight.mission.act(Action.ABORT, None)
+        await flight.commands.act(Action.ABORT, None)
         await run
     assert flight.fleet.members[5].return_height_m == 30.0
 
@@ -104,38 +104,38 @@ async def test_who_cannot_join_stays_on_the_ground_and_the_reason_is_told(
 ) -> None:
     flight = prepare()
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.mission.steps()) == 1)
-        await flight.mission.act(Action.PAUSE, None)
+        await flight.until(lambda: len(flight.view.steps()) == 1)
+        await flight.commands.act(Action.PAUSE, None)
         vehicle = switch_on(flight, 5)
         for name, value in change.items():
             setattr(vehicle, name, value)
         vehicle.start_enu_m = vehicle.goal_enu_m = vehicle.home_enu_m
         await heard(flight, 5)
-        (result,) = await flight.mission.act(Action.JOIN, (5,))
+        (result,) = await flight.commands.act(Action.JOIN, (5,))
         await flight.clock.sleep(1.0)
         assert result.accepted is (text is None)
         assert text is None or text in result.text
         assert flight.task(5) is Task.IDLE
         assert not vehicle.armed
-        await flight.mission.act(Action.ABORT, None)
+        await flight.commands.act(Action.ABORT, None)
         await run
 
 
 async def test_a_hold_of_all_stops_a_joining_vehicle_and_resume_makes_it_part_of_the_swarm() -> None:
     flight = prepare()
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.mission.steps()) == 1)
-        await flight.mission.act(Action.PAUSE, None)
+        await flight.until(lambda: len(flight.view.steps()) == 1)
+        await flight.commands.act(Action.PAUSE, None)
         vehicle = switch_on(flight, 5)
         await heard(flight, 5)
-        await flight.mission.act(Action.JOIN, (5,))
+        await flight.commands.act(Action.JOIN, (5,))
         await flight.until(lambda: vehicle.position_enu_m()[2] > 20.0)
-        await flight.mission.act(Action.HOLD, None)
+        await flight.commands.act(Action.HOLD, None)
         assert isinstance(vehicle.commands[-1], Hold)
         assert not vehicle.is_moving()
         await flight.clock.sleep(10.0)
         assert isinstance(vehicle.commands[-1], Hold)
-        results = await flight.mission.act(Action.RESUME, None)
+        results = await flight.commands.act(Action.RESUME, None)
         assert (5, True) in {(result.vehicle_id, result.accepted) for result in results}
         assert await run is Outcome.FOUND
     assert flight.task(5) is Task.LANDED
@@ -145,33 +145,33 @@ async def test_a_hold_of_all_stops_a_joining_vehicle_and_resume_makes_it_part_of
 async def test_who_is_still_being_checked_does_not_start_after_a_hold_or_a_return(action: Action) -> None:
     flight = prepare(preflight=PreflightSettings(upload_fence=True, set_return_height=True))
     async with flying(flight) as run, asyncio.TaskGroup() as group:
-        await flight.until(lambda: len(flight.mission.steps()) == 1)
-        await flight.mission.act(Action.PAUSE, None)
+        await flight.until(lambda: len(flight.view.steps()) == 1)
+        await flight.commands.act(Action.PAUSE, None)
         vehicle = switch_on(flight, 5)
         await heard(flight, 5)
-        joining = group.create_task(flight.mission.act(Action.JOIN, (5,)))
+        joining = group.create_task(flight.commands.act(Action.JOIN, (5,)))
         await asyncio.sleep(0)
-        await flight.mission.act(action, None)
+        await flight.commands.act(action, None)
         (result,) = await joining
         assert not result.accepted
         assert "called off" in result.text
         await flight.clock.sleep(5.0)
         assert vehicle.commands == []
         if action is Action.HOLD:
-            await flight.mission.act(Action.ABORT, None)
+            await flight.commands.act(Action.ABORT, None)
         await run
 
 
 async def test_a_return_brings_a_joining_vehicle_home_too() -> None:
     flight = prepare()
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.mission.steps()) == 1)
-        await flight.mission.act(Action.PAUSE, None)
+        await flight.until(lambda: len(flight.view.steps()) == 1)
+        await flight.commands.act(Action.PAUSE, None)
         vehicle = switch_on(flight, 5)
         await heard(flight, 5)
-        await flight.mission.act(Action.JOIN, (5,))
+        await flight.commands.act(Action.JOIN, (5,))
         await flight.until(lambda: vehicle.position_enu_m()[2] > 20.0)
-        await flight.mission.act(Action.RETURN, None)
+        await flight.commands.act(Action.RETURN, None)
         await run
     assert flight.task(5) is Task.LANDED
     assert sum(isinstance(command, Takeoff) for command in vehicle.commands) == 1
@@ -181,10 +181,10 @@ async def test_a_return_brings_a_joining_vehicle_home_too() -> None:
 async def test_without_anybody_on_the_ground_nobody_joins() -> None:
     flight = prepare()
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.mission.steps()) == 1)
+        await flight.until(lambda: len(flight.view.steps()) == 1)
         with pytest.raises(MissionError, match="no vehicle that could"):
-            await flight.mission.act(Action.JOIN, None)
-        (result,) = await flight.mission.act(Action.JOIN, (1,))
+            await flight.commands.act(Action.JOIN, None)
+        (result,) = await flight.commands.act(Action.JOIN, (1,))
         assert not result.accepted
-        await flight.mission.act(Action.ABORT, None)
+        await flight.commands.act(Action.ABORT, None)
         await run

@@ -40,14 +40,14 @@ async def test_nobody_enters_a_no_go_zone_and_everybody_comes_home() -> None:
     assert [vehicle.armed for vehicle in flight.fleet.members.values()] == [False] * 4
     for vehicle in flight.fleet.members.values():
         assert vehicle.position_enu_m() == pytest.approx(vehicle.home_enu_m, abs=0.6)
-    bent = [w for step in flight.mission.steps() for w in step.waypoints if w.verdict is not WaypointVerdict.SENT]
+    bent = [w for step in flight.view.steps() for w in step.waypoints if w.verdict is not WaypointVerdict.SENT]
     assert any("no-go zone" in waypoint.reason for waypoint in bent)
 
 
 async def test_all_land_side_by_side_about_the_return_point() -> None:
     flight = prepare(return_enu_m=(30.0, 20.0))
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.mission.steps()) == 1)
+        await flight.until(lambda: len(flight.view.steps()) == 1)
         flight.fleet.members[2].battery_fraction = 0.1
         assert await run is Outcome.FOUND
     places_m = np.array([vehicle.position_enu_m()[:2] for vehicle in flight.fleet.members.values()])

@@ -26,19 +26,19 @@ async def test_a_mission_without_area_waits_for_a_plan_and_flies_it() -> None:
     async with flying(flight) as run:
         await until_phase(flight, Phase.PREFLIGHT)
         await asyncio.sleep(30.0)
-        assert "there is no search area" in flight.mission.snapshot().message
+        assert "there is no search area" in flight.view.snapshot().message
 
-        plan = replace(plan_of(flight.mission.settings), area_enu_m=AREA_ENU_M, lowest_layer_m=30.0, spacing_m=4.5)
-        await flight.mission.apply_plan(plan, operator="Ada")
+        plan = replace(plan_of(flight.commands.settings), area_enu_m=AREA_ENU_M, lowest_layer_m=30.0, spacing_m=4.5)
+        await flight.commands.apply_plan(plan, operator="Ada")
         await until_phase(flight, Phase.READY)
-        snapshot = flight.mission.snapshot()
+        snapshot = flight.view.snapshot()
         assert snapshot.area_enu_m == AREA_ENU_M
         assert [vehicle.layer_height_m for vehicle in snapshot.vehicles] == [30.0, 32.0]
 
-        await flight.mission.act(Action.START, None)
+        await flight.commands.act(Action.START, None)
         with pytest.raises(MissionError, match="has started"):
-            await flight.mission.apply_plan(plan)
-        await flight.mission.act(Action.ABORT, None)
+            await flight.commands.apply_plan(plan)
+        await flight.commands.act(Action.ABORT, None)
         await run
     (record,) = [event.data for event in flight.recorder.events if isinstance(event.data, PlanRecord)]
     assert record == PlanRecord(plan, "Ada")
@@ -48,11 +48,11 @@ async def test_a_ready_mission_starts_anew_with_another_plan() -> None:
     flight = prepare(2, auto_start=False)
     async with flying(flight):
         await until_phase(flight, Phase.READY)
-        await flight.mission.apply_plan(replace(plan_of(flight.mission.settings), strategy="aos-pso"))
-        assert flight.mission.snapshot().strategy == "aos-pso"
+        await flight.commands.apply_plan(replace(plan_of(flight.commands.settings), strategy="aos-pso"))
+        assert flight.view.snapshot().strategy == "aos-pso"
         await flight.until(lambda: flight.texts().count("phase ready") == 2)
         assert "phase connect" in flight.texts()
-        await flight.mission.act(Action.ABORT, None)
+        await flight.commands.act(Action.ABORT, None)
 
 
 async def test_nobody_starts_out_of_a_no_go_zone() -> None:
@@ -60,21 +60,21 @@ async def test_nobody_starts_out_of_a_no_go_zone() -> None:
     flight = prepare(2, auto_start=False)
     async with flying(flight):
         await until_phase(flight, Phase.READY)
-        plan = plan_of(flight.mission.settings)
-        await flight.mission.apply_plan(replace(plan, no_go_enu_m=(about_one,)))
-        await flight.until(lambda: "inside of no-go zone 1" in flight.mission.snapshot().message)
-        await flight.mission.apply_plan(plan)
+        plan = plan_of(flight.commands.settings)
+        await flight.commands.apply_plan(replace(plan, no_go_enu_m=(about_one,)))
+        await flight.until(lambda: "inside of no-go zone 1" in flight.view.snapshot().message)
+        await flight.commands.apply_plan(plan)
         await until_phase(flight, Phase.READY)
-        await flight.mission.act(Action.ABORT, None)
+        await flight.commands.act(Action.ABORT, None)
 
 
 async def test_a_plan_that_cannot_be_flown_changes_nothing() -> None:
     flight = prepare(2, auto_start=False)
     async with flying(flight):
         await until_phase(flight, Phase.READY)
-        before = flight.mission.settings
+        before = flight.commands.settings
         with pytest.raises(MissionError, match="too close"):
-            await flight.mission.apply_plan(replace(plan_of(before), layer_spacing_m=0.5))
-        assert flight.mission.settings is before
+            await flight.commands.apply_plan(replace(plan_of(before), layer_spacing_m=0.5))
+        assert flight.commands.settings is before
         assert flight.mission.phase is Phase.READY
-        await flight.mission.act(Action.ABORT, None)
+        await flight.commands.act(Action.ABORT, None)

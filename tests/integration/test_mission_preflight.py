@@ -26,7 +26,7 @@ OFF = Safeguard(False, "none (FS_GCS_ENABLE = 0)", "set FS_GCS_ENABLE to 1")
 
 
 def check_of(flight: Flight, vehicle_id: int, name: str) -> PreflightCheck:
-    found = {(check.vehicle_id, check.name): check for check in flight.mission.snapshot().preflight}
+    found = {(check.vehicle_id, check.name): check for check in flight.view.snapshot().preflight}
     return found[vehicle_id, name]
 
 
@@ -38,7 +38,7 @@ async def test_a_good_fleet_shows_every_check_of_every_vehicle() -> None:
     flight = prepare(n=2, **BY_HAND)
     async with flying(flight) as run:
         await until_ready(flight)
-        matrix = flight.mission.snapshot().preflight
+        matrix = flight.view.snapshot().preflight
         assert [(check.vehicle_id, check.name) for check in matrix] == [
             (vehicle_id, name) for vehicle_id in (1, 2) for name in checks.ORDER
         ]
@@ -46,7 +46,7 @@ async def test_a_good_fleet_shows_every_check_of_every_vehicle() -> None:
         assert check_of(flight, 1, checks.CAMERA).text == (
             "96 x 96, red green blue thermal, 90° below the horizon, 0.0 m from the vehicle"
         )
-        await flight.mission.act(Action.ABORT, None)
+        await flight.commands.act(Action.ABORT, None)
         await run
 
 
@@ -70,13 +70,15 @@ async def test_the_written_fence_is_the_one_that_the_mission_keeps() -> None:
     async with flying(flight) as run:
         await until_ready(flight)
         fences = [vehicle.fence for vehicle in flight.fleet.members.values()]
-        await flight.mission.act(Action.ABORT, None)
+        await flight.commands.act(Action.ABORT, None)
         await run
     frame = LocalFrame(ORIGIN)
     for fence in fences:
         assert fence is not None
         for ring, ring_enu_m in zip(
-            (fence.inclusion_deg, *fence.exclusions_deg), (flight.mission.snapshot().fence_enu_m, zone), strict=True
+            (fence.inclusion_deg, *fence.exclusions_deg),
+            (flight.view.snapshot().fence_enu_m, zone),
+            strict=True,
         ):
             corners = [frame.to_geodetic(np.array([*corner, 0.0])) for corner in ring_enu_m]
             assert ring == tuple((round(c.latitude_deg, 7), round(c.longitude_deg, 7)) for c in corners)
@@ -95,9 +97,9 @@ async def test_vehicles_are_not_asked_again_and_again() -> None:
         await flight.clock.sleep(0.4 * REFRESH_S)
         assert vehicle.inspections == before[0] + 1
         await flight.clock.sleep(0.7 * REFRESH_S)
-        await flight.mission.act(Action.START, None)
+        await flight.commands.act(Action.START, None)
         await run
-    assert flight.mission.snapshot().elapsed_s > REFRESH_S
+    assert flight.view.snapshot().elapsed_s > REFRESH_S
     assert vehicle.inspections == before[0] + 1, "who flies is left alone"
 
 
@@ -109,7 +111,7 @@ async def test_a_fence_is_not_written_unless_told_to() -> None:
         assert (check.status, check.text, check.overridable) == (CheckStatus.FAIL, "none", True)
         assert "preflight.upload_fence" in check.remedy
         assert [vehicle.uploads for vehicle in flight.fleet.members.values()] == [0, 0]
-        await flight.mission.act(Action.ABORT, None)
+        await flight.commands.act(Action.ABORT, None)
         await run
 
 
@@ -123,17 +125,17 @@ async def test_what_is_off_refuses_the_launch_until_it_is_on_or_overridden() -> 
             "vehicle 1, link-loss failsafe: none (FS_GCS_ENABLE = 0); set FS_GCS_ENABLE to 1"
         )
         with pytest.raises(MissionError, match="preflight has not passed"):
-            await flight.mission.act(Action.START, None)
-        await flight.mission.override_check(2, checks.LINK_LOSS, "a pilot stands by", operator="Ada")
+            await flight.commands.act(Action.START, None)
+        await flight.commands.override_check(2, checks.LINK_LOSS, "a pilot stands by", operator="Ada")
         await flight.clock.sleep(10.0)
         assert flight.mission.phase is Phase.PREFLIGHT, "the override is for one vehicle"
         flight.fleet.members[1].facts = {}
         await until_ready(flight)
-        assert "1 failed checks are overridden" in flight.mission.snapshot().message
+        assert "1 failed checks are overridden" in flight.view.snapshot().message
         assert any("is overridden by Ada: a pilot stands by" in text for text in flight.texts())
-        await flight.mission.override_check(2, checks.LINK_LOSS, None, operator="Ada")
+        await flight.commands.override_check(2, checks.LINK_LOSS, None, operator="Ada")
         await flight.until(lambda: flight.mission.phase is Phase.PREFLIGHT)
-        await flight.mission.act(Action.ABORT, None)
+        await flight.commands.act(Action.ABORT, None)
         await run
     overrides = [record for record in flight.recorder.actions if record.action is Action.OVERRIDE]
     assert [(record.check, record.reason, record.operator) for record in overrides] == [
@@ -149,7 +151,7 @@ async def test_an_unattended_mission_overrides_what_its_configuration_names_and_
     flight.fleet.members[2].camera_works = False
     async with flying(flight) as run:
         assert await run is Outcome.FAILED
-    assert "vehicle 2, camera: no frame" in flight.mission.snapshot().message
+    assert "vehicle 2, camera: no frame" in flight.view.snapshot().message
     assert not any(vehicle.commands for vehicle in flight.fleet.members.values())
     (record,) = [record for record in flight.recorder.actions if record.action is Action.OVERRIDE]
     assert (record.vehicle_ids, record.check, record.operator) == ((1,), checks.LINK_LOSS, BY_CONFIGURATION)
@@ -164,7 +166,7 @@ async def test_a_fence_that_a_vehicle_denies_is_told_in_its_words() -> None:
         assert check_of(flight, 1, checks.GEOFENCE).status is CheckStatus.PASS
         flight.fleet.members[2].refuses = frozenset()
         await until_ready(flight)
-        await flight.mission.act(Action.ABORT, None)
+        await flight.commands.act(Action.ABORT, None)
         await run
 
 
@@ -178,7 +180,7 @@ async def test_a_fence_that_somebody_changes_is_noticed_and_replaced() -> None:
         await flight.clock.sleep(REFRESH_S + 5.0)
         assert vehicle.fence == ours
         assert flight.mission.phase is Phase.READY
-        await flight.mission.act(Action.ABORT, None)
+        await flight.commands.act(Action.ABORT, None)
         await run
 
 
@@ -194,8 +196,8 @@ async def test_return_heights_are_those_of_the_layers_until_all_have_landed() ->
             (1, {"RTL_ALT": 6000.0}, False),
             (2, {"RTL_ALT": 3000.0}, False),
         ]
-        await flight.mission.act(Action.START, None)
-        await flight.until(lambda: len(flight.mission.steps()) == 1)
+        await flight.commands.act(Action.START, None)
+        await flight.until(lambda: len(flight.view.steps()) == 1)
         assert [first.return_height_m, second.return_height_m] == [35.0, 37.0]
         await run
     assert [first.return_height_m, second.return_height_m] == [60.0, 30.0]
@@ -210,7 +212,7 @@ async def test_the_height_before_is_on_record_before_another_one_is_written() ->
     async with flying(flight) as run:
         await until_ready(flight)
         assert heights_m[0] == 30.0
-        await flight.mission.act(Action.ABORT, None)
+        await flight.commands.act(Action.ABORT, None)
         await run
     assert flight.fleet.members[1].return_height_m == 30.0, "an aborted mission sets it back too"
 
@@ -227,7 +229,7 @@ async def test_return_heights_are_not_written_unless_told_to_but_refuse_the_laun
         assert flight.fleet.members[2].return_height_m == 60.0
         flight.fleet.members[2].return_height_m = 37.0
         await until_ready(flight)
-        await flight.mission.act(Action.ABORT, None)
+        await flight.commands.act(Action.ABORT, None)
         await run
     assert flight.recorder.settings == []
 
@@ -244,7 +246,7 @@ async def test_who_keeps_its_return_height_does_not_start_and_who_is_lost_is_nam
         await until_ready(flight)
         first.silent_since_s = flight.clock.now_s()
         await flight.clock.sleep(5.0)
-        await flight.mission.act(Action.ABORT, None)
+        await flight.commands.act(Action.ABORT, None)
         await run
     assert second.return_height_m == 30.0
     assert (
@@ -260,5 +262,5 @@ async def test_a_vehicle_that_falls_silent_is_not_asked_but_fails() -> None:
         assert check_of(flight, 2, checks.LINK).status is CheckStatus.FAIL
         assert check_of(flight, 2, checks.GEOFENCE).status is CheckStatus.FAIL
         assert flight.fleet.members[1].uploads == 1
-        await flight.mission.act(Action.ABORT, None)
+        await flight.commands.act(Action.ABORT, None)
         await run

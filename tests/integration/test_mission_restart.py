@@ -27,23 +27,23 @@ def commands_of(flight: Flight) -> list[list[type]]:
 
 
 async def until_checked(flight: Flight) -> None:
-    await flight.until(lambda: flight.mission.phase is Phase.PREFLIGHT and len(flight.mission.snapshot().preflight) > 0)
+    await flight.until(lambda: flight.mission.phase is Phase.PREFLIGHT and len(flight.view.snapshot().preflight) > 0)
 
 
 async def test_all_are_returned_by_their_autopilots_and_fly_the_mission_afterwards() -> None:
     flight = in_the_air()
     async with flying(flight) as run:
         await until_checked(flight)
-        assert {Action.RETURN, Action.LAND} <= set(allowed_actions(flight.mission.snapshot()))
-        results = await flight.mission.act(Action.RETURN, None)
+        assert {Action.RETURN, Action.LAND} <= set(allowed_actions(flight.view.snapshot()))
+        results = await flight.commands.act(Action.RETURN, None)
         assert [result.accepted for result in results] == [True] * 4
         assert commands_of(flight) == [[ReturnToLaunch]] * 4
         await flight.until(lambda: flight.mission.phase is Phase.READY)
-        assert not {Action.RETURN, Action.LAND} & set(allowed_actions(flight.mission.snapshot()))
-        await flight.mission.act(Action.START, None)
+        assert not {Action.RETURN, Action.LAND} & set(allowed_actions(flight.view.snapshot()))
+        await flight.commands.act(Action.START, None)
         await flight.until(lambda: flight.mission.phase is Phase.SCAN)
         assert [flight.task(number) for number in (1, 2, 3, 4)] == [Task.SWARM] * 4
-        await flight.mission.act(Action.RETURN, None)
+        await flight.commands.act(Action.RETURN, None)
         await run
 
 
@@ -51,11 +51,11 @@ async def test_one_is_returned_while_the_others_hover() -> None:
     flight = in_the_air()
     async with flying(flight) as run:
         await until_checked(flight)
-        (result,) = await flight.mission.act(Action.RETURN, (3,))
+        (result,) = await flight.commands.act(Action.RETURN, (3,))
         assert result.accepted
         assert "by itself" in result.text
         assert commands_of(flight) == [[], [], [ReturnToLaunch], []]
-        await flight.mission.act(Action.ABORT, None)
+        await flight.commands.act(Action.ABORT, None)
         assert await run is Outcome.ABORTED
 
 
@@ -65,11 +65,11 @@ async def test_who_hovers_above_another_is_not_landed_on_it() -> None:
     upper.start_enu_m = upper.goal_enu_m = lower.goal_enu_m + np.array([0.0, 0.0, 4.0])
     async with flying(flight) as run:
         await until_checked(flight)
-        results = {result.vehicle_id: result for result in await flight.mission.act(Action.LAND, None)}
+        results = {result.vehicle_id: result for result in await flight.commands.act(Action.LAND, None)}
         assert commands_of(flight) == [[Land], [], [Land], [Land]]
         assert not results[2].accepted
         assert "vehicle 1 flies below it" in results[2].text
-        await flight.mission.act(Action.ABORT, None)
+        await flight.commands.act(Action.ABORT, None)
         await run
 
 
@@ -78,8 +78,8 @@ async def test_an_abort_brings_home_who_flies_and_leaves_pilots_alone() -> None:
     flight.fleet.members[4].mode = FlightMode.MANUAL
     async with flying(flight) as run:
         await until_checked(flight)
-        results = await flight.mission.act(Action.ABORT, None)
+        results = await flight.commands.act(Action.ABORT, None)
         assert await run is Outcome.ABORTED
     assert commands_of(flight) == [[ReturnToLaunch]] * 3 + [[]]
     assert [result.accepted for result in results] == [True] * 3 + [False]
-    assert flight.mission.snapshot().message == "Aborted: who flew returns by itself."
+    assert flight.view.snapshot().message == "Aborted: who flew returns by itself."

@@ -26,7 +26,7 @@ async def test_a_runner_is_found_and_the_estimate_runs_along() -> None:
         while True:
             await flight.clock.sleep(0.05)
             now_s = flight.clock.now_s()
-            if any(step.target_enu_m for step in flight.mission.steps()):
+            if any(step.target_enu_m for step in flight.view.steps()):
                 place[0] -= SPEED_MPS * (now_s - before_s)
             before_s = now_s
 
@@ -34,10 +34,10 @@ async def test_a_runner_is_found_and_the_estimate_runs_along() -> None:
         running = asyncio.ensure_future(run_west())
         assert await run is Outcome.FOUND
         running.cancel()
-    steps = [step for step in flight.mission.steps() if step.target_enu_m is not None]
+    steps = [step for step in flight.view.steps() if step.target_enu_m is not None]
     assert steps[-1].target_enu_m is not None
     assert steps[-1].target_enu_m[0] < TARGET[0] - 3.0
-    target = flight.mission.snapshot().target
+    target = flight.view.snapshot().target
     assert target is not None
     assert target.velocity_enu_mps is not None
     assert target.velocity_enu_mps[0] == pytest.approx(-SPEED_MPS, abs=1.0)

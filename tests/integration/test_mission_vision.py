@@ -18,7 +18,7 @@ pytestmark = pytest.mark.looptime
 
 
 def focus_of(flight: Flight) -> FocusSnapshot:
-    focus = flight.mission.snapshot().focus
+    focus = flight.view.snapshot().focus
     assert focus is not None
     return focus
 
@@ -34,11 +34,11 @@ async def test_autofocus_repairs_a_plane_that_is_three_metres_off(monkeypatch: p
     )
     async with flying(flight) as run:
         await flight.until(lambda: focus_of(flight).source is FocusSource.AUTOFOCUS)
-        found_at = flight.mission.snapshot().step
-        await flight.until(lambda: flight.mission.snapshot().step > found_at + 8)
-        await flight.mission.act(Action.ABORT, None)
+        found_at = flight.view.snapshot().step
+        await flight.until(lambda: flight.view.snapshot().step > found_at + 8)
+        await flight.commands.act(Action.ABORT, None)
         await run
-    heights_m = [step.focal_height_m for step in flight.mission.steps()]
+    heights_m = [step.focal_height_m for step in flight.view.steps()]
     assert heights_m[0] == 3.0
     assert heights_m[-1] == pytest.approx(0.0, abs=1.0)
     assert any("autofocus: the focal plane is at" in text for text in flight.texts())
@@ -48,16 +48,16 @@ async def test_the_operators_height_wins_until_it_is_given_back() -> None:
     flight = prepare(n=4, target=None)
     async with flying(flight) as run:
         await flight.until(lambda: flight.mission.phase is Phase.SCAN)
-        await flight.mission.act(Action.FOCUS, None, 2.0)
+        await flight.commands.act(Action.FOCUS, None, 2.0)
         focus = focus_of(flight)
         assert (focus.height_m, focus.source) == (2.0, FocusSource.OPERATOR)
-        step = flight.mission.snapshot().step
-        await flight.until(lambda: flight.mission.snapshot().step > step + 1)
-        assert flight.mission.steps()[-1].focal_height_m == 2.0
-        await flight.mission.act(Action.FOCUS, None, None)
+        step = flight.view.snapshot().step
+        await flight.until(lambda: flight.view.snapshot().step > step + 1)
+        assert flight.view.steps()[-1].focal_height_m == 2.0
+        await flight.commands.act(Action.FOCUS, None, None)
         focus = focus_of(flight)
         assert (focus.height_m, focus.source) == (0.0, FocusSource.CONFIGURED)
-        await flight.mission.act(Action.ABORT, None)
+        await flight.commands.act(Action.ABORT, None)
         await run
     recorded = [(entry.action, entry.focal_height_m) for entry in flight.recorder.actions]
     assert recorded == [(Action.FOCUS, 2.0), (Action.FOCUS, None), (Action.ABORT, None)]
@@ -68,12 +68,12 @@ async def test_a_height_that_makes_no_sense_is_refused_and_logged() -> None:
     async with flying(flight) as run:
         await flight.until(lambda: flight.mission.phase is Phase.SCAN)
         with pytest.raises(MissionError, match="below the lowest layer, 35 m"):
-            await flight.mission.act(Action.FOCUS, None, 40.0)
+            await flight.commands.act(Action.FOCUS, None, 40.0)
         with pytest.raises(MissionError, match="leave the vehicles out"):
-            await flight.mission.act(Action.FOCUS, (1,), 2.0)
+            await flight.commands.act(Action.FOCUS, (1,), 2.0)
         with pytest.raises(MissionError, match="goes with focus only"):
-            await flight.mission.act(Action.HOLD, None, 2.0)
-        await flight.mission.act(Action.ABORT, None)
+            await flight.commands.act(Action.HOLD, None, 2.0)
+        await flight.commands.act(Action.ABORT, None)
         await run
     assert [entry.refusal is not None for entry in flight.recorder.actions] == [True, True, True, False]
 
@@ -83,7 +83,7 @@ async def test_registration_that_is_not_sure_changes_nothing() -> None:
     flight = prepare(n=4, registration=RegistrationSettings(enabled=True))
     async with flying(flight) as run:
         assert await run is Outcome.FOUND
-    target = flight.mission.snapshot().target
+    target = flight.view.snapshot().target
     assert target is not None
     assert target.position_enu_m[:2] == pytest.approx(TARGET, abs=0.5)
     assert not any("registration" in text for text in flight.texts())

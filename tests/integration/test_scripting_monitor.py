@@ -54,5 +54,5 @@ async def test_a_lost_link_is_seen_without_any_command(caplog: pytest.LogCapture
     async with in_the_air() as (_, fleet, clock):
         fleet.members[3].silent_since_s = clock.now_s()
         await clock.sleep(8.0)
-        assert any("vehicle 3: link lost" in record.getMessage() for record in caplog.records)
+        assert any("Vehicle 3: link lost" in record.getMessage() for record in caplog.records)
         fleet.members[3].silent_since_s = None

@@ -7,12 +7,12 @@ from pathlib import Path
 import httpx
 import pytest
 
-from aos_gcs.api.app import create_app
 from aos_gcs.api.basemap_file import check_basemap
 from aos_gcs.clock import LoopClock
 from aos_gcs.config.model import ApiConfig
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.runtime.dashboard import open_dashboard
+from tests.fakes.app import app_of
 from tests.fakes.mission import ScriptedMission
 from tests.fakes.tiles import MVT, PNG, pmtiles
 
@@ -20,7 +20,7 @@ BASE_URL = "http://127.0.0.1:8080"
 
 
 def client_of(file: Path | None) -> httpx.AsyncClient:
-    app = create_app(ScriptedMission(LoopClock()), basemap_file=file)
+    app = app_of(ScriptedMission(LoopClock()), basemap_file=file)
     return httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url=BASE_URL)
 
 

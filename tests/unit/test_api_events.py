@@ -29,6 +29,7 @@ from aos_gcs.clock import LoopClock
 from aos_gcs.errors import LinkError
 from aos_gcs.mission.model import EventKind, PictureKind
 from aos_gcs.ports import Severity
+from tests.fakes.app import app_of
 from tests.fakes.mission import ScriptedMission
 
 
@@ -191,7 +192,7 @@ async def test_events_lost_before_the_hub_bring_the_whole_state(mission: Scripte
 
 
 async def test_a_client_that_was_away_fetches_what_it_has_missed(mission: ScriptedMission) -> None:
-    async with serve(create_app(mission), port=0) as address, httpx.AsyncClient(base_url=address.url) as client:
+    async with serve(app_of(mission), port=0) as address, httpx.AsyncClient(base_url=address.url) as client:
         for number in range(5):
             mission.notify(Severity.INFO, f"notice {number}")
         await asyncio.sleep(0.05)
@@ -207,7 +208,7 @@ async def test_a_client_that_was_away_fetches_what_it_has_missed(mission: Script
 
 @pytest.mark.parametrize("away", [1, 7, 300, EVENTS_KEPT])
 async def test_whoever_comes_back_gets_exactly_what_it_has_missed(mission: ScriptedMission, away: int) -> None:
-    async with serve(create_app(mission), port=0) as address, httpx.AsyncClient(base_url=address.url) as client:
+    async with serve(app_of(mission), port=0) as address, httpx.AsyncClient(base_url=address.url) as client:
         url = f"ws://127.0.0.1:{address.port}/api/events"
         async with connect(url) as websocket:
             hello = await receive(websocket)
@@ -240,14 +241,13 @@ async def test_after_a_gap_beyond_the_store_the_whole_state_comes(mission: Scrip
 
 @pytest.mark.parametrize("has_all", [True, False])
 async def test_the_greeting_names_what_the_service_offers(mission: ScriptedMission, has_all: bool) -> None:
-    part = mission if has_all else None
-    hub = create_app(mission, planning=part, findings=part).state.hub
+    hub = create_app(mission, commands=mission if has_all else None).state.hub
     assert hub.hello().capabilities.model_dump() == {"planning": has_all, "findings": has_all, "viewer": False}
 
 
 async def test_hello_brings_the_state_and_events_follow(mission: ScriptedMission) -> None:
     mission.make_step()
-    async with serve(create_app(mission), port=0) as address:
+    async with serve(app_of(mission), port=0) as address:
         async with connect(f"ws://127.0.0.1:{address.port}/api/events") as websocket:
             hello = await receive(websocket)
             assert (hello["kind"], hello["seq"], hello["schema_version"]) == ("hello", 0, 3)
@@ -266,7 +266,7 @@ async def test_hello_brings_the_state_and_events_follow(mission: ScriptedMission
 
 async def test_slow_client_does_not_hold_up_the_others(mission: ScriptedMission) -> None:
     message_count = 400
-    async with serve(create_app(mission), port=0) as address:
+    async with serve(app_of(mission), port=0) as address:
         url = f"ws://127.0.0.1:{address.port}/api/events"
         async with connect(url, max_queue=1) as slow, connect(url) as quick:
             assert (await receive(quick))["kind"] == "hello"
@@ -286,7 +286,7 @@ async def test_slow_client_does_not_hold_up_the_others(mission: ScriptedMission)
 
 async def test_silence_is_filled_with_heartbeats(mission: ScriptedMission) -> None:
     async with (
-        serve(create_app(mission), port=0) as address,
+        serve(app_of(mission), port=0) as address,
         connect(f"ws://127.0.0.1:{address.port}/api/events") as websocket,
     ):
         await receive(websocket)
@@ -321,7 +321,7 @@ async def test_all_that_tells_of_the_state_says_how_old_the_mission_is(mission: 
 
 
 async def test_foreign_pages_cannot_listen(mission: ScriptedMission) -> None:
-    async with serve(create_app(mission), port=0) as address:
+    async with serve(app_of(mission), port=0) as address:
         url = f"ws://127.0.0.1:{address.port}/api/events"
         with pytest.raises(InvalidStatus) as refused:
             await connect(url, origin="http://evil.example")  # type: ignore[arg-type]
@@ -329,12 +329,12 @@ async def test_foreign_pages_cannot_listen(mission: ScriptedMission) -> None:
 
 
 async def test_server_ends_with_open_connections_and_frees_its_port(mission: ScriptedMission) -> None:
-    async with serve(create_app(mission), port=0) as address:
+    async with serve(app_of(mission), port=0) as address:
         websocket = await connect(f"ws://127.0.0.1:{address.port}/api/events")
         await receive(websocket)
     with pytest.raises(ConnectionClosed):
         await receive(websocket)
-    async with serve(create_app(mission), port=address.port) as again:
+    async with serve(app_of(mission), port=address.port) as again:
         assert again.url == f"http://127.0.0.1:{address.port}/"
 
 
@@ -342,13 +342,13 @@ async def test_port_in_use_is_told_before_anything_starts(mission: ScriptedMissi
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         with pytest.raises(LinkError, match=f"port {port} is in use: stop the other program or choose another port"):
-            async with serve(create_app(mission), port=port):
+            async with serve(app_of(mission), port=port):
                 pass
 
 
 async def test_host_that_is_not_ours_is_told(mission: ScriptedMission) -> None:
     with pytest.raises(LinkError, match=r"cannot listen on 203\.0\.113\.1 port 0"):
-        async with serve(create_app(mission), host="203.0.113.1", port=0):
+        async with serve(app_of(mission), host="203.0.113.1", port=0):
             pass
 
 

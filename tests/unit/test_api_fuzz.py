@@ -13,9 +13,9 @@ import pytest
 from fastapi import FastAPI
 from hypothesis import example, given, settings
 
-from aos_gcs.api.app import create_app
 from aos_gcs.api.openapi import make_document
 from aos_gcs.clock import LoopClock
+from tests.fakes.app import app_of
 from tests.fakes.mission import ScriptedMission
 
 BASE_URL = "http://127.0.0.1:8080"
@@ -24,7 +24,7 @@ _WRITING = ("post", "put", "patch", "delete")
 
 async def application() -> FastAPI:
     """Return the server of a scripted mission, whose clock needs a running loop."""
-    return create_app(ScriptedMission(LoopClock()))
+    return app_of(ScriptedMission(LoopClock()))
 
 
 DOCUMENT = make_document()

@@ -13,8 +13,8 @@ import pytest
 from aos_gcs.api.access.body_limit import MAX_BODY_BYTES
 from aos_gcs.api.access.operators import Role
 from aos_gcs.api.access.plan_check_turns import MAX_PER_CLIENT, MAX_PER_ROLE, PlanChecks, TooManyChecksError
-from aos_gcs.api.app import create_app
 from aos_gcs.clock import LoopClock
+from tests.fakes.app import app_of
 from tests.fakes.mission import ORIGIN, ScriptedMission
 
 CODE = "correct-horse"
@@ -30,7 +30,7 @@ PLAN: dict[str, Any] = {"vehicles": 6, "area": AREA}
 async def client(tmp_path: Path) -> AsyncIterator[httpx.AsyncClient]:
     """An observer's."""
     mission = ScriptedMission(LoopClock())
-    app = create_app(mission, planning=mission, plans_folder=tmp_path / "plans", operator_code=CODE)
+    app = app_of(mission, plans_folder=tmp_path / "plans", operator_code=CODE)
     async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://127.0.0.1:8080") as client:
         yield client
 

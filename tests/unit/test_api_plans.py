@@ -15,6 +15,7 @@ from aos_gcs.api.models.plans import PlanModel, PlanReportModel
 from aos_gcs.clock import LoopClock
 from aos_gcs.mission.model import Action
 from aos_gcs.planning.shape_files import MAX_FILE_BYTES
+from tests.fakes.app import app_of
 from tests.fakes.mission import ORIGIN, ScriptedMission
 
 
@@ -40,7 +41,7 @@ async def mission() -> ScriptedMission:
 
 @pytest.fixture
 async def client(mission: ScriptedMission, tmp_path: Path) -> AsyncIterator[httpx.AsyncClient]:
-    app = create_app(mission, planning=mission, plans_folder=tmp_path / "plans")
+    app = app_of(mission, plans_folder=tmp_path / "plans")
     async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://127.0.0.1:8080") as client:
         yield client
 

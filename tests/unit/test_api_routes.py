@@ -9,7 +9,6 @@ from pathlib import Path
 import httpx
 import pytest
 
-from aos_gcs.api.app import create_app
 from aos_gcs.api.convert.findings import target
 from aos_gcs.api.errors import status_and_id
 from aos_gcs.api.models.base import ErrorModel
@@ -20,6 +19,7 @@ from aos_gcs.clock import LoopClock
 from aos_gcs.errors import AosError, CommandTimeoutError, LinkError, MissionError
 from aos_gcs.mission.model import Action, ErrorEllipse, PictureKind, TargetEstimate
 from aos_gcs.ports import Severity
+from tests.fakes.app import app_of
 from tests.fakes.mission import ORIGIN, SILENT_ID, ScriptedMission
 
 BASE_URL = "http://127.0.0.1:8080"
@@ -32,7 +32,7 @@ async def mission() -> ScriptedMission:
 
 @pytest.fixture
 async def client(mission: ScriptedMission) -> AsyncIterator[httpx.AsyncClient]:
-    transport = httpx.ASGITransport(create_app(mission))
+    transport = httpx.ASGITransport(app_of(mission))
     async with httpx.AsyncClient(transport=transport, base_url=BASE_URL) as client:
         yield client
 
@@ -185,7 +185,7 @@ def test_every_error_has_a_status() -> None:
 
 
 async def test_page_that_is_not_built_says_how(mission: ScriptedMission, tmp_path: Path) -> None:
-    transport = httpx.ASGITransport(create_app(mission, tmp_path / "static"))
+    transport = httpx.ASGITransport(app_of(mission, tmp_path / "static"))
     async with httpx.AsyncClient(transport=transport, base_url=BASE_URL) as client:
         response = await client.get("/")
     assert response.status_code == 503
@@ -197,7 +197,7 @@ async def test_page_is_revalidated_and_its_hashed_files_are_kept(mission: Script
     (tmp_path / "index.html").write_text("<p>page</p>")
     (tmp_path / "icon.svg").write_text("<svg/>")
     (tmp_path / "assets" / "index-1a2b.js").write_text("1")
-    transport = httpx.ASGITransport(create_app(mission, tmp_path))
+    transport = httpx.ASGITransport(app_of(mission, tmp_path))
     async with httpx.AsyncClient(transport=transport, base_url=BASE_URL) as client:
         page = await client.get("/")
         assert page.headers["cache-control"] == "no-cache"

@@ -6,9 +6,9 @@ import httpx
 import pytest
 
 from aos_gcs.api.access.request_checks import refusal
-from aos_gcs.api.app import create_app
 from aos_gcs.clock import LoopClock
 from aos_gcs.mission.model import Action
+from tests.fakes.app import app_of
 from tests.fakes.mission import ScriptedMission
 
 
@@ -47,7 +47,7 @@ def test_foreign_origins_are_refused(origin: str) -> None:
 
 async def test_foreign_post_changes_nothing() -> None:
     mission = ScriptedMission(LoopClock())
-    transport = httpx.ASGITransport(create_app(mission))
+    transport = httpx.ASGITransport(app_of(mission))
     async with httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1:8080") as client:
         body = {"action": Action.START}
         foreign = await client.post("/api/mission/actions", json=body, headers={"Origin": "http://evil.example"})

@@ -10,10 +10,10 @@ import pytest
 
 from aos_gcs.api.access.guess_throttle import FORGET_AFTER_S, FREE_GUESSES, GUESSES_PER_MINUTE, GuessThrottle
 from aos_gcs.api.access.operators import MAX_OPERATORS, Access, Role, WrongCodeError, read_code
-from aos_gcs.api.app import create_app
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.mission.model import Action
+from tests.fakes.app import app_of
 from tests.fakes.mission import ScriptedMission
 
 CODE = "larch-and-spruce"
@@ -43,7 +43,7 @@ async def mission() -> ScriptedMission:
 
 @pytest.fixture
 async def client(mission: ScriptedMission, time: HandTime) -> AsyncIterator[httpx.AsyncClient]:
-    transport = httpx.ASGITransport(create_app(mission, operator_code=CODE, now_s=time))
+    transport = httpx.ASGITransport(app_of(mission, operator_code=CODE, now_s=time))
     async with httpx.AsyncClient(transport=transport, base_url=BASE_URL) as client:
         yield client
 
@@ -162,7 +162,7 @@ async def test_a_made_up_cookie_is_refused(client: httpx.AsyncClient) -> None:
 
 
 async def test_a_service_without_code_lets_everybody_command(mission: ScriptedMission) -> None:
-    transport = httpx.ASGITransport(create_app(mission))
+    transport = httpx.ASGITransport(app_of(mission))
     async with httpx.AsyncClient(transport=transport, base_url=BASE_URL) as client:
         assert (await client.get("/api/session")).json()["role"] == "operator"
         assert (await sign_in(client)).json()["sign_in_required"] is False
@@ -183,7 +183,7 @@ async def test_every_route_that_changes_something_is_for_operators(
 
 
 def _changing_routes(mission: ScriptedMission) -> Iterator[tuple[str, str]]:
-    for path, item in create_app(mission).openapi()["paths"].items():
+    for path, item in app_of(mission).openapi()["paths"].items():
         for method in item:
             # Anybody signs in, and anybody may know what is wrong with a plan.
             if method != "get" and path not in {"/api/session", "/api/plan/check"}:

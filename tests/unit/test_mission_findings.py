@@ -24,6 +24,7 @@ from aos_gcs.mission.model import (
     TargetEstimate,
 )
 from aos_gcs.mission.search.findings import MAX_FINDINGS, SAME_PLACE_M, Findings
+from tests.fakes.app import app_of
 from tests.fakes.mission import ScriptedMission
 from tests.fakes.recording import HandClock
 
@@ -141,7 +142,7 @@ class SearchedMission(ScriptedMission):
 @pytest.fixture
 async def client() -> AsyncIterator[httpx.AsyncClient]:
     mission = SearchedMission()
-    app = create_app(mission, findings=mission)
+    app = app_of(mission)
     async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://localhost") as client:
         yield client
 

@@ -44,7 +44,7 @@ async def test_a_late_report_of_the_ground_is_waited_for() -> None:
     replace_last_vehicle(flight, delay_s=2.0)
     async with flying(flight) as run:
         assert await run is Outcome.FOUND
-    assert [vehicle.task for vehicle in flight.mission.snapshot().vehicles] == [Task.LANDED] * 4
+    assert [vehicle.task for vehicle in flight.view.snapshot().vehicles] == [Task.LANDED] * 4
     assert flight.recorder.outcome is not None
     assert flight.recorder.outcome.summary["landed"] == 4
 
@@ -54,6 +54,6 @@ async def test_a_report_that_never_comes_is_told_and_ends_nothing_but_the_wait()
     replace_last_vehicle(flight, delay_s=1e6)
     async with flying(flight) as run:
         assert await run is Outcome.FOUND
-    assert [vehicle.task for vehicle in flight.mission.snapshot().vehicles] == [*[Task.LANDED] * 3, Task.LANDING]
+    assert [vehicle.task for vehicle in flight.view.snapshot().vehicles] == [*[Task.LANDED] * 3, Task.LANDING]
     assert "has not reported that it landed" in flight.texts()
-    assert "3 of 4 vehicles landed" in flight.mission.snapshot().message
+    assert "3 of 4 vehicles landed" in flight.view.snapshot().message

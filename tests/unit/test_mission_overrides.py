@@ -10,7 +10,7 @@ import pytest
 
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import MissionError
-from aos_gcs.mission.context import MissionContext
+from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.journal import Journal
 from aos_gcs.mission.model import Action, CheckStatus, PreflightCheck
 from aos_gcs.mission.preflight import checks
@@ -27,22 +27,17 @@ LINK = checks.failed(3, checks.LINK, "heard 9.0 s ago", "check its radio")
 @dataclass
 class Bench:
     overrides: Overrides
-    context: MissionContext
     recorder: MemoryRecorder
 
     async def see(self, *found: PreflightCheck) -> tuple[PreflightCheck, ...]:
-        self.context.preflight = await self.overrides.apply(found)
-        return self.context.preflight
+        return await self.overrides.review(found)
 
 
 def bench(**standing: str) -> Bench:
     clock, recorder = LoopClock(), MemoryRecorder()
     settings = SimpleNamespace(preflight=PreflightSettings(overrides=standing))
-    context = cast(
-        "MissionContext",
-        SimpleNamespace(clock=clock, journal=Journal(clock), recorder=recorder, settings=settings, preflight=()),
-    )
-    return Bench(Overrides(context), context, recorder)
+    context = cast("FlightContext", SimpleNamespace(clock=clock, journal=Journal(clock), settings=settings))
+    return Bench(Overrides(context, recorder), recorder)
 
 
 async def test_an_override_is_shown_and_recorded_with_name_and_reason() -> None:
@@ -52,7 +47,7 @@ async def test_an_override_is_shown_and_recorded_with_name_and_reason() -> None:
     decided = await b.overrides.decide(3, checks.GEOFENCE, " indoor test ", "Ada")
     assert decided.overridden is not None
     assert (decided.overridden.reason, decided.overridden.by) == ("indoor test", "Ada")
-    assert b.context.preflight == (decided,)
+    assert b.overrides.checks == (decided,)
     (check,) = await b.see(FENCE)
     assert check == decided
     assert not check.blocks
@@ -113,7 +108,7 @@ async def test_what_cannot_be_overridden_is_refused_on_record(
         await b.overrides.decide(vehicle_id, name, reason, "Ada")
     (record,) = b.recorder.actions
     assert record.refusal is not None
-    assert all(check.overridden is None for check in b.context.preflight)
+    assert all(check.overridden is None for check in b.overrides.checks)
 
 
 async def test_the_configuration_overrides_failures_only_and_once_on_record() -> None:

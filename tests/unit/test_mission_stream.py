@@ -93,7 +93,7 @@ async def test_the_time_of_notices_counts_from_the_start() -> None:
 
 
 async def test_snapshots_are_thinned_on_the_disk_but_for_changes_of_the_phase() -> None:
-    snapshot = prepare().mission.snapshot()
+    snapshot = prepare().view.snapshot()
     clock = LoopClock()
     journal, recorder = Journal(clock), MemoryRecorder()
     async with journal.recorded(recorder):
@@ -110,7 +110,7 @@ async def test_snapshots_are_thinned_on_the_disk_but_for_changes_of_the_phase() 
 
 
 async def test_what_is_said_before_and_after_a_mission_is_recorded_with_the_last_state() -> None:
-    snapshot = prepare().mission.snapshot()
+    snapshot = prepare().view.snapshot()
     clock = LoopClock()
     journal, recorder = Journal(clock), MemoryRecorder()
     journal.notice(Severity.INFO, "heard")

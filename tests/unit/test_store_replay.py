@@ -20,8 +20,8 @@ import pytest
 from aos_gcs.api.app import create_app
 from aos_gcs.api.events.hub import EventHub
 from aos_gcs.clock import LoopClock
-from aos_gcs.errors import ConfigurationError, InputDataError, MissionError
-from aos_gcs.mission.model import Action, CheckStatus, Event, EventKind, JumpRecord, NoticeRecord, PictureKind
+from aos_gcs.errors import ConfigurationError, InputDataError
+from aos_gcs.mission.model import CheckStatus, Event, EventKind, JumpRecord, NoticeRecord, PictureKind
 from aos_gcs.ports import Severity
 from aos_gcs.store.database import MissionDatabase
 from aos_gcs.store.reader import MissionReader
@@ -114,13 +114,6 @@ async def test_who_goes_to_a_moment_that_the_api_names_sees_what_happened_then(
             for phase in line["phases"]:
                 await client.post("/api/replay", json={"time_s": phase["time_s"]})
                 assert replay.snapshot().phase == phase["phase"]
-
-
-async def test_nothing_can_be_commanded(replay: MissionReplay) -> None:
-    with pytest.raises(MissionError, match="record of a mission"):
-        await replay.act(Action.HOLD, None)
-    with pytest.raises(MissionError, match="record of a mission"):
-        await replay.override_check(1, "battery", "because")
 
 
 @pytest.mark.looptime
@@ -268,8 +261,14 @@ async def test_the_api_shows_and_moves_the_replay(replay: MissionReplay) -> None
         assert timeline["notices"][-1]["text"] == "second 30"
         assert [finding["finding_id"] for finding in timeline["findings"]] == [1]
 
-        refused = await client.post("/api/mission/actions", json={"action": "hold"})
-        assert (refused.status_code, refused.json()["id"]) == (409, "action_not_allowed")
+        for path, order in (
+            ("mission/actions", {"action": "hold"}),
+            ("preflight/override", {"vehicle_id": 1, "check": "battery", "reason": "because"}),
+            ("notices/acknowledge", {"notice_ids": [1]}),
+        ):
+            refused = await client.post(f"/api/{path}", json=order)
+            assert (refused.status_code, refused.json()["id"]) == (409, "action_not_allowed")
+            assert "only shown" in refused.json()["message"]
         for body in ({"time_s": "soon"}, {"speed": -1}, {"speed": 1e6}, {"rewind": True}):
             assert (await client.post("/api/replay", json=body)).status_code == 422
 

@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from aos_gcs.api.app import create_app
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.viewing import FrameKind, PictureFormat, ViewerBusyError, ViewKind
 from aos_gcs.runtime.viewer import MAX_WAITING, Viewer, open_viewer
 from aos_gcs.store.reader import MissionReader
+from tests.fakes.app import app_of
 from tests.fakes.mission import ScriptedMission
 from tests.fakes.recording import HandClock
 from tests.fakes.viewed_step import CAMERA, FLYING_HEIGHT_M, SPOT_HEIGHT_M, record_viewed_step
@@ -36,7 +36,7 @@ def viewer(folder: Path) -> Viewer:
 
 @pytest.fixture
 async def client(viewer: Viewer) -> AsyncIterator[httpx.AsyncClient]:
-    app = create_app(ScriptedMission(HandClock()), viewer=viewer)
+    app = app_of(ScriptedMission(HandClock()), viewer=viewer)
     async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://localhost") as client:
         yield client
 
@@ -169,6 +169,6 @@ async def test_bad_requests_name_what_is_wrong(client: httpx.AsyncClient, path: 
 
 
 async def test_a_mission_without_a_record_has_nothing_to_look_at() -> None:
-    app = create_app(ScriptedMission(HandClock()))
+    app = app_of(ScriptedMission(HandClock()))
     async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://localhost") as client:
         assert (await client.get("/api/viewer/1")).status_code == 404

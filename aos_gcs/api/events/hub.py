@@ -20,7 +20,7 @@ from aos_gcs.api.models.notices import NoticeModel
 from aos_gcs.api.models.service import CapabilitiesModel
 from aos_gcs.api.models.steps import PictureModel, StepModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
-from aos_gcs.mission.control import MissionControl, ReplayControl
+from aos_gcs.mission.control import MissionView, ReplayControl
 from aos_gcs.mission.model import (
     Event,
     JumpRecord,
@@ -58,7 +58,7 @@ class EventHub:
 
     def __init__(
         self,
-        mission: MissionControl,
+        mission: MissionView,
         replay: ReplayControl | None = None,
         capabilities: CapabilitiesModel = NO_CAPABILITIES,
         now_s: Callable[[], float] = loop_time_s,

@@ -7,14 +7,14 @@ from typing import Annotated, Any, Literal
 from fastapi import APIRouter, Path, Response
 
 from aos_gcs.api.convert import findings as convert
-from aos_gcs.api.dependencies import CurrentSession, Findings, Mission, Viewer
+from aos_gcs.api.dependencies import Commands, CurrentSession, Mission, Viewer
 from aos_gcs.api.errors import NotFoundError
 from aos_gcs.api.models.base import ErrorModel
 from aos_gcs.api.models.findings import FindingChangeRequest, FindingModel, FindingRequest
 from aos_gcs.errors import InputDataError, MissionError
 from aos_gcs.exports.finding_files import FORMATS, PlacedFinding
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
-from aos_gcs.mission.control import MissionControl
+from aos_gcs.mission.control import MissionView
 from aos_gcs.mission.model import Finding, FindingChange
 from aos_gcs.mission.viewing import ViewKind, ViewWindow
 
@@ -37,7 +37,7 @@ async def read_findings(mission: Mission) -> list[FindingModel]:
 
 @router.post("", status_code=201, responses=_REFUSED)
 async def add_finding(
-    body: FindingRequest, mission: Mission, findings: Findings, session: CurrentSession
+    body: FindingRequest, mission: Mission, commands: Commands, session: CurrentSession
 ) -> FindingModel:
     """Mark a place by hand."""
     origin = _origin(mission)
@@ -47,18 +47,18 @@ async def add_finding(
         raise InputDataError(
             f"latitude_deg, longitude_deg: the place is more than {MAX_DISTANCE_M / 1000:.0f} km from the mission."
         )
-    finding = findings.add_finding((east_m, north_m, 0.0), body.comment, operator=session.name)
+    finding = commands.add_finding((east_m, north_m, 0.0), body.comment, operator=session.name)
     return convert.finding(finding, origin)
 
 
 @router.patch("/{finding_id}", responses=_REFUSED | {404: {"model": ErrorModel}})
 async def change_finding(
-    finding_id: FindingId, body: FindingChangeRequest, mission: Mission, findings: Findings, session: CurrentSession
+    finding_id: FindingId, body: FindingChangeRequest, mission: Mission, commands: Commands, session: CurrentSession
 ) -> FindingModel:
     """Confirm, reject, comment or assign a finding."""
     _find(mission, finding_id)
     change = FindingChange(body.status, body.comment, body.assignee)
-    finding = findings.change_finding(finding_id, change, operator=session.name)
+    finding = commands.change_finding(finding_id, change, operator=session.name)
     return convert.finding(finding, mission.snapshot().origin)
 
 
@@ -92,14 +92,14 @@ async def export(suffix: Literal["geojson", "kml", "gpx"], mission: Mission) -> 
     return Response(write(placed), media_type=media_type, headers=headers)
 
 
-def _origin(mission: MissionControl) -> GeodeticPosition:
+def _origin(mission: MissionView) -> GeodeticPosition:
     origin = mission.snapshot().origin
     if origin is None:
         raise MissionError("The mission's origin is not known yet: wait until a vehicle has reported its home.")
     return origin
 
 
-def _find(mission: MissionControl, finding_id: int) -> Finding:
+def _find(mission: MissionView, finding_id: int) -> Finding:
     for finding in mission.snapshot().findings:
         if finding.finding_id == finding_id:
             return finding

@@ -9,7 +9,7 @@ from fastapi import APIRouter, Header, Response
 
 from aos_gcs.api.convert.mission import action_results
 from aos_gcs.api.convert.preflight import preflight_check
-from aos_gcs.api.dependencies import CurrentSession, Hub, Mission
+from aos_gcs.api.dependencies import Commands, CurrentSession, Hub, Mission
 from aos_gcs.api.errors import NotFoundError
 from aos_gcs.api.models.base import ErrorModel
 from aos_gcs.api.models.mission import ActionRequest, ActionResponse, MissionModel
@@ -64,21 +64,21 @@ async def read_picture(
 
 
 @router.post("/mission/actions", responses=_REFUSED)
-async def act(request: ActionRequest, mission: Mission, session: CurrentSession) -> ActionResponse:
+async def act(request: ActionRequest, commands: Commands, session: CurrentSession) -> ActionResponse:
     """Carry out an operator's action; answers when every vehicle has done it or refused."""
     vehicle_ids = tuple(dict.fromkeys(request.vehicle_ids)) if request.vehicle_ids is not None else None
-    results = await mission.act(request.action, vehicle_ids, request.focal_height_m, operator=session.name)
+    results = await commands.act(request.action, vehicle_ids, request.focal_height_m, operator=session.name)
     return action_results(request.action, results)
 
 
 @router.post("/preflight/override", responses=_REFUSED)
-async def override(request: OverrideRequest, mission: Mission, session: CurrentSession) -> PreflightCheckModel:
+async def override(request: OverrideRequest, commands: Commands, session: CurrentSession) -> PreflightCheckModel:
     """Override a failed check, so that it no longer blocks the launch, or withdraw the override; return the check."""
-    check = await mission.override_check(request.vehicle_id, request.check, request.reason, operator=session.name)
+    check = await commands.override_check(request.vehicle_id, request.check, request.reason, operator=session.name)
     return preflight_check(check)
 
 
 @router.post("/notices/acknowledge", status_code=204, responses=_REFUSED)
-async def acknowledge(request: AcknowledgeRequest, mission: Mission, session: CurrentSession) -> None:
+async def acknowledge(request: AcknowledgeRequest, commands: Commands, session: CurrentSession) -> None:
     """Acknowledge notices on behalf of all operators; ``MissionModel.acknowledgements`` lists them from then on."""
-    mission.acknowledge(request.notice_ids, operator=session.name)
+    commands.acknowledge(request.notice_ids, operator=session.name)

@@ -11,7 +11,7 @@ from fastapi import APIRouter, Depends, Path, Query, Request
 
 from aos_gcs.api.access.operators import cookie_name
 from aos_gcs.api.convert import plans as plan_convert
-from aos_gcs.api.dependencies import Checks, CurrentSession, Mission, Planning, Plans
+from aos_gcs.api.dependencies import Checks, Commands, CurrentSession, Mission, Plans
 from aos_gcs.api.errors import NotFoundError, TooLargeError
 from aos_gcs.api.models.base import ErrorModel
 from aos_gcs.api.models.plans import ImportedShapeModel, PlanModel, PlanReportModel, SavedPlanModel, StrategyModel
@@ -37,9 +37,9 @@ Replaces = Annotated[
 
 
 @router.get("/api/plan", responses={409: {"model": ErrorModel}})
-async def read_plan(mission: Mission, planning: Planning) -> PlanModel:
+async def read_plan(mission: Mission, commands: Commands) -> PlanModel:
     """Return the plan that the mission flies by."""
-    origin, plan = mission.snapshot().origin, plan_of(planning.settings)
+    origin, plan = mission.snapshot().origin, plan_of(commands.settings)
     if origin is None and plan.area_enu_m:
         raise MissionError("The plan cannot be shown in degrees before a vehicle has reported its home.")
     return plan_convert.plan_to_wire(plan, origin or plan_convert.NO_ORIGIN)
@@ -62,18 +62,18 @@ async def _turn(request: Request, session: CurrentSession, checks: Checks) -> As
     responses=_REFUSED | {429: {"model": ErrorModel}},
     dependencies=[Depends(_turn, scope="function")],
 )
-async def check(body: PlanModel, mission: Mission, planning: Planning) -> PlanReportModel:
+async def check(body: PlanModel, mission: Mission, commands: Commands) -> PlanReportModel:
     """Return the problems of a plan, an estimate, and proposals; also for observers."""
     snapshot = mission.snapshot()
     origin = plan_convert.plan_origin(body, snapshot.origin)
     plan = plan_convert.plan_from_wire(body, origin)
     homes_enu_m = plan_convert.homes(snapshot.vehicles, snapshot.origin)
     # A tenth of a second and more: too long for the loop that commands vehicles.
-    return await asyncio.to_thread(_report, plan, planning.settings, homes_enu_m, origin)
+    return await asyncio.to_thread(_report, plan, commands.settings, homes_enu_m, origin)
 
 
 @router.post("/api/plan/apply", responses=_REFUSED | {409: {"model": ErrorModel}})
-async def apply(body: PlanModel, mission: Mission, planning: Planning, session: CurrentSession) -> PlanModel:
+async def apply(body: PlanModel, mission: Mission, commands: Commands, session: CurrentSession) -> PlanModel:
     """Apply this plan, before the start only. Connecting and preflight start again."""
     origin = mission.snapshot().origin
     if origin is None:
@@ -81,8 +81,8 @@ async def apply(body: PlanModel, mission: Mission, planning: Planning, session: 
             "The mission's origin is not known yet: wait until a vehicle has reported its home, or give "
             "mission.origin_deg in the configuration."
         )
-    await planning.apply_plan(plan_convert.plan_from_wire(body, origin), operator=session.name)
-    return plan_convert.plan_to_wire(plan_of(planning.settings), origin)
+    await commands.apply_plan(plan_convert.plan_from_wire(body, origin), operator=session.name)
+    return plan_convert.plan_to_wire(plan_of(commands.settings), origin)
 
 
 @router.post(

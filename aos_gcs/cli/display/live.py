@@ -11,7 +11,7 @@ from contextlib import asynccontextmanager
 from rich.console import Console
 
 from aos_gcs.cli.display.preflight_table import preflight_table
-from aos_gcs.mission.control import MissionControl
+from aos_gcs.mission.control import MissionView
 from aos_gcs.mission.model import EventKind, MissionSnapshot, Phase, StepRecord
 
 _log = logging.getLogger(__name__)
@@ -21,7 +21,7 @@ _MATRIX_PAUSE_S = 20.0
 
 
 @asynccontextmanager
-async def followed(mission: MissionControl) -> AsyncIterator[None]:
+async def followed(mission: MissionView) -> AsyncIterator[None]:
     """Show the progress of a mission for as long as the context is entered."""
     async with asyncio.TaskGroup() as group:
         display = group.create_task(_show(mission))
@@ -29,7 +29,7 @@ async def followed(mission: MissionControl) -> AsyncIterator[None]:
         display.cancel()
 
 
-async def _show(mission: MissionControl) -> None:
+async def _show(mission: MissionView) -> None:
     """Follow a mission until cancelled: a status line on a terminal, and one line per step."""
     console = Console(stderr=True)
     matrix = Matrix()

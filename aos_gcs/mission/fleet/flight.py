@@ -18,7 +18,7 @@ from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict, as_enu_p
 from aos_gcs.errors import CommandError, CommandRefusedError
 from aos_gcs.mission.fleet.roster import Member, Roster
 from aos_gcs.mission.journal import Journal
-from aos_gcs.mission.model import Task
+from aos_gcs.mission.model import Refusal, Task
 from aos_gcs.planning.settings import Deadlines, FlightSettings
 from aos_gcs.ports import Clock, Command, FlightMode, Goto, Hold, Land, ReturnToLaunch, Severity, Takeoff
 
@@ -52,8 +52,8 @@ class FlightControl:
         self._limits = limits
         self._detours = Detours(limits.boundaries(), limits.margin_m, self._settings.arrival_radius_m)
 
-    async def command(self, member: Member, command: Command, timeout_s: float | None = None) -> str | None:
-        """Have one vehicle do something; return None when it is confirmed, else the reason, which is also reported."""
+    async def command(self, member: Member, command: Command, timeout_s: float | None = None) -> Refusal | None:
+        """Have one vehicle do something; return None when it is confirmed, else the refusal, which is also reported."""
         now_s = self._clock.now_s()
         deadline_s = now_s + (timeout_s if timeout_s is not None else self._deadlines.command_s)
         member.last_command = command
@@ -65,7 +65,7 @@ class FlightControl:
             if isinstance(error, CommandRefusedError) and member.last_command is command:
                 member.last_command = None
             self._journal.notice(Severity.WARNING, f"{_name(command)}: {error}", member.vehicle_id)
-            return str(error)
+            return Refusal(str(error))
         return None
 
     async def command_each(
@@ -74,8 +74,8 @@ class FlightControl:
         command_for: Callable[[Member], Command],
         timeout_s: float | None = None,
         on_handed_over: Callable[[], None] | None = None,
-    ) -> dict[int, str | None]:
-        """Command several vehicles at the same time and return the reason of each that did not, by id.
+    ) -> dict[int, Refusal | None]:
+        """Command several vehicles at the same time and return what became of it by id: None where it is confirmed.
 
         ``on_handed_over`` is called when every command has been given to the link, before any is confirmed.
         """
@@ -198,7 +198,7 @@ class FlightControl:
         records: Sequence[WaypointRecord],
         on_handed_over: Callable[[], None] | None = None,
         tasks: frozenset[Task] = _SWARM,
-    ) -> dict[int, str | None]:
+    ) -> dict[int, Refusal | None]:
         """Send vetted waypoints; what safety has held is not sent. Returns as ``command_each`` does.
 
         Nor is anything sent to a vehicle that has left ``tasks`` since it was vetted, or was taken over.
@@ -256,10 +256,10 @@ class FlightControl:
         while (members := pending()) and (left_s := deadline_s - self._clock.now_s()) > 0.0:
             planned = {member.vehicle_id: places_enu_m[member.vehicle_id] for member in members}
             results = await self.send(self.vet(planned, tasks, homing=homing), tasks=tasks)
-            refused = [vehicle_id for vehicle_id, reason in results.items() if reason is not None]
-            # Who refuses is asked again soon, whoever else is still under way.
-            patience_s = _RETRY_S if refused else self._deadlines.move_s
-            await self.wait_until(pending, self.has_arrived, min(left_s, patience_s))
+            refused = [vehicle_id for vehicle_id, refusal in results.items() if refusal is not None]
+            # A vehicle that refuses is asked again soon, even if others are still on their way.
+            wait_s = _RETRY_S if refused else self._deadlines.move_s
+            await self.wait_until(pending, self.has_arrived, min(left_s, wait_s))
             await self._clock.sleep(_POLL_S)
         return pending()
 

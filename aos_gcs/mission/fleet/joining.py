@@ -1,4 +1,4 @@
-"""A vehicle on the ground joins the swarm in mid-mission: checked, given a free layer, brought up and there."""
+"""A vehicle on the ground joins the swarm in mid-mission: it is checked, given a free layer, and flown there."""
 
 from __future__ import annotations
 
@@ -8,76 +8,76 @@ from collections.abc import Awaitable, Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from aos_gcs.mission.context import MissionContext
+from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.fleet.roster import FLYING, Member
-from aos_gcs.mission.fleet.vehicle_tasks import Errands
-from aos_gcs.mission.model import PreflightCheck, Task
+from aos_gcs.mission.fleet.vehicle_tasks import VehicleTasks
+from aos_gcs.mission.model import PreflightCheck, Refusal, Task
 from aos_gcs.mission.preflight.inspection import Inspector
 from aos_gcs.ports import Arm, Disarm, Severity, Takeoff
 
 Check = Callable[[Member], Awaitable[Sequence[PreflightCheck]]]
-"""Returns the checks of preflight of one vehicle, as they are now."""
+"""Function that returns the preflight checks of one vehicle, as they are now."""
 
 
 class Joining:
-    """Brings replacements to the swarm. The way up is a column of its own, the way there a layer of its own."""
+    """Flies replacements to the swarm: up in a column of their own, then in an altitude layer of their own."""
 
-    def __init__(self, context: MissionContext, errands: Errands, inspector: Inspector, check: Check) -> None:
+    def __init__(self, context: FlightContext, vehicle_tasks: VehicleTasks, inspector: Inspector, check: Check) -> None:
         self._context = context
-        self._errands = errands
+        self._vehicle_tasks = vehicle_tasks
         self._inspector = inspector
         self._check = check
         self._one_at_a_time = asyncio.Lock()
         self._calls_off = 0
 
     def candidates(self) -> list[Member]:
-        """Return who stands on the ground and could be asked to join."""
+        """Return the vehicles on the ground that could join."""
         members = self._context.roster.members(Task.IDLE, Task.LANDED)
         return [member for member in members if not member.airborne]
 
     def call_off(self) -> None:
-        """Let nobody start who is still being checked, such as after a hold of all."""
+        """Let no vehicle start that is still being checked, such as after a hold of all."""
         self._calls_off += 1
 
-    async def join(self, member: Member) -> str | None:
-        """Have a vehicle take off and fly to the swarm; return why it does not, if so. It goes on in the background."""
+    async def join(self, member: Member) -> Refusal | None:
+        """Have a vehicle take off and fly to the swarm; that goes on in the background."""
         async with self._one_at_a_time:
             # Two that are checked at the same time would be given the same layer.
             return await self._join(member)
 
-    async def _join(self, member: Member) -> str | None:
+    async def _join(self, member: Member) -> Refusal | None:
         if member.task not in {Task.IDLE, Task.LANDED} or member.airborne:
-            return f"is part of the mission already ({member.task})"
-        reason = self._find_place(member)
-        if reason is not None:
-            return reason
+            return Refusal(f"is part of the mission already ({member.task})")
+        refusal = self._find_place(member)
+        if refusal is not None:
+            return refusal
         calls_off = self._calls_off
         await self._inspector.settle(member)
         blocking = [check for check in await self._check(member) if check.blocks]
         if self._calls_off != calls_off:
-            return "was called off before it started"
+            return Refusal("was called off before it started")
         if blocking:
-            return blocking[0].describe()
+            return Refusal(blocking[0].describe())
         if (other_id := self._above(member)) is not None:
-            return f"vehicle {other_id} is above its launch point, or will be: try again when it has passed"
+            return Refusal(f"vehicle {other_id} is or may come above its launch point: try again when it has passed")
         self._context.roster.assign(member, Task.JOINING)
-        text = f"joins: it climbs to its layer at {member.layer_height_m:.0f} m and flies to the swarm"
+        text = f"joins the swarm: it climbs to its layer at {member.layer_height_m:.0f} m and flies there"
         self._context.journal.notice(Severity.INFO, text, member.vehicle_id)
-        self._errands.start(member.vehicle_id, self._bring(member))
+        self._vehicle_tasks.start(member.vehicle_id, self._bring(member))
         return None
 
-    def _find_place(self, member: Member) -> str | None:
-        """Give the vehicle its launch point and the lowest free layer; return why there is none, if so."""
+    def _find_place(self, member: Member) -> Refusal | None:
+        """Give the vehicle its launch point and the lowest free layer."""
         context, limits, home = self._context, self._context.flight.limits, member.state.home
         if limits is None or home is None:
-            return "its home position is not known yet"
+            return Refusal("its home position is not known yet")
         home_enu_m = context.roster.local_frame().to_enu(home)
         for boundary in limits.boundaries():
             if boundary.depth_m(home_enu_m[:2]) <= 0.0:
-                return f"its launch point lies on the wrong side of {boundary.name}"
+                return Refusal(f"its launch point lies on the wrong side of {boundary.name}")
         layer_height_m = self._free_layer_m(member, limits.ceiling_m)
         if layer_height_m is None:
-            return f"no altitude layer is free below the ceiling at {limits.ceiling_m:.0f} m"
+            return Refusal(f"no altitude layer is free below the ceiling at {limits.ceiling_m:.0f} m")
         for other in context.roster.members(Task.LANDED):
             if other.layer_height_m == layer_height_m:
                 other.layer_height_m = None
@@ -85,7 +85,7 @@ class Joining:
         return None
 
     def _free_layer_m(self, member: Member, ceiling_m: float) -> float | None:
-        """Return the lowest layer that no vehicle in the air has, such as that of one that left."""
+        """Return the lowest layer that no vehicle in the air has, such as that of one that left the swarm."""
         flight = self._context.settings.flight
         taken_m = [
             other.layer_height_m
@@ -100,14 +100,14 @@ class Joining:
         return None
 
     def _above(self, member: Member) -> int | None:
-        """Return who is, or may come, too near to the column above the launch point."""
+        """Return the id of a vehicle that is, or may come, too near to the column above the launch point."""
         if member.home_enu_m is None or member.layer_height_m is None:
             raise RuntimeError(f"vehicle {member.vehicle_id} has no altitude layer")
         top_enu_m = np.array([*member.home_enu_m[:2], member.layer_height_m])
         return self._context.flight.in_the_way(member, member.home_enu_m, top_enu_m)
 
     async def _bring(self, member: Member) -> None:
-        """Start, climb, fly to the swarm and become part of it; who does not get there is left where it is."""
+        """Start, climb, fly to the swarm and become part of it; a vehicle that does not get there holds where it is."""
         context = self._context
         if await context.flight.command(member, Arm()) is not None:
             context.roster.assign(member, Task.IDLE)
@@ -128,7 +128,7 @@ class Joining:
         severity, text = (
             (Severity.INFO, "has joined the swarm")
             if has_come
-            else (Severity.WARNING, "did not reach the swarm in time; resume it to have it follow, or return it")
+            else (Severity.WARNING, "did not reach the swarm in time. Resume it to have it follow, or return it")
         )
         context.journal.notice(severity, text, member.vehicle_id)
 

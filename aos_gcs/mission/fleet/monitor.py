@@ -1,4 +1,4 @@
-"""Watches over all vehicles while the procedures fly them: links, take-overs, batteries, distances, landings."""
+"""Monitors all vehicles while the procedures fly them: links, take-overs, batteries, distances, landings."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Callable
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.fleet.energy import time_home_s
 from aos_gcs.mission.fleet.proximity import ProximityWatch
-from aos_gcs.mission.fleet.return_and_land import Homing
+from aos_gcs.mission.fleet.return_and_land import ReturnAndLand
 from aos_gcs.mission.fleet.roster import FLYING, Member
 from aos_gcs.mission.model import Task
 from aos_gcs.ports import Goto, Hold, LandedState, Severity
@@ -17,28 +17,33 @@ _PERIOD_S = 0.1
 _SNAPSHOT_PERIOD_S = 0.2
 """Real seconds between snapshots on the event stream, however fast the clock."""
 _REPEAT_S = 5.0
-"""Between two attempts to send a vehicle home that does not go."""
+"""Time between two attempts to send a vehicle home that does not return."""
 
 
 class Monitor:
-    """Runs beside the procedures for the whole mission."""
+    """Runs beside the procedures for the whole mission.
+
+    Args:
+        returning: returns the procedure that sends vehicles home by the present plan.
+        publish: called a few times per second.
+        on_all_lost: called when no vehicle has been heard for too long.
+    """
 
     def __init__(
-        self,
-        context: FlightContext,
-        homing: Homing,
-        publish: Callable[[], None],
-        on_all_lost: Callable[[], None],
+        self, returning: Callable[[], ReturnAndLand], publish: Callable[[], None], on_all_lost: Callable[[], None]
     ) -> None:
-        """Watch the vehicles of ``context``; ``publish`` is called a few times per second."""
-        self._context = context
-        self._homing = homing
+        self._returning = returning
         self._publish = publish
         self._on_all_lost = on_all_lost
+        context = self._context
         self._proximity = ProximityWatch(context.roster, context.clock, context.journal)
         self._all_lost_since_s: float | None = None
         self._send_home_at_s: dict[int, float] = {}
-        """When a vehicle that must leave may be told so again, by id."""
+        """Time from which a vehicle that has to leave may be commanded to again, by id."""
+
+    @property
+    def _context(self) -> FlightContext:
+        return self._returning().context
 
     @property
     def min_separation_m(self) -> float | None:
@@ -57,7 +62,7 @@ class Monitor:
                     self._watch_landing(member)
                     self._measure_battery(member)
                     if (reason := self._must_leave(member)) is not None:
-                        group.create_task(self._homing.send_home(member, reason))
+                        group.create_task(self._returning().send_home(member, reason))
                     self._watch_take_over(member)
                 self._watch_all_lost()
                 for member in self._proximity.look(self._context.flight.limits):
@@ -68,13 +73,13 @@ class Monitor:
                 await self._context.clock.sleep(_PERIOD_S)
 
     def _take_in_newcomers(self) -> None:
-        """Once the mission flies, vehicles that are heard for the first time may join; preflight needs their home."""
+        """Take in vehicles that are first heard during the mission: they can join, and preflight needs their home."""
         context = self._context
         found, is_started = context.roster.refresh(), context.journal.elapsed_s() > 0.0
         if not is_started:
             return
         for member in found:
-            context.journal.notice(Severity.INFO, "is heard in mid-mission; it may join", member.vehicle_id)
+            context.journal.notice(Severity.INFO, "first heard during the mission: it can join", member.vehicle_id)
         for member in context.roster.members(Task.IDLE):
             if member.home_enu_m is None and member.state.home is not None:
                 member.home_enu_m = context.roster.local_frame().to_enu(member.state.home)
@@ -86,11 +91,13 @@ class Monitor:
         if silent and member.task in FLYING:
             context.roster.assign(member, Task.LOST)
             context.journal.notice(
-                Severity.CRITICAL, f"link lost for {age_s:.0f} s; its own failsafe flies it now", member.vehicle_id
+                Severity.CRITICAL,
+                f"link lost for {age_s:.0f} s: its own failsafe flies it now. Check its link",
+                member.vehicle_id,
             )
         elif not silent and member.task is Task.LOST:
             context.roster.assign(member, member.task_when_heard_again)
-            context.journal.notice(Severity.WARNING, "heard again", member.vehicle_id)
+            context.journal.notice(Severity.WARNING, "link restored", member.vehicle_id)
 
     def _watch_landing(self, member: Member) -> None:
         state = member.state
@@ -100,9 +107,8 @@ class Monitor:
             self._context.journal.notice(Severity.INFO, "landed", member.vehicle_id)
         elif member.task is Task.SWARM and down and isinstance(member.last_command, Goto):
             self._context.roster.assign(member, Task.LANDED)
-            self._context.journal.notice(
-                Severity.CRITICAL, "left the swarm: it is on the ground and its motors have stopped", member.vehicle_id
-            )
+            text = "left the swarm: it is on the ground and its motors have stopped. Check it on site"
+            self._context.journal.notice(Severity.CRITICAL, text, member.vehicle_id)
 
     def _measure_battery(self, member: Member) -> None:
         if not member.airborne:
@@ -111,8 +117,8 @@ class Monitor:
             member.battery.take(self._context.clock.now_s(), member.state.battery_fraction)
 
     def _must_leave(self, member: Member) -> str | None:
-        """Return why a vehicle has to be sent home now, if it has to."""
-        if not member.airborne or not member.follows_us or self._homing.is_led(member):
+        """Return the reason why a vehicle has to return now; None if it has none."""
+        if not member.airborne or not member.follows_us or self._returning().is_busy(member):
             return None
         reason = self._why_home(member)
         now_s = self._context.clock.now_s()
@@ -123,41 +129,38 @@ class Monitor:
 
     def _why_home(self, member: Member) -> str | None:
         if member.task is Task.RETURNING:
-            stopped = self._homing.leads_all or isinstance(member.last_command, Hold)
-            return None if stopped else "it is still on its way"
+            stopped = self._returning().leads_all or isinstance(member.last_command, Hold)
+            return None if stopped else "it has not arrived yet"
         limits, battery = self._context.flight.limits, member.state.battery_fraction
         if limits is None or battery is None or member.task not in {Task.SWARM, Task.HELD}:
             return None
-        way_home = self._battery_home(member)
-        if battery >= limits.min_battery_fraction + way_home:
+        battery_home = self._battery_home(member)
+        if battery >= limits.min_battery_fraction + battery_home:
             return None
         if battery < limits.min_battery_fraction:
             return f"battery at {battery:.0%}"
-        return (
-            f"battery at {battery:.0%}: {way_home:.0%} are needed to come home with {limits.min_battery_fraction:.0%}"
-        )
+        reserve = limits.min_battery_fraction
+        return f"battery at {battery:.0%}: the return takes {battery_home:.0%}, and {reserve:.0%} must be left"
 
     def _battery_home(self, member: Member) -> float:
-        """Return the battery fraction that the way home takes at the measured rate; 0 while it is not known."""
+        """Return the battery fraction that the return takes at the measured rate; 0 while that is not known."""
         position_enu_m, per_s = self._context.roster.position_enu_m(member), member.battery.per_s
         if per_s is None or position_enu_m is None or member.home_enu_m is None:
             return 0.0
         return per_s * time_home_s(position_enu_m, member.home_enu_m, self._context.settings.flight.cruise_speed_mps)
 
     async def _hold(self, member: Member) -> None:
-        """Stop one of two that are too close, whatever it was doing; the operator resumes it."""
-        self._homing.let_go(member)
+        """Stop one of two vehicles that are too close, whatever it was doing; the operator resumes it."""
+        self._returning().stop(member)
         self._context.roster.assign(member, Task.HELD)
         await self._context.flight.command(member, Hold())
 
     def _watch_take_over(self, member: Member) -> None:
         if member.task is Task.SWARM and member.airborne and not member.follows_us:
             self._context.roster.assign(member, Task.HELD)
-            self._context.journal.notice(
-                Severity.WARNING,
-                f"left the swarm: its mode is {member.state.mode_name or member.state.mode}",
-                member.vehicle_id,
-            )
+            mode = member.state.mode_name or member.state.mode
+            text = f"left the swarm: its mode changed to {mode}, not by this station. Resume it to have it follow again"
+            self._context.journal.notice(Severity.WARNING, text, member.vehicle_id)
 
     def _watch_all_lost(self) -> None:
         context = self._context

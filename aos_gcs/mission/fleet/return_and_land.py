@@ -1,4 +1,4 @@
-"""Bringing everybody down: the phases RETURN and LAND, and single vehicles that leave the swarm."""
+"""Return and landing: the phases RETURN and LAND, and single vehicles that leave the swarm."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from aos_gcs.airspace.spacing import landing_spots, spread_apart
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.fleet.roster import Member
-from aos_gcs.mission.fleet.vehicle_tasks import Errands
-from aos_gcs.mission.model import Outcome, Phase, Task
+from aos_gcs.mission.fleet.vehicle_tasks import VehicleTasks
+from aos_gcs.mission.model import Phase, Refusal, Task
 from aos_gcs.ports import Arm, Command, Disarm, FlightMode, Land, ReturnToLaunch, Severity
 
 _COMING_DOWN = frozenset({FlightMode.RETURN, FlightMode.LAND})
@@ -21,55 +21,61 @@ _SPOTS_APART = 2.0
 """Distance of two landing spots about a return point, in separations: both may err by half of one."""
 
 
-class Homing:
-    """The way down. Every handler can be entered again after an interruption."""
+class ReturnAndLand:
+    """The phases RETURN and LAND. Every handler can be entered again after an interruption."""
 
-    def __init__(self, context: FlightContext, errands: Errands) -> None:
+    def __init__(self, context: FlightContext, vehicle_tasks: VehicleTasks) -> None:
         self._context = context
-        self._errands = errands
+        self._vehicle_tasks = vehicle_tasks
         self.leads_all = False
-        """Whether the whole mission is on its way down, so that nobody is led alone."""
+        """Whether the whole swarm returns or lands, so that no vehicle does so on its own."""
+
+    @property
+    def context(self) -> FlightContext:
+        """Context of the flight."""
+        return self._context
 
     async def return_home(self) -> Phase:
-        """Fly all to where they land, each in its own altitude layer, before anyone descends.
+        """Fly all vehicles to where they land, each in its own altitude layer, before any of them descends.
 
-        In the layers nobody's way crosses another's; the autopilots' own return would let early ones descend through
-        the layers of those still on the way. Who is below its layer climbs straight up first. Who cannot be led home
-        like that is handed to its autopilot; who is coming down already or is flown by a pilot is left alone.
+        Paths in different layers do not cross; the autopilots' own return would let early vehicles descend through the
+        layers of those still on their way. A vehicle below its layer climbs straight up first. One that cannot be flown
+        home like that is handed to its autopilot; one that is descending already or is flown by a pilot is left alone.
         """
         context = self._context
         self._lead_all()
-        context.message = "Returning: flying home in the altitude layers."
+        context.journal.set_message("Returning: flying home in the altitude layers.")
         led = [member for member in self._still_flying() if self._can_be_led(member)]
         for member in led:
             context.roster.assign(member, Task.RETURNING)
         await self._fly(led, self._climb)
         await self._fly(led, self._above_home)
-        await self._fetch_the_held()
+        await self._return_held()
         astray = [member for member in self._still_flying() if member.airborne and self._is_astray(member)]
         for member in astray:
-            context.journal.notice(Severity.WARNING, "handed to its autopilot's own return", member.vehicle_id)
+            text = "returns by its autopilot, at the autopilot's own height"
+            context.journal.notice(Severity.WARNING, text, member.vehicle_id)
         await context.flight.command_each(astray, lambda _: ReturnToLaunch())
         return Phase.LAND
 
     async def land(self) -> Phase:
-        """Land all where they are, once nobody hovers above another, and wait until their motors stand still."""
+        """Land all vehicles where they are, none above another, and wait until their motors have stopped."""
         context = self._context
         self._lead_all()
-        context.message = "Landing."
+        context.journal.set_message("Landing.")
         await self._clear_columns()
         for member in self._still_flying():
             if member.follows_us:
                 context.roster.assign(member, Task.LANDING)
-        self._name_pilots()
+        self._report_pilots()
         await self._bring_down()
         if await self._lost_ones_come_back():
             await self._bring_down()
-        self._account()
+        self._report_landings()
         return Phase.DONE
 
     async def _bring_down(self) -> None:
-        """Command everybody down, again where that was not done, until all have landed or the deadline has passed."""
+        """Command all vehicles to land, repeatedly, until all have landed or the deadline has passed."""
         context = self._context
         for _ in range(_LAND_ATTEMPTS):
             hovering = [member for member in self._still_flying() if self._waits_for_us(member)]
@@ -82,37 +88,37 @@ class Homing:
         """Return whether a lost vehicle is heard again soon. When all are lost, the monitor ends the mission first."""
         roster = self._context.roster
         lost = roster.members(Task.LOST)
-        patience_s = 2 * self._context.settings.deadlines.all_lost_s
-        left = await self._context.flight.wait_until(lambda: roster.members(Task.LOST), lambda _: False, patience_s)
+        timeout_s = 2 * self._context.settings.deadlines.all_lost_s
+        left = await self._context.flight.wait_until(lambda: roster.members(Task.LOST), lambda _: False, timeout_s)
         return len(left) < len(lost)
 
-    async def send_home(self, member: Member, reason: str) -> str | None:
-        """Have one vehicle leave the swarm; return why it does not, if so.
+    async def send_home(self, member: Member, reason: str) -> Refusal | None:
+        """Have one vehicle leave the swarm and return on its own.
 
-        It is led home in its own layer, where nobody else flies, and lands once the column below it is free. Who cannot
-        be led is handed to its autopilot's own return.
+        It flies home in its own layer, where no other vehicle flies, and lands once the column below it is free. A
+        vehicle that cannot be flown home like that is handed to its autopilot's own return.
         """
-        self._context.journal.notice(Severity.WARNING, f"returns alone: {reason}", member.vehicle_id)
+        self._context.journal.notice(Severity.WARNING, f"returns on its own: {reason}", member.vehicle_id)
         if self._can_be_led(member):
             self._context.roster.assign(member, Task.RETURNING)
-            self._errands.start(member.vehicle_id, self._lead_home(member))
+            self._vehicle_tasks.start(member.vehicle_id, self._lead_home(member))
             return None
         return await self._hand_over(member)
 
-    def let_go(self, member: Member) -> None:
-        """Lead a vehicle no further; what it was told last remains."""
-        self._errands.stop(member.vehicle_id)
+    def stop(self, member: Member) -> None:
+        """Fly a vehicle no further on its own; its last command stays in force."""
+        self._vehicle_tasks.stop(member.vehicle_id)
 
-    def is_led(self, member: Member) -> bool:
-        """Whether a vehicle is on an errand of its own, such as the way home."""
-        return self._errands.is_out(member.vehicle_id)
+    def is_busy(self, member: Member) -> bool:
+        """Return whether a vehicle has a procedure of its own, such as its return."""
+        return self._vehicle_tasks.is_running(member.vehicle_id)
 
     def _lead_all(self) -> None:
         self.leads_all = True
-        self._errands.stop_all()
+        self._vehicle_tasks.stop_all()
 
     async def _lead_home(self, member: Member) -> None:
-        """Fly one vehicle home and land it, unless it is told something else or is taken over on the way."""
+        """Fly one vehicle home and land it, unless it gets another task or is taken over on its way."""
         context = self._context
         await self._fly([member], self._climb)
         await self._fly([member], self._above_home)
@@ -122,13 +128,14 @@ class Homing:
             await self._hand_over(member)
             return
         while (other_id := context.flight.in_the_way_down(member)) is not None:
-            member.refusal = f"held: vehicle {other_id} may come below it"
+            member.refusal = f"held: vehicle {other_id} is or may come below it"
             await context.clock.sleep(_POLL_S)
         if member.task is Task.RETURNING and member.follows_us:
             context.roster.assign(member, Task.LANDING)
             await context.flight.command(member, Land())
 
-    async def _hand_over(self, member: Member) -> str | None:
+    async def _hand_over(self, member: Member) -> Refusal | None:
+        """Hand a vehicle to its autopilot's own return."""
         roster = self._context.roster
         roster.assign(member, Task.RETURNING)
         command = ReturnToLaunch()
@@ -137,8 +144,8 @@ class Homing:
             roster.assign(member, Task.HELD)
         return refusal
 
-    async def _fetch_the_held(self) -> None:
-        """Lead home who was held on the way, such as for the sake of the separation, once the others are there."""
+    async def _return_held(self) -> None:
+        """Fly vehicles home that were held on their way, such as for the separation, once the others are there."""
         held = [m for m in self._context.roster.members(Task.HELD) if self._can_be_led(m)]
         for member in held:
             self._context.roster.assign(member, Task.RETURNING)
@@ -150,18 +157,18 @@ class Homing:
             member
             for member in self._context.roster.members()
             if member.task not in {Task.LOST, Task.LANDED}
-            # Who was told to arm may be about to.
+            # A vehicle that was commanded to arm may be about to.
             and (member.state.armed or isinstance(member.last_command, Arm))
         ]
 
     def _not_landed(self) -> list[Member]:
-        """Return who still flies, or has stopped its motors but has not said yet that it stands on the ground."""
+        """Return the vehicles that fly, or have stopped their motors without reporting yet that they landed."""
         coming_down = self._context.roster.members(Task.HELD, Task.RETURNING, Task.LANDING)
         return list({member.vehicle_id: member for member in (*self._still_flying(), *coming_down)}.values())
 
     @staticmethod
     def _waits_for_us(member: Member) -> bool:
-        """Whether a vehicle that has come down, or would not come down by itself, is ours to command."""
+        """Return whether a vehicle needs a command: it has landed with running motors, or does not land on its own."""
         return member.follows_us or (member.state.mode in _COMING_DOWN and not member.airborne)
 
     @staticmethod
@@ -170,7 +177,7 @@ class Homing:
         return member.airborne and member.follows_us and has_place
 
     def _is_astray(self, member: Member) -> bool:
-        """Whether a vehicle follows us and hovers anywhere but above its launch point, such as one heard again."""
+        """Return whether a vehicle follows our commands but hovers elsewhere than above its landing place."""
         place_enu_m = self._above_home(member)
         return member.follows_us and (place_enu_m is None or not self._context.flight.is_at(member, place_enu_m))
 
@@ -183,14 +190,14 @@ class Homing:
         return None if roster.is_in_layer(member) else roster.own_column_enu_m(member)
 
     def _above_home(self, member: Member) -> NDArray[np.float64] | None:
-        """Return the place in its layer above where a vehicle is to land; None if that is not known."""
+        """Return the position in a vehicle's layer above its landing place; None if that is not known."""
         place_enu_m = self._landing_place(member)
         if place_enu_m is None or member.layer_height_m is None:
             return None
         return np.array([*place_enu_m[:2], member.layer_height_m])
 
     def _landing_place(self, member: Member) -> NDArray[np.float64] | None:
-        """Return a vehicle's launch point, or else its own spot about the mission's return point."""
+        """Return a vehicle's launch point, or its own spot about the return point where the plan has one."""
         context, home_enu_m = self._context, member.home_enu_m
         centre_enu_m, limits = context.settings.return_enu_m, context.flight.limits
         if centre_enu_m is None or home_enu_m is None or limits is None:
@@ -204,21 +211,22 @@ class Homing:
             member.landing_enu_m = np.array([*free_m, home_enu_m[2]])
         return member.landing_enu_m
 
-    def _name_pilots(self) -> None:
+    def _report_pilots(self) -> None:
         for member in self._still_flying():
             if not member.follows_us and member.state.mode not in _COMING_DOWN:
                 mode = member.state.mode_name or member.state.mode
                 self._context.journal.notice(
                     Severity.WARNING,
-                    f"is flown by its pilot (mode {mode}) and has to be landed by them",
+                    f"flown by its pilot (mode {mode}): the pilot has to land it",
                     member.vehicle_id,
                 )
 
     @staticmethod
     def _down(member: Member) -> Command:
-        """On the ground with running motors, such as after an abort while arming, landing means disarming.
+        """Return the command that brings a vehicle down.
 
-        Who was lost when the others were led to where they land is somewhere else, and is sent home.
+        On the ground with running motors, such as after an abort while arming, that is to disarm. A vehicle that was
+        lost while the others flew to where they land is somewhere else, and returns.
         """
         if not member.airborne:
             return Disarm()
@@ -236,20 +244,20 @@ class Homing:
         apart_enu_m = spread_apart(positions_enu_m, limits.separation_m)
         if np.array_equal(apart_enu_m, positions_enu_m):
             return
-        context.message = "Landing: moving apart first."
+        context.journal.set_message("Landing: moving apart first.")
         for member, _ in located:
             context.roster.assign(member, Task.LANDING)
         requests = {member.vehicle_id: target for (member, _), target in zip(located, apart_enu_m, strict=True)}
         await context.flight.transfer(requests, frozenset({Task.LANDING}), homing=True)
 
-    def _account(self) -> None:
+    def _report_landings(self) -> None:
         context = self._context
         for member in self._not_landed():
-            context.journal.notice(Severity.CRITICAL, "has not reported that it landed", member.vehicle_id)
+            text = "has not reported that it landed: check it on site"
+            context.journal.notice(Severity.CRITICAL, text, member.vehicle_id)
         lost = context.roster.members(Task.LOST)
         for member in lost:
-            context.journal.notice(Severity.CRITICAL, "is lost; its own failsafe brings it down", member.vehicle_id)
-        if context.outcome is Outcome.OPEN:
-            context.outcome = Outcome.NOT_FOUND
+            text = "link lost: its own failsafe lands it. Check it on site"
+            context.journal.notice(Severity.CRITICAL, text, member.vehicle_id)
         landed = len(context.roster.members(Task.LANDED))
-        context.message = f"Mission over: {landed} of {len(context.roster.members())} vehicles landed."
+        context.journal.set_message(f"Mission over: {landed} of {len(context.roster.members())} vehicles landed.")

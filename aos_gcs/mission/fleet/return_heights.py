@@ -9,6 +9,7 @@ from aos_gcs.errors import CommandError
 from aos_gcs.mission.context import MissionContext
 from aos_gcs.mission.fleet.roster import Member
 from aos_gcs.mission.model import SettingsRecord
+from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.ports import Severity, VehicleFacts
 
 PURPOSE = "return height"
@@ -21,16 +22,22 @@ class ReturnHeights:
     """Gives vehicles the return heights of their layers before they start, and their own ones back in the end.
 
     Nothing is written unless ``preflight.set_return_height`` says so, and never while motors run.
+
+    Args:
+        context: of the mission.
+        settings: of the mission; what is used of them is no part of a plan.
     """
 
-    def __init__(self, context: MissionContext) -> None:
+    def __init__(self, context: MissionContext, settings: MissionSettings) -> None:
         self._context = context
+        self._is_wanted = settings.preflight.set_return_height
+        self._command_s = settings.deadlines.command_s
         self._former: dict[int, Mapping[str, float]] = {}
         """Settings before the mission, by vehicle."""
 
     def wanted_m(self, member: Member) -> float | None:
         """Return the height above home at which a vehicle is to return by itself; None where it is left alone."""
-        height_m = member.layer_above_home_m if self._context.settings.preflight.set_return_height else None
+        height_m = member.layer_above_home_m if self._is_wanted else None
         return None if height_m is None else round(height_m, _DECIMALS)
 
     async def set(self, member: Member, facts: VehicleFacts, height_m: float, deadline_s: float) -> None:
@@ -57,7 +64,7 @@ class ReturnHeights:
         try:
             if link_age_s is None or link_age_s > _MAX_HEARD_AGO_S:
                 raise CommandError("it is not heard")
-            deadline_s = context.clock.now_s() + context.settings.deadlines.command_s
+            deadline_s = context.clock.now_s() + self._command_s
             await member.vehicle.restore_return(former, deadline_s)
         except CommandError as error:
             text = f"keeps the return height of this mission ({error}); set back by hand: {_in_words(former)}"
@@ -69,7 +76,7 @@ class ReturnHeights:
     async def _record(self, member: Member, former: Mapping[str, float], *, is_restored: bool) -> None:
         context = self._context
         record = SettingsRecord(context.clock.utc_s(), member.vehicle_id, PURPOSE, former, is_restored)
-        async with context.journal.patience(f"{PURPOSE} of vehicle {member.vehicle_id}"):
+        async with context.journal.with_disk_timeout(f"{PURPOSE} of vehicle {member.vehicle_id}"):
             await context.recorder.record_settings(record)
             await context.recorder.flush()
 

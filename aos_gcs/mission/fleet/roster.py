@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -168,6 +168,11 @@ class Roster:
             known[1].setflags(write=False)
         return known[1]
 
+    def positions_enu_m(self, members: Iterable[Member]) -> NDArray[np.float64]:
+        """Return the last reported positions, shape (n, 3), of those vehicles that have reported one."""
+        positions = [self.position_enu_m(member) for member in members]
+        return np.array([position for position in positions if position is not None])
+
     def is_in_layer(self, member: Member) -> bool:
         """Return whether a vehicle is at the height of its altitude layer."""
         position_enu_m = self.position_enu_m(member)
@@ -198,3 +203,11 @@ class Roster:
             waypoint_enu_m=None if member.waypoint_enu_m is None else as_enu_point(member.waypoint_enu_m),
             refusal=member.refusal,
         )
+
+
+def in_layers(members: Sequence[Member], places_enu_m: NDArray[np.float64]) -> dict[int, NDArray[np.float64]]:
+    """Return horizontal places, one per vehicle, shape (n, 2), in the vehicles' altitude layers, by id."""
+    return {
+        member.vehicle_id: np.array([*place_enu_m, member.layer_height_m])
+        for member, place_enu_m in zip(members, places_enu_m, strict=True)
+    }

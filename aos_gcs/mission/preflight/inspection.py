@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,10 +16,11 @@ import numpy as np
 from aos_gcs.airspace.geofence import vehicle_fence
 from aos_gcs.errors import CaptureError, CommandError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
-from aos_gcs.mission.context import MissionContext
+from aos_gcs.mission.context import FlightContext, MissionContext
 from aos_gcs.mission.fleet.return_heights import ReturnHeights
 from aos_gcs.mission.fleet.roster import Member
 from aos_gcs.mission.model import Task
+from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.ports import Capture, Geofence, VehicleFacts, VehicleState
 
 RETRY_S = 5.0
@@ -113,11 +115,27 @@ class _Subject:
 
 
 class Inspector:
-    """Keeps the inspections of all vehicles that have not been started up to date."""
+    """Keeps the inspections of all vehicles that have not been started up to date.
 
-    def __init__(self, context: MissionContext, return_heights: ReturnHeights) -> None:
+    Args:
+        context: of the mission.
+        settings: of the mission; what is used of them is no part of a plan.
+        return_heights: sets the vehicles' return heights.
+        flight: returns the context of the present plan.
+    """
+
+    def __init__(
+        self,
+        context: MissionContext,
+        settings: MissionSettings,
+        return_heights: ReturnHeights,
+        flight: Callable[[], FlightContext],
+    ) -> None:
         self._context = context
+        self._preflight = settings.preflight
+        self._deadlines = settings.deadlines
         self._return_heights = return_heights
+        self._flight = flight
         self._subjects: dict[int, _Subject] = {}
         self._starting_again: set[int] = set()
         """Vehicles that have landed and are about to fly once more."""
@@ -165,7 +183,7 @@ class Inspector:
         fence = self._planned_fence(member)
         return_m = self._return_heights.wanted_m(member)
         is_new = subject.inspection.planned_fence != fence
-        may_upload = self._context.settings.preflight.upload_fence
+        may_upload = self._preflight.upload_fence
         subject.inspection = replace(subject.inspection, planned_fence=fence, may_upload=may_upload)
         if subject.inspection.wanted_return_m != return_m:
             is_new = True
@@ -178,7 +196,7 @@ class Inspector:
         return is_new or self._context.clock.now_s() >= subject.due_s
 
     def _planned_fence(self, member: Member) -> Geofence | None:
-        limits, frame, home = self._context.flight.limits, self._context.roster.frame, member.state.home
+        limits, frame, home = self._flight().flight.limits, self._context.roster.frame, member.state.home
         if limits is None or frame is None or home is None:
             return None
         home_enu_m = frame.to_enu(home) if member.home_enu_m is None else member.home_enu_m
@@ -191,7 +209,7 @@ class Inspector:
             await asyncio.gather(self._read(member, subject), self._expose(member, subject))
         finally:
             is_good = subject.inspection.is_good(member.state)
-            period_s = self._context.settings.preflight.refresh_s if is_good else RETRY_S
+            period_s = self._preflight.refresh_s if is_good else RETRY_S
             subject.due_s = self._context.clock.now_s() + period_s
 
     async def _read(self, member: Member, subject: _Subject) -> None:
@@ -244,7 +262,7 @@ class Inspector:
         frame = subject.inspection.frame
         if frame is not None and frame.is_plausible(member.state):
             return
-        deadline_s = self._context.clock.now_s() + self._context.settings.deadlines.capture_s
+        deadline_s = self._context.clock.now_s() + self._deadlines.capture_s
         try:
             capture = await member.vehicle.capture(deadline_s)
         except CaptureError as error:
@@ -253,7 +271,7 @@ class Inspector:
             subject.inspection = replace(subject.inspection, frame=_describe(capture), frame_problem="")
 
     def _deadline_s(self) -> float:
-        return self._context.clock.now_s() + _QUESTIONS * self._context.settings.deadlines.command_s
+        return self._context.clock.now_s() + _QUESTIONS * self._deadlines.command_s
 
 
 def _describe(capture: Capture) -> TrialFrame:

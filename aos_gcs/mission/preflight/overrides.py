@@ -6,7 +6,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from aos_gcs.errors import MissionError
-from aos_gcs.mission.context import MissionContext
+from aos_gcs.mission.context import FlightContext
+from aos_gcs.mission.journal import Recorder
 from aos_gcs.mission.model import Action, ActionRecord, CheckOverride, CheckStatus, PreflightCheck
 from aos_gcs.ports import Severity
 
@@ -28,9 +29,17 @@ class Overrides:
     another one after it was missing is not.
     """
 
-    def __init__(self, context: MissionContext) -> None:
+    def __init__(self, context: FlightContext, recorder: Recorder) -> None:
         self._context = context
+        self._recorder = recorder
+        self.checks: tuple[PreflightCheck, ...] = ()
+        """The matrix vehicle x check as it was reviewed last."""
         self._grants: dict[tuple[int, str], _Grant] = {}
+
+    async def review(self, checks: Iterable[PreflightCheck]) -> tuple[PreflightCheck, ...]:
+        """Apply the overrides to the whole matrix, and keep it."""
+        self.checks = await self.apply(checks)
+        return self.checks
 
     async def apply(self, checks: Iterable[PreflightCheck]) -> tuple[PreflightCheck, ...]:
         """Return the checks with the overrides that hold; those of the configuration are granted here, on record."""
@@ -46,7 +55,7 @@ class Overrides:
             raise
         await self._settle(check, override, operator)
         decided = replace(check, overridden=override)
-        self._context.preflight = tuple(decided if one is check else one for one in self._context.preflight)
+        self.checks = tuple(decided if one is check else one for one in self.checks)
         return decided
 
     async def _apply(self, check: PreflightCheck) -> PreflightCheck:
@@ -68,7 +77,7 @@ class Overrides:
 
     def _failed(self, vehicle_id: int, name: str) -> PreflightCheck:
         """Return the check that may be overridden."""
-        checks = [check for check in self._context.preflight if check.vehicle_id == vehicle_id]
+        checks = [check for check in self.checks if check.vehicle_id == vehicle_id]
         check = next((check for check in checks if check.name == name), None)
         if check is None:
             known = ", ".join(check.name for check in checks) or "none"
@@ -110,8 +119,8 @@ class Overrides:
             check=name,
             reason=reason,
         )
-        async with context.journal.patience(f"the override of {name}"):
-            await context.recorder.record_action(record)
+        async with context.journal.with_disk_timeout(f"the override of {name}"):
+            await self._recorder.record_action(record)
 
 
 def _finding(check: PreflightCheck) -> tuple[CheckStatus, str]:

@@ -1,17 +1,22 @@
-"""One step's frames: everybody exposes at the same time, and the step goes on without those that do not deliver."""
+"""One step's frames: all vehicles expose at the same time, and the step goes on without those that deliver none."""
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+
+import numpy as np
 
 from aos_gcs.errors import CaptureError
 from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.imaging.model import Frame
+from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.fleet.roster import Member
-from aos_gcs.ports import Capture
+from aos_gcs.ports import Capture, Severity
+
+_POLL_S = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,3 +59,44 @@ def to_frame(capture: Capture, frame: LocalFrame) -> Frame:
         camera=capture.camera,
         time_sigma_s=capture.time_sigma_s,
     )
+
+
+class Sampler:
+    """Takes the frames of each step and reports the vehicles that it goes on without."""
+
+    def __init__(self, context: FlightContext) -> None:
+        self._context = context
+
+    async def take(self, step: int, swarm: Sequence[Member]) -> Sample:
+        """Take the frames of the vehicles that hover; frames of others would blur."""
+        context = self._context
+        deadline_s = context.clock.now_s() + context.settings.deadlines.capture_s
+        unsteady = self._unsteady(swarm)
+        while len(unsteady) == len(swarm) and context.clock.now_s() < deadline_s:
+            await context.clock.sleep(_POLL_S)
+            unsteady = self._unsteady(swarm)
+        hovering = [member for member in swarm if member.vehicle_id not in unsteady]
+        taken = await sample(hovering, max(deadline_s, context.clock.now_s() + _POLL_S))
+        return self.leave_out(step, Sample(taken.captures, {}), unsteady | taken.missing)
+
+    def leave_out(self, step: int, taken: Sample, reasons: Mapping[int, str]) -> Sample:
+        """Return the sample without the frames of some vehicles, and report why."""
+        for vehicle_id, reason in reasons.items():
+            text = f"step {step} goes on without its frame: {reason}"
+            self._context.journal.notice(Severity.WARNING, text, vehicle_id)
+        captures = tuple(capture for capture in taken.captures if capture.vehicle_id not in reasons)
+        return Sample(captures, taken.missing | dict(reasons))
+
+    def _unsteady(self, swarm: Sequence[Member]) -> dict[int, str]:
+        """Return the vehicles that do not hover, or do not report it, with the reason by id."""
+        return {member.vehicle_id: text for member in swarm if (text := self._why_unsteady(member))}
+
+    def _why_unsteady(self, member: Member) -> str | None:
+        limits, age_s = self._context.flight.limits, self._context.roster.position_age_s(member)
+        if age_s is None or (limits is not None and age_s > limits.max_position_age_s):
+            return "no position yet" if age_s is None else f"its last position is {age_s:.1f} s old"
+        velocity_enu_mps = member.state.velocity_enu_mps
+        speed_mps = 0.0 if velocity_enu_mps is None else float(np.linalg.norm(velocity_enu_mps))
+        if speed_mps > 2 * self._context.settings.flight.arrival_speed_mps:
+            return f"still moving at {speed_mps:.1f} m/s"
+        return None

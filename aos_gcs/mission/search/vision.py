@@ -12,7 +12,8 @@ from aos_gcs.imaging.focus.track import FocusTrack, overridden
 from aos_gcs.imaging.model import Frame, KeptView, StepAnalysis
 from aos_gcs.imaging.registration.pose_errors import Registration, apply_sure, register
 from aos_gcs.imaging.step.analysis import analyse_step
-from aos_gcs.mission.context import MissionContext
+from aos_gcs.mission.context import FlightContext
+from aos_gcs.mission.journal import Recorder
 from aos_gcs.mission.model import FocusSnapshot, FocusSource
 from aos_gcs.mission.search.persons import PersonWatch
 from aos_gcs.mission.search.sampling import Sample, to_frame
@@ -23,11 +24,18 @@ _TOLD_CHANGE_M = 0.5
 
 
 class Vision:
-    """Turns the frames of each step into what is known from them, and learns from them for the next ones."""
+    """Turns the frames of each step into what is known from them, and learns from them for the next ones.
 
-    def __init__(self, context: MissionContext) -> None:
+    Args:
+        context: of the flight.
+        recorder: stores the frames.
+        focus_override_m: focal height that the operator has set; None leaves it to the program.
+    """
+
+    def __init__(self, context: FlightContext, recorder: Recorder, focus_override_m: float | None) -> None:
         self._context = context
-        self._focus = FocusTrack(context.settings.imaging.plane_height_m, math.inf)
+        self._recorder = recorder
+        self._focus = overridden(FocusTrack(context.settings.imaging.plane_height_m, math.inf), focus_override_m)
         self._told_height_m = self._focus.height_m
         self._registration = Registration()
         self._history: tuple[KeptView, ...] = ()
@@ -46,6 +54,11 @@ class Vision:
             return FocusSnapshot(track.height_m, FocusSource.CONFIGURED, None)
         return FocusSnapshot(track.height_m, FocusSource.AUTOFOCUS, track.sigma_m)
 
+    @property
+    def focus_override_m(self) -> float | None:
+        """Focal height that the operator has set; None leaves it to the program."""
+        return self._focus.override_m
+
     def override_focus(self, height_m: float | None) -> None:
         """Focus on the operator's height from the next step on; None gives it back to autofocus.
 
@@ -63,9 +76,9 @@ class Vision:
         """Analyse the frames; they are written to the disk meanwhile."""
         context, settings = self._context, self._context.settings
         self._reported = [to_frame(capture, context.roster.local_frame()) for capture in taken.captures]
-        async with context.journal.patience(f"frames of step {step}"):
+        async with context.journal.with_disk_timeout(f"frames of step {step}"):
             for capture in taken.captures:
-                await context.recorder.record_frame(step, capture)
+                await self._recorder.record_frame(step, capture)
         imaging = replace(settings.imaging, plane_height_m=self._focus.focal_height_m)
         analysis = await asyncio.to_thread(analyse_step, self._placed(), imaging, self._history)
         self._history = analysis.history

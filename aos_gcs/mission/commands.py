@@ -1,0 +1,136 @@
+"""What operators may do to a mission that is being flown."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Sequence
+from typing import Protocol
+
+from aos_gcs.errors import MissionError
+from aos_gcs.geometry.geodesy import EnuPoint
+from aos_gcs.mission.actions import ActionHandler
+from aos_gcs.mission.context import MissionContext
+from aos_gcs.mission.model import (
+    Action,
+    ActionResult,
+    EventKind,
+    Finding,
+    FindingChange,
+    Phase,
+    PlanRecord,
+    PreflightCheck,
+)
+from aos_gcs.mission.phases import BEFORE_START, check_action
+from aos_gcs.mission.search.findings import Findings
+from aos_gcs.mission.sortie import Sortie
+from aos_gcs.mission.views import LiveView
+from aos_gcs.planning.check import check_plan
+from aos_gcs.planning.plan import MissionPlan, apply_plan
+from aos_gcs.planning.settings import MissionSettings
+
+
+class PlannedFlow(Protocol):
+    """The coordinator as the commands see it."""
+
+    @property
+    def sortie(self) -> Sortie:
+        """The sortie by the present plan."""
+        ...
+
+    @property
+    def heading(self) -> Phase:
+        """The phase that the mission is in, or changes to by an action just taken."""
+        ...
+
+    def follow_plan(self, settings: MissionSettings) -> None:
+        """Fly by other settings."""
+        ...
+
+
+class LiveCommands:
+    """Implements ``MissionCommands`` for a mission that is being flown.
+
+    Args:
+        context: of the mission.
+        flow: of the phases.
+        actions: carries out actions.
+        view: publishes what has changed.
+        findings: of the mission.
+    """
+
+    def __init__(
+        self,
+        context: MissionContext,
+        flow: PlannedFlow,
+        actions: ActionHandler,
+        view: LiveView,
+        findings: Findings,
+    ) -> None:
+        self._context = context
+        self._flow = flow
+        self._actions = actions
+        self._view = view
+        self._findings = findings
+
+    async def act(
+        self,
+        action: Action,
+        vehicle_ids: tuple[int, ...] | None,
+        focal_height_m: float | None = None,
+        *,
+        operator: str = "",
+    ) -> tuple[ActionResult, ...]:
+        """Carry out an operator's action; see ``MissionCommands.act``."""
+        return await self._actions.act(action, vehicle_ids, focal_height_m, operator=operator)
+
+    async def override_check(
+        self, vehicle_id: int, check: str, reason: str | None, *, operator: str = ""
+    ) -> PreflightCheck:
+        """Override a failed preflight check; see ``MissionCommands.override_check``."""
+        check_action(self._flow.heading, Action.OVERRIDE)
+        return await self._flow.sortie.overrides.decide(vehicle_id, check, reason, operator)
+
+    def acknowledge(self, notice_ids: Sequence[int], *, operator: str = "") -> None:
+        """Acknowledge notices on behalf of all operators; see ``MissionCommands.acknowledge``."""
+        journal, utc_s = self._context.journal, self._context.clock.utc_s()
+        if self._view.acknowledgements.add(notice_ids, operator, utc_s, journal.notice_count):
+            self._view.publish()
+
+    def add_finding(self, position_enu_m: EnuPoint, comment: str, *, operator: str = "") -> Finding:
+        """Mark a place by hand; see ``MissionCommands.add_finding``."""
+        now_s, step = self._context.journal.elapsed_s(), self._flow.sortie.search.step
+        finding = self._findings.add(position_enu_m, comment, operator, step, now_s)
+        self._report(finding, f"marked at {position_enu_m[0]:.1f} m east, {position_enu_m[1]:.1f} m north")
+        return finding
+
+    def change_finding(self, finding_id: int, change: FindingChange, *, operator: str = "") -> Finding:
+        """Judge, comment or assign a finding; see ``MissionCommands.change_finding``."""
+        finding = self._findings.change(finding_id, change, operator)
+        changes = {"": change.status, "comment: ": change.comment, "assigned to ": change.assignee}
+        texts = [f"{label}{value!s}" for label, value in changes.items() if value is not None]
+        self._report(finding, ", ".join(texts) or "unchanged")
+        return finding
+
+    def _report(self, finding: Finding, text: str) -> None:
+        self._context.journal.operator_notice(finding.operator, f"finding {finding.finding_id} {text}")
+        self._view.publish()
+
+    @property
+    def settings(self) -> MissionSettings:
+        """Settings that the mission flies by at present."""
+        return self._flow.sortie.context.settings
+
+    async def apply_plan(self, plan: MissionPlan, *, operator: str = "") -> None:
+        """Fly by another plan; see ``MissionCommands.apply_plan``."""
+        # A tenth of a second and more: too long for the loop that commands vehicles.
+        problems = await asyncio.to_thread(check_plan, plan, self.settings)
+        if self._flow.heading not in BEFORE_START:
+            raise MissionError(
+                f"The plan can no longer be changed: the mission has started (phase {self._flow.heading})."
+            )
+        blocking = [problem for problem in problems if problem.blocking]
+        if blocking:
+            raise MissionError(f"This plan cannot be flown: {blocking[0].text}")
+        self._flow.follow_plan(apply_plan(self.settings, plan))
+        self._context.journal.operator_notice(operator, "plan applied. Checks restarted")
+        self._context.journal.publish(EventKind.PLAN, PlanRecord(plan, operator))

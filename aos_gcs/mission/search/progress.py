@@ -1,0 +1,89 @@
+"""Progress of the scan: the legs, how far the present one has been flown, and what was left out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import Enum, auto
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict
+from aos_gcs.mission.search.stalls import StallWatch
+from aos_gcs.planning.legs import ScanLeg
+
+
+class Advance(Enum):
+    """What a step of the scan has come to."""
+
+    ON_LEG = auto()
+    END_OF_LEG = auto()
+    STUCK = auto()
+    """The scan gains no ground, because waypoints are shortened or held."""
+
+
+class ScanProgress:
+    """Legs of a scan and the place reached on them.
+
+    Args:
+        least_gain_m: smallest advance of a step that counts as progress.
+    """
+
+    def __init__(self, least_gain_m: float) -> None:
+        self._stalls = StallWatch(least_gain_m)
+        self._along_m = 0.0
+        self.legs: tuple[ScanLeg, ...] = ()
+        """Empty before they are planned."""
+        self.leg = 0
+        """Index of the leg being flown; beyond the last one when the scan is over."""
+        self.barred: tuple[WaypointRecord, ...] = ()
+        """Waypoints of the latest step that were not sent as planned."""
+        self.left_out_m = 0.0
+        """Length of all stretches of the legs that were not flown."""
+
+    @property
+    def along_m(self) -> float:
+        """Distance flown on the present leg, stretches left out included."""
+        return self._along_m
+
+    @property
+    def present_leg(self) -> ScanLeg:
+        """The whole leg being flown."""
+        return self.legs[self.leg]
+
+    @property
+    def remaining_leg(self) -> ScanLeg:
+        """The rest of the leg being flown."""
+        return self.present_leg.after(self._along_m)
+
+    def plan(self, legs: Sequence[ScanLeg]) -> None:
+        """Set the legs of the scan."""
+        self.legs = tuple(legs)
+
+    def form_line(self) -> None:
+        """Note that the line has been formed anew: earlier steps without progress no longer count."""
+        self._stalls.restart()
+
+    def note_waypoints(self, waypoints: Sequence[WaypointRecord]) -> None:
+        """Note what became of the waypoints of a step."""
+        self.barred = tuple(waypoint for waypoint in waypoints if waypoint.verdict is not WaypointVerdict.SENT)
+
+    def advance(self, middle_m: NDArray[np.float64]) -> Advance:
+        """Note where the middle of the swarm is after a step, horizontally, shape (2,)."""
+        leg = self.present_leg
+        along_m = float((middle_m - np.array(leg.start_enu_m)) @ np.array(leg.direction_enu))
+        self._along_m = max(self._along_m, along_m)
+        if self._along_m >= leg.length_m:
+            return Advance.END_OF_LEG
+        is_stuck = self._stalls.is_stuck(along_m, barred=bool(self.barred))
+        return Advance.STUCK if is_stuck else Advance.ON_LEG
+
+    def leave_out(self, length_m: float) -> None:
+        """Leave out the next stretch of the present leg."""
+        self.left_out_m += length_m
+        self._along_m += length_m
+
+    def begin_next_leg(self) -> bool:
+        """Go to the next leg; return whether there is one."""
+        self.leg, self._along_m = self.leg + 1, 0.0
+        return self.leg < len(self.legs)

@@ -1,0 +1,67 @@
+"""One flight of the swarm by one plan."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Coroutine, Mapping
+from typing import Any
+
+from aos_gcs.mission.context import MissionContext
+from aos_gcs.mission.fleet.joining import Joining
+from aos_gcs.mission.fleet.return_and_land import ReturnAndLand
+from aos_gcs.mission.fleet.vehicle_tasks import VehicleTasks
+from aos_gcs.mission.launch import Launch
+from aos_gcs.mission.model import Phase
+from aos_gcs.mission.preflight.inspection import Inspector
+from aos_gcs.mission.preflight.overrides import Overrides
+from aos_gcs.mission.search.findings import Findings
+from aos_gcs.mission.search.gallery import Gallery
+from aos_gcs.mission.search.search import Search
+from aos_gcs.mission.search.vision import Vision
+from aos_gcs.planning.settings import MissionSettings
+
+
+class Sortie:
+    """Everything that depends on the plan. Another plan makes another sortie; nothing of the former one stays.
+
+    Args:
+        mission: what stays for the whole mission.
+        settings: of this plan.
+        vehicle_tasks: runs the procedures of single vehicles.
+        inspector: asks the vehicles for their settings.
+        gallery: shows the pictures.
+        findings: of the mission.
+        focus_override_m: focal height that the operator has set; None leaves it to the program.
+    """
+
+    def __init__(
+        self,
+        mission: MissionContext,
+        settings: MissionSettings,
+        *,
+        vehicle_tasks: VehicleTasks,
+        inspector: Inspector,
+        gallery: Gallery,
+        findings: Findings,
+        focus_override_m: float | None = None,
+    ) -> None:
+        context = self.context = mission.flight_context(settings)
+        self.overrides = Overrides(context, mission.recorder)
+        self.launch = Launch(context, self.overrides, inspector)
+        self.vision = Vision(context, mission.recorder, focus_override_m)
+        self.search = Search(context, mission, gallery, self.vision, findings)
+        self.return_and_land = ReturnAndLand(context, vehicle_tasks)
+        self.joining = Joining(context, vehicle_tasks, inspector, self.launch.check_one)
+        self.handlers: Mapping[Phase, Callable[[], Coroutine[Any, Any, Phase]]] = {
+            Phase.CONNECT: self.launch.connect,
+            Phase.PREFLIGHT: self.launch.preflight,
+            Phase.READY: self.launch.ready,
+            Phase.ARM: self.launch.arm,
+            Phase.TAKEOFF: self.launch.takeoff,
+            Phase.LINE: self.search.line,
+            Phase.SCAN: lambda: self.search.make_step(Phase.SCAN),
+            Phase.CONVERGE: lambda: self.search.make_step(Phase.CONVERGE),
+            Phase.FOUND: lambda: self.search.make_step(Phase.FOUND),
+            Phase.RETURN: self.return_and_land.return_home,
+            Phase.LAND: self.return_and_land.land,
+        }
+        """Handler of each phase; it returns the phase that follows."""

@@ -1,0 +1,132 @@
+"""What is seen of a mission that is being flown."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import replace
+from typing import Protocol
+
+from aos_gcs.mission.acknowledgements import Acknowledgements
+from aos_gcs.mission.context import MissionContext
+from aos_gcs.mission.model import (
+    Event,
+    EventKind,
+    MissionSnapshot,
+    Outcome,
+    Phase,
+    Picture,
+    PictureKind,
+    StepRecord,
+    Suspension,
+    VehicleSnapshot,
+)
+from aos_gcs.mission.search.findings import Findings
+from aos_gcs.mission.search.gallery import Gallery
+from aos_gcs.mission.sortie import Sortie
+
+
+class MissionState(Protocol):
+    """The coordinator as the view sees it."""
+
+    @property
+    def phase(self) -> Phase:
+        """The present phase."""
+        ...
+
+    @property
+    def suspension(self) -> Suspension:
+        """Why the mission makes no steps at present."""
+        ...
+
+    @property
+    def outcome(self) -> Outcome:
+        """How the mission has ended, or that it has not."""
+        ...
+
+    @property
+    def min_separation_m(self) -> float | None:
+        """The smallest 3-D distance measured between two vehicles in the air so far."""
+        ...
+
+    @property
+    def sortie(self) -> Sortie:
+        """The sortie by the present plan."""
+        ...
+
+
+class LiveView:
+    """Implements ``MissionView`` for a mission that is being flown.
+
+    Args:
+        mission_id: of the mission.
+        context: of the mission.
+        state: of the coordinator.
+        gallery: has the latest pictures.
+        findings: of the mission.
+    """
+
+    def __init__(
+        self, mission_id: str, context: MissionContext, state: MissionState, gallery: Gallery, findings: Findings
+    ) -> None:
+        self._mission_id = mission_id
+        self._context = context
+        self._state = state
+        self._gallery = gallery
+        self._findings = findings
+        self.acknowledgements = Acknowledgements()
+
+    def snapshot(self) -> MissionSnapshot:
+        """Return the present state."""
+        journal, frame = self._context.journal, self._context.roster.frame
+        sortie = self._state.sortie
+        settings, limits, search = sortie.context.settings, sortie.context.flight.limits, sortie.search
+        tracker, progress = search.decider.tracker, search.decider.progress
+        fence_enu_m = () if limits is None else limits.fence_enu_m
+        return MissionSnapshot(
+            mission_id=self._mission_id,
+            strategy=settings.strategy,
+            phase=self._state.phase,
+            suspension=self._state.suspension,
+            outcome=self._state.outcome,
+            message=journal.message,
+            elapsed_s=journal.elapsed_s(),
+            step=search.step,
+            origin=None if frame is None else frame.origin,
+            area_enu_m=settings.area_enu_m,
+            fence_enu_m=tuple((float(east), float(north)) for east, north in fence_enu_m),
+            vehicles=self._vehicles(),
+            preflight=sortie.overrides.checks,
+            target=tracker.estimate(),
+            targets=tracker.estimates(),
+            min_separation_m=self._state.min_separation_m,
+            focus=sortie.vision.focus,
+            no_go_enu_m=settings.safety.no_go_enu_m or (),
+            legs_enu_m=tuple((leg.start_enu_m, leg.end_enu_m) for leg in progress.legs),
+            leg=progress.leg,
+            covered_fraction=search.survey.covered_fraction,
+            findings=self._findings.all(),
+            acknowledgements=self.acknowledgements.all(),
+        )
+
+    def _vehicles(self) -> tuple[VehicleSnapshot, ...]:
+        roster, cameras = self._context.roster, self._state.sortie.search.survey.cameras
+        return tuple(
+            replace(roster.snapshot(member), camera=cameras.of(member.vehicle_id)) for member in roster.members()
+        )
+
+    def steps(self) -> Sequence[StepRecord]:
+        """Return all steps so far, oldest first."""
+        return self._context.journal.steps
+
+    def picture(self, kind: PictureKind) -> Picture | None:
+        """Return the latest raster of a kind, if there is one."""
+        return self._gallery.latest(kind)
+
+    def subscribe(self) -> AbstractContextManager[AsyncIterator[Event]]:
+        """Follow the event stream from now on."""
+        return self._context.journal.subscribe()
+
+    def publish(self) -> None:
+        """Put the present state on the event stream."""
+        self._context.journal.publish(EventKind.SNAPSHOT, self.snapshot())
