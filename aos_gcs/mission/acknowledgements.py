@@ -1,4 +1,4 @@
-"""Who has taken note of which notice: the same for all operators, and on record."""
+"""Acknowledgements of notices: shared by all operators, and on record."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from aos_gcs.errors import MissionError
 from aos_gcs.mission.model import Acknowledgement
 
 ACKNOWLEDGEMENTS_KEPT: Final = 200
-"""As many as clients are shown notices; the record has the older ones."""
+"""Number of acknowledgements kept, as many as notices are shown; the record has the older ones."""
 
 
 class Acknowledgements:
@@ -19,11 +19,11 @@ class Acknowledgements:
         self._by_notice: dict[int, Acknowledgement] = {}
 
     def all(self) -> tuple[Acknowledgement, ...]:
-        """Return those that are kept, by the number of their notice."""
+        """Return the acknowledgements that are kept, by the number of their notice."""
         return tuple(self._by_notice[notice_id] for notice_id in sorted(self._by_notice))
 
     def add(self, notice_ids: Sequence[int], operator: str, utc_s: float, last_notice_id: int) -> bool:
-        """Acknowledge notices; see ``MissionControl.acknowledge``. Return whether anything is new."""
+        """Acknowledge notices; see ``MissionCommands.acknowledge``. Return whether any was new."""
         unknown = [notice_id for notice_id in notice_ids if not 1 <= notice_id <= last_notice_id]
         if unknown:
             raise MissionError(f"There is no notice {unknown[0]} in this mission; the latest one is {last_notice_id}.")

@@ -310,7 +310,7 @@ class ActionHandler:
         return await self._flow.sortie.return_and_land.send_home(member, "ordered by the operator")
 
     async def _land_one(self, member: Member) -> Refusal | None:
-        below = self._flight.in_the_way_down(member)
+        below = self._flight.blocks_descent(member)
         if below is not None:
             return Refusal(f"vehicle {below} is or may come below it: hold or return that one, or land all")
         self._vehicle_tasks.stop(member.vehicle_id)

@@ -125,9 +125,7 @@ class LiveCommands:
         # A tenth of a second and more: too long for the loop that commands vehicles.
         problems = await asyncio.to_thread(check_plan, plan, self.settings)
         if self._flow.heading not in BEFORE_START:
-            raise MissionError(
-                f"The plan can no longer be changed: the mission has started (phase {self._flow.heading})."
-            )
+            raise MissionError("The plan can no longer be changed: the mission has started.")
         blocking = [problem for problem in problems if problem.blocking]
         if blocking:
             raise MissionError(f"This plan cannot be flown: {blocking[0].text}")

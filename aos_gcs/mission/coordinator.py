@@ -18,7 +18,7 @@ from aos_gcs.mission.fleet.vehicle_tasks import VehicleTasks
 from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal, Recorder
 from aos_gcs.mission.model import Outcome, OutcomeRecord, Phase, Suspension, Task
-from aos_gcs.mission.phases import ENDING, ON_GROUND, check_transition
+from aos_gcs.mission.phases import ENDING, ON_GROUND, PHASE_NAMES, check_transition
 from aos_gcs.mission.preflight.inspection import Inspector
 from aos_gcs.mission.search.findings import Findings
 from aos_gcs.mission.search.gallery import Gallery
@@ -197,7 +197,7 @@ class Coordinator:
             self._context.journal.start_timing()
         if phase is Phase.DONE:
             self._settle(Outcome.NOT_FOUND)
-        self._context.journal.notice(Severity.INFO, f"phase {phase}")
+        self._context.journal.notice(Severity.INFO, PHASE_NAMES[phase])
 
     def _settle(self, outcome: Outcome) -> None:
         """Set how the mission has ended, unless that is known already."""

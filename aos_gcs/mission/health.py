@@ -1,4 +1,4 @@
-"""The event loop's own pulse: is the coordinator alive, and how late does it run."""
+"""Health of the event loop: whether the coordinator is alive, and how late it runs."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from collections import deque
 import numpy as np
 
 _WINDOW = 3000
-"""One minute of samples."""
+"""Number of samples kept: one minute."""
 _HEALTHY_WITHIN_S = 1.0
 
 
 class LoopMonitor:
     """Measures the lag of the running loop, in real milliseconds.
 
-    Our MAVLink heartbeat is sent only while ``is_healthy``: when the loop or the mission stops, we fall silent, and
-    the vehicles' link-loss failsafe takes over.
+    Our MAVLink heartbeat is sent only while ``is_healthy``: when the loop or the mission stops, so does the heartbeat,
+    and the vehicles' link-loss failsafe acts.
     """
 
     def __init__(self, period_s: float = 0.02) -> None:

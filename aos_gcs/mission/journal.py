@@ -1,4 +1,4 @@
-"""Everything that happens in a mission passes here: numbered, published and recorded."""
+"""The journal of a mission: everything that happens is numbered, published and recorded."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ _LOG_LEVELS = {
 }
 
 DISK_TIMEOUT_S = 1.0
-"""Real seconds."""
+"""How long the mission waits for the disk, in real seconds."""
 
 EVENT_BACKLOG = 4096
-"""Events that may wait for the disk; far more than a mission makes in a minute."""
+"""Number of events that may wait for the disk; far more than a mission makes in a minute."""
 
 
 class Recorder(Protocol):
-    """Where a mission is recorded; ``aos_gcs.store.recorder`` implements it on disk."""
+    """Record of a mission; ``aos_gcs.store.recorder`` implements it on disk."""
 
     async def record_event(self, event: Event) -> None:
         """Append one event."""
@@ -60,11 +60,11 @@ class Recorder(Protocol):
         ...
 
     async def record_action(self, action: ActionRecord) -> None:
-        """Append an operator's action and what became of it."""
+        """Append an operator's action and its results."""
         ...
 
     async def record_settings(self, settings: SettingsRecord) -> None:
-        """Append which settings of a vehicle the mission changes, before it does, and that they are set back."""
+        """Append which settings of a vehicle the mission is about to change, or has restored."""
         ...
 
     async def record_outcome(self, outcome: OutcomeRecord) -> None:
@@ -81,7 +81,7 @@ class Recorder(Protocol):
 
 
 class Journal:
-    """The mission's pen."""
+    """Numbers, publishes and records what happens in a mission."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
@@ -93,7 +93,7 @@ class Journal:
         self.message = ""
         """What the mission is doing or waiting for, in one sentence."""
         self.notice_count = 0
-        """The number of the latest notice."""
+        """Number of the latest notice."""
 
     def start_timing(self) -> None:
         """Begin to count the mission's time."""
@@ -108,8 +108,8 @@ class Journal:
         self._stream.publish(kind, data)
 
     def notice(self, severity: Severity, text: str, vehicle_id: int | None = None) -> None:
-        """Tell the operator and the log."""
-        prefix = "" if vehicle_id is None else f"vehicle {vehicle_id}: "
+        """Report something to the operators and the log."""
+        prefix = "" if vehicle_id is None else f"Vehicle {vehicle_id}: "
         _log.log(_LOG_LEVELS[severity], "%s%s", prefix, text)
         self.notice_count += 1
         elapsed_s, utc_s = self.elapsed_s(), self._clock.utc_s()
@@ -120,7 +120,7 @@ class Journal:
         self.notice(Severity.INFO, f"{operator or 'operator'}: {text}")
 
     def take(self, notice: Notice) -> None:
-        """Pass a driver's notice on."""
+        """Report a driver's notice."""
         self.notice(notice.severity, notice.text, notice.vehicle_id)
 
     def set_message(self, text: str) -> None:
@@ -138,16 +138,17 @@ class Journal:
 
     @asynccontextmanager
     async def with_disk_timeout(self, what: str) -> AsyncIterator[None]:
-        """Wait for the disk inside, but not for long: neither aircraft nor operators are kept waiting by it.
+        """Limit the time that the block waits for the disk: neither vehicles nor operators wait for it.
 
-        A full disk has been reported by the recorder already; one that hangs is reported here, as ``what`` that may be
-        missing.
+        A full disk is reported by the recorder; a disk that hangs is reported here, with ``what`` may be missing.
         """
         try:
             async with asyncio.timeout(DISK_TIMEOUT_S):
                 yield
         except TimeoutError:
-            self.notice(Severity.CRITICAL, f"the disk does not answer: {what} may be missing in the record")
+            self.notice(
+                Severity.CRITICAL, f"The disk does not answer: {what} may be missing in the record. Check the disk"
+            )
         except RecordingError as error:
             _log.debug("not recorded: %s", error)
 
@@ -155,10 +156,10 @@ class Journal:
     async def recorded(self, recorder: Recorder) -> AsyncIterator[None]:
         """Write every event for as long as the context is entered; leaving waits until all are written.
 
-        Those before come too: vehicles are heard before a mission begins. It may be entered again, since findings are
-        judged when the vehicles have landed.
-        Snapshots are thinned to one per second and phase: the raw telemetry is in the .tlog. When the disk
-        is slower than the mission for long, the oldest events are lost and the operator is told.
+        Earlier events are written, too: vehicles are heard before a mission begins. It may be entered again, since
+        findings are judged after the vehicles have landed. Snapshots are thinned to one per second and phase: the raw
+        telemetry is in the .tlog. When the disk is slower than the mission for long, the oldest events are lost, which
+        is reported.
         """
         self._unwritten.reopen()
         async with asyncio.TaskGroup() as group:
@@ -182,6 +183,6 @@ class Journal:
             await recorder.record_event(event)
             if self._unwritten.dropped > self._missing_count:
                 self._missing_count = self._unwritten.dropped
-                self.notice(Severity.WARNING, f"the disk is too slow: {self._missing_count} events were not recorded")
+                self.notice(Severity.WARNING, f"The disk is too slow: {self._missing_count} events were not recorded")
         if left_out is not None:
             await recorder.record_event(left_out)

@@ -1,4 +1,4 @@
-"""From the first heartbeat to everybody hovering in its altitude layer."""
+"""The launch: from the first heartbeat until all vehicles hover in their altitude layers."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ MIN_SWARM = 2
 _POLL_S = 0.5
 _ARM_AGAIN_S = 2.0
 _SAME_HOME_M = 1.0
-"""Homes that move less, as their receivers drift, leave the plan as it is."""
+"""Largest drift of a home position that leaves layers and limits as they are."""
 
 
 class Launch:
@@ -37,7 +37,7 @@ class Launch:
         self._inspector = inspector
         self._advice = check_aperture(context.settings)
         self._ground: tuple[PreflightCheck, ...] = ()
-        """Of the limits in force, and the homes that they were made for."""
+        """Checks of the ground, for the limits in force and the homes that they were made for."""
 
     async def connect(self) -> Phase:
         """Wait until the expected number of vehicles is heard."""
@@ -56,12 +56,13 @@ class Launch:
         return Phase.PREFLIGHT
 
     async def preflight(self) -> Phase:
-        """Wait until no check of any vehicle stands against the launch."""
+        """Wait until no check of any vehicle blocks the launch."""
         context = self._context
         deadline_s = context.clock.now_s() + context.settings.deadlines.preflight_s
         while not await self._checks_pass():
             failed = [check for check in self._overrides.checks if check.blocks]
-            context.journal.set_message(f"Preflight: {len(failed)} checks open; {failed[0].describe()}.")
+            issues = "1 blocking issue" if len(failed) == 1 else f"{len(failed)} blocking issues"
+            context.journal.set_message(f"Preflight: {issues}. First: {failed[0].describe()}.")
             if context.settings.auto_start and context.clock.now_s() > deadline_s:
                 raise MissionFailedError(f"Preflight did not pass in time. {context.journal.message}")
             await context.clock.sleep(_POLL_S)
@@ -71,8 +72,8 @@ class Launch:
         """Wait for the operator's start, which redirects to ARM; fall back to preflight when a check fails again."""
         context = self._context
         overridden = sum(check.overridden is not None for check in self._overrides.checks)
-        passed = f"{overridden} failed checks are overridden" if overridden else "all checks passed"
-        context.journal.set_message(f"Ready: {passed}, waiting for start.")
+        passed = f", {overridden} failed checks overridden" if overridden else ""
+        context.journal.set_message(f"Ready to launch{passed}.")
         while await self._checks_pass():
             if context.settings.auto_start:
                 return Phase.ARM
@@ -80,7 +81,7 @@ class Launch:
         return Phase.PREFLIGHT
 
     async def arm(self) -> Phase:
-        """Start the motors of all vehicles; those that refuse twice stay behind."""
+        """Start the motors of all vehicles; those that refuse twice stay on the ground."""
         context = self._context
         context.journal.set_message("Arming.")
         # Entered again after a long hold, autopilots have stopped motors that were idle.
@@ -88,7 +89,7 @@ class Launch:
         refusals = await context.flight.command_each(unarmed, lambda _: Arm())
         refused = context.roster.select(vehicle_id for vehicle_id, refusal in refusals.items() if refusal)
         if refused:
-            # One that has just missed our heartbeats for seconds, as over a bad radio, takes it the second time.
+            # A vehicle that has just missed our heartbeats for seconds, as over a bad radio, arms the second time.
             await context.clock.sleep(_ARM_AGAIN_S)
             refusals |= await context.flight.command_each(refused, lambda _: Arm())
         for member in context.roster.select(vehicle_id for vehicle_id, refusal in refusals.items() if refusal is None):
@@ -97,11 +98,11 @@ class Launch:
         swarm = context.roster.members(Task.SWARM)
         if len(swarm) < MIN_SWARM:
             await context.flight.command_each(swarm, lambda _: Disarm())
-            raise MissionFailedError(f"Only {len(swarm)} vehicle armed; a swarm needs at least {MIN_SWARM}.")
+            raise MissionFailedError(f"Only {len(swarm)} vehicles armed; a swarm needs at least {MIN_SWARM}.")
         return Phase.TAKEOFF
 
     async def takeoff(self) -> Phase:
-        """Climb vertically, each vehicle to its own layer; those that do not get there return alone."""
+        """Climb vertically, each vehicle to its own layer; those that do not get there hold, outside of the swarm."""
         context = self._context
         context.journal.set_message("Climbing to the altitude layers.")
         swarm = context.roster.members(Task.SWARM)

@@ -1,4 +1,4 @@
-"""The mission's state machine as tables: which phase may follow which, and what an operator may ask for in each."""
+"""The mission's state machine as tables: which phase may follow which, and which actions each allows."""
 
 from __future__ import annotations
 
@@ -8,8 +8,26 @@ from types import MappingProxyType
 from aos_gcs.errors import MissionError
 from aos_gcs.mission.model import Action, Phase
 
+PHASE_NAMES: Mapping[Phase, str] = MappingProxyType(
+    {
+        Phase.CONNECT: "Connecting",
+        Phase.PREFLIGHT: "Preflight",
+        Phase.READY: "Ready",
+        Phase.ARM: "Arming",
+        Phase.TAKEOFF: "Taking off",
+        Phase.LINE: "Forming line",
+        Phase.SCAN: "Scanning",
+        Phase.CONVERGE: "Converging",
+        Phase.FOUND: "Found",
+        Phase.RETURN: "Returning",
+        Phase.LAND: "Landing",
+        Phase.DONE: "Finished",
+    }
+)
+"""Names for operators; the dashboard uses the same."""
+
 ENDING = frozenset({Phase.RETURN, Phase.LAND})
-"""On the way down."""
+"""Phases that bring the vehicles down."""
 
 TRANSITIONS: Mapping[Phase, frozenset[Phase]] = MappingProxyType(
     {
@@ -61,9 +79,9 @@ _DOWN = frozenset({Action.RETURN, Action.LAND})
 
 
 def is_allowed(phase: Phase, action: Action, *, anyone_flies: bool) -> bool:
-    """Tell whether ``action`` makes sense in ``phase``.
+    """Return whether ``action`` makes sense in ``phase``.
 
-    Vehicles may fly before the start, such as after a restart of the service in mid-mission, and after the end: they
+    Vehicles may fly before the start, such as after a restart of the station in mid-mission, and after the end: they
     can always be brought down.
     """
     return phase in ACTIONS[action] or (anyone_flies and action in _DOWN and phase in ON_GROUND)
@@ -83,10 +101,10 @@ def check_action(phase: Phase, action: Action, *, anyone_flies: bool = False) ->
         raise MissionError(f"Cannot {action}: the mission is over.")
     if action is Action.OVERRIDE:
         reason = "there are no checks yet" if phase is Phase.CONNECT else "the mission has started already"
-        raise MissionError(f"Cannot override a check: {reason} (phase {phase}).")
+        raise MissionError(f"Cannot override a check: {reason}.")
     if action is Action.START:
         reason = "preflight has not passed yet" if phase in ON_GROUND else "the mission has started already"
-        raise MissionError(f"Cannot start: {reason} (phase {phase}).")
+        raise MissionError(f"Cannot start: {reason}.")
     if phase in ON_GROUND:
-        raise MissionError(f"Cannot {action}: no vehicle is flying yet (phase {phase}).")
-    raise MissionError(f"Cannot {action} in phase {phase}.")
+        raise MissionError(f"Cannot {action}: no vehicle is flying yet.")
+    raise MissionError(f"Cannot {action} in the phase {PHASE_NAMES[phase]}.")

@@ -83,7 +83,7 @@ async def measure(vehicles: int, seconds: float, folder: Path, profile: cProfile
             asyncio.create_task(follow(f"ws://127.0.0.1:{api_port}/api/events", [])),
         ]
         fleet.start()
-        await until_preflight(service.mission)
+        await until_preflight(service.mission.view)
         await asyncio.sleep(SETTLING_S)
         lags_ms.clear()
         busy_ms.clear()

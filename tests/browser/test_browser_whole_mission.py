@@ -150,7 +150,7 @@ async def see_it_again(page: Page) -> None:
     await slider.fill(end)
     await expect(page.get_by_test_id("phase")).to_have_text("Finished")
     events = page.get_by_test_id("event")
-    for text in ("operator: start", "target found at", "finding 1 at", "operator: return"):
+    for text in ("Ada: start", "Possible person", "Finding 1 at", "Ada: return all"):
         await expect(events.filter(has_text=text).first).to_be_visible()
     await page.keyboard.press("d")
     await page.get_by_test_id("finding-1").click()

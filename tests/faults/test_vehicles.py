@@ -73,7 +73,7 @@ async def test_who_ignores_commands_is_named_and_the_others_come_home(monkeypatc
         await flight.run
         flight.assert_nobody_was_endangered()
         assert [flight.task(1), flight.task(3)] == [Task.LANDED, Task.LANDED]
-        assert "has not reported that it landed" in flight.texts()
+        assert "has not reported that it landed: check it on site" in flight.texts()
         assert any(text.startswith("goto: ") for text in flight.texts())
 
 
@@ -149,7 +149,7 @@ async def test_a_low_battery_is_led_home_between_the_others(monkeypatch: pytest.
         battery.consumed_mah = 0.78 * battery.capacity_mah
         assert await flight.run is Outcome.FOUND
         flight.assert_nobody_was_endangered()
-        assert any("returns alone: battery at" in text for text in flight.texts())
+        assert any("returns on its own: battery at" in text for text in flight.texts())
         assert flight.swarm.report().landed == 3
 
 

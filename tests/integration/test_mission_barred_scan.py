@@ -6,7 +6,8 @@ import pytest
 
 from aos_gcs.airspace.limits import SafetyOverrides
 from aos_gcs.airspace.polygon import Polygon
-from aos_gcs.mission.model import Outcome
+from aos_gcs.mission.model import Outcome, Phase
+from aos_gcs.mission.phases import PHASE_NAMES
 from aos_gcs.planning.settings import Deadlines
 from tests.fakes.mission_flight import Flight, flying, prepare
 
@@ -36,12 +37,12 @@ async def scan_past(zone: Polygon, area: Polygon = AREA) -> Flight:
 
 async def test_a_zone_across_the_way_is_left_behind_and_told_once() -> None:
     flight = await scan_past(ACROSS)
-    told = [text for text in flight.texts() if "is barred" in text]
+    told = [text for text in flight.texts() if "is blocked" in text]
     assert len(told) == 1
-    assert "leg 1 is barred after 5 of 24 m" in told[0]
+    assert "Leg 1 is blocked after 5 of 24 m" in told[0]
     assert "no-go zone 1" in told[0]
     assert furthest_north_m(flight) > 32.0
-    (over,) = (text for text in flight.texts() if "the scan is over, nothing was found" in text)
+    (over,) = (text for text in flight.texts() if "Scan complete, nothing was found" in text)
     assert "of its legs were left out" in over
 
 
@@ -54,17 +55,17 @@ async def test_a_vehicle_that_cannot_go_on_stops_the_others_for_a_while_only() -
 
 async def test_the_next_leg_is_flown_where_the_rest_of_one_is_barred() -> None:
     flight = await scan_past(TO_THE_END_OF_ONE_LEG, WIDE_AREA)
-    told = [text for text in flight.texts() if "is barred" in text]
+    told = [text for text in flight.texts() if "is blocked" in text]
     assert len(told) == 1
-    assert told[0].endswith("the scan leaves out the rest of it")
-    assert told[0].startswith("leg 1 ")
-    assert flight.texts().count("phase line") == len(flight.view.snapshot().legs_enu_m)
+    assert told[0].endswith("The scan leaves out the rest of it")
+    assert told[0].startswith("Leg 1 ")
+    assert flight.texts().count(PHASE_NAMES[Phase.LINE]) == len(flight.view.snapshot().legs_enu_m)
 
 
 async def test_a_scan_that_nothing_bars_says_that_it_saw_it_all() -> None:
     flight = await scan_past(ASIDE, SHORT_AREA)
-    assert not any("is barred" in text for text in flight.texts())
-    assert "the whole area has been scanned, nothing was found" in flight.texts()
+    assert not any("is blocked" in text for text in flight.texts())
+    assert "Scan complete: the whole area was scanned, nothing was found" in flight.texts()
 
 
 def furthest_north_m(flight: Flight) -> float:

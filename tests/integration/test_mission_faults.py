@@ -326,7 +326,7 @@ async def test_a_held_landing_can_be_turned_into_a_return_that_climbs_first() ->
         await flight.until(lambda: len(flight.view.steps()) == 2)
         await flight.commands.act(Action.LAND, None)
         await flight.until(lambda: all(isinstance(v.commands[-1], Land) for v in flight.fleet.members.values()))
-        with pytest.raises(MissionError, match="hold first"):
+        with pytest.raises(MissionError, match="Hold them first"):
             await flight.commands.act(Action.RETURN, None)
         await flight.clock.sleep(2.0)
         await flight.commands.act(Action.HOLD, None)
@@ -533,7 +533,7 @@ async def test_a_battery_that_empties_fast_brings_its_vehicle_home_in_time() -> 
             vehicle.battery_fraction = 0.9 - 0.002 * (flight.clock.now_s() - started_s)
             await flight.clock.sleep(0.5)
         assert 0.25 < vehicle.battery_fraction < 0.32
-        assert any("are needed to come home with 20%" in text for text in flight.texts())
+        assert any("must be left" in text for text in flight.texts())
         await flight.commands.act(Action.ABORT, None)
         await run
 
@@ -568,7 +568,7 @@ async def test_a_position_that_is_old_is_told_of_and_not_trusted() -> None:
         await flight.until(lambda: len(flight.view.steps()) == 2)
         flight.fleet.members[2].silent_since_s = flight.clock.now_s()
         await flight.clock.sleep(4.0)
-        assert sum("its distance to others is not watched" in text for text in flight.texts()) == 1
+        assert sum("its distance to others is not monitored" in text for text in flight.texts()) == 1
         await flight.commands.act(Action.ABORT, None)
         await run
 

@@ -9,6 +9,7 @@ import pytest
 
 from aos_gcs.errors import MissionError
 from aos_gcs.mission.model import Action, NoticeRecord, Outcome, Phase, Suspension, Task
+from aos_gcs.mission.phases import PHASE_NAMES
 from aos_gcs.planning.settings import Deadlines, PreflightSettings
 from aos_gcs.ports import Arm, Goto, Hold, Land, ReturnToLaunch, Severity
 from tests.fakes.mission_flight import TARGET, flying, prepare
@@ -27,16 +28,15 @@ async def test_a_whole_mission_finds_the_target_and_lands_all() -> None:
     assert [vehicle.task for vehicle in snapshot.vehicles] == [Task.LANDED] * 4
     assert snapshot.target is not None
     assert np.hypot(*np.subtract(snapshot.target.position_enu_m[:2], TARGET)) < 0.5
-    phases = [text.removeprefix("phase ") for text in flight.texts() if text.startswith("phase ")]
-    assert phases[:4] == ["preflight", "ready", "arm", "takeoff"]
-    assert phases[4:] == ["line", "scan", "converge", "found", "return", "land", "done"]
+    phases = [text for text in flight.texts() if text in PHASE_NAMES.values()]
+    assert phases == [PHASE_NAMES[phase] for phase in Phase if phase is not Phase.CONNECT]
     assert snapshot.min_separation_m is not None
     assert snapshot.min_separation_m >= 2.0 - 1e-6
     assert flight.recorder.outcome is not None
     assert flight.recorder.outcome.outcome is Outcome.FOUND
     notices = [event.data for event in flight.recorder.events if isinstance(event.data, NoticeRecord)]
     news = [notice.text for notice in notices if notice.severity is Severity.NEWS]
-    assert [text.split(" at ")[0] for text in news] == ["target found"]
+    assert [text.split(" (")[0] for text in news] == ["Possible person"]
 
 
 async def test_each_step_is_recorded_before_its_waypoints_are_sent() -> None:
@@ -198,7 +198,7 @@ async def test_a_low_battery_sends_a_vehicle_home() -> None:
     assert ReturnToLaunch() not in vehicle.commands
     assert vehicle.commands[-1] == Land()
     assert vehicle.position_enu_m() == pytest.approx(vehicle.home_enu_m, abs=0.6)
-    assert any("returns alone: battery at 10%" in text for text in flight.texts())
+    assert any("returns on its own: battery at 10%" in text for text in flight.texts())
 
 
 async def test_two_vehicles_left_go_on_but_one_returns() -> None:
@@ -263,4 +263,4 @@ async def test_a_search_that_finds_nothing_in_time_returns() -> None:
     async with flying(flight) as run:
         assert await run is Outcome.NOT_FOUND
     assert flight.view.steps()[-1].elapsed_s < 10.0
-    assert any("time for the search is over" in text for text in flight.texts())
+    assert any("Maximum search time reached" in text for text in flight.texts())

@@ -9,6 +9,7 @@ import pytest
 
 from aos_gcs.errors import MissionError
 from aos_gcs.mission.model import Action, Phase, PlanRecord
+from aos_gcs.mission.phases import PHASE_NAMES
 from aos_gcs.planning.plan import plan_of
 from tests.fakes.mission_flight import Flight, flying, prepare, settings
 
@@ -50,8 +51,8 @@ async def test_a_ready_mission_starts_anew_with_another_plan() -> None:
         await until_phase(flight, Phase.READY)
         await flight.commands.apply_plan(replace(plan_of(flight.commands.settings), strategy="aos-pso"))
         assert flight.view.snapshot().strategy == "aos-pso"
-        await flight.until(lambda: flight.texts().count("phase ready") == 2)
-        assert "phase connect" in flight.texts()
+        await flight.until(lambda: flight.texts().count(PHASE_NAMES[Phase.READY]) == 2)
+        assert PHASE_NAMES[Phase.CONNECT] in flight.texts()
         await flight.commands.act(Action.ABORT, None)
 
 

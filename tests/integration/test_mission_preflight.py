@@ -131,8 +131,8 @@ async def test_what_is_off_refuses_the_launch_until_it_is_on_or_overridden() -> 
         assert flight.mission.phase is Phase.PREFLIGHT, "the override is for one vehicle"
         flight.fleet.members[1].facts = {}
         await until_ready(flight)
-        assert "1 failed checks are overridden" in flight.view.snapshot().message
-        assert any("is overridden by Ada: a pilot stands by" in text for text in flight.texts())
+        assert "1 failed checks overridden" in flight.view.snapshot().message
+        assert any("overridden by Ada: a pilot stands by" in text for text in flight.texts())
         await flight.commands.override_check(2, checks.LINK_LOSS, None, operator="Ada")
         await flight.until(lambda: flight.mission.phase is Phase.PREFLIGHT)
         await flight.commands.act(Action.ABORT, None)
@@ -202,7 +202,7 @@ async def test_return_heights_are_those_of_the_layers_until_all_have_landed() ->
         await run
     assert [first.return_height_m, second.return_height_m] == [60.0, 30.0]
     assert sorted(record.vehicle_id for record in flight.recorder.settings if record.is_restored) == [1, 2]
-    assert any("returns as before again: RTL_ALT = 6000" in text for text in flight.texts())
+    assert any("failsafe return height restored: RTL_ALT = 6000" in text for text in flight.texts())
 
 
 async def test_the_height_before_is_on_record_before_another_one_is_written() -> None:
@@ -241,7 +241,7 @@ async def test_who_keeps_its_return_height_does_not_start_and_who_is_lost_is_nam
     async with flying(flight) as run:
         await flight.clock.sleep(10.0)
         check = check_of(flight, 2, checks.RETURN_HEIGHT)
-        assert (check.text, check.remedy) == ("30 m, not taken", "it keeps RTL_ALT")
+        assert (check.text, check.remedy) == ("30 m, change refused", "it keeps RTL_ALT")
         second.keeps_return_height = False
         await until_ready(flight)
         first.silent_since_s = flight.clock.now_s()
@@ -249,9 +249,7 @@ async def test_who_keeps_its_return_height_does_not_start_and_who_is_lost_is_nam
         await flight.commands.act(Action.ABORT, None)
         await run
     assert second.return_height_m == 30.0
-    assert (
-        "keeps the return height of this mission (it is not heard); set back by hand: RTL_ALT = 3000" in flight.texts()
-    )
+    assert "failsafe return height not restored (its link is lost). Set it by hand: RTL_ALT = 3000" in flight.texts()
 
 
 async def test_a_vehicle_that_falls_silent_is_not_asked_but_fails() -> None:

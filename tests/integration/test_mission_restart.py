@@ -53,7 +53,7 @@ async def test_one_is_returned_while_the_others_hover() -> None:
         await until_checked(flight)
         (result,) = await flight.commands.act(Action.RETURN, (3,))
         assert result.accepted
-        assert "by itself" in result.text
+        assert "by its autopilot" in result.text
         assert commands_of(flight) == [[], [], [ReturnToLaunch], []]
         await flight.commands.act(Action.ABORT, None)
         assert await run is Outcome.ABORTED
@@ -68,7 +68,7 @@ async def test_who_hovers_above_another_is_not_landed_on_it() -> None:
         results = {result.vehicle_id: result for result in await flight.commands.act(Action.LAND, None)}
         assert commands_of(flight) == [[Land], [], [Land], [Land]]
         assert not results[2].accepted
-        assert "vehicle 1 flies below it" in results[2].text
+        assert "vehicle 1 is or may come below it" in results[2].text
         await flight.commands.act(Action.ABORT, None)
         await run
 
@@ -82,4 +82,4 @@ async def test_an_abort_brings_home_who_flies_and_leaves_pilots_alone() -> None:
         assert await run is Outcome.ABORTED
     assert commands_of(flight) == [[ReturnToLaunch]] * 3 + [[]]
     assert [result.accepted for result in results] == [True] * 3 + [False]
-    assert flight.view.snapshot().message == "Aborted: who flew returns by itself."
+    assert flight.view.snapshot().message == "Aborted: airborne vehicles return on their own."

@@ -17,7 +17,7 @@ pytestmark = pytest.mark.looptime
 
 async def test_a_mission_that_hangs_ages_although_its_server_lives(monkeypatch: pytest.MonkeyPatch) -> None:
     flight = prepare()
-    hub = EventHub(flight.mission)
+    hub = EventHub(flight.view)
     async with flying(flight) as run, asyncio.TaskGroup() as group:
         serving = group.create_task(hub.run())
         await flight.until(lambda: flight.mission.phase is Phase.SCAN)

@@ -41,7 +41,7 @@ async def test_autofocus_repairs_a_plane_that_is_three_metres_off(monkeypatch: p
     heights_m = [step.focal_height_m for step in flight.view.steps()]
     assert heights_m[0] == 3.0
     assert heights_m[-1] == pytest.approx(0.0, abs=1.0)
-    assert any("autofocus: the focal plane is at" in text for text in flight.texts())
+    assert any("Autofocus: focal plane at" in text for text in flight.texts())
 
 
 async def test_the_operators_height_wins_until_it_is_given_back() -> None:

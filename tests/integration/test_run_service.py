@@ -168,7 +168,7 @@ async def searching(folder: Path) -> AsyncIterator[Search]:
         running(folder / "sim", *simulator),
         running(folder, "run", service_file) as program,
     ):
-        await program.until_logged("phase scan", 120.0)
+        await program.until_logged("Scanning", 120.0)
         yield Search(program, witness, clock, folder / "report.json")
 
 

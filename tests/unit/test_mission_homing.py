@@ -55,5 +55,5 @@ async def test_a_report_that_never_comes_is_told_and_ends_nothing_but_the_wait()
     async with flying(flight) as run:
         assert await run is Outcome.FOUND
     assert [vehicle.task for vehicle in flight.view.snapshot().vehicles] == [*[Task.LANDED] * 3, Task.LANDING]
-    assert "has not reported that it landed" in flight.texts()
+    assert "has not reported that it landed: check it on site" in flight.texts()
     assert "3 of 4 vehicles landed" in flight.view.snapshot().message

@@ -63,12 +63,12 @@ def test_transitions_outside_the_table_are_defects() -> None:
 @pytest.mark.parametrize(
     ("phase", "action", "text"),
     [
-        (Phase.PREFLIGHT, Action.START, r"Cannot start: preflight has not passed yet \(phase preflight\)"),
+        (Phase.PREFLIGHT, Action.START, "Cannot start: preflight has not passed yet"),
         (Phase.SCAN, Action.START, "has started already"),
         (Phase.CONNECT, Action.OVERRIDE, "there are no checks yet"),
         (Phase.SCAN, Action.OVERRIDE, "has started already"),
         (Phase.READY, Action.LAND, "Cannot land: no vehicle is flying yet"),
-        (Phase.TAKEOFF, Action.PAUSE, "Cannot pause in phase takeoff"),
+        (Phase.TAKEOFF, Action.PAUSE, "Cannot pause in the phase Taking off"),
         (Phase.DONE, Action.RETURN, "the mission is over"),
         (Phase.DONE, Action.ABORT, "the mission is over"),
     ],

@@ -71,8 +71,8 @@ async def test_good_vehicles_pass_everything() -> None:
         ({"gps_fix": 2}, "position", "no 3D position fix"),
         ({"gps_fix": None}, "position", "no 3D position fix"),
         ({"home": None}, "home", "wait for the position estimate"),
-        ({"battery_fraction": 0.49}, "battery", "change the battery"),
-        ({"battery_fraction": None}, "battery", "change the battery"),
+        ({"battery_fraction": 0.49}, "battery", "replace the battery"),
+        ({"battery_fraction": None}, "battery", "replace the battery"),
         ({"ready_to_arm": False, "text": "PreArm: compass"}, "ready to arm", "PreArm: compass"),
         ({"ready_to_arm": None}, "ready to arm", "wait for its own checks"),
     ],
@@ -88,27 +88,27 @@ async def test_a_vehicle_without_a_position_has_no_launch_point() -> None:
     assert found.keys() >= {"position", "launch point"}
     assert found["position"] == (
         "vehicle 2, position: RTK fix, 12 satellites, but no position yet; "
-        "wait until its autopilot has worked out a position from the GPS"
+        "wait until its autopilot has a position estimate"
     )
 
 
 async def test_launch_points_too_near_to_each_other_fail_on_both_sides() -> None:
     found = await failures(distance_m=5.5)
     assert [(check.vehicle_id, check.name) for check in found] == [(1, "launch point"), (2, "launch point")]
-    assert found[0].describe() == "vehicle 1, launch point: 5.0 m from vehicle 2; put them 5.5 m apart"
+    assert found[0].describe() == "vehicle 1, launch point: 5.0 m from vehicle 2; place them 5.5 m apart"
 
 
 async def test_vehicles_that_are_not_heard_are_counted() -> None:
     (check,) = await failures(expected=4)
     assert (check.vehicle_id, check.name) == (0, "vehicles")
-    assert check.describe() == "vehicles: 2 of 4 are heard; switch the others on or lower the number"
+    assert check.describe() == "vehicles: 2 of 4 heard; switch the others on, or lower the number"
 
 
 @pytest.mark.parametrize(
     ("changes", "name", "text"),
     [
         ({"packet_loss_fraction": 0.25}, "link", "25 % lost"),
-        ({"link": LinkQuality("a", round_trip_s=1.5, clock_offset_s=3.0)}, "link", "1500 ms there and back"),
+        ({"link": LinkQuality("a", round_trip_s=1.5, clock_offset_s=3.0)}, "link", "1500 ms round trip"),
         ({"link": None}, "clock", "offset not known"),
         ({"link": LinkQuality("a")}, "clock", "offset not known"),
         ({"link": LinkQuality("a", clock_offset_s=3.0, clock_drift=-0.002)}, "clock", "drifts by -2000 µs per second"),
@@ -127,7 +127,7 @@ async def test_what_is_worth_knowing_is_a_warning(changes: dict[str, Any], name:
 async def test_good_links_and_clocks_are_told_with_their_numbers() -> None:
     link = LinkQuality("a", round_trip_s=0.012, clock_offset_s=3.0, clock_drift=2e-5)
     found = {check.name: check for check in await matrix(link=link, packet_loss_fraction=0.01, hdop=0.8)}
-    assert found["link"].text == "heard 0.0 s ago, 1 % lost, 12 ms there and back"
+    assert found["link"].text == "heard 0.0 s ago, 1 % lost, 12 ms round trip"
     assert found["clock"].text == "offset known, drifts by +20 µs per second"
     assert found["position"].text == "3D fix, 12 satellites, HDOP 0.8"
     assert {found[name].status for name in ("link", "clock", "position")} == {CheckStatus.PASS}
@@ -140,7 +140,7 @@ async def test_layers_have_to_be_free() -> None:
     first.layer_height_m, second.layer_height_m = 35.0, 37.0
     assert [check.status for check in check_layers(roster, 2.0)] == [CheckStatus.PASS] * 2
     second.layer_height_m = 36.0
-    assert [check.remedy[:18] for check in check_layers(roster, 2.0)] == ["vehicle 2 has it, ", "vehicle 1 has it, "]
+    assert [check.remedy[:13] for check in check_layers(roster, 2.0)] == ["vehicle 2 has", "vehicle 1 has"]
 
 
 async def test_a_layer_that_somebody_flies_in_is_not_free() -> None:

@@ -63,25 +63,31 @@ def test_good_answers_pass_and_show_their_numbers() -> None:
 @pytest.mark.parametrize(
     ("name", "inspection", "status", "text", "remedy"),
     [
-        (checks.FIRMWARE, facts(firmware=""), WARN, "not told", "look it up"),
+        (checks.FIRMWARE, facts(firmware=""), WARN, "not reported", "check it"),
         (checks.LINK_LOSS, facts(link_loss=OFF), FAIL, "none (X = 0)", "set X to 1"),
         (checks.LOW_BATTERY, facts(low_battery=OFF), WARN, "none (X = 0)", "set X to 1"),
-        (checks.GEOFENCE, facts(at_fence=OFF), FAIL, "not kept: none (X = 0)", "set X to 1"),
+        (checks.GEOFENCE, facts(at_fence=OFF), FAIL, "not enforced: none (X = 0)", "set X to 1"),
         (checks.GEOFENCE, replace(GOOD, facts=GOOD_FACTS), FAIL, "none", "preflight.upload_fence"),
-        (checks.GEOFENCE, replace(GOOD, upload_problem="no space"), FAIL, "not taken", "no space"),
+        (checks.GEOFENCE, replace(GOOD, upload_problem="no space"), FAIL, "upload failed", "no space"),
         (
             checks.GEOFENCE,
             replace(GOOD, planned_fence=replace(FENCE, ceiling_above_home_m=50.0)),
             FAIL,
-            "another one than the mission's",
+            "not the mission's",
             "preflight.upload_fence",
         ),
         (checks.RETURN_HEIGHT, facts(return_height_m=36.0), FAIL, "36 m", "(RTL_ALT) to 35 m"),
         (checks.RETURN_HEIGHT, facts(return_climb_m=5.0), FAIL, "30 m, and 5 m above where it is", "set_return_height"),
-        (checks.RETURN_HEIGHT, replace(GOOD, return_problem="it keeps it"), FAIL, "30 m, not taken", "it keeps it"),
+        (
+            checks.RETURN_HEIGHT,
+            replace(GOOD, return_problem="it keeps it"),
+            FAIL,
+            "30 m, change refused",
+            "it keeps it",
+        ),
         (checks.CAMERA, replace(GOOD, frame=None, frame_problem="it hangs"), FAIL, "no frame", "it hangs"),
         (checks.CAMERA, shot(is_rotation=False), FAIL, "640 x 512, thermal, no orientation", "mounted"),
-        (checks.CAMERA, shot(below_horizon_rad=0.5), WARN, "29° below the horizon", "turn it down"),
+        (checks.CAMERA, shot(below_horizon_rad=0.5), WARN, "29° below the horizon", "point it down"),
         (
             checks.CAMERA,
             shot(position=FRAME.to_geodetic([0.0, 20.0, 0.0])),
@@ -148,7 +154,7 @@ def test_ids_are_told_apart_by_address_and_board() -> None:
     states = [VehicleState(1), VehicleState(2), VehicleState(3, is_ambiguous=True), VehicleState(4)]
     found = check_system_ids(states, {1: "ab", 2: "ab", 3: "cd", 4: ""})
     assert [check.status for check in found] == [WARN, WARN, FAIL, PASS]
-    assert found[0].text == "its board has the id of vehicle 2's"
+    assert found[0].text == "its board has the same id as that of vehicle 2"
     assert found[2].text == "two vehicles use it"
     assert not found[2].overridable
     assert found[3].text == "its own"

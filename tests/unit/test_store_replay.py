@@ -268,7 +268,7 @@ async def test_the_api_shows_and_moves_the_replay(replay: MissionReplay) -> None
         ):
             refused = await client.post(f"/api/{path}", json=order)
             assert (refused.status_code, refused.json()["id"]) == (409, "action_not_allowed")
-            assert "only shown" in refused.json()["message"]
+            assert "only shows a mission" in refused.json()["message"]
         for body in ({"time_s": "soon"}, {"speed": -1}, {"speed": 1e6}, {"rewind": True}):
             assert (await client.post("/api/replay", json=body)).status_code == 422
 

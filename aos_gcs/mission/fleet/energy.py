@@ -1,4 +1,4 @@
-"""How fast batteries empty in flight, as measured, and what the way home takes."""
+"""Measured discharge of batteries in flight, and what a return takes."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from scipy.stats import theilslopes
 _WINDOW_S = 120.0
 _SAMPLE_S = 2.0
 _LEAST_S = 30.0
-"""Of flight before a rate counts: batteries report whole percents."""
+"""Time in flight before a rate counts: batteries report whole percents."""
 
 DESCENT_MPS = 1.0
-"""Of a landing; both autopilots are slower near the ground only."""
+"""Speed of a landing; both autopilots are slower near the ground only."""
 
 
 class BatteryMeter:
@@ -36,7 +36,7 @@ class BatteryMeter:
             self.per_s = max(0.0, -float(theilslopes(fractions, times_s)[0]))
 
     def reset(self) -> None:
-        """Forget all: the vehicle is on the ground."""
+        """Discard the samples: the vehicle is on the ground."""
         self._samples.clear()
         self.per_s = None
 

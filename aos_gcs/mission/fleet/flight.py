@@ -1,4 +1,4 @@
-"""Commands to the vehicles of a mission: several at once, never one waiting for another, every waypoint vetted."""
+"""Commands to the vehicles of a mission: all at once, none waiting for another, every waypoint vetted."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from aos_gcs.ports import Clock, Command, FlightMode, Goto, Hold, Land, ReturnTo
 
 _POLL_S = 0.1
 _RETRY_S = 1.0
-"""Between two attempts to send a vehicle that has refused."""
+"""Time between two attempts to send a vehicle that has refused."""
 _SWARM = frozenset({Task.SWARM})
 
 
@@ -44,7 +44,7 @@ class FlightControl:
 
     @property
     def limits(self) -> SafetyLimits | None:
-        """Set by preflight; without limits no waypoint is sent."""
+        """Safety limits, set by preflight; without them no waypoint is sent."""
         return self._limits
 
     @limits.setter
@@ -94,16 +94,16 @@ class FlightControl:
         requests: Mapping[int, NDArray[np.float64]],
         tasks: frozenset[Task] = _SWARM,
         *,
-        homing: bool = False,
+        returning: bool = False,
     ) -> tuple[WaypointRecord, ...]:
-        """Check planned waypoints, shape (3,) each, against the limits, each other and everyone else in the air.
+        """Check planned waypoints, shape (3,) each, against the limits, each other and all other airborne vehicles.
 
-        Where a boundary bars the straight way and there is one around it, the next corner of that one is granted.
+        Where a boundary blocks the straight path and there is a path around it, the next corner of that is granted.
 
         Args:
             requests: planned waypoint by vehicle id.
-            tasks: what a vehicle has to be doing to be moved; who has left since the plan was made is held.
-            homing: the vehicles fly home, which a low battery must not prevent.
+            tasks: tasks whose vehicles may be moved; one that has got another task since it was planned is held.
+            returning: the vehicles return, which a low battery must not prevent.
         """
         limits, detours = self._limits, self._detours
         if limits is None or detours is None:
@@ -116,7 +116,7 @@ class FlightControl:
                 requested_enu_m=_first_leg(detours, position_enu_m, requests[member.vehicle_id]),
                 link_age_s=self._roster.link_age_s(member),
                 position_age_s=self._roster.position_age_s(member),
-                battery_fraction=None if homing else member.state.battery_fraction,
+                battery_fraction=None if returning else member.state.battery_fraction,
                 home_enu_m=member.home_enu_m,
                 battery_per_m=self._battery_per_m(member),
             )
@@ -129,10 +129,10 @@ class FlightControl:
         return (*(_as_planned(record, requests[record.vehicle_id]) for record in vetted), *left)
 
     def _obstacles(self, moving_ids: set[int]) -> list[Obstacle]:
-        """Return the others in the air: where they hover, or the column in which they may be sinking.
+        """Return the other airborne vehicles: where they hover, or the column in which they may be descending.
 
-        Who was sent somewhere has the way there; who returns by its autopilot, or is lost and probably does, also has
-        the way to its launch point.
+        For a vehicle sent somewhere that is the path there, too; for one that returns by its autopilot, or is lost and
+        probably does, also the path to its launch point.
         """
         obstacles = []
         for member in self._roster.members():
@@ -154,7 +154,7 @@ class FlightControl:
         return obstacles
 
     def reached(self, members: Iterable[Member], places_m: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return to which horizontal places, shape (k, 2), any of the vehicles has a way past fence and no-go zones."""
+        """Return which horizontal places, shape (k, 2), a vehicle can reach past the geofence and no-go zones."""
         is_reached = np.zeros(len(places_m), dtype=np.bool_)
         for member in members:
             position_enu_m = self._roster.position_enu_m(member)
@@ -162,13 +162,13 @@ class FlightControl:
                 is_reached[~is_reached] = self._detours.reached(position_enu_m[:2], places_m[~is_reached])
         return is_reached
 
-    def in_the_way(
+    def blocks_path(
         self, member: Member, start_enu_m: NDArray[np.float64], end_enu_m: NDArray[np.float64]
     ) -> int | None:
-        """Return the id of a vehicle that is, or may come, too near to a straight way; None if that is free.
+        """Return the id of a vehicle that is, or may come, too near to a straight path; None if the path is free.
 
         Args:
-            member: who is to fly it, and does not count itself.
+            member: vehicle that is to fly it; it does not count itself.
             start_enu_m: shape (3,).
             end_enu_m: shape (3,).
         """
@@ -181,13 +181,13 @@ class FlightControl:
                 return obstacle.vehicle_id
         return None
 
-    def in_the_way_down(self, member: Member) -> int | None:
-        """Return who is, or may come, too near to the column below a vehicle; None if that is free."""
+    def blocks_descent(self, member: Member) -> int | None:
+        """Return the id of a vehicle that is, or may come, too near to the column below another; None if it is free."""
         position_enu_m = self._roster.position_enu_m(member)
         if position_enu_m is None:
             return None
         ground_enu_m = np.array([*position_enu_m[:2], min(0.0, position_enu_m[2])])
-        return self.in_the_way(member, position_enu_m, ground_enu_m)
+        return self.blocks_path(member, position_enu_m, ground_enu_m)
 
     def _battery_per_m(self, member: Member) -> float | None:
         per_s = member.battery.per_s
@@ -201,7 +201,7 @@ class FlightControl:
     ) -> dict[int, Refusal | None]:
         """Send vetted waypoints; what safety has held is not sent. Returns as ``command_each`` does.
 
-        Nor is anything sent to a vehicle that has left ``tasks`` since it was vetted, or was taken over.
+        Nothing is sent to a vehicle that has got a task outside of ``tasks`` since it was vetted, or was taken over.
         """
         targets: dict[int, NDArray[np.float64]] = {}
         for record, member in zip(records, self._roster.select(record.vehicle_id for record in records), strict=True):
@@ -236,7 +236,7 @@ class FlightControl:
             await self._clock.sleep(_POLL_S)
 
     async def transfer(
-        self, requests: Mapping[int, NDArray[np.float64]], tasks: frozenset[Task], *, homing: bool = False
+        self, requests: Mapping[int, NDArray[np.float64]], tasks: frozenset[Task], *, returning: bool = False
     ) -> list[Member]:
         """Fly to far waypoints, sent again while safety shortens or holds them; return those not there in time.
 
@@ -255,7 +255,7 @@ class FlightControl:
 
         while (members := pending()) and (left_s := deadline_s - self._clock.now_s()) > 0.0:
             planned = {member.vehicle_id: places_enu_m[member.vehicle_id] for member in members}
-            results = await self.send(self.vet(planned, tasks, homing=homing), tasks=tasks)
+            results = await self.send(self.vet(planned, tasks, returning=returning), tasks=tasks)
             refused = [vehicle_id for vehicle_id, refusal in results.items() if refusal is not None]
             # A vehicle that refuses is asked again soon, even if others are still on their way.
             wait_s = _RETRY_S if refused else self._deadlines.move_s
@@ -275,14 +275,14 @@ class FlightControl:
 
 
 def _is_ours(member: Member, tasks: frozenset[Task]) -> bool:
-    """Whether a waypoint may be sent: a goto would end a pilot's flight, a hold, a return or a landing."""
+    """Return whether a waypoint may be sent: a goto would end a pilot's flight, a hold, a return or a landing."""
     return member.task in tasks and member.follows_us
 
 
 def _first_leg(
     detours: Detours, position_enu_m: NDArray[np.float64], requested_enu_m: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the waypoint itself, or the next corner of the way around what bars the straight one, at its height."""
+    """Return the waypoint itself, or the next corner of the path around what blocks the straight one, at its height."""
     if not np.isfinite(requested_enu_m).all():
         return requested_enu_m
     corner_m = detours.next_corner(position_enu_m[:2], requested_enu_m[:2])
@@ -290,7 +290,7 @@ def _first_leg(
 
 
 def _as_planned(record: WaypointRecord, planned_enu_m: NDArray[np.float64]) -> WaypointRecord:
-    """Tell what became of the waypoint that was planned, where a corner on the way to it was vetted."""
+    """Return what became of the planned waypoint, where a corner on the path to it was vetted."""
     planned = as_enu_point(planned_enu_m)
     if record.requested_enu_m == planned or not np.isfinite(planned_enu_m).all():
         return record

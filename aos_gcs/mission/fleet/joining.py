@@ -104,7 +104,7 @@ class Joining:
         if member.home_enu_m is None or member.layer_height_m is None:
             raise RuntimeError(f"vehicle {member.vehicle_id} has no altitude layer")
         top_enu_m = np.array([*member.home_enu_m[:2], member.layer_height_m])
-        return self._context.flight.in_the_way(member, member.home_enu_m, top_enu_m)
+        return self._context.flight.blocks_path(member, member.home_enu_m, top_enu_m)
 
     async def _bring(self, member: Member) -> None:
         """Start, climb, fly to the swarm and become part of it; a vehicle that does not get there holds where it is."""

@@ -129,7 +129,7 @@ class Monitor:
 
     def _why_home(self, member: Member) -> str | None:
         if member.task is Task.RETURNING:
-            stopped = self._returning().leads_all or isinstance(member.last_command, Hold)
+            stopped = self._returning().is_for_all or isinstance(member.last_command, Hold)
             return None if stopped else "it has not arrived yet"
         limits, battery = self._context.flight.limits, member.state.battery_fraction
         if limits is None or battery is None or member.task not in {Task.SWARM, Task.HELD}:

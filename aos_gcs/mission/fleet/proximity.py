@@ -1,4 +1,4 @@
-"""Watches the measured distances in the air: an alarm where two come close, and hold where they come too close.
+"""Monitors the measured distances in the air: an alarm where two vehicles come close, a hold where too close.
 
 Waypoints are vetted before they are sent; this is for what happens all the same: wind, wrong positions, pilots and
 failsafes. Positions are carried forward by their age, so that a late one does not hide an approach.
@@ -19,20 +19,20 @@ from aos_gcs.mission.journal import Journal
 from aos_gcs.ports import Clock, FlightMode, Hold, Severity
 
 _REPEAT_S = 1.0
-"""Between two holds of a vehicle that goes on all the same."""
+"""Time between two holds of a vehicle that moves on nevertheless."""
 _HOVER_MPS = 0.3
-"""Gusts and noise stay below."""
+"""Speed below which a vehicle hovers: gusts and noise stay below."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Located:
     member: Member
     position_enu_m: NDArray[np.float64]
-    """Where it is now, carried forward; shape (3,)."""
+    """Position now, extrapolated; shape (3,)."""
 
 
 class ProximityWatch:
-    """Remembers who has been warned of and held already."""
+    """Remembers which pairs were reported, and which vehicles held, already."""
 
     def __init__(self, roster: Roster, clock: Clock, journal: Journal) -> None:
         self._roster = roster
@@ -46,7 +46,7 @@ class ProximityWatch:
         """The smallest 3-D distance so far."""
 
     def look(self, limits: SafetyLimits | None) -> list[Member]:
-        """Measure all distances in the air, raise alarms, and return who has to hold now."""
+        """Measure all distances in the air, raise alarms, and return the vehicles that have to hold now."""
         located = self._locate(limits)
         if len(located) < 2:
             self._close.clear()
@@ -63,7 +63,7 @@ class ProximityWatch:
         return self._judge(located, limits)
 
     def _locate(self, limits: SafetyLimits | None) -> list[_Located]:
-        """Return where everybody in the air is; tell of those whose last position is too old to be watched."""
+        """Return the positions of airborne vehicles; report those whose last position is too old."""
         located, unlocated = [], set()
         for member in self._roster.airborne():
             position_enu_m, age_s = self._roster.position_enu_m(member), self._roster.position_age_s(member)
@@ -73,7 +73,7 @@ class ProximityWatch:
             velocity_enu_mps = np.array(member.state.velocity_enu_mps or (0.0, 0.0, 0.0))
             located.append(_Located(member, position_enu_m + age_s * velocity_enu_mps))
         for vehicle_id in unlocated - self._unlocated:
-            text = "flies, but its position is unknown or old: its distance to others is not watched"
+            text = "airborne, but its position is unknown or old: its distance to others is not monitored. Return it"
             self._journal.notice(Severity.WARNING, text, vehicle_id)
         self._unlocated = unlocated
         return located
@@ -88,7 +88,9 @@ class ProximityWatch:
             pair = one.member.vehicle_id, other.member.vehicle_id
             close.add(pair)
             if pair not in self._close:
-                text = f"only {distance_m:.1f} m from vehicle {pair[1]}, below the {limits.separation_m:.1f} m allowed"
+                text = (
+                    f"only {distance_m:.1f} m from vehicle {pair[1]}, less than the {limits.separation_m:.1f} m allowed"
+                )
                 self._journal.notice(Severity.CRITICAL, text, pair[0])
             beside_m, above_m = float(np.hypot(*offset_m[:2])), abs(float(offset_m[2]))
             if beside_m >= limits.hold_horizontal_m or above_m >= limits.hold_vertical_m:
@@ -114,9 +116,9 @@ class ProximityWatch:
 
 
 def _later_mover(one: Member, other: Member) -> Member | None:
-    """Return who of a pair was sent on its way last and can be stopped; None if neither can.
+    """Return the vehicle of a pair that was sent last and can be stopped; None if neither can.
 
-    A pilot is not overruled; who hovers or holds already is not the one to stop.
+    A pilot is not overruled; a vehicle that hovers or holds already is not the one to stop.
     """
     return max((m for m in (one, other) if _can_be_stopped(m)), key=lambda member: member.sent_at_s, default=None)
 

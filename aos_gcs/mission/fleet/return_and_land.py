@@ -18,7 +18,7 @@ _COMING_DOWN = frozenset({FlightMode.RETURN, FlightMode.LAND})
 _LAND_ATTEMPTS = 3
 _POLL_S = 0.2
 _SPOTS_APART = 2.0
-"""Distance of two landing spots about a return point, in separations: both may err by half of one."""
+"""Distance of two landing spots about a return point, in separations: both vehicles may err by half of one."""
 
 
 class ReturnAndLand:
@@ -27,7 +27,7 @@ class ReturnAndLand:
     def __init__(self, context: FlightContext, vehicle_tasks: VehicleTasks) -> None:
         self._context = context
         self._vehicle_tasks = vehicle_tasks
-        self.leads_all = False
+        self.is_for_all = False
         """Whether the whole swarm returns or lands, so that no vehicle does so on its own."""
 
     @property
@@ -43,13 +43,13 @@ class ReturnAndLand:
         home like that is handed to its autopilot; one that is descending already or is flown by a pilot is left alone.
         """
         context = self._context
-        self._lead_all()
+        self._take_over_all()
         context.journal.set_message("Returning: flying home in the altitude layers.")
-        led = [member for member in self._still_flying() if self._can_be_led(member)]
-        for member in led:
+        able = [member for member in self._still_flying() if self._can_fly_home(member)]
+        for member in able:
             context.roster.assign(member, Task.RETURNING)
-        await self._fly(led, self._climb)
-        await self._fly(led, self._above_home)
+        await self._fly(able, self._climb)
+        await self._fly(able, self._above_home)
         await self._return_held()
         astray = [member for member in self._still_flying() if member.airborne and self._is_astray(member)]
         for member in astray:
@@ -61,7 +61,7 @@ class ReturnAndLand:
     async def land(self) -> Phase:
         """Land all vehicles where they are, none above another, and wait until their motors have stopped."""
         context = self._context
-        self._lead_all()
+        self._take_over_all()
         context.journal.set_message("Landing.")
         await self._clear_columns()
         for member in self._still_flying():
@@ -69,7 +69,7 @@ class ReturnAndLand:
                 context.roster.assign(member, Task.LANDING)
         self._report_pilots()
         await self._bring_down()
-        if await self._lost_ones_come_back():
+        if await self._is_any_heard_again():
             await self._bring_down()
         self._report_landings()
         return Phase.DONE
@@ -84,7 +84,7 @@ class ReturnAndLand:
             if not await context.flight.wait_until(self._not_landed, lambda _: False, timeout_s):
                 break
 
-    async def _lost_ones_come_back(self) -> bool:
+    async def _is_any_heard_again(self) -> bool:
         """Return whether a lost vehicle is heard again soon. When all are lost, the monitor ends the mission first."""
         roster = self._context.roster
         lost = roster.members(Task.LOST)
@@ -99,9 +99,9 @@ class ReturnAndLand:
         vehicle that cannot be flown home like that is handed to its autopilot's own return.
         """
         self._context.journal.notice(Severity.WARNING, f"returns on its own: {reason}", member.vehicle_id)
-        if self._can_be_led(member):
+        if self._can_fly_home(member):
             self._context.roster.assign(member, Task.RETURNING)
-            self._vehicle_tasks.start(member.vehicle_id, self._lead_home(member))
+            self._vehicle_tasks.start(member.vehicle_id, self._fly_home(member))
             return None
         return await self._hand_over(member)
 
@@ -113,11 +113,11 @@ class ReturnAndLand:
         """Return whether a vehicle has a procedure of its own, such as its return."""
         return self._vehicle_tasks.is_running(member.vehicle_id)
 
-    def _lead_all(self) -> None:
-        self.leads_all = True
+    def _take_over_all(self) -> None:
+        self.is_for_all = True
         self._vehicle_tasks.stop_all()
 
-    async def _lead_home(self, member: Member) -> None:
+    async def _fly_home(self, member: Member) -> None:
         """Fly one vehicle home and land it, unless it gets another task or is taken over on its way."""
         context = self._context
         await self._fly([member], self._climb)
@@ -127,7 +127,7 @@ class ReturnAndLand:
         if self._is_astray(member):
             await self._hand_over(member)
             return
-        while (other_id := context.flight.in_the_way_down(member)) is not None:
+        while (other_id := context.flight.blocks_descent(member)) is not None:
             member.refusal = f"held: vehicle {other_id} is or may come below it"
             await context.clock.sleep(_POLL_S)
         if member.task is Task.RETURNING and member.follows_us:
@@ -146,7 +146,7 @@ class ReturnAndLand:
 
     async def _return_held(self) -> None:
         """Fly vehicles home that were held on their way, such as for the separation, once the others are there."""
-        held = [m for m in self._context.roster.members(Task.HELD) if self._can_be_led(m)]
+        held = [m for m in self._context.roster.members(Task.HELD) if self._can_fly_home(m)]
         for member in held:
             self._context.roster.assign(member, Task.RETURNING)
         await self._fly(held, self._climb)
@@ -172,7 +172,7 @@ class ReturnAndLand:
         return member.follows_us or (member.state.mode in _COMING_DOWN and not member.airborne)
 
     @staticmethod
-    def _can_be_led(member: Member) -> bool:
+    def _can_fly_home(member: Member) -> bool:
         has_place = member.home_enu_m is not None and member.layer_height_m is not None
         return member.airborne and member.follows_us and has_place
 
@@ -183,7 +183,7 @@ class ReturnAndLand:
 
     async def _fly(self, members: list[Member], place_of: Callable[[Member], NDArray[np.float64] | None]) -> None:
         requests = {m.vehicle_id: place_enu_m for m in members if (place_enu_m := place_of(m)) is not None}
-        await self._context.flight.transfer(requests, frozenset({Task.RETURNING}), homing=True)
+        await self._context.flight.transfer(requests, frozenset({Task.RETURNING}), returning=True)
 
     def _climb(self, member: Member) -> NDArray[np.float64] | None:
         roster = self._context.roster
@@ -248,7 +248,7 @@ class ReturnAndLand:
         for member, _ in located:
             context.roster.assign(member, Task.LANDING)
         requests = {member.vehicle_id: target for (member, _), target in zip(located, apart_enu_m, strict=True)}
-        await context.flight.transfer(requests, frozenset({Task.LANDING}), homing=True)
+        await context.flight.transfer(requests, frozenset({Task.LANDING}), returning=True)
 
     def _report_landings(self) -> None:
         context = self._context

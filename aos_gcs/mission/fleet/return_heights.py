@@ -1,4 +1,4 @@
-"""How high vehicles return by themselves: in their layers while the mission has them, then as their owners want it."""
+"""Failsafe return heights of the vehicles: their altitude layers during the mission, then their own again."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from aos_gcs.ports import Severity, VehicleFacts
 PURPOSE = "return height"
 _MAX_HEARD_AGO_S = 3.0
 _DECIMALS = 2
-"""Autopilots keep centimetres."""
+"""Decimals of metres that autopilots store."""
 
 
 class ReturnHeights:
-    """Gives vehicles the return heights of their layers before they start, and their own ones back in the end.
+    """Sets the vehicles' failsafe return heights to their layers before they start, and restores them at the end.
 
     Nothing is written unless ``preflight.set_return_height`` says so, and never while motors run.
 
@@ -36,26 +36,26 @@ class ReturnHeights:
         """Settings before the mission, by vehicle."""
 
     def wanted_m(self, member: Member) -> float | None:
-        """Return the height above home at which a vehicle is to return by itself; None where it is left alone."""
+        """Return the failsafe return height above home that a vehicle is to have; None where it is left unchanged."""
         height_m = member.layer_above_home_m if self._is_wanted else None
         return None if height_m is None else round(height_m, _DECIMALS)
 
     async def set(self, member: Member, facts: VehicleFacts, height_m: float, deadline_s: float) -> None:
-        """Set a vehicle's return height; what it was before is on the disk by then.
+        """Set a vehicle's return height, after its former one was recorded.
 
         Raises:
-            CommandError: the vehicle does not take it.
+            CommandError: the vehicle refuses or does not answer.
         """
         if member.vehicle_id not in self._former:
             self._former[member.vehicle_id] = facts.return_settings
             await self._record(member, facts.return_settings, is_restored=False)
         await member.vehicle.set_return_height(height_m, deadline_s)
         before = _in_words(self._former[member.vehicle_id])
-        text = f"returns by itself at {height_m:g} m now, its altitude layer; before the mission: {before}"
+        text = f"failsafe return height {height_m:g} m, its altitude layer (was {before})"
         self._context.journal.notice(Severity.INFO, text, member.vehicle_id)
 
     async def restore(self) -> None:
-        """Give all vehicles on the ground their own settings back, and name those that cannot be given them."""
+        """Restore the settings of all vehicles on the ground, and report those that do not take them."""
         members = self._context.roster.select(self._former)
         await asyncio.gather(*[self._restore(member, self._former[member.vehicle_id]) for member in members])
 
@@ -63,14 +63,16 @@ class ReturnHeights:
         context, link_age_s = self._context, self._context.roster.link_age_s(member)
         try:
             if link_age_s is None or link_age_s > _MAX_HEARD_AGO_S:
-                raise CommandError("it is not heard")
+                raise CommandError("its link is lost")
             deadline_s = context.clock.now_s() + self._command_s
             await member.vehicle.restore_return(former, deadline_s)
         except CommandError as error:
-            text = f"keeps the return height of this mission ({error}); set back by hand: {_in_words(former)}"
+            text = f"failsafe return height not restored ({error}). Set it by hand: {_in_words(former)}"
             context.journal.notice(Severity.WARNING, text, member.vehicle_id)
             return
-        context.journal.notice(Severity.INFO, f"returns as before again: {_in_words(former)}", member.vehicle_id)
+        context.journal.notice(
+            Severity.INFO, f"failsafe return height restored: {_in_words(former)}", member.vehicle_id
+        )
         await self._record(member, former, is_restored=True)
 
     async def _record(self, member: Member, former: Mapping[str, float], *, is_restored: bool) -> None:

@@ -1,4 +1,4 @@
-"""The vehicles of a mission and what each of them has been told."""
+"""The vehicles of a mission, with the task and the latest command of each."""
 
 from __future__ import annotations
 
@@ -35,15 +35,15 @@ class Member:
     _next_task: Task = field(default=Task.IDLE, init=False)
     layer_height_m: float | None = None
     home_enu_m: NDArray[np.float64] | None = None
-    """Where it has started, and where its autopilot returns to."""
+    """Launch point, where its autopilot returns to."""
     landing_enu_m: NDArray[np.float64] | None = None
-    """Where we bring it down; None: at home."""
+    """Place where it lands; None: at home."""
     waypoint_enu_m: NDArray[np.float64] | None = None
     refusal: str | None = None
     last_command: Command | None = None
-    """Handed to the link last and not refused; telemetry shows its effect up to seconds later."""
+    """Latest command handed to the link and not refused; telemetry shows its effect up to seconds later."""
     sent_at_s: float = -math.inf
-    """When it was last told to move."""
+    """Time of the latest command to move."""
     battery: BatteryMeter = field(default_factory=BatteryMeter)
 
     @property
@@ -76,7 +76,7 @@ class Member:
 
     @property
     def airborne(self) -> bool:
-        """True unless the vehicle is known to stand on the ground and to stay there; in doubt it flies."""
+        """True unless the vehicle is known to be on the ground and to stay there; in doubt it flies."""
         state, is_told_to_climb = self.state, isinstance(self.last_command, Takeoff)
         return state.armed and (is_told_to_climb or state.landed is not LandedState.ON_GROUND)
 
@@ -94,7 +94,7 @@ class Roster:
         self._clock = clock
         self._members: dict[int, Member] = {}
         self._places: dict[int, tuple[GeodeticPosition, NDArray[np.float64]]] = {}
-        """The position that was converted last, and what came of it."""
+        """Position that was converted last, in geodetic and in ENU coordinates, by vehicle."""
         self.frame: LocalFrame | None = None
 
     def refresh(self) -> list[Member]:
@@ -163,7 +163,7 @@ class Roster:
             return None
         known = self._places.get(member.vehicle_id)
         if known is None or known[0] is not position:
-            # Asked for many times between two reports, by checks of each vehicle against each other above all.
+            # Needed many times between two reports, above all by checks of each vehicle against each other.
             known = self._places[member.vehicle_id] = (position, self.frame.to_enu(position))
             known[1].setflags(write=False)
         return known[1]
@@ -181,7 +181,7 @@ class Roster:
         return abs(float(position_enu_m[2]) - member.layer_height_m) <= _LAYER_TOLERANCE_M
 
     def own_column_enu_m(self, member: Member) -> NDArray[np.float64] | None:
-        """Return the place in its layer straight above or below a vehicle, shape (3,)."""
+        """Return the position in its layer straight above or below a vehicle, shape (3,)."""
         position_enu_m = self.position_enu_m(member)
         if position_enu_m is None or member.layer_height_m is None:
             return None

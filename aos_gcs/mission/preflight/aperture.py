@@ -11,7 +11,7 @@ CHECK_NAME = "aperture"
 
 
 def check_aperture(settings: MissionSettings) -> tuple[PreflightCheck, ...]:
-    """Return a line for the preflight matrix, or none without a forest. It never fails: the operator decides."""
+    """Return the check of the aperture, or none without a forest. It warns, but never blocks the launch."""
     if settings.forest is None:
         return ()
     advice = advise(settings, settings.forest)

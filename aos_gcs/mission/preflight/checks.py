@@ -1,4 +1,4 @@
-"""The names of preflight's checks, and how one cell of the matrix is filled in."""
+"""Names of the preflight checks, and functions that fill in one cell of the matrix."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Final
 from aos_gcs.mission.model import CheckStatus, PreflightCheck
 
 MISSION: Final = 0
-"""Stands for a vehicle in checks of the mission as a whole."""
+"""Vehicle id of checks of the mission as a whole."""
 
 PLAN: Final = "plan"
 VEHICLES: Final = "vehicles"
@@ -19,7 +19,7 @@ CLOCK: Final = "clock"
 POSITION: Final = "position"
 HOME: Final = "home"
 LAUNCH_POINT: Final = "launch point"
-WAYS: Final = "way to the area"
+PATH: Final = "path to the area"
 ALTITUDE_LAYER: Final = "altitude layer"
 BATTERY: Final = "battery"
 READY_TO_ARM: Final = "ready to arm"
@@ -39,7 +39,7 @@ ORDER: Final = (
     POSITION,
     HOME,
     LAUNCH_POINT,
-    WAYS,
+    PATH,
     ALTITUDE_LAYER,
     BATTERY,
     READY_TO_ARM,
@@ -49,24 +49,24 @@ ORDER: Final = (
     RETURN_HEIGHT,
     CAMERA,
 )
-"""Of the columns of the matrix."""
+"""Order of the columns of the matrix."""
 
 OVERRIDABLE: Final = frozenset({BATTERY, GEOFENCE, LINK_LOSS, RETURN_HEIGHT, CAMERA})
-"""What an operator may answer for. Without the others a vehicle cannot be flown, or endangers its neighbours."""
+"""Checks that an operator may override. Without the others a vehicle cannot fly, or endangers its neighbours."""
 
 
 def passed(vehicle_id: int, name: str, text: str) -> PreflightCheck:
-    """Return a check that has found what it should."""
+    """Return a check that passes."""
     return PreflightCheck(vehicle_id, name, CheckStatus.PASS, text)
 
 
 def warned(vehicle_id: int, name: str, text: str, remedy: str) -> PreflightCheck:
-    """Return a check that has found something worth knowing."""
+    """Return a check that warns."""
     return PreflightCheck(vehicle_id, name, CheckStatus.WARN, text, remedy)
 
 
 def failed(vehicle_id: int, name: str, text: str, remedy: str) -> PreflightCheck:
-    """Return a check that stands against the launch."""
+    """Return a check that blocks the launch."""
     return PreflightCheck(vehicle_id, name, CheckStatus.FAIL, text, remedy, overridable=name in OVERRIDABLE)
 
 

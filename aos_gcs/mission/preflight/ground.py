@@ -1,4 +1,4 @@
-"""Whether vehicles start and land where they may, and get from there to the search area and back."""
+"""Checks of launch and return points, and of the paths from there to the search area and back."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ def check_ground(
 
     Args:
         homes_enu_m: launch points by vehicle, shape (3,) each.
-        limits: of this flight.
-        settings: of the mission.
+        limits: limits of this flight.
+        settings: settings of the mission.
     """
     ground = Ground(limits, settings.flight.arrival_radius_m)
     middle_m = np.mean([home_enu_m[:2] for home_enu_m in homes_enu_m.values()], axis=0)
@@ -46,8 +46,8 @@ def _check_launch_point(
 ) -> PreflightCheck:
     obstruction = ground.at(home_m) or ground.between(home_m, area_m)
     if obstruction is not None:
-        return checks.failed(vehicle_id, checks.WAYS, f"it is {obstruction.text}", obstruction.remedy)
-    return checks.passed(vehicle_id, checks.WAYS, "open")
+        return checks.failed(vehicle_id, checks.PATH, f"it is {obstruction.text}", obstruction.remedy)
+    return checks.passed(vehicle_id, checks.PATH, "open")
 
 
 def _check_return_point(
@@ -57,4 +57,4 @@ def _check_return_point(
     if obstruction is None:
         return []
     text = f"the return point is {obstruction.text}"
-    return [checks.failed(checks.MISSION, checks.WAYS, text, obstruction.remedy)]
+    return [checks.failed(checks.MISSION, checks.PATH, text, obstruction.remedy)]

@@ -1,4 +1,4 @@
-"""Asking vehicles, before they start, for what telemetry does not tell: their settings, their fence, a frame.
+"""Inspection of vehicles before they start: what telemetry does not show, their settings, geofence and a frame.
 
 A vehicle is asked once, again when something about it has changed, every few seconds while an answer is not good, and
 now and then while all are (``preflight.refresh_s``). Vehicles that have been started are not asked any more.
@@ -24,70 +24,70 @@ from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.ports import Capture, Geofence, VehicleFacts, VehicleState
 
 RETRY_S = 5.0
-"""Pause before a vehicle is asked again whose answer was not good, or missing."""
+"""Time before a vehicle is asked again whose answer was not good, or missing."""
 MAX_FRAME_DISTANCE_M = 15.0
-"""Between a test frame's pose and the vehicle's position; both come from the same receiver."""
+"""Largest distance of a test frame's pose from the vehicle's position; both come from the same receiver."""
 _POLL_S = 0.5
 _QUESTIONS = 4.0
-"""As many times the patience with one command is the patience with a whole inspection."""
+"""Deadline of an inspection, in deadlines of one command."""
 _MAX_HEARD_AGO_S = 3.0
 _SAME_HEIGHT_M = 0.05
-"""Autopilots keep centimetres, or 32-bit floats."""
+"""Largest difference of equal heights: autopilots store centimetres, or 32-bit floats."""
 
 
 @dataclass(frozen=True, slots=True)
 class TrialFrame:
-    """What is worth knowing of a frame that was taken to see whether the camera delivers."""
+    """Properties of a test frame."""
 
     width_px: int
     height_px: int
     bands: tuple[str, ...]
     position: GeodeticPosition
-    """Of its pose."""
+    """Position of its pose."""
     below_horizon_rad: float
-    """Of the optical axis; pi/2 looks straight down."""
+    """Angle of the optical axis; pi/2 looks straight down."""
     is_rotation: bool
-    """Whether the orientation is one at all."""
+    """Whether the orientation is a rotation at all."""
 
     def distance_m(self, state: VehicleState) -> float | None:
-        """Return how far away the vehicle says that it stands, horizontally; None while it has not said."""
+        """Return the horizontal distance from the vehicle's reported position; None while it has not reported one."""
         if state.position is None:
             return None
         return float(np.linalg.norm(LocalFrame(self.position).to_enu(state.position)[:2]))
 
     def is_plausible(self, state: VehicleState) -> bool:
-        """Whether its pose can be that of this vehicle."""
+        """Return whether its pose can be that of this vehicle."""
         distance_m = self.distance_m(state)
         return self.is_rotation and (distance_m is None or distance_m <= MAX_FRAME_DISTANCE_M)
 
 
 @dataclass(frozen=True, slots=True)
 class Inspection:
-    """What one vehicle has told so far, and why the rest is missing."""
+    """Answers of one vehicle so far, and why the rest is missing."""
 
     facts: VehicleFacts | None = None
     problem: str = ""
-    """Why its settings could not be read; empty while nothing went wrong."""
+    """Reason why its settings could not be read; empty while nothing went wrong."""
     frame: TrialFrame | None = None
     frame_problem: str = ""
     planned_fence: Geofence | None = None
-    """The fence it should keep; None while the limits are not known."""
+    """Geofence that it should have; None while the limits are not known."""
     may_upload: bool = False
-    """Whether the planned fence is written where another one, or none, is stored."""
+    """Whether the planned geofence is uploaded where another one, or none, is stored."""
     upload_problem: str = ""
     wanted_return_m: float | None = None
-    """The height above home at which it is made to return by itself; None: it is left as it is."""
+    """Failsafe return height above home that it is to have; None: it is left unchanged."""
     return_problem: str = ""
 
     @property
     def has_planned_fence(self) -> bool:
-        """Whether the vehicle stores the fence that it should keep."""
+        """Whether the vehicle stores the planned geofence."""
         stored = None if self.facts is None else self.facts.fence
         return stored is not None and self.planned_fence is not None and stored.is_same_as(self.planned_fence)
 
     @property
     def has_wanted_return(self) -> bool:
-        """Whether the vehicle returns by itself as it should, or may return as it likes."""
+        """Whether the vehicle has the failsafe return height that it should have, or may have any."""
         facts, wanted_m = self.facts, self.wanted_return_m
         if wanted_m is None:
             return True
@@ -96,7 +96,7 @@ class Inspection:
         )
 
     def is_good(self, state: VehicleState) -> bool:
-        """Whether there is nothing to be hoped for from asking again soon."""
+        """Return whether asking again soon would not change the result."""
         facts = self.facts
         if facts is None or self.problem or self.frame is None or not self.frame.is_plausible(state):
             return False
@@ -105,12 +105,12 @@ class Inspection:
 
 @dataclass(slots=True)
 class _Subject:
-    """One vehicle that is being asked."""
+    """One vehicle that is being inspected."""
 
     inspection: Inspection = Inspection()
     due_s: float = -math.inf
     situation: object = None
-    """What must not change without asking again."""
+    """State of the vehicle whose change calls for another inspection."""
     task: asyncio.Task[None] | None = None
 
 
@@ -141,12 +141,12 @@ class Inspector:
         """Vehicles that have landed and are about to fly once more."""
 
     def inspection(self, vehicle_id: int) -> Inspection:
-        """Return what a vehicle has told so far."""
+        """Return the answers of a vehicle so far."""
         subject = self._subjects.get(vehicle_id)
         return Inspection() if subject is None else subject.inspection
 
     async def run(self) -> None:
-        """Ask whoever is due, until cancelled. Nobody waits for anybody."""
+        """Inspect the vehicles that are due, all at the same time, until cancelled."""
         clock = self._context.clock
         async with asyncio.TaskGroup() as group:
             while True:
@@ -158,7 +158,7 @@ class Inspector:
                 await clock.sleep(_POLL_S)
 
     async def settle(self, member: Member) -> None:
-        """Wait until a vehicle that was given its layer returns by itself in it, or has said why it does not."""
+        """Wait until a vehicle has the failsafe return height of its new layer, or has refused it."""
         clock, wanted_m, until_s = self._context.clock, self._return_heights.wanted_m(member), self._deadline_s()
         self._starting_again.add(member.vehicle_id)
         try:
@@ -213,14 +213,14 @@ class Inspector:
             subject.due_s = self._context.clock.now_s() + period_s
 
     async def _read(self, member: Member, subject: _Subject) -> None:
-        """Read the settings; where something is not as planned and may be written, write it and read again."""
+        """Read the settings; where one is not as planned and may be changed, change it and read again."""
         await self._inspect(member, subject)
         has_written = [await self._upload_fence(member, subject), await self._set_return_height(member, subject)]
         if any(has_written):
             await self._inspect(member, subject)
 
     async def _upload_fence(self, member: Member, subject: _Subject) -> bool:
-        """Write the planned fence where it is wanted and not there; return whether that was done."""
+        """Upload the planned geofence where it may be and is missing; return whether that was done."""
         found, fence = subject.inspection, subject.inspection.planned_fence
         is_open = found.facts is not None and not (found.has_planned_fence and found.facts.at_fence.is_on)
         if not (found.may_upload and is_open and fence is not None):
@@ -234,7 +234,7 @@ class Inspector:
         return True
 
     async def _set_return_height(self, member: Member, subject: _Subject) -> bool:
-        """Set the return height where it is wanted and another one; return whether that was done."""
+        """Set the return height where it is to be changed; return whether that was done."""
         found = subject.inspection
         facts, wanted_m = found.facts, found.wanted_return_m
         problem = ""

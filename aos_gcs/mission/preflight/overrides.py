@@ -1,4 +1,4 @@
-"""Launching in spite of a failed check: who has decided so and why, for how long, and that it is on record."""
+"""Overrides of failed checks: by whom, why and for how long; every one is on record."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ BY_CONFIGURATION = "configuration"
 
 @dataclass(frozen=True, slots=True)
 class _Grant:
-    """An override and what it was granted for."""
+    """Override and the finding that it was granted for."""
 
     override: CheckOverride
     finding: tuple[CheckStatus, str]
@@ -42,11 +42,11 @@ class Overrides:
         return self.checks
 
     async def apply(self, checks: Iterable[PreflightCheck]) -> tuple[PreflightCheck, ...]:
-        """Return the checks with the overrides that hold; those of the configuration are granted here, on record."""
+        """Return the checks with the overrides in force; those of the configuration are granted here, on record."""
         return tuple([await self._apply(check) for check in checks])
 
     async def decide(self, vehicle_id: int, name: str, reason: str | None, operator: str) -> PreflightCheck:
-        """See ``MissionControl.override_check``. Every decision is written to the audit log, refused ones too."""
+        """Decide on a check; see ``MissionCommands.override_check``. Refused decisions are in the audit log, too."""
         try:
             check = self._failed(vehicle_id, name)
             override = self._override(reason, operator) if reason is not None else None
@@ -63,7 +63,7 @@ class Overrides:
         grant = self._grants.get(key)
         if grant is not None and grant.finding != _finding(check):
             del self._grants[key]
-            text = f"{check.name}: the override has ended, the check now says {check.status}"
+            text = f"{check.name}: override ended, the result of the check has changed"
             self._context.journal.notice(Severity.INFO, text, check.vehicle_id or None)
             grant = None
         if grant is not None:
@@ -76,7 +76,7 @@ class Overrides:
         return replace(check, overridden=override)
 
     def _failed(self, vehicle_id: int, name: str) -> PreflightCheck:
-        """Return the check that may be overridden."""
+        """Return a failed check that may be overridden."""
         checks = [check for check in self.checks if check.vehicle_id == vehicle_id]
         check = next((check for check in checks if check.name == name), None)
         if check is None:
@@ -97,11 +97,13 @@ class Overrides:
         key, journal = (check.vehicle_id, check.name), self._context.journal
         if override is None:
             self._grants.pop(key, None)
-            journal.notice(Severity.INFO, f"{check.name}: the override is taken back", check.vehicle_id or None)
+            journal.notice(
+                Severity.INFO, f"{check.name}: override withdrawn by {by or 'the operator'}", check.vehicle_id or None
+            )
             await self._record(*key, None, by)
             return
         self._grants[key] = _Grant(override, _finding(check))
-        text = f"{check.name} ({check.text}) is overridden by {by or 'the operator'}: {override.reason}"
+        text = f"{check.name} ({check.text}) overridden by {by or 'the operator'}: {override.reason}"
         journal.notice(Severity.WARNING, text, check.vehicle_id or None)
         await self._record(*key, override.reason, by)
 

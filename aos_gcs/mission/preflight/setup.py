@@ -1,4 +1,4 @@
-"""What every vehicle has to show before its motors start, from what it tells when asked."""
+"""Preflight checks of every vehicle's settings, geofence and camera, from its inspection."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from aos_gcs.mission.preflight.inspection import Inspection
 from aos_gcs.ports import Safeguard, VehicleFacts, VehicleState
 
 MIN_BELOW_HORIZON_RAD = math.radians(45.0)
-"""Cameras that look further up see little of the forest's ground."""
+"""Smallest angle of a camera: one that looks further up sees little of the forest's ground."""
 
 _SLACK_M = 0.1
-"""Autopilots round what they keep."""
+"""Tolerance of heights: autopilots round what they store."""
 
 
 def check_setup(
@@ -23,9 +23,9 @@ def check_setup(
     """Return the checks of one vehicle's settings, fence and camera.
 
     Args:
-        state: its telemetry.
-        inspection: what it has told so far.
-        layer_height_above_home_m: where it is going to fly; None while that is not known.
+        state: telemetry of the vehicle.
+        inspection: its answers so far.
+        layer_height_above_home_m: height of its layer; None while that is not known.
     """
     vehicle_id, facts = state.vehicle_id, inspection.facts
     if facts is None:
@@ -43,11 +43,11 @@ def check_setup(
 
 
 def check_system_ids(states: Iterable[VehicleState], board_ids: Mapping[int, str]) -> list[PreflightCheck]:
-    """Return for every vehicle whether its system id is its own, by the addresses and boards that it is heard from.
+    """Return for every vehicle whether its system id is unique, by the addresses and boards that it is heard from.
 
     Args:
         states: the vehicles' telemetry.
-        board_ids: of the flight controllers, by vehicle; empty where it is not known.
+        board_ids: ids of the flight controllers, by vehicle; empty where not known.
     """
     return [_check_system_id(state, board_ids) for state in states]
 
@@ -58,24 +58,24 @@ def _check_system_id(state: VehicleState, board_ids: Mapping[int, str]) -> Prefl
         return checks.failed(vehicle_id, checks.SYSTEM_ID, "two vehicles use it", "give one of them another id")
     twins = [other for other, other_board_id in board_ids.items() if other != vehicle_id and other_board_id == board_id]
     if board_id and twins:
-        text = f"its board has the id of vehicle {twins[0]}'s"
-        remedy = "simulators do so; with real vehicles, look whether one is heard under two ids"
+        text = f"its board has the same id as that of vehicle {twins[0]}"
+        remedy = "normal for simulators; with real vehicles, check whether one is heard under two ids"
         return checks.warned(vehicle_id, checks.SYSTEM_ID, text, remedy)
     return checks.passed(vehicle_id, checks.SYSTEM_ID, f"its own, board {board_id[:16]}" if board_id else "its own")
 
 
 def _unknown(vehicle_id: int, name: str, problem: str) -> PreflightCheck:
-    """Return a check that waits for an answer: it cannot be overridden before the vehicle had its chance."""
+    """Return a check that waits for an answer; it cannot be overridden before the vehicle could answer."""
     if not problem:
         status = CheckStatus.FAIL if name in checks.OVERRIDABLE else CheckStatus.WARN
-        return PreflightCheck(vehicle_id, name, status, "not known yet", "wait, the vehicle is being asked")
+        return PreflightCheck(vehicle_id, name, status, "not known yet", "wait: the vehicle is being inspected")
     make = checks.failed if name in checks.OVERRIDABLE else checks.warned
     return make(vehicle_id, name, "not known", problem)
 
 
 def _check_firmware(state: VehicleState, firmware: str) -> PreflightCheck:
     if not firmware:
-        return checks.warned(state.vehicle_id, checks.FIRMWARE, "not told", "look it up in another ground station")
+        return checks.warned(state.vehicle_id, checks.FIRMWARE, "not reported", "check it in another ground station")
     return checks.passed(state.vehicle_id, checks.FIRMWARE, f"{state.autopilot} {firmware}")
 
 
@@ -87,16 +87,16 @@ def _check_fence(vehicle_id: int, inspection: Inspection) -> PreflightCheck:
             vehicle_id, checks.GEOFENCE, CheckStatus.FAIL, "not planned yet", "wait until all homes are known"
         )
     if inspection.upload_problem:
-        return checks.failed(vehicle_id, checks.GEOFENCE, "not taken", inspection.upload_problem)
+        return checks.failed(vehicle_id, checks.GEOFENCE, "upload failed", inspection.upload_problem)
     if not inspection.has_planned_fence:
-        text = "none" if stored is None else "another one than the mission's"
+        text = "none" if stored is None else "not the mission's"
         if inspection.may_upload:
-            wait = "wait, the mission's is being written"
+            wait = "wait: the mission's is being uploaded"
             return PreflightCheck(vehicle_id, checks.GEOFENCE, CheckStatus.FAIL, text, wait)
-        remedy = "let preflight.upload_fence write it, or upload it with another ground station"
+        remedy = "upload it with another ground station, or allow this station to (preflight.upload_fence)"
         return checks.failed(vehicle_id, checks.GEOFENCE, text, remedy)
     if not facts.at_fence.is_on:
-        return checks.failed(vehicle_id, checks.GEOFENCE, f"not kept: {facts.at_fence.text}", facts.at_fence.remedy)
+        return checks.failed(vehicle_id, checks.GEOFENCE, f"not enforced: {facts.at_fence.text}", facts.at_fence.remedy)
     corners = len(planned.inclusion_deg) + sum(map(len, planned.exclusions_deg))
     limits = f"{corners} corners, up to {planned.ceiling_above_home_m:g} m"
     return checks.passed(vehicle_id, checks.GEOFENCE, f"as planned, {limits}: {facts.at_fence.text}")
@@ -117,19 +117,20 @@ def _check_low_battery(vehicle_id: int, safeguard: Safeguard) -> PreflightCheck:
 def _check_return_height(
     vehicle_id: int, facts: VehicleFacts, inspection: Inspection, layer_height_m: float | None
 ) -> PreflightCheck:
-    """Check that a return by itself stays in the vehicle's own layer: one that climbs crosses those of others."""
+    """Check that a failsafe return stays in the vehicle's own layer: one that climbs crosses those of others."""
     name, text = checks.RETURN_HEIGHT, f"{facts.return_height_m:g} m"
     if facts.return_climb_m > 0.0:
         text += f", and {facts.return_climb_m:g} m above where it is"
     if inspection.return_problem:
-        return checks.failed(vehicle_id, name, f"{text}, not taken", inspection.return_problem)
+        return checks.failed(vehicle_id, name, f"{text}, change refused", inspection.return_problem)
     if not inspection.has_wanted_return:
-        return PreflightCheck(vehicle_id, name, CheckStatus.FAIL, text, "wait, its layer's is being set")
+        return PreflightCheck(vehicle_id, name, CheckStatus.FAIL, text, "wait: the height of its layer is being set")
     if layer_height_m is not None and (facts.return_height_m > layer_height_m + _SLACK_M or facts.return_climb_m > 0.0):
         settings = ", ".join(facts.return_settings)
         remedy = (
-            "it would climb through others' layers: let preflight.set_return_height set it, or set it with another "
-            f"ground station ({settings}) to {layer_height_m:g} m, its layer, or less"
+            "it would climb through other layers: set it with another ground station "
+            f"({settings}) to {layer_height_m:g} m, its layer, or less, or allow this station to "
+            "(preflight.set_return_height)"
         )
         return checks.failed(vehicle_id, name, text, remedy)
     return checks.passed(vehicle_id, name, text)
@@ -140,7 +141,7 @@ def _check_camera(state: VehicleState, inspection: Inspection) -> PreflightCheck
     if frame is None:
         if inspection.frame_problem:
             return checks.failed(vehicle_id, checks.CAMERA, "no frame", inspection.frame_problem)
-        wait = "wait, a test frame is being taken"
+        wait = "wait: a test frame is being captured"
         return PreflightCheck(vehicle_id, checks.CAMERA, CheckStatus.FAIL, "no frame yet", wait)
     text = f"{frame.width_px} x {frame.height_px}, {' '.join(frame.bands)}"
     if not frame.is_rotation:
@@ -152,5 +153,5 @@ def _check_camera(state: VehicleState, inspection: Inspection) -> PreflightCheck
         remedy = "its pose is wrong: check the camera's clock and where its positions come from"
         return checks.failed(vehicle_id, checks.CAMERA, text, remedy)
     if frame.below_horizon_rad < MIN_BELOW_HORIZON_RAD:
-        return checks.warned(vehicle_id, checks.CAMERA, text, "turn it down: it hardly sees the ground")
+        return checks.warned(vehicle_id, checks.CAMERA, text, "point it down: it hardly sees the ground")
     return checks.passed(vehicle_id, checks.CAMERA, text)

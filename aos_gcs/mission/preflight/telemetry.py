@@ -1,4 +1,4 @@
-"""What every vehicle has to show before its motors start, from its telemetry: the matrix vehicle x check."""
+"""Preflight checks of every vehicle from its telemetry: the matrix vehicle x check."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from aos_gcs.mission.preflight import checks
 from aos_gcs.planning.settings import MissionSettings
 
 MIN_GPS_FIX = 3
-"""A 3D fix."""
+"""Smallest GPS fix: 3D."""
 GPS_FIXES: Final = {
     0: "no GPS",
     1: "no fix",
@@ -24,13 +24,13 @@ GPS_FIXES: Final = {
     7: "static fix",
     8: "PPP fix",
 }
-"""MAVLink's GPS_FIX_TYPE in words."""
+"""Names of MAVLink's GPS_FIX_TYPE."""
 MIN_START_BATTERY_FRACTION = 0.5
 MAX_LINK_AGE_S = 3.0
 MAX_LOSS_FRACTION = 0.2
 MAX_ROUND_TRIP_S = 1.0
 MAX_CLOCK_DRIFT = 1e-3
-"""A quartz is at least ten times better; more is a clock that is being set, or a link that is overloaded."""
+"""Largest drift: a quartz is ten times better; more is a clock being set, or an overloaded link."""
 MIN_SATELLITES = 8
 MAX_HDOP = 2.0
 _SLACK_M = 0.01
@@ -40,7 +40,7 @@ def check_area(settings: MissionSettings) -> tuple[PreflightCheck, ...]:
     """Return a failed check as long as there is no area to search."""
     if settings.area_enu_m:
         return ()
-    text, remedy = "there is no search area", "draw one in the dashboard's plan, and apply it"
+    text, remedy = "there is no search area", "draw one in the plan of the dashboard, and apply it"
     return (checks.failed(checks.MISSION, checks.PLAN, text, remedy),)
 
 
@@ -56,7 +56,7 @@ def check_all(roster: Roster, expected: int, launch_distance_m: float) -> tuple[
     found = [check for member in members for check in _check_vehicle(roster, member)]
     found += _check_launch_points(roster, members, launch_distance_m)
     if len(members) < expected:
-        text, remedy = f"{len(members)} of {expected} are heard", "switch the others on or lower the number"
+        text, remedy = f"{len(members)} of {expected} heard", "switch the others on, or lower the number"
         found.append(checks.failed(checks.MISSION, checks.VEHICLES, text, remedy))
     return checks.in_order(found)
 
@@ -66,7 +66,7 @@ def check_layers(roster: Roster, layer_spacing_m: float) -> list[PreflightCheck]
     members = roster.members()
     layers_m = np.array([np.nan if m.layer_height_m is None else m.layer_height_m for m in members])
     flown_m = np.array([_flown_height_m(roster, member) for member in members])
-    # Rows want a layer, columns may have taken it, by plan or because they fly there.
+    # Rows need a layer, columns may occupy it, by plan or because they fly there.
     taken = np.abs(np.stack([layers_m, flown_m])[:, None, :] - layers_m[:, None]) < layer_spacing_m - _SLACK_M
     taken_by = taken.any(axis=0) & ~np.eye(len(members), dtype=bool)
     return [
@@ -90,7 +90,7 @@ def _check_vehicle(roster: Roster, member: Member) -> list[PreflightCheck]:
 def _check_autopilot(member: Member) -> PreflightCheck:
     autopilot = member.state.autopilot
     if autopilot == "unknown":
-        remedy = "it is shown but not commanded: use ArduCopter or PX4"
+        remedy = "it can be shown, but not commanded: use ArduCopter or PX4"
         return checks.failed(member.vehicle_id, checks.AUTOPILOT, autopilot, remedy)
     return checks.passed(member.vehicle_id, checks.AUTOPILOT, autopilot)
 
@@ -103,23 +103,21 @@ def _check_link(roster: Roster, member: Member) -> PreflightCheck:
     loss_fraction, link = member.state.packet_loss_fraction, member.state.link
     round_trip_s = None if link is None else link.round_trip_s
     text += "" if loss_fraction is None else f", {100 * loss_fraction:.0f} % lost"
-    text += "" if round_trip_s is None else f", {1000 * round_trip_s:.0f} ms there and back"
+    text += "" if round_trip_s is None else f", {1000 * round_trip_s:.0f} ms round trip"
     if (loss_fraction or 0.0) > MAX_LOSS_FRACTION or (round_trip_s or 0.0) > MAX_ROUND_TRIP_S:
-        return checks.warned(member.vehicle_id, checks.LINK, text, "bring it closer, or lower the rates of its streams")
+        return checks.warned(member.vehicle_id, checks.LINK, text, "bring it closer, or lower its telemetry rates")
     return checks.passed(member.vehicle_id, checks.LINK, text)
 
 
 def _check_clock(member: Member) -> PreflightCheck:
     link = member.state.link
     if link is None or link.clock_offset_s is None:
-        return checks.warned(
-            member.vehicle_id, checks.CLOCK, "offset not known", "wait: it is being asked for its time"
-        )
+        return checks.warned(member.vehicle_id, checks.CLOCK, "offset not known", "wait: its clock is being read")
     if link.clock_drift is None:
         return checks.passed(member.vehicle_id, checks.CLOCK, "offset known")
     text = f"offset known, drifts by {1e6 * link.clock_drift:+.0f} µs per second"
     if abs(link.clock_drift) > MAX_CLOCK_DRIFT:
-        return checks.warned(member.vehicle_id, checks.CLOCK, text, "wait until its clock is set, or look at its link")
+        return checks.warned(member.vehicle_id, checks.CLOCK, text, "wait until its clock is set, or check its link")
     return checks.passed(member.vehicle_id, checks.CLOCK, text)
 
 
@@ -131,11 +129,11 @@ def _check_position(member: Member) -> PreflightCheck:
         remedy = "no 3D position fix: wait, or move it away from obstacles"
         return checks.failed(member.vehicle_id, checks.POSITION, text, remedy)
     if state.position is None:
-        remedy = "wait until its autopilot has worked out a position from the GPS"
+        remedy = "wait until its autopilot has a position estimate"
         return checks.failed(member.vehicle_id, checks.POSITION, f"{text}, but no position yet", remedy)
     text += "" if state.hdop is None else f", HDOP {state.hdop:.1f}"
     if (state.satellites or 0) < MIN_SATELLITES or (state.hdop or 0.0) > MAX_HDOP:
-        return checks.warned(member.vehicle_id, checks.POSITION, text, "wait for more satellites, with a free sky")
+        return checks.warned(member.vehicle_id, checks.POSITION, text, "wait for more satellites, in the open")
     return checks.passed(member.vehicle_id, checks.POSITION, text)
 
 
@@ -149,7 +147,7 @@ def _check_battery(member: Member) -> PreflightCheck:
     fraction = member.state.battery_fraction
     text = "unknown" if fraction is None else f"{100 * fraction:.0f} %"
     if fraction is None or fraction < MIN_START_BATTERY_FRACTION:
-        remedy = f"change the battery: a search needs {100 * MIN_START_BATTERY_FRACTION:.0f} % or more"
+        remedy = f"replace the battery: a search needs {100 * MIN_START_BATTERY_FRACTION:.0f} % or more"
         return checks.failed(member.vehicle_id, checks.BATTERY, text, remedy)
     return checks.passed(member.vehicle_id, checks.BATTERY, text)
 
@@ -158,12 +156,12 @@ def _check_ready(member: Member) -> PreflightCheck:
     state = member.state
     if state.ready_to_arm is True:
         return checks.passed(member.vehicle_id, checks.READY_TO_ARM, "yes")
-    remedy = state.text or "wait for its own checks, or look at its messages"
+    remedy = state.text or "wait for its own checks, or read its messages"
     return checks.failed(member.vehicle_id, checks.READY_TO_ARM, "the autopilot is not ready", remedy)
 
 
 def _check_launch_points(roster: Roster, members: list[Member], launch_distance_m: float) -> list[PreflightCheck]:
-    """Return for every vehicle how far away the nearest other one is; a large fleet has thousands of pairs."""
+    """Return the check of every vehicle's distance to the nearest other one; a large fleet has thousands of pairs."""
     places = {m.vehicle_id: place for m in members if (place := roster.position_enu_m(m)) is not None}
     ids, places_enu_m = list(places), np.array(list(places.values())).reshape(-1, 3)[:, :2]
     distances_m = np.linalg.norm(places_enu_m[:, None] - places_enu_m, axis=-1)
@@ -183,12 +181,12 @@ def _check_launch_point(vehicle_id: int, nearest: tuple[int, float] | None, laun
         return checks.passed(vehicle_id, checks.LAUNCH_POINT, "alone")
     text = f"{distance_m:.1f} m from vehicle {nearest_id}"
     if distance_m < launch_distance_m:
-        return checks.failed(vehicle_id, checks.LAUNCH_POINT, text, f"put them {launch_distance_m:.1f} m apart")
+        return checks.failed(vehicle_id, checks.LAUNCH_POINT, text, f"place them {launch_distance_m:.1f} m apart")
     return checks.passed(vehicle_id, checks.LAUNCH_POINT, text)
 
 
 def _flown_height_m(roster: Roster, member: Member) -> float:
-    """Return the height at which a vehicle is in the way of others; not a number while it is not."""
+    """Return the height at which a vehicle flies; NaN on the ground."""
     position_enu_m = roster.position_enu_m(member) if member.airborne else None
     return np.nan if position_enu_m is None else float(position_enu_m[2])
 
@@ -199,6 +197,6 @@ def _check_layer(member: Member, takers: list[Member]) -> PreflightCheck:
         return checks.failed(vehicle_id, checks.ALTITUDE_LAYER, "none yet", "wait until all homes are known")
     text = f"{layer_m:g} m"
     if takers:
-        remedy = f"vehicle {takers[0].vehicle_id} has it, or flies in it: land it first"
+        remedy = f"vehicle {takers[0].vehicle_id} has it or flies in it: land that vehicle first"
         return checks.failed(vehicle_id, checks.ALTITUDE_LAYER, text, remedy)
     return checks.passed(vehicle_id, checks.ALTITUDE_LAYER, text)

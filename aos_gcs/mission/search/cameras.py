@@ -1,4 +1,4 @@
-"""What the vehicles' cameras have delivered, and what of the ground their latest frames show."""
+"""Frames that the vehicles' cameras have delivered, and the footprints of the latest ones."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from aos_gcs.imaging.model import Frame
 from aos_gcs.mission.model import CameraSnapshot
 
 MAX_FOOTPRINT_HEIGHTS: Final = 10.0
-"""How far, in heights above the plane, a corner may lie: beyond it the camera looks along the ground."""
+"""Largest distance of a footprint's corner, in heights above the plane: beyond it the camera looks along the ground."""
 
 
 def footprint_enu_m(frame: Frame, plane_height_m: float) -> Polygon:
@@ -32,7 +32,7 @@ def footprint_enu_m(frame: Frame, plane_height_m: float) -> Polygon:
 
 
 class CameraLog:
-    """Counts of a mission, by vehicle."""
+    """Counts of delivered and missing frames, by vehicle."""
 
     def __init__(self) -> None:
         self._cameras: dict[int, CameraSnapshot] = {}
@@ -40,13 +40,13 @@ class CameraLog:
     def note(
         self, step: int, frames: Sequence[Frame], footprints: Sequence[Polygon], missing: Mapping[int, str]
     ) -> None:
-        """Take in a step.
+        """Note the frames of a step.
 
         Args:
-            step: its number.
+            step: number of the step.
             frames: those that could be used.
             footprints: one for each frame.
-            missing: why others delivered none, by vehicle.
+            missing: reasons why other vehicles delivered none.
         """
         for frame, footprint in zip(frames, footprints, strict=True):
             camera = self.of(frame.vehicle_id)

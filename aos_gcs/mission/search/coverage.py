@@ -1,4 +1,4 @@
-"""What has been looked at so far: how often each place of the search area was in a frame, and what that is worth.
+"""Coverage: how often each place of the search area was in a frame, and what share of the ground that shows.
 
 Frames are counted, not views through different gaps: where vehicles stand closer than the canopy's useful spacing, the
 visibility is an upper bound.
@@ -18,9 +18,9 @@ from aos_gcs.airspace.raster import PlanRaster
 from aos_gcs.imaging.pictures import RasterPicture, encode_png
 
 FULL_COUNT: Final = 20
-"""Frames from which the colour changes no more."""
+"""Number of frames from which the colour no longer changes."""
 _ALPHA = np.uint8(150)
-"""The map below must stay readable."""
+"""Opacity; the map below must stay readable."""
 
 
 class CoverageMap:

@@ -1,4 +1,4 @@
-"""The list of what was found: every confirmed target, and what operators have marked."""
+"""Findings: every confirmed target, and what operators have marked."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from aos_gcs.geometry.geodesy import EnuPoint
 from aos_gcs.mission.model import Finding, FindingChange, FindingStatus, TargetEstimate
 
 MAX_FINDINGS = 500
-"""Beyond it, the list serves nobody: detection is set far too sensitive."""
+"""Largest number of findings: with more, detection is far too sensitive."""
 SAME_PLACE_M = 3.0
-"""A new target this near to a finding that nothing follows any more is that finding, seen again."""
+"""Distance within which a new target is a finding whose own target was lost."""
 
 
 class Findings:
-    """Keeps findings for good: a target that is lost, or turns out to be nothing, stays in the list."""
+    """Keeps findings for good: a target that is lost, or rejected, stays in the list."""
 
     def __init__(self) -> None:
         self._findings: dict[int, Finding] = {}
@@ -27,11 +27,11 @@ class Findings:
         return tuple(self._findings.values())
 
     def observe(self, targets: Sequence[TargetEstimate], step: int, now_s: float) -> tuple[Finding, ...]:
-        """Take the targets of a step in and return the findings that are new.
+        """Update the findings by the targets of a step, and return those that are new.
 
         Args:
             targets: confirmed ones become findings.
-            step: that has shown them.
+            step: step that has shown them.
             now_s: mission time.
         """
         known = {finding.track_id: finding for finding in self._findings.values() if finding.track_id is not None}
@@ -50,7 +50,7 @@ class Findings:
         return tuple(self._findings[finding_id] for finding_id in new)
 
     def add(self, position_enu_m: EnuPoint, comment: str, operator: str, step: int, now_s: float) -> Finding:
-        """Mark a place by hand; see ``FindingControl.add_finding``."""
+        """Mark a place by hand; see ``MissionCommands.add_finding``."""
         if len(self._findings) >= MAX_FINDINGS:
             raise MissionError(f"There are {MAX_FINDINGS} findings already, the most that are kept.")
         finding = replace(self._make(position_enu_m, step, now_s), comment=comment, operator=operator)
@@ -58,7 +58,7 @@ class Findings:
         return finding
 
     def change(self, finding_id: int, change: FindingChange, operator: str) -> Finding:
-        """Judge, comment or assign; see ``FindingControl.change_finding``."""
+        """Judge, comment or assign; see ``MissionCommands.change_finding``."""
         finding = self._findings.get(finding_id)
         if finding is None:
             raise MissionError(f"There is no finding {finding_id}.")
@@ -77,7 +77,7 @@ class Findings:
         return Finding(finding_id, FindingStatus.NEW, position_enu_m, found_at_s=now_s, seen_at_s=now_s, step=step)
 
     def _seen_again(self, target: TargetEstimate, living: set[int]) -> Finding | None:
-        """Return the nearest finding about the target's place whose own target is gone."""
+        """Return the nearest finding at the target's place whose own target is lost."""
         near = [
             (distance_m, finding.finding_id)
             for finding in self._findings.values()
@@ -88,7 +88,7 @@ class Findings:
 
 
 def _updated(finding: Finding, target: TargetEstimate, step: int) -> Finding:
-    """Return a finding with what is known of its target now; the step stays while the target is out of view."""
+    """Return a finding updated by its target; the step stays while the target is out of view."""
     seen_at_s = finding.seen_at_s if target.seen_at_s is None else target.seen_at_s
     is_new = finding.track_id is None
     return replace(

@@ -1,4 +1,4 @@
-"""The latest rasters of a mission, ready to show."""
+"""Latest pictures of a mission, ready to show."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a strategy is told of a step."""
+"""Observation of a step for the strategy."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ def make_observation(
     """Return a step's observation.
 
     Args:
-        vehicle_ids: of the swarm, those that delivered no frame included.
-        positions_enu_m: where they are, shape (n, 3).
-        analysis: of the frames.
-        target_enu_m: where the target in view is at present, shape (2,); None when no target is in view.
+        vehicle_ids: vehicles of the swarm, with those that delivered no frame.
+        positions_enu_m: their positions, shape (n, 3).
+        analysis: result of the frames.
+        target_enu_m: position of the target in view, shape (2,); None when no target is in view.
     """
     row_of = {vehicle_id: row for row, vehicle_id in enumerate(analysis.vehicle_ids)}
     rows = [row_of.get(vehicle_id) for vehicle_id in vehicle_ids]

@@ -1,4 +1,4 @@
-"""Whether what a target's frames show looks like a person, from the warm bodies of the latest steps."""
+"""Likelihood that a target is a person, from the warm bodies in the frames of the latest steps."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from aos_gcs.imaging.persons.evidence import gather_evidence
 from aos_gcs.imaging.persons.warm_bodies import LINK_M, WarmView, warm_bodies, warm_view
 
 KEPT_STEPS = 3
-"""Whose frames count; the model of persons is fitted to as many."""
+"""Number of steps whose frames count; the model of persons is fitted to as many."""
 
 
 class PersonWatch:
-    """Remembers what was warm in the latest steps, and judges places by it."""
+    """Keeps the warm bodies of the latest steps and judges places by them."""
 
     def __init__(self) -> None:
         self._steps: deque[tuple[WarmView, ...]] = deque(maxlen=KEPT_STEPS)
         self._bodies: tuple[tuple[WarmView, ...], ...] = ()
 
     def look(self, frames: Sequence[Frame], plane_height_m: float) -> None:
-        """Take a step's frames in; those without temperatures tell nothing.
+        """Note the warm bodies in a step's frames; frames without temperatures show none.
 
         Args:
-            frames: of one step, with the poses that are believed in.
+            frames: frames of one step, with corrected poses.
             plane_height_m: ENU height of the focal plane.
         """
         radiometric = [frame for frame in frames if "thermal" in frame.bands and frame.image.dtype.kind == "f"]
@@ -36,7 +36,7 @@ class PersonWatch:
         self._bodies = warm_bodies([view for step in self._steps for view in step])
 
     def forget(self) -> None:
-        """Drop what was seen before the next step: the target has moved."""
+        """Discard what was seen before the next step: the target has moved."""
         self._steps.clear()
 
     def confidence_at(self, position_enu_m: NDArray[np.float64]) -> float | None:

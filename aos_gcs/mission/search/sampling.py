@@ -21,7 +21,7 @@ _POLL_S = 0.5
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """What came of one round of exposures."""
+    """Result of one round of exposures."""
 
     captures: tuple[Capture, ...]
     missing: dict[int, str]

@@ -1,7 +1,7 @@
-"""A scan that stands still in front of a barred stretch: when it counts as stuck, and where its line goes on.
+"""A scan that is stuck in front of a blocked stretch: when it counts as stuck, and where it continues.
 
-Legs are not cut at no-go zones when they are planned: most zones bar a part of the line, and the rest may pass. What
-bars a vehicle may also be the fence or another vehicle, which is known in flight alone.
+Legs are not cut at no-go zones when they are planned: most zones block a part of the line, and the rest may pass. What
+blocks a vehicle may also be the geofence or another vehicle, which is known in flight alone.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ STALLED_STEPS = 5
 another go first, and each costs a few seconds of hovering."""
 
 _MIN_IN_LINE = 2
-"""Vehicles that stand on free ground where a line goes on; a single one is no line."""
+"""Least number of vehicles with free places where a line continues; a single one is no line."""
 
 
 class StallWatch:
     """Counts the steps in which a scan gains no ground because waypoints are shortened or held.
 
     Args:
-        least_gain_m: less than that is not progress, but how exactly vehicles hover: their arrival radius.
+        least_gain_m: smallest advance that is progress; less is how exactly vehicles hover, their arrival radius.
     """
 
     def __init__(self, least_gain_m: float) -> None:
@@ -37,7 +37,7 @@ class StallWatch:
         self.restart()
 
     def restart(self) -> None:
-        """Forget what was counted: the line has been formed anew."""
+        """Discard what was counted: the line has been formed anew."""
         self._furthest_m = -math.inf
         self._steps = 0
 
@@ -45,7 +45,7 @@ class StallWatch:
         """Note a step, and return whether the scan is stuck.
 
         Args:
-            along_m: how far the middle of the swarm is along the leg.
+            along_m: position of the middle of the swarm along the leg.
             barred: whether a waypoint of the step before was not sent as it was planned.
         """
         if not barred or along_m - self._furthest_m >= self._least_gain_m:
@@ -58,16 +58,16 @@ class StallWatch:
 def place_ahead_m(
     leg: ScanLeg, n: int, spacing_m: float, is_free: Callable[[FloatArray], NDArray[np.bool_]]
 ) -> float | None:
-    """Return how far ahead on a leg the line goes on: the first place where all of it stands on free ground.
+    """Return how far ahead on a leg the line continues: the first place where all its vehicles have free places.
 
     Where there is none, the first one where as many as possible do. Places are one spacing apart, less than what a
     camera sees, and the first is one spacing away, so that a scan that is stuck again and again still ends.
 
     Args:
-        leg: what is left of it.
+        leg: rest of the leg.
         n: number of vehicles.
-        spacing_m: of the line, c4.
-        is_free: of places, shape (k, 2), returns to which there is a way, shape (k,).
+        spacing_m: distance of the vehicles in the line, c4.
+        is_free: returns which places, shape (k, 2), can be reached, shape (k,).
 
     Returns:
         Metres; None if there is no such place before the end of the leg.

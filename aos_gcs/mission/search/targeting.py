@@ -25,13 +25,13 @@ class _Seen:
     position_enu_m: NDArray[np.float64]
     """Shape (3,)."""
     surprise_m: float | None
-    """Its distance from where the track predicted it; None for the track's first."""
+    """Distance from where the track predicted it; None for the first sighting of a track."""
     agreeing: bool
-    """Enough frames mark the same cell."""
+    """Whether enough frames mark the same cell."""
 
 
 class TargetTracker:
-    """Follows everything that is seen, and tells of one target at a time: that of the largest blob.
+    """Tracks everything that is seen, and reports one target at a time: that of the largest blob.
 
     ``observe`` once per step.
     """
@@ -43,23 +43,23 @@ class TargetTracker:
         self._speed_mps = settings.flight.arrival_speed_mps
         self._tracks = Tracks()
         self._seen: dict[int, deque[_Seen]] = {}
-        """The latest sightings of each track, without a gap."""
+        """Latest sightings of each track, without a gap."""
         self._up_m: dict[int, float] = {}
         """Height of the ground at each track."""
         self._person: dict[int, float] = {}
-        """How much each track looks like a person, where that is known."""
+        """Probability that each track is a person, where that is known."""
         self._target: Track | None = None
         self.measured_enu_m: EnuPoint | None = None
-        """Where the target stands by the latest step alone; None when it is out of view."""
+        """Position of the target by the latest step alone; None when it is out of view."""
         self.steps_out_of_view = 0
 
     @property
     def target_walks(self) -> bool:
-        """Whether the target more likely walks than stays."""
+        """Whether the target more likely moves than stays."""
         return self._target is not None and self._target.walking_share > 0.5
 
     def observe(self, analysis: StepAnalysis, now_s: float) -> bool:
-        """Take a step's analysis in and return whether a target is in view."""
+        """Update the tracks by a step's analysis and return whether a target is in view."""
         sightings = [seen for seen in analysis.sightings if seen.blob.area_m2 >= self._detection.threshold_m2]
         places = [
             geolocate(seen.views, analysis.grid.height_m, self._uncertainty, self._speed_mps) for seen in sightings
@@ -91,7 +91,7 @@ class TargetTracker:
         return True
 
     def judge(self, confidence_at: Callable[[NDArray[np.float64]], float | None]) -> None:
-        """Have every track judged by its place, horizontal, shape (2,); without a verdict the one before stays."""
+        """Judge every track by its horizontal place, shape (2,); without a result the former one stays."""
         before, self._person = self._person, {}
         for track in self._tracks.tracks:
             confidence = confidence_at(track.position_enu_m)
@@ -101,15 +101,15 @@ class TargetTracker:
                 self._person[track.track_id] = confidence
 
     def give_up(self) -> None:
-        """Tell of no target until one is in view again."""
+        """Report no target until one is in view again."""
         self._target = None
 
     def estimate(self) -> TargetEstimate | None:
-        """Return where the target is: the one in view, or else the one seen last."""
+        """Return the target in view, or else the one seen last."""
         return None if self._target is None else self._describe(self._target)
 
     def estimates(self) -> tuple[TargetEstimate, ...]:
-        """Return all targets: those that are confirmed, and the one that :meth:`estimate` tells of."""
+        """Return all confirmed targets, and the one that :meth:`estimate` returns."""
         shown = [track for track in self._tracks.tracks if track.confirmed or self._is_target(track)]
         if self._target is not None and not any(map(self._is_target, shown)):
             shown.append(self._target)

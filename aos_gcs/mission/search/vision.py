@@ -1,4 +1,4 @@
-"""What the swarm sees: from the frames of a step to their analysis, on the right plane and with the right poses."""
+"""Analysis of a step's frames, on the focal plane in use and with corrected poses."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from aos_gcs.mission.search.persons import PersonWatch
 from aos_gcs.mission.search.sampling import Sample, to_frame
 from aos_gcs.ports import Severity
 
-_TOLD_CHANGE_M = 0.5
-"""Of the focal height, from which the operator is told."""
+_REPORTED_CHANGE_M = 0.5
+"""Change of the focal height from which it is reported."""
 
 
 class Vision:
-    """Turns the frames of each step into what is known from them, and learns from them for the next ones.
+    """Analyses the frames of each step, and learns focus and poses from them for the next ones.
 
     Args:
         context: of the flight.
@@ -36,12 +36,12 @@ class Vision:
         self._context = context
         self._recorder = recorder
         self._focus = overridden(FocusTrack(context.settings.imaging.plane_height_m, math.inf), focus_override_m)
-        self._told_height_m = self._focus.height_m
+        self._reported_height_m = self._focus.height_m
         self._registration = Registration()
         self._history: tuple[KeptView, ...] = ()
-        """Views of earlier steps that stay in the integral."""
+        """Views of earlier steps that are still part of the integral."""
         self._reported: list[Frame] = []
-        """The frames of this step with the poses that the vehicles have reported."""
+        """Frames of this step with the poses that the vehicles have reported."""
         self.persons = PersonWatch()
 
     @property
@@ -60,7 +60,7 @@ class Vision:
         return self._focus.override_m
 
     def override_focus(self, height_m: float | None) -> None:
-        """Focus on the operator's height from the next step on; None gives it back to autofocus.
+        """Focus on the operator's height from the next step on; None leaves it to autofocus again.
 
         Raises:
             MissionError: the height is not below the cameras.
@@ -73,7 +73,7 @@ class Vision:
         self._focus = overridden(self._focus, height_m)
 
     async def see(self, step: int, taken: Sample) -> StepAnalysis:
-        """Analyse the frames; they are written to the disk meanwhile."""
+        """Record the frames of a step and analyse them."""
         context, settings = self._context, self._context.settings
         self._reported = [to_frame(capture, context.roster.local_frame()) for capture in taken.captures]
         async with context.journal.with_disk_timeout(f"frames of step {step}"):
@@ -85,7 +85,7 @@ class Vision:
         return analysis
 
     def forget(self) -> None:
-        """Drop the views of earlier steps: the target has moved."""
+        """Discard the views of earlier steps: the target has moved."""
         self._history = ()
         self.persons.forget()
 
@@ -100,7 +100,7 @@ class Vision:
         self._reported = []
 
     def _placed(self) -> list[Frame]:
-        """Return the step's frames with the poses that are believed in."""
+        """Return the step's frames with corrected poses, where registration is sure of them."""
         settings = self._context.settings.registration
         if not settings.enabled:
             return self._reported
@@ -115,7 +115,7 @@ class Vision:
         try:
             self._registration = await asyncio.to_thread(register, usable, before, analysis.grid.height_m)
         except ImagingError as error:
-            self._context.journal.notice(Severity.WARNING, f"registration: nothing was learnt from this step: {error}")
+            self._context.journal.notice(Severity.WARNING, f"Registration: no result from this step: {error}")
             return
         if before.confidence < limit <= self._registration.confidence:
             corrections = self._registration.corrections().values()
@@ -123,7 +123,7 @@ class Vision:
             yaw_deg = math.degrees(max(abs(c.yaw_rad) for c in corrections))
             self._context.journal.notice(
                 Severity.INFO,
-                f"registration: poses are corrected from now on, by up to {offset_m:.2f} m and {yaw_deg:.1f} degrees "
+                f"Registration: poses are corrected from now on, by up to {offset_m:.2f} m and {yaw_deg:.1f}° "
                 f"(confidence {self._registration.confidence:.2f})",
             )
 
@@ -134,11 +134,11 @@ class Vision:
         target_enu_m = analysis.blob.centroid_enu_m if analysis.blob is not None and in_view else None
         low_m, high_m = settings.focus_range_m
         after = await asyncio.to_thread(follow_focus, before, usable, target_enu_m, low_m, high_m)
-        # The operator may have spoken meanwhile.
+        # The operator may have set a height meanwhile.
         self._focus = replace(after, override_m=self._focus.override_m)
-        if abs(after.height_m - self._told_height_m) >= _TOLD_CHANGE_M:
-            self._told_height_m = after.height_m
+        if abs(after.height_m - self._reported_height_m) >= _REPORTED_CHANGE_M:
+            self._reported_height_m = after.height_m
             self._context.journal.notice(
                 Severity.INFO,
-                f"autofocus: the focal plane is at {after.height_m:.1f} m, give or take {after.sigma_m:.1f} m",
+                f"Autofocus: focal plane at {after.height_m:.1f} m, ± {after.sigma_m:.1f} m",
             )

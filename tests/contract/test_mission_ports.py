@@ -1,4 +1,4 @@
-"""Behaviour that MissionControl promises: of the coordinator, of the scripted mission of the tests, and of a replay."""
+"""Behaviour that the ports of a mission promise: of a live mission, of the tests' scripted one, and of a replay."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import pytest
 
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import MissionError
-from aos_gcs.mission.control import MissionControl
+from aos_gcs.mission.control import MissionCommands, MissionView
 from aos_gcs.mission.events import DEFAULT_CAPACITY
 from aos_gcs.mission.model import Action, CheckStatus, Event, EventKind, FocusSource, Phase, PictureKind, PreflightCheck
 from aos_gcs.ports import Safeguard, Severity
@@ -35,7 +35,8 @@ SEARCHING = (Phase.LINE, Phase.SCAN, Phase.CONVERGE, Phase.FOUND)
 class Mission:
     """A mission on the ground, with one failed check, that can be started."""
 
-    control: MissionControl
+    view: MissionView
+    commands: MissionCommands | None
     clock: LoopClock
     publish: Callable[[], object]
     """Put an event on its stream."""
@@ -48,7 +49,7 @@ class Mission:
                 await self.clock.sleep(POLL_S)
 
     async def until_step(self, number: int) -> None:
-        await self.until(lambda: len(self.control.steps()) >= number)
+        await self.until(lambda: len(self.view.steps()) >= number)
 
 
 @asynccontextmanager
@@ -57,12 +58,13 @@ async def coordinator(_folder: Path) -> AsyncIterator[Mission]:
     flight.fleet.members[2].facts["link_loss"] = Safeguard(False, "none", "set FS_GCS_ENABLE to 1")
     async with flying(flight) as run:
         mission = Mission(
-            flight.mission,
+            flight.view,
+            flight.commands,
             flight.clock,
             lambda: flight.journal.notice(Severity.INFO, "wind"),
             flight.fleet.members[2].facts.clear,
         )
-        await mission.until(lambda: bool(failed_checks(mission.control)))
+        await mission.until(lambda: bool(failed_checks(mission.view)))
         yield mission
         run.cancel()
 
@@ -72,7 +74,7 @@ async def scripted(_folder: Path) -> AsyncIterator[Mission]:
     clock = LoopClock()
     script = ScriptedMission(clock)
     async with running(script):
-        yield Mission(script, clock, lambda: script.notify(Severity.INFO, "wind"), lambda: None)
+        yield Mission(script, script, clock, lambda: script.notify(Severity.INFO, "wind"), lambda: None)
 
 
 @asynccontextmanager
@@ -82,7 +84,7 @@ async def replay(folder: Path) -> AsyncIterator[Mission]:
     with MissionReader(folder) as reader:
         shown = MissionReplay(reader, clock)
         async with running(shown):
-            yield Mission(shown, clock, lambda: shown.seek(time_s=0.0), lambda: shown.seek(playing=True))
+            yield Mission(shown, None, clock, lambda: shown.seek(time_s=0.0), lambda: shown.seek(playing=True))
 
 
 @asynccontextmanager
@@ -107,21 +109,21 @@ def open_commanded(request: pytest.FixtureRequest, tmp_path: Path) -> Opener:
     return partial(request.param, tmp_path / "m")
 
 
-def failed_checks(control: MissionControl) -> list[PreflightCheck]:
-    return [check for check in control.snapshot().preflight if check.status is CheckStatus.FAIL and check.overridable]
+def failed_checks(view: MissionView) -> list[PreflightCheck]:
+    return [check for check in view.snapshot().preflight if check.status is CheckStatus.FAIL and check.overridable]
 
 
 async def launch(mission: Mission) -> None:
     """Start a mission that takes commands, and wait until it searches."""
     mission.start()
-    await mission.until(lambda: mission.control.snapshot().phase is Phase.READY)
-    await mission.control.act(Action.START, None, operator="Ada")
-    await mission.until(lambda: mission.control.snapshot().phase in SEARCHING)
+    await mission.until(lambda: mission.view.snapshot().phase is Phase.READY)
+    await mission.commands.act(Action.START, None, operator="Ada")
+    await mission.until(lambda: mission.view.snapshot().phase in SEARCHING)
 
 
 async def begin(mission: Mission) -> None:
     """Start a mission of any kind."""
-    if isinstance(mission.control, MissionReplay):
+    if mission.commands is None:
         mission.start()
     else:
         await launch(mission)
@@ -132,20 +134,19 @@ async def begin(mission: Mission) -> None:
 
 async def test_steps_and_their_pictures_come_with_the_search(open_mission: Opener) -> None:
     async with open_mission() as mission:
-        control = mission.control
-        assert (control.snapshot().step, list(control.steps())) == (0, [])
-        assert [control.picture(kind) for kind in PictureKind] == [None] * len(PictureKind)
+        assert (mission.view.snapshot().step, list(mission.view.steps())) == (0, [])
+        assert [mission.view.picture(kind) for kind in PictureKind] == [None] * len(PictureKind)
         await begin(mission)
         await mission.until_step(2)
-        steps = list(control.steps())
+        steps = list(mission.view.steps())
         assert [step.step for step in steps] == list(range(1, len(steps) + 1)), "the oldest first"
-        assert control.snapshot().step in {len(steps), len(steps) + 1}, "a step may be on its way"
-        await mission.until(lambda: control.picture(PictureKind.INTEGRAL) is not None)
+        assert mission.view.snapshot().step in {len(steps), len(steps) + 1}, "a step may be on its way"
+        await mission.until(lambda: mission.view.picture(PictureKind.INTEGRAL) is not None)
         for kind in PictureKind:
-            picture = control.picture(kind)
+            picture = mission.view.picture(kind)
             if picture is not None:
                 assert (picture.kind, picture.png[:4]) == (kind, b"\x89PNG")
-                assert 1 <= picture.step <= len(control.steps())
+                assert 1 <= picture.step <= len(mission.view.steps())
                 assert picture.west_m < picture.east_m
                 assert picture.south_m < picture.north_m
 
@@ -154,7 +155,7 @@ async def test_events_are_followed_from_now_on_without_gaps(open_mission: Opener
     async with open_mission() as mission:
         mission.publish()
         seen: list[Event] = []
-        with mission.control.subscribe() as events:
+        with mission.view.subscribe() as events:
             await begin(mission)
             async for event in events:
                 seen.append(event)
@@ -162,13 +163,13 @@ async def test_events_are_followed_from_now_on_without_gaps(open_mission: Opener
                     break
         assert [event.seq for event in seen] == list(range(seen[0].seq, seen[0].seq + len(seen)))
         assert seen[0].seq > 1, "earlier events are not told again"
-        assert seen[-1].data == mission.control.steps()[0]
+        assert seen[-1].data == mission.view.steps()[0]
         assert EventKind.SNAPSHOT in {event.kind for event in seen}
 
 
 async def test_a_slow_reader_loses_its_oldest_events_and_no_other_does(open_mission: Opener) -> None:
     async with open_mission() as mission:
-        with mission.control.subscribe() as slow, mission.control.subscribe() as quick:
+        with mission.view.subscribe() as slow, mission.view.subscribe() as quick:
             mission.publish()
             first = (await anext(quick)).seq
             for _ in range(2 * DEFAULT_CAPACITY):
@@ -180,12 +181,12 @@ async def test_a_slow_reader_loses_its_oldest_events_and_no_other_does(open_miss
 # --- what can be commanded ------------------------------------------------------------------------------------------
 
 
-async def test_actions_that_make_no_sense_are_refused_and_change_nothing(open_mission: Opener) -> None:
-    async with open_mission() as mission:
+async def test_actions_that_make_no_sense_are_refused_and_change_nothing(open_commanded: Opener) -> None:
+    async with open_commanded() as mission:
         await begin(mission)
         await mission.until_step(1)
-        act = mission.control.act
-        before = mission.control.snapshot()
+        act = mission.commands.act
+        before = mission.view.snapshot()
         for action, vehicle_ids, height_m in (
             (Action.START, None, None),
             (Action.HOLD, (1, UNKNOWN_ID), None),
@@ -196,71 +197,71 @@ async def test_actions_that_make_no_sense_are_refused_and_change_nothing(open_mi
             with pytest.raises(MissionError):
                 await act(action, vehicle_ids, height_m, operator="Ada")
         with pytest.raises(MissionError):
-            await mission.control.override_check(1, "battery", "it is warm", operator="Ada")
-        after = mission.control.snapshot()
+            await mission.commands.override_check(1, "battery", "it is warm", operator="Ada")
+        after = mission.view.snapshot()
         assert (after.suspension, after.focus) == (before.suspension, before.focus)
         assert [vehicle.task for vehicle in after.vehicles] == [vehicle.task for vehicle in before.vehicles]
 
 
-async def test_an_unknown_notice_is_refused_and_none_is_acknowledged(open_mission: Opener) -> None:
-    async with open_mission() as mission:
+async def test_an_unknown_notice_is_refused_and_none_is_acknowledged(open_commanded: Opener) -> None:
+    async with open_commanded() as mission:
         mission.publish()
         with pytest.raises(MissionError):
-            mission.control.acknowledge([1, 10**6], operator="Ada")
-        assert mission.control.snapshot().acknowledgements == ()
+            mission.commands.acknowledge([1, 10**6], operator="Ada")
+        assert mission.view.snapshot().acknowledgements == ()
 
 
 async def test_an_action_answers_for_every_vehicle_that_it_concerns(open_commanded: Opener) -> None:
     async with open_commanded() as mission:
         await launch(mission)
-        one = await mission.control.act(Action.HOLD, (1,), operator="Ada")
+        one = await mission.commands.act(Action.HOLD, (1,), operator="Ada")
         assert [(result.vehicle_id, result.accepted) for result in one] == [(1, True)]
-        everybody = await mission.control.act(Action.HOLD, None, operator="Ada")
-        vehicles = mission.control.snapshot().vehicles
+        everybody = await mission.commands.act(Action.HOLD, None, operator="Ada")
+        vehicles = mission.view.snapshot().vehicles
         assert [result.vehicle_id for result in everybody] == [vehicle.telemetry.vehicle_id for vehicle in vehicles]
 
 
 async def test_the_plane_of_the_mission_is_set_and_left_again(open_commanded: Opener) -> None:
     async with open_commanded() as mission:
         await launch(mission)
-        configured = mission.control.snapshot().focus
-        assert await mission.control.act(Action.FOCUS, None, 1.5, operator="Ada") == ()
-        chosen = mission.control.snapshot().focus
+        configured = mission.view.snapshot().focus
+        assert await mission.commands.act(Action.FOCUS, None, 1.5, operator="Ada") == ()
+        chosen = mission.view.snapshot().focus
         assert (chosen.height_m, chosen.source) == (1.5, FocusSource.OPERATOR)
-        await mission.control.act(Action.FOCUS, None, operator="Ada")
-        assert mission.control.snapshot().focus == configured
+        await mission.commands.act(Action.FOCUS, None, operator="Ada")
+        assert mission.view.snapshot().focus == configured
 
 
 async def test_a_failed_check_is_overridden_and_the_override_taken_back(open_commanded: Opener) -> None:
     async with open_commanded() as mission:
-        control = mission.control
-        failed = failed_checks(control)[0]
+        commands = mission.commands
+        failed = failed_checks(mission.view)[0]
         key = failed.vehicle_id, failed.name
 
         def found() -> PreflightCheck:
-            return next(check for check in control.snapshot().preflight if (check.vehicle_id, check.name) == key)
+            return next(check for check in mission.view.snapshot().preflight if (check.vehicle_id, check.name) == key)
 
-        overridden = await control.override_check(*key, "a pilot stands by", operator="Ada")
+        overridden = await commands.override_check(*key, "a pilot stands by", operator="Ada")
         assert overridden == found()
         assert overridden.overridden is not None
         assert (overridden.overridden.reason, overridden.overridden.by) == ("a pilot stands by", "Ada")
         assert not overridden.blocks
-        assert (await control.override_check(*key, None, operator="Ada")).blocks
+        assert (await commands.override_check(*key, None, operator="Ada")).blocks
         assert found().overridden is None
-        passed = next(check for check in control.snapshot().preflight if check.status is CheckStatus.PASS)
+        passed = next(check for check in mission.view.snapshot().preflight if check.status is CheckStatus.PASS)
         for vehicle_id, name in (
             (passed.vehicle_id, passed.name),
             (UNKNOWN_ID, failed.name),
             (key[0], "no such check"),
         ):
             with pytest.raises(MissionError):
-                await control.override_check(vehicle_id, name, "a pilot stands by", operator="Ada")
+                await commands.override_check(vehicle_id, name, "a pilot stands by", operator="Ada")
 
 
 async def test_the_first_acknowledgement_of_a_notice_stays_on_record(open_commanded: Opener) -> None:
     async with open_commanded() as mission:
         mission.publish()
         for operator in ("Ada", "Bob"):
-            mission.control.acknowledge([1], operator=operator)
-        (given,) = mission.control.snapshot().acknowledgements
+            mission.commands.acknowledge([1], operator=operator)
+        (given,) = mission.view.snapshot().acknowledgements
         assert (given.notice_id, given.operator) == (1, "Ada")
