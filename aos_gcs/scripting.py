@@ -30,7 +30,8 @@ from aos_gcs.mission.fleet.roster import Member, Roster
 from aos_gcs.mission.fleet.vehicle_tasks import VehicleTasks
 from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal
-from aos_gcs.mission.model import Refusal, Task
+from aos_gcs.mission.model.actions import Refusal
+from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.preflight.telemetry import check_all
 from aos_gcs.mission.search.sampling import Sample, sample
 from aos_gcs.planning.proposal import altitude_layers, propose_limits

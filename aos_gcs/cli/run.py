@@ -81,7 +81,7 @@ def _show_plan(config: ServiceConfig) -> None:
 async def _fly(config: ServiceConfig, stay: bool) -> bool:
     """Run the mission, print its result, and return whether it neither failed nor was aborted."""
     from aos_gcs.cli.display.live import followed  # noqa: PLC0415 - heavy, only for this command
-    from aos_gcs.mission.model import Outcome  # noqa: PLC0415
+    from aos_gcs.mission.model.phase import Outcome  # noqa: PLC0415
     from aos_gcs.runtime.service import open_service  # noqa: PLC0415
 
     async with open_service(config) as service:

@@ -10,7 +10,7 @@ from typing import Any
 from xml.etree import ElementTree as ET
 
 from aos_gcs.geometry.geodesy import GeodeticPosition
-from aos_gcs.mission.model import Finding
+from aos_gcs.mission.model.findings import Finding
 
 _KML = "http://www.opengis.net/kml/2.2"
 _GPX = "http://www.topografix.com/GPX/1/1"

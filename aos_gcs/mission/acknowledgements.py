@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from aos_gcs.errors import MissionError
-from aos_gcs.mission.model import Acknowledgement
+from aos_gcs.mission.model.snapshot import Acknowledgement
 
 ACKNOWLEDGEMENTS_KEPT: Final = 200
 """Number of acknowledgements kept, as many as notices are shown; the record has the older ones."""

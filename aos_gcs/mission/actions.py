@@ -11,7 +11,9 @@ from aos_gcs.mission.context import MissionContext
 from aos_gcs.mission.fleet.flight import FlightControl
 from aos_gcs.mission.fleet.roster import Member
 from aos_gcs.mission.fleet.vehicle_tasks import VehicleTasks
-from aos_gcs.mission.model import Action, ActionRecord, ActionResult, Phase, Refusal, Suspension, Task
+from aos_gcs.mission.model.actions import Action, ActionRecord, ActionResult, Refusal
+from aos_gcs.mission.model.phase import Phase, Suspension
+from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.phases import ENDING, ON_GROUND, check_action
 from aos_gcs.mission.sortie import Sortie
 from aos_gcs.ports import FlightMode, Hold, Land, ReturnToLaunch

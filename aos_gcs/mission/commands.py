@@ -10,16 +10,11 @@ from aos_gcs.errors import MissionError
 from aos_gcs.geometry.geodesy import EnuPoint
 from aos_gcs.mission.actions import ActionHandler
 from aos_gcs.mission.context import MissionContext
-from aos_gcs.mission.model import (
-    Action,
-    ActionResult,
-    EventKind,
-    Finding,
-    FindingChange,
-    Phase,
-    PlanRecord,
-    PreflightCheck,
-)
+from aos_gcs.mission.model.actions import Action, ActionResult
+from aos_gcs.mission.model.checks import PreflightCheck
+from aos_gcs.mission.model.events import EventKind, PlanRecord
+from aos_gcs.mission.model.findings import Finding, FindingChange
+from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.phases import BEFORE_START, check_action
 from aos_gcs.mission.search.findings import Findings
 from aos_gcs.mission.sortie import Sortie

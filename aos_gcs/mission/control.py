@@ -8,20 +8,13 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from aos_gcs.geometry.geodesy import EnuPoint
-from aos_gcs.mission.model import (
-    Action,
-    ActionResult,
-    Event,
-    Finding,
-    FindingChange,
-    MissionSnapshot,
-    NoticeRecord,
-    Phase,
-    Picture,
-    PictureKind,
-    PreflightCheck,
-    StepRecord,
-)
+from aos_gcs.mission.model.actions import Action, ActionResult
+from aos_gcs.mission.model.checks import PreflightCheck
+from aos_gcs.mission.model.events import Event, NoticeRecord
+from aos_gcs.mission.model.findings import Finding, FindingChange
+from aos_gcs.mission.model.phase import Phase
+from aos_gcs.mission.model.snapshot import MissionSnapshot
+from aos_gcs.mission.model.steps import Picture, PictureKind, StepRecord
 from aos_gcs.planning.plan import MissionPlan
 from aos_gcs.planning.settings import MissionSettings
 

@@ -17,7 +17,8 @@ from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.fleet.vehicle_tasks import VehicleTasks
 from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal, Recorder
-from aos_gcs.mission.model import Outcome, OutcomeRecord, Phase, Suspension, Task
+from aos_gcs.mission.model.phase import Outcome, OutcomeRecord, Phase, Suspension
+from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.phases import ENDING, ON_GROUND, PHASE_NAMES, check_transition
 from aos_gcs.mission.preflight.inspection import Inspector
 from aos_gcs.mission.search.findings import Findings

@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import AsyncIterator, Iterator
 from contextlib import contextmanager
 
-from aos_gcs.mission.model import Event, EventData, EventKind
+from aos_gcs.mission.model.events import Event, EventData, EventKind
 from aos_gcs.ports import Clock
 
 DEFAULT_CAPACITY = 256

@@ -10,18 +10,12 @@ from typing import Protocol
 
 from aos_gcs.errors import RecordingError
 from aos_gcs.mission.events import EventStream
-from aos_gcs.mission.model import (
-    ActionRecord,
-    Event,
-    EventData,
-    EventKind,
-    MissionSnapshot,
-    NoticeRecord,
-    OutcomeRecord,
-    Picture,
-    SettingsRecord,
-    StepRecord,
-)
+from aos_gcs.mission.model.actions import ActionRecord
+from aos_gcs.mission.model.events import Event, EventData, EventKind, NoticeRecord
+from aos_gcs.mission.model.phase import OutcomeRecord
+from aos_gcs.mission.model.snapshot import MissionSnapshot
+from aos_gcs.mission.model.steps import Picture, StepRecord
+from aos_gcs.mission.model.vehicles import SettingsRecord
 from aos_gcs.ports import Capture, Clock, Notice, Severity
 
 _log = logging.getLogger(__name__)

@@ -10,7 +10,9 @@ from aos_gcs.errors import MissionFailedError
 from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.fleet.roster import Member
-from aos_gcs.mission.model import Phase, PreflightCheck, Task
+from aos_gcs.mission.model.checks import PreflightCheck
+from aos_gcs.mission.model.phase import Phase
+from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.preflight import checks
 from aos_gcs.mission.preflight.aperture import check_aperture
 from aos_gcs.mission.preflight.ground import check_ground

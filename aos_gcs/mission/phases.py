@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from aos_gcs.errors import MissionError
-from aos_gcs.mission.model import Action, Phase
+from aos_gcs.mission.model.actions import Action
+from aos_gcs.mission.model.phase import Phase
 
 PHASE_NAMES: Mapping[Phase, str] = MappingProxyType(
     {

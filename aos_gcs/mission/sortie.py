@@ -10,7 +10,7 @@ from aos_gcs.mission.fleet.joining import Joining
 from aos_gcs.mission.fleet.return_and_land import ReturnAndLand
 from aos_gcs.mission.fleet.vehicle_tasks import VehicleTasks
 from aos_gcs.mission.launch import Launch
-from aos_gcs.mission.model import Phase
+from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.preflight.inspection import Inspector
 from aos_gcs.mission.preflight.overrides import Overrides
 from aos_gcs.mission.search.findings import Findings

@@ -9,18 +9,11 @@ from typing import Protocol
 
 from aos_gcs.mission.acknowledgements import Acknowledgements
 from aos_gcs.mission.context import MissionContext
-from aos_gcs.mission.model import (
-    Event,
-    EventKind,
-    MissionSnapshot,
-    Outcome,
-    Phase,
-    Picture,
-    PictureKind,
-    StepRecord,
-    Suspension,
-    VehicleSnapshot,
-)
+from aos_gcs.mission.model.events import Event, EventKind
+from aos_gcs.mission.model.phase import Outcome, Phase, Suspension
+from aos_gcs.mission.model.snapshot import MissionSnapshot
+from aos_gcs.mission.model.steps import Picture, PictureKind, StepRecord
+from aos_gcs.mission.model.vehicles import VehicleSnapshot
 from aos_gcs.mission.search.findings import Findings
 from aos_gcs.mission.search.gallery import Gallery
 from aos_gcs.mission.sortie import Sortie

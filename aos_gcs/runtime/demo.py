@@ -16,7 +16,7 @@ from aos_gcs.config.file import parse_config
 from aos_gcs.config.model import ServiceConfig
 from aos_gcs.errors import ConfigurationError, LinkError
 from aos_gcs.mission.coordinator import Coordinator
-from aos_gcs.mission.model import Phase
+from aos_gcs.mission.model.phase import Phase
 from aos_gcs.planning.settings import Deadlines
 from aos_gcs.runtime.evaluation import Score, score_mission
 from aos_gcs.runtime.service import Service, open_service

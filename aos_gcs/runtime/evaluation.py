@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
-from aos_gcs.mission.model import MissionSnapshot, Outcome, Task
+from aos_gcs.mission.model.phase import Outcome
+from aos_gcs.mission.model.snapshot import MissionSnapshot
+from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.search.sampling import to_frame
 from aos_gcs.store.reader import MissionReader
 

@@ -18,7 +18,7 @@ from aos_gcs.config.settings import mission_settings
 from aos_gcs.mission.coordinator import Coordinator
 from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal
-from aos_gcs.mission.model import MissionSnapshot
+from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.ports import DriverContext
 from aos_gcs.runtime.dashboard import open_dashboard, operator_code
 from aos_gcs.runtime.drivers import load_driver

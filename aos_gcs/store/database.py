@@ -9,7 +9,11 @@ from contextlib import suppress
 from pathlib import Path
 
 from aos_gcs.geometry.poses import quaternion_from_R
-from aos_gcs.mission.model import ActionRecord, Event, OutcomeRecord, Picture, SettingsRecord, StepRecord
+from aos_gcs.mission.model.actions import ActionRecord
+from aos_gcs.mission.model.events import Event
+from aos_gcs.mission.model.phase import OutcomeRecord
+from aos_gcs.mission.model.steps import Picture, StepRecord
+from aos_gcs.mission.model.vehicles import SettingsRecord
 from aos_gcs.ports import Capture
 from aos_gcs.store.codec import encode
 from aos_gcs.store.images import encode_image

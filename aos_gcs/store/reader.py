@@ -16,22 +16,12 @@ import numpy as np
 from aos_gcs.errors import InputDataError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
-from aos_gcs.mission.model import (
-    ActionRecord,
-    Event,
-    EventData,
-    EventKind,
-    MissionSnapshot,
-    NoticeRecord,
-    Outcome,
-    OutcomeRecord,
-    Phase,
-    PictureKind,
-    PicturesRecord,
-    PlanRecord,
-    SettingsRecord,
-    StepRecord,
-)
+from aos_gcs.mission.model.actions import ActionRecord
+from aos_gcs.mission.model.events import Event, EventData, EventKind, NoticeRecord, PicturesRecord, PlanRecord
+from aos_gcs.mission.model.phase import Outcome, OutcomeRecord, Phase
+from aos_gcs.mission.model.snapshot import MissionSnapshot
+from aos_gcs.mission.model.steps import PictureKind, StepRecord
+from aos_gcs.mission.model.vehicles import SettingsRecord
 from aos_gcs.ports import Capture
 from aos_gcs.store.codec import decode
 from aos_gcs.store.images import EncodedImage, decode_image

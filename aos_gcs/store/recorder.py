@@ -18,7 +18,11 @@ from pathlib import Path
 from typing import Final
 
 from aos_gcs.errors import ConfigurationError, RecordingError
-from aos_gcs.mission.model import ActionRecord, Event, OutcomeRecord, Picture, SettingsRecord, StepRecord
+from aos_gcs.mission.model.actions import ActionRecord
+from aos_gcs.mission.model.events import Event
+from aos_gcs.mission.model.phase import OutcomeRecord
+from aos_gcs.mission.model.steps import Picture, StepRecord
+from aos_gcs.mission.model.vehicles import SettingsRecord
 from aos_gcs.ports import Capture, Notice, Severity
 from aos_gcs.store.database import MissionDatabase, Write
 from aos_gcs.store.schema import MAVLINK_NAME

@@ -12,18 +12,10 @@ from typing import Final
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.mission.control import ReplayState, Timeline
 from aos_gcs.mission.events import EventStream
-from aos_gcs.mission.model import (
-    Event,
-    EventKind,
-    Finding,
-    JumpRecord,
-    MissionSnapshot,
-    NoticeRecord,
-    Picture,
-    PictureKind,
-    PicturesRecord,
-    StepRecord,
-)
+from aos_gcs.mission.model.events import Event, EventKind, JumpRecord, NoticeRecord, PicturesRecord
+from aos_gcs.mission.model.findings import Finding
+from aos_gcs.mission.model.snapshot import MissionSnapshot
+from aos_gcs.mission.model.steps import Picture, PictureKind, StepRecord
 from aos_gcs.ports import Clock, Severity
 from aos_gcs.store.reader import EventEntry, MissionReader
 

@@ -7,16 +7,12 @@ from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
 
-from aos_gcs.mission.model import (
-    ActionRecord,
-    EventKind,
-    MissionSnapshot,
-    NoticeRecord,
-    OutcomeRecord,
-    Phase,
-    SettingsRecord,
-    StepRecord,
-)
+from aos_gcs.mission.model.actions import ActionRecord
+from aos_gcs.mission.model.events import EventKind, NoticeRecord
+from aos_gcs.mission.model.phase import OutcomeRecord, Phase
+from aos_gcs.mission.model.snapshot import MissionSnapshot
+from aos_gcs.mission.model.steps import StepRecord
+from aos_gcs.mission.model.vehicles import SettingsRecord
 from aos_gcs.store.reader import MissionReader
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any, Final
 
-from aos_gcs.mission.model import CheckStatus, EventKind
+from aos_gcs.mission.model.checks import CheckStatus
+from aos_gcs.mission.model.events import EventKind
 
 OLDEST_VERSION: Final = 1
 FIRST_WITH_SETTINGS: Final = 3

@@ -28,7 +28,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from aos_gcs.api.convert.mission import MissionConverter
 from aos_gcs.api.events.state import MissionState
 from aos_gcs.clock import LoopClock
-from aos_gcs.mission.model import Action
+from aos_gcs.mission.model.actions import Action
 from tests.benchmarks.figures import report
 from tests.fakes.mavlink_vehicle import FakeVehicle
 from tests.fakes.mission import ScriptedMission

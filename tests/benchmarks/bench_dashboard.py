@@ -29,7 +29,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from aos_gcs.api.page import STATIC_FOLDER
 from aos_gcs.api.server import serve
 from aos_gcs.clock import LoopClock
-from aos_gcs.mission.model import Action, MissionSnapshot
+from aos_gcs.mission.model.actions import Action
+from aos_gcs.mission.model.snapshot import MissionSnapshot
 from tests.benchmarks.figures import report
 from tests.fakes.app import app_of
 from tests.fakes.mission import ScriptedMission

@@ -32,7 +32,9 @@ from aos_gcs.mission.fleet.flight import FlightControl
 from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal
-from aos_gcs.mission.model import Action, Phase, Task
+from aos_gcs.mission.model.actions import Action
+from aos_gcs.mission.model.phase import Phase
+from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.planning.settings import Deadlines, FlightSettings, PreflightSettings
 from aos_gcs.ports import Clock, DriverContext, Fleet, Goto, LandedState
 from aos_gcs.swarm.model import Observation

@@ -25,7 +25,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from aos_gcs.config.file import parse_config
 from aos_gcs.mission.control import MissionView
-from aos_gcs.mission.model import MissionSnapshot, Phase
+from aos_gcs.mission.model.phase import Phase
+from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.runtime.service import open_service
 from tests.benchmarks.bench_api import Fleet, follow, free_port
 from tests.benchmarks.figures import report

@@ -19,7 +19,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from aos_gcs.api.events.hub import EventHub
 from aos_gcs.clock import LoopClock
-from aos_gcs.mission.model import PictureKind
+from aos_gcs.mission.model.steps import PictureKind
 from aos_gcs.store.reader import MissionReader
 from aos_gcs.store.replay import MissionReplay
 from tests.benchmarks.figures import report

@@ -10,7 +10,7 @@ import pytest
 import pytest_asyncio
 from playwright.async_api import Browser, Page, expect
 
-from aos_gcs.mission.model import Action
+from aos_gcs.mission.model.actions import Action
 from aos_gcs.ports import Severity
 from tests.browser.conftest import WITHOUT_WEBGL, unavailable
 from tests.browser.pages import VIEWS, open_page

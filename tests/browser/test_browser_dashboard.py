@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from playwright.async_api import expect
 
-from aos_gcs.mission.model import Action
+from aos_gcs.mission.model.actions import Action
 from aos_gcs.ports import Severity
 from tests.browser.conftest import OPERATOR_CODE
 from tests.browser.map_colours import wait_until_drawn, wait_until_gone

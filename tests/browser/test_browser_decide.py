@@ -11,7 +11,8 @@ from fastapi import FastAPI
 from playwright.async_api import Page, expect
 
 from aos_gcs.imaging.step.settings import ImagingSettings
-from aos_gcs.mission.model import Action, FindingStatus
+from aos_gcs.mission.model.actions import Action
+from aos_gcs.mission.model.findings import FindingStatus
 from aos_gcs.runtime.viewer import Viewer
 from tests.browser.conftest import OPERATOR_CODE, PageRecord, Service, serving
 from tests.browser.pages import open_page, sign_in, with_thumbnails

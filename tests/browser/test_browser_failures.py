@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from playwright.async_api import Page, expect
 
-from aos_gcs.mission.model import EventKind, NoticeRecord
+from aos_gcs.mission.model.events import EventKind, NoticeRecord
 from aos_gcs.store.reader import MissionReader
 from tests.browser.pages import open_page
 from tests.browser.station import FLIGHT_MS, Station, launch, sign_in_as_operator
@@ -94,7 +94,7 @@ async def see_a_lost_vehicle(page: Page) -> None:
     await page.get_by_test_id("action-hold").click()
     result = page.get_by_test_id("result-3")
     await expect(result).to_have_attribute("data-accepted", "false")
-    await expect(result).to_contain_text("is lost; it cannot be reached")
+    await expect(result).to_contain_text("link lost: it cannot be reached")
 
 
 async def outlive_a_freeze(page: Page, service: Program) -> None:

@@ -14,7 +14,11 @@ from playwright.async_api import Page
 
 from aos_gcs.api.server import serve
 from aos_gcs.clock import LoopClock
-from aos_gcs.mission.model import CameraSnapshot, ErrorEllipse, MissionSnapshot, Phase, PictureKind
+from aos_gcs.mission.model.findings import ErrorEllipse
+from aos_gcs.mission.model.phase import Phase
+from aos_gcs.mission.model.snapshot import MissionSnapshot
+from aos_gcs.mission.model.steps import PictureKind
+from aos_gcs.mission.model.vehicles import CameraSnapshot
 from tests.browser.conftest import PageRecord
 from tests.browser.map_places import DRAWING_TIMEOUT_S, MapPlaces, map_places, show_only
 from tests.browser.pages import open_page

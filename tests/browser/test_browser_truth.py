@@ -10,7 +10,8 @@ import pytest
 from playwright.async_api import Page, expect
 
 from aos_gcs.imaging.step.settings import ImagingSettings
-from aos_gcs.mission.model import Action, FocusSnapshot, FocusSource
+from aos_gcs.mission.model.actions import Action
+from aos_gcs.mission.model.steps import FocusSnapshot, FocusSource
 from aos_gcs.ports import Severity
 from aos_gcs.runtime.viewer import Viewer
 from tests.browser.conftest import OPERATOR_CODE, PageRecord, Service, serving

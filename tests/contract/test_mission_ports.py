@@ -15,7 +15,11 @@ from aos_gcs.clock import LoopClock
 from aos_gcs.errors import MissionError
 from aos_gcs.mission.control import MissionCommands, MissionView
 from aos_gcs.mission.events import DEFAULT_CAPACITY
-from aos_gcs.mission.model import Action, CheckStatus, Event, EventKind, FocusSource, Phase, PictureKind, PreflightCheck
+from aos_gcs.mission.model.actions import Action
+from aos_gcs.mission.model.checks import CheckStatus, PreflightCheck
+from aos_gcs.mission.model.events import Event, EventKind
+from aos_gcs.mission.model.phase import Phase
+from aos_gcs.mission.model.steps import FocusSource, PictureKind
 from aos_gcs.ports import Safeguard, Severity
 from aos_gcs.store.reader import MissionReader
 from aos_gcs.store.replay import MissionReplay

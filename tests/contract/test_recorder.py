@@ -12,17 +12,11 @@ import pytest
 
 from aos_gcs.errors import RecordingError
 from aos_gcs.mission.journal import Recorder
-from aos_gcs.mission.model import (
-    Action,
-    ActionRecord,
-    Event,
-    Outcome,
-    OutcomeRecord,
-    Picture,
-    PictureKind,
-    SettingsRecord,
-    StepRecord,
-)
+from aos_gcs.mission.model.actions import Action, ActionRecord
+from aos_gcs.mission.model.events import Event
+from aos_gcs.mission.model.phase import Outcome, OutcomeRecord
+from aos_gcs.mission.model.steps import Picture, PictureKind, StepRecord
+from aos_gcs.mission.model.vehicles import SettingsRecord
 from aos_gcs.store.database import MissionDatabase, Write
 from aos_gcs.store.reader import MissionReader
 from aos_gcs.store.recorder import MissionRecorder

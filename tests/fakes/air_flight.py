@@ -19,7 +19,8 @@ from aos_gcs.geometry.poses import Pose
 from aos_gcs.mission.coordinator import Coordinator
 from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal
-from aos_gcs.mission.model import Outcome, Task
+from aos_gcs.mission.model.phase import Outcome
+from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.planning.settings import Deadlines, PreflightSettings
 from aos_gcs.ports import DriverContext
 from aos_sim.camera.server import ImageServer

@@ -17,34 +17,14 @@ from aos_gcs.geometry.geodesy import EnuPoint, GeodeticPosition, LocalFrame
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.acknowledgements import Acknowledgements
 from aos_gcs.mission.events import EventStream
-from aos_gcs.mission.model import (
-    Action,
-    ActionResult,
-    CameraSnapshot,
-    CheckOverride,
-    CheckStatus,
-    ErrorEllipse,
-    Event,
-    EventKind,
-    Finding,
-    FindingChange,
-    FocusSnapshot,
-    FocusSource,
-    MissionSnapshot,
-    NoticeRecord,
-    Outcome,
-    Phase,
-    Picture,
-    PictureKind,
-    PicturesRecord,
-    PlanRecord,
-    PreflightCheck,
-    StepRecord,
-    Suspension,
-    TargetEstimate,
-    Task,
-    VehicleSnapshot,
-)
+from aos_gcs.mission.model.actions import Action, ActionResult
+from aos_gcs.mission.model.checks import CheckOverride, CheckStatus, PreflightCheck
+from aos_gcs.mission.model.events import Event, EventKind, NoticeRecord, PicturesRecord, PlanRecord
+from aos_gcs.mission.model.findings import ErrorEllipse, Finding, FindingChange, TargetEstimate
+from aos_gcs.mission.model.phase import Outcome, Phase, Suspension
+from aos_gcs.mission.model.snapshot import MissionSnapshot
+from aos_gcs.mission.model.steps import FocusSnapshot, FocusSource, Picture, PictureKind, StepRecord
+from aos_gcs.mission.model.vehicles import CameraSnapshot, Task, VehicleSnapshot
 from aos_gcs.mission.phases import check_action
 from aos_gcs.mission.preflight.checks import failed, passed
 from aos_gcs.mission.search.findings import Findings

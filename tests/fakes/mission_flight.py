@@ -15,16 +15,11 @@ from aos_gcs.mission.commands import LiveCommands
 from aos_gcs.mission.coordinator import Coordinator
 from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal
-from aos_gcs.mission.model import (
-    ActionRecord,
-    Event,
-    Outcome,
-    OutcomeRecord,
-    Picture,
-    SettingsRecord,
-    StepRecord,
-    Task,
-)
+from aos_gcs.mission.model.actions import ActionRecord
+from aos_gcs.mission.model.events import Event
+from aos_gcs.mission.model.phase import Outcome, OutcomeRecord
+from aos_gcs.mission.model.steps import Picture, StepRecord
+from aos_gcs.mission.model.vehicles import SettingsRecord, Task
 from aos_gcs.mission.views import LiveView
 from aos_gcs.planning.settings import Deadlines, DetectionSettings, MissionSettings, PreflightSettings
 from aos_gcs.ports import Capture

@@ -6,7 +6,9 @@ from functools import partial
 from pathlib import Path
 
 from aos_gcs.clock import LoopClock
-from aos_gcs.mission.model import Action, Event, PictureKind
+from aos_gcs.mission.model.actions import Action
+from aos_gcs.mission.model.events import Event
+from aos_gcs.mission.model.steps import PictureKind
 from aos_gcs.ports import Severity
 from aos_gcs.store.database import MissionDatabase
 from tests.fakes.mission import ScriptedMission

@@ -8,19 +8,12 @@ from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.geometry.poses import nadir_pose
-from aos_gcs.mission.model import (
-    Event,
-    EventKind,
-    MissionSnapshot,
-    NoticeRecord,
-    Outcome,
-    Phase,
-    StepRecord,
-    Suspension,
-    TargetEstimate,
-    Task,
-    VehicleSnapshot,
-)
+from aos_gcs.mission.model.events import Event, EventKind, NoticeRecord
+from aos_gcs.mission.model.findings import TargetEstimate
+from aos_gcs.mission.model.phase import Outcome, Phase, Suspension
+from aos_gcs.mission.model.snapshot import MissionSnapshot
+from aos_gcs.mission.model.steps import StepRecord
+from aos_gcs.mission.model.vehicles import Task, VehicleSnapshot
 from aos_gcs.ports import Capture, Severity, VehicleState
 
 ORIGIN = GeodeticPosition(48.33, 14.33, 301.25)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from aos_gcs.mission.fleet.roster import Member, Roster
 from aos_gcs.mission.fleet.tasks import TASK_TRANSITIONS
-from aos_gcs.mission.model import Task
+from aos_gcs.mission.model.vehicles import Task
 
 
 def give_task(roster: Roster, member: Member, task: Task) -> None:

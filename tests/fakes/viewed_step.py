@@ -13,7 +13,7 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.geometry.poses import nadir_pose
 from aos_gcs.imaging.model import Frame
-from aos_gcs.mission.model import Event, EventKind
+from aos_gcs.mission.model.events import Event, EventKind
 from aos_gcs.ports import Capture
 from aos_gcs.store.recorder import MissionRecorder
 from tests.fakes.mission import ORIGIN, ScriptedMission

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from aos_gcs.mission.model import Outcome
+from aos_gcs.mission.model.phase import Outcome
 from tests.fakes.air import Air, Faults
 from tests.fakes.air_flight import flying_over
 

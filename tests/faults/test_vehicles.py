@@ -11,7 +11,9 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.frames.errors import LateFrameError, TornFrameError
 from aos_drivers.frames.files.fetching import Download, ImageFetcher
-from aos_gcs.mission.model import Action, Outcome, Phase, Task
+from aos_gcs.mission.model.actions import Action
+from aos_gcs.mission.model.phase import Outcome, Phase
+from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.planning.settings import Deadlines
 from aos_sim.swarm import SimulatedSwarm
 from aos_sim.vehicle.arducopter import ArduCopter

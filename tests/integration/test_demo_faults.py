@@ -8,7 +8,8 @@ from pathlib import Path
 from pymavlink import mavutil
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from aos_gcs.mission.model import EventKind, Outcome
+from aos_gcs.mission.model.events import EventKind
+from aos_gcs.mission.model.phase import Outcome
 from aos_gcs.store.reader import MissionReader
 from tests.fakes.program import Program, is_running, kill, running
 

@@ -9,7 +9,8 @@ import pytest
 
 from aos_gcs.airspace.limits import UNLIMITED
 from aos_gcs.cli import main
-from aos_gcs.mission.model import Outcome, Phase, Task
+from aos_gcs.mission.model.phase import Outcome, Phase
+from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.store.reader import MissionReader
 from tests.fakes.program import Program, running
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from aos_gcs.mission.model import Task
+from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.store.reader import MissionReader
 from tests.fakes.program import running
 

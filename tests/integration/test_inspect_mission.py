@@ -21,7 +21,13 @@ import numpy as np
 
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
-from aos_gcs.mission.model import *
+from aos_gcs.mission.model.actions import Action, ActionRecord
+from aos_gcs.mission.model.events import Event, EventKind, NoticeRecord
+from aos_gcs.mission.model.findings import TargetEstimate
+from aos_gcs.mission.model.phase import Outcome, OutcomeRecord, Phase, Suspension
+from aos_gcs.mission.model.snapshot import MissionSnapshot
+from aos_gcs.mission.model.steps import StepRecord
+from aos_gcs.mission.model.vehicles import SettingsRecord, Task, VehicleSnapshot
 from aos_gcs.ports import Capture, Severity, VehicleState
 from aos_gcs.store.recorder import MissionRecorder
 

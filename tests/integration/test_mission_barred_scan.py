@@ -6,7 +6,7 @@ import pytest
 
 from aos_gcs.airspace.limits import SafetyOverrides
 from aos_gcs.airspace.polygon import Polygon
-from aos_gcs.mission.model import Outcome, Phase
+from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.phases import PHASE_NAMES
 from aos_gcs.planning.settings import Deadlines
 from tests.fakes.mission_flight import Flight, flying, prepare

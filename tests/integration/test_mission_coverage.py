@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from aos_gcs.mission.model import Action, PictureKind
+from aos_gcs.mission.model.actions import Action
+from aos_gcs.mission.model.steps import PictureKind
 from tests.fakes.mission_flight import flying, prepare
 
 pytestmark = pytest.mark.looptime

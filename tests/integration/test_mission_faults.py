@@ -18,7 +18,9 @@ from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.mission.fleet.flight import FlightControl
 from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.journal import Journal
-from aos_gcs.mission.model import Action, Outcome, Phase, Task
+from aos_gcs.mission.model.actions import Action
+from aos_gcs.mission.model.phase import Outcome, Phase
+from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.planning.settings import Deadlines, FlightSettings
 from aos_gcs.ports import (
     Arm,

@@ -8,7 +8,10 @@ import numpy as np
 import pytest
 
 from aos_gcs.errors import MissionError
-from aos_gcs.mission.model import Action, NoticeRecord, Outcome, Phase, Suspension, Task
+from aos_gcs.mission.model.actions import Action
+from aos_gcs.mission.model.events import NoticeRecord
+from aos_gcs.mission.model.phase import Outcome, Phase, Suspension
+from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.phases import PHASE_NAMES
 from aos_gcs.planning.settings import Deadlines, PreflightSettings
 from aos_gcs.ports import Arm, Goto, Hold, Land, ReturnToLaunch, Severity

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from aos_gcs.errors import MissionError
-from aos_gcs.mission.model import Action, Outcome, Task
+from aos_gcs.mission.model.actions import Action
+from aos_gcs.mission.model.phase import Outcome
+from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.planning.settings import PreflightSettings
 from aos_gcs.ports import Arm, Hold, Takeoff
 from tests.fakes.fleet import FakeVehicle

@@ -8,7 +8,7 @@ import pytest
 from aos_gcs.airspace.limits import SafetyOverrides
 from aos_gcs.airspace.polygon import signed_depth_m
 from aos_gcs.airspace.waypoints import WaypointVerdict
-from aos_gcs.mission.model import Outcome
+from aos_gcs.mission.model.phase import Outcome
 from tests.fakes.mission_flight import Flight, flying, prepare
 
 pytestmark = pytest.mark.looptime

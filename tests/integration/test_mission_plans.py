@@ -8,7 +8,9 @@ from dataclasses import replace
 import pytest
 
 from aos_gcs.errors import MissionError
-from aos_gcs.mission.model import Action, Phase, PlanRecord
+from aos_gcs.mission.model.actions import Action
+from aos_gcs.mission.model.events import PlanRecord
+from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.phases import PHASE_NAMES
 from aos_gcs.planning.plan import plan_of
 from tests.fakes.mission_flight import Flight, flying, prepare, settings

@@ -8,7 +8,9 @@ import pytest
 from aos_gcs.airspace.limits import SafetyOverrides
 from aos_gcs.errors import MissionError
 from aos_gcs.geometry.geodesy import LocalFrame
-from aos_gcs.mission.model import Action, CheckStatus, Outcome, Phase, PreflightCheck
+from aos_gcs.mission.model.actions import Action
+from aos_gcs.mission.model.checks import CheckStatus, PreflightCheck
+from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.preflight import checks
 from aos_gcs.mission.preflight.overrides import BY_CONFIGURATION
 from aos_gcs.planning.settings import Deadlines, PreflightSettings

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from aos_gcs.api.convert.mission import allowed_actions
-from aos_gcs.mission.model import Action, Outcome, Phase, Task
+from aos_gcs.mission.model.actions import Action
+from aos_gcs.mission.model.phase import Outcome, Phase
+from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.ports import FlightMode, Land, ReturnToLaunch
 from tests.fakes.mission_flight import Flight, flying, prepare
 

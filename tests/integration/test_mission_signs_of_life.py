@@ -8,7 +8,9 @@ import pytest
 
 from aos_gcs.api.events.hub import EventHub
 from aos_gcs.errors import MissionError
-from aos_gcs.mission.model import MissionSnapshot, NoticeRecord, Phase
+from aos_gcs.mission.model.events import NoticeRecord
+from aos_gcs.mission.model.phase import Phase
+from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.ports import Severity
 from tests.fakes.mission_flight import flying, prepare
 

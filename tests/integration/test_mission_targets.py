@@ -7,7 +7,7 @@ import asyncio
 import numpy as np
 import pytest
 
-from aos_gcs.mission.model import Outcome
+from aos_gcs.mission.model.phase import Outcome
 from tests.fakes.mission_flight import TARGET, flying, prepare
 
 SPEED_MPS = 4.0

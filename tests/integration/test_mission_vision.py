@@ -9,7 +9,9 @@ import pytest
 from aos_gcs.errors import MissionError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.imaging.step.settings import ImagingSettings
-from aos_gcs.mission.model import Action, FocusSnapshot, FocusSource, Outcome, Phase
+from aos_gcs.mission.model.actions import Action
+from aos_gcs.mission.model.phase import Outcome, Phase
+from aos_gcs.mission.model.steps import FocusSnapshot, FocusSource
 from aos_gcs.planning.settings import AutofocusSettings, DetectionSettings, RegistrationSettings
 from tests.fakes import fleet
 from tests.fakes.mission_flight import TARGET, Flight, flying, prepare

@@ -16,7 +16,8 @@ import pytest
 
 from aos_drivers.mavlink.service import open_mavlink
 from aos_gcs.clock import LoopClock
-from aos_gcs.mission.model import Outcome, Phase, Task
+from aos_gcs.mission.model.phase import Outcome, Phase
+from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.ports import Clock, DriverContext, Fleet, FlightMode
 from aos_gcs.store.reader import MissionReader
 from tests.fakes.program import Program, running

@@ -22,7 +22,8 @@ from aos_gcs.clock import LoopClock
 from aos_gcs.config.file import parse_config
 from aos_gcs.errors import CaptureError, LinkError
 from aos_gcs.geometry.geodesy import GeodeticPosition
-from aos_gcs.mission.model import Outcome, Task
+from aos_gcs.mission.model.phase import Outcome
+from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.planning.settings import Deadlines, FlightSettings
 from aos_gcs.ports import Capture, DriverContext, Vehicle
 from aos_gcs.runtime.service import open_service

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from aos_gcs.mission.model import Action, Outcome, Task
+from aos_gcs.mission.model.actions import Action
+from aos_gcs.mission.model.phase import Outcome
+from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.planning.settings import PreflightSettings
 from tests.fakes.air import Air
 from tests.fakes.air_flight import flying_over

@@ -27,7 +27,8 @@ from aos_gcs.api.openapi import make_document
 from aos_gcs.api.server import serve
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import LinkError
-from aos_gcs.mission.model import EventKind, PictureKind
+from aos_gcs.mission.model.events import EventKind
+from aos_gcs.mission.model.steps import PictureKind
 from aos_gcs.ports import Severity
 from tests.fakes.app import app_of
 from tests.fakes.mission import ScriptedMission

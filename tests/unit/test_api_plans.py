@@ -13,7 +13,7 @@ import pytest
 from aos_gcs.api.app import create_app
 from aos_gcs.api.models.plans import PlanModel, PlanReportModel
 from aos_gcs.clock import LoopClock
-from aos_gcs.mission.model import Action
+from aos_gcs.mission.model.actions import Action
 from aos_gcs.planning.shape_files import MAX_FILE_BYTES
 from tests.fakes.app import app_of
 from tests.fakes.mission import ORIGIN, ScriptedMission

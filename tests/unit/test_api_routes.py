@@ -17,7 +17,9 @@ from aos_gcs.api.models.preflight import PreflightCheckModel
 from aos_gcs.api.models.steps import StepModel
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import AosError, CommandTimeoutError, LinkError, MissionError
-from aos_gcs.mission.model import Action, ErrorEllipse, PictureKind, TargetEstimate
+from aos_gcs.mission.model.actions import Action
+from aos_gcs.mission.model.findings import ErrorEllipse, TargetEstimate
+from aos_gcs.mission.model.steps import PictureKind
 from aos_gcs.ports import Severity
 from tests.fakes.app import app_of
 from tests.fakes.mission import ORIGIN, SILENT_ID, ScriptedMission

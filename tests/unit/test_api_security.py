@@ -7,7 +7,7 @@ import pytest
 
 from aos_gcs.api.access.request_checks import refusal
 from aos_gcs.clock import LoopClock
-from aos_gcs.mission.model import Action
+from aos_gcs.mission.model.actions import Action
 from tests.fakes.app import app_of
 from tests.fakes.mission import ScriptedMission
 

@@ -12,7 +12,7 @@ from aos_gcs.api.access.guess_throttle import FORGET_AFTER_S, FREE_GUESSES, GUES
 from aos_gcs.api.access.operators import MAX_OPERATORS, Access, Role, WrongCodeError, read_code
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import ConfigurationError
-from aos_gcs.mission.model import Action
+from aos_gcs.mission.model.actions import Action
 from tests.fakes.app import app_of
 from tests.fakes.mission import ScriptedMission
 

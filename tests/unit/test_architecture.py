@@ -16,11 +16,7 @@ FOR_ALL = {"aos_gcs.errors", "aos_gcs.extras"}
 """Modules that every row of the table may import without naming them."""
 
 MAX_LINES = 399
-TOO_LONG: dict[str, int] = {
-    "aos_gcs/mission/coordinator.py": 410,
-    "aos_gcs/mission/model.py": 507,
-    "aos_gcs/mission/search/search.py": 424,
-}
+TOO_LONG: dict[str, int] = {}
 """Files that are yet to be split, with the length that they must not exceed. The list may only become shorter."""
 
 BAD_BEGINNING = re.compile(r"(Of|That|Whose|Who|(At|By|In|To|From|Of|On|With|For) (which|whom))\b(?! the same)")

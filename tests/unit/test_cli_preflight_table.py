@@ -7,7 +7,8 @@ from dataclasses import replace
 from aos_gcs.cli.display.live import Matrix
 from aos_gcs.cli.display.preflight_table import preflight_table
 from aos_gcs.clock import LoopClock
-from aos_gcs.mission.model import CheckOverride, Phase, PreflightCheck
+from aos_gcs.mission.model.checks import CheckOverride, PreflightCheck
+from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.preflight import checks
 from tests.fakes.mission import ScriptedMission
 

@@ -14,17 +14,11 @@ from aos_gcs.errors import InputDataError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.geodesy import EnuPoint, GeodeticPosition, LocalFrame
 from aos_gcs.geometry.poses import nadir_pose
-from aos_gcs.mission.model import (
-    MissionSnapshot,
-    Outcome,
-    OutcomeRecord,
-    Phase,
-    StepRecord,
-    Suspension,
-    TargetEstimate,
-    Task,
-    VehicleSnapshot,
-)
+from aos_gcs.mission.model.findings import TargetEstimate
+from aos_gcs.mission.model.phase import Outcome, OutcomeRecord, Phase, Suspension
+from aos_gcs.mission.model.snapshot import MissionSnapshot
+from aos_gcs.mission.model.steps import StepRecord
+from aos_gcs.mission.model.vehicles import Task, VehicleSnapshot
 from aos_gcs.ports import Capture, VehicleState
 from aos_gcs.runtime.evaluation import Score, score_mission
 from aos_gcs.store.recorder import MissionRecorder

@@ -6,7 +6,7 @@ import pytest
 
 from aos_gcs.errors import MissionError
 from aos_gcs.mission.acknowledgements import ACKNOWLEDGEMENTS_KEPT, Acknowledgements
-from aos_gcs.mission.model import Acknowledgement
+from aos_gcs.mission.model.snapshot import Acknowledgement
 
 
 def test_who_was_first_with_a_notice_stays_on_record() -> None:

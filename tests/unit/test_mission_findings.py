@@ -15,14 +15,8 @@ from aos_gcs.api.app import create_app
 from aos_gcs.errors import MissionError
 from aos_gcs.exports.finding_files import PlacedFinding, to_geojson, to_gpx, to_kml
 from aos_gcs.geometry.geodesy import EnuPoint, GeodeticPosition
-from aos_gcs.mission.model import (
-    ErrorEllipse,
-    Finding,
-    FindingChange,
-    FindingStatus,
-    MissionSnapshot,
-    TargetEstimate,
-)
+from aos_gcs.mission.model.findings import ErrorEllipse, Finding, FindingChange, FindingStatus, TargetEstimate
+from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.search.findings import MAX_FINDINGS, SAME_PLACE_M, Findings
 from tests.fakes.app import app_of
 from tests.fakes.mission import ScriptedMission

@@ -10,7 +10,7 @@ import pytest
 
 from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.imaging.step.settings import ImagingSettings
-from aos_gcs.mission.model import CheckStatus, PreflightCheck
+from aos_gcs.mission.model.checks import CheckStatus, PreflightCheck
 from aos_gcs.mission.preflight import checks
 from aos_gcs.mission.preflight.ground import check_ground
 from aos_gcs.planning.settings import MissionSettings

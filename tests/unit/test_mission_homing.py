@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 
 import pytest
 
-from aos_gcs.mission.model import Outcome, Task
+from aos_gcs.mission.model.phase import Outcome
+from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.ports import LandedState, VehicleState
 from tests.fakes.fleet import FakeVehicle
 from tests.fakes.mission_flight import Flight, flying, prepare

@@ -12,7 +12,8 @@ from aos_gcs.clock import LoopClock
 from aos_gcs.errors import MissionError
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.journal import Journal
-from aos_gcs.mission.model import Action, CheckStatus, PreflightCheck
+from aos_gcs.mission.model.actions import Action
+from aos_gcs.mission.model.checks import CheckStatus, PreflightCheck
 from aos_gcs.mission.preflight import checks
 from aos_gcs.mission.preflight.overrides import BY_CONFIGURATION, Overrides
 from aos_gcs.planning.settings import PreflightSettings

@@ -7,7 +7,8 @@ import itertools
 import pytest
 
 from aos_gcs.errors import MissionError
-from aos_gcs.mission.model import Action, Phase
+from aos_gcs.mission.model.actions import Action
+from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.phases import ACTIONS, ON_GROUND, TRANSITIONS, check_action, check_transition
 
 FLYING = frozenset(Phase) - ON_GROUND - {Phase.ARM, Phase.RETURN, Phase.LAND}

@@ -11,7 +11,7 @@ import pytest
 from aos_gcs.clock import LoopClock
 from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.mission.fleet.roster import Roster
-from aos_gcs.mission.model import CheckStatus, PreflightCheck
+from aos_gcs.mission.model.checks import CheckStatus, PreflightCheck
 from aos_gcs.mission.preflight.checks import in_order
 from aos_gcs.mission.preflight.telemetry import check_all, check_layers
 from aos_gcs.ports import LandedState, LinkQuality, VehicleState

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from aos_gcs.airspace.geofence import vehicle_fence
 from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.geometry.geodesy import LocalFrame
-from aos_gcs.mission.model import CheckStatus, PreflightCheck
+from aos_gcs.mission.model.checks import CheckStatus, PreflightCheck
 from aos_gcs.mission.preflight import checks
 from aos_gcs.mission.preflight.inspection import Inspection, TrialFrame
 from aos_gcs.mission.preflight.setup import check_setup, check_system_ids

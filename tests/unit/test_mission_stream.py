@@ -11,7 +11,8 @@ from aos_gcs.clock import LoopClock
 from aos_gcs.mission.events import EventStream, Subscription
 from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal
-from aos_gcs.mission.model import Event, EventKind, NoticeRecord, Phase
+from aos_gcs.mission.model.events import Event, EventKind, NoticeRecord
+from aos_gcs.mission.model.phase import Phase
 from aos_gcs.ports import Notice, Severity
 from tests.fakes.mission_flight import MemoryRecorder, prepare
 

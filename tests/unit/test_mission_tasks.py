@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from aos_gcs.mission.fleet.roster import FLYING, Member, Roster
 from aos_gcs.mission.fleet.tasks import TASK_TRANSITIONS, TaskTransitionError
-from aos_gcs.mission.model import Task
+from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.ports import Clock
 from tests.fakes.fleet import FakeFleet
 from tests.fakes.roster import give_task

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 
 from aos_gcs.clock import LoopClock
-from aos_gcs.mission.model import Event, NoticeRecord
+from aos_gcs.mission.model.events import Event, NoticeRecord
 from aos_gcs.ports import Severity
 from aos_gcs.store.database import MissionDatabase
 from aos_gcs.store.reader import MissionReader

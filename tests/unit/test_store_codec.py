@@ -9,15 +9,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from aos_gcs.mission.model import (
-    ActionRecord,
-    MissionSnapshot,
-    NoticeRecord,
-    Phase,
-    PicturesRecord,
-    StepRecord,
-    TargetEstimate,
-)
+from aos_gcs.mission.model.actions import ActionRecord
+from aos_gcs.mission.model.events import NoticeRecord, PicturesRecord
+from aos_gcs.mission.model.findings import TargetEstimate
+from aos_gcs.mission.model.phase import Phase
+from aos_gcs.mission.model.snapshot import MissionSnapshot
+from aos_gcs.mission.model.steps import StepRecord
 from aos_gcs.ports import VehicleState
 from aos_gcs.store.codec import decode, encode
 

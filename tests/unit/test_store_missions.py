@@ -12,19 +12,11 @@ import pytest
 
 from aos_gcs.errors import ConfigurationError, InputDataError, RecordingError
 from aos_gcs.geometry.poses import R_from_quaternion
-from aos_gcs.mission.model import (
-    Action,
-    ActionRecord,
-    ActionResult,
-    Event,
-    EventKind,
-    NoticeRecord,
-    Outcome,
-    OutcomeRecord,
-    PictureKind,
-    PicturesRecord,
-    SettingsRecord,
-)
+from aos_gcs.mission.model.actions import Action, ActionRecord, ActionResult
+from aos_gcs.mission.model.events import Event, EventKind, NoticeRecord, PicturesRecord
+from aos_gcs.mission.model.phase import Outcome, OutcomeRecord
+from aos_gcs.mission.model.steps import PictureKind
+from aos_gcs.mission.model.vehicles import SettingsRecord
 from aos_gcs.ports import Notice, Severity
 from aos_gcs.store.database import MissionDatabase, Write
 from aos_gcs.store.reader import MissionReader

@@ -21,7 +21,9 @@ from aos_gcs.api.app import create_app
 from aos_gcs.api.events.hub import EventHub
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import ConfigurationError, InputDataError
-from aos_gcs.mission.model import CheckStatus, Event, EventKind, JumpRecord, NoticeRecord, PictureKind
+from aos_gcs.mission.model.checks import CheckStatus
+from aos_gcs.mission.model.events import Event, EventKind, JumpRecord, NoticeRecord
+from aos_gcs.mission.model.steps import PictureKind
 from aos_gcs.ports import Severity
 from aos_gcs.store.database import MissionDatabase
 from aos_gcs.store.reader import MissionReader

@@ -9,7 +9,7 @@ from aos_gcs.api.convert.places import finite, position, rounded
 from aos_gcs.api.models.findings import EllipseModel, FindingModel, TargetModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.geometry.notations import dms, mgrs_text, utm_text
-from aos_gcs.mission.model import ErrorEllipse, Finding, TargetEstimate
+from aos_gcs.mission.model.findings import ErrorEllipse, Finding, TargetEstimate
 
 
 def ellipse(error: ErrorEllipse) -> EllipseModel:

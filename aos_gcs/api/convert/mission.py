@@ -19,15 +19,11 @@ from aos_gcs.api.models.mission import ActionResponse, ActionResultModel, FocusM
 from aos_gcs.api.models.vehicles import VehicleModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.mission.control import ReplayState
-from aos_gcs.mission.model import (
-    Action,
-    ActionResult,
-    FocusSnapshot,
-    MissionSnapshot,
-    Suspension,
-    Task,
-    VehicleSnapshot,
-)
+from aos_gcs.mission.model.actions import Action, ActionResult
+from aos_gcs.mission.model.phase import Suspension
+from aos_gcs.mission.model.snapshot import MissionSnapshot
+from aos_gcs.mission.model.steps import FocusSnapshot
+from aos_gcs.mission.model.vehicles import Task, VehicleSnapshot
 from aos_gcs.mission.phases import is_allowed
 from aos_gcs.ports import LandedState
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from aos_gcs.api.models.notices import AcknowledgementModel, NoticeModel
-from aos_gcs.mission.model import Acknowledgement, NoticeRecord
+from aos_gcs.mission.model.events import NoticeRecord
+from aos_gcs.mission.model.snapshot import Acknowledgement
 
 
 def notice(record: NoticeRecord) -> NoticeModel:

@@ -12,7 +12,7 @@ from aos_gcs.airspace.polygon import Polygon
 from aos_gcs.api.convert.places import scan_leg
 from aos_gcs.api.models import plans as wire
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
-from aos_gcs.mission.model import VehicleSnapshot
+from aos_gcs.mission.model.vehicles import VehicleSnapshot
 from aos_gcs.planning.advice import Proposal
 from aos_gcs.planning.estimate import PlanEstimate
 from aos_gcs.planning.plan import MissionPlan, PlanProblem, StrategyOptions

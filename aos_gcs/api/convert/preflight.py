@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from aos_gcs.api.models.preflight import OverrideModel, PreflightCheckModel
-from aos_gcs.mission.model import PreflightCheck
+from aos_gcs.mission.model.checks import PreflightCheck
 
 
 def preflight_check(check: PreflightCheck) -> PreflightCheckModel:

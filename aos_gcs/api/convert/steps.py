@@ -8,7 +8,8 @@ from aos_gcs.airspace.waypoints import WaypointRecord
 from aos_gcs.api.convert.places import finite, optional_position, positions, vertex
 from aos_gcs.api.models.steps import FitnessModel, MissingModel, PictureModel, StepModel, WaypointModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
-from aos_gcs.mission.model import Picture, PictureKind, PicturesRecord, StepRecord
+from aos_gcs.mission.model.events import PicturesRecord
+from aos_gcs.mission.model.steps import Picture, PictureKind, StepRecord
 
 
 def step(record: StepRecord, origin: GeodeticPosition | None) -> StepModel:

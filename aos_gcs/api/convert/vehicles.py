@@ -10,7 +10,7 @@ from aos_gcs.api.convert.reuse import Reused
 from aos_gcs.api.models.base import PositionModel
 from aos_gcs.api.models.vehicles import LinkModel, VehicleCameraModel, VehicleModel
 from aos_gcs.geometry.geodesy import EnuPoint, GeodeticPosition, LocalFrame
-from aos_gcs.mission.model import CameraSnapshot, VehicleSnapshot
+from aos_gcs.mission.model.vehicles import CameraSnapshot, VehicleSnapshot
 from aos_gcs.ports import CameraState, LinkQuality
 
 AGE_STEP_S: Final = 0.5

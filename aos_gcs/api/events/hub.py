@@ -21,16 +21,9 @@ from aos_gcs.api.models.service import CapabilitiesModel
 from aos_gcs.api.models.steps import PictureModel, StepModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.mission.control import MissionView, ReplayControl
-from aos_gcs.mission.model import (
-    Event,
-    JumpRecord,
-    MissionSnapshot,
-    NoticeRecord,
-    PictureKind,
-    PicturesRecord,
-    PlanRecord,
-    StepRecord,
-)
+from aos_gcs.mission.model.events import Event, JumpRecord, NoticeRecord, PicturesRecord, PlanRecord
+from aos_gcs.mission.model.snapshot import MissionSnapshot
+from aos_gcs.mission.model.steps import PictureKind, StepRecord
 
 NOTICES_KEPT = 200
 EVENTS_KEPT = 1024

@@ -7,7 +7,7 @@ from typing import Annotated
 from pydantic import Field
 
 from aos_gcs.api.models.base import PositionModel, WireModel
-from aos_gcs.mission.model import FindingStatus
+from aos_gcs.mission.model.findings import FindingStatus
 
 
 class EllipseModel(WireModel):

@@ -12,7 +12,9 @@ from aos_gcs.api.models.notices import AcknowledgementModel
 from aos_gcs.api.models.preflight import PreflightCheckModel
 from aos_gcs.api.models.replay import ReplayModel
 from aos_gcs.api.models.vehicles import VehicleModel
-from aos_gcs.mission.model import Action, FocusSource, Outcome, Phase, Suspension
+from aos_gcs.mission.model.actions import Action
+from aos_gcs.mission.model.phase import Outcome, Phase, Suspension
+from aos_gcs.mission.model.steps import FocusSource
 
 
 class FocusModel(WireModel):

@@ -7,7 +7,7 @@ from typing import Annotated
 from pydantic import Field
 
 from aos_gcs.api.models.base import WireModel
-from aos_gcs.mission.model import CheckStatus
+from aos_gcs.mission.model.checks import CheckStatus
 
 
 class OverrideModel(WireModel):

@@ -7,7 +7,8 @@ from typing import Annotated
 from pydantic import Field
 
 from aos_gcs.api.models.base import WireModel
-from aos_gcs.mission.model import FindingStatus, Phase
+from aos_gcs.mission.model.findings import FindingStatus
+from aos_gcs.mission.model.phase import Phase
 from aos_gcs.ports import Severity
 
 

@@ -8,7 +8,8 @@ from pydantic import Field
 
 from aos_gcs.airspace.waypoints import WaypointVerdict
 from aos_gcs.api.models.base import PositionModel, VertexModel, WireModel
-from aos_gcs.mission.model import Phase, PictureKind
+from aos_gcs.mission.model.phase import Phase
+from aos_gcs.mission.model.steps import PictureKind
 
 
 class FitnessModel(WireModel):

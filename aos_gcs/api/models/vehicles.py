@@ -5,7 +5,7 @@ from __future__ import annotations
 from pydantic import Field
 
 from aos_gcs.api.models.base import PositionModel, VertexModel, WireModel
-from aos_gcs.mission.model import Task
+from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.ports import FlightMode, LandedState
 
 

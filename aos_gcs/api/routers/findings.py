@@ -15,7 +15,7 @@ from aos_gcs.errors import InputDataError, MissionError
 from aos_gcs.exports.finding_files import FORMATS, PlacedFinding
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.mission.control import MissionView
-from aos_gcs.mission.model import Finding, FindingChange
+from aos_gcs.mission.model.findings import Finding, FindingChange
 from aos_gcs.mission.viewing import ViewKind, ViewWindow
 
 router = APIRouter(prefix="/api/findings", tags=["findings"])

@@ -16,7 +16,7 @@ from aos_gcs.api.models.mission import ActionRequest, ActionResponse, MissionMod
 from aos_gcs.api.models.notices import AcknowledgeRequest
 from aos_gcs.api.models.preflight import OverrideRequest, PreflightCheckModel
 from aos_gcs.api.models.steps import StepModel
-from aos_gcs.mission.model import PictureKind
+from aos_gcs.mission.model.steps import PictureKind
 
 router = APIRouter(prefix="/api", tags=["mission"])
 

@@ -12,7 +12,10 @@ from rich.console import Console
 
 from aos_gcs.cli.display.preflight_table import preflight_table
 from aos_gcs.mission.control import MissionView
-from aos_gcs.mission.model import EventKind, MissionSnapshot, Phase, StepRecord
+from aos_gcs.mission.model.events import EventKind
+from aos_gcs.mission.model.phase import Phase
+from aos_gcs.mission.model.snapshot import MissionSnapshot
+from aos_gcs.mission.model.steps import StepRecord
 
 _log = logging.getLogger(__name__)
 

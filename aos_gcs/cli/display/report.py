@@ -11,7 +11,10 @@ from rich.table import Table
 from rich.text import Text
 
 from aos_gcs.geometry.geodesy import EnuPoint
-from aos_gcs.mission.model import MissionSnapshot, Outcome, SettingsRecord, StepRecord, VehicleSnapshot
+from aos_gcs.mission.model.phase import Outcome
+from aos_gcs.mission.model.snapshot import MissionSnapshot
+from aos_gcs.mission.model.steps import StepRecord
+from aos_gcs.mission.model.vehicles import SettingsRecord, VehicleSnapshot
 from aos_gcs.store.summary import FrameCount, MissionSummary
 
 Row = Sequence[str]

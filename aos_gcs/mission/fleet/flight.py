@@ -18,7 +18,8 @@ from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict, as_enu_p
 from aos_gcs.errors import CommandError, CommandRefusedError
 from aos_gcs.mission.fleet.roster import Member, Roster
 from aos_gcs.mission.journal import Journal
-from aos_gcs.mission.model import Refusal, Task
+from aos_gcs.mission.model.actions import Refusal
+from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.planning.settings import Deadlines, FlightSettings
 from aos_gcs.ports import Clock, Command, FlightMode, Goto, Hold, Land, ReturnToLaunch, Severity, Takeoff
 

@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.fleet.roster import FLYING, Member
 from aos_gcs.mission.fleet.vehicle_tasks import VehicleTasks
-from aos_gcs.mission.model import PreflightCheck, Refusal, Task
+from aos_gcs.mission.model.actions import Refusal
+from aos_gcs.mission.model.checks import PreflightCheck
+from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.preflight.inspection import Inspector
 from aos_gcs.ports import Arm, Disarm, Severity, Takeoff
 

@@ -10,7 +10,7 @@ from aos_gcs.mission.fleet.energy import time_home_s
 from aos_gcs.mission.fleet.proximity import ProximityWatch
 from aos_gcs.mission.fleet.return_and_land import ReturnAndLand
 from aos_gcs.mission.fleet.roster import FLYING, Member
-from aos_gcs.mission.model import Task
+from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.ports import Goto, Hold, LandedState, Severity
 
 _PERIOD_S = 0.1

@@ -11,7 +11,9 @@ from aos_gcs.airspace.spacing import landing_spots, spread_apart
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.fleet.roster import Member
 from aos_gcs.mission.fleet.vehicle_tasks import VehicleTasks
-from aos_gcs.mission.model import Phase, Refusal, Task
+from aos_gcs.mission.model.actions import Refusal
+from aos_gcs.mission.model.phase import Phase
+from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.ports import Arm, Command, Disarm, FlightMode, Land, ReturnToLaunch, Severity
 
 _COMING_DOWN = frozenset({FlightMode.RETURN, FlightMode.LAND})

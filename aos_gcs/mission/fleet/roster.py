@@ -14,7 +14,7 @@ from aos_gcs.errors import MissionError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.mission.fleet.energy import BatteryMeter
 from aos_gcs.mission.fleet.tasks import check_task, task_when_heard_again
-from aos_gcs.mission.model import Task, VehicleSnapshot
+from aos_gcs.mission.model.vehicles import Task, VehicleSnapshot
 from aos_gcs.ports import Clock, Command, Fleet, FlightMode, LandedState, Takeoff, Vehicle, VehicleState
 
 _FOLLOWS_US = frozenset({FlightMode.GUIDED, FlightMode.HOLD, FlightMode.TAKEOFF})

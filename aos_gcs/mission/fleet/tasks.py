@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from aos_gcs.errors import AosError
-from aos_gcs.mission.model import Task
+from aos_gcs.mission.model.vehicles import Task
 
 _STOPPABLE = frozenset({Task.HELD, Task.RETURNING, Task.LANDING})
 """Tasks that every vehicle in the air can be given, also one that took off without the mission."""

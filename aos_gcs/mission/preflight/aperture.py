@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from aos_gcs.mission.model import PreflightCheck
+from aos_gcs.mission.model.checks import PreflightCheck
 from aos_gcs.mission.preflight import checks
 from aos_gcs.planning.aperture import advise
 from aos_gcs.planning.settings import MissionSettings

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Final
 
-from aos_gcs.mission.model import CheckStatus, PreflightCheck
+from aos_gcs.mission.model.checks import CheckStatus, PreflightCheck
 
 MISSION: Final = 0
 """Vehicle id of checks of the mission as a whole."""

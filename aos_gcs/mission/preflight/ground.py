@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.airspace.ground import Ground
 from aos_gcs.airspace.limits import SafetyLimits
-from aos_gcs.mission.model import PreflightCheck
+from aos_gcs.mission.model.checks import PreflightCheck
 from aos_gcs.mission.preflight import checks
 from aos_gcs.planning.estimate import planned_legs
 from aos_gcs.planning.plan import plan_of

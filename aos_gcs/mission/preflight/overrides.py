@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 from aos_gcs.errors import MissionError
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.journal import Recorder
-from aos_gcs.mission.model import Action, ActionRecord, CheckOverride, CheckStatus, PreflightCheck
+from aos_gcs.mission.model.actions import Action, ActionRecord
+from aos_gcs.mission.model.checks import CheckOverride, CheckStatus, PreflightCheck
 from aos_gcs.ports import Severity
 
 BY_CONFIGURATION = "configuration"

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from aos_gcs.mission.fleet.roster import Member, Roster
-from aos_gcs.mission.model import PreflightCheck
+from aos_gcs.mission.model.checks import PreflightCheck
 from aos_gcs.mission.preflight import checks
 from aos_gcs.planning.settings import MissionSettings
 

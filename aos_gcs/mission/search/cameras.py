@@ -11,7 +11,7 @@ import numpy as np
 from aos_gcs.airspace.polygon import Polygon, as_points
 from aos_gcs.geometry.projection import intersect_plane
 from aos_gcs.imaging.model import Frame
-from aos_gcs.mission.model import CameraSnapshot
+from aos_gcs.mission.model.vehicles import CameraSnapshot
 
 MAX_FOOTPRINT_HEIGHTS: Final = 10.0
 """Largest distance of a footprint's corner, in heights above the plane: beyond it the camera looks along the ground."""

@@ -12,7 +12,8 @@ from aos_gcs.imaging.model import StepAnalysis
 from aos_gcs.imaging.persons.classifier import DECISION
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.fleet.roster import Member, in_layers
-from aos_gcs.mission.model import Phase, TargetEstimate
+from aos_gcs.mission.model.findings import TargetEstimate
+from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.search.observing import make_observation
 from aos_gcs.mission.search.progress import Advance, ScanProgress
 from aos_gcs.mission.search.stalls import place_ahead_m

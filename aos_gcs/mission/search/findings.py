@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from aos_gcs.errors import MissionError
 from aos_gcs.geometry.geodesy import EnuPoint
-from aos_gcs.mission.model import Finding, FindingChange, FindingStatus, TargetEstimate
+from aos_gcs.mission.model.findings import Finding, FindingChange, FindingStatus, TargetEstimate
 
 MAX_FINDINGS = 500
 """Largest number of findings: with more, detection is far too sensitive."""

@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from aos_gcs.imaging.model import StepAnalysis
 from aos_gcs.imaging.pictures import RasterPicture, render_pictures
 from aos_gcs.mission.journal import Journal, Recorder
-from aos_gcs.mission.model import EventKind, Picture, PictureKind, PicturesRecord
+from aos_gcs.mission.model.events import EventKind, PicturesRecord
+from aos_gcs.mission.model.steps import Picture, PictureKind
 
 
 class Gallery:

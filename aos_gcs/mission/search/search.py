@@ -14,7 +14,9 @@ from aos_gcs.imaging.model import StepAnalysis
 from aos_gcs.mission.context import FlightContext, MissionContext
 from aos_gcs.mission.fleet.roster import Member, in_layers
 from aos_gcs.mission.launch import MIN_SWARM
-from aos_gcs.mission.model import Phase, StepRecord, Task
+from aos_gcs.mission.model.phase import Phase
+from aos_gcs.mission.model.steps import StepRecord
+from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.search.deciding import Decider, Decision
 from aos_gcs.mission.search.findings import Findings
 from aos_gcs.mission.search.gallery import Gallery

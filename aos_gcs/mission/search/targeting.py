@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from aos_gcs.geometry.geodesy import EnuPoint
 from aos_gcs.imaging.geolocation import Geolocation, geolocate
 from aos_gcs.imaging.model import FocalGrid, StepAnalysis
-from aos_gcs.mission.model import ErrorEllipse, TargetEstimate
+from aos_gcs.mission.model.findings import ErrorEllipse, TargetEstimate
 from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.tracking.tracker import Measurement, Track, Tracks, observe
 

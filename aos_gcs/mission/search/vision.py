@@ -14,7 +14,7 @@ from aos_gcs.imaging.registration.pose_errors import Registration, apply_sure, r
 from aos_gcs.imaging.step.analysis import analyse_step
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.journal import Recorder
-from aos_gcs.mission.model import FocusSnapshot, FocusSource
+from aos_gcs.mission.model.steps import FocusSnapshot, FocusSource
 from aos_gcs.mission.search.persons import PersonWatch
 from aos_gcs.mission.search.sampling import Sample, to_frame
 from aos_gcs.ports import Severity

@@ -1,0 +1,62 @@
+"""Operators' actions and their results."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class Action(StrEnum):
+    """What an operator can ask for."""
+
+    START = "start"
+    PAUSE = "pause"
+    RESUME = "resume"
+    HOLD = "hold"
+    RETURN = "return"
+    LAND = "land"
+    ABORT = "abort"
+    FOCUS = "focus"
+    """Focus on a height that the operator gives, or leave it to autofocus again."""
+    JOIN = "join"
+    """Have vehicles on the ground take off and join the swarm in mid-mission."""
+    OVERRIDE = "override"
+    """Launch in spite of a failed check of preflight, or take that back; see ``MissionCommands.override_check``."""
+
+
+@dataclass(frozen=True, slots=True)
+class Refusal:
+    """Reason why something that was asked of a vehicle is not done."""
+
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class ActionResult:
+    """What became of an action for one vehicle."""
+
+    vehicle_id: int
+    accepted: bool
+    text: str
+    """In words: what the vehicle does now, or why it does not."""
+
+
+@dataclass(frozen=True, slots=True)
+class ActionRecord:
+    """An operator's action: one entry of the audit log."""
+
+    utc_s: float
+    action: Action
+    vehicle_ids: tuple[int, ...] | None
+    """None for the whole mission."""
+    results: tuple[ActionResult, ...]
+    refusal: str | None = None
+    """Why the mission did not take the action; None if it did."""
+    focal_height_m: float | None = None
+    """What an action of focusing asked for; None leaves the height to autofocus."""
+    operator: str = ""
+    """Who has asked for it, as given at sign-in; empty when it came from no person."""
+    check: str | None = None
+    """The check that an override concerns."""
+    reason: str | None = None
+    """Why a check was overridden; None where an override was taken back."""

@@ -1,0 +1,85 @@
+"""Targets that are tracked, and findings that operators judge."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from aos_gcs.geometry.geodesy import EnuPoint
+
+
+@dataclass(frozen=True, slots=True)
+class ErrorEllipse:
+    """One standard deviation of a horizontal position; holds the truth with a probability of 39 %."""
+
+    semi_major_m: float
+    semi_minor_m: float
+    heading_rad: float
+    """Of the major axis, clockwise from north, [0, pi]."""
+
+
+@dataclass(frozen=True, slots=True)
+class TargetEstimate:
+    """Where a target is believed to be. Records of older missions lack what has a default."""
+
+    position_enu_m: EnuPoint
+    """Of the ground below it, at the latest step."""
+    sigma_m: float | None
+    """Standard deviation along a horizontal axis, the mean over all directions; None when it is not known."""
+    sightings: int
+    track_id: int = 0
+    """Counts from 1 in a mission; 0: not known."""
+    confirmed: bool = True
+    """Seen often enough to be no false alarm."""
+    ellipse: ErrorEllipse | None = None
+    velocity_enu_mps: tuple[float, float] | None = None
+    """Horizontal."""
+    seen_at_s: float | None = None
+    """Mission time of the latest sighting."""
+    person_confidence: float | None = None
+    """Probability that it is a person rather than another warm body; None when no temperatures tell."""
+
+
+class FindingStatus(StrEnum):
+    """What the operators think of a finding."""
+
+    NEW = "new"
+    CONFIRMED = "confirmed"
+    REJECTED = "rejected"
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """Something that searchers should know of: a confirmed target, or what an operator has marked."""
+
+    finding_id: int
+    """Counts from 1."""
+    status: FindingStatus
+    position_enu_m: EnuPoint
+    """Of the ground below it."""
+    found_at_s: float
+    """Mission time at which it was first known."""
+    seen_at_s: float
+    """Mission time of the latest sighting; of one marked by hand, when it was marked."""
+    step: int
+    """At which it was seen last, whose frames show it."""
+    track_id: int | None = None
+    """The target that it follows; None for one marked by hand."""
+    sigma_m: float | None = None
+    ellipse: ErrorEllipse | None = None
+    sightings: int = 0
+    person_confidence: float | None = None
+    comment: str = ""
+    assignee: str = ""
+    """Who is to look after it."""
+    operator: str = ""
+    """Who has judged it last, or marked it."""
+
+
+@dataclass(frozen=True, slots=True)
+class FindingChange:
+    """What an operator changes of a finding; None leaves a thing as it is."""
+
+    status: FindingStatus | None = None
+    comment: str | None = None
+    assignee: str | None = None

@@ -1,0 +1,90 @@
+"""Steps of the search, their focal plane and their pictures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+from aos_gcs.airspace.waypoints import WaypointRecord
+from aos_gcs.geometry.geodesy import EnuPoint
+from aos_gcs.mission.model.phase import Phase
+
+
+class FocusSource(StrEnum):
+    """Who has chosen the focal height."""
+
+    CONFIGURED = "configured"
+    AUTOFOCUS = "autofocus"
+    OPERATOR = "operator"
+
+
+@dataclass(frozen=True, slots=True)
+class FocusSnapshot:
+    """The focal plane in use."""
+
+    height_m: float
+    """Above the origin."""
+    source: FocusSource
+    sigma_m: float | None
+    """Standard deviation of what autofocus has found; None for other sources."""
+
+
+@dataclass(frozen=True, slots=True)
+class StepRecord:
+    """One step: what was seen, what was decided."""
+
+    step: int
+    elapsed_s: float
+    phase: Phase
+    visibility_m2: float
+    threshold_m2: float
+    branch: str
+    evolutionary_factor: float | None
+    evolutionary_state: str | None
+    c_s_m: float | None
+    c_c_m: float | None
+    leader_id: int | None
+    target_enu_m: EnuPoint | None
+    """This step's own measurement, when the target is in view."""
+    fitness: dict[int, float]
+    """f per vehicle that delivered a frame."""
+    missing: dict[int, str]
+    """Vehicles that the step went on without, with the reason."""
+    waypoints: tuple[WaypointRecord, ...]
+    imaging_ms: float
+    work_ms: float
+    """From the last frame received to the last goto handed to the link, real milliseconds."""
+    loop_lag_p99_ms: float
+    """99th percentile of the event loop's lag since the previous step, real milliseconds."""
+    visibility_present_m2: float | None = None
+    """The part of ``visibility_m2`` that this step's own frames show; None in older records."""
+    focal_height_m: float | None = None
+    """Of the plane that this step's frames were integrated on."""
+
+
+class PictureKind(StrEnum):
+    """The rasters that are shown live."""
+
+    INTEGRAL = "integral"
+    """Colour (or grey) integral."""
+    THERMAL = "thermal"
+    ANOMALY = "anomaly"
+    """Number of frames that mark each cell."""
+    COVERAGE = "coverage"
+    """How many frames of the whole mission show each place of the search area."""
+    VISIBILITY = "visibility"
+    """What share of the ground these have seen at most, through a canopy of the configured density."""
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A north-up raster on the focal plane, ready to show."""
+
+    kind: PictureKind
+    step: int
+    png: bytes = field(repr=False)
+    """RGBA; transparent where nothing covers."""
+    west_m: float
+    south_m: float
+    east_m: float
+    north_m: float

@@ -1,0 +1,73 @@
+"""Vehicles of a mission, with their tasks and cameras."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+
+from aos_gcs.geometry.geodesy import EnuPoint
+from aos_gcs.ports import VehicleState
+
+
+class Task(StrEnum):
+    """What the coordinator has a vehicle do."""
+
+    IDLE = "idle"
+    JOINING = "joining"
+    """Climbs in mid-mission and flies to the swarm."""
+    SWARM = "swarm"
+    HELD = "held"
+    RETURNING = "returning"
+    LANDING = "landing"
+    LANDED = "landed"
+    LOST = "lost"
+    """Silent for longer than the link-loss limit; its own failsafe flies it."""
+
+
+@dataclass(frozen=True, slots=True)
+class SettingsRecord:
+    """Settings of a vehicle that the mission changes for its time."""
+
+    utc_s: float
+    vehicle_id: int
+    purpose: str
+    former: Mapping[str, float]
+    """Values before the mission, by the autopilot's own names."""
+    is_restored: bool = False
+    """False: the mission is about to write others; True: the vehicle has these again."""
+
+
+@dataclass(frozen=True, slots=True)
+class CameraSnapshot:
+    """What a vehicle's camera has delivered in this mission."""
+
+    frames: int = 0
+    """That could be used."""
+    failures: int = 0
+    """Steps that went on without its frame."""
+    last_step: int | None = None
+    """Of its latest frame."""
+    footprint_enu_m: tuple[tuple[float, float], ...] = ()
+    """What that frame shows of the focal plane; empty before the first one, and where it sees the horizon."""
+    failure: str | None = None
+    """Why its frame is missing in the latest step; None if it is not."""
+
+
+@dataclass(frozen=True, slots=True)
+class VehicleSnapshot:
+    """One vehicle in the mission."""
+
+    telemetry: VehicleState
+    task: Task
+    layer_height_m: float | None
+    """The altitude layer it flies in, metres above the origin."""
+    position_enu_m: EnuPoint | None
+    link_age_s: float | None
+    """Seconds since its last message; None if never heard."""
+    waypoint_enu_m: EnuPoint | None
+    """Where it was last sent."""
+    refusal: str | None
+    """Why its last planned waypoint was shortened or held; None if it was sent as planned."""
+    camera: CameraSnapshot | None = None
+    """None in older records."""
