@@ -1,1 +1,1 @@
-"""Where vehicles may fly, and how far apart: polygons, separation, detours, and the check of every waypoint."""
+"""Limits of flight: polygons, separation, detours, and the check of every waypoint."""

@@ -15,7 +15,7 @@ positions of both err."""
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SafetyLimits:
-    """What waypoints must respect. Heights are metres above the mission's origin."""
+    """Limits that every waypoint must respect. Heights are metres above the mission's origin."""
 
     fence_enu_m: Polygon
     """Geofence, a simple polygon, convex or not."""

@@ -87,7 +87,7 @@ class ApiConfig(BaseModel):
 
 
 class PreflightConfig(BaseModel):
-    """What preflight may change, and which failed checks it overrides."""
+    """Settings of preflight: what it may change, and which failed checks it overrides."""
 
     model_config = _STRICT
 

@@ -50,7 +50,7 @@ class PlaneView:
 
     shape: tuple[int, int]
     H_raster2plane: NDArray[np.float64]
-    """From cells (column, row, 1) to points (x, y, 1); its third coordinate is positive where there is a point."""
+    """Homography from cells (column, row, 1) to points (x, y, 1); its third coordinate is positive at a point."""
     plane: Plane
     depth_limited: bool
     """Leave out what frames see at more than ``MAX_DEPTH_RATIO``; needs a homography that is affine."""
@@ -120,7 +120,7 @@ class PointProjection:
 
     camera: CameraModel
     P: NDArray[np.float64]
-    """From points (x, y, z, 1) to homogeneous pixels of the ideal camera, shape (3, 4)."""
+    """Projection from points (x, y, z, 1) to homogeneous pixels of the ideal camera, shape (3, 4)."""
     window: tuple[slice, slice]
     """Rows and columns of the raster outside of which the frame sees nothing."""
     all_in_front: bool

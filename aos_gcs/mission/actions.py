@@ -31,7 +31,7 @@ VehicleAction = Callable[[Member], Awaitable[Refusal | None]]
 
 
 class Flow(Protocol):
-    """What an action may do to the flow of phases."""
+    """Changes of the flow of phases that an action may cause."""
 
     suspension: Suspension
 

@@ -1,4 +1,4 @@
-"""What operators may do to a mission that is being flown."""
+"""Commands of operators to a mission in flight."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the procedures of a mission share: what stays for the whole mission, and what belongs to one plan."""
+"""Shared state of a mission's procedures: for the whole mission, and for one plan."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from aos_gcs.ports import Clock
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FlightContext:
-    """What it takes to fly vehicles by one plan and to monitor them; another plan makes another context."""
+    """Parts that fly and monitor vehicles by one plan; another plan makes another context."""
 
     settings: MissionSettings
     clock: Clock
@@ -25,7 +25,7 @@ class FlightContext:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionContext:
-    """What a mission keeps, whichever plan it flies by."""
+    """Parts that a mission keeps, whichever plan it flies by."""
 
     clock: Clock
     roster: Roster

@@ -20,7 +20,7 @@ from aos_gcs.planning.settings import MissionSettings
 
 
 class MissionView(Protocol):
-    """What is seen of a mission, be it flown or replayed."""
+    """Read access to a mission, in flight or replayed."""
 
     def snapshot(self) -> MissionSnapshot:
         """Return the present state."""
@@ -40,7 +40,7 @@ class MissionView(Protocol):
 
 
 class MissionCommands(Protocol):
-    """What operators may do to a mission that is being flown. Their sign-in names go into the record."""
+    """Commands of operators to a mission in flight. Their sign-in names go into the record."""
 
     async def act(
         self,

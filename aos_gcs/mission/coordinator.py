@@ -29,7 +29,7 @@ from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.ports import Clock, Fleet, ReturnToLaunch, Severity
 
 _FAREWELL_S = 5.0
-"""How long a mission that is torn down tries to send its vehicles home, real seconds."""
+"""Time limit for sending vehicles home when a mission is torn down, real seconds."""
 
 
 class Coordinator:
@@ -85,7 +85,7 @@ class Coordinator:
 
     @property
     def outcome(self) -> Outcome:
-        """How the mission has ended; while it flies, whether something was found."""
+        """Result of the mission; in flight, whether something was found."""
         if self._outcome is Outcome.OPEN and self.sortie.search.decider.found_at_s is not None:
             return Outcome.FOUND
         return self._outcome

@@ -28,7 +28,7 @@ _LOG_LEVELS = {
 }
 
 DISK_TIMEOUT_S = 1.0
-"""How long the mission waits for the disk, in real seconds."""
+"""Time that the mission waits for the disk, in real seconds."""
 
 EVENT_BACKLOG = 4096
 """Number of events that may wait for the disk; far more than a mission makes in a minute."""
@@ -85,7 +85,7 @@ class Journal:
         self._start_s: float | None = None
         self.steps: list[StepRecord] = []
         self.message = ""
-        """What the mission is doing or waiting for, in one sentence."""
+        """Present activity of the mission, in one sentence."""
         self.notice_count = 0
         """Number of the latest notice."""
 

@@ -1,4 +1,4 @@
-"""What may be seen of a step beyond its pictures: other focal planes, and single frames."""
+"""Views of a step beyond its pictures: other focal planes, and single frames."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class ViewerBusyError(AosError):
 
 
 class ViewKind(StrEnum):
-    """What an integral shows."""
+    """Content of an integral."""
 
     INTEGRAL = "integral"
     """Colour, or grey."""
@@ -27,7 +27,7 @@ class ViewKind(StrEnum):
 
 
 class PictureFormat(StrEnum):
-    """How a picture is written; the names are those of files."""
+    """File format of a picture."""
 
     PNG = "png"
     """Exact, transparent where nothing covers."""
@@ -36,7 +36,7 @@ class PictureFormat(StrEnum):
 
 
 class FrameKind(StrEnum):
-    """What of a frame is shown."""
+    """Part of a frame that is shown."""
 
     COLOUR = "colour"
     """Or grey."""
@@ -50,7 +50,7 @@ class ViewedFrame:
     vehicle_id: int
     utc_s: float
     position_enu_m: EnuPoint
-    """Of the camera."""
+    """Position of the camera."""
     width_px: int
     height_px: int
     kinds: tuple[FrameKind, ...]
@@ -58,11 +58,11 @@ class ViewedFrame:
 
 @dataclass(frozen=True, slots=True)
 class ViewedStep:
-    """What can be seen of a step."""
+    """Viewable content of a step."""
 
     step: int
     focal_height_m: float
-    """Of the plane that the mission has used."""
+    """Height of the plane that the mission has used."""
     min_height_m: float
     """Lowest plane that can be looked at."""
     max_height_m: float
@@ -75,7 +75,7 @@ class ViewWindow:
     """A square of a focal plane."""
 
     east_m: float
-    """Of its middle."""
+    """East coordinate of its middle."""
     north_m: float
     half_width_m: float
 
@@ -88,7 +88,7 @@ class View:
     kind: ViewKind
     height_m: float
     visibility_m2: float
-    """Of the largest blob on this plane."""
+    """Visibility of the largest blob on this plane."""
     data: bytes = field(repr=False)
     """A file of the format that was asked for."""
     west_m: float
@@ -110,7 +110,7 @@ class FocusFound:
 
 
 class ViewControl(Protocol):
-    """What the API may ask to see; blocks nobody: all work is done in threads, one request after the other."""
+    """Views for the API. All work is done in threads, one request after the other."""
 
     async def describe(self, step: int) -> ViewedStep:
         """Return what can be seen of a recorded step.

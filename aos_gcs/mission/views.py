@@ -1,4 +1,4 @@
-"""What is seen of a mission that is being flown."""
+"""Read access to a mission in flight."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class MissionState(Protocol):
 
     @property
     def outcome(self) -> Outcome:
-        """How the mission has ended, or that it has not."""
+        """Result of the mission, or that it has not ended."""
         ...
 
     @property

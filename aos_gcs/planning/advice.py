@@ -27,7 +27,7 @@ class Proposal:
     field: str
     """Name of the field of ``MissionPlan``."""
     value: float
-    """In the field's own unit."""
+    """Proposed value in the field's own unit."""
     reason: str
 
 

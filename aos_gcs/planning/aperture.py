@@ -21,11 +21,11 @@ class ApertureAdvice:
     needed: int
     """Vehicles that see ``SATURATION`` of what infinitely many would."""
     plan: AperturePlan
-    """For the mission's number of vehicles and layers."""
+    """Aperture for the mission's number of vehicles and layers."""
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What could be better, each with the remedy."""
+        """Shortcomings, each with the remedy."""
         plan = self.plan
         found = []
         if self.spacing_m < plan.spacing_m:
@@ -47,7 +47,7 @@ class ApertureAdvice:
 
     @property
     def seen(self) -> str:
-        """How much is seen."""
+        """Share of the ground that is seen."""
         plan = self.plan
         return (
             f"c4 {self.spacing_m:g} m (useful from {plan.spacing_m:.1f} m), {plan.drones} vehicles: at most "

@@ -46,7 +46,7 @@ class PlanEstimate:
     """Length of the path of the swarm's middle, from the launch site and back."""
     scan_s: float
     flight_s: float
-    """From the first take-off to the last landing."""
+    """Time from the first take-off to the last landing."""
     battery_fraction: float
     """Share of a full battery that the flight takes."""
 

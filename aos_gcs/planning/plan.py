@@ -73,7 +73,7 @@ class PlanProblem:
     field: str
     """Field of ``MissionPlan``; elements of a list have their index, from 0: ``no_go_enu_m[0]``."""
     text: str
-    """What is wrong, and the remedy."""
+    """Description of the problem, and the remedy."""
     blocking: bool = True
     """False for advice: the plan can be flown."""
 

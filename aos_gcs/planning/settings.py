@@ -86,7 +86,7 @@ class DetectionSettings(_Positive):
 
 @dataclass(frozen=True, slots=True)
 class PreflightSettings:
-    """What preflight may change, and which failed checks it overrides."""
+    """Settings of preflight: what it may change, and which failed checks it overrides."""
 
     upload_fence: bool = False
     """Write the mission's geofence to the vehicles, with the parameters that enforce it."""

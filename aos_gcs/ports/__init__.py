@@ -1,4 +1,4 @@
-"""What the core expects of the world outside: vehicles with cameras, links, clocks.
+"""Ports of the core to the world outside: vehicles with cameras, links, clocks.
 
 Drivers implement these protocols and the coordinator depends on nothing else, so that simulated, SITL and real
 vehicles are flown by the same code. Everything that crosses is frozen data. Times are clock seconds (``Clock.now_s``)

@@ -1,4 +1,4 @@
-"""How a vehicle is set up: geofence, failsafes and return height."""
+"""Setup of a vehicle: geofence, failsafes and return height."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class Safeguard:
     text: str
     """The action and the setting that says so: ``return after 5 s (FS_GCS_ENABLE = 1)``."""
     remedy: str = ""
-    """Which setting to change where it is off."""
+    """Setting to change where it is off."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from aos_gcs.geometry.geodesy import GeodeticPosition
 
 
 class FlightMode(StrEnum):
-    """What a vehicle is doing, across autopilots. ``VehicleState.mode_name`` keeps the autopilot's own word."""
+    """Flight mode of a vehicle, across autopilots. ``VehicleState.mode_name`` keeps the autopilot's own word."""
 
     UNKNOWN = "unknown"
     MANUAL = "manual"
@@ -82,7 +82,7 @@ class VehicleState:
     ready_to_arm: bool | None = None
     position: GeodeticPosition | None = None
     position_at_s: float | None = None
-    """When ``position`` arrived."""
+    """Time at which ``position`` arrived."""
     height_above_home_m: float | None = None
     velocity_enu_mps: tuple[float, float, float] | None = None
     heading_rad: float | None = None
@@ -94,7 +94,7 @@ class VehicleState:
     """MAVLink's GPS_FIX_TYPE; 3 and above is a 3D fix."""
     satellites: int | None = None
     heard_at_s: float | None = None
-    """When the last message of the vehicle arrived."""
+    """Time at which the last message of the vehicle arrived."""
     packet_loss_fraction: float | None = None
     """Share of the vehicle's messages that never arrived, from gaps in its sequence numbers."""
     link: LinkQuality | None = None

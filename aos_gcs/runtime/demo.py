@@ -79,7 +79,7 @@ class Demo:
 
     @property
     def folder(self) -> Path:
-        """Where the mission is recorded."""
+        """Folder in which the mission is recorded."""
         return self._service.folder
 
     async def run(self) -> Score:

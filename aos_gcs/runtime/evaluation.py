@@ -35,7 +35,7 @@ class Score:
     target_error_m: float | None
     """Horizontal distance of the estimate from the nearest person."""
     time_to_detection_s: float | None
-    """From the start to the decision that the target is found."""
+    """Time from the start to the decision that the target is found."""
     visibility_max: float | None
     """Largest visible area of the person in one step over the area that the same views would cover without forest."""
     visibility_final: float | None

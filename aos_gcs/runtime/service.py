@@ -32,7 +32,7 @@ class Service:
 
     mission: Coordinator
     folder: Path
-    """Where the mission is recorded."""
+    """Folder in which the mission is recorded."""
     _journal: Journal
     _recorder: MissionRecorder
 

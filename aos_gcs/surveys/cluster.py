@@ -15,7 +15,7 @@ from aos_gcs.surveys.integration import Advance, TileResult, Work, integrate_til
 from aos_gcs.surveys.tiles import Tile, grouped
 
 GROUPS_PER_WORKER = 4
-"""So that none idles long while another computes the last group."""
+"""Number of groups, so that no worker idles long while another computes the last one."""
 
 
 def integrate_on_cluster(

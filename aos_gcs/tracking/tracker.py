@@ -38,7 +38,7 @@ class TrackingSettings:
     max_misses: int = 10
     """Opportunities missed in a row after which a confirmed track ends."""
     forget_s: float = 300.0
-    """After so long without a measurement any track ends."""
+    """Time without a measurement after which any track ends."""
     motion: MotionSettings = field(default_factory=MotionSettings)
 
     def __post_init__(self) -> None:

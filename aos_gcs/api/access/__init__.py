@@ -1,1 +1,1 @@
-"""Which requests the service accepts, and from whom."""
+"""Access control: which requests the service accepts, and from which clients."""

@@ -1,4 +1,4 @@
-"""Between plans on the wire, in degrees, and the core's, in metres about the mission's origin."""
+"""Conversion of plans between the wire, in degrees, and the core, in metres about the mission's origin."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ ROUNDS = ((32, 1 / 110, 0.3), (40, 1 / 160, 0.6), (40, 1 / 160, 0.6))
 others have found."""
 
 PATCH_SPACING = 0.5
-"""Between the centres of patches, in edges of one."""
+"""Distance between the centres of patches, in edges of one."""
 
 MAX_NEIGHBOURS = 8
 """Pairs that each frame begins; more bring little news."""

@@ -31,7 +31,7 @@ class Terrain:
     y_m: float
     """y coordinate of the samples in row 0."""
     spacing_m: float
-    """Between samples, on both axes; columns follow +x and rows +y."""
+    """Distance between samples, on both axes; columns follow +x and rows +y."""
     heights_m: NDArray[np.float64]
     """z of the samples, shape (rows, columns); NaN where it is unknown."""
 

@@ -48,12 +48,12 @@ class Member:
 
     @property
     def task(self) -> Task:
-        """What the mission has the vehicle do; only ``Roster.assign`` changes it."""
+        """Present task of the vehicle; only ``Roster.assign`` changes it."""
         return self._task
 
     @property
     def task_when_heard_again(self) -> Task:
-        """What the vehicle goes on with when it is lost and heard again."""
+        """Task that the vehicle resumes when it is lost and heard again."""
         return self._next_task
 
     def _take_up(self, task: Task) -> None:

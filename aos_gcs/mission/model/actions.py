@@ -7,7 +7,7 @@ from enum import StrEnum
 
 
 class Action(StrEnum):
-    """What an operator can ask for."""
+    """Action that an operator can request."""
 
     START = "start"
     PAUSE = "pause"
@@ -33,12 +33,12 @@ class Refusal:
 
 @dataclass(frozen=True, slots=True)
 class ActionResult:
-    """What became of an action for one vehicle."""
+    """Result of an action for one vehicle."""
 
     vehicle_id: int
     accepted: bool
     text: str
-    """In words: what the vehicle does now, or why it does not."""
+    """Sentence that says what the vehicle does now, or why it does not."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,9 +53,9 @@ class ActionRecord:
     refusal: str | None = None
     """Why the mission did not take the action; None if it did."""
     focal_height_m: float | None = None
-    """What an action of focusing asked for; None leaves the height to autofocus."""
+    """Height requested by an action of focusing; None leaves the height to autofocus."""
     operator: str = ""
-    """Who has asked for it, as given at sign-in; empty when it came from no person."""
+    """Operator's name as given at sign-in; empty when no person has requested it."""
     check: str | None = None
     """The check that an override concerns."""
     reason: str | None = None

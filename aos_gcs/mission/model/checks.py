@@ -7,7 +7,7 @@ from enum import StrEnum
 
 
 class CheckStatus(StrEnum):
-    """What a check of preflight has found."""
+    """Status of a preflight check."""
 
     PASS = "pass"  # noqa: S105 - no password
     WARN = "warn"
@@ -35,9 +35,9 @@ class PreflightCheck:
     name: str
     status: CheckStatus
     text: str
-    """What was found."""
+    """Finding of the check."""
     remedy: str = ""
-    """What to do about it; empty where the check passes."""
+    """Action that would clear it; empty where the check passes."""
     overridable: bool = False
     """Whether the operator may launch in spite of a failure."""
     overridden: CheckOverride | None = None

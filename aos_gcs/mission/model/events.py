@@ -17,7 +17,7 @@ class PlanRecord:
 
     plan: MissionPlan
     operator: str
-    """Who has applied it."""
+    """Name of the operator who has applied it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,11 +25,11 @@ class JumpRecord:
     """A replay has gone to another time, and what was told before is no longer so."""
 
     notices: tuple[NoticeRecord, ...]
-    """Of the mission up to that time."""
+    """Notices of the mission up to that time."""
 
 
 class EventKind(StrEnum):
-    """What an event carries in ``data``."""
+    """Kind of the data that an event carries."""
 
     SNAPSHOT = "snapshot"
     """MissionSnapshot, a few times per second."""

@@ -15,15 +15,15 @@ class ErrorEllipse:
     semi_major_m: float
     semi_minor_m: float
     heading_rad: float
-    """Of the major axis, clockwise from north, [0, pi]."""
+    """Heading of the major axis, clockwise from north, [0, pi]."""
 
 
 @dataclass(frozen=True, slots=True)
 class TargetEstimate:
-    """Where a target is believed to be. Records of older missions lack what has a default."""
+    """Estimated position of a target. Records of older missions lack what has a default."""
 
     position_enu_m: EnuPoint
-    """Of the ground below it, at the latest step."""
+    """Position of the ground below it, at the latest step."""
     sigma_m: float | None
     """Standard deviation along a horizontal axis, the mean over all directions; None when it is not known."""
     sightings: int
@@ -41,7 +41,7 @@ class TargetEstimate:
 
 
 class FindingStatus(StrEnum):
-    """What the operators think of a finding."""
+    """Operators' judgement of a finding."""
 
     NEW = "new"
     CONFIRMED = "confirmed"
@@ -56,13 +56,13 @@ class Finding:
     """Counts from 1."""
     status: FindingStatus
     position_enu_m: EnuPoint
-    """Of the ground below it."""
+    """Position of the ground below it."""
     found_at_s: float
     """Mission time at which it was first known."""
     seen_at_s: float
     """Mission time of the latest sighting; of one marked by hand, when it was marked."""
     step: int
-    """At which it was seen last, whose frames show it."""
+    """Step in which it was last seen, whose frames show it."""
     track_id: int | None = None
     """The target that it follows; None for one marked by hand."""
     sigma_m: float | None = None
@@ -71,14 +71,14 @@ class Finding:
     person_confidence: float | None = None
     comment: str = ""
     assignee: str = ""
-    """Who is to look after it."""
+    """Person or team that it is assigned to."""
     operator: str = ""
-    """Who has judged it last, or marked it."""
+    """Operator who has judged it last, or marked it."""
 
 
 @dataclass(frozen=True, slots=True)
 class FindingChange:
-    """What an operator changes of a finding; None leaves a thing as it is."""
+    """Changes of a finding by an operator; None leaves a field as it is."""
 
     status: FindingStatus | None = None
     comment: str | None = None

@@ -8,7 +8,7 @@ from enum import StrEnum
 
 
 class Phase(StrEnum):
-    """Where a mission is. ARCHITECTURE.md draws the transitions."""
+    """Phase of a mission. ARCHITECTURE.md draws the transitions."""
 
     CONNECT = "connect"
     PREFLIGHT = "preflight"
@@ -36,7 +36,7 @@ class Suspension(StrEnum):
 
 
 class Outcome(StrEnum):
-    """How a mission has ended, or that it has not."""
+    """Result of a mission, or that it has not ended."""
 
     OPEN = "open"
     FOUND = "found"
@@ -47,7 +47,7 @@ class Outcome(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class OutcomeRecord:
-    """How the mission has ended."""
+    """Record of the mission's end."""
 
     utc_s: float
     outcome: Outcome

@@ -32,12 +32,12 @@ class MissionSnapshot:
     suspension: Suspension
     outcome: Outcome
     message: str
-    """What the mission is waiting for or doing, in one sentence."""
+    """Present activity of the mission, in one sentence."""
     elapsed_s: float
     """Clock seconds since the start action; 0 before."""
     step: int
     origin: GeodeticPosition | None
-    """Of the ENU frame; None until it is known."""
+    """Origin of the ENU frame; None until it is known."""
     area_enu_m: tuple[tuple[float, float], ...]
     """Search area, a polygon."""
     fence_enu_m: tuple[tuple[float, float], ...]

@@ -11,7 +11,7 @@ from aos_gcs.mission.model.phase import Phase
 
 
 class FocusSource(StrEnum):
-    """Who has chosen the focal height."""
+    """Source of the focal height."""
 
     CONFIGURED = "configured"
     AUTOFOCUS = "autofocus"
@@ -23,7 +23,7 @@ class FocusSnapshot:
     """The focal plane in use."""
 
     height_m: float
-    """Above the origin."""
+    """Height above the origin."""
     source: FocusSource
     sigma_m: float | None
     """Standard deviation of what autofocus has found; None for other sources."""
@@ -53,13 +53,13 @@ class StepRecord:
     waypoints: tuple[WaypointRecord, ...]
     imaging_ms: float
     work_ms: float
-    """From the last frame received to the last goto handed to the link, real milliseconds."""
+    """Time from the last frame received to the last goto handed to the link, real milliseconds."""
     loop_lag_p99_ms: float
     """99th percentile of the event loop's lag since the previous step, real milliseconds."""
     visibility_present_m2: float | None = None
     """The part of ``visibility_m2`` that this step's own frames show; None in older records."""
     focal_height_m: float | None = None
-    """Of the plane that this step's frames were integrated on."""
+    """Height of the plane on which this step's frames were integrated."""
 
 
 class PictureKind(StrEnum):
@@ -71,9 +71,9 @@ class PictureKind(StrEnum):
     ANOMALY = "anomaly"
     """Number of frames that mark each cell."""
     COVERAGE = "coverage"
-    """How many frames of the whole mission show each place of the search area."""
+    """Number of frames of the whole mission that show each place of the search area."""
     VISIBILITY = "visibility"
-    """What share of the ground these have seen at most, through a canopy of the configured density."""
+    """Greatest share of the ground that these can have seen through a canopy of the configured density."""
 
 
 @dataclass(frozen=True, slots=True)

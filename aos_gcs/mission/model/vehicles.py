@@ -11,7 +11,7 @@ from aos_gcs.ports import VehicleState
 
 
 class Task(StrEnum):
-    """What the coordinator has a vehicle do."""
+    """Task of a vehicle in the mission."""
 
     IDLE = "idle"
     JOINING = "joining"
@@ -40,16 +40,16 @@ class SettingsRecord:
 
 @dataclass(frozen=True, slots=True)
 class CameraSnapshot:
-    """What a vehicle's camera has delivered in this mission."""
+    """Frames that a vehicle's camera has delivered in this mission."""
 
     frames: int = 0
-    """That could be used."""
+    """Number of usable frames."""
     failures: int = 0
     """Steps that went on without its frame."""
     last_step: int | None = None
-    """Of its latest frame."""
+    """Step of its latest frame."""
     footprint_enu_m: tuple[tuple[float, float], ...] = ()
-    """What that frame shows of the focal plane; empty before the first one, and where it sees the horizon."""
+    """Outline of that frame on the focal plane; empty before the first one, and where it sees the horizon."""
     failure: str | None = None
     """Why its frame is missing in the latest step; None if it is not."""
 
@@ -66,7 +66,7 @@ class VehicleSnapshot:
     link_age_s: float | None
     """Seconds since its last message; None if never heard."""
     waypoint_enu_m: EnuPoint | None
-    """Where it was last sent."""
+    """Position that it was last sent to."""
     refusal: str | None
     """Why its last planned waypoint was shortened or held; None if it was sent as planned."""
     camera: CameraSnapshot | None = None

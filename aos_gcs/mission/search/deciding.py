@@ -29,7 +29,7 @@ from aos_gcs.swarm.state import dump_rng
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """What follows from a step."""
+    """Decision of a step."""
 
     following: Phase
     diagnostics: Diagnostics

@@ -14,7 +14,7 @@ from aos_gcs.planning.legs import ScanLeg
 
 
 class Advance(Enum):
-    """What a step of the scan has come to."""
+    """Result of a step of the scan."""
 
     ON_LEG = auto()
     END_OF_LEG = auto()

@@ -1,4 +1,4 @@
-"""What the frames of the search show of the ground, by camera and on the map of the area."""
+"""Coverage of the ground by the frames of the search, per camera and on the map of the area."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From sightings to tracks of targets, and the decision that a target has been found."""
+"""Tracks of targets from sightings, and the decision that a target has been found."""
 
 from __future__ import annotations
 

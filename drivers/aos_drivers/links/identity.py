@@ -10,11 +10,11 @@ from aos_drivers.links.address import PeerAddress
 MEMORY_S = 10.0
 """Addresses heard within this time are taken to be in use."""
 GRACE_S = 3.0
-"""How long a new address may remain unproven before it counts as that of a second vehicle."""
+"""Time for which a new address may stay unproven before it counts as that of a second vehicle."""
 _RETURNS = 2
 """One return to the former address may be a late packet, two are two senders."""
 _PROOFS = 3
-"""So many packets that came from both addresses prove that these lead to one vehicle."""
+"""Number of packets from both addresses that proves that these lead to one vehicle."""
 _QUESTIONS = 5
 _QUESTION_PAUSE_S = 1.0
 _REBOOT_MARGIN_MS = 2000

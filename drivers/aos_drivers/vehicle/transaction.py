@@ -15,7 +15,7 @@ ACK_TIMEOUT_S = 0.7
 BUSY_PAUSE_S = 1.0
 """Pause before a command that was temporarily rejected is sent again."""
 PROGRESS_TIMEOUT_S = 5.0
-"""How long one IN_PROGRESS keeps a command from being sent again."""
+"""Time for which one IN_PROGRESS keeps a command from being sent again."""
 
 
 class Answer(Enum):

@@ -573,7 +573,7 @@ export interface components {
     };
     /**
      * Action
-     * @description What an operator can ask for.
+     * @description Action that an operator can request.
      * @enum {string}
      */
     Action: "start" | "pause" | "resume" | "hold" | "return" | "land" | "abort" | "focus" | "join" | "override";
@@ -685,7 +685,7 @@ export interface components {
     };
     /**
      * CheckStatus
-     * @description What a check of preflight has found.
+     * @description Status of a preflight check.
      * @enum {string}
      */
     CheckStatus: "pass" | "warn" | "fail";
@@ -803,7 +803,7 @@ export interface components {
     };
     /**
      * FindingStatus
-     * @description What the operators think of a finding.
+     * @description Operators' judgement of a finding.
      * @enum {string}
      */
     FindingStatus: "new" | "confirmed" | "rejected";
@@ -819,7 +819,7 @@ export interface components {
     };
     /**
      * FlightMode
-     * @description What a vehicle is doing, across autopilots. ``VehicleState.mode_name`` keeps the autopilot's own word.
+     * @description Flight mode of a vehicle, across autopilots. ``VehicleState.mode_name`` keeps the autopilot's own word.
      * @enum {string}
      */
     FlightMode: "unknown" | "manual" | "guided" | "hold" | "takeoff" | "mission" | "return" | "land";
@@ -862,7 +862,7 @@ export interface components {
     };
     /**
      * FocusSource
-     * @description Who has chosen the focal height.
+     * @description Source of the focal height.
      * @enum {string}
      */
     FocusSource: "configured" | "autofocus" | "operator";
@@ -885,7 +885,7 @@ export interface components {
     };
     /**
      * FrameKind
-     * @description What of a frame is shown.
+     * @description Part of a frame that is shown.
      * @enum {string}
      */
     FrameKind: "colour" | "thermal";
@@ -1143,7 +1143,7 @@ export interface components {
     };
     /**
      * Outcome
-     * @description How a mission has ended, or that it has not.
+     * @description Result of a mission, or that it has not ended.
      * @enum {string}
      */
     Outcome: "open" | "found" | "not_found" | "aborted" | "failed";
@@ -1182,7 +1182,7 @@ export interface components {
     };
     /**
      * Phase
-     * @description Where a mission is. ARCHITECTURE.md draws the transitions.
+     * @description Phase of a mission. ARCHITECTURE.md draws the transitions.
      * @enum {string}
      */
     Phase:
@@ -1200,7 +1200,7 @@ export interface components {
       | "done";
     /**
      * PictureFormat
-     * @description How a picture is written; the names are those of files.
+     * @description File format of a picture.
      * @enum {string}
      */
     PictureFormat: "png" | "jpg";
@@ -1836,7 +1836,7 @@ export interface components {
     };
     /**
      * Task
-     * @description What the coordinator has a vehicle do.
+     * @description Task of a vehicle in the mission.
      * @enum {string}
      */
     Task: "idle" | "joining" | "swarm" | "held" | "returning" | "landing" | "landed" | "lost";
@@ -2055,7 +2055,7 @@ export interface components {
     };
     /**
      * ViewKind
-     * @description What an integral shows.
+     * @description Content of an integral.
      * @enum {string}
      */
     ViewKind: "integral" | "thermal" | "anomaly" | "coverage";

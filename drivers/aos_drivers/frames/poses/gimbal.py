@@ -22,7 +22,7 @@ YAW_LOCK, YAW_IN_VEHICLE_FRAME, YAW_IN_EARTH_FRAME = 16, 32, 64
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GimbalAttitude:
-    """How a gimbal is turned."""
+    """Attitude of a gimbal."""
 
     R_gimbal2level: NDArray[np.float64]
     """Shape (3, 3), forward, right, down, into levelled axes."""

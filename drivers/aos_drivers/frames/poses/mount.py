@@ -29,7 +29,7 @@ class Carrier(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class CameraMount:
-    """How a camera is mounted.
+    """Mounting of a camera.
 
     Yaw, pitch and roll of the optical axis about down, right and forward of its carrier, turned in this order, as in
     the tags of photographs: pitch -90 degrees looks down, with the upper edge of the image forward.

@@ -20,7 +20,7 @@ _EPOCH_UTC_S = 1_420_070_400
 """2015-01-01, from which signatures count time."""
 TICKS_PER_S = 100_000
 _NEW_STREAM_TICKS = 60 * TICKS_PER_S
-"""How far behind our time the first packet of a sender may be."""
+"""Greatest delay of a sender's first packet behind our time."""
 _SIGNATURE_BYTES = 6
 _STAMP_BYTES = 6
 _MAX_STREAMS = 4096
