@@ -19,10 +19,19 @@ SCREENS_PX = ((640, 400), (800, 1280), (1280, 800), (1920, 1080))
 LOWEST_WHOLE_PX = 800
 """On lower screens the page may be scrolled."""
 
-# Names of panels that lie on each other, and of what reaches out of its panel to the bottom.
+# Names of panels that overlap where they are visible, and of those squeezed flat. A scroll container clips its panels.
 OVERLAPS = """() => {
+    const clip = (box, frame) => ({
+        left: Math.max(box.left, frame.left), right: Math.min(box.right, frame.right),
+        top: Math.max(box.top, frame.top), bottom: Math.min(box.bottom, frame.bottom), height: box.height,
+    });
+    const visible = (panel) => {
+        const scroll = panel.parentElement.closest(".scroll");
+        const box = panel.getBoundingClientRect();
+        return scroll === null ? clip(box, box) : clip(box, scroll.getBoundingClientRect());
+    };
     const panels = [...document.querySelectorAll("main .panel")].filter((panel) => !panel.querySelector(".panel"));
-    const boxes = panels.map((panel) => ({ name: panel.dataset.testid, box: panel.getBoundingClientRect() }));
+    const boxes = panels.map((panel) => ({ name: panel.dataset.testid, box: visible(panel) }));
     const apart = (a, b) => a.right <= b.left || b.right <= a.left || a.bottom <= b.top || b.bottom <= a.top;
     const pairs = boxes.flatMap((a, i) => boxes.slice(i + 1).map((b) => [a, b]));
     const overlapping = pairs.filter(([a, b]) => !apart(a.box, b.box)).map(([a, b]) => `${a.name} and ${b.name}`);

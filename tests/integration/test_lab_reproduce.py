@@ -7,7 +7,8 @@ import pyarrow as pa
 import pytest
 from matplotlib.figure import Figure
 
-from aos_gcs.cli import lab_reproduce, main
+from aos_gcs.cli import main
+from aos_gcs.cli.lab import reproduce as command
 from aos_gcs.lab import document, studies, workers
 from aos_gcs.lab.bound import ORACLE
 from aos_gcs.lab.document import BEGIN_MARK, END_MARK, FIGURES
@@ -38,9 +39,9 @@ def write_runs(results: ResultFolder, advance: Callable[[int], None], **_options
 def _nothing_is_flown_or_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
     """Campaigns and pictures have tests of their own; they take all but a few seconds of the time."""
     monkeypatch.setattr(workers, "compute", write_runs)
-    monkeypatch.setattr(lab_reproduce, "_DENSITIES", (0.0,))
-    monkeypatch.setattr(lab_reproduce, "_WORLDS", 2)
-    monkeypatch.setattr(lab_reproduce, "_VIEWS", 2)
+    monkeypatch.setattr(command, "_DENSITIES", (0.0,))
+    monkeypatch.setattr(command, "_WORLDS", 2)
+    monkeypatch.setattr(command, "_VIEWS", 2)
     monkeypatch.setattr(Figure, "savefig", lambda _figure, path, **_options: Path(path).write_bytes(b"picture"))
 
 

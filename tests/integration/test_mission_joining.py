@@ -97,7 +97,7 @@ async def test_who_joins_returns_by_itself_in_its_new_layer_also_when_it_has_flo
     [
         ({"return_height_m": 60.0}, "return height"),
         ({"battery_fraction": 0.3}, "battery"),
-        ({"home_enu_m": np.array([200.0, 0.0, 0.0])}, "wrong side of the fence"),
+        ({"home_enu_m": np.array([200.0, 0.0, 0.0])}, "wrong side of the geofence"),
         ({"refuses": frozenset({Arm})}, None),
     ],
 )

@@ -60,9 +60,9 @@ async def test_launch_points_are_two_metres_apart_whether_the_separation_is_writ
     first, second = flight.fleet.members.values()
     second.home_enu_m = second.start_enu_m = second.goal_enu_m = first.home_enu_m + np.array([1.8, 0.0, 0.0])
     async with flying(flight) as run:
-        await flight.until(lambda: bool(flight.mission.snapshot().preflight))
+        await flight.until(lambda: bool(flight.view.snapshot().preflight))
         assert check_of(flight, 2, checks.LAUNCH_POINT).status is CheckStatus.FAIL
-        await flight.mission.act(Action.ABORT, None)
+        await flight.commands.act(Action.ABORT, None)
         await run
 
 
