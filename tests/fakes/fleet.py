@@ -64,6 +64,10 @@ def _geodetic(east_m: float, north_m: float, up_m: float) -> GeodeticPosition:
     return FRAME.to_geodetic([east_m, north_m, up_m])
 
 
+def _are_same(one: tuple[object, ...], other: tuple[object, ...]) -> bool:
+    return all(mine is theirs for mine, theirs in zip(one, other, strict=True))
+
+
 @dataclass
 class FakeVehicle:
     """Flies instantly accelerating straight lines; ``state`` is computed from the clock, so it owns no task."""
@@ -93,6 +97,7 @@ class FakeVehicle:
     uploads: int = 0
     _newest: Command | None = None
     _generation: int = 0
+    _computed: tuple[tuple[object, ...], tuple[NDArray[np.float64], ...], VehicleState] | None = None
 
     def __post_init__(self) -> None:
         self.start_enu_m = self.goal_enu_m = self.home_enu_m
@@ -114,6 +119,22 @@ class FakeVehicle:
 
     @property
     def state(self) -> VehicleState:
+        """State at the present time. The mission reads it many times per moment, so it is computed once for each."""
+        moment = (
+            self.clock.now_s(),
+            self.mode,
+            self.armed,
+            self.battery_fraction,
+            self.silent_since_s,
+            self.started_s,
+            self.speed_mps,
+        )
+        places = (self.start_enu_m, self.goal_enu_m, self.home_enu_m)
+        if self._computed is None or self._computed[0] != moment or not _are_same(self._computed[1], places):
+            self._computed = (moment, places, self._compute_state())
+        return self._computed[2]
+
+    def _compute_state(self) -> VehicleState:
         now_s = self.clock.now_s()
         position_enu_m = self.position_enu_m()
         on_ground = bool(position_enu_m[2] <= self.home_enu_m[2] + 0.01)

@@ -6,7 +6,6 @@ from collections import deque
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import theilslopes
 
 _WINDOW_S = 120.0
 _SAMPLE_S = 2.0
@@ -32,8 +31,10 @@ class BatteryMeter:
         self._samples.append((now_s, fraction))
         if now_s - self._samples[0][0] >= _LEAST_S:
             times_s, fractions = np.array(self._samples).T
-            # The median of all slopes: one report that jumps must not look like an empty battery.
-            self.per_s = max(0.0, -float(theilslopes(fractions, times_s)[0]))
+            first, second = np.triu_indices(len(times_s), k=1)
+            # The median of all slopes (Theil-Sen): one report that jumps must not look like an empty battery.
+            slopes_per_s = (fractions[second] - fractions[first]) / (times_s[second] - times_s[first])
+            self.per_s = max(0.0, -float(np.median(slopes_per_s)))
 
     def reset(self) -> None:
         """Discard the samples: the vehicle is on the ground."""
