@@ -13,7 +13,7 @@ REQUIREMENTS := pyproject.toml constraints.txt
 
 # Options for the program or for pytest, as in: make demo ARGS="--vehicles 5"
 ARGS ?=
-# Processes that run tests side by side; auto is one per core.
+# Processes that run tests side by side; auto is one more than cores.
 WORKERS ?= auto
 # Repetitions of the whole suite by make soak-test.
 RUNS ?= 10

@@ -109,7 +109,7 @@ def settings(n: int, **changes: object) -> MissionSettings:
         area_enu_m=((-12.0, 10.0), (12.0, 10.0), (12.0, 70.0), (-12.0, 70.0)),
         imaging=ImagingSettings(rx_quantile=0.998),
         origin=ORIGIN,
-        deadlines=Deadlines(connect_s=5.0, preflight_s=15.0, capture_s=5.0),
+        deadlines=Deadlines(connect_s=5.0, preflight_s=15.0, capture_s=5.0, transfer_s=60.0, land_s=60.0),
         preflight=PreflightSettings(upload_fence=True),
         detection=DetectionSettings(threshold_m2=0.3, found_min_count=2),
         auto_start=True,
