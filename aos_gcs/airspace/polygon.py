@@ -31,7 +31,7 @@ class Boundary:
 
     @property
     def trespass(self) -> str:
-        """Reason for which a vehicle on the wrong side is held."""
+        """Reason for holding a vehicle on the wrong side."""
         if self.keeps_in:
             return f"it is outside {self.name} and would not fly straight back inside"
         return f"it is inside {self.name} and would not fly straight out of it"

@@ -66,7 +66,7 @@ export const texts = {
     holdAllKey: "Key H",
     holdAllHint: "Stop all vehicles where they are. Key H, or Alt+H while typing.",
     observer: "Observer",
-    observerHint: "Observers cannot command. Sign in as operator.",
+    observerHint: "Observers cannot send commands. Sign in with the operator code.",
   },
   signIn: {
     title: "Sign in as operator",

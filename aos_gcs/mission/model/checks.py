@@ -45,7 +45,7 @@ class PreflightCheck:
 
     @property
     def blocks(self) -> bool:
-        """Whether it stands against the launch."""
+        """Whether the check blocks the launch."""
         return self.status is CheckStatus.FAIL and self.overridden is None
 
     def describe(self) -> str:
