@@ -213,8 +213,7 @@ class Swarm:
         members, frame, flight = self._roster.members(), self._roster.local_frame(), self._options.flight
         layers_m = altitude_layers(len(members), flight.lowest_layer_m, flight.layer_spacing_m)
         homes_enu_m = [frame.to_enu(home) for member in members if (home := member.state.home) is not None]
-        for member, home_enu_m, layer_height_m in zip(members, homes_enu_m, layers_m, strict=True):
-            member.home_enu_m, member.layer_height_m = home_enu_m, float(layer_height_m)
+        self._roster.assign_layers(homes_enu_m, layers_m)
         self._flight.limits = propose_limits(self._settings, homes_enu_m)
 
     @staticmethod

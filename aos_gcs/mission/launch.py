@@ -38,6 +38,7 @@ class Launch:
         self._overrides = overrides
         self._inspector = inspector
         self._advice = check_aperture(context.settings)
+        self._launch_distance_m = context.settings.safety.applied_to(UNLIMITED).launch_distance_m
         self._ground: tuple[PreflightCheck, ...] = ()
         """Checks of the ground, for the limits in force and the homes that they were made for."""
 
@@ -145,9 +146,8 @@ class Launch:
         members = roster.members()
         inspections = {member.vehicle_id: self._inspector.inspection(member.vehicle_id) for member in members}
         board_ids = {key: found.facts.board_id for key, found in inspections.items() if found.facts is not None}
-        launch_distance_m = settings.safety.applied_to(UNLIMITED).launch_distance_m
         found = [
-            *check_all(roster, settings.vehicles, launch_distance_m),
+            *check_all(roster, settings.vehicles, self._launch_distance_m),
             *check_layers(roster, settings.flight.layer_spacing_m),
             *check_system_ids([member.state for member in members], board_ids),
             *self._ground,
@@ -176,8 +176,7 @@ class Launch:
         if len(homes_enu_m) < len(members) or self._is_planned(members, homes_enu_m):
             return
         layers_m = altitude_layers(len(members), flight.lowest_layer_m, flight.layer_spacing_m)
-        for member, home_enu_m, layer_height_m in zip(members, homes_enu_m, layers_m, strict=True):
-            member.home_enu_m, member.layer_height_m = home_enu_m, float(layer_height_m)
+        context.roster.assign_layers(homes_enu_m, layers_m)
         limits = context.flight.limits = propose_limits(context.settings, homes_enu_m)
         launch_points = {member.vehicle_id: home_enu_m for member, home_enu_m in zip(members, homes_enu_m, strict=True)}
         self._ground = check_ground(launch_points, limits, context.settings)

@@ -115,6 +115,11 @@ class Roster:
         """
         member._take_up(task)  # noqa: SLF001 - nobody else may
 
+    def assign_layers(self, homes_enu_m: Sequence[NDArray[np.float64]], layers_m: Sequence[float]) -> None:
+        """Give each member its launch point, shape (3,), and its altitude layer, both in the order of the ids."""
+        for member, home_enu_m, layer_height_m in zip(self._members.values(), homes_enu_m, layers_m, strict=True):
+            member.home_enu_m, member.layer_height_m = home_enu_m, layer_height_m
+
     def members(self, *tasks: Task) -> list[Member]:
         """Return the members with one of ``tasks``, or all of them."""
         return [member for member in self._members.values() if not tasks or member.task in tasks]
