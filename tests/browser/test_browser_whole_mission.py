@@ -21,7 +21,7 @@ VEHICLES = 3
 WORLD = ("--seed", "7", "--trees-per-ha", "30", "--image-size", "128")
 """Few trees, so that the person is seen whatever way the swarm takes."""
 UNCAUTIOUS = ("--param", "FS_GCS_ENABLE=0")
-"""A setting that preflight stands against, and that an operator may answer for."""
+"""A setting that fails preflight, and that an operator may override."""
 AREA_NORTH_M = (22.0, 22.0, 62.0, 62.0)
 """Corner by corner, of the area that the operator wants: half of the configured one, with the person in its middle."""
 REMARK = "lies still, in the open"

@@ -29,7 +29,7 @@ test("an override does not make a failed check look passed", () => {
   expect(verdictOf(check(1, "link", { status: "warn" }))).toBe("warn");
 });
 
-test("what stands against the launch with several vehicles is said once", () => {
+test("an issue that blocks the launch of several vehicles is listed once", () => {
   const checks = [
     check(1, "link", { blocks: true, text: "silent" }),
     check(2, "link", { blocks: true, text: "silent" }),

@@ -11,7 +11,7 @@ class CheckStatus(StrEnum):
 
     PASS = "pass"  # noqa: S105 - no password
     WARN = "warn"
-    """Worth knowing; does not stand against the launch."""
+    """Worth knowing; does not block the launch."""
     FAIL = "fail"
     """Stands against the launch, unless it is overridden."""
 
