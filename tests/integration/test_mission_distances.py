@@ -1,0 +1,91 @@
+"""Vehicles that come too close, fall silent or stop in flight, on a fake fleet in virtual time."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from aos_gcs.mission.model.actions import Action
+from aos_gcs.mission.model.phase import Outcome
+from aos_gcs.mission.model.vehicles import Task
+from aos_gcs.ports import (
+    Hold,
+    ReturnToLaunch,
+)
+from tests.fakes.mission_flight import flying, prepare
+
+pytestmark = pytest.mark.looptime
+
+
+async def test_of_two_that_come_too_close_the_later_mover_is_held() -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.view.steps()) == 2)
+        await flight.commands.act(Action.PAUSE, None)
+        await flight.until(lambda: not any(vehicle.is_moving() for vehicle in flight.fleet.members.values()))
+        still, drifting = flight.fleet.members[2], flight.fleet.members[3]
+        flight.mission.sortie.context.roster.select([3])[0].sent_at_s = flight.clock.now_s()
+        drifting.speed_mps = 2.0
+        drifting.fly_to(still.position_enu_m())
+        await flight.until(lambda: isinstance(drifting.commands[-1], Hold))
+        await flight.clock.sleep(1.0)
+        offset_m = drifting.position_enu_m() - still.position_enu_m()
+        assert not isinstance(still.commands[-1], Hold)
+        assert 0.0 < np.linalg.norm(offset_m) < 1.5
+        assert flight.task(3) is Task.HELD
+        assert any("vehicle 3 is held" in text for text in flight.texts())
+        await flight.commands.act(Action.ABORT, None)
+        await run
+
+
+async def test_an_old_position_is_reported_and_not_trusted() -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.view.steps()) == 2)
+        flight.fleet.members[2].silent_since_s = flight.clock.now_s()
+        await flight.clock.sleep(4.0)
+        assert sum("its distance to others is not monitored" in text for text in flight.texts()) == 1
+        await flight.commands.act(Action.ABORT, None)
+        await run
+
+
+async def test_a_vehicle_whose_motors_stop_leaves_the_swarm() -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.view.steps()) == 2)
+        vehicle = flight.fleet.members[3]
+        vehicle.armed = False
+        vehicle.start_enu_m = vehicle.goal_enu_m = vehicle.position_enu_m() * [1.0, 1.0, 0.0]
+        await flight.until(lambda: len(flight.view.steps()) == 4)
+        assert set(flight.view.steps()[-1].fitness) == {1, 2, 4}
+        await flight.commands.act(Action.ABORT, None)
+        await run
+    assert any("motors have stopped" in text for text in flight.texts())
+
+
+async def test_vehicles_that_fall_silent_on_their_way_end_the_mission_as_lost() -> None:
+    """Their last word is a speed: nobody hovers, which must not count as cameras that deliver nothing."""
+    flight = prepare()
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.view.steps()) == 2)
+        await flight.until(lambda: all(vehicle.is_moving() for vehicle in flight.fleet.members.values()))
+        for vehicle in flight.fleet.members.values():
+            vehicle.silent_since_s = flight.clock.now_s()
+        assert await run is Outcome.FAILED
+    assert sum("All vehicles are lost" in text for text in flight.texts()) == 1
+    assert not any("No camera" in text for text in flight.texts())
+
+
+async def test_a_vehicle_lost_during_the_landing_is_brought_down_when_heard_again() -> None:
+    flight = prepare()
+    lost = flight.fleet.members[2]
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.view.steps()) == 2)
+        lost.silent_since_s = flight.clock.now_s()
+        await flight.until(lambda: flight.task(2) is Task.LOST)
+        await flight.commands.act(Action.RETURN, None)
+        await flight.until(lambda: flight.task(1) is Task.LANDED)
+        lost.silent_since_s = None
+        await run
+    assert flight.task(2) is Task.LANDED
+    assert isinstance(lost.commands[-1], ReturnToLaunch)
