@@ -215,6 +215,7 @@ class SimulatedSwarm:
             uid=int(self._rng.integers(1, 2**62)),
             start_up_s=options.start_up_s,
             parameters={**factory, **options.parameters},
+            speed=options.speed,
         )
         return self._with_camera(autopilot(identity, kinematics))
 

@@ -121,7 +121,6 @@ class ArduCopter(SimulatedAutopilot):
         self._handlers["REQUEST_DATA_STREAM"] = self._on_request_data_stream
         self.parameters["MAV_SYSID"] = identity.system_id
         self._mode = CopterMode.STABILIZE
-        self._operator_heard_s: float | None = None
         self._link_lost = False
         self._battery_low = False
 
@@ -275,7 +274,7 @@ class ArduCopter(SimulatedAutopilot):
         lowest = self.parameters["MAV_GCS_SYSID"]
         highest = max(lowest, self.parameters["MAV_GCS_SYSID_HI"])
         if lowest <= message.get_srcSystem() <= highest:
-            self._operator_heard_s = self.now.s
+            self.operator_heard_s = self.now.s
             self._link_lost = False
 
     def check_failsafes(self) -> None:
@@ -289,9 +288,9 @@ class ArduCopter(SimulatedAutopilot):
 
     def _operator_is_silent(self) -> bool:
         """Whether a ground station was heard once and is not any more."""
-        if not self.parameters["FS_GCS_ENABLE"] or self._operator_heard_s is None:
+        if not self.parameters["FS_GCS_ENABLE"] or self.operator_heard_s is None:
             return False
-        return self.now.s - self._operator_heard_s > self.parameters["FS_GCS_TIMEOUT"]
+        return self.operator_silence_s() > self.parameters["FS_GCS_TIMEOUT"]
 
     def _battery_is_low(self) -> bool:
         if not self.parameters["BATT_FS_LOW_ACT"]:

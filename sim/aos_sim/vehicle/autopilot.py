@@ -6,6 +6,7 @@ PX4 1.16 were measured to do in software-in-the-loop runs.
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from typing import ClassVar
@@ -78,6 +79,7 @@ class SimulatedAutopilot(ABC):
         self.flight = FlightController(self.flight_settings(), kinematics)
         self.kinematics = kinematics
         self.now = SimTime(0)
+        self.operator_heard_s: float | None = None
         self._outbox: list[mavlink.MAVLink_message] = []
         self._streams = StreamSchedule(
             {mavlink.MAVLINK_MSG_ID_HEARTBEAT: SECOND_US, **self.DEFAULT_INTERVALS_US}, phase_ticks=identity.system_id
@@ -323,6 +325,11 @@ class SimulatedAutopilot(ABC):
             return int(mavlink.MAV_RESULT_FAILED)
         self.set_interval(message_id, round(request.param(2)))
         return int(mavlink.MAV_RESULT_ACCEPTED)
+
+    def operator_silence_s(self) -> float:
+        """Return the real time, not the simulation's, since the operator's latest heartbeat; infinite before one."""
+        heard_s = -math.inf if self.operator_heard_s is None else self.operator_heard_s
+        return (self.now.s - heard_s) / self.identity.speed
 
     def set_interval(self, message_id: int, interval_us: int) -> None:
         """Send a message in this interval; see :meth:`StreamSchedule.set_interval`."""

@@ -20,3 +20,5 @@ class VehicleIdentity:
     """Time from power-on to a position estimate; None: the autopilot's usual time."""
     parameters: Mapping[str, float] = field(default_factory=dict)
     """Values that differ from the flavour's settings."""
+    speed: float = 1.0
+    """Simulated seconds per real second."""

@@ -122,7 +122,6 @@ class Px4(SimulatedAutopilot):
         super().__init__(identity, kinematics)
         self.parameters["MAV_SYS_ID"] = identity.system_id
         self._mode = Px4Mode.HOLD
-        self._operator_heard_s: float | None = None
         self._link_lost_at_s: float | None = None
         self._battery_critical = False
 
@@ -220,7 +219,7 @@ class Px4(SimulatedAutopilot):
 
     def tell(self, severity: int, text: str) -> None:
         """Put out a STATUSTEXT, once a ground station has been heard."""
-        if self._operator_heard_s is not None:
+        if self.operator_heard_s is not None:
             super().tell(severity, text)
 
     def mode_not_armable(self) -> str | None:
@@ -231,7 +230,7 @@ class Px4(SimulatedAutopilot):
         """Return what the pre-arm checks find wrong, whatever the mode."""
         if not self.position_known:
             return "Arming denied: system health failures"
-        if self.parameters["NAV_DLL_ACT"] and self._operator_silence_s() > self.parameters["COM_DL_LOSS_T"]:
+        if self.parameters["NAV_DLL_ACT"] and self.operator_silence_s() > self.parameters["COM_DL_LOSS_T"]:
             return "Arming denied: No connection to the ground station"
         if self._battery_is_critical():
             return "Arming denied: Low battery level"
@@ -306,7 +305,7 @@ class Px4(SimulatedAutopilot):
     def on_heartbeat(self, message: mavlink.MAVLink_message) -> None:
         """Count the heartbeats of every ground station."""
         if message.type == mavlink.MAV_TYPE_GCS:
-            self._operator_heard_s = self.now.s
+            self.operator_heard_s = self.now.s
 
     def check_failsafes(self) -> None:
         """Hold and then return on a lost link; return on a critical battery. Neither is undone by itself."""
@@ -317,7 +316,7 @@ class Px4(SimulatedAutopilot):
             self._go_home()
 
     def _check_link(self) -> None:
-        silent = self._operator_silence_s() > self.parameters["COM_DL_LOSS_T"]
+        silent = self.operator_silence_s() > self.parameters["COM_DL_LOSS_T"]
         if not silent or self.parameters["NAV_DLL_ACT"] != LINK_LOSS_RETURN or not self.flight.airborne:
             self._link_lost_at_s = None
             return
@@ -333,9 +332,6 @@ class Px4(SimulatedAutopilot):
     def _go_home(self) -> None:
         if self.flight.airborne and self._mode not in MODES_NOT_ARMABLE:
             self.select_mode(Px4Mode.RETURN)
-
-    def _operator_silence_s(self) -> float:
-        return math.inf if self._operator_heard_s is None else self.now.s - self._operator_heard_s
 
     def _battery_is_critical(self) -> bool:
         act = self.parameters["COM_LOW_BAT_ACT"] == BATTERY_RETURN

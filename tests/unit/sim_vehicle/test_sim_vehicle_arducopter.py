@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import pytest
@@ -234,6 +235,15 @@ def test_lost_operator_returns_home_but_only_once_heard(flying):
     flying.advance(6.5)
     assert mode(flying) == RTL
     assert flying.texts()[-1] == "GCS Failsafe"
+
+
+def test_a_faster_simulation_does_not_shorten_the_patience_with_the_link(flying):
+    flying.autopilot.identity = dataclasses.replace(flying.autopilot.identity, speed=10.0)
+    flying.heartbeat()
+    flying.advance(49)
+    assert mode(flying) == GUIDED
+    flying.advance(2)
+    assert mode(flying) == RTL
 
 
 def test_lost_operator_is_ignored_when_the_failsafe_is_off(flying):
