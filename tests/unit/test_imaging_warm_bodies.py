@@ -4,13 +4,15 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from aos_gcs.errors import ImagingError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose, nadir_pose
 from aos_gcs.imaging.model import Frame
 from aos_gcs.imaging.persons.evidence import gather_evidence
-from aos_gcs.imaging.persons.warm_bodies import MIN_CONTRAST_K, warm_bodies, warm_view
+from aos_gcs.imaging.persons.warm_bodies import LINK_M, MAX_PIXELS, MIN_CONTRAST_K, WarmView, warm_bodies, warm_view
 
 CAMERA = CameraModel.from_fov(128, 128, math.radians(50.0))
 HEIGHT_M = 40.0
@@ -86,6 +88,73 @@ def test_bodies_apart_are_told_apart_and_the_largest_comes_first() -> None:
 def test_nothing_warm_is_no_body() -> None:
     assert warm_bodies([]) == ()
     assert warm_bodies([warm_view(frame_with_spot(None))]) == ()
+
+
+def sunlit_frame(share: float, edge_px: int = 512) -> Frame:
+    """Forest of 11 °C, of which a share is 5 K warmer."""
+    rng = np.random.default_rng(3)
+    camera = CameraModel.from_fov(edge_px, edge_px, math.radians(50.0))
+    thermal = rng.normal(11.0, 0.1, (edge_px, edge_px, 1)) + 5.0 * (rng.random((edge_px, edge_px, 1)) < share)
+    return Frame(1, thermal.astype(np.float32), ("thermal",), nadir_pose([0.0, 0.0, HEIGHT_M]), camera)
+
+
+@pytest.mark.parametrize("share", [0.1, 0.4])
+def test_a_sunlit_clearing_is_thinned_out(share: float) -> None:
+    frame = sunlit_frame(share)
+    view = warm_view(frame)
+    assert MAX_PIXELS / 4 < len(view.points_enu_m) <= MAX_PIXELS
+    gsd_m = HEIGHT_M / frame.camera.fx_px
+    assert view.area_m2 == pytest.approx(share * (512 * gsd_m) ** 2, rel=0.05)
+    assert np.ptp(view.points_enu_m, axis=0) == pytest.approx([512 * gsd_m] * 2, rel=0.02)
+
+
+def test_nothing_compares_rows_under_the_lock_of_the_interpreter(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Sorting rows did that for seconds: every other thread, with the heartbeat, stood still."""
+    unique = np.unique
+
+    def checked(values: np.ndarray, *args: object, **options: object) -> object:
+        assert values.ndim == 1
+        assert values.dtype != object
+        return unique(values, *args, **options)  # type: ignore[call-overload]
+
+    monkeypatch.setattr(np, "unique", checked)
+    assert warm_bodies([warm_view(sunlit_frame(0.3, edge_px=64))])
+
+
+def view_at(vehicle_id: int, points_enu_m: list[tuple[float, float]]) -> WarmView:
+    points = np.array(points_enu_m, dtype=np.float64).reshape(-1, 2)
+    return WarmView(vehicle_id, points, np.full(len(points), 12.0), 0.01, CAMERA, nadir_pose([0.0, 0.0, HEIGHT_M]))
+
+
+PLACES = st.lists(st.tuples(st.integers(-20, 20), st.integers(-20, 20)), max_size=30)
+
+
+@given(st.lists(PLACES, min_size=1, max_size=4))
+def test_bodies_are_the_points_that_chains_of_near_cells_join(places: list[list[tuple[int, int]]]) -> None:
+    # Centres of cells of 0.25 m: distances of points are those of their cells.
+    views = [view_at(i, [(0.75 * x + 0.125, 0.75 * y + 0.125) for x, y in points]) for i, points in enumerate(places)]
+    left = {(i, k) for i, view in enumerate(views) for k in range(len(view.points_enu_m))}
+    expected = []
+    while left:
+        body, fresh = set(), {left.pop()}
+        while fresh:
+            body |= fresh
+            near = {
+                (i, k)
+                for i, k in left
+                if any(math.dist(views[i].points_enu_m[k], views[j].points_enu_m[m]) <= LINK_M for j, m in fresh)
+            }
+            left, fresh = left - near, near
+        expected.append(sorted((i, *views[i].points_enu_m[k]) for i, k in body))
+    bodies = warm_bodies(views)
+    found = [sorted((part.vehicle_id, *point) for part in body for point in part.points_enu_m) for body in bodies]
+    assert sorted(found) == sorted(expected)
+    assert [len(body) for body in found] == sorted(map(len, found), reverse=True)
+
+
+def test_a_point_near_the_horizon_is_a_body_of_its_own() -> None:
+    bodies = warm_bodies([view_at(1, [(0.0, 0.0), (0.5, 0.0), (1e15, -1e15)])])
+    assert [sum(len(part.points_enu_m) for part in body) for body in bodies] == [2, 1]
 
 
 def test_evidence_sums_a_body_up() -> None:

@@ -7,6 +7,7 @@ an uncooled camera cancels. Colour takes no part: clothes may have any.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -28,6 +29,9 @@ a cool day."""
 LINK_M = 1.5
 """Largest distance at which warm spots belong to one body: views of one person lie 0.9 m apart where positions are
 known to 0.5 m and attitudes to 1 degree."""
+MAX_PIXELS = 20_000
+"""Largest number of warm pixels that a view keeps. A person has some hundreds; a sunlit clearing has a hundred
+thousand, of which every second or third row and column says as much."""
 
 _BACKGROUND_STRIDE = 4
 """Distance between the pixels that the frame's median is computed from."""
@@ -45,7 +49,7 @@ class WarmView:
     contrast_k: NDArray[np.float64]
     """Contrast above the frame's median, shape (k,)."""
     pixel_area_m2: float
-    """Area of one pixel on the focal plane, at nadir."""
+    """Area of one pixel on the focal plane, at nadir; with more than ``MAX_PIXELS``, of those that each stands for."""
     camera: CameraModel
     pose: Pose
 
@@ -54,8 +58,8 @@ class WarmView:
         """Area of the pixels together."""
         return len(self.points_enu_m) * self.pixel_area_m2
 
-    def part(self, chosen: NDArray[np.bool]) -> WarmView:
-        """Return the view with some of its pixels only, ``chosen`` of shape (k,)."""
+    def part(self, chosen: NDArray[np.bool | np.intp]) -> WarmView:
+        """Return the view with some of its pixels only: ``chosen`` is a mask of shape (k,), or their rows."""
         return replace(self, points_enu_m=self.points_enu_m[chosen], contrast_k=self.contrast_k[chosen])
 
     def as_blob_view(self) -> BlobView:
@@ -79,14 +83,15 @@ def warm_view(frame: Frame, plane_height_m: float = 0.0, min_contrast_k: float =
         raise ImagingError(f"Warm bodies need a band 'thermal', but the frame has {', '.join(frame.bands)}.")
     thermal = frame.image[..., frame.bands.index("thermal")]
     contrast_k = thermal - np.nanmedian(thermal[::_BACKGROUND_STRIDE, ::_BACKGROUND_STRIDE])
-    rows, columns = np.nonzero(contrast_k >= min_contrast_k)
+    stride = _stride(contrast_k >= min_contrast_k)
+    rows, columns = stride * np.stack(np.nonzero(contrast_k[::stride, ::stride] >= min_contrast_k))
     points_enu_m = intersect_plane(np.column_stack((columns, rows)), frame.camera, frame.pose, plane_height_m)[:, :2]
     depth_m = float(frame.pose.position_enu_m[2]) - plane_height_m
     view = WarmView(
         vehicle_id=frame.vehicle_id,
         points_enu_m=points_enu_m,
         contrast_k=contrast_k[rows, columns].astype(np.float64),
-        pixel_area_m2=depth_m**2 / (frame.camera.fx_px * frame.camera.fy_px),
+        pixel_area_m2=stride**2 * depth_m**2 / (frame.camera.fx_px * frame.camera.fy_px),
         camera=frame.camera,
         pose=frame.pose,
     )
@@ -106,22 +111,45 @@ def warm_bodies(views: Sequence[WarmView], link_m: float = LINK_M) -> tuple[tupl
     if not views:
         return ()
     points_enu_m = np.concatenate([view.points_enu_m for view in views])
-    view_of_point = np.repeat(np.arange(len(views)), [len(view.points_enu_m) for view in views])
     body_of_point = _linked(points_enu_m, link_m)
-    bodies = []
-    for body in np.argsort(-np.bincount(body_of_point), kind="stable"):
-        own = np.asarray(body_of_point == body)
-        parts = [view.part(own[view_of_point == index]) for index, view in enumerate(views)]
-        bodies.append(tuple(part for part in parts if len(part.points_enu_m)))
-    return tuple(bodies)
+    sizes = np.bincount(body_of_point)
+    rank_of_body = np.argsort(np.argsort(-sizes, kind="stable"), kind="stable")
+    bodies: list[list[WarmView]] = [[] for _ in sizes]
+    first = 0
+    for view in views:
+        end = first + len(view.points_enu_m)
+        for rank, rows in _grouped(rank_of_body[body_of_point[first:end]]):
+            bodies[rank].append(view.part(rows))
+        first = end
+    return tuple(tuple(parts) for parts in bodies)
+
+
+def _stride(warm: NDArray[np.bool]) -> int:
+    """Return the distance between the rows, and the columns, whose warm pixels are few enough."""
+    stride = max(1, math.isqrt(np.count_nonzero(warm) // MAX_PIXELS))
+    while np.count_nonzero(warm[::stride, ::stride]) > MAX_PIXELS:
+        stride += 1
+    return stride
+
+
+def _grouped(labels: NDArray[np.intp]) -> list[tuple[int, NDArray[np.intp]]]:
+    """Return each label in use with the rows that have it, in their order."""
+    order = np.argsort(labels, kind="stable")
+    starts = np.flatnonzero(np.diff(labels[order], prepend=-1))
+    return [(int(labels[rows[0]]), rows) for rows in np.split(order, starts)[1:]]
 
 
 def _linked(points_m: NDArray[np.float64], link_m: float) -> NDArray[np.intp]:
     """Return the number of the group that each point belongs to, shape (n,)."""
     if not len(points_m):
         return np.empty(0, np.intp)
-    cells, cell_of_point = np.unique(np.floor(points_m / _CELL_M).astype(np.int64), axis=0, return_inverse=True)
+    (east, column), (north, row) = (
+        np.unique(np.floor(along_m / _CELL_M), return_inverse=True) for along_m in points_m.T
+    )
+    # One integer per cell: rows of numbers are compared under the interpreter's lock, which stops every other thread.
+    keys, cell_of_point = np.unique(column * len(north) + row, return_inverse=True)
+    cells = np.column_stack((east[keys // len(north)], north[keys % len(north)]))
     pairs = cKDTree(cells * _CELL_M).query_pairs(link_m, output_type="ndarray")
     links = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(cells), len(cells)))
     group_of_cell = connected_components(links, directed=False)[1]
-    return np.asarray(group_of_cell[cell_of_point.ravel()], dtype=np.intp)
+    return np.asarray(group_of_cell[cell_of_point], dtype=np.intp)
