@@ -40,7 +40,7 @@ class UnusableFramesError(ImagingError):
     """None of a step's frames can be used.
 
     Args:
-        text: what has happened.
+        text: description of what has happened.
         reasons: by vehicle.
     """
 

@@ -49,7 +49,7 @@ def progress(description: str, total: int, monotonic: Callable[[], float] = time
     that took longer than that.
 
     Args:
-        description: what is being done, e.g. ``Integrating frames``.
+        description: name of the work, e.g. ``Integrating frames``.
         total: number of units of work.
         monotonic: clock in seconds, for the plain lines.
     """

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.errors import ImagingError
-from aos_gcs.imaging.layers import Projection, sample
 from aos_gcs.imaging.model import Frame, Pixels
 from aos_gcs.imaging.views import FocalView
+from aos_gcs.imaging.warped import Projection, sample
 from aos_gcs.imaging.workers import parallel_map
 
 BAND_ROWS = 128
@@ -79,12 +79,12 @@ class ViewIntegral:
             return
         # In the bands that it was added in: what is taken away is then the same to the last digit.
         sampled = [sample(frame.image, projection, *band, exact=self._exact) for band in self._bands_of_rows()]
-        layers = [layer.without_gaps() for layer in sampled if layer is not None]
-        if any((self.coverage[layer.window] < layer.coverage()).any() for layer in layers):
+        frames = [warped.without_gaps() for warped in sampled if warped is not None]
+        if any((self.coverage[warped.window] < warped.coverage()).any() for warped in frames):
             raise ImagingError(f"The frame of vehicle {frame.vehicle_id} is not part of the integral.")
-        for layer in layers:
-            self.coverage[layer.window] -= layer.coverage()
-            cv2.accumulate(-layer.values, self._sum[layer.window], layer.covered)
+        for warped in frames:
+            self.coverage[warped.window] -= warped.coverage()
+            cv2.accumulate(-warped.values, self._sum[warped.window], warped.covered)
 
     def mean(self) -> NDArray[np.float32]:
         """Return the integral, shape (H, W, C), NaN where nothing covers."""
@@ -129,15 +129,15 @@ class ViewIntegral:
     ) -> bool:
         """Add an image to the sums and the coverage of a band of rows, and tell whether it covers anything there."""
         image, projection = projected
-        layer = None if projection is None else sample(image, projection, *band, exact=self._exact)
-        if layer is None:
+        warped = None if projection is None else sample(image, projection, *band, exact=self._exact)
+        if warped is None:
             return False
         if leave_out_gaps:
-            layer = layer.without_gaps()
-        window = slice(layer.window[0].start - band[0], layer.window[0].stop - band[0]), layer.window[1]
-        count[window] += 1 if layer.covered is None else layer.covered
-        cv2.accumulate(layer.values, total[window], layer.covered)
-        return layer.covered is None or bool(layer.covered.any())
+            warped = warped.without_gaps()
+        window = slice(warped.window[0].start - band[0], warped.window[0].stop - band[0]), warped.window[1]
+        count[window] += 1 if warped.covered is None else warped.covered
+        cv2.accumulate(warped.values, total[window], warped.covered)
+        return warped.covered is None or bool(warped.covered.any())
 
     def _divide_band(self, integral: NDArray[np.float32], band: tuple[int, int]) -> None:
         rows = slice(*band)

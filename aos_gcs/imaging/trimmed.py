@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from aos_gcs.errors import ImagingError
 from aos_gcs.imaging.integral import check_frame
-from aos_gcs.imaging.layers import sample
 from aos_gcs.imaging.model import Frame
 from aos_gcs.imaging.views import FocalView
+from aos_gcs.imaging.warped import sample
 
 MEDIAN = 0.5
 """The trim that leaves the median."""
@@ -82,12 +82,12 @@ def _values(
     for frame, own in zip(frames, values, strict=True):
         check_frame(frame, bands)
         projection = view.project(frame)
-        layer = None if projection is None else sample(frame.image, projection, first, end, exact=exact)
-        if layer is not None:
-            layer = layer.without_gaps()
-            window = slice(layer.window[0].start - first, layer.window[0].stop - first), layer.window[1]
-            covered = layer.coverage()
-            own[window] = np.where(covered[:, :, np.newaxis] > 0, layer.values, np.nan)
+        warped = None if projection is None else sample(frame.image, projection, first, end, exact=exact)
+        if warped is not None:
+            warped = warped.without_gaps()
+            window = slice(warped.window[0].start - first, warped.window[0].stop - first), warped.window[1]
+            covered = warped.coverage()
+            own[window] = np.where(covered[:, :, np.newaxis] > 0, warped.values, np.nan)
             coverage[window] += covered
     return values, coverage
 
@@ -99,8 +99,8 @@ def _middle_mean(values: NDArray[np.float32], count: NDArray[np.uint16], trim: f
     known = count.astype(np.int32)
     left_out = np.minimum(np.floor(trim * known).astype(np.int32), np.maximum(known - 1, 0) // 2)
     total = np.zeros(values.shape[1:])
-    for index, layer in enumerate(values):
+    for index, cells in enumerate(values):
         kept = (index >= left_out) & (index < known - left_out)
-        total += np.where(kept[:, :, np.newaxis], layer, 0.0)
+        total += np.where(kept[:, :, np.newaxis], cells, 0.0)
     divisor = np.where(known > 0, known - 2.0 * left_out, np.nan)
     return (total / divisor[:, :, np.newaxis]).astype(np.float32)

@@ -18,11 +18,11 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.geometry.projection import Plane, pixel_rays, plane_to_image
 from aos_gcs.imaging.focal_plane import MAX_DEPTH_RATIO, grid_to_plane, visible_half_planes
-from aos_gcs.imaging.layers import Layer, Projection, exact_layer
 from aos_gcs.imaging.model import FocalGrid, Frame, GroundRaster, Pixels
 from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.imaging.undistort import RIM_PX, lens_map, sample_pixels, seen_pixels
 from aos_gcs.imaging.warp import PlaneProjection
+from aos_gcs.imaging.warped import Projection, WarpedFrame, warp_exactly
 
 MIN_DISTANCE_M = 1e-6
 """Smallest distance of a virtual camera to the focal plane; nearer, the plane has no image."""
@@ -116,7 +116,7 @@ class PointView:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PointProjection:
-    """See :class:`~aos_gcs.imaging.layers.Projection`."""
+    """See :class:`~aos_gcs.imaging.warped.Projection`."""
 
     camera: CameraModel
     P: NDArray[np.float64]
@@ -132,8 +132,8 @@ class PointProjection:
     known: NDArray[np.uint8]
     """1 where a cell has a point, shape (rows, columns)."""
 
-    def sample(self, image: Pixels, first_row: int, end_row: int) -> Layer | None:
-        """See :class:`~aos_gcs.imaging.layers.Projection`."""
+    def sample(self, image: Pixels, first_row: int, end_row: int) -> WarpedFrame | None:
+        """See :class:`~aos_gcs.imaging.warped.Projection`."""
         window = self._band(first_row, end_row)
         if window is None:
             return None
@@ -149,10 +149,10 @@ class PointProjection:
         covered &= self.known[window]
         if not self.all_in_front:
             covered &= (depth > 0.0).view(np.uint8)
-        return Layer(window, values, covered)
+        return WarpedFrame(window, values, covered)
 
-    def sample_exactly(self, image: Pixels, first_row: int, end_row: int) -> Layer | None:
-        """See :class:`~aos_gcs.imaging.layers.Projection`."""
+    def sample_exactly(self, image: Pixels, first_row: int, end_row: int) -> WarpedFrame | None:
+        """See :class:`~aos_gcs.imaging.warped.Projection`."""
         window = self._band(first_row, end_row)
         if window is None:
             return None
@@ -162,7 +162,7 @@ class PointProjection:
         pixels = np.stack((u[in_front], v[in_front]), axis=1) / depth[in_front, np.newaxis]
         seen = seen_pixels(pixels, self.camera.ideal())
         cells = rows[in_front][seen], columns[in_front][seen]
-        return exact_layer(image, self.camera, window, cells, pixels[seen])
+        return warp_exactly(image, self.camera, window, cells, pixels[seen])
 
     def _band(self, first_row: int, end_row: int) -> tuple[slice, slice] | None:
         rows, columns = self.window

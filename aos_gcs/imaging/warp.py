@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.imaging.focal_plane import covered_spans
-from aos_gcs.imaging.layers import Layer, exact_layer
 from aos_gcs.imaging.model import Pixels
 from aos_gcs.imaging.undistort import RIM_PX, floats_within, is_floats, lens_map, sample_pixels
+from aos_gcs.imaging.warped import WarpedFrame, warp_exactly
 
 _SHIFT_BY_RIM = np.array([[1.0, 0.0, RIM_PX], [0.0, 1.0, RIM_PX], [0.0, 0.0, 1.0]])
 """Ideal pixels to cells of :func:`~aos_gcs.imaging.undistort.lens_map`."""
@@ -21,7 +21,7 @@ _SHIFT_BY_RIM = np.array([[1.0, 0.0, RIM_PX], [0.0, 1.0, RIM_PX], [0.0, 0.0, 1.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlaneProjection:
-    """See :class:`~aos_gcs.imaging.layers.Projection`."""
+    """See :class:`~aos_gcs.imaging.warped.Projection`."""
 
     camera: CameraModel
     H_raster2image: NDArray[np.float64]
@@ -49,20 +49,20 @@ class PlaneProjection:
             return None
         return cls(camera, H_raster2image, spans, slice(int(covered_rows[0]), int(covered_rows[-1]) + 1))
 
-    def sample(self, image: Pixels, first_row: int, end_row: int) -> Layer | None:
-        """See :class:`~aos_gcs.imaging.layers.Projection`."""
+    def sample(self, image: Pixels, first_row: int, end_row: int) -> WarpedFrame | None:
+        """See :class:`~aos_gcs.imaging.warped.Projection`."""
         window = self.window(first_row, end_row)
         if window is None:
             return None
         covered = self.covered(window)
         if self.camera.distortion is None:
             values = self._warp(*self._seen_part(image, window), window, cv2.INTER_LINEAR)
-            return Layer(window, values.reshape(*values.shape[:2], image.shape[2]), covered)
+            return WarpedFrame(window, values.reshape(*values.shape[:2], image.shape[2]), covered)
         values, seen = sample_pixels(image, *self._real_pixels(window))
-        return Layer(window, values, seen if covered is None else seen & covered)
+        return WarpedFrame(window, values, seen if covered is None else seen & covered)
 
-    def sample_exactly(self, image: Pixels, first_row: int, end_row: int) -> Layer | None:
-        """See :class:`~aos_gcs.imaging.layers.Projection`."""
+    def sample_exactly(self, image: Pixels, first_row: int, end_row: int) -> WarpedFrame | None:
+        """See :class:`~aos_gcs.imaging.warped.Projection`."""
         window = self.window(first_row, end_row)
         if window is None:
             return None
@@ -70,7 +70,7 @@ class PlaneProjection:
         shape = (window[0].stop - window[0].start, window[1].stop - window[1].start)
         rows, columns = np.nonzero(np.ones(shape) if covered is None else covered)
         u, v, w = self.H_from(window) @ np.stack((columns, rows, np.ones_like(rows)))
-        return exact_layer(image, self.camera, window, (rows, columns), np.stack((u / w, v / w), axis=1))
+        return warp_exactly(image, self.camera, window, (rows, columns), np.stack((u / w, v / w), axis=1))
 
     def sample_mask(self, mask: NDArray[np.uint8], window: tuple[slice, slice]) -> NDArray[np.uint8]:
         """Return what a mask of the image shows under the centres of a window's cells; 0 outside of the image."""

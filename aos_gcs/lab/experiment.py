@@ -29,7 +29,7 @@ def run_strategy(
         world: world of the initialisation (:func:`aos_gcs.lab.initialisation.open_world`).
         scenario: the rules.
         initialisation: starting conditions.
-        strategy: who decides.
+        strategy: strategy that decides.
         label: name of the strategy in the rows.
     """
     walk = target_walk(initialisation, scenario, world)

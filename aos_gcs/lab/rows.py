@@ -53,7 +53,7 @@ class StepRow:
     min_distance_m: float
     """Smallest horizontal distance between two drones at the exposures."""
     min_flight_distance_m: float
-    """The same on the way there, had all flown straight and arrived together."""
+    """The same on the path there, had all flown straight and arrived together."""
     path_m: float
     """Mean way flown by a drone since the start."""
 

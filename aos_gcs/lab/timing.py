@@ -17,7 +17,7 @@ def step_duration_s(moves_m: NDArray[np.float64], scenario: Scenario) -> float:
     """Return the time from one exposure to the next.
 
     Args:
-        moves_m: the way of each drone, shape (n, 2).
+        moves_m: displacement of each drone, shape (n, 2).
         scenario: its time model and limits.
     """
     longest_m = float(np.linalg.norm(moves_m, axis=1).max())

@@ -66,9 +66,9 @@ class ActionHandler:
     """Carries out operators' actions and writes every one to the audit log, refused ones too.
 
     Args:
-        context: of the mission.
+        context: context of the mission.
         vehicle_tasks: runs the procedures of single vehicles.
-        flow: of the phases.
+        flow: order of the phases.
     """
 
     def __init__(self, context: MissionContext, vehicle_tasks: VehicleTasks, flow: Flow) -> None:

@@ -46,11 +46,11 @@ class LiveCommands:
     """Implements ``MissionCommands`` for a mission that is being flown.
 
     Args:
-        context: of the mission.
-        flow: of the phases.
+        context: context of the mission.
+        flow: order of the phases.
         actions: carries out actions.
         view: publishes what has changed.
-        findings: of the mission.
+        findings: findings of the mission.
     """
 
     def __init__(

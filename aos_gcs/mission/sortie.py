@@ -24,12 +24,12 @@ class Sortie:
     """Everything that depends on the plan. Another plan makes another sortie; nothing of the former one stays.
 
     Args:
-        mission: what stays for the whole mission.
-        settings: of this plan.
+        mission: context that stays for the whole mission.
+        settings: settings of this plan.
         vehicle_tasks: runs the procedures of single vehicles.
         inspector: asks the vehicles for their settings.
         gallery: shows the pictures.
-        findings: of the mission.
+        findings: findings of the mission.
         focus_override_m: focal height that the operator has set; None leaves it to the program.
     """
 

@@ -52,11 +52,11 @@ class LiveView:
     """Implements ``MissionView`` for a mission that is being flown.
 
     Args:
-        mission_id: of the mission.
-        context: of the mission.
-        state: of the coordinator.
+        mission_id: identifier of the mission.
+        context: context of the mission.
+        state: state of the coordinator.
         gallery: has the latest pictures.
-        findings: of the mission.
+        findings: findings of the mission.
     """
 
     def __init__(

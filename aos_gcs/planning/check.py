@@ -43,7 +43,7 @@ def check_plan(plan: MissionPlan, settings: MissionSettings, homes_enu_m: Homes 
 
     Args:
         plan: to be checked.
-        settings: of the mission that is to fly it.
+        settings: settings of the mission that is to fly it.
         homes_enu_m: launch points of the vehicles that are heard already.
     """
     homes_enu_m = homes_enu_m or {}

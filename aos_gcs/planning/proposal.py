@@ -42,7 +42,7 @@ def propose_limits(settings: MissionSettings, homes_enu_m: Sequence[FloatArray])
     """Return the limits of a flight: proposed from the search area, launch points and layers, then as set.
 
     Args:
-        settings: of the mission; its search area is a polygon.
+        settings: settings of the mission; its search area is a polygon.
         homes_enu_m: launch points of the vehicles that fly, shape (3,) each.
 
     Raises:

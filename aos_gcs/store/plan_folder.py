@@ -66,8 +66,8 @@ class PlanFolder:
         """Save a plan; one of the same name is replaced, as a whole or not at all.
 
         Args:
-            name: of the plan.
-            text: of the plan.
+            name: name of the plan.
+            text: text of the plan.
             replaces: version of the plan that may be replaced, ``NOTHING`` for a new name; None: whatever is there.
 
         Raises:

@@ -64,7 +64,7 @@ class MissionRecorder:
         Args:
             root: where the missions are; made when it is missing.
             mission_id: a plain folder name.
-            manifest: what the mission was started with: configuration, versions, seed, start time.
+            manifest: inputs of the mission: configuration, versions, seed, start time.
             notify: gets a notice when recording begins to fail and when it works again; called on the event loop.
 
         Raises:
@@ -112,9 +112,9 @@ class MissionRecorder:
         """Record a step; a second record of the same step replaces the first.
 
         Args:
-            step: what was seen and decided.
-            strategy_state: what the strategy needs to decide the same again: its state (dataclasses and arrays are
-                welcome) and the state of its random generator (``rng.bit_generator.state``).
+            step: measurements and decisions of the step.
+            strategy_state: inputs with which the strategy decides the same again: its state (dataclasses and arrays
+                are welcome) and the state of its random generator (``rng.bit_generator.state``).
         """
         await self._queue.put(lambda database: database.add_step(step, strategy_state))
 

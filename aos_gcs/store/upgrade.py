@@ -16,8 +16,8 @@ def upgraded(version: int, kind: EventKind, data: Any) -> Any:
     """Return the content of an event as the present version would have recorded it.
 
     Args:
-        version: of the database.
-        kind: of the event.
+        version: version of the database.
+        kind: kind of the event.
         data: as recorded.
     """
     if version == 1 and kind is EventKind.SNAPSHOT:

@@ -25,7 +25,7 @@ def integrate_on_cluster(
 
     Args:
         client: see :mod:`aos_gcs.cluster`.
-        work: what the tiles have in common.
+        work: settings that all tiles share.
         tiles: to be integrated.
         advance: called with the number of further tiles that are done.
 

@@ -138,9 +138,9 @@ def add_marks(
     elif projection is not None:
         edge_px = 1 if cell_m is None else math.ceil(cell_m / _sampling_m(mask, surface))
         grown = cv2.dilate(mask.image.astype(np.float32), np.ones((edge_px, edge_px), dtype=np.uint8))
-        layer = projection.sample(np.asarray(grown, dtype=np.float32).reshape(mask.image.shape), 0, view.shape[0])
-        if layer is not None:
-            counts[layer.window] += (layer.values[:, :, 0] >= MARKED_SHARE) & (layer.coverage() > 0)
+        warped = projection.sample(np.asarray(grown, dtype=np.float32).reshape(mask.image.shape), 0, view.shape[0])
+        if warped is not None:
+            counts[warped.window] += (warped.values[:, :, 0] >= MARKED_SHARE) & (warped.coverage() > 0)
 
 
 def _sampling_m(frame: Frame, surface: FocalSurface) -> float:

@@ -22,7 +22,7 @@ class BodyLimitMiddleware:
 
     Args:
         app: to protect.
-        streaming_paths: of routes that read bodies piece by piece, with a limit of their own.
+        streaming_paths: paths of the routes that read bodies piece by piece, with a limit of their own.
     """
 
     def __init__(self, app: ASGIApp, streaming_paths: Collection[str] = ()) -> None:

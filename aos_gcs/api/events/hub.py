@@ -45,7 +45,7 @@ class EventHub:
     Args:
         mission: mission to follow.
         replay: replay of the mission; None for a live one.
-        capabilities: what the service offers to clients.
+        capabilities: capabilities that the service offers to clients.
         now_s: clock in real seconds, for the age of the mission's last sign of life.
     """
 

@@ -19,7 +19,7 @@ class Outbox:
     drops the oldest, which the client sees in their numbers. Of the state only the client's revision is kept.
 
     Args:
-        state: of the mission, shared by all clients.
+        state: state of the mission, shared by all clients.
         hello: makes the first message, and its ``seq``.
         mission_age_s: returns the age of the mission's last sign of life.
         capacity: events that may wait.

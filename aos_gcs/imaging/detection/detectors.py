@@ -43,7 +43,7 @@ def detect(
         detector: see :class:`~aos_gcs.imaging.model.Detector`.
         quantile: see :func:`~aos_gcs.imaging.detection.rx.anomaly_mask`.
         min_score: the same; None: the detector's own.
-        weights: what scores are multiplied by, shape (H, W), where the background's variance is known to differ.
+        weights: factors of the scores, shape (H, W), where the background's variance is known to differ.
 
     Raises:
         ImagingError: if the image lacks a band that the detector needs.

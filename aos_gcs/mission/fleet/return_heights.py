@@ -24,8 +24,8 @@ class ReturnHeights:
     Nothing is written unless ``preflight.set_return_height`` says so, and never while motors run.
 
     Args:
-        context: of the mission.
-        settings: of the mission; what is used of them is no part of a plan.
+        context: context of the mission.
+        settings: settings of the mission; those used here are no part of a plan.
     """
 
     def __init__(self, context: MissionContext, settings: MissionSettings) -> None:

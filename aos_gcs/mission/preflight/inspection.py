@@ -118,8 +118,8 @@ class Inspector:
     """Keeps the inspections of all vehicles that have not been started up to date.
 
     Args:
-        context: of the mission.
-        settings: of the mission; what is used of them is no part of a plan.
+        context: context of the mission.
+        settings: settings of the mission; those used here are no part of a plan.
         return_heights: sets the vehicles' return heights.
         flight: returns the context of the present plan.
     """

@@ -36,11 +36,11 @@ class Search:
     """The phases LINE, SCAN, CONVERGE and FOUND.
 
     Args:
-        context: of the flight.
+        context: context of the flight.
         mission: records the steps, and measures the event loop.
         gallery: publishes the pictures.
         vision: analyses the frames.
-        findings: of the mission.
+        findings: findings of the mission.
     """
 
     def __init__(

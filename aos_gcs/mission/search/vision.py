@@ -27,7 +27,7 @@ class Vision:
     """Analyses the frames of each step, and learns focus and poses from them for the next ones.
 
     Args:
-        context: of the flight.
+        context: context of the flight.
         recorder: stores the frames.
         focus_override_m: focal height that the operator has set; None leaves it to the program.
     """

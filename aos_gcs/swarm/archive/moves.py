@@ -52,7 +52,7 @@ def kept_apart(
     Args:
         waypoints_m: proposed waypoints of the drones, shape (n, 2).
         places_m: present positions, shape (n, 2).
-        holds: who holds its place, shape (n,).
+        holds: True for vehicles that hold their place, shape (n,).
         distance_m: to keep.
         rng: for coincident ones.
     """

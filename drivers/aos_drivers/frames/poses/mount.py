@@ -68,7 +68,7 @@ def camera_pose(
     """Return projection centre and ``R_cam2enu``, shape (3, 3), at a time of the track's clock.
 
     Args:
-        track: what the vehicle has reported.
+        track: states that the vehicle has reported.
         mount: mount of the camera.
         at_s: time of exposure.
         max_age_s: largest time between the exposure and the nearest report.

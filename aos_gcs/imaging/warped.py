@@ -1,4 +1,4 @@
-"""Layers: what one frame shows on a part of a raster, and its sampling."""
+"""Frames warped onto a part of a raster, and how they are sampled."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from aos_gcs.imaging.undistort import seen_pixels
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Layer:
+class WarpedFrame:
     """One frame on a part of a raster."""
 
     window: tuple[slice, slice]
@@ -29,8 +29,8 @@ class Layer:
         """Return ``covered``, written out."""
         return np.ones(self.values.shape[:2], dtype=np.uint8) if self.covered is None else self.covered
 
-    def without_gaps(self) -> Layer:
-        """Return the layer without the cells that a NaN or infinite pixel has a share in."""
+    def without_gaps(self) -> WarpedFrame:
+        """Return the frame without the cells that a NaN or infinite pixel has a share in."""
         cells = self.values.reshape(-1, self.values.shape[2])
         # One product in place of a reduction over a very short axis, which is ten times as slow.
         finite = np.isfinite(cells @ np.ones(cells.shape[1], dtype=cells.dtype)).reshape(self.values.shape[:2])
@@ -39,34 +39,34 @@ class Layer:
         # OpenCV's masked sum of a single channel would let through what is not finite.
         values = self.values.copy()
         values[~finite] = 0.0
-        return Layer(self.window, values, finite.view(np.uint8) & self.coverage())
+        return WarpedFrame(self.window, values, finite.view(np.uint8) & self.coverage())
 
 
 class Projection(Protocol):
     """Projection of one frame onto a raster; its image is an argument of each call."""
 
-    def sample(self, image: Pixels, first_row: int, end_row: int) -> Layer | None:
+    def sample(self, image: Pixels, first_row: int, end_row: int) -> WarpedFrame | None:
         """Return the image on a band of the raster, bilinear at single precision; None where it covers nothing.
 
-        Cells that a NaN or infinite pixel has a share in are still in the layer.
+        Cells that a NaN or infinite pixel has a share in are still in it.
         """
 
-    def sample_exactly(self, image: Pixels, first_row: int, end_row: int) -> Layer | None:
+    def sample_exactly(self, image: Pixels, first_row: int, end_row: int) -> WarpedFrame | None:
         """Return the image on a band of the raster, bilinear at double precision; None where it covers nothing."""
 
 
-def sample(image: Pixels, projection: Projection, first_row: int, end_row: int, *, exact: bool) -> Layer | None:
+def sample(image: Pixels, projection: Projection, first_row: int, end_row: int, *, exact: bool) -> WarpedFrame | None:
     """Return an image on a band of a raster, at double precision if ``exact``, else at single precision."""
     return (projection.sample_exactly if exact else projection.sample)(image, first_row, end_row)
 
 
-def exact_layer(
+def warp_exactly(
     image: Pixels,
     camera: CameraModel,
     window: tuple[slice, slice],
     cells: tuple[NDArray[np.intp], NDArray[np.intp]],
     ideal_pixels: NDArray[np.float64],
-) -> Layer:
+) -> WarpedFrame:
     """Sample an image at pixels of its ideal camera, shape (n, 2), for cells of a window: clamped at the border."""
     rows, columns = cells
     pixels = ideal_pixels
@@ -89,4 +89,4 @@ def exact_layer(
     covered = np.zeros(shape, dtype=np.uint8)
     values[rows, columns] = samples[finite]
     covered[rows, columns] = 1
-    return Layer(window, values, covered)
+    return WarpedFrame(window, values, covered)
