@@ -1,7 +1,6 @@
 """Autofocus on the recorded flight with three lying people, and from the command line."""
 
 import json
-import logging
 import math
 import re
 from pathlib import Path
@@ -28,11 +27,7 @@ PEOPLE_Z_M = 18.0
 LOW_M, HIGH_M = 5.0, 25.0
 
 
-@pytest.fixture(autouse=True)
-def _restore_logging(monkeypatch: pytest.MonkeyPatch) -> None:
-    root = logging.getLogger()
-    monkeypatch.setattr(root, "handlers", list(root.handlers))
-    monkeypatch.setattr(root, "level", root.level)
+pytestmark = pytest.mark.usefixtures("restored_logging")
 
 
 @pytest.fixture

@@ -1,7 +1,6 @@
 """``aos-gcs integrate`` from its command line to its files, on rendered and on recorded flights."""
 
 import json
-import logging
 import math
 from pathlib import Path
 
@@ -15,11 +14,7 @@ from tests.fakes.recorded_flight import PLANE_Z, Flight, run, texture
 RECORDED = Path(__file__).resolve().parents[3] / "shared" / "data" / "F0"
 
 
-@pytest.fixture(autouse=True)
-def _restore_logging(monkeypatch: pytest.MonkeyPatch) -> None:
-    root = logging.getLogger()
-    monkeypatch.setattr(root, "handlers", list(root.handlers))
-    monkeypatch.setattr(root, "level", root.level)
+pytestmark = pytest.mark.usefixtures("restored_logging")
 
 
 @pytest.fixture(autouse=True)

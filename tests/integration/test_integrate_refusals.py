@@ -1,7 +1,6 @@
 """Refusals of ``aos-gcs integrate``: bad input is named and nothing is written."""
 
 import json
-import logging
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -13,12 +12,7 @@ import pytest
 from aos_gcs.imaging.surfaces import mesh
 from tests.fakes.recorded_flight import Flight, run
 
-
-@pytest.fixture(autouse=True)
-def _restore_logging(monkeypatch: pytest.MonkeyPatch) -> None:
-    root = logging.getLogger()
-    monkeypatch.setattr(root, "handlers", list(root.handlers))
-    monkeypatch.setattr(root, "level", root.level)
+pytestmark = pytest.mark.usefixtures("restored_logging")
 
 
 @pytest.fixture(autouse=True)

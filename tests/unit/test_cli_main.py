@@ -9,12 +9,7 @@ import typer
 from aos_gcs.cli import main, registry
 from aos_gcs.errors import ConfigurationError, ImagingError, LinkError
 
-
-@pytest.fixture(autouse=True)
-def _restore_logging(monkeypatch: pytest.MonkeyPatch) -> None:
-    root = logging.getLogger()
-    monkeypatch.setattr(root, "handlers", list(root.handlers))
-    monkeypatch.setattr(root, "level", root.level)
+pytestmark = pytest.mark.usefixtures("restored_logging")
 
 
 def offer(monkeypatch: pytest.MonkeyPatch, **commands: object) -> None:
