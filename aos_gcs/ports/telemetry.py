@@ -103,5 +103,15 @@ class VehicleState:
     """The latest status text of severity warning or worse."""
     hdop: float | None = None
     """Horizontal dilution of precision."""
+    horizontal_accuracy_m: float | None = None
+    """Standard deviation of the horizontal position, the largest that receiver and estimator report."""
+    vertical_accuracy_m: float | None = None
+    """Standard deviation of the altitude, the largest that receiver and estimator report."""
+    altitude_test_ratio: float | None = None
+    """Deviation of the estimated altitude from the sensors, as a share of what the estimator accepts; 1 is refused."""
+    gps_altitude_amsl_m: float | None = None
+    """Altitude that the satellite receiver measures, before the autopilot fuses it."""
+    pressure_hpa: float | None = None
+    """Static pressure that the barometer measures."""
     is_ambiguous: bool = False
     """Two vehicles are heard with this id: neither is commanded."""

@@ -13,6 +13,7 @@ import typer
 from aos_gcs.errors import ConfigurationError
 from aos_sim.report import write_report
 from aos_sim.swarm import SimulatedSwarm, SwarmOptions
+from aos_sim.vehicle.errors import KINDS, SensorErrors
 from aos_sim.world.scene import SceneParameters, build_scene
 from aos_sim.world_file import World, write_world_file
 from aos_sim.world_options import (
@@ -68,6 +69,10 @@ def sim(
     image_size: ImageSize = 512,
     fov: FieldOfView = 50.0,
     wind: Annotated[float, typer.Option(help="Mean wind in m/s, from the west, with gusts.")] = 0.0,
+    errors: Annotated[
+        str,
+        typer.Option(help="Errors of positions and altitudes: exact, rtk, or gnss (satellites without corrections)."),
+    ] = "rtk",
     no_render: NoRender = False,
     no_camera: Annotated[
         bool, typer.Option("--no-camera", help="No cameras on board; aos-gcs sim-camera can attach some.")
@@ -105,6 +110,7 @@ def sim(
         image_size_px=image_size,
         fov_rad=math.radians(fov),
         wind_mps=wind,
+        errors=_parse_errors(errors),
         cameras=not no_camera,
         image_folder=image_folder,
         http_port=http_port,
@@ -130,6 +136,12 @@ async def _simulate(swarm: SimulatedSwarm, world: World, files: _Files, exit_wit
         write_world_file(files.world, world, swarm.options.origin, swarm.homes_enu_m)
     async with swarm:
         await work_until(stop, exit_with_parent, report)
+
+
+def _parse_errors(text: str) -> SensorErrors:
+    if text not in KINDS:
+        raise ConfigurationError(f"--errors must be one of {', '.join(KINDS)}, got {text!r}.")
+    return KINDS[text]
 
 
 def _parse_parameters(texts: list[str]) -> dict[str, float]:

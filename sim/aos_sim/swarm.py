@@ -35,6 +35,7 @@ from aos_sim.vehicle.arducopter import ArduCopter
 from aos_sim.vehicle.autopilot import SimulatedAutopilot
 from aos_sim.vehicle.configuration import VehicleIdentity
 from aos_sim.vehicle.dynamics import AirframeLimits, Guidance, SwarmState, Wind, step
+from aos_sim.vehicle.errors import RTK, ErrorProcess, SensorErrors
 from aos_sim.vehicle.kinematics import Kinematics, read_kinematics
 from aos_sim.vehicle.px4 import Px4
 from aos_sim.vehicle.vehicle import SimulatedVehicle
@@ -75,6 +76,8 @@ class SwarmOptions:
     fov_rad: float = math.radians(50.0)
     wind_mps: float = 0.0
     """Mean wind, from the west, with gusts."""
+    errors: SensorErrors = RTK
+    """Errors of the vehicles' positions and altitudes, and what their receivers report of them."""
     cameras: bool = True
     """Whether the vehicles have cameras of their own."""
     image_folder: Path | None = None
@@ -151,7 +154,9 @@ class SimulatedSwarm:
         homes_enu_m = home_positions_enu_m(options.vehicles)
         self.state = SwarmState.at_rest(homes_enu_m, self._rng.normal(0.0, HEADING_SIGMA_RAD, len(homes_enu_m)))
         self.now = SimTime(0, start_utc_us=time.time_ns() // 1000)
-        self._kinematics = read_kinematics(self.state, self.frame)
+        self.errors = ErrorProcess(options.errors, options.vehicles, options.seed)
+        self._kinematics = read_kinematics(self.state, self.frame, self.errors)
+        self._homes_enu_m = homes_enu_m
         self.vehicles = [self._make_vehicle(index) for index in range(options.vehicles)]
         self._system_ids = [vehicle.system_id for vehicle in self.vehicles]
         self._separation = SeparationMonitor()
@@ -162,11 +167,14 @@ class SimulatedSwarm:
 
     @property
     def homes_enu_m(self) -> dict[int, tuple[float, float, float]]:
-        """Return the launch point of each vehicle by system id."""
-        return {vehicle.system_id: vehicle.autopilot.flight.home_enu_m for vehicle in self.vehicles}
+        """Return the true launch point of each vehicle by system id."""
+        return {
+            vehicle.system_id: (east_m, north_m, up_m)
+            for vehicle, (east_m, north_m, up_m) in zip(self.vehicles, self._homes_enu_m.tolist(), strict=True)
+        }
 
     def kinematics(self, system_id: int) -> Kinematics:
-        """Return the true state of one vehicle."""
+        """Return the motion of one vehicle, as it is and as its autopilot believes it."""
         return self._kinematics[system_id - self.options.first_system_id]
 
     def vehicle(self, system_id: int) -> SimulatedVehicle:
@@ -237,9 +245,10 @@ class SimulatedSwarm:
 
     def _tick(self) -> None:
         self.now = self.now.later()
-        guidance = _guidance([vehicle.autopilot for vehicle in self.vehicles])
+        self.errors.advance(TICK_S)
+        guidance = _guidance([vehicle.autopilot for vehicle in self.vehicles], self.errors.estimate_enu_m)
         self.state = step(self.state, guidance, TICK_S, limits=self._limits, wind=self._wind, rng=self._rng)
-        self._kinematics = read_kinematics(self.state, self.frame)
+        self._kinematics = read_kinematics(self.state, self.frame, self.errors)
         self._separation.update(self._system_ids, self.state.position_enu_m)
         for index, vehicle in enumerate(self.vehicles):
             vehicle.update(self._kinematics[index], self.now)
@@ -258,7 +267,7 @@ class SimulatedSwarm:
         if vehicle.camera is not None:
             for exposure in vehicle.camera.take_exposures():
                 kinematics = self._kinematics[index]
-                pose = nadir_pose(kinematics.position_enu_m, kinematics.heading_rad)
+                pose = nadir_pose(kinematics.true_enu_m, kinematics.heading_rad)
                 self._start(self._develop(index, vehicle.camera, exposure, pose, vehicle.view()))
 
     async def _develop(
@@ -277,11 +286,12 @@ class SimulatedSwarm:
         task.add_done_callback(self._tasks.discard)
 
 
-def _guidance(autopilots: Sequence[SimulatedAutopilot]) -> Guidance:
+def _guidance(autopilots: Sequence[SimulatedAutopilot], error_enu_m: NDArray[np.float64]) -> Guidance:
+    """Return the set-points in true positions: an autopilot that believes to be elsewhere flies elsewhere."""
     setpoints = [autopilot.setpoint for autopilot in autopilots]
     return Guidance(
         lifting=np.array([setpoint.lifting for setpoint in setpoints]),
-        target_enu_m=np.array([setpoint.target_enu_m for setpoint in setpoints]),
+        target_enu_m=np.array([setpoint.target_enu_m for setpoint in setpoints]) - error_enu_m,
         speed_mps=np.array([setpoint.speed_mps for setpoint in setpoints]),
         climb_mps=np.array([setpoint.climb_mps for setpoint in setpoints]),
         descent_mps=np.array([setpoint.descent_mps for setpoint in setpoints]),

@@ -30,9 +30,10 @@ _DIRECT = (
     "ESTIMATOR_STATUS",
     "GPS_RAW_INT",
     "POSITION_TARGET_GLOBAL_INT",
+    "SCALED_PRESSURE",
 )
-"""Messages with data that the telemetry plugin lacks: the autopilot's own mode and target, the state of its estimator
-and the quality of its satellite fix."""
+"""Messages with data that the telemetry plugin lacks: the autopilot's own mode and target, the state of its estimator,
+the quality of its satellite fix and what its barometer measures."""
 
 
 class TelemetryFeed:

@@ -213,6 +213,11 @@ class VehicleRecord:
             camera=self.frames.state(),
             text=telemetry.text,
             hdop=telemetry.hdop,
+            horizontal_accuracy_m=telemetry.horizontal_accuracy_m,
+            vertical_accuracy_m=telemetry.vertical_accuracy_m,
+            altitude_test_ratio=telemetry.altitude_test_ratio,
+            gps_altitude_amsl_m=telemetry.gps_altitude_amsl_m,
+            pressure_hpa=telemetry.pressure_hpa,
             is_ambiguous=self.identity.is_ambiguous(now_s),
         )
 

@@ -58,6 +58,13 @@ class Telemetry:
         self.gps_fix: int | None = None
         self.satellites: int | None = None
         self.hdop: float | None = None
+        self.receiver_accuracy_m: tuple[float, float] | None = None
+        """Horizontal and vertical accuracy that the satellite receiver reports."""
+        self.estimator_accuracy_m: tuple[float, float] | None = None
+        """Horizontal and vertical accuracy that the autopilot's estimator reports."""
+        self.altitude_test_ratio: float | None = None
+        self.gps_altitude_amsl_m: float | None = None
+        self.pressure_hpa: float | None = None
         self.firmware = ""
         """Version of the autopilot: "4.7.0 dev"; empty until it is reported."""
         self.board_id = ""
@@ -71,6 +78,19 @@ class Telemetry:
     def height_above_home_m(self) -> float | None:
         """Height above home; unknown before home is, because autopilots report a meaningless one until then."""
         return self.relative_altitude_m if self.home is not None else None
+
+    @property
+    def horizontal_accuracy_m(self) -> float | None:
+        """Largest horizontal accuracy reported, by the receiver or the estimator."""
+        return max((each[0] for each in self._accuracies_m()), default=None)
+
+    @property
+    def vertical_accuracy_m(self) -> float | None:
+        """Largest vertical accuracy reported, by the receiver or the estimator."""
+        return max((each[1] for each in self._accuracies_m()), default=None)
+
+    def _accuracies_m(self) -> list[tuple[float, float]]:
+        return [each for each in (self.receiver_accuracy_m, self.estimator_accuracy_m) if each is not None]
 
     def update(self, message: mavlink.MAVLink_message, now_s: float) -> None:
         """Update from one message; messages without telemetry are ignored."""
@@ -124,6 +144,16 @@ def _take_gps(telemetry: Telemetry, message: mavlink.MAVLink_gps_raw_int_message
     telemetry.gps_fix = message.fix_type
     telemetry.satellites = message.satellites_visible if message.satellites_visible != 255 else None
     telemetry.hdop = message.eph / 100 if message.eph != _UNKNOWN_UINT16 else None
+    # Packets of MAVLink 1 lack the accuracies, and their fields read 0.
+    has_accuracy = message.h_acc > 0 and message.v_acc > 0
+    telemetry.receiver_accuracy_m = (message.h_acc / 1000, message.v_acc / 1000) if has_accuracy else None
+    is_fixed = message.fix_type >= mavlink.GPS_FIX_TYPE_3D_FIX
+    telemetry.gps_altitude_amsl_m = message.alt / 1000 if is_fixed else None
+
+
+def _take_pressure(telemetry: Telemetry, message: mavlink.MAVLink_scaled_pressure_message, _now_s: float) -> None:
+    is_pressure = math.isfinite(message.press_abs) and message.press_abs > 0.0
+    telemetry.pressure_hpa = message.press_abs if is_pressure else None
 
 
 def _take_version(telemetry: Telemetry, message: mavlink.MAVLink_autopilot_version_message, _now_s: float) -> None:
@@ -147,10 +177,17 @@ def _take_extended_state(
 
 def _take_ekf(telemetry: Telemetry, message: mavlink.MAVLink_ekf_status_report_message, _now_s: float) -> None:
     telemetry.ekf_flags = message.flags
+    # The message's "variances" are test ratios: innovations as a share of what the filter accepts.
+    ratio = message.pos_vert_variance
+    telemetry.altitude_test_ratio = ratio if math.isfinite(ratio) else None
 
 
 def _take_estimator(telemetry: Telemetry, message: mavlink.MAVLink_estimator_status_message, _now_s: float) -> None:
     telemetry.estimator_flags = message.flags
+    telemetry.altitude_test_ratio = message.pos_vert_ratio if math.isfinite(message.pos_vert_ratio) else None
+    accuracy_m = message.pos_horiz_accuracy, message.pos_vert_accuracy
+    has_accuracy = all(math.isfinite(each_m) and each_m > 0.0 for each_m in accuracy_m)
+    telemetry.estimator_accuracy_m = accuracy_m if has_accuracy else None
 
 
 def _take_target(
@@ -173,6 +210,7 @@ _HANDLERS: dict[int, _Handler] = {
     mavlink.MAVLINK_MSG_ID_SYS_STATUS: _take_sys_status,
     mavlink.MAVLINK_MSG_ID_BATTERY_STATUS: _take_battery,
     mavlink.MAVLINK_MSG_ID_GPS_RAW_INT: _take_gps,
+    mavlink.MAVLINK_MSG_ID_SCALED_PRESSURE: _take_pressure,
     mavlink.MAVLINK_MSG_ID_HOME_POSITION: _take_home,
     mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION: _take_version,
     mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: _take_extended_state,

@@ -1,4 +1,4 @@
-"""Sensor readings of each vehicle from the true state."""
+"""Sensor readings of each vehicle from the true state and the errors of the sensors."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_sim.vehicle.dynamics import SwarmState
+from aos_sim.vehicle.errors import RTK, ErrorProcess, SensorErrors
 
 EnuPoint = tuple[float, float, float]
 
@@ -37,9 +38,11 @@ class GeodeticTable:
 
 @dataclass(frozen=True, slots=True)
 class Kinematics:
-    """The motion of one vehicle at one instant."""
+    """The motion of one vehicle at one instant, as its autopilot believes it, and what its other sensors read."""
 
     position_enu_m: EnuPoint
+    """Position that the autopilot estimates and flies by."""
+    true_enu_m: EnuPoint
     velocity_enu_mps: EnuPoint
     roll_rad: float
     pitch_rad: float
@@ -49,29 +52,65 @@ class Kinematics:
     """Rates of roll, pitch and heading."""
     on_ground: bool
     table: GeodeticTable
+    true_table: GeodeticTable
+    receiver_table: GeodeticTable
     row: int
-    """Place of the vehicle in ``table``."""
+    """Place of the vehicle in the tables."""
+    barometer_up_m: float
+    """Height above the world's origin that the barometer measures."""
+    errors: SensorErrors
+    """Sizes of the sensors' errors."""
 
     @property
     def geodetic(self) -> GeodeticPosition:
-        """The position on the globe."""
+        """The estimated position on the globe."""
         return self.table[self.row]
 
+    @property
+    def true_geodetic(self) -> GeodeticPosition:
+        """The true position on the globe."""
+        return self.true_table[self.row]
 
-def read_kinematics(state: SwarmState, frame: LocalFrame) -> list[Kinematics]:
-    """Return what each vehicle's sensors say of the true state."""
-    table = GeodeticTable(state.position_enu_m, frame)
+    @property
+    def receiver_geodetic(self) -> GeodeticPosition:
+        """The position on the globe that the satellite receiver measures."""
+        return self.receiver_table[self.row]
+
+
+def read_kinematics(
+    state: SwarmState, frame: LocalFrame, process: ErrorProcess | None = None, default: SensorErrors = RTK
+) -> list[Kinematics]:
+    """Return what each vehicle's sensors say of the true state; without errors where there is no ``process``.
+
+    Args:
+        state: true state.
+        frame: of the world.
+        process: errors of the sensors.
+        default: sizes that are reported where there is no process.
+    """
+    true_table = GeodeticTable(state.position_enu_m, frame)
+    believed_enu_m, barometer_up_m = state.position_enu_m, state.position_enu_m[:, 2]
+    table = receiver_table = true_table
+    if process is not None:
+        believed_enu_m = state.position_enu_m + process.estimate_enu_m
+        barometer_up_m = barometer_up_m + process.barometer_m
+        table = GeodeticTable(believed_enu_m, frame)
+        receiver_table = GeodeticTable(state.position_enu_m + process.receiver_enu_m, frame)
+    errors = default if process is None else process.sizes
     rows = zip(
+        believed_enu_m.tolist(),
         state.position_enu_m.tolist(),
         state.velocity_enu_mps.tolist(),
         state.attitude_rad.tolist(),
         state.attitude_rates_radps.tolist(),
         state.on_ground.tolist(),
+        barometer_up_m.tolist(),
         strict=True,
     )
     return [
         Kinematics(
             position_enu_m=tuple(position),
+            true_enu_m=tuple(true),
             velocity_enu_mps=tuple(velocity),
             roll_rad=roll_rad,
             pitch_rad=pitch_rad,
@@ -79,7 +118,19 @@ def read_kinematics(state: SwarmState, frame: LocalFrame) -> list[Kinematics]:
             rates_radps=tuple(rates),
             on_ground=on_ground,
             table=table,
+            true_table=true_table,
+            receiver_table=receiver_table,
             row=row,
+            barometer_up_m=barometer_m,
+            errors=errors,
         )
-        for row, (position, velocity, (roll_rad, pitch_rad, heading_rad), rates, on_ground) in enumerate(rows)
+        for row, (
+            position,
+            true,
+            velocity,
+            (roll_rad, pitch_rad, heading_rad),
+            rates,
+            on_ground,
+            barometer_m,
+        ) in enumerate(rows)
     ]

@@ -16,6 +16,10 @@ from aos_sim.vehicle.kinematics import EnuPoint, Kinematics
 UNKNOWN_U16 = 65535
 GPS_FIX_AFTER_S = 2.0
 SATELLITES = 18
+SEA_LEVEL_HPA = 1013.25
+ATMOSPHERE_M = 44330.77
+ATMOSPHERE_EXPONENT = 5.25588
+"""Constants of the standard atmosphere."""
 
 POSITION_ONLY_TYPE_MASK = (
     mavlink.POSITION_TARGET_TYPEMASK_VX_IGNORE
@@ -102,14 +106,15 @@ def local_position_ned(readings: Readings) -> mavlink.MAVLink_message:
 
 
 def gps_raw_int(readings: Readings) -> mavlink.MAVLink_message:
-    """GPS_RAW_INT of a receiver with RTK corrections."""
+    """GPS_RAW_INT of a receiver with the errors of this vehicle's."""
     fixed = readings.gps_fixed
-    geodetic = readings.kinematics.geodetic
+    geodetic, errors = readings.kinematics.receiver_geodetic, readings.kinematics.errors
+    horizontal_m, vertical_m = errors.accuracy_m
     east_mps, north_mps, _ = readings.kinematics.velocity_enu_mps
     course_deg = math.degrees(math.atan2(east_mps, north_mps)) % 360.0
     return mavlink.MAVLink_gps_raw_int_message(
         time_usec=readings.now.boot_us,
-        fix_type=mavlink.GPS_FIX_TYPE_RTK_FIXED if fixed else mavlink.GPS_FIX_TYPE_NO_FIX,
+        fix_type=errors.fix_type if fixed else mavlink.GPS_FIX_TYPE_NO_FIX,
         lat=degrees_e7(geodetic.latitude_deg) if fixed else 0,
         lon=degrees_e7(geodetic.longitude_deg) if fixed else 0,
         alt=round(geodetic.altitude_amsl_m * 1e3) if fixed else 0,
@@ -118,9 +123,16 @@ def gps_raw_int(readings: Readings) -> mavlink.MAVLink_message:
         vel=round(math.hypot(east_mps, north_mps) * 100),
         cog=round(course_deg * 100) % 36000,
         satellites_visible=SATELLITES if fixed else 0,
-        h_acc=20 if fixed else 0,
-        v_acc=30 if fixed else 0,
+        h_acc=round(horizontal_m * 1e3) if fixed else 0,
+        v_acc=round(vertical_m * 1e3) if fixed else 0,
     )
+
+
+def scaled_pressure(readings: Readings) -> mavlink.MAVLink_message:
+    """SCALED_PRESSURE of the barometer, in the standard atmosphere."""
+    altitude_m = readings.frame.origin.altitude_amsl_m + readings.kinematics.barometer_up_m
+    pressure_hpa = SEA_LEVEL_HPA * (1.0 - altitude_m / ATMOSPHERE_M) ** ATMOSPHERE_EXPONENT
+    return mavlink.MAVLink_scaled_pressure_message(readings.now.boot_ms, pressure_hpa, 0.0, 2500)
 
 
 def attitude(readings: Readings) -> mavlink.MAVLink_message:
@@ -279,9 +291,9 @@ def ekf_status_report(readings: Readings) -> mavlink.MAVLink_message:
 
 def estimator_status(readings: Readings) -> mavlink.MAVLink_message:
     """ESTIMATOR_STATUS (PX4)."""
-    accuracy_m = 0.05 if readings.position_known else 100.0
+    accuracies_m = readings.kinematics.errors.accuracy_m if readings.position_known else (100.0, 100.0)
     return mavlink.MAVLink_estimator_status_message(
-        readings.now.boot_us, estimator_flags(readings), 0.05, 0.05, 0.05, 0.05, 0.0, 0.0, accuracy_m, accuracy_m
+        readings.now.boot_us, estimator_flags(readings), 0.05, 0.05, 0.05, 0.05, 0.0, 0.0, *accuracies_m
     )
 
 
@@ -291,6 +303,7 @@ COMMON_MESSAGES: Mapping[int, MessageBuilder] = {
     mavlink.MAVLINK_MSG_ID_SYS_STATUS: sys_status,
     mavlink.MAVLINK_MSG_ID_SYSTEM_TIME: system_time,
     mavlink.MAVLINK_MSG_ID_GPS_RAW_INT: gps_raw_int,
+    mavlink.MAVLINK_MSG_ID_SCALED_PRESSURE: scaled_pressure,
     mavlink.MAVLINK_MSG_ID_ATTITUDE: attitude,
     mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION: attitude_quaternion,
     mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED: local_position_ned,

@@ -12,7 +12,7 @@ from aos_sim.vehicle.telemetry import Readings, body_quaternion, degrees_e7
 def sim_state(readings: Readings) -> mavlink.MAVLink_message:
     """SIM_STATE (ArduPilot)."""
     kinematics = readings.kinematics
-    geodetic = kinematics.geodetic
+    geodetic = kinematics.true_geodetic
     latitude_e7, longitude_e7 = degrees_e7(geodetic.latitude_deg), degrees_e7(geodetic.longitude_deg)
     q_w, q_x, q_y, q_z = body_quaternion(kinematics.roll_rad, kinematics.pitch_rad, kinematics.heading_rad)
     east_mps, north_mps, up_mps = kinematics.velocity_enu_mps
@@ -47,7 +47,7 @@ def sim_state(readings: Readings) -> mavlink.MAVLink_message:
 def hil_state_quaternion(readings: Readings) -> mavlink.MAVLink_message:
     """HIL_STATE_QUATERNION (PX4)."""
     kinematics = readings.kinematics
-    geodetic = kinematics.geodetic
+    geodetic = kinematics.true_geodetic
     east_mps, north_mps, up_mps = kinematics.velocity_enu_mps
     roll_rate_radps, pitch_rate_radps, yaw_rate_radps = kinematics.rates_radps
     return mavlink.MAVLink_hil_state_quaternion_message(

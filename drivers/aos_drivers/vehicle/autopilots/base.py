@@ -105,6 +105,7 @@ class AutopilotDialect(ABC):
             mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: 2.0,
             mavlink.MAVLINK_MSG_ID_SYS_STATUS: 1.0,
             mavlink.MAVLINK_MSG_ID_GPS_RAW_INT: 1.0,
+            mavlink.MAVLINK_MSG_ID_SCALED_PRESSURE: 1.0,
             mavlink.MAVLINK_MSG_ID_BATTERY_STATUS: 1.0,
         }
         return fast | dict.fromkeys(self.quiet_message_ids, 0.0) | others
