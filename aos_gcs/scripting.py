@@ -243,7 +243,7 @@ async def open_swarm(links: Sequence[str], options: ScriptOptions) -> AsyncItera
     )
     async with load_driver(options.driver)(links, context) as fleet:
         swarm = Swarm(fleet, clock, journal, options)
-        helpers = [asyncio.create_task(pulse.run()), asyncio.create_task(swarm.watch())]
+        helpers = [asyncio.create_task(pulse.run(journal.note_stall)), asyncio.create_task(swarm.watch())]
         try:
             await swarm.get_ready()
             try:

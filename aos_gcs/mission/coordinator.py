@@ -156,7 +156,7 @@ class Coordinator:
                     group.create_task(self._vehicle_tasks.run()),
                     group.create_task(self._inspector.run()),
                     group.create_task(self._monitor.run()),
-                    group.create_task(self._context.loop_monitor.run()),
+                    group.create_task(self._context.loop_monitor.run(self._context.journal.note_stall)),
                 )
                 while self.phase is not Phase.DONE:
                     await self._resumed.wait()
@@ -255,4 +255,5 @@ class Coordinator:
             "min_separation_m": self.min_separation_m,
             "work_ms_median": float(np.median([step.work_ms for step in steps])) if steps else None,
             "loop_lag_p99_ms": context.loop_monitor.lag_p99_ms(),
+            "longest_stall_s": context.loop_monitor.longest_stall_s,
         }

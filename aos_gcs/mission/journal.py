@@ -30,6 +30,9 @@ _LOG_LEVELS = {
 DISK_TIMEOUT_S = 1.0
 """Time that the mission waits for the disk, in real seconds."""
 
+CRITICAL_STALL_S = 3.0
+"""Time without heartbeats that is close to the vehicles' own limits, mostly 5 s."""
+
 EVENT_BACKLOG = 4096
 """Number of events that may wait for the disk; far more than a mission makes in a minute."""
 
@@ -120,6 +123,15 @@ class Journal:
     def set_message(self, text: str) -> None:
         """Say what the mission is doing or waiting for, in one sentence; the next snapshot carries it."""
         self.message = text
+
+    def note_stall(self, stall_s: float) -> None:
+        """Report that the station stood still: what looks like lost links then is its own fault."""
+        severity = Severity.CRITICAL if stall_s >= CRITICAL_STALL_S else Severity.WARNING
+        self.notice(
+            severity,
+            f"This station stood still for {stall_s:.1f} s: it neither heard nor commanded the vehicles. "
+            "Close other programs on this computer",
+        )
 
     def step(self, record: StepRecord) -> None:
         """Keep and publish a step."""

@@ -1,4 +1,4 @@
-"""The event stream, the journal that writes it down, and the loop's pulse."""
+"""The event stream and the journal that writes it down."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import pytest
 
 from aos_gcs.clock import LoopClock
 from aos_gcs.mission.events import EventStream, Subscription
-from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal
 from aos_gcs.mission.model.events import Event, EventKind, NoticeRecord
 from aos_gcs.mission.model.phase import Phase
@@ -137,27 +136,3 @@ async def test_the_last_events_are_written_when_the_mission_breaks_off() -> None
     with pytest.raises(ExceptionGroup):
         await broken_off(journal, recorder)
     assert [event.data.text for event in recorder.events] == ["the last words"]
-
-
-async def test_the_pulse_is_healthy_only_while_it_beats() -> None:
-    monitor = LoopMonitor()
-    beating = asyncio.create_task(monitor.run())
-    await asyncio.sleep(30.0)
-    assert monitor.is_healthy()
-    beating.cancel()
-    await asyncio.sleep(0.9)
-    assert monitor.is_healthy()
-    await asyncio.sleep(0.2)
-    assert not monitor.is_healthy()
-
-
-async def test_lags_are_taken_once_per_step() -> None:
-    monitor = LoopMonitor()
-    assert monitor.take_step_lag_p99_ms() == 0.0
-    assert monitor.lag_p99_ms() == 0.0
-    beating = asyncio.create_task(monitor.run())
-    await asyncio.sleep(1.0)
-    beating.cancel()
-    lag_ms = monitor.take_step_lag_p99_ms()
-    assert lag_ms == monitor.lag_p99_ms()
-    assert monitor.take_step_lag_p99_ms() == 0.0

@@ -10,6 +10,7 @@ from aos_gcs.mission.fleet.energy import time_home_s
 from aos_gcs.mission.fleet.proximity import ProximityWatch
 from aos_gcs.mission.fleet.return_and_land import ReturnAndLand
 from aos_gcs.mission.fleet.roster import FLYING, Member
+from aos_gcs.mission.health import CatchingUp
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.ports import Goto, Hold, LandedState, Severity
 
@@ -37,6 +38,7 @@ class Monitor:
         self._on_all_lost = on_all_lost
         context = self._context
         self._proximity = ProximityWatch(context.roster, context.clock, context.journal)
+        self._catching_up = CatchingUp()
         self._all_lost_since_s: float | None = None
         self._send_home_at_s: dict[int, float] = {}
         """Time from which a vehicle that has to leave may be commanded to again, by id."""
@@ -56,9 +58,11 @@ class Monitor:
         next_snapshot_s = loop.time()
         async with asyncio.TaskGroup() as group:
             while True:
+                is_catching_up = self._catching_up.look(self._context.clock.now_s())
                 self._take_in_newcomers()
                 for member in self._context.roster.members():
-                    self._watch_link(member)
+                    if not is_catching_up:
+                        self._watch_link(member)
                     self._watch_landing(member)
                     self._measure_battery(member)
                     if (reason := self._must_leave(member)) is not None:
