@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from playwright.async_api import expect
+from playwright.async_api import Route, expect
 
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.ports import Severity
@@ -193,3 +193,27 @@ async def test_observers_see_the_same_and_cannot_command_until_they_sign_in(page
     await page.reload()
     await expect(page.get_by_test_id("hold-all")).to_be_visible()
     assert page_record.errors == []
+
+
+async def test_an_operator_can_command_although_answers_of_the_station_are_lost(page, guarded_service) -> None:
+    await page.goto(f"{guarded_service.url}#code={OPERATOR_CODE}")
+    await sign_in(page, "Ada")
+    await expect(page.get_by_test_id("action-hold")).to_be_visible()
+    losses = 4
+
+    async def lose(route: Route) -> None:
+        nonlocal losses
+        losses -= 1
+        if losses == 3:
+            return  # no answer at all
+        await (route.abort() if losses >= 0 else route.continue_())
+
+    await page.route("**/api/session", lose)
+    async with page.expect_response("**/api/session"):
+        await page.reload()
+        await expect(page.get_by_test_id("connection")).to_have_attribute("data-state", "open")
+        await expect(page.get_by_test_id("action-hold")).to_be_visible()
+        await page.get_by_test_id("hold-all").click()
+        await expect(page.get_by_test_id("result-1")).to_have_attribute("data-accepted", "true")
+        assert losses > 0, "commands wait for no answer"
+    await expect(page.get_by_test_id("sign-in-open")).to_have_count(0)

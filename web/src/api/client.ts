@@ -16,6 +16,11 @@ export interface ActionToSend {
   readonly focalHeight_m?: number | null;
 }
 
+/** Time after which a request without an answer counts as lost; longer than a busy station needs for any of them. */
+const LOST_AFTER_MS = 60_000;
+/** The same for the role of this page: its answer takes the station no time, and decides on the command buttons. */
+const SESSION_LOST_AFTER_MS = 2000;
+
 export type Guard<T> = (value: unknown) => value is T;
 
 const isErrorBody = (value: unknown): value is ErrorBody =>
@@ -23,15 +28,17 @@ const isErrorBody = (value: unknown): value is ErrorBody =>
 const isActionResponse = (value: unknown): value is ActionResponse =>
   typeof value === "object" && value !== null && Array.isArray((value as { results?: unknown }).results);
 
-/** Send a request with a file or JSON, and check the answer with `isExpected`. */
+/** Send a request with a file or JSON, and check the answer with `isExpected`. Without an answer it fails. */
 export async function request<T>(
   method: "GET" | "POST" | "PUT" | "PATCH" | "DELETE",
   path: string,
   isExpected: Guard<T>,
   body?: unknown,
+  lostAfterMs = LOST_AFTER_MS,
 ): Promise<Answer<T>> {
   try {
-    const response = await fetch(path, { method, ...contentOf(body) });
+    const signal = AbortSignal.timeout(lostAfterMs);
+    const response = await fetch(path, { method, signal, ...contentOf(body) });
     const value: unknown = response.status === 204 ? null : await response.json();
     if (response.ok && isExpected(value)) return { ok: true, value };
     const message = isErrorBody(value) ? value.message : texts.requests.unreadableAnswer;
@@ -74,7 +81,8 @@ const isSession = (value: unknown): value is Session =>
   typeof value === "object" && value !== null && typeof (value as { role?: unknown }).role === "string";
 
 /** Read the role of this page: operator or observer. */
-export const readSession = (): Promise<Answer<Session>> => request("GET", "/api/session", isSession);
+export const readSession = (): Promise<Answer<Session>> =>
+  request("GET", "/api/session", isSession, undefined, SESSION_LOST_AFTER_MS);
 
 /** Sign in as operator: the station sets a cookie that scripts cannot read. */
 export const signIn = (code: string, name: string): Promise<Answer<Session>> =>

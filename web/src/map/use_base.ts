@@ -1,6 +1,7 @@
 /** Hook for the lowest layers: the base map of the station if it has one, and the metric grid. */
 import { useEffect, useState } from "preact/hooks";
 import { readBasemap } from "../api/client";
+import { untilAnswered } from "../api/persistence";
 import type { MapLayer } from "./layer";
 import { openBasemap } from "./layers/basemap";
 import { gridLayer } from "./layers/grid";
@@ -11,10 +12,10 @@ const GRID_ALONE: readonly MapLayer[] = [gridLayer];
 let opened: Promise<readonly MapLayer[]> | null = null;
 
 async function open(): Promise<readonly MapLayer[]> {
-  const answer = await readBasemap();
-  if (!answer.ok || answer.value.url === null) return GRID_ALONE;
+  const basemap = await untilAnswered(readBasemap, () => true);
+  if (basemap === null || basemap.url === null) return GRID_ALONE;
   try {
-    return [await openBasemap(answer.value.url), gridLayer];
+    return [await openBasemap(basemap.url), gridLayer];
   } catch (error) {
     console.warn("The base map cannot be shown.", error);
     return GRID_ALONE;

@@ -39,12 +39,14 @@ export function App({ store }: { store: Store }) {
   const [areSettingsOpen, setSettingsOpen] = useState(false);
   const [selection, changeSelection] = useState(NO_SELECTION);
   const { mission, connection } = state;
-  const commands = useCommands(mission, selection, () => void access.refresh());
+  const commands = useCommands(mission, selection, access.refresh);
   const fleet = mission?.vehicles.map((vehicle) => vehicle.vehicle_id) ?? [];
   useEffect(() => changeSelection((before) => retain(before, fleet)), [fleet.join()]);
 
   const isOperator = access.session?.role === "operator";
   const isReplay = mission !== null && mission.replay !== null;
+  // While the role is unknown the page offers commands and the station decides: a hold must not wait for an answer.
+  const mayCommand = access.session?.role !== "observer" && !isReplay;
   // Ages in a recording are those of its own time, even while it is paused.
   const snapshotAge_s = isReplay ? 0 : (performance.now() - state.missionAtMs) / 1000;
   const isMissionSilent = connection === "open" && isSilent(mission, snapshotAge_s);
@@ -54,7 +56,7 @@ export function App({ store }: { store: Store }) {
     snapshotAge_s,
     isConnected: connection === "open",
     isOperator,
-    mayCommand: isOperator && !isReplay,
+    mayCommand,
     theme,
     route,
     navigate: (view, params) => (location.hash = routeHash(view, params)),
@@ -77,14 +79,13 @@ export function App({ store }: { store: Store }) {
   const View = VIEWS[route.view];
   return (
     <ShellContext.Provider value={shell}>
-      <DialogCorner.Provider
-        value={shell.mayCommand && <HoldAll testId="dialog-hold-all" onHoldAll={commands.holdAll} />}
-      >
+      <DialogCorner.Provider value={mayCommand && <HoldAll testId="dialog-hold-all" onHoldAll={commands.holdAll} />}>
         <div class={`page ${connection === "open" && !isMissionSilent ? "" : "is-old"}`}>
           <Header
             mission={mission}
             connection={isMissionSilent ? "silent" : connection}
             session={access.session}
+            mayCommand={mayCommand}
             onHoldAll={commands.holdAll}
             onSignIn={() => setSigningIn(true)}
             onSettings={() => setSettingsOpen(true)}
@@ -102,13 +103,13 @@ export function App({ store }: { store: Store }) {
             isSignInExpired={access.isExpired}
             onSignIn={() => setSigningIn(true)}
           />
-          <AlertBar alerts={alerts} mayAcknowledge={shell.mayCommand} />
+          <AlertBar alerts={alerts} mayAcknowledge={mayCommand} />
           <main class={`view view-${route.view}`} aria-label={texts.nav.view[route.view]}>
             <Boundary key={route.view}>
               <View />
             </Boundary>
           </main>
-          {(route.view !== "fly" || !shell.mayCommand) && <Toast commands={commands} />}
+          {(route.view !== "fly" || !mayCommand) && <Toast commands={commands} />}
           <Question commands={commands} />
           {isSigningIn && <SignIn access={access} onClose={() => setSigningIn(false)} />}
           {areSettingsOpen && (

@@ -13,7 +13,7 @@ export interface Shell {
   readonly snapshotAge_s: number;
   readonly isConnected: boolean;
   readonly isOperator: boolean;
-  /** Whether this page may command: operators, and no recording. Otherwise views hide all commands. */
+  /** Whether this page may command: no observer, and no recording. Otherwise views hide all commands. */
   readonly mayCommand: boolean;
   readonly theme: Theme;
   readonly route: Route;

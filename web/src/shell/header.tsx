@@ -10,13 +10,13 @@ interface Props {
   /** State `silent`: the station answers, but the mission does not. */
   connection: Connection | "silent";
   session: Session | null;
+  mayCommand: boolean;
   onHoldAll(): void;
   onSignIn(): void;
   onSettings(): void;
 }
 
-export function Header({ mission, connection, session, onHoldAll, onSignIn, onSettings }: Props) {
-  const isReplay = mission !== null && mission.replay !== null;
+export function Header({ mission, connection, session, mayCommand, onHoldAll, onSignIn, onSettings }: Props) {
   return (
     <header class="header">
       <h1>{texts.title}</h1>
@@ -30,7 +30,7 @@ export function Header({ mission, connection, session, onHoldAll, onSignIn, onSe
       <button type="button" data-testid="settings-open" onClick={onSettings}>
         {texts.settings.open}
       </button>
-      {session?.role === "operator" && !isReplay && <HoldAll testId="hold-all" onHoldAll={onHoldAll} />}
+      {mayCommand && <HoldAll testId="hold-all" onHoldAll={onHoldAll} />}
       {session?.role === "observer" && (
         <>
           <span class="badge" data-testid="observer">

@@ -1,6 +1,7 @@
 /** Hook for the role of this screen: an operator, who has signed in with the code of the station, or an observer. */
-import { useEffect, useState } from "preact/hooks";
+import { useEffect, useRef, useState } from "preact/hooks";
 import { readSession, signIn, signOut } from "../api/client";
+import { untilAnswered } from "../api/persistence";
 import type { Connection } from "../api/socket";
 import type { Session } from "../api/types";
 
@@ -19,8 +20,8 @@ export interface Access {
   /** Resolves to the reason of a refusal, or null. */
   signIn(code: string, name: string): Promise<string | null>;
   signOut(): Promise<void>;
-  /** Read the role again. */
-  refresh(): Promise<void>;
+  /** Read the role again, until the station answers. */
+  refresh(): void;
 }
 
 /** Take the operator code out of the address, so that neither the address bar nor the history keeps it. */
@@ -35,15 +36,21 @@ export function useSession(connection: Connection): Access {
   const [session, setSession] = useState<Session | null>(null);
   const [isExpired, setExpired] = useState(false);
   const [code, setCode] = useState(takeCode);
-  const refresh = async (): Promise<void> => {
-    const answer = await readSession();
-    if (!answer.ok) return;
-    if (session?.role === "operator") setExpired(answer.value.role === "observer");
-    setSession(answer.value);
+  // A newer reading, a sign-in or a sign-out makes the answers of earlier readings worthless.
+  const readings = useRef(0);
+  const supersede = (): number => (readings.current += 1);
+  const refresh = (): void => {
+    const own = supersede();
+    void untilAnswered(readSession, () => readings.current === own).then((found) => {
+      if (found === null) return;
+      if (session?.role === "operator") setExpired(found.role === "observer");
+      setSession(found);
+    });
   };
-  // A restarted station has forgotten its operators.
+  // A restarted station may have forgotten its operators.
   useEffect(() => {
-    if (connection === "open") void refresh();
+    if (connection === "open") refresh();
+    return () => void supersede();
   }, [connection]);
   return {
     session,
@@ -53,6 +60,7 @@ export function useSession(connection: Connection): Access {
     async signIn(given, name) {
       const answer = await signIn(given, name);
       if (!answer.ok) return answer.message;
+      supersede();
       localStorage.setItem(NAME_KEY, name);
       setCode("");
       setExpired(false);
@@ -61,7 +69,9 @@ export function useSession(connection: Connection): Access {
     },
     async signOut() {
       const answer = await signOut();
-      if (answer.ok) setSession(answer.value);
+      if (!answer.ok) return;
+      supersede();
+      setSession(answer.value);
     },
     refresh,
   };
