@@ -88,8 +88,65 @@ def claiming(data: bytes, offset: int, layout: str, *values: int) -> bytes:
     return data[:offset] + struct.pack(layout, *values) + data[offset + struct.calcsize(layout) :]
 
 
+def refuse_to_decode(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("imdecode", "imdecodemulti"):
+        monkeypatch.setattr(cv2, name, lambda *_: pytest.fail("it was decoded"))
+
+
+def with_field(data: bytes, tag: int, kind: int, value: int, *, replacing: int | None = None) -> bytes:
+    """A TIFF of one page and little-endian order with one field more, or in the place of one."""
+    offset = struct.unpack_from("<I", data, 4)[0]
+    count = struct.unpack_from("<H", data, offset)[0]
+    fields = [data[offset + 2 + 12 * index : offset + 14 + 12 * index] for index in range(count)]
+    fields = [field for field in fields if struct.unpack_from("<H", field)[0] != replacing]
+    fields = sorted(
+        [struct.pack("<HHII", tag, kind, 1, value), *fields], key=lambda field: struct.unpack("<H", field[:2])
+    )
+    directory = struct.pack("<H", len(fields)) + b"".join(fields) + bytes(4)
+    return data[:4] + struct.pack("<I", len(data)) + data[8:] + directory
+
+
+@pytest.mark.parametrize(
+    ("tag", "kind", "replacing"),
+    [(256, 4, None), (257, 4, None), (256, 9, 256), (256, 16, 256), (257, 11, 257), (322, 9, None)],
+)
+def test_a_tiff_whose_size_decoders_may_read_otherwise_is_refused(
+    tag: int, kind: int, replacing: int | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A duplicate, or a type that this program does not read, hid the true size from the limit."""
+    data = with_field(encoded(".tiff", RGB), tag, kind, 32, replacing=replacing)
+    refuse_to_decode(monkeypatch)
+    with pytest.raises(CaptureError, match=f"tag {tag}"):
+        decode_image(data)
+
+
+def test_a_page_without_a_size_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    refuse_to_decode(monkeypatch)
+    with pytest.raises(CaptureError, match="page 1 of the TIFF file has no size"):
+        decode_image(with_field(encoded(".tiff", RGB), 256, 4, 0, replacing=256))
+
+
+def test_tiles_count_with_their_whole_size(monkeypatch: pytest.MonkeyPatch) -> None:
+    data = with_field(with_field(encoded(".tiff", RGB), 322, 4, 60_000), 323, 4, 60_000)
+    assert picture_sizes(data) == [(60_000, 60_000)]
+    refuse_to_decode(monkeypatch)
+    with pytest.raises(CaptureError, match="max_image_megapixels"):
+        decode_image(data)
+
+
+def test_of_an_animation_one_picture_is_decoded() -> None:
+    if not hasattr(cv2, "imencodeanimation"):
+        pytest.skip("this OpenCV writes no animations")
+    animation = cv2.Animation()
+    animation.frames, animation.durations = [np.full((24, 32, 3), value, np.uint8) for value in (9, 90, 200)], [1, 1, 1]
+    is_encoded, data = cv2.imencodeanimation(".png", animation)
+    assert is_encoded
+    image, _ = decode_image(data.tobytes())
+    assert image.shape == (24, 32, 3)
+
+
 def test_a_bomb_is_refused_before_it_is_decoded(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cv2, "imdecodemulti", lambda *_: pytest.fail("it was decoded"))
+    refuse_to_decode(monkeypatch)
     jpeg = encoded(".jpg", RGB)
     frame = jpeg.index(b"\xff\xc0")
     for data in (

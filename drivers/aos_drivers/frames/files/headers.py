@@ -1,7 +1,8 @@
 """Sizes of the pictures in an image file, read from its headers alone, before anything is decoded.
 
 A few kilobytes can claim, and compress, billions of pixels. Only PNG, JPEG and TIFF are known; what is none of them is
-refused, so that the decoders of other formats are never reached.
+refused, so that the decoders of other formats are never reached. Where a file gives its size in two ways, or in a way
+that is not read here, a decoder may take another size than this module: such files are refused.
 
 Sources: PNG (W3C, 3rd edition) 11.2.1; JPEG (ITU-T T.81) B.1.1 and B.2.2; TIFF 6.0 section 2, BigTIFF is not read.
 """
@@ -14,9 +15,10 @@ from aos_drivers.frames.errors import TornFrameError
 from aos_gcs.errors import CaptureError
 
 PNG_START, JPEG_START = b"\x89PNG\r\n\x1a\n", b"\xff\xd8"
+TIFF_STARTS = (b"II", b"MM")
 _TIFF_ORDERS = {b"II*\0": "<", b"MM\0*": ">"}
 _MAX_TIFF_PAGES = 8
-_TIFF_WIDTH, _TIFF_HEIGHT = 256, 257
+_TIFF_WIDTH, _TIFF_HEIGHT, _TIFF_TILE_WIDTH, _TIFF_TILE_HEIGHT = 256, 257, 322, 323
 _TIFF_INTEGERS = {1: "B", 3: "H", 4: "I"}
 """Struct's code by type of a field: byte, short, long."""
 _NO_JPEG_FRAME = frozenset({0xC4, 0xC8, 0xCC})
@@ -75,16 +77,29 @@ def _tiff_sizes(data: bytes, order: str) -> list[tuple[int, int]]:
         if len(sizes) == _MAX_TIFF_PAGES:
             raise CaptureError(f"the TIFF file has more than {_MAX_TIFF_PAGES} pages")
         count = struct.unpack_from(f"{order}H", data, offset)[0]
-        fields = dict(_tiff_field(data, order, offset + 2 + 12 * index) for index in range(count))
-        sizes.append((fields.get(_TIFF_WIDTH, 0), fields.get(_TIFF_HEIGHT, 0)))
+        fields = [_tiff_field(data, order, offset + 2 + 12 * index) for index in range(count)]
+        width, height = _tiff_edge(fields, _TIFF_WIDTH), _tiff_edge(fields, _TIFF_HEIGHT)
+        if not width or not height:
+            raise CaptureError(f"page {len(sizes) + 1} of the TIFF file has no size")
+        # Decoders keep a whole tile in memory, however small the page.
+        tile_width, tile_height = _tiff_edge(fields, _TIFF_TILE_WIDTH), _tiff_edge(fields, _TIFF_TILE_HEIGHT)
+        sizes.append((max(width, tile_width), max(height, tile_height)))
         offset = struct.unpack_from(f"{order}I", data, offset + 2 + 12 * count)[0]
     return sizes
 
 
-def _tiff_field(data: bytes, order: str, offset: int) -> tuple[int, int]:
-    """Return tag and value of a field that holds one integer; 0 for others, whose values lie elsewhere."""
+def _tiff_field(data: bytes, order: str, offset: int) -> tuple[int, int | None]:
+    """Return tag and value of a field that holds one integer; None for others, whose values lie elsewhere."""
     tag, kind, count = struct.unpack_from(f"{order}HHI", data, offset)
     code = _TIFF_INTEGERS.get(kind)
     if code is None or count != 1:
-        return tag, 0
+        return tag, None
     return tag, struct.unpack_from(f"{order}{code}", data, offset + 8)[0]
+
+
+def _tiff_edge(fields: list[tuple[int, int | None]], wanted: int) -> int:
+    """Return the value of a field that gives an edge; 0 without one."""
+    values = [value for tag, value in fields if tag == wanted]
+    if len(values) > 1 or None in values:
+        raise CaptureError(f"the TIFF file gives a size twice, or not as one integer (tag {wanted})")
+    return values[0] or 0 if values else 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import cv2
@@ -9,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_drivers.frames.errors import TornFrameError
-from aos_drivers.frames.files.headers import JPEG_START, PNG_START, picture_sizes
+from aos_drivers.frames.files.headers import JPEG_START, PNG_START, TIFF_STARTS, picture_sizes
 from aos_gcs.errors import CaptureError
 from aos_gcs.radiometry import celsius_from_centikelvin
 
@@ -42,12 +43,20 @@ def decode_image(data: bytes, max_pixels: int = MAX_PIXELS) -> tuple[Image, tupl
     if _is_truncated(data):
         raise TornFrameError(f"the image file of {len(data)} bytes is incomplete")
     try:
-        is_decoded, pages = cv2.imdecodemulti(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+        pages = _pages(np.frombuffer(data, np.uint8))
     except cv2.error as error:
         raise CaptureError(f"the image file of {len(data)} bytes cannot be decoded: {error.err}") from error
-    if not is_decoded or not pages:
+    if not pages:
         raise CaptureError(f"the image file of {len(data)} bytes cannot be decoded")
     return _bands([np.asarray(page) for page in pages])
+
+
+def _pages(data: NDArray[np.uint8]) -> Sequence[NDArray[Any]]:
+    """Return the pages of a TIFF, or the one image of another file: a PNG may hold an animation of any length."""
+    if data[:2].tobytes() in TIFF_STARTS:
+        return cv2.imdecodemulti(data, cv2.IMREAD_UNCHANGED)[1]
+    image = cv2.imdecode(data, cv2.IMREAD_UNCHANGED)
+    return [] if image is None else [image]
 
 
 def _is_truncated(data: bytes) -> bool:
