@@ -52,6 +52,8 @@ class ScriptOptions:
 
     vehicles: int
     """Number of vehicles to wait for."""
+    vehicle_ids: Sequence[int] = ()
+    """System ids of the vehicles that fly; may be left out where no other vehicle is heard. Others are never armed."""
     area_enu_m: Sequence[GroundPoint]
     """Area in which vehicles fly: a simple polygon, relative to the launch point of the vehicle with the lowest id."""
     return_enu_m: GroundPoint | None = None
@@ -105,8 +107,8 @@ class Swarm:
 
     @property
     def vehicle_ids(self) -> tuple[int, ...]:
-        """All vehicles, by ascending id."""
-        return tuple(member.vehicle_id for member in self._roster.members())
+        """All vehicles that fly, by ascending id."""
+        return tuple(member.vehicle_id for member in self._roster.chosen())
 
     def state(self, vehicle_id: int) -> VehicleState:
         """Return the latest telemetry of a vehicle.
@@ -145,7 +147,9 @@ class Swarm:
         Raises:
             MissionError: a vehicle does not; the others hover.
         """
-        members = self._roster.members(Task.IDLE)
+        members = self._roster.chosen(Task.IDLE)
+        barred = self._flight.vet_climbs(members)
+        _raise_first({vehicle_id: Refusal(reason) for vehicle_id, reason in barred.items()})
         armed = await self._flight.command_each(members, lambda _: Arm())
         for member in self._roster.select(vehicle_id for vehicle_id, refusal in armed.items() if refusal is None):
             self._roster.assign(member, Task.SWARM)
@@ -187,7 +191,7 @@ class Swarm:
         """
         await self._return_and_land.return_home()
         await self._return_and_land.land()
-        left = [member for member in self._roster.members() if member.state.armed]
+        left = [member for member in self._roster.members() if member.takes_part and member.state.armed]
         if left:
             state = "it is lost" if left[0].task is Task.LOST else f"mode {left[0].state.mode_name}"
             raise MissionError(f"vehicle {left[0].vehicle_id} has not landed: {state}")
@@ -197,20 +201,24 @@ class Swarm:
 
     def _problem(self) -> str | None:
         """Return why the swarm cannot start yet."""
-        members, expected = self._roster.members(), self._options.vehicles
+        named, expected = set(self._options.vehicle_ids), self._options.vehicles
+        members = [m for m in self._roster.members() if not named or m.vehicle_id in named]
         if len(members) < expected:
             return f"Only {len(members)} of {expected} vehicles are heard; check their power and the link's address."
+        if len(members) > expected:
+            return f"{len(members)} vehicles are heard, {expected} are to fly: name these by vehicle_ids."
+        self._roster.choose(member.vehicle_id for member in members)
         if self._roster.frame is None:
             home = members[0].state.home
             if home is None:
                 return f"vehicle {members[0].vehicle_id} has no home position yet; wait for its GPS."
             self._roster.frame = LocalFrame(home)
         launch_distance_m = self._settings.safety.applied_to(UNLIMITED).launch_distance_m
-        failed = [check for check in check_all(self._roster, expected, launch_distance_m) if check.blocks]
+        failed = [check for check in check_all(self._roster, members, launch_distance_m) if check.blocks]
         return failed[0].describe() if failed else None
 
     def _set_limits(self) -> None:
-        members, frame, flight = self._roster.members(), self._roster.local_frame(), self._options.flight
+        members, frame, flight = self._roster.chosen(), self._roster.local_frame(), self._options.flight
         layers_m = altitude_layers(len(members), flight.lowest_layer_m, flight.layer_spacing_m)
         homes_enu_m = [frame.to_enu(home) for member in members if (home := member.state.home) is not None]
         self._roster.assign_layers(homes_enu_m, layers_m)

@@ -39,7 +39,12 @@ class MissionConfig(BaseModel):
 
     model_config = _STRICT
 
-    vehicles: Annotated[int, Field(ge=2, le=250)]
+    vehicles: Annotated[int, Field(ge=2, le=250)] | None = None
+    """Number of vehicles that fly; by default that of ``vehicle_ids``."""
+    vehicle_ids: Annotated[list[Annotated[int, Field(ge=1, le=250)]], Field(min_length=2, max_length=250)] | None = None
+    """System ids of the vehicles that fly; others are never armed. Without them an operator chooses."""
+    any_vehicles: bool = False
+    """Fly with the lowest ids heard, without an operator's choice; for simulations only."""
     area_deg: Annotated[list[LatLonDeg], Field(min_length=3)] | None = None
     """Corners of the search area, latitude and longitude; needs ``origin_deg``. Without any area the mission waits for
     a plan that is drawn in the dashboard."""

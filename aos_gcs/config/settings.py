@@ -55,9 +55,13 @@ def mission_settings(config: ServiceConfig) -> MissionSettings:
             "operator at the dashboard can do without."
         )
     flight = _build(FlightSettings, "flight", config.flight)
-    layers_m = altitude_layers(mission.vehicles, flight.lowest_layer_m, flight.layer_spacing_m)
+    vehicle_ids = _vehicle_ids(config)
+    vehicles = len(vehicle_ids) if mission.vehicles is None else mission.vehicles
+    layers_m = altitude_layers(vehicles, flight.lowest_layer_m, flight.layer_spacing_m)
     settings = MissionSettings(
-        vehicles=mission.vehicles,
+        vehicles=vehicles,
+        vehicle_ids=vehicle_ids,
+        any_vehicles=mission.any_vehicles,
         area_enu_m=area_enu_m,
         imaging=_build(ImagingSettings, "imaging", config.imaging),
         safety=_safety(config.safety, origin, layers_m),
@@ -84,6 +88,30 @@ def mission_settings(config: ServiceConfig) -> MissionSettings:
     if settings.forest is not None:
         _check_forest(settings, settings.forest)
     return settings
+
+
+def _vehicle_ids(config: ServiceConfig) -> tuple[int, ...]:
+    """Return the ids of the vehicles that fly, ascending; none where an operator or a simulation decides."""
+    mission = config.mission
+    if mission.vehicle_ids is None:
+        if mission.vehicles is None:
+            raise ConfigurationError("mission: give the vehicles that fly as vehicle_ids, or their number as vehicles.")
+        if (mission.auto_start or not config.api.enabled) and not mission.any_vehicles:
+            raise ConfigurationError(
+                "mission: a mission that starts without an operator has to name its vehicles: give vehicle_ids, or "
+                "any_vehicles = true where all are simulated."
+            )
+        return ()
+    vehicle_ids = tuple(sorted(set(mission.vehicle_ids)))
+    if len(vehicle_ids) != len(mission.vehicle_ids):
+        raise ConfigurationError("mission.vehicle_ids names a vehicle twice.")
+    if mission.vehicles not in {None, len(vehicle_ids)}:
+        raise ConfigurationError(
+            f"mission: vehicle_ids names {len(vehicle_ids)} vehicles, but vehicles is {mission.vehicles}; leave it out."
+        )
+    if mission.any_vehicles:
+        raise ConfigurationError("mission: give either vehicle_ids or any_vehicles.")
+    return vehicle_ids
 
 
 def _return_enu_m(mission: MissionConfig, origin: GeodeticPosition | None) -> tuple[float, float] | None:

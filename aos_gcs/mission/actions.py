@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable, Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Protocol
 
 from aos_gcs.errors import MissionError
@@ -16,6 +17,7 @@ from aos_gcs.mission.model.phase import Phase, Suspension
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.phases import ENDING, ON_GROUND, check_action
 from aos_gcs.mission.sortie import Sortie
+from aos_gcs.planning.settings import MIN_SWARM, MissionSettings
 from aos_gcs.ports import FlightMode, Hold, Land, ReturnToLaunch
 
 _HOLDS = "holds its position"
@@ -59,6 +61,10 @@ class Flow(Protocol):
 
     def abort(self) -> None:
         """Note that an operator has aborted the mission."""
+        ...
+
+    def follow_plan(self, settings: MissionSettings) -> None:
+        """Fly by other settings."""
         ...
 
 
@@ -112,6 +118,8 @@ class ActionHandler:
                 raise MissionError("An override concerns one check of one vehicle; name it, and the reason.")
             elif focal_height_m is not None:
                 raise MissionError(f"A focal height goes with {Action.FOCUS} only, not with {action}.")
+            elif action is Action.CHOOSE:
+                results = self._choose(vehicle_ids or (), operator)
             elif vehicle_ids is None:
                 results = tuple(await self._on_all[action](operator))
             else:
@@ -136,6 +144,16 @@ class ActionHandler:
         return self._flow.sortie.context.flight
 
     # --- the whole mission --------------------------------------------------------------------------------------------
+
+    def _choose(self, vehicle_ids: tuple[int, ...], operator: str) -> tuple[ActionResult, ...]:
+        """Have the mission fly with these vehicles and no others; connecting and preflight start anew."""
+        if len(members := self._context.roster.select(vehicle_ids)) < MIN_SWARM:
+            raise MissionError(f"A swarm needs at least {MIN_SWARM} vehicles; name them.")
+        chosen = tuple(sorted(member.vehicle_id for member in members))
+        settings = self._flow.sortie.context.settings
+        self._flow.follow_plan(replace(settings, vehicles=len(chosen), vehicle_ids=chosen))
+        self._announce(operator, f"vehicles {', '.join(map(str, chosen))} fly the mission")
+        return tuple(_result(vehicle_id, None, "flies the mission") for vehicle_id in chosen)
 
     async def _start(self, operator: str) -> Sequence[ActionResult]:
         self._announce(operator, "start")
@@ -212,7 +230,7 @@ class ActionHandler:
     async def _join(self, operator: str) -> Sequence[ActionResult]:
         candidates = self._flow.sortie.joining.candidates()
         if not candidates:
-            raise MissionError("Cannot join: no vehicle that could join is on the ground.")
+            raise MissionError("Cannot join: no vehicle of this mission is on the ground. Name another one.")
         return await self._act_on(Action.JOIN, candidates, operator)
 
     def _set_focus(
@@ -255,7 +273,8 @@ class ActionHandler:
         return self._flow.heading not in ON_GROUND
 
     def _reachable(self) -> list[Member]:
-        return [m for m in self._context.roster.members() if m.task not in {Task.LOST, Task.LANDED}]
+        members = self._context.roster.members()
+        return [m for m in members if m.takes_part and m.task not in {Task.LOST, Task.LANDED}]
 
     # --- single vehicles ----------------------------------------------------------------------------------------------
 

@@ -250,7 +250,7 @@ class Coordinator:
             "time_to_detection_s": decider.found_at_s,
             "target_enu_m": None if target is None else target.position_enu_m,
             "target_sigma_m": None if target is None else target.sigma_m,
-            "vehicles": len(context.roster.members()),
+            "vehicles": sum(member.takes_part for member in context.roster.members()),
             "landed": len(context.roster.members(Task.LANDED)),
             "min_separation_m": self.min_separation_m,
             "work_ms_median": float(np.median([step.work_ms for step in steps])) if steps else None,

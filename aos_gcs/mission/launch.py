@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,11 +21,11 @@ from aos_gcs.mission.preflight.ground import check_ground
 from aos_gcs.mission.preflight.inspection import Inspector
 from aos_gcs.mission.preflight.overrides import Overrides
 from aos_gcs.mission.preflight.setup import check_setup, check_system_ids
-from aos_gcs.mission.preflight.telemetry import check_all, check_area, check_layers
+from aos_gcs.mission.preflight.telemetry import check_all, check_area, check_layers, check_vehicles
 from aos_gcs.planning.proposal import altitude_layers, propose_limits
+from aos_gcs.planning.settings import MIN_SWARM
 from aos_gcs.ports import Arm, Disarm, Severity, Takeoff
 
-MIN_SWARM = 2
 _POLL_S = 0.5
 _ARM_AGAIN_S = 2.0
 _SAME_HOME_M = 1.0
@@ -43,20 +45,35 @@ class Launch:
         """Checks of the ground, for the limits in force and the homes that they were made for."""
 
     async def connect(self) -> Phase:
-        """Wait until the expected number of vehicles is heard."""
+        """Wait until the vehicles that fly, or as many as are to fly, are heard."""
         context = self._context
         expected, deadlines = context.settings.vehicles, context.settings.deadlines
         deadline_s = context.clock.now_s() + deadlines.connect_s
-        while len(heard := context.roster.members()) < expected:
+        while len(self._heard()) < expected:
             self._find_origin()
-            context.journal.set_message(f"Waiting for vehicles: {len(heard)} of {expected} heard.")
+            heard = f"{len(self._heard())} of {expected}"
+            missing = ", ".join(map(str, sorted(set(context.settings.vehicle_ids) - self._heard())))
+            missing = f" Missing: {missing}." if missing else ""
+            context.journal.set_message(f"Waiting for vehicles: {heard} heard.{missing}")
             if context.settings.area_enu_m and context.clock.now_s() > deadline_s:
                 raise MissionFailedError(
-                    f"Only {len(heard)} of {expected} vehicles were heard within {deadlines.connect_s:.0f} s; "
-                    "check that they are switched on and send to this computer's address and port."
+                    f"Only {heard} vehicles were heard within {deadlines.connect_s:.0f} s; "
+                    f"check that they are switched on and send to this computer's address and port.{missing}"
                 )
             await context.clock.sleep(_POLL_S)
+        self._choose()
         return Phase.PREFLIGHT
+
+    def _heard(self) -> set[int]:
+        """Return the ids heard: those that are to fly, or any while that is open."""
+        named, heard = set(self._context.settings.vehicle_ids), {m.vehicle_id for m in self._context.roster.members()}
+        return heard & named if named else heard
+
+    def _choose(self) -> None:
+        """Choose the vehicles that the settings name, none where an operator has to name them."""
+        settings = self._context.settings
+        is_open = not settings.vehicle_ids and not settings.any_vehicles
+        self._context.roster.choose([] if is_open else sorted(self._heard())[: settings.vehicles])
 
     async def preflight(self) -> Phase:
         """Wait until no check of any vehicle blocks the launch."""
@@ -87,16 +104,18 @@ class Launch:
         """Start the motors of all vehicles; those that refuse twice stay on the ground."""
         context = self._context
         context.journal.set_message("Arming.")
+        cleared = self._cleared(context.roster.chosen(Task.IDLE, Task.SWARM))
         # Entered again after a long hold, autopilots have stopped motors that were idle.
-        unarmed = [m for m in context.roster.members(Task.IDLE, Task.SWARM) if not m.state.armed]
+        unarmed = [member for member in cleared if not member.state.armed]
         refusals = await context.flight.command_each(unarmed, lambda _: Arm())
         refused = context.roster.select(vehicle_id for vehicle_id, refusal in refusals.items() if refusal)
         if refused:
             # A vehicle that has just missed our heartbeats for seconds, as over a bad radio, arms the second time.
             await context.clock.sleep(_ARM_AGAIN_S)
             refusals |= await context.flight.command_each(refused, lambda _: Arm())
-        for member in context.roster.select(vehicle_id for vehicle_id, refusal in refusals.items() if refusal is None):
-            if member.task is Task.IDLE:
+        # Those armed before an interruption, too: their motors run.
+        for member in cleared:
+            if member.task is Task.IDLE and refusals.get(member.vehicle_id) is None:
                 context.roster.assign(member, Task.SWARM)
         swarm = context.roster.members(Task.SWARM)
         if len(swarm) < MIN_SWARM:
@@ -104,12 +123,20 @@ class Launch:
             raise MissionFailedError(f"Only {len(swarm)} vehicles armed; a swarm needs at least {MIN_SWARM}.")
         return Phase.TAKEOFF
 
+    def _cleared(self, members: list[Member]) -> list[Member]:
+        """Return the members that may climb to their layers; report why the others on the ground stay there."""
+        context = self._context
+        barred = context.flight.vet_climbs(member for member in members if not member.airborne)
+        for vehicle_id, reason in barred.items():
+            context.journal.notice(Severity.WARNING, f"stays on the ground: {reason}", vehicle_id)
+        return [member for member in members if member.vehicle_id not in barred]
+
     async def takeoff(self) -> Phase:
         """Climb vertically, each vehicle to its own layer; those that do not get there hold, outside of the swarm."""
         context = self._context
         context.journal.set_message("Climbing to the altitude layers.")
         swarm = context.roster.members(Task.SWARM)
-        grounded = [member for member in swarm if not member.airborne]
+        grounded = self._cleared([member for member in swarm if not member.airborne])
         await context.flight.command_each([m for m in grounded if not m.state.armed], lambda _: Arm())
         await context.flight.command_each(grounded, self._takeoff, context.settings.deadlines.takeoff_s)
         interrupted = {
@@ -130,25 +157,30 @@ class Launch:
 
     async def check_one(self, member: Member) -> tuple[PreflightCheck, ...]:
         """Return the checks of one vehicle as they are now, such as of one that is to join in mid-mission."""
-        own = [check for check in self._check() if check.vehicle_id == member.vehicle_id]
+        others = [other for other in self._chosen_or_all() if other is not member]
+        own = [check for check in self._check([*others, member]) if check.vehicle_id == member.vehicle_id]
         return await self._overrides.apply(own)
 
     async def _checks_pass(self) -> bool:
         context = self._context
         self._find_origin()
         self._assign_layers()
-        found = await self._overrides.review(check_area(context.settings) + self._advice + self._check())
+        of_mission = check_area(context.settings) + check_vehicles(context.roster, context.settings.vehicles)
+        found = await self._overrides.review(of_mission + self._advice + self._check(self._chosen_or_all()))
         return context.flight.limits is not None and not any(check.blocks for check in found)
 
-    def _check(self) -> tuple[PreflightCheck, ...]:
-        """Return the matrix vehicle x check as it is now."""
+    def _chosen_or_all(self) -> list[Member]:
+        """Return the vehicles that fly; all heard while that is open, so that an operator sees their state."""
+        return self._context.roster.chosen() or self._context.roster.members()
+
+    def _check(self, members: Sequence[Member]) -> tuple[PreflightCheck, ...]:
+        """Return the matrix vehicle x check of some members as it is now."""
         settings, roster = self._context.settings, self._context.roster
-        members = roster.members()
         inspections = {member.vehicle_id: self._inspector.inspection(member.vehicle_id) for member in members}
         board_ids = {key: found.facts.board_id for key, found in inspections.items() if found.facts is not None}
         found = [
-            *check_all(roster, settings.vehicles, self._launch_distance_m),
-            *check_layers(roster, settings.flight.layer_spacing_m),
+            *check_all(roster, members, self._launch_distance_m),
+            *check_layers(roster, members, settings.flight.layer_spacing_m, self._context.flight.limits),
             *check_system_ids([member.state for member in members], board_ids),
             *self._ground,
         ]
@@ -160,7 +192,7 @@ class Launch:
         roster, origin = self._context.roster, self._context.settings.origin
         if roster.frame is not None:
             return
-        if origin is None and (members := roster.members()):
+        if origin is None and (members := self._chosen_or_all()):
             origin = members[0].state.home
         if origin is not None:
             roster.frame = LocalFrame(origin)
@@ -168,7 +200,7 @@ class Launch:
     def _assign_layers(self) -> None:
         """Give every vehicle its layer, and propose limits, as soon as all homes are known and when one has moved."""
         context = self._context
-        members, frame, flight = context.roster.members(), context.roster.frame, context.settings.flight
+        members, frame, flight = context.roster.chosen(), context.roster.frame, context.settings.flight
         homes = [member.state.home for member in members]
         if frame is None or not context.settings.area_enu_m or len(members) < context.settings.vehicles:
             return

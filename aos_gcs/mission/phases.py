@@ -62,6 +62,7 @@ _STARTED = frozenset(Phase) - ON_GROUND
 
 ACTIONS: Mapping[Action, frozenset[Phase]] = MappingProxyType(
     {
+        Action.CHOOSE: BEFORE_START,
         Action.START: frozenset({Phase.READY}),
         Action.PAUSE: SAMPLING | {Phase.LINE},
         Action.RESUME: _STARTED,
@@ -103,6 +104,8 @@ def check_action(phase: Phase, action: Action, *, anyone_flies: bool = False) ->
     if action is Action.OVERRIDE:
         reason = "there are no checks yet" if phase is Phase.CONNECT else "the mission has started already"
         raise MissionError(f"Cannot override a check: {reason}.")
+    if action is Action.CHOOSE:
+        raise MissionError("The vehicles can no longer be changed: the mission has started.")
     if action is Action.START:
         reason = "preflight has not passed yet" if phase in ON_GROUND else "the mission has started already"
         raise MissionError(f"Cannot start: {reason}.")

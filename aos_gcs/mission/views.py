@@ -99,6 +99,7 @@ class LiveView:
             leg=progress.leg,
             covered_fraction=search.survey.covered_fraction,
             findings=self._findings.all(),
+            planned_vehicles=settings.vehicles,
             acknowledgements=self.acknowledgements.all(),
         )
 

@@ -112,6 +112,7 @@ def apply_plan(settings: MissionSettings, plan: MissionPlan) -> MissionSettings:
     return replace(
         settings,
         vehicles=plan.vehicles,
+        vehicle_ids=settings.vehicle_ids if len(settings.vehicle_ids) == plan.vehicles else (),
         area_enu_m=plan.area_enu_m,
         return_enu_m=plan.return_enu_m,
         safety=replace(

@@ -13,6 +13,9 @@ from aos_gcs.imaging.geolocation import Uncertainty
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.tracking.tracker import TrackingSettings
 
+MIN_SWARM = 2
+"""Smallest number of vehicles of a mission."""
+
 
 class _Positive:
     """Settings all of whose numbers must be finite and above 0."""
@@ -148,12 +151,16 @@ class MissionSettings:
     """A whole mission."""
 
     vehicles: int
-    """Number of vehicles to wait for."""
+    """Number of vehicles that fly."""
     area_enu_m: tuple[tuple[float, float], ...]
     """Search area, a simple polygon."""
     imaging: ImagingSettings
     safety: SafetyOverrides = field(default_factory=SafetyOverrides)
     """Safety limits that differ from those proposed around the search area, the launch points and the layers."""
+    vehicle_ids: tuple[int, ...] = ()
+    """System ids of the vehicles that fly, ascending; others are never armed. Empty: not decided yet."""
+    any_vehicles: bool = False
+    """Fly with the lowest ids heard where ``vehicle_ids`` is empty, for simulations; else an operator chooses."""
     origin: GeodeticPosition | None = None
     """None: the home of the vehicle with the lowest id."""
     return_enu_m: tuple[float, float] | None = None

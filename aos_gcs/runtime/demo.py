@@ -145,6 +145,7 @@ def _configuration(options: DemoOptions, link_port: int) -> ServiceConfig:
         "link": {"urls": [f"udpin://127.0.0.1:{link_port}"]},
         "mission": {
             "vehicles": options.vehicles,
+            "any_vehicles": True,
             "origin_deg": ORIGIN_DEG,
             "area_enu_m": SEARCH_AREA_ENU_M,
             "seed": options.seed,

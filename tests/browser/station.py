@@ -32,6 +32,7 @@ clock_speed = {speed}
 urls = ["udpin://127.0.0.1:{link_port}"]
 [mission]
 vehicles = {vehicles}
+any_vehicles = true
 origin_deg = {origin_deg}
 area_enu_m = {area_enu_m}
 [preflight]

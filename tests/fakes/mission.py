@@ -99,6 +99,7 @@ class ScriptedMission:
         self._settings = MissionSettings(vehicles, AREA_ENU_M, ImagingSettings())
         self._phase_s = 0.0
         self._since_step_s = 0.0
+        self._chosen = frozenset(range(1, vehicles + 1))
         self._steps: list[StepRecord] = []
         self._pictures: dict[PictureKind, Picture] = {}
         self._bodies: list[_Body] = []
@@ -135,6 +136,7 @@ class ScriptedMission:
             min_separation_m=5.21 if self._steps else None,
             focus=self.focus,
             findings=self.findings.all(),
+            planned_vehicles=len(self._chosen),
             acknowledgements=self.acknowledgements.all(),
         )
 
@@ -172,6 +174,11 @@ class ScriptedMission:
             return ()
         if vehicle_ids is None:
             self._act_on_mission(action)
+        if action is Action.CHOOSE:
+            if vehicle_ids is None:
+                raise MissionError("A swarm needs at least 2 vehicles; name them.")
+            self._chosen = frozenset(vehicle_ids)
+            return tuple(ActionResult(number, accepted=True, text="flies the mission") for number in vehicle_ids)
         results = tuple(
             self._act_on(body, action) for body in self._bodies if vehicle_ids is None or body.vehicle_id in vehicle_ids
         )
@@ -387,7 +394,9 @@ class ScriptedMission:
 
     def _vehicle(self, body: _Body) -> VehicleSnapshot:
         if body.vehicle_id == SILENT_ID:
-            return VehicleSnapshot(VehicleState(SILENT_ID), Task.IDLE, None, None, None, None, None)
+            is_chosen = SILENT_ID in self._chosen
+            state = VehicleState(SILENT_ID)
+            return VehicleSnapshot(state, Task.IDLE, None, None, None, None, None, takes_part=is_chosen)
         position = LocalFrame(ORIGIN).to_geodetic(body.position_enu_m)
         flying = body.position_enu_m[2] > 0.5
         state = VehicleState(
@@ -427,6 +436,7 @@ class ScriptedMission:
             body.waypoint_enu_m,
             body.refusal,
             body.camera,
+            body.vehicle_id in self._chosen,
         )
 
     def _preflight(self) -> tuple[PreflightCheck, ...]:

@@ -106,6 +106,7 @@ class MemoryRecorder:
 def settings(n: int, **changes: object) -> MissionSettings:
     base = MissionSettings(
         vehicles=n,
+        any_vehicles=True,
         area_enu_m=((-12.0, 10.0), (12.0, 10.0), (12.0, 70.0), (-12.0, 70.0)),
         imaging=ImagingSettings(rx_quantile=0.998),
         origin=ORIGIN,

@@ -24,6 +24,7 @@ carrier = "level"
 fov_deg = 50
 [mission]
 vehicles = 3
+any_vehicles = true
 area_deg = [[48.30007, 14.29966], [48.30007, 14.30034], [48.30079, 14.30034], [48.30079, 14.29966]]
 origin_deg = [48.3, 14.3, 260.0]
 auto_start = true

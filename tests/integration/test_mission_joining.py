@@ -64,7 +64,9 @@ async def test_one_more_takes_the_lowest_layer_that_is_free() -> None:
         await flight.commands.act(Action.PAUSE, None)
         switch_on(flight, 5)
         await heard(flight, 5)
-        assert [result.vehicle_id for result in await flight.commands.act(Action.JOIN, None)] == [5]
+        with pytest.raises(MissionError, match="no vehicle of this mission"):
+            await flight.commands.act(Action.JOIN, None)
+        assert [result.vehicle_id for result in await flight.commands.act(Action.JOIN, (5,))] == [5]
         await flight.until(lambda: flight.task(5) is Task.SWARM)
         layers_m = [v.layer_height_m for v in flight.view.snapshot().vehicles]
         assert layers_m == [35.0, 37.0, 39.0, 41.0, 43.0]
@@ -184,7 +186,7 @@ async def test_without_anybody_on_the_ground_nobody_joins() -> None:
     flight = prepare()
     async with flying(flight) as run:
         await flight.until(lambda: len(flight.view.steps()) == 1)
-        with pytest.raises(MissionError, match="no vehicle that could"):
+        with pytest.raises(MissionError, match="no vehicle of this mission"):
             await flight.commands.act(Action.JOIN, None)
         (result,) = await flight.commands.act(Action.JOIN, (1,))
         assert not result.accepted

@@ -17,6 +17,7 @@ CONFIGURATION = """
 urls = ["udpin://127.0.0.1:{port}"]
 [mission]
 vehicles = 2
+any_vehicles = true
 area_enu_m = [[-10, 0], [10, 0], [10, 50], [-10, 50]]
 [api]
 enabled = false

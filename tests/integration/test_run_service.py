@@ -28,7 +28,7 @@ clock_speed = {speed}
 [link]
 urls = ["udpin://127.0.0.1:{port}"]
 [mission]
-vehicles = 3
+vehicle_ids = [1, 2, 3]
 area_deg = [[48.30007, 14.29966], [48.30007, 14.30034], [48.30079, 14.30034], [48.30079, 14.29966]]
 origin_deg = [48.3, 14.3, 260.0]
 auto_start = true

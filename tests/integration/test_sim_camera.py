@@ -235,6 +235,7 @@ async def test_a_mission_finds_a_person_with_cameras_beside_the_vehicles(tmp_pat
         "link": {"urls": [f"udpin://{HOST}:{gcs_port}"]},
         "mission": {
             "vehicles": vehicles,
+            "any_vehicles": True,
             "origin_deg": dataclasses.astuple(origin),
             "area_enu_m": [[-25.0, 8.0], [25.0, 8.0], [25.0, 88.0], [-25.0, 88.0]],
             "auto_start": True,

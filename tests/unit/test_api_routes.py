@@ -55,13 +55,20 @@ async def test_mission_shows_metres_and_degrees(client: httpx.AsyncClient) -> No
     assert first.battery_percent == pytest.approx(97.0)
     assert first.home is not None
     assert first.home.east_m == pytest.approx(-21.0, abs=0.01)
-    assert shown.allowed_actions == [Action.START, Action.HOLD, Action.ABORT, Action.FOCUS, Action.OVERRIDE]
+    assert shown.allowed_actions == [
+        Action.CHOOSE,
+        Action.START,
+        Action.HOLD,
+        Action.ABORT,
+        Action.FOCUS,
+        Action.OVERRIDE,
+    ]
 
 
 async def test_values_never_reported_are_null(client: httpx.AsyncClient) -> None:
     shown = MissionModel.model_validate_json((await client.get("/api/mission")).content)
     silent = next(vehicle for vehicle in shown.vehicles if vehicle.vehicle_id == SILENT_ID)
-    told = {"vehicle_id", "autopilot", "mode", "mode_name", "task", "landed", "text"}
+    told = {"vehicle_id", "autopilot", "mode", "mode_name", "task", "takes_part", "landed", "text"}
     assert {name for name, value in silent if value is not None} == told
 
 

@@ -122,9 +122,20 @@ def test_wrong_types_and_ranges_name_the_field(sections: dict[str, Any], text: s
         configuration(**sections)
 
 
+def test_named_vehicles_are_counted() -> None:
+    settings = mission_settings(configuration(mission={"vehicles": None, "vehicle_ids": [4, 2, 7], "auto_start": True}))
+    assert (settings.vehicles, settings.vehicle_ids, settings.any_vehicles) == (3, (2, 4, 7), False)
+
+
 @pytest.mark.parametrize(
     ("sections", "text"),
     [
+        ({"mission": {"auto_start": True}}, "has to name its vehicles"),
+        ({"api": {"enabled": False}}, "has to name its vehicles"),
+        ({"mission": {"vehicles": None}}, "give the vehicles that fly"),
+        ({"mission": {"vehicle_ids": [1, 2]}}, "names 2 vehicles, but vehicles is 3"),
+        ({"mission": {"vehicle_ids": [1, 2, 2]}}, "names a vehicle twice"),
+        ({"mission": {"vehicle_ids": [1, 2, 3], "any_vehicles": True}}, "either vehicle_ids or any_vehicles"),
         ({"mission": {"area_enu_m": None, "auto_start": True}}, "only a mission that waits for an operator"),
         ({"mission": {"area_enu_m": None}, "api": {"enabled": False}}, "only a mission that waits for an operator"),
         ({"mission": {"area_deg": [[48, 14], [49, 14], [48, 15]]}}, "either as area_deg or as area_enu_m"),

@@ -13,7 +13,7 @@ from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.model.checks import CheckStatus, PreflightCheck
 from aos_gcs.mission.preflight.checks import in_order
-from aos_gcs.mission.preflight.telemetry import check_all, check_layers
+from aos_gcs.mission.preflight.telemetry import check_all, check_layers, check_vehicles
 from aos_gcs.ports import LandedState, LinkQuality, VehicleState
 from tests.fakes.fleet import ORIGIN, FakeFleet
 
@@ -47,15 +47,16 @@ async def two_vehicles(**changes: Any) -> Roster:
     return roster
 
 
-async def matrix(expected: int = 2, distance_m: float = 2.0, **changes: Any) -> tuple[PreflightCheck, ...]:
-    found = check_all(await two_vehicles(**changes), expected, distance_m)
+async def matrix(distance_m: float = 2.0, **changes: Any) -> tuple[PreflightCheck, ...]:
+    roster = await two_vehicles(**changes)
+    found = check_all(roster, roster.members(), distance_m)
     assert found == in_order(found)
     assert len({(check.vehicle_id, check.name) for check in found}) == len(found)
     return found
 
 
-async def failures(expected: int = 2, distance_m: float = 2.0, **changes: Any) -> list[PreflightCheck]:
-    return [check for check in await matrix(expected, distance_m, **changes) if check.status is CheckStatus.FAIL]
+async def failures(distance_m: float = 2.0, **changes: Any) -> list[PreflightCheck]:
+    return [check for check in await matrix(distance_m, **changes) if check.status is CheckStatus.FAIL]
 
 
 async def test_good_vehicles_pass_everything() -> None:
@@ -99,7 +100,7 @@ async def test_launch_points_too_near_to_each_other_fail_on_both_sides() -> None
 
 
 async def test_vehicles_that_are_not_heard_are_counted() -> None:
-    (check,) = await failures(expected=4)
+    (check,) = check_vehicles(await two_vehicles(), 4)
     assert (check.vehicle_id, check.name) == (0, "vehicles")
     assert check.describe() == "vehicles: 2 of 4 heard; switch the others on, or lower the number"
 
@@ -136,11 +137,14 @@ async def test_good_links_and_clocks_are_told_with_their_numbers() -> None:
 async def test_layers_have_to_be_free() -> None:
     roster = await two_vehicles()
     first, second = roster.members()
-    assert [check.text for check in check_layers(roster, 2.0)] == ["none yet", "none yet"]
+    assert [check.text for check in check_layers(roster, roster.members(), 2.0, None)] == ["none yet", "none yet"]
     first.layer_height_m, second.layer_height_m = 35.0, 37.0
-    assert [check.status for check in check_layers(roster, 2.0)] == [CheckStatus.PASS] * 2
+    assert [check.status for check in check_layers(roster, roster.members(), 2.0, None)] == [CheckStatus.PASS] * 2
     second.layer_height_m = 36.0
-    assert [check.remedy[:13] for check in check_layers(roster, 2.0)] == ["vehicle 2 has", "vehicle 1 has"]
+    assert [check.remedy[:13] for check in check_layers(roster, roster.members(), 2.0, None)] == [
+        "vehicle 2 has",
+        "vehicle 1 has",
+    ]
 
 
 async def test_a_layer_that_somebody_flies_in_is_not_free() -> None:
@@ -148,4 +152,7 @@ async def test_a_layer_that_somebody_flies_in_is_not_free() -> None:
     roster = await two_vehicles(armed=True, landed=LandedState.IN_AIR, position=position)
     first, second = roster.members()
     first.layer_height_m, second.layer_height_m = 35.0, 50.0
-    assert [check.status for check in check_layers(roster, 2.0)] == [CheckStatus.FAIL, CheckStatus.PASS]
+    assert [check.status for check in check_layers(roster, roster.members(), 2.0, None)] == [
+        CheckStatus.FAIL,
+        CheckStatus.PASS,
+    ]

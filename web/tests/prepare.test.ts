@@ -1,6 +1,7 @@
 import { expect, test } from "vitest";
 import type { PreflightCheck } from "../src/api/types";
 import { blockersOf, matrixOf, ranges, subjectOf, verdictOf } from "../src/views/prepare/checks";
+import { confirmedIds, proposedIds } from "../src/views/prepare/vehicles";
 
 const check = (vehicle_id: number, name: string, changes: Partial<PreflightCheck> = {}): PreflightCheck => ({
   vehicle_id,
@@ -47,4 +48,22 @@ test("an issue that blocks the launch of several vehicles is listed once", () =>
 test("numbers that follow each other are a range", () => {
   expect(ranges([7, 2, 1, 3, 10])).toBe("1–3, 7, 10");
   expect(ranges([4])).toBe("4");
+});
+
+const heard = (vehicle_id: number, changes: { takes_part?: boolean; armed?: boolean } = {}) => ({
+  vehicle_id,
+  takes_part: false,
+  armed: false,
+  ...changes,
+});
+
+test("as many vehicles as planned are proposed, none that runs its motors", () => {
+  const vehicles = [heard(7), heard(2), heard(1, { armed: true }), heard(4), heard(9)];
+  expect(proposedIds(vehicles, 3)).toEqual([2, 4, 7]);
+});
+
+test("vehicles confirmed already are the proposal", () => {
+  const vehicles = [heard(7, { takes_part: true }), heard(2), heard(4, { takes_part: true })];
+  expect(confirmedIds(vehicles)).toEqual([4, 7]);
+  expect(proposedIds(vehicles, 3)).toEqual([4, 7]);
 });

@@ -66,6 +66,7 @@ class MissionConverter:
             leg=snapshot.leg,
             covered_percent=percent(snapshot.covered_fraction),
             vehicles=[self._vehicle(one) for one in snapshot.vehicles],
+            planned_vehicles=snapshot.planned_vehicles,
             preflight=self._preflight(snapshot.preflight),
             target=target(snapshot.target, origin) if snapshot.target else None,
             targets=[target(one, origin) for one in snapshot.targets],

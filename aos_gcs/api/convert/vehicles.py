@@ -45,6 +45,7 @@ class VehicleConverter:
             mode=state.mode,
             mode_name=state.mode_name,
             task=vehicle.task,
+            takes_part=vehicle.takes_part,
             landed=state.landed,
             armed=state.armed if heard else None,
             ready_to_arm=state.ready_to_arm,

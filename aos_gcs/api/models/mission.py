@@ -46,6 +46,7 @@ class MissionModel(WireModel):
         description="Share of the search area that has been in a frame at least once."
     )
     vehicles: list[VehicleModel]
+    planned_vehicles: int = Field(description="Number of vehicles that fly by the plan.")
     preflight: list[PreflightCheckModel]
     target: TargetModel | None = Field(description="Target in view, or else the one that was seen last.")
     targets: list[TargetModel] = Field(description="All confirmed targets, and the target.")

@@ -43,6 +43,7 @@ class VehicleModel(WireModel):
     mode: FlightMode
     mode_name: str = Field(description="The autopilot's own name of its mode.")
     task: Task
+    takes_part: bool = Field(description="Whether it flies the mission; a vehicle that does not is never armed.")
     landed: LandedState
     armed: bool | None
     ready_to_arm: bool | None

@@ -111,15 +111,11 @@ class FlightControl:
             raise RuntimeError("no safety limits: preflight has not passed")
         members = self._roster.select(requests)
         moving = [
-            WaypointRequest(
-                vehicle_id=member.vehicle_id,
-                position_enu_m=position_enu_m,
-                requested_enu_m=_first_leg(detours, position_enu_m, requests[member.vehicle_id]),
-                link_age_s=self._roster.link_age_s(member),
-                position_age_s=self._roster.position_age_s(member),
-                battery_fraction=None if returning else member.state.battery_fraction,
-                home_enu_m=member.home_enu_m,
-                battery_per_m=self._battery_per_m(member),
+            self._request(
+                member,
+                position_enu_m,
+                _first_leg(detours, position_enu_m, requests[member.vehicle_id]),
+                returning=returning,
             )
             for member in members
             if _is_ours(member, tasks) and (position_enu_m := self._roster.position_enu_m(member)) is not None
@@ -128,6 +124,44 @@ class FlightControl:
         moving_ids = {request.vehicle_id for request in moving}
         vetted = vet_waypoints(moving, self._obstacles(moving_ids), limits)
         return (*(_as_planned(record, requests[record.vehicle_id]) for record in vetted), *left)
+
+    def vet_climbs(self, members: Iterable[Member]) -> dict[int, str]:
+        """Return why vehicles on the ground must not climb to their layers, by id; those that may are left out.
+
+        Raises:
+            RuntimeError: there are no limits or layers yet; a defect of the caller.
+        """
+        if self._limits is None:
+            raise RuntimeError("no safety limits: preflight has not passed")
+        requests, barred = [], {}
+        for member in members:
+            column_enu_m, position_enu_m = self._roster.own_column_enu_m(member), self._roster.position_enu_m(member)
+            if column_enu_m is None or position_enu_m is None:
+                barred[member.vehicle_id] = "it has no altitude layer or no position"
+                continue
+            requests.append(self._request(member, position_enu_m, column_enu_m))
+        vetted = vet_waypoints(requests, self._obstacles({request.vehicle_id for request in requests}), self._limits)
+        refused = [record for record in vetted if record.verdict is not WaypointVerdict.SENT]
+        return barred | {record.vehicle_id: f"it cannot climb to its layer, {record.reason}" for record in refused}
+
+    def _request(
+        self,
+        member: Member,
+        position_enu_m: NDArray[np.float64],
+        requested_enu_m: NDArray[np.float64],
+        *,
+        returning: bool = False,
+    ) -> WaypointRequest:
+        return WaypointRequest(
+            vehicle_id=member.vehicle_id,
+            position_enu_m=position_enu_m,
+            requested_enu_m=requested_enu_m,
+            link_age_s=self._roster.link_age_s(member),
+            position_age_s=self._roster.position_age_s(member),
+            battery_fraction=None if returning else member.state.battery_fraction,
+            home_enu_m=member.home_enu_m,
+            battery_per_m=self._battery_per_m(member),
+        )
 
     def _obstacles(self, moving_ids: set[int]) -> list[Obstacle]:
         """Return the other airborne vehicles: where they hover, or the column in which they may be descending.

@@ -33,8 +33,8 @@ class Joining:
         self._calls_off = 0
 
     def candidates(self) -> list[Member]:
-        """Return the vehicles on the ground that could join."""
-        members = self._context.roster.members(Task.IDLE, Task.LANDED)
+        """Return the vehicles of the mission on the ground that could join; any other has to be named."""
+        members = self._context.roster.chosen(Task.IDLE, Task.LANDED)
         return [member for member in members if not member.airborne]
 
     def call_off(self) -> None:

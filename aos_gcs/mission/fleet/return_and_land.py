@@ -158,7 +158,8 @@ class ReturnAndLand:
         return [
             member
             for member in self._context.roster.members()
-            if member.task not in {Task.LOST, Task.LANDED}
+            if member.takes_part
+            and member.task not in {Task.LOST, Task.LANDED}
             # A vehicle that was commanded to arm may be about to.
             and (member.state.armed or isinstance(member.last_command, Arm))
         ]
@@ -238,7 +239,7 @@ class ReturnAndLand:
         """Move vehicles that hover above one another apart, in their layers, before they descend."""
         context = self._context
         limits = context.flight.limits
-        members = [member for member in context.roster.airborne() if member.follows_us]
+        members = [member for member in context.roster.airborne() if member.follows_us and member.takes_part]
         located = [(m, p) for m in members if (p := context.roster.position_enu_m(m)) is not None]
         if limits is None or len(located) < 2:
             return
@@ -262,4 +263,5 @@ class ReturnAndLand:
             text = "link lost: its own failsafe lands it. Check it on site"
             context.journal.notice(Severity.CRITICAL, text, member.vehicle_id)
         landed = len(context.roster.members(Task.LANDED))
-        context.journal.set_message(f"Mission over: {landed} of {len(context.roster.members())} vehicles landed.")
+        flown = sum(member.takes_part for member in context.roster.members())
+        context.journal.set_message(f"Mission over: {landed} of {flown} vehicles landed.")

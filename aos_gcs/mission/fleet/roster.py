@@ -33,6 +33,8 @@ class Member:
     vehicle: Vehicle
     _task: Task = field(default=Task.IDLE, init=False)
     _next_task: Task = field(default=Task.IDLE, init=False)
+    is_chosen: bool = False
+    """Whether it was chosen to fly the mission; ``Roster.choose`` sets it."""
     layer_height_m: float | None = None
     home_enu_m: NDArray[np.float64] | None = None
     """Launch point, where its autopilot returns to."""
@@ -61,6 +63,11 @@ class Member:
         if task is Task.LOST and self._task is not Task.LOST:
             self._next_task = task_when_heard_again(self._task)
         self._task = task
+
+    @property
+    def takes_part(self) -> bool:
+        """Whether procedures for the whole swarm concern it: it was chosen, or has been given a task since."""
+        return self.is_chosen or self._task is not Task.IDLE
 
     @property
     def state(self) -> VehicleState:
@@ -115,9 +122,25 @@ class Roster:
         """
         member._take_up(task)  # noqa: SLF001 - nobody else may
 
+    def choose(self, vehicle_ids: Iterable[int]) -> None:
+        """Set which vehicles fly the mission; those on the ground that do not lose their layers.
+
+        Raises:
+            MissionError: an id is unknown.
+        """
+        chosen = self.select(vehicle_ids)
+        for member in self._members.values():
+            member.is_chosen = member in chosen
+            if not member.takes_part:
+                member.layer_height_m = None
+
+    def chosen(self, *tasks: Task) -> list[Member]:
+        """Return the members chosen to fly the mission, with one of ``tasks`` or any."""
+        return [member for member in self.members(*tasks) if member.is_chosen]
+
     def assign_layers(self, homes_enu_m: Sequence[NDArray[np.float64]], layers_m: Sequence[float]) -> None:
-        """Give each member its launch point, shape (3,), and its altitude layer, both in the order of the ids."""
-        for member, home_enu_m, layer_height_m in zip(self._members.values(), homes_enu_m, layers_m, strict=True):
+        """Give each chosen member its launch point, shape (3,), and its altitude layer, in the order of the ids."""
+        for member, home_enu_m, layer_height_m in zip(self.chosen(), homes_enu_m, layers_m, strict=True):
             member.home_enu_m, member.layer_height_m = home_enu_m, layer_height_m
 
     def members(self, *tasks: Task) -> list[Member]:
@@ -207,6 +230,7 @@ class Roster:
             link_age_s=self.link_age_s(member),
             waypoint_enu_m=None if member.waypoint_enu_m is None else as_enu_point(member.waypoint_enu_m),
             refusal=member.refusal,
+            takes_part=member.takes_part,
         )
 
 

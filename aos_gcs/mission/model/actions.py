@@ -9,6 +9,8 @@ from enum import StrEnum
 class Action(StrEnum):
     """Action that an operator can request."""
 
+    CHOOSE = "choose"
+    """Decide which vehicles fly the mission; no other is armed."""
     START = "start"
     PAUSE = "pause"
     RESUME = "resume"

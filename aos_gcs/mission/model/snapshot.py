@@ -62,5 +62,7 @@ class MissionSnapshot:
     """Share of the search area that was in a frame; None before the first step."""
     findings: tuple[Finding, ...] = ()
     """Oldest first."""
+    planned_vehicles: int = 0
+    """Number of vehicles that fly by the plan; 0 in older records."""
     acknowledgements: tuple[Acknowledgement, ...] = ()
     """The latest ones, by the number of their notice."""

@@ -71,3 +71,5 @@ class VehicleSnapshot:
     """Why its last planned waypoint was shortened or held; None if it was sent as planned."""
     camera: CameraSnapshot | None = None
     """None in older records."""
+    takes_part: bool = True
+    """Whether it flies the mission; a vehicle that does not is never armed."""

@@ -158,17 +158,21 @@ class Inspector:
                 await clock.sleep(_POLL_S)
 
     async def settle(self, member: Member) -> None:
-        """Wait until a vehicle has the failsafe return height of its new layer, or has refused it."""
-        clock, wanted_m, until_s = self._context.clock, self._return_heights.wanted_m(member), self._deadline_s()
+        """Wait until a vehicle has geofence and failsafe return height of its new layer, or has refused them."""
+        clock, until_s = self._context.clock, self._deadline_s()
         self._starting_again.add(member.vehicle_id)
         try:
-            while wanted_m is not None and clock.now_s() < until_s:
-                found = self.inspection(member.vehicle_id)
-                if found.wanted_return_m == wanted_m and (found.has_wanted_return or found.return_problem):
-                    break
+            while not self._is_settled(member) and clock.now_s() < until_s:
                 await clock.sleep(_POLL_S)
         finally:
             self._starting_again.discard(member.vehicle_id)
+
+    def _is_settled(self, member: Member) -> bool:
+        found, wanted_m = self.inspection(member.vehicle_id), self._return_heights.wanted_m(member)
+        has_return = found.wanted_return_m == wanted_m and (found.has_wanted_return or bool(found.return_problem))
+        is_asked = found.planned_fence is not None and found.planned_fence == self._planned_fence(member)
+        has_fence = is_asked and (found.has_planned_fence or bool(found.upload_problem))
+        return (wanted_m is None or has_return) and (not self._preflight.upload_fence or has_fence)
 
     def _before_their_start(self) -> list[Member]:
         members = self._context.roster.members(Task.IDLE, Task.LANDED)
@@ -197,7 +201,8 @@ class Inspector:
 
     def _planned_fence(self, member: Member) -> Geofence | None:
         limits, frame, home = self._flight().flight.limits, self._context.roster.frame, member.state.home
-        if limits is None or frame is None or home is None:
+        is_to_fly = member.takes_part or member.vehicle_id in self._starting_again
+        if limits is None or frame is None or home is None or not is_to_fly:
             return None
         home_enu_m = frame.to_enu(home) if member.home_enu_m is None else member.home_enu_m
         return vehicle_fence(limits, frame, float(home_enu_m[2]))

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
 
+from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.mission.fleet.roster import Member, Roster
 from aos_gcs.mission.model.checks import PreflightCheck
 from aos_gcs.mission.preflight import checks
@@ -34,6 +36,8 @@ MAX_CLOCK_DRIFT = 1e-3
 MIN_SATELLITES = 8
 MAX_HDOP = 2.0
 _SLACK_M = 0.01
+_TRAFFIC_REACH_M = 100.0
+"""Distance outside of the geofence up to which another vehicle in the air counts as near."""
 
 
 def check_area(settings: MissionSettings) -> tuple[PreflightCheck, ...]:
@@ -44,35 +48,59 @@ def check_area(settings: MissionSettings) -> tuple[PreflightCheck, ...]:
     return (checks.failed(checks.MISSION, checks.PLAN, text, remedy),)
 
 
-def check_all(roster: Roster, expected: int, launch_distance_m: float) -> tuple[PreflightCheck, ...]:
+def check_vehicles(roster: Roster, planned: int) -> tuple[PreflightCheck, ...]:
+    """Return a failed check while it is open which vehicles fly, or while one that does is not heard."""
+    heard, chosen = roster.members(), roster.chosen()
+    if chosen and len(chosen) == planned:
+        return ()
+    if len(heard) < planned:
+        text, remedy = f"{len(heard)} of {planned} heard", "switch the others on, or lower the number"
+    else:
+        ids = ", ".join(str(member.vehicle_id) for member in heard)
+        text, remedy = f"{planned} planned, heard: {ids}", "confirm the vehicles that fly; others are not armed"
+    return (checks.failed(checks.MISSION, checks.VEHICLES, text, remedy),)
+
+
+def check_all(roster: Roster, members: Sequence[Member], launch_distance_m: float) -> tuple[PreflightCheck, ...]:
     """Return the matrix vehicle x check, in the order of the ids.
 
     Args:
         roster: the vehicles heard.
-        expected: how many the mission waits for.
+        members: those to be checked.
         launch_distance_m: smallest distance between two launch points.
     """
-    members = roster.members()
     found = [check for member in members for check in _check_vehicle(roster, member)]
-    found += _check_launch_points(roster, members, launch_distance_m)
-    if len(members) < expected:
-        text, remedy = f"{len(members)} of {expected} heard", "switch the others on, or lower the number"
-        found.append(checks.failed(checks.MISSION, checks.VEHICLES, text, remedy))
-    return checks.in_order(found)
+    return checks.in_order([*found, *_check_launch_points(roster, members, launch_distance_m)])
 
 
-def check_layers(roster: Roster, layer_spacing_m: float) -> list[PreflightCheck]:
-    """Return for every vehicle whether it has an altitude layer, and the layer is free."""
-    members = roster.members()
-    layers_m = np.array([np.nan if m.layer_height_m is None else m.layer_height_m for m in members])
-    flown_m = np.array([_flown_height_m(roster, member) for member in members])
+def check_layers(
+    roster: Roster, members: Sequence[Member], layer_spacing_m: float, limits: SafetyLimits | None
+) -> list[PreflightCheck]:
+    """Return for each member whether it has an altitude layer, within the limits, and the layer is free.
+
+    Other vehicles that fly, heard or not, occupy a layer where they are or were last; those far outside of the geofence
+    do not.
+    """
+    others = [member for member in roster.members() if member in members or _may_meet(roster, member, limits)]
+    rows_m = np.array([np.nan if m.layer_height_m is None else m.layer_height_m for m in members])
+    layers_m = np.array([np.nan if m.layer_height_m is None else m.layer_height_m for m in others])
+    flown_m = np.array([_flown_height_m(roster, member) for member in others])
     # Rows need a layer, columns may occupy it, by plan or because they fly there.
-    taken = np.abs(np.stack([layers_m, flown_m])[:, None, :] - layers_m[:, None]) < layer_spacing_m - _SLACK_M
-    taken_by = taken.any(axis=0) & ~np.eye(len(members), dtype=bool)
-    return [
-        _check_layer(member, [members[k] for k in np.flatnonzero(row)])
-        for member, row in zip(members, taken_by, strict=True)
-    ]
+    taken = np.abs(np.stack([layers_m, flown_m])[:, None, :] - rows_m[:, None]) < layer_spacing_m - _SLACK_M
+    found = []
+    for member, row in zip(members, taken.any(axis=0), strict=True):
+        takers = [others[k] for k in np.flatnonzero(row) if others[k] is not member]
+        found.append(_check_layer(roster, member, takers, limits))
+    return found
+
+
+def _may_meet(roster: Roster, member: Member, limits: SafetyLimits | None) -> bool:
+    """Return whether a vehicle in the air is near enough to the geofence to meet those of the mission."""
+    position_enu_m = roster.position_enu_m(member)
+    if limits is None or position_enu_m is None:
+        return True
+    fence, *_ = limits.boundaries()
+    return fence.depth_m(position_enu_m[:2]) > -_TRAFFIC_REACH_M
 
 
 def _check_vehicle(roster: Roster, member: Member) -> list[PreflightCheck]:
@@ -160,7 +188,7 @@ def _check_ready(member: Member) -> PreflightCheck:
     return checks.failed(member.vehicle_id, checks.READY_TO_ARM, "the autopilot is not ready", remedy)
 
 
-def _check_launch_points(roster: Roster, members: list[Member], launch_distance_m: float) -> list[PreflightCheck]:
+def _check_launch_points(roster: Roster, members: Sequence[Member], launch_distance_m: float) -> list[PreflightCheck]:
     """Return the check of every vehicle's distance to the nearest other one; a large fleet has thousands of pairs."""
     places = {m.vehicle_id: place for m in members if (place := roster.position_enu_m(m)) is not None}
     ids, places_enu_m = list(places), np.array(list(places.values())).reshape(-1, 3)[:, :2]
@@ -191,12 +219,21 @@ def _flown_height_m(roster: Roster, member: Member) -> float:
     return np.nan if position_enu_m is None else float(position_enu_m[2])
 
 
-def _check_layer(member: Member, takers: list[Member]) -> PreflightCheck:
+def _check_layer(roster: Roster, member: Member, takers: list[Member], limits: SafetyLimits | None) -> PreflightCheck:
     vehicle_id, layer_m = member.vehicle_id, member.layer_height_m
     if layer_m is None:
         return checks.failed(vehicle_id, checks.ALTITUDE_LAYER, "none yet", "wait until all homes are known")
     text = f"{layer_m:g} m"
+    if limits is not None and not limits.floor_m <= layer_m <= limits.ceiling_m:
+        text += f", outside of {limits.floor_m:g} to {limits.ceiling_m:g} m"
+        remedy = "raise the ceiling, lower the layers, or fly fewer vehicles"
+        return checks.failed(vehicle_id, checks.ALTITUDE_LAYER, text, remedy)
     if takers:
-        remedy = f"vehicle {takers[0].vehicle_id} has it or flies in it: land that vehicle first"
+        taker = takers[0]
+        age_s = roster.link_age_s(taker) or 0.0
+        if all(other not in roster.chosen() and (roster.link_age_s(other) or 0.0) > MAX_LINK_AGE_S for other in takers):
+            remedy = f"vehicle {taker.vehicle_id} flew in it when last heard {age_s:.0f} s ago: look for it"
+            return checks.warned(vehicle_id, checks.ALTITUDE_LAYER, text, remedy)
+        remedy = f"vehicle {taker.vehicle_id} has it or flies in it: land that vehicle first"
         return checks.failed(vehicle_id, checks.ALTITUDE_LAYER, text, remedy)
     return checks.passed(vehicle_id, checks.ALTITUDE_LAYER, text)

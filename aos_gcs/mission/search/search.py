@@ -13,7 +13,6 @@ from aos_gcs.errors import MissionFailedError, UnusableFramesError
 from aos_gcs.imaging.model import StepAnalysis
 from aos_gcs.mission.context import FlightContext, MissionContext
 from aos_gcs.mission.fleet.roster import Member, in_layers
-from aos_gcs.mission.launch import MIN_SWARM
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.steps import StepRecord
 from aos_gcs.mission.model.vehicles import Task
@@ -24,6 +23,7 @@ from aos_gcs.mission.search.sampling import Sample, Sampler
 from aos_gcs.mission.search.survey import Survey
 from aos_gcs.mission.search.vision import Vision
 from aos_gcs.planning.legs import ScanLeg, leg_formation, scan_legs
+from aos_gcs.planning.settings import MIN_SWARM
 from aos_gcs.ports import Severity
 
 _POLL_S = 0.5

@@ -576,7 +576,8 @@ export interface components {
      * @description Action that an operator can request.
      * @enum {string}
      */
-    Action: "start" | "pause" | "resume" | "hold" | "return" | "land" | "abort" | "focus" | "join" | "override";
+    Action:
+      "choose" | "start" | "pause" | "resume" | "hold" | "return" | "land" | "abort" | "focus" | "join" | "override";
     /**
      * ActionRequest
      * @description An operator's action for the vehicles named, or for the whole mission when ``vehicle_ids`` is null.
@@ -1086,6 +1087,11 @@ export interface components {
       origin: components["schemas"]["GeodeticModel"] | null;
       outcome: components["schemas"]["Outcome"];
       phase: components["schemas"]["Phase"];
+      /**
+       * Planned Vehicles
+       * @description Number of vehicles that fly by the plan.
+       */
+      planned_vehicles: number;
       /** Preflight */
       preflight: components["schemas"]["PreflightCheckModel"][];
       /** @description Replay that is shown; null for a live mission. */
@@ -1980,6 +1986,11 @@ export interface components {
       refusal: string | null;
       /** Satellites */
       satellites: number | null;
+      /**
+       * Takes Part
+       * @description Whether it flies the mission; a vehicle that does not is never armed.
+       */
+      takes_part: boolean;
       task: components["schemas"]["Task"];
       /**
        * Text

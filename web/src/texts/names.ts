@@ -60,6 +60,7 @@ const MODE: Readonly<Record<Exclude<FlightMode, "unknown">, string>> = {
 };
 
 const ACTION: Readonly<Record<Action, string>> = {
+  choose: "Confirm vehicles",
   start: "Launch",
   pause: "Pause",
   resume: "Resume",

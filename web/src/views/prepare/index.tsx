@@ -4,6 +4,7 @@ import { useShell } from "../../shell/context";
 import { texts } from "../../texts";
 import { Panel } from "../../ui/panel";
 import { keyOf, matrixOf } from "./checks";
+import { VehicleChoice } from "./choice";
 import { CheckDetail } from "./detail";
 import { LaunchPanel } from "./launch";
 import { PreflightMatrix } from "./matrix";
@@ -24,6 +25,7 @@ export function PrepareView() {
       </Panel>
       <div class="side">
         <CheckDetail check={checks.find((check) => keyOf(check) === chosen)} />
+        <VehicleChoice />
         <LaunchPanel checks={checks} onChoose={setChosen} />
       </div>
     </>

@@ -1,0 +1,67 @@
+/** The vehicles that fly: proposed by the page, confirmed by an operator. */
+import { useState } from "preact/hooks";
+import { postAction } from "../../api/client";
+import { useShell } from "../../shell/context";
+import { isOffered } from "../../state/commands";
+import { texts } from "../../texts";
+import { Panel } from "../../ui/panel";
+import { ranges } from "./checks";
+import { ascending, confirmedIds, isSame, proposedIds } from "./vehicles";
+
+/** Smallest number of vehicles of a mission. */
+const MIN_VEHICLES = 2;
+
+export function VehicleChoice() {
+  const { state, isConnected, mayCommand } = useShell();
+  const { mission } = state;
+  const [edited, setEdited] = useState<readonly number[] | null>(null);
+  const [refusal, setRefusal] = useState<string | null>(null);
+  if (mission === null || mission.vehicles.length === 0) return null;
+  const confirmed = confirmedIds(mission.vehicles);
+  const chosen = edited ?? proposedIds(mission.vehicles, mission.planned_vehicles);
+  const isOpen = mayCommand && isConnected && isOffered("choose", mission, new Set());
+  const isNew = chosen.length >= MIN_VEHICLES && !isSame(chosen, confirmed);
+  const confirm = async (): Promise<void> => {
+    const answer = await postAction({ action: "choose", vehicleIds: chosen });
+    setRefusal(answer.ok ? null : answer.message);
+    if (answer.ok) setEdited(null);
+  };
+  const toggle = (id: number, isChosen: boolean): void =>
+    setEdited(ascending(isChosen ? [...chosen, id] : chosen.filter((one) => one !== id)));
+  return (
+    <Panel title={texts.prepare.fleet} testId="vehicle-choice" class="vehicle-choice">
+      <p data-testid="vehicles-confirmed" class={confirmed.length === 0 ? "is-bad" : undefined}>
+        {confirmed.length === 0 ? texts.prepare.unconfirmed : texts.prepare.confirmed(ranges(confirmed))}
+      </p>
+      {isOpen && (
+        <form
+          class="form"
+          onSubmit={(event) => {
+            event.preventDefault();
+            void confirm();
+          }}
+        >
+          <div class="vehicle-boxes">
+            {ascending(mission.vehicles.map((vehicle) => vehicle.vehicle_id)).map((id) => (
+              <label key={id}>
+                <input
+                  type="checkbox"
+                  data-testid={`choose-${id}`}
+                  checked={chosen.includes(id)}
+                  onChange={(event) => toggle(id, event.currentTarget.checked)}
+                />
+                {id}
+              </label>
+            ))}
+          </div>
+          <button type="submit" data-testid="confirm-vehicles" disabled={!isNew}>
+            {texts.prepare.confirm(chosen.length)}
+          </button>
+          <p class="is-bad" role="alert">
+            {refusal}
+          </p>
+        </form>
+      )}
+    </Panel>
+  );
+}
