@@ -11,6 +11,7 @@ from aos_gcs.errors import AosError
 from aos_gcs.mission.actions import ActionHandler
 from aos_gcs.mission.commands import LiveCommands
 from aos_gcs.mission.context import MissionContext
+from aos_gcs.mission.fleet.launch_columns import in_launch_columns
 from aos_gcs.mission.fleet.monitor import Monitor
 from aos_gcs.mission.fleet.return_heights import ReturnHeights
 from aos_gcs.mission.fleet.roster import Roster
@@ -26,7 +27,7 @@ from aos_gcs.mission.search.gallery import Gallery
 from aos_gcs.mission.sortie import Sortie
 from aos_gcs.mission.views import LiveView
 from aos_gcs.planning.settings import MissionSettings
-from aos_gcs.ports import Clock, Fleet, ReturnToLaunch, Severity
+from aos_gcs.ports import Clock, Fleet, Land, ReturnToLaunch, Severity
 
 _FAREWELL_S = 5.0
 """Time limit for sending vehicles home when a mission is torn down, real seconds."""
@@ -227,10 +228,13 @@ class Coordinator:
             await self._close_record()
 
     async def _send_all_home(self) -> None:
-        left = [member for member in self._context.roster.airborne() if member.follows_us]
+        context = self.sortie.context
+        left = [member for member in context.roster.airborne() if member.follows_us]
+        low = in_launch_columns(context)
         with suppress(TimeoutError):
             async with asyncio.timeout(_FAREWELL_S):
-                await self.sortie.context.flight.command_each(left, lambda _: ReturnToLaunch())
+                # An autopilot's own return would climb first.
+                await context.flight.command_each(left, lambda member: Land() if member in low else ReturnToLaunch())
 
     async def _close_record(self) -> None:
         context = self._context

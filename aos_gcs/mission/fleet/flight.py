@@ -198,7 +198,11 @@ class FlightControl:
         return is_reached
 
     def blocks_path(
-        self, member: Member, start_enu_m: NDArray[np.float64], end_enu_m: NDArray[np.float64]
+        self,
+        member: Member,
+        start_enu_m: NDArray[np.float64],
+        end_enu_m: NDArray[np.float64],
+        ignored: frozenset[int] = frozenset(),
     ) -> int | None:
         """Return the id of a vehicle that is, or may come, too near to a straight path; None if the path is free.
 
@@ -206,23 +210,29 @@ class FlightControl:
             member: vehicle that is to fly it; it does not count itself.
             start_enu_m: shape (3,).
             end_enu_m: shape (3,).
+            ignored: ids of other vehicles that do not count.
         """
         if self._limits is None:
             return None
-        for obstacle in self._obstacles({member.vehicle_id}):
+        for obstacle in self._obstacles({member.vehicle_id} | ignored):
             segments = obstacle.segments()
             distances_m = segment_distance(start_enu_m, end_enu_m, segments[:, 0], segments[:, 1])
             if distances_m.min() < self._limits.separation_m:
                 return obstacle.vehicle_id
         return None
 
-    def blocks_descent(self, member: Member) -> int | None:
-        """Return the id of a vehicle that is, or may come, too near to the column below another; None if it is free."""
+    def blocks_descent(self, member: Member, ignored: frozenset[int] = frozenset()) -> int | None:
+        """Return the id of a vehicle that is, or may come, too near to the column below another; None if it is free.
+
+        Args:
+            member: vehicle that is to descend.
+            ignored: ids of vehicles that do not count.
+        """
         position_enu_m = self._roster.position_enu_m(member)
         if position_enu_m is None:
             return None
         ground_enu_m = np.array([*position_enu_m[:2], min(0.0, position_enu_m[2])])
-        return self.blocks_path(member, position_enu_m, ground_enu_m)
+        return self.blocks_path(member, position_enu_m, ground_enu_m, ignored)
 
     def _battery_per_m(self, member: Member) -> float | None:
         per_s = member.battery.per_s

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.airspace.spacing import landing_spots, spread_apart
 from aos_gcs.mission.context import FlightContext
+from aos_gcs.mission.fleet.launch_columns import in_launch_columns
 from aos_gcs.mission.fleet.roster import Member
 from aos_gcs.mission.fleet.vehicle_tasks import VehicleTasks
 from aos_gcs.mission.model.actions import Refusal
@@ -43,10 +44,12 @@ class ReturnAndLand:
         Paths in different layers do not cross; the autopilots' own return would let early vehicles descend through the
         layers of those still on their way. A vehicle below its layer climbs straight up first. One that cannot be flown
         home like that is handed to its autopilot; one that is descending already or is flown by a pilot is left alone.
+        Vehicles that have not left the columns above their launch points land there at once.
         """
         context = self._context
         self._take_over_all()
         context.journal.set_message("Returning: flying home in the altitude layers.")
+        await self._land_in_launch_columns()
         able = [member for member in self._still_flying() if self._can_fly_home(member)]
         for member in able:
             context.roster.assign(member, Task.RETURNING)
@@ -65,6 +68,7 @@ class ReturnAndLand:
         context = self._context
         self._take_over_all()
         context.journal.set_message("Landing.")
+        await self._land_in_launch_columns()
         await self._clear_columns()
         for member in self._still_flying():
             if member.follows_us:
@@ -75,6 +79,13 @@ class ReturnAndLand:
             await self._bring_down()
         self._report_landings()
         return Phase.DONE
+
+    async def _land_in_launch_columns(self) -> None:
+        """Land the vehicles that have not left the columns above their launch points; others climb and fly home."""
+        low = in_launch_columns(self._context)
+        for member in low:
+            self._context.roster.assign(member, Task.LANDING)
+        await self._context.flight.command_each(low, lambda _: Land())
 
     async def _bring_down(self) -> None:
         """Command all vehicles to land, repeatedly, until all have landed or the deadline has passed."""
@@ -122,6 +133,10 @@ class ReturnAndLand:
     async def _fly_home(self, member: Member) -> None:
         """Fly one vehicle home and land it, unless it gets another task or is taken over on its way."""
         context = self._context
+        if member in in_launch_columns(context):
+            context.roster.assign(member, Task.LANDING)
+            await context.flight.command(member, Land())
+            return
         await self._fly([member], self._climb)
         await self._fly([member], self._above_home)
         if member.task is not Task.RETURNING or not member.follows_us:
