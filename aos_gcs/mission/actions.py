@@ -111,7 +111,7 @@ class ActionHandler:
         """Carry out an action; see ``MissionCommands.act``."""
         roster, utc_s = self._context.roster, self._context.clock.utc_s
         try:
-            check_action(self._flow.heading, action, anyone_flies=bool(roster.airborne()))
+            check_action(self._flow.heading, action, anyone_flies=bool(roster.commandable()))
             if action is Action.FOCUS:
                 results = self._set_focus(vehicle_ids, focal_height_m, operator)
             elif action is Action.OVERRIDE:
@@ -212,7 +212,7 @@ class ActionHandler:
         if self._is_under_way():
             results = self._go_down(Phase.RETURN, _RETURNS)
         else:
-            is_anyone_airborne = bool(self._context.roster.airborne())
+            is_anyone_airborne = bool(self._context.roster.commandable())
             told = {one.vehicle_id: one for one in self._all_members("stays on the ground")}
             told |= {
                 one.vehicle_id: one for one in await self._command_airborne(self._return_one, _RETURNS_BY_AUTOPILOT)
@@ -264,8 +264,8 @@ class ActionHandler:
 
     async def _command_airborne(self, act: VehicleAction, done: str) -> Sequence[ActionResult]:
         """Have all airborne vehicles do something at the same time, except those that a pilot flies."""
-        airborne, lost = self._context.roster.airborne(), self._lost_results()
-        results = await asyncio.gather(*(self._result(_unless_piloted(act), member, done) for member in airborne))
+        members, lost = self._context.roster.commandable(), self._lost_results()
+        results = await asyncio.gather(*(self._result(_unless_piloted(act), member, done) for member in members))
         return [*results, *lost]
 
     def _is_under_way(self) -> bool:
@@ -273,8 +273,9 @@ class ActionHandler:
         return self._flow.heading not in ON_GROUND
 
     def _reachable(self) -> list[Member]:
-        members = self._context.roster.members()
-        return [m for m in members if m.takes_part and m.task not in {Task.LOST, Task.LANDED}]
+        """Return the vehicles of the mission that are heard, but for those that prove that they have landed."""
+        members = [m for m in self._context.roster.members() if m.takes_part and m.task is not Task.LOST]
+        return [m for m in members if m.task is not Task.LANDED or m.airborne]
 
     # --- single vehicles ----------------------------------------------------------------------------------------------
 
@@ -300,7 +301,7 @@ class ActionHandler:
     async def _result(self, act: VehicleAction, member: Member, done: str) -> ActionResult:
         if member.task is Task.LOST:
             return _result(member.vehicle_id, _LOST, done)
-        if not member.airborne:
+        if not self._context.roster.may_fly(member):
             return _result(member.vehicle_id, _NOT_FLYING, done)
         return _result(member.vehicle_id, await act(member), done)
 

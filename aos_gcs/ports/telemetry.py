@@ -78,7 +78,11 @@ class VehicleState:
     mode: FlightMode = FlightMode.UNKNOWN
     mode_name: str = ""
     armed: bool = False
+    armed_at_s: float | None = None
+    """Time at which mode and ``armed`` arrived; None before the first heartbeat since the vehicle has started."""
     landed: LandedState = LandedState.UNKNOWN
+    landed_at_s: float | None = None
+    """Time at which ``landed`` arrived."""
     ready_to_arm: bool | None = None
     position: GeodeticPosition | None = None
     position_at_s: float | None = None

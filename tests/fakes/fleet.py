@@ -85,6 +85,8 @@ class FakeVehicle:
     battery_fraction: float = 0.9
     silent_since_s: float | None = None
     camera_works: bool = True
+    reported_landed: LandedState | None = None
+    """What it says about standing on the ground, where that is not the truth."""
     refuses: frozenset[type] = frozenset()
     commands: list[Command] = field(default_factory=list)
     images: int = 0
@@ -128,6 +130,7 @@ class FakeVehicle:
             self.silent_since_s,
             self.started_s,
             self.speed_mps,
+            self.reported_landed,
         )
         places = (self.start_enu_m, self.goal_enu_m, self.home_enu_m)
         if self._computed is None or self._computed[0] != moment or not _are_same(self._computed[1], places):
@@ -151,7 +154,9 @@ class FakeVehicle:
             mode=self.mode,
             mode_name=self.mode.upper(),
             armed=self.armed,
-            landed=LandedState.ON_GROUND if on_ground else LandedState.IN_AIR,
+            armed_at_s=heard_at_s,
+            landed=self.reported_landed or (LandedState.ON_GROUND if on_ground else LandedState.IN_AIR),
+            landed_at_s=heard_at_s,
             ready_to_arm=True,
             position=_geodetic(*position_enu_m),
             position_at_s=heard_at_s,

@@ -359,19 +359,73 @@ def test_a_rate_that_drops_is_requested_again() -> None:
     )
 
 
+def positions(
+    session: MavlinkSession, vehicle: FakeVehicle, peer: PeerAddress, from_s: float, number: int
+) -> list[str]:
+    """Hear a few positions, five a second, and return what is told."""
+    told = []
+    for index in range(number):
+        vehicle.boot_ms += 200
+        told += notices(session.feed(vehicle.position(), peer, from_s + 0.2 * index))
+    return [notice.text for notice in told]
+
+
 def test_a_reboot_forgets_home_and_requests_everything_again() -> None:
     session = new_session()
     vehicle = FakeVehicle()
     session.feed(vehicle.telemetry(), A, 0.0)
     answer_streams(session, vehicle, 0.0)
     vehicle.boot_ms = 50
-    events = session.feed(vehicle.position(), A, 1.0)
-    assert [notice.text for notice in notices(events)] == ["has restarted"]
-    assert session.records[1].state(1.0).home is None
-    session.poll(1.1)
+    assert positions(session, vehicle, A, 1.0, 3) == ["has restarted"]
+    assert session.records[1].state(1.5).home is None
+    session.poll(1.6)
     outgoing = session.take_outgoing()
     assert requested(outgoing, mavlink.MAV_CMD_SET_MESSAGE_INTERVAL) == [mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT]
     assert mavlink.MAVLINK_MSG_ID_HOME_POSITION in requested(outgoing, mavlink.MAV_CMD_REQUEST_MESSAGE)
+
+
+@pytest.mark.parametrize("late_s", [2.5, 20.0])
+def test_late_packets_are_no_reboot_however_many(late_s: float) -> None:
+    session = new_session()
+    vehicle = FakeVehicle()
+    vehicle.boot_ms = 300_000
+    vehicle.armed, vehicle.landed = True, mavlink.MAV_LANDED_STATE_IN_AIR
+    session.feed(vehicle.telemetry(), A, 0.0)
+    late = [vehicle.position() for _ in range(12)]
+    vehicle.boot_ms += round(late_s * 1000)
+    assert positions(session, vehicle, A, late_s, 1) == []
+    for index, packet in enumerate(late):
+        assert notices(session.feed(packet, A, late_s + 0.1 + 0.05 * index)) == []
+    state = session.records[1].state(late_s + 1.0)
+    assert (state.armed, state.landed) == (True, LandedState.IN_AIR)
+
+
+def test_a_vehicle_that_restarts_in_the_air_is_not_taken_for_landed() -> None:
+    session = new_session()
+    vehicle = FakeVehicle()
+    vehicle.armed, vehicle.landed = True, mavlink.MAV_LANDED_STATE_IN_AIR
+    session.feed(vehicle.telemetry(), A, 0.0)
+    vehicle.boot_ms = 50
+    assert positions(session, vehicle, A, 1.0, 3) == ["has restarted"]
+    state = session.records[1].state(1.5)
+    assert (state.armed, state.armed_at_s, state.landed) == (True, None, LandedState.UNKNOWN)
+
+
+def test_a_restart_at_a_new_port_is_reported() -> None:
+    session = new_session()
+    vehicle = FakeVehicle()
+    session.feed(vehicle.telemetry(), A, 0.0)
+    vehicle.boot_ms = 50
+    moved = positions(session, vehicle, A._replace(port=5009), 4.0, 5)
+    assert moved == ["is now reached at 10.0.0.1:5009", "has restarted"]
+
+
+def test_a_move_to_a_new_port_is_no_restart() -> None:
+    session = new_session()
+    vehicle = FakeVehicle()
+    session.feed(vehicle.telemetry(), A, 0.0)
+    vehicle.boot_ms += 4000
+    assert positions(session, vehicle, A._replace(port=5009), 4.0, 20) == ["is now reached at 10.0.0.1:5009"]
 
 
 def test_home_is_asked_for_until_it_comes() -> None:

@@ -12,11 +12,13 @@ from aos_gcs.mission.fleet.return_and_land import ReturnAndLand
 from aos_gcs.mission.fleet.roster import FLYING, Member
 from aos_gcs.mission.health import CatchingUp
 from aos_gcs.mission.model.vehicles import Task
-from aos_gcs.ports import Goto, Hold, LandedState, Severity
+from aos_gcs.ports import Hold, Severity
 
 _PERIOD_S = 0.1
 _SNAPSHOT_PERIOD_S = 0.2
 """Real seconds between snapshots on the event stream, however fast the clock."""
+_STOPPED_S = 3.0
+"""Time for which a vehicle in flight has to report stopped motors: one wrong heartbeat changes nothing."""
 _REPEAT_S = 5.0
 """Time between two attempts to send a vehicle home that does not return."""
 
@@ -40,6 +42,8 @@ class Monitor:
         self._proximity = ProximityWatch(context.roster, context.clock, context.journal)
         self._catching_up = CatchingUp()
         self._all_lost_since_s: float | None = None
+        self._stopped_since_s: dict[int, float] = {}
+        """Time since which a vehicle of the swarm reports stopped motors without reporting that it landed, by id."""
         self._send_home_at_s: dict[int, float] = {}
         """Time from which a vehicle that has to leave may be commanded to again, by id."""
 
@@ -104,15 +108,32 @@ class Monitor:
             context.journal.notice(Severity.WARNING, "link restored", member.vehicle_id)
 
     def _watch_landing(self, member: Member) -> None:
-        state = member.state
-        down = not state.armed and state.landed in {LandedState.ON_GROUND, LandedState.UNKNOWN}
-        if member.task in {Task.RETURNING, Task.LANDING, Task.HELD} and down:
-            self._context.roster.assign(member, Task.LANDED)
+        roster = self._context.roster
+        if member.task is Task.LANDED:
+            if member.airborne:
+                roster.assign(member, Task.HELD)
+                text = "airborne again after its landing. Hold it, return it or land it"
+                self._context.journal.notice(Severity.CRITICAL, text, member.vehicle_id)
+        elif member.task in {Task.RETURNING, Task.LANDING, Task.HELD} and roster.is_landed(member):
+            roster.assign(member, Task.LANDED)
             self._context.journal.notice(Severity.INFO, "landed", member.vehicle_id)
-        elif member.task is Task.SWARM and down and isinstance(member.last_command, Goto):
-            self._context.roster.assign(member, Task.LANDED)
+        elif member.task is Task.SWARM and member.waypoint_enu_m is not None:
+            self._watch_motors(member)
+
+    def _watch_motors(self, member: Member) -> None:
+        """Take a vehicle out of the swarm whose motors have stopped."""
+        context, vehicle_id = self._context, member.vehicle_id
+        now_s = context.clock.now_s()
+        if member.state.armed or not context.roster.is_fresh(member.state.armed_at_s):
+            self._stopped_since_s.pop(vehicle_id, None)
+        elif context.roster.is_landed(member):
+            context.roster.assign(member, Task.LANDED)
             text = "left the swarm: it is on the ground and its motors have stopped. Check it on site"
-            self._context.journal.notice(Severity.CRITICAL, text, member.vehicle_id)
+            context.journal.notice(Severity.CRITICAL, text, vehicle_id)
+        elif now_s - self._stopped_since_s.setdefault(vehicle_id, now_s) > _STOPPED_S:
+            context.roster.assign(member, Task.HELD)
+            text = "left the swarm: it reports stopped motors, but not that it is on the ground. Check it on site"
+            context.journal.notice(Severity.CRITICAL, text, vehicle_id)
 
     def _measure_battery(self, member: Member) -> None:
         if not member.airborne:

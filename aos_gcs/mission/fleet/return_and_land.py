@@ -174,7 +174,8 @@ class ReturnAndLand:
             member
             for member in self._context.roster.members()
             if member.takes_part
-            and member.task not in {Task.LOST, Task.LANDED}
+            and member.task is not Task.LOST
+            and (member.task is not Task.LANDED or member.airborne)
             # A vehicle that was commanded to arm may be about to.
             and (member.state.armed or isinstance(member.last_command, Arm))
         ]

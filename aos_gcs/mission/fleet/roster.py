@@ -21,6 +21,10 @@ _FOLLOWS_US = frozenset({FlightMode.GUIDED, FlightMode.HOLD, FlightMode.TAKEOFF}
 
 _LAYER_TOLERANCE_M = 1.0
 
+_IN_AIR = frozenset({LandedState.TAKING_OFF, LandedState.IN_AIR, LandedState.LANDING})
+_FRESH_S = 3.0
+"""Age up to which a report counts as fresh: three heartbeats."""
+
 FLYING = frozenset({Task.JOINING, Task.SWARM, Task.HELD, Task.RETURNING, Task.LANDING})
 """Tasks of vehicles whose motors we have started and which are still heard."""
 
@@ -85,7 +89,9 @@ class Member:
     def airborne(self) -> bool:
         """True unless the vehicle is known to be on the ground and to stay there; in doubt it flies."""
         state, is_told_to_climb = self.state, isinstance(self.last_command, Takeoff)
-        return state.armed and (is_told_to_climb or state.landed is not LandedState.ON_GROUND)
+        if not state.armed:
+            return state.landed in _IN_AIR
+        return is_told_to_climb or state.landed is not LandedState.ON_GROUND
 
     @property
     def follows_us(self) -> bool:
@@ -150,6 +156,24 @@ class Roster:
     def airborne(self) -> list[Member]:
         """Return the members that fly and are still heard."""
         return [member for member in self._members.values() if member.airborne and member.task is not Task.LOST]
+
+    def commandable(self) -> list[Member]:
+        """Return the members to hold, return or land with all others: those that may fly and are still heard."""
+        return [member for member in self._members.values() if self.may_fly(member) and member.task is not Task.LOST]
+
+    def is_landed(self, member: Member) -> bool:
+        """Return whether fresh telemetry says both: disarmed, and on the ground. Nothing else counts as landed."""
+        state = member.state
+        is_down = not state.armed and state.landed is LandedState.ON_GROUND
+        return is_down and self.is_fresh(state.armed_at_s) and self.is_fresh(state.landed_at_s)
+
+    def is_fresh(self, reported_at_s: float | None) -> bool:
+        """Return whether a report has arrived within the last seconds."""
+        return reported_at_s is not None and self._clock.now_s() - reported_at_s <= _FRESH_S
+
+    def may_fly(self, member: Member) -> bool:
+        """Return whether a vehicle is airborne, or flies for the mission and does not prove that it has landed."""
+        return member.airborne or (member.task in FLYING and not self.is_landed(member))
 
     def select(self, vehicle_ids: Iterable[int]) -> list[Member]:
         """Return the members of these ids.

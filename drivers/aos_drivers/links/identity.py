@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass, field
 
 from aos_drivers.links.address import PeerAddress
+from aos_drivers.links.boot_time import REBOOT_PACKETS, SAME_BOOT_S, BootTime
+from aos_drivers.links.routes import SILENT_S
 
 MEMORY_S = 10.0
 """Addresses heard within this time are taken to be in use."""
@@ -17,9 +19,6 @@ _PROOFS = 3
 """Number of packets from both addresses that proves that these lead to one vehicle."""
 _QUESTIONS = 5
 _QUESTION_PAUSE_S = 1.0
-_REBOOT_MARGIN_MS = 2000
-_SAME_BOOT_S = 3.0
-"""Moments of boot, as seen over two links of one vehicle, differ by no more than their delays do."""
 _MAX_ADDRESSES = 8
 
 
@@ -28,8 +27,9 @@ class _Sighting:
     heard_at_s: float
     first_heard_at_s: float
     uid: bytes | None = None
-    boot_ms: int = 0
-    booted_at_s: float | None = None
+    boot: BootTime = field(default_factory=BootTime)
+    is_placed: bool = False
+    """Whether it is known whose address this is: the first one, or a later one once its boot was compared."""
     shared: dict[PeerAddress, int] = field(default_factory=dict)
     """Packets that came from the other address, too."""
     questions_left: int = _QUESTIONS
@@ -88,15 +88,31 @@ class Identity:
             self._clear_suspicion()
 
     def hear_boot_time(self, address: PeerAddress, boot_ms: int, now_s: float) -> bool:
-        """Return whether the time since boot shows that the sender at ``address`` has restarted."""
+        """Return whether the time since boot shows that the vehicle at ``address`` has restarted."""
         sighting = self._sightings[address]
-        has_restarted = boot_ms + _REBOOT_MARGIN_MS < sighting.boot_ms
-        if has_restarted:
-            for other, entry in self._sightings.items():
-                if self.is_same_vehicle(address, other):
-                    entry.boot_ms, entry.booted_at_s = boot_ms, None
-        sighting.boot_ms, sighting.booted_at_s = boot_ms, now_s - boot_ms / 1000
-        return has_restarted
+        same = [entry for key, entry in self._sightings.items() if self.is_same_vehicle(address, key)]
+        if not sighting.boot.hear(boot_ms, now_s):
+            return self._has_moved_by_restart(address, sighting, now_s)
+        for entry in same:
+            entry.boot.begin_anew(boot_ms, now_s)
+        return True
+
+    def _has_moved_by_restart(self, address: PeerAddress, sighting: _Sighting, now_s: float) -> bool:
+        """Return, once, whether a vehicle is heard at a new address since it has restarted."""
+        if sighting.is_placed:
+            return False
+        others = {key: entry for key, entry in self._sightings.items() if entry.is_placed and key != address}
+        if not others:
+            sighting.is_placed = True
+            return False
+        former = max(others.values(), key=lambda entry: entry.heard_at_s)
+        if now_s - former.heard_at_s <= SILENT_S:
+            return False  # both are heard: one vehicle on two links, or two vehicles
+        if sighting.boot.packets < REBOOT_PACKETS:
+            return False
+        sighting.is_placed = True
+        is_other_board = None not in (sighting.uid, former.uid) and sighting.uid != former.uid
+        return not is_other_board and sighting.boot.follows(former.boot, former.heard_at_s)
 
     def is_same_vehicle(self, one: PeerAddress | None, other: PeerAddress | None) -> bool:
         """Whether both addresses are known to lead to one vehicle."""
@@ -153,6 +169,6 @@ class Identity:
 
 
 def _started_together(first: _Sighting, second: _Sighting) -> bool:
-    if first.booted_at_s is None or second.booted_at_s is None:
+    if first.boot.booted_at_s is None or second.boot.booted_at_s is None:
         return True
-    return abs(first.booted_at_s - second.booted_at_s) <= _SAME_BOOT_S
+    return abs(first.boot.booted_at_s - second.boot.booted_at_s) <= SAME_BOOT_S

@@ -107,7 +107,7 @@ class VehicleRecord:
 
     def restart(self) -> None:
         """Forget what does not survive a reboot of the autopilot, and request it again."""
-        self.telemetry = Telemetry()
+        self.telemetry = self.telemetry.after_restart()
         self.clock = ClockEstimator()
         self.streams.restart()
         self._request_facts()
@@ -195,7 +195,9 @@ class VehicleRecord:
             mode=telemetry.mode,
             mode_name=telemetry.mode_name,
             armed=telemetry.armed,
+            armed_at_s=telemetry.heartbeat_at_s,
             landed=telemetry.landed,
+            landed_at_s=telemetry.landed_at_s,
             ready_to_arm=self.autopilot.is_ready(telemetry, now_s),
             position=telemetry.position,
             position_at_s=telemetry.position_at_s,

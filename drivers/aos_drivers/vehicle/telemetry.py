@@ -92,6 +92,18 @@ class Telemetry:
     def _accuracies_m(self) -> list[tuple[float, float]]:
         return [each for each in (self.receiver_accuracy_m, self.estimator_accuracy_m) if each is not None]
 
+    def after_restart(self) -> Telemetry:
+        """Return the telemetry of the same vehicle when its autopilot has restarted.
+
+        Mode, motors and position stay as they were last, without the time of a report where that would make them
+        certain: a vehicle in the air is not on the ground because its autopilot has restarted.
+        """
+        telemetry = Telemetry()
+        telemetry.mode, telemetry.mode_name, telemetry.armed = self.mode, self.mode_name, self.armed
+        telemetry.position, telemetry.position_at_s = self.position, self.position_at_s
+        telemetry.velocity_enu_mps = self.velocity_enu_mps
+        return telemetry
+
     def update(self, message: mavlink.MAVLink_message, now_s: float) -> None:
         """Update from one message; messages without telemetry are ignored."""
         handler = _HANDLERS.get(message.get_msgId())
