@@ -27,7 +27,7 @@ async def test_a_vehicle_that_seems_disarmed_in_the_air_is_commanded_down_with_t
         assert flight.task(2) is Task.SWARM
         await flight.clock.sleep(4.0)
         assert flight.task(2) is Task.HELD
-        assert any("reports stopped motors" in text for text in flight.texts())
+        assert any("motors have stopped" in text for text in flight.texts())
         results = await flight.commands.act(action, None)
         assert all(result.accepted for result in results)
         vehicle.armed, vehicle.reported_landed = True, None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 from collections.abc import Callable
 
 from aos_gcs.mission.context import FlightContext
@@ -42,8 +43,8 @@ class Monitor:
         self._proximity = ProximityWatch(context.roster, context.clock, context.journal)
         self._catching_up = CatchingUp()
         self._all_lost_since_s: float | None = None
-        self._stopped_since_s: dict[int, float] = {}
-        """Time since which a vehicle of the swarm reports stopped motors without reporting that it landed, by id."""
+        self._stopped_at_s: dict[int, float] = {}
+        """Time since which a vehicle reports stopped motors without reporting that it landed, by id; then infinite."""
         self._send_home_at_s: dict[int, float] = {}
         """Time from which a vehicle that has to leave may be commanded to again, by id."""
 
@@ -117,22 +118,23 @@ class Monitor:
         elif member.task in {Task.RETURNING, Task.LANDING, Task.HELD} and roster.is_landed(member):
             roster.assign(member, Task.LANDED)
             self._context.journal.notice(Severity.INFO, "landed", member.vehicle_id)
-        elif member.task is Task.SWARM and member.waypoint_enu_m is not None:
+        elif member.task in {Task.SWARM, Task.HELD} and member.waypoint_enu_m is not None:
             self._watch_motors(member)
 
     def _watch_motors(self, member: Member) -> None:
-        """Take a vehicle out of the swarm whose motors have stopped."""
+        """Report a vehicle whose motors have stopped away from its landing place, and take it out of the swarm."""
         context, vehicle_id = self._context, member.vehicle_id
         now_s = context.clock.now_s()
         if member.state.armed or not context.roster.is_fresh(member.state.armed_at_s):
-            self._stopped_since_s.pop(vehicle_id, None)
+            self._stopped_at_s.pop(vehicle_id, None)
         elif context.roster.is_landed(member):
             context.roster.assign(member, Task.LANDED)
             text = "left the swarm: it is on the ground and its motors have stopped. Check it on site"
             context.journal.notice(Severity.CRITICAL, text, vehicle_id)
-        elif now_s - self._stopped_since_s.setdefault(vehicle_id, now_s) > _STOPPED_S:
+        elif now_s - self._stopped_at_s.setdefault(vehicle_id, now_s) > _STOPPED_S:
+            self._stopped_at_s[vehicle_id] = math.inf
             context.roster.assign(member, Task.HELD)
-            text = "left the swarm: it reports stopped motors, but not that it is on the ground. Check it on site"
+            text = "reports that its motors have stopped, but not that it is on the ground. Check it on site"
             context.journal.notice(Severity.CRITICAL, text, vehicle_id)
 
     def _measure_battery(self, member: Member) -> None:
