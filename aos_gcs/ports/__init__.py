@@ -10,7 +10,7 @@ from aos_gcs.ports.clock import Clock
 from aos_gcs.ports.commands import Arm, Command, Disarm, Goto, Hold, Land, ReturnToLaunch, Takeoff
 from aos_gcs.ports.driver import Driver, DriverContext, Fleet, Notice, Severity
 from aos_gcs.ports.setup import Geofence, LatLon, Safeguard, VehicleFacts
-from aos_gcs.ports.telemetry import CameraState, FlightMode, LandedState, LinkQuality, VehicleState
+from aos_gcs.ports.telemetry import CameraState, ComponentLink, FlightMode, LandedState, LinkQuality, VehicleState
 from aos_gcs.ports.vehicle import Vehicle
 
 __all__ = [
@@ -19,6 +19,7 @@ __all__ = [
     "Capture",
     "Clock",
     "Command",
+    "ComponentLink",
     "Disarm",
     "Driver",
     "DriverContext",

@@ -49,6 +49,17 @@ class LinkQuality:
 
 
 @dataclass(frozen=True, slots=True)
+class ComponentLink:
+    """Link to a component of a vehicle beside its autopilot, such as a camera or a companion computer."""
+
+    component_id: int
+    name: str
+    """MAVLink's name of the component, in words."""
+    heard_at_s: float
+    """Time at which its last message arrived."""
+
+
+@dataclass(frozen=True, slots=True)
 class CameraState:
     """Counts of the frames of a vehicle's camera since its link was opened."""
 
@@ -98,7 +109,9 @@ class VehicleState:
     """MAVLink's GPS_FIX_TYPE; 3 and above is a 3D fix."""
     satellites: int | None = None
     heard_at_s: float | None = None
-    """Time at which the last message of the vehicle arrived."""
+    """Time at which the last message of the autopilot arrived; those of other components do not count."""
+    components: tuple[ComponentLink, ...] = ()
+    """Other components that have been heard, in the order of their ids."""
     packet_loss_fraction: float | None = None
     """Share of the vehicle's messages that never arrived, from gaps in its sequence numbers."""
     link: LinkQuality | None = None

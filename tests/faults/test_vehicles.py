@@ -90,10 +90,13 @@ async def test_a_stranger_with_a_vehicles_id_is_told_of_and_gets_no_command(
         options = replace(flight.swarm.options, vehicles=1, first_system_id=2, seed=99)
         async with SimulatedSwarm(options, WarmSpot()) as strangers:
             if in_flight:
-                await flight.until(lambda: any("same system id" in text or "two" in text for text in flight.texts()))
+                await flight.until(lambda: any("another sender" in text for text in flight.texts()))
                 await flight.until_step(3)
-                await flight.mission.commands.act(Action.RETURN, None)
+                results = await flight.mission.commands.act(Action.RETURN, None)
+                assert all(result.accepted for result in results)
             await flight.run
+            if in_flight:
+                assert flight.swarm.report().landed == 3
             assert not strangers.vehicle(2).autopilot.flight.armed
         # Told to fly nowhere; reads and streams do not move it.
         commands = [

@@ -428,6 +428,17 @@ def test_a_move_to_a_new_port_is_no_restart() -> None:
     assert positions(session, vehicle, A._replace(port=5009), 4.0, 20) == ["is now reached at 10.0.0.1:5009"]
 
 
+def test_a_companion_does_not_hide_a_silent_autopilot() -> None:
+    session = new_session()
+    vehicle = FakeVehicle()
+    session.feed(vehicle.telemetry(), A, 0.0)
+    for tick in range(1, 100):
+        session.feed(vehicle.camera_heartbeat(), A, tick / 10)
+    state = session.records[1].state(9.9)
+    assert state.heard_at_s == 0.0
+    assert [(each.component_id, each.name, each.heard_at_s) for each in state.components] == [(100, "camera", 9.9)]
+
+
 def test_home_is_asked_for_until_it_comes() -> None:
     session = new_session()
     vehicle = FakeVehicle()

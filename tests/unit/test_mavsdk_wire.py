@@ -17,6 +17,10 @@ NEAR, FAR = PeerAddress(0, "10.0.0.1", 1000), PeerAddress(0, "10.0.0.2", 1000)
 CAMERA = mavlink.MAV_COMP_ID_CAMERA
 
 
+STRANGER = 9
+"""System id of a sender whose packets are not passed on."""
+
+
 def packet(message: mavlink.MAVLink_message, system_id: int, component_id: int = 1) -> bytes:
     return bytes(message.pack(mavlink.MAVLink(None, srcSystem=system_id, srcComponent=component_id)))
 
@@ -51,8 +55,9 @@ class Bench:
         self.wire = Wire(254, self.delivered.append, self.note, self.recorded.append)
         self.wire.add_endpoint(0, self.radio, None)
 
-    def note(self, message: mavlink.MAVLink_message, peer: PeerAddress) -> None:
+    def note(self, message: mavlink.MAVLink_message, peer: PeerAddress) -> bool:
         self.wire.route(message.get_srcSystem(), message.get_srcComponent(), peer)
+        return message.get_srcSystem() != STRANGER
 
 
 @pytest.fixture
@@ -69,6 +74,13 @@ def test_mavsdk_gets_whole_packets_whatever_the_link_cuts(bench: Bench) -> None:
     for byte in b"noise" + data:
         bench.wire.receive(bytes([byte]), NEAR)
     assert bench.delivered == [data]
+
+
+def test_mavsdk_gets_nothing_of_senders_that_are_not_admitted(bench: Bench) -> None:
+    delivered = len(bench.delivered)
+    bench.wire.receive(packet(heartbeat(), STRANGER), FAR)
+    assert len(bench.delivered) == delivered
+    assert len(bench.recorded) == delivered + 1
 
 
 def test_a_packet_goes_to_its_vehicle_and_nobody_else(bench: Bench) -> None:

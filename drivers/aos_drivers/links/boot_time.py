@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+BOOT_TIMED_IDS = frozenset({mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT, mavlink.MAVLINK_MSG_ID_ATTITUDE})
+"""Messages that hold the time since boot."""
 REBOOT_MARGIN_MS = 2000
 """A packet that is older than the newest one by more than this is late, or of another boot."""
 SAME_BOOT_S = 3.0

@@ -75,6 +75,12 @@ def is_signed(data: bytes | bytearray, start: int = 0) -> bool:
     return data[start] == mavlink.PROTOCOL_MARKER_V2 and bool(data[start + 2] & mavlink.MAVLINK_IFLAG_SIGNED)
 
 
+def without_signature(message: mavlink.MAVLink_message) -> bytes:
+    """Return the packet without its signature, which differs from link to link."""
+    packet = bytes(message.get_msgbuf())
+    return packet[: -mavlink.MAVLINK_SIGNATURE_BLOCK_LEN] if is_signed(packet) else packet
+
+
 def _frame_end(data: bytes, start: int) -> int | None:
     """Return where the packet at ``start`` ends, or None while its header is incomplete."""
     if len(data) < start + 3:

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field
+
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.links.address import PeerAddress
 from aos_drivers.links.boot_time import REBOOT_PACKETS, SAME_BOOT_S, BootTime
@@ -27,6 +30,7 @@ class _Sighting:
     heard_at_s: float
     first_heard_at_s: float
     uid: bytes | None = None
+    is_signed: bool = False
     boot: BootTime = field(default_factory=BootTime)
     is_placed: bool = False
     """Whether it is known whose address this is: the first one, or a later one once its boot was compared."""
@@ -49,14 +53,32 @@ class Identity:
         self._sightings: dict[PeerAddress, _Sighting] = {}
         self._returns_at_s: list[float] = []
         self._clash_until_s = -math.inf
+        self._kept: frozenset[PeerAddress] = frozenset()
 
     @property
     def has_several_addresses(self) -> bool:
         """Whether packets can arrive twice."""
         return len(self._sightings) > 1
 
-    def hear(self, address: PeerAddress, now_s: float) -> None:
-        """Note a packet of the autopilot component."""
+    def addresses(self) -> list[PeerAddress]:
+        """Return the addresses that are remembered."""
+        return list(self._sightings)
+
+    def keep(self, addresses: Iterable[PeerAddress]) -> None:
+        """Never forget ``addresses``, and forget others before them."""
+        self._kept = frozenset(addresses)
+
+    def is_signed(self, address: PeerAddress) -> bool:
+        """Whether packets with a good signature come from ``address``."""
+        return address in self._sightings and self._sightings[address].is_signed
+
+    def silence_s(self, address: PeerAddress, now_s: float) -> float:
+        """Return the time since ``address`` was heard; infinite for one that is not remembered."""
+        sighting = self._sightings.get(address)
+        return math.inf if sighting is None else now_s - sighting.heard_at_s
+
+    def hear(self, address: PeerAddress, now_s: float, *, is_signed: bool = False) -> None:
+        """Note a packet of the autopilot component, and whether it had a good signature."""
         sighting = self._sightings.get(address)
         if sighting is None:
             self._sightings[address] = _Sighting(now_s, now_s)
@@ -66,6 +88,7 @@ class Identity:
             if address != self._last and now_s - sighting.heard_at_s <= MEMORY_S:
                 self._on_return(address, now_s)
             sighting.heard_at_s = now_s
+        self._sightings[address].is_signed |= is_signed
         self._last = address
 
     def hear_twice(self, address: PeerAddress, first: PeerAddress) -> None:
@@ -97,6 +120,10 @@ class Identity:
             entry.boot.begin_anew(boot_ms, now_s)
         return True
 
+    def learn_boot_time(self, address: PeerAddress, boot_ms: int, now_s: float) -> None:
+        """Note the time since boot of a sender that is not taken for the vehicle."""
+        self._sightings[address].boot.hear(boot_ms, now_s)
+
     def _has_moved_by_restart(self, address: PeerAddress, sighting: _Sighting, now_s: float) -> bool:
         """Return, once, whether a vehicle is heard at a new address since it has restarted."""
         if sighting.is_placed:
@@ -124,6 +151,26 @@ class Identity:
             return first.uid == second.uid and _started_together(first, second)
         return one == other or first.shared.get(other, 0) >= _PROOFS
 
+    def is_proven_same(self, one: PeerAddress, other: PeerAddress) -> bool:
+        """Whether both addresses lead to one vehicle, and the boots behind both are known to be one."""
+        if not self.is_same_vehicle(one, other):
+            return False
+        first, second = self._sightings[one], self._sightings[other]
+        are_timed = first.boot.booted_at_s is not None and second.boot.booted_at_s is not None
+        return one == other or first.shared.get(other, 0) >= _PROOFS or are_timed
+
+    def is_other_board(self, one: PeerAddress, other: PeerAddress) -> bool:
+        """Whether the boards behind both addresses are known to be two."""
+        uids = [self._sightings[key].uid if key in self._sightings else None for key in (one, other)]
+        return None not in uids and uids[0] != uids[1]
+
+    def has_restarted_at(self, former: PeerAddress, address: PeerAddress) -> bool:
+        """Whether the board of ``former`` is heard at ``address`` since a later boot."""
+        first, second = self._sightings.get(former), self._sightings.get(address)
+        if first is None or second is None or first.uid is None or first.uid != second.uid:
+            return False
+        return second.boot.packets >= REBOOT_PACKETS and second.boot.follows(first.boot, first.heard_at_s)
+
     def is_ambiguous(self, now_s: float) -> bool:
         """Whether two senders use this id."""
         return now_s < self._clash_until_s
@@ -144,7 +191,9 @@ class Identity:
         return due
 
     def _forget_oldest(self) -> None:
-        oldest = min(self._sightings, key=lambda key: self._sightings[key].heard_at_s)
+        # The one heard just now is the newest, so there is always another to forget.
+        candidates = [key for key in self._sightings if key not in self._kept] or list(self._sightings)
+        oldest = min(candidates, key=lambda key: self._sightings[key].heard_at_s)
         del self._sightings[oldest]
         for entry in self._sightings.values():
             entry.shared.pop(oldest, None)
@@ -166,6 +215,11 @@ class Identity:
         if all(self.is_same_vehicle(first, other) for other in others):
             self._returns_at_s = []
             self._clash_until_s = -math.inf
+
+
+def board_uid(message: mavlink.MAVLink_autopilot_version_message) -> bytes:
+    """Return the identity of a board; all zero when it has none."""
+    return bytes(message.uid2) + message.uid.to_bytes(8, "little")
 
 
 def _started_together(first: _Sighting, second: _Sighting) -> bool:

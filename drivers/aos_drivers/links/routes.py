@@ -62,6 +62,10 @@ class ComponentRoute:
         self.address, self._chosen_at_s = address, now_s
         return had_address
 
+    def knows(self, address: PeerAddress) -> bool:
+        """Return whether the component was heard from ``address`` before."""
+        return address in self._paths
+
     def count(self, address: PeerAddress, sequence: int) -> None:
         """Count a packet from an address that is known already, for its loss alone."""
         if address in self._paths:
@@ -70,6 +74,11 @@ class ComponentRoute:
     def living(self, now_s: float) -> int:
         """Return how many addresses were heard within the last ``SILENT_S``."""
         return sum(now_s - path.heard_at_s <= SILENT_S for path in self._paths.values())
+
+    @property
+    def heard_at_s(self) -> float:
+        """Time of the last packet, from any address."""
+        return max((path.heard_at_s for path in self._paths.values()), default=-math.inf)
 
     @property
     def loss(self) -> LossCounter:
@@ -119,3 +128,7 @@ class DuplicateFilter:
             del self._seen[oldest]
         first = self._seen.setdefault(content, (address, now_s))[0]
         return first if first != address else None
+
+    def sender_of(self, content: bytes) -> PeerAddress | None:
+        """Return the address that a packet came from before; it is not remembered as heard again."""
+        return self._seen[content][0] if content in self._seen else None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Set
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
@@ -23,6 +24,16 @@ class Outgoing:
 
     packet: bytes
     peer: PeerAddress
+
+
+class Received(NamedTuple):
+    """A valid packet."""
+
+    message: mavlink.MAVLink_message
+    refusal: SignatureCheck | None
+    """Reason to refuse it; None if it may be used."""
+    is_signed: bool
+    """Whether it has a good signature."""
 
 
 class _Peer:
@@ -74,10 +85,8 @@ class PeerTable:
             peer for peer, entry in self._peers.items() if entry.carries_vehicle or entry.is_pinned or entry.is_late
         ]
 
-    def receive(
-        self, data: bytes, peer: PeerAddress, now_s: float
-    ) -> list[tuple[mavlink.MAVLink_message, SignatureCheck | None]]:
-        """Return the valid packets that ``data`` completes, each with None or with the reason to refuse it."""
+    def receive(self, data: bytes, peer: PeerAddress, now_s: float) -> list[Received]:
+        """Return the valid packets that ``data`` completes."""
         entry = self._peers.get(peer) or self._make_room_for(peer, now_s)
         if entry is None:
             return []
@@ -85,8 +94,8 @@ class PeerTable:
         signer = self._signers.get(peer.link)
         messages = entry.parser.feed(data)
         if signer is None:
-            return [(message, None) for message in messages]
-        return [(message, _refusal(message, entry, signer)) for message in messages]
+            return [Received(message, None, False) for message in messages]
+        return [_checked(message, entry, signer) for message in messages]
 
     def send(self, message: mavlink.MAVLink_message, peer: PeerAddress) -> None:
         """Queue a message, unless the peer has been forgotten for newer ones."""
@@ -128,7 +137,7 @@ class PeerTable:
         return self._add(peer)
 
 
-def _refusal(message: mavlink.MAVLink_message, entry: _Peer, signer: LinkSigner) -> SignatureCheck | None:
+def _checked(message: mavlink.MAVLink_message, entry: _Peer, signer: LinkSigner) -> Received:
     check = signer.check(message)
     entry.is_late = check is SignatureCheck.REPLAYED
-    return None if signer.accepts(check, message) else check
+    return Received(message, None if signer.accepts(check, message) else check, check is SignatureCheck.GOOD)

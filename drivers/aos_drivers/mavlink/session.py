@@ -11,8 +11,10 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.frames.settings import CameraPlan
 from aos_drivers.links.address import PeerAddress
-from aos_drivers.links.framing import is_signed
+from aos_drivers.links.boot_time import BOOT_TIMED_IDS
+from aos_drivers.links.framing import without_signature
 from aos_drivers.links.heartbeat import HEARTBEAT_PERIOD_S, OUR_COMPONENT_ID, is_autopilot_heartbeat, our_heartbeat
+from aos_drivers.links.identity import board_uid
 from aos_drivers.mavlink.peers import Outgoing, PeerTable
 from aos_drivers.mavlink.signing.signer import LinkSigner, SignatureCheck
 from aos_drivers.vehicle.autopilots.base import Target
@@ -20,8 +22,6 @@ from aos_drivers.vehicle.autopilots.choice import dialect_of
 from aos_drivers.vehicle.record import VehicleRecord
 from aos_drivers.vehicle.status_text import notice_severity
 from aos_gcs.ports import Notice, Severity
-
-_BOOT_TIMED = frozenset({mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT, mavlink.MAVLINK_MSG_ID_ATTITUDE})
 
 _REFUSALS = {
     SignatureCheck.UNSIGNED: "not signed; set the key on the vehicle, or append unsigned=accept to the link",
@@ -88,9 +88,9 @@ class MavlinkSession:
 
     def feed(self, data: bytes, peer: PeerAddress, now_s: float) -> list[Event]:
         """Process bytes from ``peer``; what is not MAVLink is dropped and counted."""
-        for message, refusal in self._peers.receive(data, peer, now_s):
+        for message, refusal, is_signed in self._peers.receive(data, peer, now_s):
             if refusal is None:
-                self._on_packet(message, peer, now_s)
+                self._on_packet(message, peer, now_s, is_signed)
             else:
                 self._report_refusal(message.get_srcSystem(), peer, refusal)
         return self._take_events()
@@ -152,7 +152,7 @@ class MavlinkSession:
             record.count_unknown(message.get_srcComponent(), message.get_seq(), peer)
         self._events.append(PacketReceived(message.get_msgbuf(), None))
 
-    def _on_packet(self, message: mavlink.MAVLink_message, peer: PeerAddress, now_s: float) -> None:
+    def _on_packet(self, message: mavlink.MAVLink_message, peer: PeerAddress, now_s: float, is_signed: bool) -> None:
         if isinstance(message, mavlink.MAVLink_unknown):
             self._on_unknown(message, peer)
             return
@@ -161,7 +161,11 @@ class MavlinkSession:
         if record is None:
             record = self._find_vehicle(message, peer)
         if record is not None:
-            is_moved = record.hear(message.get_srcComponent(), message.get_seq(), peer, now_s)
+            component_id = message.get_srcComponent()
+            if not record.admits(component_id, peer, now_s, is_signed=is_signed):
+                self._on_stranger(record, message, peer, now_s, is_signed)
+                return
+            is_moved = record.hear(component_id, message.get_seq(), peer, now_s, is_signed=is_signed)
             if record.identity.has_several_addresses and self._is_duplicate(record, message, peer, now_s):
                 return
             self._events.append(PacketReceived(message.get_msgbuf(), record.vehicle_id))
@@ -173,15 +177,24 @@ class MavlinkSession:
             text = f"another ground station uses our system id {system_id}: change one of them"
             self._events.append(Notice(Severity.WARNING, text))
 
+    def _on_stranger(
+        self, record: VehicleRecord, message: mavlink.MAVLink_message, peer: PeerAddress, now_s: float, is_signed: bool
+    ) -> None:
+        """Ignore a packet with the id of an armed vehicle, but for what may prove that it comes from that vehicle."""
+        self._events.append(PacketReceived(message.get_msgbuf(), None))
+        notice = record.take_stranger(message, peer, now_s, is_signed=is_signed)
+        if notice is not None:
+            self._events.append(notice)
+
     def _is_duplicate(
         self, record: VehicleRecord, message: mavlink.MAVLink_message, peer: PeerAddress, now_s: float
     ) -> bool:
-        first = record.duplicates.first_sender(_content(message), peer, now_s)
+        first = record.duplicates.first_sender(without_signature(message), peer, now_s)
         if first is None:
             return False
         if message.get_srcComponent() == record.target.component_id:
             self._peers.note_vehicle(peer)
-            if message.get_msgId() in _BOOT_TIMED:
+            if message.get_msgId() in BOOT_TIMED_IDS:
                 record.identity.hear_twice(peer, first)
         return True
 
@@ -224,15 +237,16 @@ class MavlinkSession:
     def _watch_boot_time(
         self, record: VehicleRecord, message: mavlink.MAVLink_message, peer: PeerAddress, now_s: float
     ) -> None:
-        if message.get_msgId() in _BOOT_TIMED and record.identity.hear_boot_time(peer, message.time_boot_ms, now_s):
+        if message.get_msgId() in BOOT_TIMED_IDS and record.identity.hear_boot_time(peer, message.time_boot_ms, now_s):
             record.restart()
             self._events.append(Notice(Severity.WARNING, "has restarted", record.vehicle_id))
 
     def _on_heartbeat(
-        self, record: VehicleRecord, message: mavlink.MAVLink_message, _peer: PeerAddress, now_s: float
+        self, record: VehicleRecord, message: mavlink.MAVLink_message, peer: PeerAddress, now_s: float
     ) -> None:
         if not is_autopilot_heartbeat(message):
             return
+        record.watch_ownership(message, peer, now_s)
         record.autopilot = dialect_of(message)
         telemetry = record.telemetry
         telemetry.mode, telemetry.mode_name = record.autopilot.mode(message)
@@ -248,7 +262,7 @@ class MavlinkSession:
     def _on_version(
         self, record: VehicleRecord, message: mavlink.MAVLink_message, peer: PeerAddress, now_s: float
     ) -> None:
-        record.identity.hear_uid(peer, bytes(message.uid2) + message.uid.to_bytes(8, "little"), now_s)
+        record.identity.hear_uid(peer, board_uid(message), now_s)
         self._watch_identity(record, now_s)
 
     def _on_timesync(
@@ -278,7 +292,7 @@ class MavlinkSession:
     # --- vehicles ---------------------------------------------------------------------------------------------------
 
     def _watch_identity(self, record: VehicleRecord, now_s: float) -> None:
-        is_ambiguous = record.identity.is_ambiguous(now_s)
+        is_ambiguous = record.is_ambiguous(now_s)
         if is_ambiguous and not record.was_ambiguous:
             text = (
                 "two vehicles use this system id: neither is commanded; "
@@ -308,9 +322,3 @@ def _command_long(
     """Return the command; parameters not given are 0."""
     values = [*params, *[0.0] * (7 - len(params))]
     return mavlink.MAVLink_command_long_message(system_id, component_id, command, 0, *values)
-
-
-def _content(message: mavlink.MAVLink_message) -> bytes:
-    """Return the packet without its signature."""
-    packet = bytes(message.get_msgbuf())
-    return packet[: -mavlink.MAVLINK_SIGNATURE_BLOCK_LEN] if is_signed(packet) else packet

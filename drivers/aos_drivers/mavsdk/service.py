@@ -15,6 +15,7 @@ from aos_drivers.background import BackgroundTasks
 from aos_drivers.frames.files.fetching import ImageFetcher
 from aos_drivers.links.address import LinkAddress, PeerAddress, parse_link
 from aos_drivers.links.heartbeat import HEARTBEAT_PERIOD_S, is_autopilot_heartbeat
+from aos_drivers.links.identity import board_uid
 from aos_drivers.links.opener import LinkOpener
 from aos_drivers.links.recorder import open_recorder
 from aos_drivers.mavsdk.core import LoopDispatcher, open_core
@@ -53,13 +54,16 @@ class MavsdkFleet:
         """Return all vehicles ever heard, by system id."""
         return MappingProxyType(self._vehicles)
 
-    def note(self, wire: Wire, message: mavlink.MAVLink_message, peer: PeerAddress) -> None:
-        """Record what MAVSDK does not report: time and address of each packet, and system ids used twice."""
+    def note(self, wire: Wire, message: mavlink.MAVLink_message, peer: PeerAddress) -> bool:
+        """Record what MAVSDK does not report: time and address of each packet, and system ids used twice.
+
+        Returns whether MAVSDK may have the packet.
+        """
         system_id, now_s = message.get_srcSystem(), self._context.clock.now_s()
         record = self._records.get(system_id)
         if record is None:
             if system_id in (0, self._context.system_id) or not is_autopilot_heartbeat(message):
-                return
+                return True
             target = Target(system_id, message.get_srcComponent())
             record = self._records[system_id] = VehicleRecord(
                 target, message, self._position_hz, self._tools.cameras.of(system_id)
@@ -67,28 +71,41 @@ class MavsdkFleet:
         component_id = message.get_srcComponent()
         if isinstance(message, mavlink.MAVLink_unknown):
             record.count_unknown(component_id, message.get_seq(), peer)
-            return
+            return True
+        if not record.admits(component_id, peer, now_s):
+            notice = record.take_stranger(message, peer, now_s)
+            if notice is not None:
+                self._context.notify(notice)
+            return False
         record.hear(component_id, message.get_seq(), peer, now_s)
-        wire.route(system_id, component_id, peer)
+        wire.route(system_id, component_id, record.address_of(component_id) or peer)
         record.requests.on_message(component_id, message.get_msgId())
         record.take_payload(message, now_s)
         if system_id in self._vehicles:
             self._vehicles[system_id].announce()
-        if component_id != record.target.component_id:
-            return
-        wire.route(system_id, ANY_COMPONENT, peer)
+        if component_id == record.target.component_id:
+            wire.route(system_id, ANY_COMPONENT, record.route.address or peer)
+            wire.call(peer)
+            self._note_autopilot(record, message, peer, now_s)
+        return True
+
+    def _note_autopilot(
+        self, record: VehicleRecord, message: mavlink.MAVLink_message, peer: PeerAddress, now_s: float
+    ) -> None:
         record.streams.on_message(message.get_msgId())
         for exchange in record.exchanges:
             exchange.on_message(message)
         if message.get_msgId() == mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT:
             if record.identity.hear_boot_time(peer, message.time_boot_ms, now_s):
                 record.restart()
-                self._context.notify(Notice(Severity.WARNING, "has restarted", system_id))
+                self._context.notify(Notice(Severity.WARNING, "has restarted", record.vehicle_id))
         elif message.get_msgId() == mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION:
-            record.identity.hear_uid(peer, bytes(message.uid2) + message.uid.to_bytes(8, "little"), now_s)
+            record.identity.hear_uid(peer, board_uid(message), now_s)
             record.telemetry.update(message, now_s)
         elif message.get_msgId() == mavlink.MAVLINK_MSG_ID_TIMESYNC:
             record.clock.on_message(message, now_s)
+        elif is_autopilot_heartbeat(message):
+            record.watch_ownership(message, peer, now_s)
 
     async def run(self, wire: Wire, dispatcher: LoopDispatcher) -> None:
         """Do due work until cancelled."""
@@ -123,7 +140,7 @@ class MavsdkFleet:
                 self._context.notify(Notice(Severity.INFO, text, system_id))
 
     def _watch_identity(self, vehicle_id: int, now_s: float) -> None:
-        is_ambiguous = self._records[vehicle_id].identity.is_ambiguous(now_s)
+        is_ambiguous = self._records[vehicle_id].is_ambiguous(now_s)
         if is_ambiguous and vehicle_id not in self._ambiguous:
             self._ambiguous.add(vehicle_id)
             text = "two vehicles use this system id: neither is commanded; change the id of one of them"

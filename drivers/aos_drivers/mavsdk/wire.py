@@ -36,10 +36,13 @@ class Wire:
         self,
         system_id: int,
         deliver: Callable[[bytes], None],
-        note: Callable[[mavlink.MAVLink_message, PeerAddress], None],
+        note: Callable[[mavlink.MAVLink_message, PeerAddress], bool],
         record: Callable[[bytes], None],
     ) -> None:
-        """``deliver`` passes a packet to MAVSDK, ``note`` sees it before, ``record`` records both directions."""
+        """``deliver`` passes a packet to MAVSDK, ``note`` sees it before and says whether it is passed on.
+
+        ``record`` records both directions.
+        """
         self._system_id = system_id
         self._deliver = deliver
         self._note = note
@@ -65,12 +68,16 @@ class Wire:
         for message in entry.parser.feed(data):
             packet = bytes(message.get_msgbuf())
             self._record(packet)
-            self._note(message, peer)
-            self._deliver(packet)
+            if self._note(message, peer):
+                self._deliver(packet)
 
     def route(self, system_id: int, component_id: int, peer: PeerAddress) -> None:
         """Send packets for a component to this address from now on; ``ANY_COMPONENT`` means those not heard."""
         self._routes[system_id, component_id] = peer
+        self.call(peer)
+
+    def call(self, peer: PeerAddress) -> None:
+        """Send heartbeats to this address, where a vehicle was heard, from now on."""
         self._peers[peer].is_called = True
 
     def host_of(self, system_id: int, component_id: int) -> str:

@@ -58,10 +58,12 @@ class CommandRunner:
 
     def _check_vehicle(self, command: Command) -> None:
         record = self._record
-        if record.identity.is_ambiguous(self._clock.now_s()):
+        if isinstance(command, _ALWAYS_SENT):
+            return
+        if record.is_ambiguous(self._clock.now_s()):
             raise CommandRefusedError(f"two vehicles use system id {record.vehicle_id}: change the id of one of them")
         silence_s = self._clock.now_s() - (record.heard_at_s if record.heard_at_s is not None else -math.inf)
-        if silence_s > _SILENCE_S and not isinstance(command, _ALWAYS_SENT):
+        if silence_s > _SILENCE_S:
             raise CommandRefusedError(
                 f"vehicle {record.vehicle_id} has been silent for {silence_s:.0f} s: "
                 "only hold, return and land are sent to it"

@@ -10,7 +10,10 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from aos_drivers.frames.errors import FrameCounts
 from aos_drivers.frames.settings import CameraSettings
 from aos_drivers.links.address import PeerAddress
-from aos_drivers.links.identity import Identity
+from aos_drivers.links.boot_time import BOOT_TIMED_IDS
+from aos_drivers.links.framing import without_signature
+from aos_drivers.links.identity import Identity, board_uid
+from aos_drivers.links.ownership import Ownership
 from aos_drivers.links.routes import ComponentRoute, DuplicateFilter
 from aos_drivers.vehicle.autopilots.base import AutopilotDialect, Target
 from aos_drivers.vehicle.autopilots.choice import dialect_of
@@ -22,7 +25,7 @@ from aos_drivers.vehicle.streams import OneTimeRequests, StreamKeeper
 from aos_drivers.vehicle.telemetry import Telemetry
 from aos_drivers.vehicle.timesync import ClockEstimator
 from aos_drivers.vehicle.transaction import CommandTransaction
-from aos_gcs.ports import LinkQuality, VehicleState
+from aos_gcs.ports import ComponentLink, LinkQuality, Notice, Severity, VehicleState
 
 _HOME_PAUSE_S = 3.0
 _PAUSE_S = 2.0
@@ -30,6 +33,7 @@ _ATTEMPTS = 8
 _SNAPSHOT_LIFE_S = 0.05
 """Age at which the snapshot is renewed for changes without a packet, such as addresses that become silent."""
 _MAX_COMPONENTS = 16
+_STRANGER_PAUSE_S = 60.0
 _CAMERA_IDS = range(mavlink.MAV_COMP_ID_CAMERA, mavlink.MAV_COMP_ID_CAMERA6 + 1)
 
 
@@ -49,6 +53,7 @@ class VehicleRecord:
         self.autopilot: AutopilotDialect = dialect_of(heartbeat)
         self.telemetry = Telemetry()
         self.identity = Identity()
+        self.ownership = Ownership(self.identity)
         self.texts = StatusTexts()
         self.streams = StreamKeeper(_higher_rates(self.autopilot.stream_rates_hz(position_hz), motion_rates_hz(camera)))
         self.requests = OneTimeRequests()
@@ -63,10 +68,12 @@ class VehicleRecord:
         self.clock = ClockEstimator()
         self._routes = {target.component_id: ComponentRoute()}
         self.heard_at_s: float | None = None
+        """Time of the autopilot's last packet: a companion's must not hide that the autopilot is silent."""
         self._packets = 0
         self._snapshot: tuple[int, float, VehicleState] | None = None
         """Packets heard and time when it was made, and the state."""
         self.was_ambiguous = False
+        self._stranger_told_at_s = -math.inf
         self._request_facts()
 
     @property
@@ -88,12 +95,54 @@ class VehicleRecord:
         address = self.address_of(component_id)
         return address.host if address is not None else ""
 
-    def hear(self, component_id: int, sequence: int, peer: PeerAddress, now_s: float) -> bool:
+    def admits(self, component_id: int, peer: PeerAddress, now_s: float, *, is_signed: bool = False) -> bool:
+        """Return whether a packet may be the vehicle's; see ``Ownership``."""
+        if component_id == self.target.component_id:
+            return self.ownership.admits(peer, is_signed, now_s)
+        route = self._routes.get(component_id)
+        return (route is not None and route.knows(peer)) or self.ownership.admits_component(peer)
+
+    def take_stranger(
+        self, message: mavlink.MAVLink_message, peer: PeerAddress, now_s: float, *, is_signed: bool = False
+    ) -> Notice | None:
+        """Ignore a packet that is not admitted, but for what may prove that it is the vehicle's.
+
+        Returns the notice about its sender, at most once a minute.
+        """
+        if message.get_srcComponent() == self.target.component_id:
+            self.identity.hear(peer, now_s, is_signed=is_signed)
+            if message.get_msgId() in BOOT_TIMED_IDS:
+                self.identity.learn_boot_time(peer, message.time_boot_ms, now_s)
+                first = self.duplicates.sender_of(without_signature(message))
+                if first is not None and first != peer:
+                    self.identity.hear_twice(peer, first)
+            elif message.get_msgId() == mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION:
+                self.identity.hear_uid(peer, board_uid(message), now_s)
+        if now_s - self._stranger_told_at_s < _STRANGER_PAUSE_S:
+            return None
+        self._stranger_told_at_s = now_s
+        text = f"another sender, at {peer}, uses its system id: ignored. Commands go to {self.route.address}"
+        return Notice(Severity.CRITICAL, text, self.vehicle_id)
+
+    def watch_ownership(self, heartbeat: mavlink.MAVLink_heartbeat_message, peer: PeerAddress, now_s: float) -> None:
+        """Give the id to the addresses of an armed vehicle, or up when it is disarmed."""
+        if not heartbeat.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED:
+            self.ownership.release()
+        elif peer == self.route.address:
+            self.ownership.claim(peer, now_s)
+
+    def is_ambiguous(self, now_s: float) -> bool:
+        """Return whether two vehicles use the id and neither owns it."""
+        return not self.ownership.is_claimed and self.identity.is_ambiguous(now_s)
+
+    def hear(
+        self, component_id: int, sequence: int, peer: PeerAddress, now_s: float, *, is_signed: bool = False
+    ) -> bool:
         """Count a packet; return whether the address of its component has changed."""
-        self.heard_at_s = now_s
         self._packets += 1
         if component_id == self.target.component_id:
-            self.identity.hear(peer, now_s)
+            self.heard_at_s = now_s
+            self.identity.hear(peer, now_s, is_signed=is_signed)
         if component_id not in self._routes and len(self._routes) >= _MAX_COMPONENTS:
             return False
         route = self._routes.setdefault(component_id, ComponentRoute())
@@ -210,6 +259,7 @@ class VehicleRecord:
             gps_fix=telemetry.gps_fix,
             satellites=telemetry.satellites,
             heard_at_s=self.heard_at_s,
+            components=self._component_links(),
             packet_loss_fraction=self.loss_fraction(),
             link=self.link_quality(now_s),
             camera=self.frames.state(),
@@ -220,7 +270,14 @@ class VehicleRecord:
             altitude_test_ratio=telemetry.altitude_test_ratio,
             gps_altitude_amsl_m=telemetry.gps_altitude_amsl_m,
             pressure_hpa=telemetry.pressure_hpa,
-            is_ambiguous=self.identity.is_ambiguous(now_s),
+            is_ambiguous=self.is_ambiguous(now_s),
+        )
+
+    def _component_links(self) -> tuple[ComponentLink, ...]:
+        return tuple(
+            ComponentLink(component_id, component_name(component_id), route.heard_at_s)
+            for component_id, route in sorted(self._routes.items())
+            if component_id != self.target.component_id
         )
 
     def _request_facts(self) -> None:
@@ -232,3 +289,9 @@ class VehicleRecord:
 def _higher_rates(rates_hz: Mapping[int, float], more_hz: Mapping[int, float]) -> dict[int, float]:
     """Return the higher of both rates of each message."""
     return {key: max(rates_hz.get(key, 0.0), more_hz.get(key, 0.0)) for key in [*rates_hz, *more_hz]}
+
+
+def component_name(component_id: int) -> str:
+    """Return MAVLink's name of a component in words, such as "camera2" or "onboard computer"."""
+    entry = mavlink.enums["MAV_COMPONENT"].get(component_id)
+    return "" if entry is None else entry.name.removeprefix("MAV_COMP_ID_").replace("_", " ").lower()

@@ -89,7 +89,7 @@ class SetupRunner:
 
     def _setup(self) -> Setup:
         record = self._record
-        if record.identity.is_ambiguous(self._clock.now_s()):
+        if record.is_ambiguous(self._clock.now_s()):
             raise CommandRefusedError(f"two vehicles use system id {record.vehicle_id}: change the id of one of them")
         if record.autopilot.setup is None:
             raise CommandRefusedError(

@@ -36,7 +36,7 @@ class CaptureRunner:
     async def run(self, deadline_s: float) -> Capture:
         """See ``Vehicle.capture``."""
         record = self._record
-        if record.identity.is_ambiguous(self._tools.clock.now_s()):
+        if record.is_ambiguous(self._tools.clock.now_s()):
             raise CaptureError(f"two vehicles use system id {record.vehicle_id}: change the id of one of them")
         if self._is_busy:
             raise CaptureError(f"vehicle {record.vehicle_id} is already taking an image")
