@@ -68,7 +68,7 @@ async def test_mission_shows_metres_and_degrees(client: httpx.AsyncClient) -> No
 async def test_values_never_reported_are_null(client: httpx.AsyncClient) -> None:
     shown = MissionModel.model_validate_json((await client.get("/api/mission")).content)
     silent = next(vehicle for vehicle in shown.vehicles if vehicle.vehicle_id == SILENT_ID)
-    told = {"vehicle_id", "autopilot", "mode", "mode_name", "task", "takes_part", "landed", "text"}
+    told = {"vehicle_id", "autopilot", "mode", "mode_name", "task", "takes_part", "landed", "text", "components"}
     assert {name for name, value in silent if value is not None} == told
 
 

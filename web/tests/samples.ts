@@ -29,6 +29,7 @@ export function vehicle(id: number, changes: Partial<Vehicle> = {}): Vehicle {
     gps_fix: 3,
     satellites: 12,
     link_age_s: 0.2,
+    components: [],
     link: null,
     camera: null,
     packet_loss_percent: 0,

@@ -8,7 +8,7 @@ from typing import Final
 from aos_gcs.api.convert.places import percent, place_model, position, rounded, vertices
 from aos_gcs.api.convert.reuse import Reused
 from aos_gcs.api.models.base import PositionModel
-from aos_gcs.api.models.vehicles import LinkModel, VehicleCameraModel, VehicleModel
+from aos_gcs.api.models.vehicles import ComponentModel, LinkModel, VehicleCameraModel, VehicleModel
 from aos_gcs.geometry.geodesy import EnuPoint, GeodeticPosition, LocalFrame
 from aos_gcs.mission.model.vehicles import CameraSnapshot, VehicleSnapshot
 from aos_gcs.ports import CameraState, LinkQuality
@@ -36,9 +36,6 @@ class VehicleConverter:
         state = vehicle.telemetry
         heard = state.heard_at_s is not None
         velocity_enu_mps = state.velocity_enu_mps
-        position_age_s = None
-        if vehicle.link_age_s is not None and state.heard_at_s is not None and state.position_at_s is not None:
-            position_age_s = vehicle.link_age_s + state.heard_at_s - state.position_at_s
         return VehicleModel(
             vehicle_id=state.vehicle_id,
             autopilot=state.autopilot,
@@ -50,7 +47,7 @@ class VehicleConverter:
             armed=state.armed if heard else None,
             ready_to_arm=state.ready_to_arm,
             position=_position(vehicle),
-            position_age_s=_age_s(position_age_s),
+            position_age_s=_age_of(vehicle, state.position_at_s),
             altitude_amsl_m=rounded(state.position.altitude_amsl_m, 2) if state.position else None,
             height_above_home_m=rounded(state.height_above_home_m, 2),
             ground_speed_mps=rounded(math.hypot(*velocity_enu_mps[:2]), 1) if velocity_enu_mps else None,
@@ -62,6 +59,10 @@ class VehicleConverter:
             gps_fix=state.gps_fix,
             satellites=state.satellites,
             link_age_s=_age_s(vehicle.link_age_s),
+            components=[
+                ComponentModel(component_id=each.component_id, name=each.name, age_s=_age_of(vehicle, each.heard_at_s))
+                for each in state.components
+            ],
             packet_loss_percent=percent(state.packet_loss_fraction),
             layer_height_m=vehicle.layer_height_m,
             waypoint=self._waypoint(vehicle.waypoint_enu_m) if vehicle.waypoint_enu_m is not None else None,
@@ -100,6 +101,14 @@ def _position(vehicle: VehicleSnapshot) -> PositionModel | None:
     if vehicle.position_enu_m is None:
         return None
     return place_model(vehicle.position_enu_m, vehicle.telemetry.position)
+
+
+def _age_of(vehicle: VehicleSnapshot, at_s: float | None) -> float | None:
+    """Return the age at the time of the snapshot of something that came from the vehicle at ``at_s``."""
+    heard_at_s = vehicle.telemetry.heard_at_s
+    if vehicle.link_age_s is None or heard_at_s is None or at_s is None:
+        return None
+    return _age_s(max(0.0, vehicle.link_age_s + heard_at_s - at_s))
 
 
 def _age_s(age_s: float | None) -> float | None:

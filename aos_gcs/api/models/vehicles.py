@@ -19,6 +19,14 @@ class LinkModel(WireModel):
     clock_drift_ppm: float | None = Field(description="Rate at which the vehicle's clock gains on ours.")
 
 
+class ComponentModel(WireModel):
+    """Component of a vehicle beside its autopilot."""
+
+    component_id: int
+    name: str = Field(description="MAVLink's name of it, in words; empty if it has none.")
+    age_s: float | None = Field(description="Age of its last message.")
+
+
 class VehicleCameraModel(WireModel):
     """Frames of a vehicle's camera in this mission."""
 
@@ -59,7 +67,8 @@ class VehicleModel(WireModel):
     battery_voltage_v: float | None
     gps_fix: int | None = Field(description="MAVLink's GPS_FIX_TYPE; 3 and above is a 3D fix.")
     satellites: int | None
-    link_age_s: float | None = Field(description="Seconds since its last message; null if never heard.")
+    link_age_s: float | None = Field(description="Seconds since its autopilot's last message; null if never heard.")
+    components: list[ComponentModel] = Field(description="Other components that have been heard, such as cameras.")
     packet_loss_percent: float | None
     layer_height_m: float | None
     waypoint: PositionModel | None = Field(description="Latest waypoint sent to it.")

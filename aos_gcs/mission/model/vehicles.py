@@ -64,7 +64,7 @@ class VehicleSnapshot:
     """The altitude layer it flies in, metres above the origin."""
     position_enu_m: EnuPoint | None
     link_age_s: float | None
-    """Seconds since its last message; None if never heard."""
+    """Seconds since its autopilot's last message; None if never heard."""
     waypoint_enu_m: EnuPoint | None
     """Position that it was last sent to."""
     refusal: str | None

@@ -38,6 +38,7 @@ const vehicle = shape({
   waypoint: orNull(position),
   home: orNull(position),
   link_age_s: orNull(isNumber),
+  components: listOf(shape({ component_id: isNumber, name: isString })),
   camera: orNull(shape({ footprint: listOf(vertex) })),
 });
 const target = shape({ position, sightings: isNumber });

@@ -691,6 +691,24 @@ export interface components {
      */
     CheckStatus: "pass" | "warn" | "fail";
     /**
+     * ComponentModel
+     * @description Component of a vehicle beside its autopilot.
+     */
+    ComponentModel: {
+      /**
+       * Age S
+       * @description Age of its last message.
+       */
+      age_s: number | null;
+      /** Component Id */
+      component_id: number;
+      /**
+       * Name
+       * @description MAVLink's name of it, in words; empty if it has none.
+       */
+      name: string;
+    };
+    /**
      * EllipseModel
      * @description One standard deviation of a horizontal position; holds the truth with a probability of 39 %.
      */
@@ -1943,6 +1961,11 @@ export interface components {
       /** Climb Rate Mps */
       climb_rate_mps: number | null;
       /**
+       * Components
+       * @description Other components that have been heard, such as cameras.
+       */
+      components: components["schemas"]["ComponentModel"][];
+      /**
        * Gps Fix
        * @description MAVLink's GPS_FIX_TYPE; 3 and above is a 3D fix.
        */
@@ -1963,7 +1986,7 @@ export interface components {
       link: components["schemas"]["LinkModel"] | null;
       /**
        * Link Age S
-       * @description Seconds since its last message; null if never heard.
+       * @description Seconds since its autopilot's last message; null if never heard.
        */
       link_age_s: number | null;
       mode: components["schemas"]["FlightMode"];

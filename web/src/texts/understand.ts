@@ -46,6 +46,7 @@ export const understand = {
     lag: "Loop lag, ms",
   },
   linkTable: "Current links",
+  component: (vehicleId: number, name: string) => `${vehicleId}, ${name}`,
   linkColumn: {
     id: "Vehicle",
     loss: "Packet loss",

@@ -1,5 +1,5 @@
 /** Values of the charts as tables, for screen readers and for exact numbers. */
-import type { Mission, Step } from "../../api/types";
+import type { Mission, Step, Vehicle } from "../../api/types";
 import { age, displayName, duration, quantity, UNKNOWN } from "../../format";
 import { isStale, linkAge_s } from "../../state/freshness";
 import { texts } from "../../texts";
@@ -44,17 +44,35 @@ export function LinkTable({ mission, snapshotAge_s }: { mission: Mission; snapsh
         <Head names={Object.values(linkColumn)} />
         <tbody>
           {mission.vehicles.map((vehicle) => (
-            <tr key={vehicle.vehicle_id} class={isStale(vehicle, snapshotAge_s) ? "is-stale" : ""}>
-              <th scope="row">{vehicle.vehicle_id}</th>
-              <td>{quantity(vehicle.packet_loss_percent, 1, "%")}</td>
-              <td>{quantity(vehicle.link?.round_trip_ms, 0, "ms")}</td>
-              <td>{age(linkAge_s(vehicle, snapshotAge_s))}</td>
-              <td>{vehicle.link?.address ?? UNKNOWN}</td>
-            </tr>
+            <LinkRows key={vehicle.vehicle_id} vehicle={vehicle} snapshotAge_s={snapshotAge_s} />
           ))}
         </tbody>
       </table>
     </div>
+  );
+}
+
+/** The autopilot's link, and one row for each other component: these do not show that the autopilot is heard. */
+function LinkRows({ vehicle, snapshotAge_s }: { vehicle: Vehicle; snapshotAge_s: number }) {
+  return (
+    <>
+      <tr class={isStale(vehicle, snapshotAge_s) ? "is-stale" : ""}>
+        <th scope="row">{vehicle.vehicle_id}</th>
+        <td>{quantity(vehicle.packet_loss_percent, 1, "%")}</td>
+        <td>{quantity(vehicle.link?.round_trip_ms, 0, "ms")}</td>
+        <td>{age(linkAge_s(vehicle, snapshotAge_s))}</td>
+        <td>{vehicle.link?.address ?? UNKNOWN}</td>
+      </tr>
+      {vehicle.components.map(({ component_id, name, age_s }) => (
+        <tr key={component_id}>
+          <th scope="row">{texts.understand.component(vehicle.vehicle_id, name || `${component_id}`)}</th>
+          <td />
+          <td />
+          <td>{age(age_s === null ? null : age_s + snapshotAge_s)}</td>
+          <td />
+        </tr>
+      ))}
+    </>
   );
 }
 
