@@ -219,7 +219,7 @@ class Identity:
 
 def board_uid(message: mavlink.MAVLink_autopilot_version_message) -> bytes:
     """Return the identity of a board; all zero when it has none."""
-    return bytes(message.uid2) + message.uid.to_bytes(8, "little")
+    return bytes(message.uid2) + int(message.uid).to_bytes(8, "little")
 
 
 def _started_together(first: _Sighting, second: _Sighting) -> bool:

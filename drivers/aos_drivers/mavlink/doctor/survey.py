@@ -10,6 +10,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.links.address import PeerAddress
 from aos_drivers.links.framing import FrameParser, is_signed
+from aos_drivers.links.identity import board_uid
 from aos_drivers.links.loss import LossCounter
 from aos_drivers.mavlink.signing.signer import LinkSigner, SignatureCheck
 
@@ -105,5 +106,5 @@ class Survey:
         if message.get_msgId() == mavlink.MAVLINK_MSG_ID_HEARTBEAT:
             sender.heartbeat = message
         elif message.get_msgId() == mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION:
-            uid = bytes(message.uid2) + message.uid.to_bytes(8, "little")
+            uid = board_uid(message)
             sender.uid = uid if any(uid) else sender.uid
