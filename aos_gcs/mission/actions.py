@@ -110,6 +110,7 @@ class ActionHandler:
     ) -> tuple[ActionResult, ...]:
         """Carry out an action; see ``MissionCommands.act``."""
         roster, utc_s = self._context.roster, self._context.clock.utc_s
+        self._context.auto_start.cancel(f"{operator or 'an operator'} has acted")
         try:
             check_action(self._flow.heading, action, anyone_flies=bool(roster.commandable()))
             if action is Action.FOCUS:

@@ -82,6 +82,7 @@ class LiveCommands:
         self, vehicle_id: int, check: str, reason: str | None, *, operator: str = ""
     ) -> PreflightCheck:
         """Override a failed preflight check; see ``MissionCommands.override_check``."""
+        self._context.auto_start.cancel(f"{operator or 'an operator'} has acted")
         check_action(self._flow.heading, Action.OVERRIDE)
         return await self._flow.sortie.overrides.decide(vehicle_id, check, reason, operator)
 
@@ -124,6 +125,7 @@ class LiveCommands:
         blocking = [problem for problem in problems if problem.blocking]
         if blocking:
             raise MissionError(f"This plan cannot be flown: {blocking[0].text}")
+        self._context.auto_start.cancel(f"{operator or 'an operator'} has acted")
         self._flow.follow_plan(apply_plan(self.settings, plan))
         self._context.journal.operator_notice(operator, "plan applied. Checks restarted")
         self._context.journal.publish(EventKind.PLAN, PlanRecord(plan, operator))

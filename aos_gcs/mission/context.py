@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from aos_gcs.mission.auto_start import AutoStart
 from aos_gcs.mission.fleet.flight import FlightControl
 from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.health import LoopMonitor
@@ -32,6 +33,7 @@ class MissionContext:
     journal: Journal
     recorder: Recorder
     loop_monitor: LoopMonitor
+    auto_start: AutoStart
 
     def flight_context(self, settings: MissionSettings) -> FlightContext:
         """Return the context of a flight by these settings; preflight has not set its limits yet."""

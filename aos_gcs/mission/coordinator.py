@@ -9,6 +9,7 @@ import numpy as np
 
 from aos_gcs.errors import AosError
 from aos_gcs.mission.actions import ActionHandler
+from aos_gcs.mission.auto_start import AutoStart
 from aos_gcs.mission.commands import LiveCommands
 from aos_gcs.mission.context import MissionContext
 from aos_gcs.mission.fleet.launch_columns import in_launch_columns
@@ -51,8 +52,14 @@ class Coordinator:
         recorder: Recorder,
         loop_monitor: LoopMonitor,
     ) -> None:
+        self.auto_start = AutoStart(journal, is_on=settings.auto_start)
         self._context = MissionContext(
-            clock=clock, roster=Roster(fleet, clock), journal=journal, recorder=recorder, loop_monitor=loop_monitor
+            clock=clock,
+            roster=Roster(fleet, clock),
+            journal=journal,
+            recorder=recorder,
+            loop_monitor=loop_monitor,
+            auto_start=self.auto_start,
         )
         self._gallery = Gallery(journal, recorder)
         self._findings = Findings()

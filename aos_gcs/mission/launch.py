@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from aos_gcs.airspace.limits import UNLIMITED
 from aos_gcs.errors import MissionFailedError
 from aos_gcs.geometry.geodesy import LocalFrame
+from aos_gcs.mission.auto_start import AutoStart
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.fleet.roster import Member
 from aos_gcs.mission.model.checks import PreflightCheck
@@ -35,10 +36,13 @@ _SAME_HOME_M = 1.0
 class Launch:
     """The phases CONNECT to TAKEOFF. Every handler can be entered again after an interruption."""
 
-    def __init__(self, context: FlightContext, overrides: Overrides, inspector: Inspector) -> None:
+    def __init__(
+        self, context: FlightContext, overrides: Overrides, inspector: Inspector, auto_start: AutoStart
+    ) -> None:
         self._context = context
         self._overrides = overrides
         self._inspector = inspector
+        self._auto_start = auto_start
         self._advice = check_aperture(context.settings)
         self._launch_distance_m = context.settings.safety.applied_to(UNLIMITED).launch_distance_m
         self._ground: tuple[PreflightCheck, ...] = ()
@@ -83,7 +87,7 @@ class Launch:
             failed = [check for check in self._overrides.checks if check.blocks]
             issues = "1 blocking issue" if len(failed) == 1 else f"{len(failed)} blocking issues"
             context.journal.set_message(f"Preflight: {issues}. First: {failed[0].describe()}.")
-            if context.settings.auto_start and context.clock.now_s() > deadline_s:
+            if self._auto_start.is_on and context.clock.now_s() > deadline_s:
                 raise MissionFailedError(f"Preflight did not pass in time. {context.journal.message}")
             await context.clock.sleep(_POLL_S)
         return Phase.READY
@@ -95,7 +99,7 @@ class Launch:
         passed = f", {overridden} failed checks overridden" if overridden else ""
         context.journal.set_message(f"Ready to launch{passed}.")
         while await self._checks_pass():
-            if context.settings.auto_start:
+            if self._auto_start.is_on:
                 return Phase.ARM
             await context.clock.sleep(_POLL_S)
         return Phase.PREFLIGHT
@@ -165,6 +169,8 @@ class Launch:
         context = self._context
         self._find_origin()
         self._assign_layers()
+        if any(member.airborne for member in self._chosen_or_all()):
+            self._auto_start.cancel("vehicles were found in the air")
         of_mission = check_area(context.settings) + check_vehicles(context.roster, context.settings.vehicles)
         found = await self._overrides.review(of_mission + self._advice + self._check(self._chosen_or_all()))
         return context.flight.limits is not None and not any(check.blocks for check in found)

@@ -46,7 +46,7 @@ class Sortie:
     ) -> None:
         context = self.context = mission.flight_context(settings)
         self.overrides = Overrides(context, mission.recorder)
-        self.launch = Launch(context, self.overrides, inspector)
+        self.launch = Launch(context, self.overrides, inspector, mission.auto_start)
         self.vision = Vision(context, mission.recorder, focus_override_m)
         self.search = Search(context, mission, gallery, self.vision, findings)
         self.return_and_land = ReturnAndLand(context, vehicle_tasks)

@@ -23,6 +23,7 @@ from aos_gcs.ports import DriverContext
 from aos_gcs.runtime.dashboard import open_dashboard, operator_code
 from aos_gcs.runtime.drivers import load_driver
 from aos_gcs.runtime.viewer import Viewer
+from aos_gcs.store.last_mission import unfinished_mission
 from aos_gcs.store.recorder import MissionRecorder
 
 
@@ -65,6 +66,7 @@ async def open_service(config: ServiceConfig) -> AsyncIterator[Service]:
     started = datetime.now(UTC)
     mission_id = f"{started:%Y%m%d-%H%M%S-%f}-{config.swarm.strategy}"
     folder = config.record.folder / mission_id
+    unfinished = None if settings.any_vehicles else unfinished_mission(config.record.folder)
     opened = False
     try:
         async with MissionRecorder.create(
@@ -88,6 +90,8 @@ async def open_service(config: ServiceConfig) -> AsyncIterator[Service]:
                     recorder=recorder,
                     loop_monitor=loop_monitor,
                 )
+                if unfinished is not None:
+                    mission.auto_start.cancel(f"the last mission, {unfinished}, did not end: vehicles may still fly")
                 viewer = Viewer(folder, settings.imaging, settings.autofocus.reach_m)
                 async with open_dashboard(mission.view, config.api, code, commands=mission.commands, viewer=viewer):
                     opened = True

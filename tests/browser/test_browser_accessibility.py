@@ -80,7 +80,7 @@ async def test_a_mission_is_launched_by_keyboard_alone(page: Page, service) -> N
     await page.keyboard.press("ArrowRight")
     await page.keyboard.press("ArrowDown")
     await expect(page.get_by_test_id("check-2-position")).to_be_focused()
-    for _ in range(12):
+    for _ in range(30):
         await page.keyboard.press("Tab")
         if await page.evaluate("document.activeElement.dataset.testid") == "launch":
             break
