@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import find_peaks, peak_prominences, peak_widths
 
 from aos_gcs.errors import ImagingError
 from aos_gcs.geometry.projection import Plane, project_points
 from aos_gcs.imaging.focus.measure import CORRELATION_AREA_PX, Agreement, FocusSignal, focus_signal
+from aos_gcs.imaging.focus.peaks import curve_peaks
 from aos_gcs.imaging.focus.region import FocusRegion
 from aos_gcs.imaging.model import Frame
 
@@ -271,15 +271,15 @@ def _pixels_per_point(pixels: NDArray[np.float64]) -> float:
 def _peaks(heights_m: NDArray[np.float64], curve: FocusCurve) -> list[_Peak]:
     """Return the peaks, the most prominent one first; the ends of the range count as peaks where the curve rises."""
     padded = np.concatenate(([curve.values.min()], curve.values, [curve.values.min()]))
-    indices = find_peaks(padded)[0]
-    if not indices.size:
-        return []
-    prominences = peak_prominences(padded, indices)
-    half_widths = peak_widths(padded, indices, 0.5, prominences)[0] / 2 * float(heights_m[1] - heights_m[0])
-    limits = (1, len(heights_m))
+    half_step_m = float(heights_m[1] - heights_m[0]) / 2
     peaks = [
-        _Peak(float(heights_m[index - 1]), float(prominence), float(half_width_m), index in limits)
-        for index, prominence, half_width_m in zip(indices, prominences[0], half_widths, strict=True)
+        _Peak(
+            float(heights_m[peak.index - 1]),
+            peak.prominence,
+            peak.width * half_step_m,
+            peak.index in (1, len(heights_m)),
+        )
+        for peak in curve_peaks(padded.tolist())
     ]
     return sorted(peaks, key=lambda peak: -peak.prominence)
 
