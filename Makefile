@@ -13,6 +13,8 @@ REQUIREMENTS := pyproject.toml constraints.txt
 
 # Options for the program or for pytest, as in: make demo ARGS="--vehicles 5"
 ARGS ?=
+# Python keeps what it compiles, here too where the environment says otherwise: tests start many processes.
+export PYTHONDONTWRITEBYTECODE :=
 # Processes that run tests side by side; auto is one more than cores.
 WORKERS ?= auto
 # Repetitions of the whole suite by make soak-test.

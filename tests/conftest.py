@@ -26,6 +26,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(key=schedule.rank)
     for item in items:
         timing.limit(item)
+        timing.advance_promptly(item)
 
 
 @pytest.fixture
