@@ -18,7 +18,7 @@ from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.phases import ENDING, ON_GROUND, check_action
 from aos_gcs.mission.sortie import Sortie
 from aos_gcs.planning.settings import MIN_SWARM, MissionSettings
-from aos_gcs.ports import FlightMode, Hold, Land, ReturnToLaunch
+from aos_gcs.ports import Hold, Land, ReturnToLaunch
 
 _HOLDS = "holds its position"
 _LANDS = "lands where it is"
@@ -175,7 +175,8 @@ class ActionHandler:
             raise MissionError("Cannot resume: nothing is paused or held.")
         self._announce(operator, "resume")
         self._flow.resume()
-        results = [self._result(self._resume_one, member, "is back in the swarm") for member in held]
+        resume = _unless_taken_over(self._resume_one)
+        results = [self._result(resume, member, "is back in the swarm") for member in held]
         if self._flow.heading not in ENDING:
             for task, act, done in (
                 (Task.RETURNING, self._return_one, _RETURNS),
@@ -252,7 +253,7 @@ class ActionHandler:
         else:
             self._flow.redirect(phase)
         results = [
-            _result(member.vehicle_id, _PILOTED if _has_pilot(member) else None, text) for member in self._reachable()
+            _result(member.vehicle_id, _PILOTED if member.has_pilot else None, text) for member in self._reachable()
         ]
         return [*results, *self._lost_results()]
 
@@ -317,8 +318,9 @@ class ActionHandler:
             return Refusal(f"is neither paused nor held ({member.task})")
         if self._flow.heading in ENDING:
             return Refusal("the mission is returning already")
-        if not member.follows_us:
-            return Refusal(f"does not follow this station: its mode is {member.state.mode_name}")
+        if not member.follows_us_once_reclaimed:
+            return _not_ours(member)
+        member.vehicle.reclaim()
         self._context.roster.assign(member, Task.SWARM)
         return None
 
@@ -351,14 +353,26 @@ class ActionHandler:
 
 def _unless_piloted(act: VehicleAction) -> VehicleAction:
     async def checked(member: Member) -> Refusal | None:
-        return _PILOTED if _has_pilot(member) else await act(member)
+        return _PILOTED if member.has_pilot else await act(member)
 
     return checked
 
 
-def _has_pilot(member: Member) -> bool:
-    """Return whether a pilot flies the vehicle: actions on all leave it alone, one on it by name does not."""
-    return member.airborne and member.state.mode is FlightMode.MANUAL
+def _unless_taken_over(act: VehicleAction) -> VehicleAction:
+    """Have an action on all skip vehicles that were taken over: they are given back one by one."""
+
+    async def checked(member: Member) -> Refusal | None:
+        taken_over = member.state.taken_over
+        return Refusal(f"was taken over: {taken_over}. Resume this vehicle alone") if taken_over else await act(member)
+
+    return checked
+
+
+def _not_ours(member: Member) -> Refusal:
+    state = member.state
+    if state.failsafe:
+        return Refusal(f"does not follow this station: its failsafe is active ({state.failsafe})")
+    return Refusal(f"does not follow this station: its mode is {state.mode_name or state.mode}")
 
 
 def _result(vehicle_id: int, refusal: Refusal | None, done: str) -> ActionResult:

@@ -132,3 +132,7 @@ class VehicleState:
     """Static pressure that the barometer measures."""
     is_ambiguous: bool = False
     """Two vehicles are heard with this id: neither is commanded."""
+    taken_over: str = ""
+    """What shows that a pilot, another station or the autopilot itself flies it against our commands; empty if none."""
+    failsafe: str = ""
+    """Status of the autopilot's failsafe while it is active, such as "critical": only return and land are sent."""

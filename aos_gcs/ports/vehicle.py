@@ -31,8 +31,18 @@ class Vehicle(Protocol):
         still waiting for confirmation, and the older call raises ``CommandRefusedError``.
 
         Raises:
-            CommandRefusedError: the autopilot said no, or the driver must not send it.
+            CommandRefusedError: the autopilot said no, or the driver must not send it: to a vehicle in a failsafe,
+                only ``ReturnToLaunch`` and ``Land``; to one that was taken over, none that arms or moves it. A
+                take-over also ends commands that are still waiting.
             CommandTimeoutError: no acknowledgement or no visible effect by ``deadline_s``.
+        """
+        ...
+
+    def reclaim(self) -> None:
+        """Count the vehicle's present mode and target as ours, so that ``state.taken_over`` ends.
+
+        Sends nothing. For an operator who gives a vehicle back to this station after a pilot, another station or the
+        autopilot itself took it over.
         """
         ...
 

@@ -95,6 +95,8 @@ class FakeVehicle:
     """Fields of its facts that differ from good ones."""
     return_height_m: float = 30.0
     keeps_return_height: bool = False
+    taken_over: str = ""
+    failsafe: str = ""
     inspections: int = 0
     uploads: int = 0
     _newest: Command | None = None
@@ -131,6 +133,8 @@ class FakeVehicle:
             self.started_s,
             self.speed_mps,
             self.reported_landed,
+            self.taken_over,
+            self.failsafe,
         )
         places = (self.start_enu_m, self.goal_enu_m, self.home_enu_m)
         if self._computed is None or self._computed[0] != moment or not _are_same(self._computed[1], places):
@@ -168,7 +172,12 @@ class FakeVehicle:
             gps_fix=3,
             satellites=12,
             heard_at_s=heard_at_s,
+            taken_over=self.taken_over,
+            failsafe=self.failsafe,
         )
+
+    def reclaim(self) -> None:
+        self.taken_over = ""
 
     async def execute(self, command: Command, deadline_s: float) -> None:
         self.commands.append(command)
@@ -198,6 +207,10 @@ class FakeVehicle:
         state = self.state
         is_grounded = not state.armed or state.landed is LandedState.ON_GROUND
         match command:
+            case Arm() | Takeoff() | Goto() if self.taken_over:
+                raise self._refusal(f"was taken over: {self.taken_over}. Resume it first")
+            case Arm() | Takeoff() | Goto() | Hold() if self.failsafe:
+                raise self._refusal(f"is in a failsafe ({self.failsafe}): only return and land are sent to it")
             case Disarm() if state.landed is not LandedState.ON_GROUND:
                 raise self._refusal("does not report that it is on the ground: land it before disarming")
             case Takeoff() if not state.armed:

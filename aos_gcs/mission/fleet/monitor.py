@@ -145,7 +145,7 @@ class Monitor:
 
     def _must_leave(self, member: Member) -> str | None:
         """Return the reason why a vehicle has to return now; None if it has none."""
-        if not member.airborne or not member.follows_us or self._returning().is_busy(member):
+        if not member.airborne or not member.obeys_return or self._returning().is_busy(member):
             return None
         reason = self._why_home(member)
         now_s = self._context.clock.now_s()
@@ -183,11 +183,20 @@ class Monitor:
         await self._context.flight.command(member, Hold())
 
     def _watch_take_over(self, member: Member) -> None:
-        if member.task is Task.SWARM and member.airborne and not member.follows_us:
-            self._context.roster.assign(member, Task.HELD)
-            mode = member.state.mode_name or member.state.mode
-            text = f"left the swarm: its mode changed to {mode}, not by this station. Resume it to have it follow again"
-            self._context.journal.notice(Severity.WARNING, text, member.vehicle_id)
+        """Leave a vehicle alone that a pilot, another station or its failsafe flies, and say so."""
+        if not member.airborne or member.follows_us or not self._is_flown_against_us(member):
+            return
+        self._returning().stop(member)
+        self._context.roster.assign(member, Task.HELD)
+        text = f"left the swarm: {member.why_not_ours}. It is left alone until it is resumed"
+        self._context.journal.notice(Severity.CRITICAL, text, member.vehicle_id)
+
+    @staticmethod
+    def _is_flown_against_us(member: Member) -> bool:
+        if member.task is Task.SWARM:
+            return True
+        # These return or land in modes that are the autopilot's own, by our command.
+        return member.task in {Task.JOINING, Task.RETURNING, Task.LANDING} and bool(member.state.taken_over)
 
     def _watch_all_lost(self) -> None:
         context = self._context

@@ -16,7 +16,7 @@ from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.airspace.separation import minimum_separation
 from aos_gcs.mission.fleet.roster import Member, Roster
 from aos_gcs.mission.journal import Journal
-from aos_gcs.ports import Clock, FlightMode, Hold, Severity
+from aos_gcs.ports import Clock, Hold, Severity
 
 _REPEAT_S = 1.0
 """Time between two holds of a vehicle that moves on nevertheless."""
@@ -118,7 +118,7 @@ class ProximityWatch:
 def _later_mover(one: Member, other: Member) -> Member | None:
     """Return the vehicle of a pair that was sent last and can be stopped; None if neither can.
 
-    A pilot is not overruled; a vehicle that hovers or holds already is not the one to stop.
+    Neither a pilot nor a failsafe is overruled; a vehicle that hovers or holds already is not the one to stop.
     """
     return max((m for m in (one, other) if _can_be_stopped(m)), key=lambda member: member.sent_at_s, default=None)
 
@@ -126,4 +126,5 @@ def _later_mover(one: Member, other: Member) -> Member | None:
 def _can_be_stopped(member: Member) -> bool:
     velocity_enu_mps, command = member.state.velocity_enu_mps, member.last_command
     moves = velocity_enu_mps is None or float(np.linalg.norm(velocity_enu_mps)) > _HOVER_MPS
-    return moves and member.state.mode is not FlightMode.MANUAL and not isinstance(command, Hold)
+    is_left_alone = member.has_pilot or bool(member.state.failsafe)
+    return moves and not is_left_alone and not isinstance(command, Hold)

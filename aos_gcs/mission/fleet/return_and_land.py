@@ -71,7 +71,7 @@ class ReturnAndLand:
         await self._land_in_launch_columns()
         await self._clear_columns()
         for member in self._still_flying():
-            if member.follows_us:
+            if member.obeys_return:
                 context.roster.assign(member, Task.LANDING)
         self._report_pilots()
         await self._bring_down()
@@ -188,7 +188,7 @@ class ReturnAndLand:
     @staticmethod
     def _waits_for_us(member: Member) -> bool:
         """Return whether a vehicle needs a command: it has landed with running motors, or does not land on its own."""
-        return member.follows_us or (member.state.mode in _COMING_DOWN and not member.airborne)
+        return member.obeys_return or (member.state.mode in _COMING_DOWN and not member.airborne)
 
     @staticmethod
     def _can_fly_home(member: Member) -> bool:
@@ -196,9 +196,9 @@ class ReturnAndLand:
         return member.airborne and member.follows_us and has_place
 
     def _is_astray(self, member: Member) -> bool:
-        """Return whether a vehicle follows our commands but hovers elsewhere than above its landing place."""
+        """Return whether a vehicle obeys a return but hovers elsewhere than above its landing place."""
         place_enu_m = self._above_home(member)
-        return member.follows_us and (place_enu_m is None or not self._context.flight.is_at(member, place_enu_m))
+        return member.obeys_return and (place_enu_m is None or not self._context.flight.is_at(member, place_enu_m))
 
     async def _fly(self, members: list[Member], place_of: Callable[[Member], NDArray[np.float64] | None]) -> None:
         requests = {m.vehicle_id: place_enu_m for m in members if (place_enu_m := place_of(m)) is not None}
@@ -232,7 +232,7 @@ class ReturnAndLand:
 
     def _report_pilots(self) -> None:
         for member in self._still_flying():
-            if not member.follows_us and member.state.mode not in _COMING_DOWN:
+            if member.has_pilot:
                 mode = member.state.mode_name or member.state.mode
                 self._context.journal.notice(
                     Severity.WARNING,

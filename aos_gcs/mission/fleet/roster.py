@@ -19,6 +19,7 @@ from aos_gcs.ports import Clock, Command, Fleet, FlightMode, LandedState, Takeof
 
 _FOLLOWS_US = frozenset({FlightMode.GUIDED, FlightMode.HOLD, FlightMode.TAKEOFF})
 
+_COMING_DOWN = frozenset({FlightMode.RETURN, FlightMode.LAND})
 _LAYER_TOLERANCE_M = 1.0
 
 _IN_AIR = frozenset({LandedState.TAKING_OFF, LandedState.IN_AIR, LandedState.LANDING})
@@ -95,8 +96,35 @@ class Member:
 
     @property
     def follows_us(self) -> bool:
-        """False when a pilot or the vehicle's own failsafe has taken over."""
-        return self.state.mode in _FOLLOWS_US
+        """False when a pilot, another station or the vehicle's own failsafe has taken over."""
+        return self.follows_us_once_reclaimed and not self.state.taken_over
+
+    @property
+    def follows_us_once_reclaimed(self) -> bool:
+        """Whether the vehicle hovers or flies in a mode from which an operator can give it back to this station."""
+        return self.state.mode in _FOLLOWS_US and not self.state.failsafe
+
+    @property
+    def obeys_return(self) -> bool:
+        """Whether the vehicle flies in a mode of ours, also in a failsafe: it returns and lands when told."""
+        return self.state.mode in _FOLLOWS_US and not self.state.taken_over
+
+    @property
+    def has_pilot(self) -> bool:
+        """Whether a pilot or another station flies the vehicle, so that only commands by its name reach it."""
+        state = self.state
+        is_flown = state.mode is FlightMode.MANUAL or (bool(state.taken_over) and state.mode not in _COMING_DOWN)
+        return self.airborne and is_flown
+
+    @property
+    def why_not_ours(self) -> str:
+        """Reason why the vehicle does not follow us, as a clause; empty while it does."""
+        state, mode = self.state, self.state.mode_name or self.state.mode
+        if self.follows_us:
+            return ""
+        if state.failsafe:
+            return f"its failsafe is active ({state.failsafe}, mode {mode}): only return and land are sent to it"
+        return f"{state.taken_over or f'its mode changed to {mode}'}, not by this station"
 
 
 class Roster:

@@ -18,7 +18,6 @@ from aos_drivers.links.identity import board_uid
 from aos_drivers.mavlink.peers import Outgoing, PeerTable
 from aos_drivers.mavlink.signing.signer import LinkSigner, SignatureCheck
 from aos_drivers.vehicle.autopilots.base import Target
-from aos_drivers.vehicle.autopilots.choice import dialect_of
 from aos_drivers.vehicle.record import VehicleRecord
 from aos_drivers.vehicle.status_text import notice_severity
 from aos_gcs.ports import Notice, Severity
@@ -223,7 +222,7 @@ class MavlinkSession:
                 self._events.append(Notice(Severity.INFO, f"is now reached at {peer}", record.vehicle_id))
         if is_autopilot:
             self._watch_boot_time(record, message, peer, now_s)
-            record.telemetry.update(message, now_s)
+            record.take_telemetry(message, now_s)
             record.streams.on_message(message.get_msgId())
             for exchange in record.exchanges:
                 exchange.on_message(message)
@@ -247,11 +246,7 @@ class MavlinkSession:
         if not is_autopilot_heartbeat(message):
             return
         record.watch_ownership(message, peer, now_s)
-        record.autopilot = dialect_of(message)
-        telemetry = record.telemetry
-        telemetry.mode, telemetry.mode_name = record.autopilot.mode(message)
-        telemetry.armed = bool(message.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED)
-        telemetry.heartbeat_at_s = now_s
+        record.take_heartbeat(message, now_s)
 
     def _on_status_text(
         self, record: VehicleRecord, message: mavlink.MAVLink_message, _peer: PeerAddress, now_s: float
@@ -286,7 +281,7 @@ class MavlinkSession:
         if severity >= mavlink.MAV_SEVERITY_DEBUG or not text:
             return
         if severity <= mavlink.MAV_SEVERITY_WARNING:
-            record.telemetry.text, record.telemetry.text_at_s = text, now_s
+            record.take_warning(text, now_s)
         self._events.append(Notice(notice_severity(severity), text, record.vehicle_id))
 
     # --- vehicles ---------------------------------------------------------------------------------------------------

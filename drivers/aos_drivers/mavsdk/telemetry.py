@@ -11,7 +11,6 @@ from mavsdk.system import System
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.mavsdk.core import LoopDispatcher, message_from_direct
-from aos_drivers.vehicle.autopilots.choice import dialect_of
 from aos_drivers.vehicle.record import VehicleRecord
 from aos_drivers.vehicle.status_text import notice_severity
 from aos_gcs.geometry.geodesy import GeodeticPosition
@@ -30,6 +29,7 @@ _DIRECT = (
     "ESTIMATOR_STATUS",
     "GPS_RAW_INT",
     "POSITION_TARGET_GLOBAL_INT",
+    "POSITION_TARGET_LOCAL_NED",
     "SCALED_PRESSURE",
 )
 """Messages with data that the telemetry plugin lacks: the autopilot's own mode and target, the state of its estimator,
@@ -124,8 +124,7 @@ class TelemetryFeed:
         if severity == mavlink.MAV_SEVERITY_DEBUG or not text:
             return
         if severity <= mavlink.MAV_SEVERITY_WARNING:
-            telemetry = self._record.telemetry
-            telemetry.text, telemetry.text_at_s = text, self._clock.now_s()
+            self._record.take_warning(text, self._clock.now_s())
         self._notify(Notice(notice_severity(severity), text, self._record.vehicle_id))
 
     def _take_direct(self, direct: MavlinkMessage) -> None:
@@ -139,13 +138,9 @@ class TelemetryFeed:
         elif direct.component_id != record.target.component_id:
             return
         elif direct.message_name == "HEARTBEAT":
-            record.autopilot = dialect_of(message)
-            telemetry = record.telemetry
-            telemetry.mode, telemetry.mode_name = record.autopilot.mode(message)
-            telemetry.armed = bool(message.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED)
-            telemetry.heartbeat_at_s = now_s
+            record.take_heartbeat(message, now_s)
         else:
-            record.telemetry.update(message, now_s)
+            record.take_telemetry(message, now_s)
 
 
 def geodetic(position: plugin.Position | plugin.HomePosition) -> GeodeticPosition | None:

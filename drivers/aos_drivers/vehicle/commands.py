@@ -12,12 +12,16 @@ from aos_drivers.vehicle.record import VehicleRecord
 from aos_drivers.vehicle.transaction import Answer, CommandTransaction, result_text
 from aos_drivers.vehicle.waiting import CLOCK_RESOLUTION_S, Changes
 from aos_gcs.errors import CommandRefusedError, CommandTimeoutError
-from aos_gcs.ports import Clock, Command, Hold, Land, ReturnToLaunch
+from aos_gcs.ports import Arm, Clock, Command, Disarm, Goto, Hold, Land, ReturnToLaunch, Takeoff
 
 REFUSAL_GRACE_S = 0.6
 """Time after a refusal for its reason as status text, for PX4's second answer, or for the effect to show."""
 _SILENCE_S = 5.0
 _ALWAYS_SENT = (Hold, ReturnToLaunch, Land)
+_SENT_IN_FAILSAFE = (ReturnToLaunch, Land, Disarm)
+"""Commands that do not cancel a failsafe of the autopilot, as PX4's is by every waypoint and hold."""
+_NOT_SENT_TO_OTHERS = (Arm, Takeoff, Goto)
+"""Commands that are refused while a vehicle is flown by a pilot or another station."""
 _SHOWN_BY_HEARTBEAT = frozenset({mavlink.MAV_CMD_DO_SET_MODE, mavlink.MAV_CMD_COMPONENT_ARM_DISARM})
 
 Send = Callable[[int, int, mavlink.MAVLink_message], None]
@@ -38,12 +42,13 @@ class CommandRunner:
     async def run(self, command: Command, deadline_s: float) -> None:
         """See ``Vehicle.execute``."""
         self._check_vehicle(command)
-        now_s = self._clock.now_s()
+        now_s, control = self._clock.now_s(), self._record.control
         steps = self._record.autopilot.steps(command, self._record.target, self._record.telemetry, now_s)
         self._newest = command
         self._generation += 1
         self._changes.announce()
-        generation = self._generation
+        generation, takeovers = self._generation, control.takeovers
+        self._begin(command)
 
         def check() -> None:
             self._check_vehicle(command)
@@ -52,9 +57,24 @@ class CommandRunner:
                     f"{type(command).__name__} for vehicle {self._record.vehicle_id} is superseded "
                     f"by {type(self._newest).__name__}"
                 )
+            if control.takeovers != takeovers:
+                raise self._refusal(f"was taken over: {control.reason}. {type(command).__name__} is not repeated")
 
         for step in steps:
             await self._run_step(step, check, deadline_s)
+        target = self._record.telemetry.target
+        control.confirm(
+            target.position if target is not None else None,
+            self._clock.now_s(),
+            has_target=isinstance(command, Goto | Hold),
+        )
+
+    def _begin(self, command: Command) -> None:
+        """Tell the watch of the vehicle's control which modes, and which target, are ours from now on."""
+        record = self._record
+        modes = record.autopilot.modes_by_command.get(type(command))
+        if modes is not None:
+            record.control.begin(modes, command.position if isinstance(command, Goto) else None)
 
     def _check_vehicle(self, command: Command) -> None:
         record = self._record
@@ -62,12 +82,20 @@ class CommandRunner:
             return
         if record.is_ambiguous(self._clock.now_s()):
             raise CommandRefusedError(f"two vehicles use system id {record.vehicle_id}: change the id of one of them")
+        control = record.control
+        if control.failsafe and not isinstance(command, _SENT_IN_FAILSAFE):
+            raise self._refusal(f"is in a failsafe ({control.failsafe}): only return and land are sent to it")
+        if control.reason and isinstance(command, _NOT_SENT_TO_OTHERS):
+            raise self._refusal(f"was taken over: {control.reason}. Resume it first")
         silence_s = self._clock.now_s() - (record.heard_at_s if record.heard_at_s is not None else -math.inf)
         if silence_s > _SILENCE_S:
             raise CommandRefusedError(
                 f"vehicle {record.vehicle_id} has been silent for {silence_s:.0f} s: "
                 "only hold, return and land are sent to it"
             )
+
+    def _refusal(self, reason: str) -> CommandRefusedError:
+        return CommandRefusedError(f"vehicle {self._record.vehicle_id} {reason}")
 
     async def _run_step(self, step: Step, check: Callable[[], None], deadline_s: float) -> None:
         """Send one step until it is done; ``check`` raises when it must not go on."""

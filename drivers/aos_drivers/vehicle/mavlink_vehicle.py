@@ -33,6 +33,10 @@ class MavlinkVehicle:
         """The latest telemetry."""
         return self._record.state(self._clock.now_s())
 
+    def reclaim(self) -> None:
+        """Count the present mode and target as ours; see the port."""
+        self._record.control.reclaim()
+
     async def execute(self, command: Command, deadline_s: float) -> None:
         """Execute the command; see the port."""
         await self._commands.run(command, deadline_s)

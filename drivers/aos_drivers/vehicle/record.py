@@ -19,10 +19,11 @@ from aos_drivers.vehicle.autopilots.base import AutopilotDialect, Target
 from aos_drivers.vehicle.autopilots.choice import dialect_of
 from aos_drivers.vehicle.cameras.component_record import CameraRecord
 from aos_drivers.vehicle.cameras.payload import PayloadRecord, motion_rates_hz
+from aos_drivers.vehicle.control import ControlWatch
 from aos_drivers.vehicle.exchange import Exchange
 from aos_drivers.vehicle.status_text import StatusTexts
 from aos_drivers.vehicle.streams import OneTimeRequests, StreamKeeper
-from aos_drivers.vehicle.telemetry import Telemetry
+from aos_drivers.vehicle.telemetry import Telemetry, has_no_position
 from aos_drivers.vehicle.timesync import ClockEstimator
 from aos_drivers.vehicle.transaction import CommandTransaction
 from aos_gcs.ports import ComponentLink, LinkQuality, Notice, Severity, VehicleState
@@ -52,6 +53,7 @@ class VehicleRecord:
         self.target = target
         self.autopilot: AutopilotDialect = dialect_of(heartbeat)
         self.telemetry = Telemetry()
+        self.control = ControlWatch()
         self.identity = Identity()
         self.ownership = Ownership(self.identity)
         self.texts = StatusTexts()
@@ -166,6 +168,31 @@ class VehicleRecord:
         message_id = mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION
         self.requests.want(self.target.component_id, message_id, _PAUSE_S, _ATTEMPTS)
 
+    def take_heartbeat(self, heartbeat: mavlink.MAVLink_heartbeat_message, now_s: float) -> None:
+        """Update mode, motors and control from a heartbeat of the autopilot."""
+        autopilot = self.autopilot = dialect_of(heartbeat)
+        telemetry = self.telemetry
+        telemetry.mode, telemetry.mode_name = autopilot.mode(heartbeat)
+        telemetry.armed = bool(heartbeat.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED)
+        telemetry.heartbeat_at_s = now_s
+        self.control.take_heartbeat(telemetry.mode_name, heartbeat, autopilot.our_modes(), now_s)
+
+    def take_telemetry(self, message: mavlink.MAVLink_message, now_s: float) -> None:
+        """Update telemetry and control from a message of the autopilot."""
+        telemetry = self.telemetry
+        telemetry.update(message, now_s)
+        match message.get_msgId():
+            case mavlink.MAVLINK_MSG_ID_POSITION_TARGET_GLOBAL_INT:
+                if telemetry.target is not None and telemetry.target.at_s == now_s:
+                    self.control.take_target(telemetry.target.position, now_s)
+            case mavlink.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED if has_no_position(message):
+                self.control.take_target(None, now_s)
+
+    def take_warning(self, text: str, now_s: float) -> None:
+        """Update telemetry and control from a status text of severity warning or worse."""
+        self.telemetry.text, self.telemetry.text_at_s = text, now_s
+        self.control.take_text(text)
+
     def take_payload(self, message: mavlink.MAVLink_message, now_s: float) -> None:
         """Update poses, exposures and the camera component from a message."""
         self._find_camera(message)
@@ -271,6 +298,8 @@ class VehicleRecord:
             gps_altitude_amsl_m=telemetry.gps_altitude_amsl_m,
             pressure_hpa=telemetry.pressure_hpa,
             is_ambiguous=self.is_ambiguous(now_s),
+            taken_over=self.control.reason,
+            failsafe=self.control.failsafe,
         )
 
     def _component_links(self) -> tuple[ComponentLink, ...]:

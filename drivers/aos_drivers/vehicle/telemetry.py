@@ -120,6 +120,11 @@ def position_from_e7(latitude_e7: int, longitude_e7: int, altitude_amsl_m: float
     return GeodeticPosition(latitude_e7 / 1e7, longitude_e7 / 1e7, altitude_amsl_m)
 
 
+def has_no_position(target: mavlink.MAVLink_message) -> bool:
+    """Return whether a reported target, POSITION_TARGET_GLOBAL_INT or POSITION_TARGET_LOCAL_NED, is not a position."""
+    return bool(target.type_mask & _IGNORES_POSITION)
+
+
 def _take_global_position(
     telemetry: Telemetry, message: mavlink.MAVLink_global_position_int_message, now_s: float
 ) -> None:
@@ -211,7 +216,7 @@ def _take_target(
             return
         altitude_m += telemetry.home.altitude_amsl_m
     position = position_from_e7(message.lat_int, message.lon_int, altitude_m)
-    if position is not None and message.type_mask & _IGNORES_POSITION == 0:
+    if position is not None and not has_no_position(message):
         telemetry.target = PositionTarget(position, now_s)
 
 

@@ -277,6 +277,10 @@ class ArduCopter(SimulatedAutopilot):
             self.operator_heard_s = self.now.s
             self._link_lost = False
 
+    def in_failsafe(self) -> bool:
+        """Return whether a failsafe was triggered: by a lost link until it is back, by the battery for good."""
+        return self._link_lost or self._battery_low
+
     def check_failsafes(self) -> None:
         """Return home on a lost link or a low battery, each once."""
         if self._operator_is_silent() and not self._link_lost:

@@ -20,13 +20,7 @@ from aos_sim.vehicle.configuration import VehicleIdentity
 from aos_sim.vehicle.fence import Fence
 from aos_sim.vehicle.fence_service import FenceService
 from aos_sim.vehicle.file_transfer import refusal
-from aos_sim.vehicle.flight import (
-    FlightController,
-    FlightEvent,
-    FlightSettings,
-    Manoeuvre,
-    Setpoint,
-)
+from aos_sim.vehicle.flight import FlightController, FlightEvent, FlightSettings, Manoeuvre, Setpoint
 from aos_sim.vehicle.kinematics import Kinematics
 from aos_sim.vehicle.parameter_service import ParameterService
 from aos_sim.vehicle.parameters import Parameter, ParameterEncoding, ParameterTable
@@ -37,6 +31,8 @@ FORCE_MAGIC = 21196
 """Second parameter of an arm or disarm command that overrides the checks."""
 
 SECOND_US = 1_000_000
+
+VERSION = mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION
 
 FENCE_TICKS = 10
 """Interval of the fence checks."""
@@ -115,7 +111,7 @@ class SimulatedAutopilot(ABC):
             mavlink.MAV_CMD_SET_MESSAGE_INTERVAL: self._set_message_interval,
             mavlink.MAV_CMD_GET_MESSAGE_INTERVAL: self._get_message_interval,
             mavlink.MAV_CMD_REQUEST_MESSAGE: self._request_message,
-            mavlink.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: self._request_capabilities,
+            mavlink.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: lambda _: self._send_now(VERSION),
             mavlink.MAV_CMD_GET_HOME_POSITION: lambda _: self._send_now(mavlink.MAVLINK_MSG_ID_HOME_POSITION),
         }
 
@@ -184,6 +180,10 @@ class SimulatedAutopilot(ABC):
     @abstractmethod
     def on_heartbeat(self, message: mavlink.MAVLink_message) -> None:
         """Note that somebody is there."""
+
+    @abstractmethod
+    def in_failsafe(self) -> bool:
+        """Return whether the heartbeat reports a failsafe (MAV_STATE_CRITICAL)."""
 
     @abstractmethod
     def check_failsafes(self) -> None:
@@ -344,11 +344,8 @@ class SimulatedAutopilot(ABC):
     def _request_message(self, request: CommandRequest) -> int:
         return self._send_now(round(request.param(1)))
 
-    def _request_capabilities(self, _: CommandRequest) -> int:
-        return self._send_now(mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION)
-
     def _send_now(self, message_id: int) -> int:
-        one_off = (mavlink.MAVLINK_MSG_ID_HEARTBEAT, mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION)
+        one_off = (mavlink.MAVLINK_MSG_ID_HEARTBEAT, VERSION)
         if message_id not in self.MESSAGES and message_id not in one_off:
             return int(mavlink.MAV_RESULT_FAILED)
         if message_id == mavlink.MAVLINK_MSG_ID_HOME_POSITION and not self.position_known:
@@ -361,18 +358,19 @@ class SimulatedAutopilot(ABC):
     def _build(self, message_id: int) -> mavlink.MAVLink_message:
         if message_id == mavlink.MAVLINK_MSG_ID_HEARTBEAT:
             return self._heartbeat()
-        if message_id == mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION:
+        if message_id == VERSION:
             return autopilot_version(self.CAPABILITIES, self.FLIGHT_SW_VERSION, self.identity.uid)
         return self.MESSAGES[message_id](self._readings())
 
     def _heartbeat(self) -> mavlink.MAVLink_message:
         armed = self.flight.armed
+        usual_status = mavlink.MAV_STATE_ACTIVE if armed else mavlink.MAV_STATE_STANDBY
         return mavlink.MAVLink_heartbeat_message(
             type=mavlink.MAV_TYPE_QUADROTOR,
             autopilot=self.MAV_AUTOPILOT,
             base_mode=self.base_mode() | (mavlink.MAV_MODE_FLAG_SAFETY_ARMED if armed else 0),
             custom_mode=self.custom_mode(),
-            system_status=mavlink.MAV_STATE_ACTIVE if armed else mavlink.MAV_STATE_STANDBY,
+            system_status=mavlink.MAV_STATE_CRITICAL if armed and self.in_failsafe() else usual_status,
             mavlink_version=3,
         )
 

@@ -43,6 +43,8 @@ MODES_NOT_ARMABLE = (Px4Mode.RETURN, Px4Mode.LAND)
 INT32 = ParameterType.INT32
 
 LINK_LOSS_RETURN = 2
+LINK_LOSS_EXCEPT_HOLD = 2
+"""Bit of COM_DLL_EXCEPT."""
 BATTERY_RETURN = 3
 
 
@@ -86,6 +88,7 @@ class Px4(SimulatedAutopilot):
         Parameter("MAV_SYS_ID", 1, INT32),
         Parameter("NAV_DLL_ACT", LINK_LOSS_RETURN, INT32),
         Parameter("COM_DL_LOSS_T", 10, INT32),
+        Parameter("COM_DLL_EXCEPT", 0, INT32),
         Parameter("COM_FAIL_ACT_T", 5.0),
         Parameter("COM_DISARM_LAND", 2.0),
         Parameter("COM_DISARM_PRFLT", 10.0),
@@ -122,8 +125,10 @@ class Px4(SimulatedAutopilot):
         super().__init__(identity, kinematics)
         self.parameters["MAV_SYS_ID"] = identity.system_id
         self._mode = Px4Mode.HOLD
-        self._link_lost_at_s: float | None = None
-        self._battery_critical = False
+        self._causes: frozenset[str] = frozenset()
+        """Causes of failsafes, in the words of the status text."""
+        self._failsafe_at_s: float | None = None
+        self._user_took_over = False
 
     def flight_settings(self) -> FlightSettings:
         """Return the flight settings that the parameters say."""
@@ -160,7 +165,7 @@ class Px4(SimulatedAutopilot):
         if mode is Px4Mode.HOLD:
             self._pause()
         elif mode is not None:
-            self.select_mode(mode)
+            self._enter(mode)
 
     def base_mode(self) -> int:
         """Return the heartbeat's base mode without the armed flag."""
@@ -194,11 +199,14 @@ class Px4(SimulatedAutopilot):
         if custom_mode not in tuple(Px4Mode) or not self.position_known:
             self.tell(mavlink.MAV_SEVERITY_CRITICAL, "Mode change denied: mode not available")
             return int(mavlink.MAV_RESULT_TEMPORARILY_REJECTED)
-        mode = Px4Mode(custom_mode)
+        self._user_took_over = True
+        self._enter(Px4Mode(custom_mode))
+        return int(mavlink.MAV_RESULT_ACCEPTED)
+
+    def _enter(self, mode: Px4Mode) -> None:
         if mode is not self._mode:
             self._mode = mode
             self._begin_manoeuvre()
-        return int(mavlink.MAV_RESULT_ACCEPTED)
 
     def _begin_manoeuvre(self) -> None:
         if not self.flight.airborne:
@@ -271,6 +279,7 @@ class Px4(SimulatedAutopilot):
         answer = int(mavlink.MAV_RESULT_ACCEPTED if changes_mode else mavlink.MAV_RESULT_UNSUPPORTED)
         if not self.position_known or not (request.place_valid() or request.keeps_place()):
             return int(mavlink.MAV_RESULT_DENIED)
+        self._user_took_over = True
         if request.keeps_place():
             return self._pause() if changes_mode else answer
         altitude_amsl_m = request.finite_or_none(7)
@@ -307,31 +316,45 @@ class Px4(SimulatedAutopilot):
         if message.type == mavlink.MAV_TYPE_GCS:
             self.operator_heard_s = self.now.s
 
+    def in_failsafe(self) -> bool:
+        """Return whether a failsafe acts, or is about to; not once a user has taken over."""
+        return self._failsafe_at_s is not None and not self._user_took_over
+
     def check_failsafes(self) -> None:
-        """Hold and then return on a lost link; return on a critical battery. Neither is undone by itself."""
-        self._check_link()
-        if self._battery_is_critical() and not self._battery_critical:
-            self._battery_critical = True
-            self.tell(mavlink.MAV_SEVERITY_CRITICAL, "Battery level critical")
+        """Hold for COM_FAIL_ACT_T and then return, on a lost link or a critical battery, unless a user takes over.
+
+        A return goes on when its cause has ended. The same cause does not act again before it has ended.
+        """
+        causes = self._failsafe_causes()
+        found, self._causes = causes - self._causes, causes
+        for cause in found:
+            self.tell(mavlink.MAV_SEVERITY_CRITICAL, cause)
+        if not causes or not self.flight.airborne:
+            self._failsafe_at_s, self._user_took_over = None, False
+            return
+        if found:
+            self._failsafe_at_s, self._user_took_over = self.now.s, False
+            if self._mode not in MODES_NOT_ARMABLE:
+                delay_s = self.parameters["COM_FAIL_ACT_T"]
+                self.tell(mavlink.MAV_SEVERITY_CRITICAL, f"Failsafe activated, entering Hold for {delay_s:.0f} seconds")
+                self._pause()
+        if self.in_failsafe() and self.now.s - (self._failsafe_at_s or 0.0) >= self.parameters["COM_FAIL_ACT_T"]:
             self._go_home()
 
-    def _check_link(self) -> None:
-        silent = self.operator_silence_s() > self.parameters["COM_DL_LOSS_T"]
-        if not silent or self.parameters["NAV_DLL_ACT"] != LINK_LOSS_RETURN or not self.flight.airborne:
-            self._link_lost_at_s = None
-            return
-        if self._link_lost_at_s is None:
-            self._link_lost_at_s = self.now.s
-            self.tell(mavlink.MAV_SEVERITY_CRITICAL, "Connection to ground station lost")
-            if self._mode not in MODES_NOT_ARMABLE:
-                self._mode = Px4Mode.HOLD
-                self.flight.hold(self.kinematics, self.now.s)
-        if self.now.s - self._link_lost_at_s >= self.parameters["COM_FAIL_ACT_T"]:
-            self._go_home()
+    def _failsafe_causes(self) -> frozenset[str]:
+        link_lost = self.flight.airborne and self.operator_silence_s() > self.parameters["COM_DL_LOSS_T"]
+        is_excepted = self._mode is Px4Mode.HOLD and int(self.parameters["COM_DLL_EXCEPT"]) & LINK_LOSS_EXCEPT_HOLD
+        causes = {
+            "Connection to ground station lost": link_lost
+            and self.parameters["NAV_DLL_ACT"] == LINK_LOSS_RETURN
+            and not is_excepted,
+            "Battery level critical": self._battery_is_critical(),
+        }
+        return frozenset(cause for cause, is_active in causes.items() if is_active)
 
     def _go_home(self) -> None:
-        if self.flight.airborne and self._mode not in MODES_NOT_ARMABLE:
-            self.select_mode(Px4Mode.RETURN)
+        if self._mode not in MODES_NOT_ARMABLE:
+            self._enter(Px4Mode.RETURN)
 
     def _battery_is_critical(self) -> bool:
         act = self.parameters["COM_LOW_BAT_ACT"] == BATTERY_RETURN

@@ -144,7 +144,7 @@ def test_lost_link_holds_then_returns_for_good(flying):
     flying.heartbeats_from = None
     flying.advance(12)
     assert mode(flying) == HOLD
-    assert flying.texts()[-1] == "Connection to ground station lost"
+    assert flying.texts()[-2] == "Connection to ground station lost"
     assert abs(flying.state.velocity_enu_mps[0, 1]) < 0.5
     flying.advance(5)
     assert mode(flying) == RETURN
@@ -164,10 +164,22 @@ def test_land_disarms_two_seconds_after_touchdown(flying):
     assert flying.long(ARM, 1) == [REJECTED], "the mode lands"
 
 
-def test_critical_battery_returns(flying):
+def test_critical_battery_holds_then_returns(flying):
     flying.autopilot.battery.consumed_mah = 8600.0
     flying.advance(0.1)
+    assert mode(flying) == HOLD
+    assert flying.request(mavlink.MAVLINK_MSG_ID_HEARTBEAT).system_status == mavlink.MAV_STATE_CRITICAL
+    flying.advance(5.1)
     assert mode(flying) == RETURN
+
+
+def test_a_reposition_cancels_a_failsafe_that_still_holds(flying):
+    flying.autopilot.battery.consumed_mah = 8600.0
+    flying.advance(1.0)
+    assert flying.reposition(10, 20, 25) == [ACCEPTED]
+    flying.advance(10.0)
+    assert mode(flying) == HOLD
+    assert flying.request(mavlink.MAVLINK_MSG_ID_HEARTBEAT).system_status == mavlink.MAV_STATE_ACTIVE
 
 
 def test_integers_travel_bytewise(bench):

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import ClassVar
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
@@ -21,7 +23,7 @@ from aos_drivers.vehicle.autopilots.goto import GotoEvidence
 from aos_drivers.vehicle.telemetry import Telemetry
 from aos_drivers.vehicle.transaction import CommandMessage
 from aos_gcs.geometry.geodesy import GeodeticPosition
-from aos_gcs.ports import FlightMode, Goto
+from aos_gcs.ports import Arm, Command, FlightMode, Goto, Hold, Land, ReturnToLaunch, Takeoff
 
 _MODES: dict[int, FlightMode] = {
     mavlink.COPTER_MODE_GUIDED: FlightMode.GUIDED,
@@ -51,6 +53,14 @@ class ArduCopterDialect(MulticopterDialect):
     name = "arducopter"
     setup = ArduCopterSetup()
     arming_mode: ClassVar[FlightMode] = FlightMode.GUIDED
+    modes_by_command: ClassVar[Mapping[type[Command], frozenset[str]]] = MappingProxyType(
+        {
+            **dict.fromkeys((Arm, Takeoff, Goto), frozenset({"GUIDED"})),
+            Hold: frozenset({"BRAKE"}),
+            ReturnToLaunch: frozenset({"RTL", "LAND"}),
+            Land: frozenset({"LAND"}),
+        }
+    )
     shutter_report_id = mavlink.MAVLINK_MSG_ID_CAMERA_FEEDBACK
 
     def mode(self, heartbeat: mavlink.MAVLink_heartbeat_message) -> tuple[FlightMode, str]:
@@ -70,7 +80,12 @@ class ArduCopterDialect(MulticopterDialect):
 
     def stream_rates_hz(self, position_hz: float) -> dict[int, float]:
         """See the base class."""
-        return {**super().stream_rates_hz(position_hz), mavlink.MAVLINK_MSG_ID_EKF_STATUS_REPORT: 1.0}
+        own = {
+            mavlink.MAVLINK_MSG_ID_EKF_STATUS_REPORT: 1.0,
+            # A velocity that another station commands shows here alone.
+            mavlink.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED: 1.0,
+        }
+        return {**super().stream_rates_hz(position_hz), **own}
 
     def set_mode(self, mode: FlightMode, target: Target) -> Step:
         """See the base class."""
@@ -90,13 +105,17 @@ class ArduCopterDialect(MulticopterDialect):
 
         ArduCopter ignores the speed of DO_REPOSITION and takes the one of WPNAV_SPEED whenever it enters GUIDED, so the
         speed comes afterwards. What it acknowledges it has taken over: its own target is not needed as evidence, and
-        that of 4.7-dev (September 2025) is a hundred times too near to its origin.
+        that of 4.7-dev (September 2025) is a hundred times too near to its origin. To a vehicle in GUIDED it is sent
+        without the change of mode: where a pilot has left GUIDED since the last heartbeat, it is refused.
         """
         evidence = GotoEvidence(command.position, telemetry, now_s, is_echo_reliable=False)
+        changes_mode = telemetry.mode is not FlightMode.GUIDED
         change_speed = command_long(
             target, mavlink.MAV_CMD_DO_CHANGE_SPEED, mavlink.SPEED_TYPE_GROUNDSPEED, command.speed_mps, -1.0
         )
+        message = reposition(command, target, changes_mode=changes_mode)
+        message = reposition(command, target, changes_mode=changes_mode)
         return [
-            Step("goto", reposition(command, target), evidence, REPEAT_S, needs_acceptance=True),
+            Step("goto", message, evidence, REPEAT_S, needs_acceptance=True),
             Step("change its speed", change_speed, lambda _state, _now_s: True, needs_acceptance=True),
         ]

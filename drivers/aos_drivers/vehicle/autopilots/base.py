@@ -6,6 +6,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import ClassVar
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
@@ -68,6 +69,8 @@ class AutopilotDialect(ABC):
     name: ClassVar[str]
     shutter_report_id: ClassVar[int] = mavlink.MAVLINK_MSG_ID_CAMERA_IMAGE_CAPTURED
     """Message that reports an image of the autopilot's own camera."""
+    modes_by_command: ClassVar[Mapping[type[Command], frozenset[str]]] = MappingProxyType({})
+    """Modes, by the autopilot's own names, that each command leads to."""
     quiet_message_ids: ClassVar[tuple[int, ...]] = ()
     """Unneeded streams that are on by default."""
     setup: ClassVar[Setup | None] = None
@@ -76,6 +79,10 @@ class AutopilotDialect(ABC):
     @abstractmethod
     def mode(self, heartbeat: mavlink.MAVLink_heartbeat_message) -> tuple[FlightMode, str]:
         """Return the mode across autopilots and the autopilot's own name of it."""
+
+    def our_modes(self) -> frozenset[str]:
+        """Return all modes that commands lead to; every other one was chosen by a pilot, or by the autopilot itself."""
+        return frozenset().union(*self.modes_by_command.values())
 
     @abstractmethod
     def is_ready(self, telemetry: Telemetry, now_s: float) -> bool | None:
@@ -190,8 +197,8 @@ def command_long(target: Target, command: int, *params: float) -> mavlink.MAVLin
     return mavlink.MAVLink_command_long_message(target.system_id, target.component_id, command, 0, *values)
 
 
-def reposition(command: Goto, target: Target) -> mavlink.MAVLink_command_int_message:
-    """Return the DO_REPOSITION that PX4 and ArduCopter understand alike: with the mode change, above mean sea level."""
+def reposition(command: Goto, target: Target, *, changes_mode: bool = True) -> mavlink.MAVLink_command_int_message:
+    """Return the DO_REPOSITION that PX4 and ArduCopter understand alike, above mean sea level."""
     position = command.position
     return mavlink.MAVLink_command_int_message(
         target.system_id,
@@ -201,7 +208,7 @@ def reposition(command: Goto, target: Target) -> mavlink.MAVLink_command_int_mes
         0,
         0,
         command.speed_mps,
-        mavlink.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE,
+        mavlink.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE if changes_mode else 0,
         0.0,
         math.nan,  # keep the heading
         round(position.latitude_deg * 1e7),

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import ClassVar
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
@@ -19,7 +21,7 @@ from aos_drivers.vehicle.autopilots.px4_setup import Px4Setup
 from aos_drivers.vehicle.telemetry import Telemetry
 from aos_drivers.vehicle.transaction import CommandMessage
 from aos_gcs.geometry.geodesy import GeodeticPosition
-from aos_gcs.ports import FlightMode
+from aos_gcs.ports import Arm, Command, FlightMode, Goto, Hold, Land, ReturnToLaunch, Takeoff
 
 _AUTO = 4
 _MAIN_MODES: dict[int, tuple[FlightMode, str]] = {
@@ -52,6 +54,15 @@ class Px4Dialect(MulticopterDialect):
     name = "px4"
     setup = Px4Setup()
     arming_mode: ClassVar[FlightMode] = FlightMode.HOLD
+    modes_by_command: ClassVar[Mapping[type[Command], frozenset[str]]] = MappingProxyType(
+        {
+            Arm: frozenset({"AUTO.READY", "AUTO.LOITER"}),
+            Takeoff: frozenset({"AUTO.TAKEOFF", "AUTO.LOITER"}),
+            **dict.fromkeys((Goto, Hold), frozenset({"AUTO.LOITER"})),
+            ReturnToLaunch: frozenset({"AUTO.RTL", "AUTO.LAND", "AUTO.PRECLAND"}),
+            Land: frozenset({"AUTO.LAND"}),
+        }
+    )
     quiet_message_ids = (
         mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION,
         mavlink.MAVLINK_MSG_ID_ATTITUDE_TARGET,

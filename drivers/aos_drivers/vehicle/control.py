@@ -1,0 +1,145 @@
+"""Control of a vehicle: whether it follows this station, a pilot, another station, or its own failsafe."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+import numpy as np
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+
+TARGET_MOVED_M = 1.0
+"""Distance from our target at which a reported target is another one; autopilots repeat theirs unchanged."""
+_OUR_TARGET_M = 2.0
+"""Distance of the reported target from the commanded one at which it is ours."""
+_REPORTS = 2
+"""Reports in a row that show another target: a single one may have been overtaken on a radio."""
+_LATE_S = 3.0
+"""Time for which effects of older commands, and older heartbeats, may arrive after a newer command took effect."""
+_SETTLING_S = 1.5
+"""Time from a confirmed command until the reported target is the one of that command."""
+_FAILSAFES: Mapping[int, str] = MappingProxyType(
+    {
+        mavlink.MAV_STATE_CRITICAL: "critical",
+        mavlink.MAV_STATE_EMERGENCY: "emergency",
+        mavlink.MAV_STATE_FLIGHT_TERMINATION: "flight termination",
+    }
+)
+
+
+class ControlWatch:
+    """Comparison of the mode and the target that an armed vehicle reports with those that we have commanded.
+
+    A mode, or a target, that none of our commands explains is a take-over. It stays one, whatever the vehicle reports
+    later, until ``reclaim`` is called or the motors stop.
+    """
+
+    def __init__(self) -> None:
+        self.reason = ""
+        """What shows that the vehicle was taken over: "its mode changed to LOITER"; empty while it was not."""
+        self.takeovers = 0
+        """Number of take-overs so far. A command that began before the latest one must not be repeated."""
+        self.failsafe = ""
+        """Status of the autopilot's own failsafe, in a word; empty while it has none."""
+        self._is_armed = False
+        self._mode_name = ""
+        self._modes: frozenset[str] = frozenset()
+        """Modes that the newest command explains; empty before the first command."""
+        self._older_modes: frozenset[str] = frozenset()
+        """Modes before it, and of the commands before it."""
+        self._shown_at_s: float | None = None
+        """Time at which a mode of the newest command was first reported."""
+        self._forget_target()
+
+    def _forget_target(self) -> None:
+        self._commanded: GeodeticPosition | None = None
+        self._target: LocalFrame | None = None
+        """Frame at the target that the vehicle reported for our command; None while that is not known."""
+        self._judged_from_s: float | None = None
+        """Time from which reported targets are judged; None while a command is on its way."""
+        self._strange_reports = 0
+
+    def begin(self, modes: frozenset[str], target: GeodeticPosition | None) -> None:
+        """Note that a command is sent which explains ``modes``, and flies to ``target``."""
+        self._older_modes = self._older_modes | self._modes | {self._mode_name}
+        self._modes, self._shown_at_s = modes, None
+        self._forget_target()
+        self._commanded = target
+
+    def confirm(self, reported: GeodeticPosition | None, now_s: float, *, has_target: bool) -> None:
+        """Note that the newest command has taken effect; ``reported`` is the target that the vehicle reports now."""
+        if not has_target:
+            return
+        self._judged_from_s = now_s + _SETTLING_S
+        commanded = self._commanded
+        if (
+            reported is not None
+            and commanded is not None
+            and _distance_m(LocalFrame(commanded), reported) < (_OUR_TARGET_M)
+        ):
+            self._target, self._judged_from_s = LocalFrame(reported), now_s
+
+    def reclaim(self) -> None:
+        """Count the present mode and target as ours: an operator gives the vehicle back to this station."""
+        self.reason = ""
+        self._modes, self._older_modes, self._shown_at_s = frozenset({self._mode_name}), frozenset(), None
+        self._forget_target()
+
+    def take_heartbeat(
+        self, mode_name: str, heartbeat: mavlink.MAVLink_heartbeat_message, our_modes: frozenset[str], now_s: float
+    ) -> None:
+        """Judge the mode of a heartbeat; ``our_modes`` are all those that we ever command."""
+        self._is_armed = is_armed = bool(heartbeat.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED)
+        self._mode_name = mode_name
+        self.failsafe = _FAILSAFES.get(heartbeat.system_status, "") if is_armed else ""
+        if not is_armed:
+            self._stand_down()
+        elif mode_name in self._modes:
+            self._shown_at_s = now_s if self._shown_at_s is None else self._shown_at_s
+        elif not self._is_explained(mode_name, our_modes, now_s):
+            self._take_over(f"its mode changed to {mode_name}")
+            self._modes, self._older_modes = frozenset({mode_name}), frozenset()
+
+    def _stand_down(self) -> None:
+        """Forget commands and take-overs when the motors stop."""
+        self.reason = ""
+        self._modes = self._older_modes = frozenset()
+        self._shown_at_s = None
+        self._forget_target()
+
+    def _is_explained(self, mode_name: str, our_modes: frozenset[str], now_s: float) -> bool:
+        if not self._modes:
+            return mode_name in our_modes
+        is_recent = self._shown_at_s is None or now_s - self._shown_at_s <= _LATE_S
+        return is_recent and mode_name in self._older_modes
+
+    def take_text(self, text: str) -> None:
+        """Note a failsafe that a status text reports, up to a second before the heartbeat that shows it."""
+        if "failsafe" in text.lower() and self._is_armed:
+            self.failsafe = self.failsafe or "reported"
+
+    def take_target(self, position: GeodeticPosition | None, now_s: float) -> None:
+        """Judge a reported target; None stands for a target without a position, such as a velocity."""
+        if self._judged_from_s is None or now_s < self._judged_from_s:
+            return
+        if self._target is None and position is not None:
+            self._target = LocalFrame(position)
+        is_ours = (
+            position is not None
+            and self._target is not None
+            and (_distance_m(self._target, position) <= TARGET_MOVED_M)
+        )
+        self._strange_reports = 0 if is_ours else self._strange_reports + 1
+        if self._strange_reports == _REPORTS:
+            self._take_over("it flies to a target of another station or pilot")
+
+    def _take_over(self, reason: str) -> None:
+        self.reason = reason
+        self.takeovers += 1
+        self._forget_target()
+
+
+def _distance_m(frame: LocalFrame, position: GeodeticPosition) -> float:
+    return float(np.linalg.norm(frame.to_enu(position)))

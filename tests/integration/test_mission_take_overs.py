@@ -1,0 +1,112 @@
+"""Pilots, other stations and failsafes that fly a vehicle of the mission."""
+
+from __future__ import annotations
+
+import pytest
+
+from aos_gcs.mission.model.actions import Action
+from aos_gcs.mission.model.phase import Outcome, Phase
+from aos_gcs.mission.model.vehicles import Task
+from aos_gcs.ports import FlightMode, Land, ReturnToLaunch, Severity
+from tests.fakes.fleet import FakeVehicle
+from tests.fakes.mission_flight import Flight, flying, prepare
+
+pytestmark = pytest.mark.looptime
+
+
+def take_over(vehicle: FakeVehicle, mode: FlightMode = FlightMode.HOLD) -> int:
+    """Have a pilot stop vehicle 3 in a mode that hovers; return how many commands it has been sent."""
+    vehicle.fly_to(vehicle.position_enu_m())
+    vehicle.mode, vehicle.taken_over = mode, "its mode changed to LOITER"
+    return len(vehicle.commands)
+
+
+def critical_texts(flight: Flight) -> list[str]:
+    notices = [event.data for event in flight.recorder.events if event.kind == "notice"]
+    return [notice.text for notice in notices if notice.severity is Severity.CRITICAL]
+
+
+async def test_a_pilot_who_hovers_is_left_alone_until_that_vehicle_is_resumed() -> None:
+    flight = prepare(target=None)
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.view.steps()) == 2)
+        vehicle = flight.fleet.members[3]
+        commands = take_over(vehicle)
+        steps = len(flight.view.steps())
+        await flight.until(lambda: len(flight.view.steps()) >= steps + 2)
+        assert flight.task(3) is Task.HELD
+        told = "left the swarm: its mode changed to LOITER, not by this station"
+        assert any(told in text for text in critical_texts(flight))
+
+        held = await flight.commands.act(Action.HOLD, None)
+        assert [result.accepted for result in held] == [True, True, False, True]
+        resumed = {result.vehicle_id: result for result in await flight.commands.act(Action.RESUME, None)}
+        assert not resumed[3].accepted
+        assert "Resume this vehicle alone" in resumed[3].text
+        await flight.clock.sleep(5.0)
+        assert vehicle.commands[commands:] == []
+
+        (result,) = await flight.commands.act(Action.RESUME, (3,))
+        assert result.accepted
+        await flight.until(lambda: len(vehicle.commands) > commands)
+        assert vehicle.taken_over == ""
+        assert await run is Outcome.NOT_FOUND
+    assert flight.task(3) is Task.LANDED
+
+
+async def test_a_pilot_who_hovers_is_left_alone_by_the_return_too() -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.view.steps()) == 2)
+        commands = take_over(flight.fleet.members[3])
+        await flight.commands.act(Action.RETURN, None)
+        await run
+    assert flight.fleet.members[3].commands[commands:] == []
+    assert any("flown by its pilot" in text for text in flight.texts())
+
+
+async def test_a_take_over_on_the_way_home_is_told() -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.view.steps()) == 3)
+        await flight.commands.act(Action.RETURN, (3,))
+        vehicle = flight.fleet.members[3]
+        await flight.until(vehicle.is_moving)
+        commands = take_over(flight.fleet.members[3])
+        await flight.until(lambda: flight.task(3) is Task.HELD)
+        await run
+    assert flight.fleet.members[3].commands[commands:] == []
+    assert any("its mode changed to LOITER" in text for text in critical_texts(flight))
+
+
+async def test_a_failsafe_that_hovers_gets_only_the_return() -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.view.steps()) == 2)
+        vehicle = flight.fleet.members[2]
+        vehicle.fly_to(vehicle.position_enu_m())
+        vehicle.mode, vehicle.failsafe, commands = FlightMode.HOLD, "critical", len(vehicle.commands)
+        steps = len(flight.view.steps())
+        await flight.until(lambda: len(flight.view.steps()) >= steps + 2)
+        assert flight.task(2) is Task.HELD
+        assert any("its failsafe is active (critical" in text for text in critical_texts(flight))
+        (result,) = await flight.commands.act(Action.RESUME, (2,))
+        assert not result.accepted
+        assert vehicle.commands[commands:] == []
+        await flight.commands.act(Action.RETURN, None)
+        await flight.until(lambda: flight.mission.phase is Phase.DONE)
+        await run
+    assert {type(command) for command in vehicle.commands[commands:]} <= {ReturnToLaunch, Land}
+    assert isinstance(vehicle.commands[-1], ReturnToLaunch)
+    assert flight.task(2) is Task.LANDED
+
+
+async def test_a_failsafe_that_hovers_with_a_low_battery_is_returned() -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.view.steps()) == 2)
+        vehicle = flight.fleet.members[2]
+        vehicle.mode, vehicle.failsafe, vehicle.battery_fraction = FlightMode.HOLD, "critical", 0.07
+        await flight.until(lambda: isinstance(vehicle.commands[-1], ReturnToLaunch))
+        await run
+    assert flight.task(2) is Task.LANDED

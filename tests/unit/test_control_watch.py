@@ -1,0 +1,115 @@
+from __future__ import annotations
+
+import pytest
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from aos_drivers.vehicle.control import ControlWatch
+from aos_gcs.geometry.geodesy import GeodeticPosition
+
+GUIDED, BRAKE = frozenset({"GUIDED"}), frozenset({"BRAKE"})
+OURS = GUIDED | BRAKE | {"RTL", "LAND"}
+HERE = GeodeticPosition(48.0, 14.0, 330.0)
+THERE = GeodeticPosition(48.0001, 14.0, 330.0)
+
+
+def heartbeat(status: int = mavlink.MAV_STATE_ACTIVE, *, armed: bool = True) -> mavlink.MAVLink_message:
+    base_mode = mavlink.MAV_MODE_FLAG_SAFETY_ARMED if armed else 0
+    return mavlink.MAVLink_heartbeat_message(2, 3, base_mode, 0, status, 3)
+
+
+def watch(*modes: str, start_s: float = 0.0, control: ControlWatch | None = None) -> ControlWatch:
+    """Take one heartbeat per second."""
+    control = control or ControlWatch()
+    for second, mode in enumerate(modes):
+        control.take_heartbeat(mode, heartbeat(), OURS, start_s + second)
+    return control
+
+
+def flying_to_here() -> ControlWatch:
+    control = watch("GUIDED")
+    control.begin(GUIDED, HERE)
+    control.confirm(HERE, 1.0, has_target=True)
+    return control
+
+
+def test_older_modes_are_explained_until_a_newer_command_has_taken_effect() -> None:
+    control = watch("GUIDED")
+    control.begin(GUIDED, HERE)
+    control.begin(BRAKE, None)
+    watch(*["GUIDED"] * 20, "BRAKE", "GUIDED", "BRAKE", start_s=1.0, control=control)
+    assert control.takeovers == 0
+    watch("GUIDED", start_s=30.0, control=control)
+    assert control.reason == "its mode changed to GUIDED"
+
+
+def test_a_mode_that_we_never_command_is_a_take_over_before_any_command() -> None:
+    assert watch("GUIDED", "RTL").reason == ""
+    assert watch("LOITER").reason == "its mode changed to LOITER"
+
+
+def test_a_take_over_stays_one_when_the_pilot_returns_to_our_mode() -> None:
+    control = watch("GUIDED")
+    control.begin(GUIDED, HERE)
+    watch("GUIDED", "STABILIZE", "GUIDED", "GUIDED", start_s=1.0, control=control)
+    assert control.reason
+    control.reclaim()
+    watch("GUIDED", start_s=6.0, control=control)
+    assert control.reason == ""
+
+
+def test_a_take_over_ends_with_the_motors() -> None:
+    control = watch("LOITER")
+    control.take_heartbeat("LOITER", heartbeat(armed=False), OURS, 1.0)
+    assert control.reason == ""
+
+
+def test_two_reports_of_another_target_are_a_take_over() -> None:
+    control = flying_to_here()
+    for target in (HERE, THERE, HERE, THERE):
+        control.take_target(target, 2.0)
+    assert control.takeovers == 0
+    control.take_target(THERE, 2.5)
+    assert control.reason == "it flies to a target of another station or pilot"
+
+
+def test_a_velocity_of_another_station_is_a_take_over() -> None:
+    control = flying_to_here()
+    control.take_target(None, 2.0)
+    control.take_target(None, 3.0)
+    assert control.takeovers == 1
+
+
+def test_no_target_is_judged_while_a_command_is_on_its_way_or_has_none() -> None:
+    control = flying_to_here()
+    control.begin(GUIDED, THERE)
+    for target in (THERE, THERE, None, None):
+        control.take_target(target, 2.0)
+    control.confirm(None, 3.0, has_target=False)
+    for target in (HERE, THERE, None, None):
+        control.take_target(target, 9.0)
+    assert control.takeovers == 0
+
+
+@pytest.mark.parametrize(
+    ("status", "failsafe"),
+    [
+        (mavlink.MAV_STATE_ACTIVE, ""),
+        (mavlink.MAV_STATE_CRITICAL, "critical"),
+        (mavlink.MAV_STATE_EMERGENCY, "emergency"),
+        (mavlink.MAV_STATE_FLIGHT_TERMINATION, "flight termination"),
+    ],
+)
+def test_the_status_of_the_heartbeat_shows_a_failsafe_while_motors_run(status: int, failsafe: str) -> None:
+    control = ControlWatch()
+    control.take_heartbeat("GUIDED", heartbeat(status, armed=False), OURS, 0.0)
+    assert control.failsafe == ""
+    control.take_heartbeat("GUIDED", heartbeat(status), OURS, 1.0)
+    assert control.failsafe == failsafe
+
+
+def test_a_text_reports_a_failsafe_until_the_next_heartbeat() -> None:
+    control = watch("GUIDED")
+    control.take_text("Failsafe activated, entering Hold for 5 seconds")
+    assert control.failsafe == "reported"
+    watch("GUIDED", start_s=1.0, control=control)
+    assert control.failsafe == ""
