@@ -5,17 +5,21 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, cast
 
-from fastapi import Depends
+from fastapi import Depends, Header
 from starlette.requests import HTTPConnection
 
 from aos_gcs.api.access.operators import Access, Session
 from aos_gcs.api.access.plan_check_turns import PlanChecks
-from aos_gcs.api.errors import NotFoundError
+from aos_gcs.api.convert.seen import parse_seen
+from aos_gcs.api.errors import NotFoundError, SeenMissingError
 from aos_gcs.api.events.hub import EventHub
 from aos_gcs.errors import MissionError
 from aos_gcs.mission.control import MissionCommands, MissionView, ReplayControl
+from aos_gcs.mission.model.actions import Seen
 from aos_gcs.mission.viewing import ViewControl
 from aos_gcs.store.plan_folder import PlanFolder
+
+_SEEN = "State of the mission by which this command is given: `seen` of an event, or this header of GET /api/mission."
 
 
 def _get_mission(connection: HTTPConnection) -> MissionView:
@@ -41,6 +45,22 @@ def _get_session(connection: HTTPConnection) -> Session:
     return _get_access(connection).session_of(connection)
 
 
+def _get_seen(x_seen: Annotated[str | None, Header(description=_SEEN)] = None) -> Seen | None:
+    return None if x_seen is None else parse_seen(x_seen)
+
+
+def require_seen(seen: Annotated[Seen | None, Depends(_get_seen)]) -> Seen:
+    """Return the state that a command names, or raise ``SeenMissingError``."""
+    if seen is None:
+        raise SeenMissingError(
+            "The header X-Seen is missing: it names the state of the mission by which you command. "
+            "Send what GET /api/mission has returned in it."
+        )
+    return seen
+
+
+SeenState = Annotated[Seen, Depends(require_seen)]
+SeenStateIfAny = Annotated[Seen | None, Depends(_get_seen)]
 Mission = Annotated[MissionView, Depends(_get_mission)]
 Commands = Annotated[MissionCommands, Depends(_get_commands)]
 Hub = Annotated[EventHub, Depends(_get_hub)]

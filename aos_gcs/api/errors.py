@@ -13,12 +13,17 @@ from aos_gcs.api.access.operators import AccessDeniedError, TooManyGuessesError,
 from aos_gcs.api.access.plan_check_turns import TooManyChecksError
 from aos_gcs.api.models.base import ErrorModel
 from aos_gcs.errors import AosError, CommandError, ConfigurationError, InputDataError, LinkError, MissionError
+from aos_gcs.mission.command_order import OutdatedError
 from aos_gcs.mission.viewing import ViewerBusyError
 from aos_gcs.store.plan_folder import PlanChangedError
 
 
 class NotFoundError(AosError):
     """A resource that does not exist, or not yet."""
+
+
+class SeenMissingError(AosError):
+    """A command that does not name the state by which it was given."""
 
 
 class TooLargeError(AosError):
@@ -33,6 +38,8 @@ _STATUS_AND_ID: dict[type[AosError], tuple[int, str]] = {
     TooLargeError: (HTTPStatus.REQUEST_ENTITY_TOO_LARGE, "too_large"),
     InputDataError: (HTTPStatus.UNPROCESSABLE_ENTITY, "unusable_data"),
     ConfigurationError: (HTTPStatus.UNPROCESSABLE_ENTITY, "unusable_setting"),
+    SeenMissingError: (HTTPStatus.PRECONDITION_REQUIRED, "seen_required"),
+    OutdatedError: (HTTPStatus.CONFLICT, "out_of_date"),
     MissionError: (HTTPStatus.CONFLICT, "action_not_allowed"),
     TooManyChecksError: (HTTPStatus.TOO_MANY_REQUESTS, "too_many_checks"),
     PlanChangedError: (HTTPStatus.CONFLICT, "plan_changed"),

@@ -12,6 +12,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from aos_gcs.mission.command_order import MAX_AGE_S
 from aos_gcs.planning.settings import PreflightSettings
 
 _STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
@@ -85,6 +86,8 @@ class ApiConfig(BaseModel):
     port: Annotated[int, Field(ge=0, le=65535)] = 8080
     operator_code_file: Path | None = None
     """File with the code by which operators sign in; by default a random code is made at each start."""
+    max_command_age_s: Annotated[float, Field(ge=0.5, le=30.0)] = MAX_AGE_S
+    """Oldest state of the mission by which an operator may command, in real seconds: more for slow networks."""
     plans_folder: Path = Path("plans")
     """Folder in which operators save plans."""
     basemap: Path | None = None

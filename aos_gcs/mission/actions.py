@@ -12,7 +12,7 @@ from aos_gcs.mission.context import MissionContext
 from aos_gcs.mission.fleet.flight import FlightControl
 from aos_gcs.mission.fleet.roster import Member
 from aos_gcs.mission.fleet.vehicle_tasks import VehicleTasks
-from aos_gcs.mission.model.actions import Action, ActionRecord, ActionResult, Refusal
+from aos_gcs.mission.model.actions import Action, ActionRecord, ActionResult, Refusal, Seen
 from aos_gcs.mission.model.phase import Phase, Suspension
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.phases import ENDING, ON_GROUND, check_action
@@ -107,12 +107,15 @@ class ActionHandler:
         focal_height_m: float | None = None,
         *,
         operator: str = "",
+        seen: Seen | None = None,
     ) -> tuple[ActionResult, ...]:
         """Carry out an action; see ``MissionCommands.act``."""
         roster, utc_s = self._context.roster, self._context.clock.utc_s
         self._context.auto_start.cancel(f"{operator or 'an operator'} has acted")
         try:
+            self._context.order.check(seen, action, vehicle_ids)
             check_action(self._flow.heading, action, anyone_flies=bool(roster.commandable()))
+            self._context.order.note(action, vehicle_ids, operator)
             if action is Action.FOCUS:
                 results = self._set_focus(vehicle_ids, focal_height_m, operator)
             elif action is Action.OVERRIDE:

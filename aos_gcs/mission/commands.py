@@ -10,7 +10,7 @@ from aos_gcs.errors import MissionError
 from aos_gcs.geometry.geodesy import EnuPoint
 from aos_gcs.mission.actions import ActionHandler
 from aos_gcs.mission.context import MissionContext
-from aos_gcs.mission.model.actions import Action, ActionResult
+from aos_gcs.mission.model.actions import Action, ActionResult, Seen
 from aos_gcs.mission.model.checks import PreflightCheck
 from aos_gcs.mission.model.events import EventKind, PlanRecord
 from aos_gcs.mission.model.findings import Finding, FindingChange
@@ -74,15 +74,17 @@ class LiveCommands:
         focal_height_m: float | None = None,
         *,
         operator: str = "",
+        seen: Seen | None = None,
     ) -> tuple[ActionResult, ...]:
         """Carry out an operator's action; see ``MissionCommands.act``."""
-        return await self._actions.act(action, vehicle_ids, focal_height_m, operator=operator)
+        return await self._actions.act(action, vehicle_ids, focal_height_m, operator=operator, seen=seen)
 
     async def override_check(
-        self, vehicle_id: int, check: str, reason: str | None, *, operator: str = ""
+        self, vehicle_id: int, check: str, reason: str | None, *, operator: str = "", seen: Seen | None = None
     ) -> PreflightCheck:
         """Override a failed preflight check; see ``MissionCommands.override_check``."""
         self._context.auto_start.cancel(f"{operator or 'an operator'} has acted")
+        self._context.order.check_age(seen)
         check_action(self._flow.heading, Action.OVERRIDE)
         return await self._flow.sortie.overrides.decide(vehicle_id, check, reason, operator)
 
@@ -116,8 +118,9 @@ class LiveCommands:
         """Settings that the mission flies by at present."""
         return self._flow.sortie.context.settings
 
-    async def apply_plan(self, plan: MissionPlan, *, operator: str = "") -> None:
+    async def apply_plan(self, plan: MissionPlan, *, operator: str = "", seen: Seen | None = None) -> None:
         """Fly by another plan; see ``MissionCommands.apply_plan``."""
+        self._context.order.check_age(seen)
         # A tenth of a second and more: too long for the loop that commands vehicles.
         problems = await asyncio.to_thread(check_plan, plan, self.settings)
         if self._flow.heading not in BEFORE_START:
@@ -126,6 +129,8 @@ class LiveCommands:
         if blocking:
             raise MissionError(f"This plan cannot be flown: {blocking[0].text}")
         self._context.auto_start.cancel(f"{operator or 'an operator'} has acted")
+        self._context.order.check_overtaken(seen, None)
+        self._context.order.note("another plan", None, operator)
         self._flow.follow_plan(apply_plan(self.settings, plan))
         self._context.journal.operator_notice(operator, "plan applied. Checks restarted")
         self._context.journal.publish(EventKind.PLAN, PlanRecord(plan, operator))

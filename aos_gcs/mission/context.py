@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from aos_gcs.mission.auto_start import AutoStart
+from aos_gcs.mission.command_order import CommandOrder
 from aos_gcs.mission.fleet.flight import FlightControl
 from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.health import LoopMonitor
@@ -34,6 +35,7 @@ class MissionContext:
     recorder: Recorder
     loop_monitor: LoopMonitor
     auto_start: AutoStart
+    order: CommandOrder
 
     def flight_context(self, settings: MissionSettings) -> FlightContext:
         """Return the context of a flight by these settings; preflight has not set its limits yet."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from aos_gcs.geometry.geodesy import EnuPoint
-from aos_gcs.mission.model.actions import Action, ActionResult
+from aos_gcs.mission.model.actions import Action, ActionResult, Seen
 from aos_gcs.mission.model.checks import PreflightCheck
 from aos_gcs.mission.model.events import Event, NoticeRecord
 from aos_gcs.mission.model.findings import Finding, FindingChange
@@ -49,18 +49,21 @@ class MissionCommands(Protocol):
         focal_height_m: float | None = None,
         *,
         operator: str = "",
+        seen: Seen | None = None,
     ) -> tuple[ActionResult, ...]:
         """Carry out an action for the vehicles named, or for the whole mission when ``None``.
 
-        The focal height belongs to the action of focusing alone; ``None`` leaves it to autofocus.
+        The focal height belongs to the action of focusing alone; ``None`` leaves it to autofocus. ``seen`` is the state
+        by which the operator commands; ``None`` for a program that reads the mission itself.
 
         Raises:
+            OutdatedError: the state is too old, or another command came in between; a hold is never refused for that.
             MissionError: the present phase does not allow it, or an id is unknown; nothing was sent.
         """
         ...
 
     async def override_check(
-        self, vehicle_id: int, check: str, reason: str | None, *, operator: str = ""
+        self, vehicle_id: int, check: str, reason: str | None, *, operator: str = "", seen: Seen | None = None
     ) -> PreflightCheck:
         """Let the mission launch in spite of a failed preflight check, and return the check as it is then.
 
@@ -68,6 +71,7 @@ class MissionCommands(Protocol):
         something else.
 
         Raises:
+            OutdatedError: the state that the operator saw is too old.
             MissionError: the present phase does not allow it, or there is no such check, or it has not failed, or it
                 must not be overridden.
         """
@@ -102,10 +106,11 @@ class MissionCommands(Protocol):
         """Settings that the mission flies by at present."""
         ...
 
-    async def apply_plan(self, plan: MissionPlan, *, operator: str = "") -> None:
+    async def apply_plan(self, plan: MissionPlan, *, operator: str = "", seen: Seen | None = None) -> None:
         """Fly by another plan. Connecting and preflight start anew; the plan is recorded.
 
         Raises:
+            OutdatedError: the state that the operator saw is too old, or another command came in between.
             MissionError: the mission has started, or the plan cannot be flown.
         """
         ...

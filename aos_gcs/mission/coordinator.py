@@ -10,6 +10,7 @@ import numpy as np
 from aos_gcs.errors import AosError
 from aos_gcs.mission.actions import ActionHandler
 from aos_gcs.mission.auto_start import AutoStart
+from aos_gcs.mission.command_order import MAX_AGE_S, CommandOrder
 from aos_gcs.mission.commands import LiveCommands
 from aos_gcs.mission.context import MissionContext
 from aos_gcs.mission.fleet.launch_columns import in_launch_columns
@@ -51,6 +52,7 @@ class Coordinator:
         journal: Journal,
         recorder: Recorder,
         loop_monitor: LoopMonitor,
+        max_command_age_s: float = MAX_AGE_S,
     ) -> None:
         self.auto_start = AutoStart(journal, is_on=settings.auto_start)
         self._context = MissionContext(
@@ -60,6 +62,7 @@ class Coordinator:
             recorder=recorder,
             loop_monitor=loop_monitor,
             auto_start=self.auto_start,
+            order=CommandOrder(mission_id, asyncio.get_running_loop().time, max_command_age_s),
         )
         self._gallery = Gallery(journal, recorder)
         self._findings = Findings()

@@ -101,6 +101,7 @@ class LiveView:
             findings=self._findings.all(),
             planned_vehicles=settings.vehicles,
             acknowledgements=self.acknowledgements.all(),
+            command_count=self._context.order.count,
         )
 
     def _vehicles(self) -> tuple[VehicleSnapshot, ...]:

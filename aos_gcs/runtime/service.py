@@ -89,6 +89,7 @@ async def open_service(config: ServiceConfig) -> AsyncIterator[Service]:
                     journal=journal,
                     recorder=recorder,
                     loop_monitor=loop_monitor,
+                    max_command_age_s=config.api.max_command_age_s,
                 )
                 if unfinished is not None:
                     mission.auto_start.cancel(f"the last mission, {unfinished}, did not end: vehicles may still fly")

@@ -204,7 +204,7 @@ async def snapshot_ms(vehicles: int) -> float:
         mission.advance(1.0 / RATE_HZ)
         snapshot, start_s = mission.snapshot(), time.process_time()
         state.update(converter.convert(snapshot), 0.0)
-        state.message_since(state.revision - 1, 0, 0.0)
+        state.message_since(state.revision - 1, 0, 0.0, "")
         times_ms.append(1e3 * (time.process_time() - start_s))
     return float(np.median(times_ms))
 

@@ -53,6 +53,7 @@ max_link_age_s = {max_age_s}
 max_position_age_s = {max_age_s}
 no_go_enu_m = {no_go_enu_m}
 [api]
+max_command_age_s = 30
 port = {port}
 operator_code_file = "{code_file}"
 plans_folder = "{folder}/plans"

@@ -16,8 +16,9 @@ from aos_gcs.errors import MissionError
 from aos_gcs.geometry.geodesy import EnuPoint, GeodeticPosition, LocalFrame
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.acknowledgements import Acknowledgements
+from aos_gcs.mission.command_order import CommandOrder
 from aos_gcs.mission.events import EventStream
-from aos_gcs.mission.model.actions import Action, ActionResult
+from aos_gcs.mission.model.actions import Action, ActionResult, Seen
 from aos_gcs.mission.model.checks import CheckOverride, CheckStatus, PreflightCheck
 from aos_gcs.mission.model.events import Event, EventKind, NoticeRecord, PicturesRecord, PlanRecord
 from aos_gcs.mission.model.findings import ErrorEllipse, Finding, FindingChange, TargetEstimate
@@ -88,6 +89,8 @@ class ScriptedMission:
         self.overrides: dict[tuple[int, str], CheckOverride] = {}
         self.findings = Findings()
         self.acknowledgements = Acknowledgements()
+        self.order = CommandOrder("scripted-1", lambda: 0.0, math.inf)
+        """Commands of any age are taken, since the machine may be busy; tests of their age replace it."""
         self._clock = clock
         self._notices = 0
         self.operators: list[str] = []
@@ -138,6 +141,7 @@ class ScriptedMission:
             findings=self.findings.all(),
             planned_vehicles=len(self._chosen),
             acknowledgements=self.acknowledgements.all(),
+            command_count=self.order.count,
         )
 
     def steps(self) -> Sequence[StepRecord]:
@@ -155,8 +159,10 @@ class ScriptedMission:
         focal_height_m: float | None = None,
         *,
         operator: str = "",
+        seen: Seen | None = None,
     ) -> tuple[ActionResult, ...]:
         """Carry out an action at once."""
+        self.order.check(seen, action, vehicle_ids)
         check_action(self.phase, action)
         known = {body.vehicle_id for body in self._bodies}
         unknown = sorted(set(vehicle_ids or ()) - known)
@@ -166,6 +172,7 @@ class ScriptedMission:
             raise MissionError("An override concerns one check of one vehicle.")
         if (action is Action.FOCUS and vehicle_ids is not None) or (action is not Action.FOCUS and focal_height_m):
             raise MissionError("The focal plane is one for the whole mission.")
+        self.order.note(action, vehicle_ids, operator)
         self.actions.append((action, vehicle_ids))
         self.operators.append(operator)
         if action is Action.FOCUS:
@@ -187,9 +194,10 @@ class ScriptedMission:
         return results
 
     async def override_check(
-        self, vehicle_id: int, check: str, reason: str | None, *, operator: str = ""
+        self, vehicle_id: int, check: str, reason: str | None, *, operator: str = "", seen: Seen | None = None
     ) -> PreflightCheck:
         """Override a failed check, or take that back."""
+        self.order.check_age(seen)
         check_action(self.phase, Action.OVERRIDE)
         key = (vehicle_id, check)
         found = next((one for one in self._preflight() if (one.vehicle_id, one.name) == key), None)
@@ -217,8 +225,10 @@ class ScriptedMission:
         """What the mission flies by."""
         return self._settings
 
-    async def apply_plan(self, plan: MissionPlan, *, operator: str = "") -> None:
+    async def apply_plan(self, plan: MissionPlan, *, operator: str = "", seen: Seen | None = None) -> None:
         """Fly by another plan."""
+        self.order.check_age(seen)
+        self.order.check_overtaken(seen, None)
         if self.phase is not Phase.READY:
             raise MissionError("The plan can no longer be changed: the mission has started.")
         self._settings = apply_plan(self._settings, plan)

@@ -53,21 +53,25 @@ def no_age() -> float:
     return 0.0
 
 
+def no_name() -> str:
+    return "-"
+
+
 def greeting(seq: int = 0) -> Callable[[], tuple[int, str]]:
     return lambda: (seq, "hello")
 
 
 async def test_outbox_greets_first_and_then_hands_events_on_in_order() -> None:
-    outbox = Outbox(MissionState(), greeting(5), no_age)
+    outbox = Outbox(MissionState(), greeting(5), no_age, no_name)
     assert await outbox.take() == "hello"
     outbox.put(6, "one")
     outbox.put(7, "two")
     assert [await outbox.take(), await outbox.take()] == ["one", "two"]
-    assert json.loads(outbox.heartbeat()) == {"kind": "heartbeat", "seq": 7, "mission_age_s": 0.0}
+    assert json.loads(outbox.heartbeat()) == {"kind": "heartbeat", "seq": 7, "mission_age_s": 0.0, "seen": "-"}
 
 
 async def test_full_outbox_drops_its_oldest_events() -> None:
-    outbox = Outbox(MissionState(), greeting(), no_age, capacity=2)
+    outbox = Outbox(MissionState(), greeting(), no_age, no_name, capacity=2)
     await outbox.take()
     for seq in range(1, 6):
         outbox.put(seq, f"event {seq}")
@@ -76,7 +80,7 @@ async def test_full_outbox_drops_its_oldest_events() -> None:
 
 async def test_changes_of_the_state_are_joined_while_a_client_is_busy(mission: ScriptedMission) -> None:
     state = MissionState()
-    outbox = Outbox(state, lambda: (0, "hello" if state.update(shown(mission), 0.0) else ""), no_age)
+    outbox = Outbox(state, lambda: (0, "hello" if state.update(shown(mission), 0.0) else ""), no_age, no_name)
     await outbox.take()
     first = shown(mission)
     vehicle = first.vehicles[0]
@@ -89,6 +93,7 @@ async def test_changes_of_the_state_are_joined_while_a_client_is_busy(mission: S
     assert json.loads(await outbox.take()) == {
         "seq": 1,
         "mission_age_s": 0.0,
+        "seen": "-",
         "kind": "changes",
         "utc_s": 6.0,
         "mission": {"message": "wind"},
@@ -111,8 +116,8 @@ def test_who_is_far_behind_gets_the_whole_state(mission: ScriptedMission) -> Non
     state, model = MissionState(), shown(mission)
     for revision in range(REVISIONS_KEPT + 2):
         state.update(model.model_copy(update={"elapsed_s": float(revision)}), 0.0)
-    assert json.loads(state.message_since(2, 0, 0.0))["kind"] == "changes"
-    whole = json.loads(state.message_since(1, 0, 0.0))
+    assert json.loads(state.message_since(2, 0, 0.0, ""))["kind"] == "changes"
+    whole = json.loads(state.message_since(1, 0, 0.0, ""))
     assert whole["kind"] == "snapshot"
     assert len(whole["mission"]["vehicles"]) == len(model.vehicles)
 
@@ -121,7 +126,7 @@ def test_a_vehicle_that_is_gone_is_told_with_the_whole_state(mission: ScriptedMi
     state, model = MissionState(), shown(mission)
     state.update(model, 0.0)
     state.update(model.model_copy(update={"vehicles": model.vehicles[1:]}), 0.0)
-    assert json.loads(state.message_since(1, 0, 0.0))["kind"] == "snapshot"
+    assert json.loads(state.message_since(1, 0, 0.0, ""))["kind"] == "snapshot"
 
 
 def test_of_preflight_only_checks_that_have_changed_are_sent(mission: ScriptedMission) -> None:
@@ -130,10 +135,10 @@ def test_of_preflight_only_checks_that_have_changed_are_sent(mission: ScriptedMi
     changed = model.preflight[3].model_copy(update={"text": "much better"})
     checks = [changed if one == model.preflight[3] else one for one in model.preflight]
     state.update(model.model_copy(update={"preflight": checks}), 1.0)
-    message = json.loads(state.message_since(1, 0, 0.0))
+    message = json.loads(state.message_since(1, 0, 0.0, ""))
     assert (message["mission"], message["preflight"]) == ({}, [changed.model_dump(mode="json")])
     state.update(model.model_copy(update={"preflight": checks[1:]}), 2.0)
-    both = json.loads(state.message_since(1, 0, 0.0))
+    both = json.loads(state.message_since(1, 0, 0.0, ""))
     assert len(both["mission"]["preflight"]) == len(checks) - 1
     assert both["preflight"] == []
 
@@ -150,7 +155,7 @@ def test_changes_lead_from_any_revision_to_the_present_one(
     revision, known = data.draw(st.sampled_from(told))
     if revision == state.revision:
         return
-    message = json.loads(state.message_since(revision, 0, 0.0))
+    message = json.loads(state.message_since(revision, 0, 0.0, ""))
     SERVER_MESSAGE.validate_python(message)
     changed = message["vehicles"] if message["kind"] == "changes" else message["mission"]["vehicles"]
     assert known | {one["vehicle_id"]: one["satellites"] for one in changed} == values
@@ -251,7 +256,7 @@ async def test_hello_brings_the_state_and_events_follow(mission: ScriptedMission
     async with serve(app_of(mission), port=0) as address:
         async with connect(f"ws://127.0.0.1:{address.port}/api/events") as websocket:
             hello = await receive(websocket)
-            assert (hello["kind"], hello["seq"], hello["schema_version"]) == ("hello", 0, 3)
+            assert (hello["kind"], hello["seq"], hello["schema_version"]) == ("hello", 0, 4)
             assert [step["step"] for step in hello["steps"]] == [1]
             assert {picture["kind"] for picture in hello["pictures"]} == set(PictureKind)
             mission.make_step()

@@ -15,7 +15,7 @@ from aos_gcs.api.models.plans import PlanModel, PlanReportModel
 from aos_gcs.clock import LoopClock
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.planning.shape_files import MAX_FILE_BYTES
-from tests.fakes.app import app_of
+from tests.fakes.app import OperatorClient, app_of
 from tests.fakes.mission import ORIGIN, ScriptedMission
 
 
@@ -42,7 +42,7 @@ async def mission() -> ScriptedMission:
 @pytest.fixture
 async def client(mission: ScriptedMission, tmp_path: Path) -> AsyncIterator[httpx.AsyncClient]:
     app = app_of(mission, plans_folder=tmp_path / "plans")
-    async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://127.0.0.1:8080") as client:
+    async with OperatorClient(transport=httpx.ASGITransport(app), base_url="http://127.0.0.1:8080") as client:
         yield client
 
 
@@ -199,6 +199,6 @@ async def test_files_that_are_huge_or_broken_are_refused(client: httpx.AsyncClie
 
 async def test_the_record_of_a_mission_takes_no_plan(mission: ScriptedMission) -> None:
     transport = httpx.ASGITransport(create_app(mission))
-    async with httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1:8080") as client:
+    async with OperatorClient(transport=transport, base_url="http://127.0.0.1:8080") as client:
         assert (await client.get("/api/plan")).status_code == 409
         assert (await client.post("/api/plan/apply", json=PLAN)).status_code == 409

@@ -21,7 +21,7 @@ from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.findings import ErrorEllipse, TargetEstimate
 from aos_gcs.mission.model.steps import PictureKind
 from aos_gcs.ports import Severity
-from tests.fakes.app import app_of
+from tests.fakes.app import OperatorClient, app_of
 from tests.fakes.mission import ORIGIN, SILENT_ID, ScriptedMission
 
 BASE_URL = "http://127.0.0.1:8080"
@@ -35,7 +35,7 @@ async def mission() -> ScriptedMission:
 @pytest.fixture
 async def client(mission: ScriptedMission) -> AsyncIterator[httpx.AsyncClient]:
     transport = httpx.ASGITransport(app_of(mission))
-    async with httpx.AsyncClient(transport=transport, base_url=BASE_URL) as client:
+    async with OperatorClient(transport=transport, base_url=BASE_URL) as client:
         yield client
 
 
@@ -195,7 +195,7 @@ def test_every_error_has_a_status() -> None:
 
 async def test_page_that_is_not_built_says_how(mission: ScriptedMission, tmp_path: Path) -> None:
     transport = httpx.ASGITransport(app_of(mission, tmp_path / "static"))
-    async with httpx.AsyncClient(transport=transport, base_url=BASE_URL) as client:
+    async with OperatorClient(transport=transport, base_url=BASE_URL) as client:
         response = await client.get("/")
     assert response.status_code == 503
     assert "npm run build" in response.text
@@ -207,7 +207,7 @@ async def test_page_is_revalidated_and_its_hashed_files_are_kept(mission: Script
     (tmp_path / "icon.svg").write_text("<svg/>")
     (tmp_path / "assets" / "index-1a2b.js").write_text("1")
     transport = httpx.ASGITransport(app_of(mission, tmp_path))
-    async with httpx.AsyncClient(transport=transport, base_url=BASE_URL) as client:
+    async with OperatorClient(transport=transport, base_url=BASE_URL) as client:
         page = await client.get("/")
         assert page.headers["cache-control"] == "no-cache"
         assert "frame-ancestors 'none'" in page.headers["content-security-policy"]

@@ -8,7 +8,7 @@ import pytest
 from aos_gcs.api.access.request_checks import refusal
 from aos_gcs.clock import LoopClock
 from aos_gcs.mission.model.actions import Action
-from tests.fakes.app import app_of
+from tests.fakes.app import OperatorClient, app_of
 from tests.fakes.mission import ScriptedMission
 
 
@@ -48,7 +48,7 @@ def test_foreign_origins_are_refused(origin: str) -> None:
 async def test_foreign_post_changes_nothing() -> None:
     mission = ScriptedMission(LoopClock())
     transport = httpx.ASGITransport(app_of(mission))
-    async with httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1:8080") as client:
+    async with OperatorClient(transport=transport, base_url="http://127.0.0.1:8080") as client:
         body = {"action": Action.START}
         foreign = await client.post("/api/mission/actions", json=body, headers={"Origin": "http://evil.example"})
         assert foreign.status_code == 403

@@ -13,7 +13,7 @@ from aos_gcs.api.access.operators import MAX_OPERATORS, Access, Role, WrongCodeE
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.mission.model.actions import Action
-from tests.fakes.app import app_of
+from tests.fakes.app import OperatorClient, app_of
 from tests.fakes.mission import ScriptedMission
 
 CODE = "larch-and-spruce"
@@ -44,7 +44,7 @@ async def mission() -> ScriptedMission:
 @pytest.fixture
 async def client(mission: ScriptedMission, time: HandTime) -> AsyncIterator[httpx.AsyncClient]:
     transport = httpx.ASGITransport(app_of(mission, operator_code=CODE, now_s=time))
-    async with httpx.AsyncClient(transport=transport, base_url=BASE_URL) as client:
+    async with OperatorClient(transport=transport, base_url=BASE_URL) as client:
         yield client
 
 
@@ -163,7 +163,7 @@ async def test_a_made_up_cookie_is_refused(client: httpx.AsyncClient) -> None:
 
 async def test_a_service_without_code_lets_everybody_command(mission: ScriptedMission) -> None:
     transport = httpx.ASGITransport(app_of(mission))
-    async with httpx.AsyncClient(transport=transport, base_url=BASE_URL) as client:
+    async with OperatorClient(transport=transport, base_url=BASE_URL) as client:
         assert (await client.get("/api/session")).json()["role"] == "operator"
         assert (await sign_in(client)).json()["sign_in_required"] is False
         assert (await start(client)).status_code == 200

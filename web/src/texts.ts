@@ -35,7 +35,8 @@ export const texts = {
   unavailable: "Not available in this phase",
   names,
   requests: {
-    notSent: "Not sent: the station cannot be reached. Try again, or use the remote control.",
+    disconnected: "Not sent: no connection to the station. Use the remote control.",
+    notSent: "Not confirmed: the station cannot be reached. Try again, or use the remote control.",
     unreadableAnswer: "The answer of the station cannot be read. Check the modes of the vehicles.",
   },
   connection: {
@@ -111,6 +112,7 @@ export const texts = {
     results: "Recent commands",
     noResults: "No command has been sent from this page yet.",
     pending: "Sending …",
+    unconfirmed: "Not confirmed: use the remote control",
     accepted: "Accepted",
     refused: "refused",
     summary: (accepted: number, refused: number) =>

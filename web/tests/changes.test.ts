@@ -4,7 +4,7 @@ import type { PreflightCheck } from "../src/api/types";
 import { mission, vehicle } from "./samples";
 
 const before = mission({ vehicles: [vehicle(1), vehicle(2)] });
-const changes = { kind: "changes" as const, seq: 1, mission_age_s: 0, utc_s: 0, preflight: [] };
+const changes = { kind: "changes" as const, seq: 1, mission_age_s: 0, seen: "m-1/0/0", utc_s: 0, preflight: [] };
 
 test("changes only what is named, and keeps the rest as the same objects", () => {
   const after = applyChanges(before, {

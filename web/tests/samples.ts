@@ -65,6 +65,7 @@ export function mission(changes: Partial<Mission> = {}): Mission {
     targets: [],
     findings: [],
     acknowledgements: [],
+    command_count: 0,
     min_separation_m: null,
     focus: { height_m: 0, source: "configured", sigma_m: null },
     replay: null,

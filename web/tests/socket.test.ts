@@ -7,8 +7,9 @@ import { CAPABILITIES, mission, step } from "./samples";
 const HELLO = {
   kind: "hello",
   seq: 1,
-  schema_version: 3,
+  schema_version: 4,
   mission_age_s: 0,
+  seen: "m-1/0/0",
   capabilities: CAPABILITIES,
   mission: mission(),
   steps: [step(1)],
@@ -19,13 +20,13 @@ const HELLO = {
 describe("parseServerMessage", () => {
   test("takes what the schema allows", () => {
     expect(parseServerMessage(JSON.stringify(HELLO)).kind).toBe("hello");
-    const heartbeat = { kind: "heartbeat", seq: 4, mission_age_s: 0.5 };
+    const heartbeat = { kind: "heartbeat", seq: 4, mission_age_s: 0.5, seen: "m-1/0/0" };
     expect(parseServerMessage(JSON.stringify(heartbeat))).toEqual(heartbeat);
   });
   test.each([
     ["no JSON", "{"],
     ["an unknown kind", '{"kind":"toString","seq":1}'],
-    ["no number", '{"kind":"heartbeat","mission_age_s":0}'],
+    ["no number", '{"kind":"heartbeat","mission_age_s":0,"seen":"m-1/0/0"}'],
     ["a heartbeat that does not tell of the mission", '{"kind":"heartbeat","seq":1}'],
     ["another version", JSON.stringify({ ...HELLO, schema_version: 1 })],
     ["a vehicle without an id", JSON.stringify({ ...HELLO, mission: { ...mission(), vehicles: [{}] } })],
@@ -35,11 +36,12 @@ describe("parseServerMessage", () => {
 });
 
 test("events count on by one, all other messages repeat the number before them", () => {
-  const heartbeat = (seq: number): ServerMessage => ({ kind: "heartbeat", seq, mission_age_s: 0 });
+  const heartbeat = (seq: number): ServerMessage => ({ kind: "heartbeat", seq, mission_age_s: 0, seen: "m-1/0/0" });
   const changes = (seq: number): ServerMessage => ({
     kind: "changes",
     seq,
     mission_age_s: 0,
+    seen: "m-1/0/0",
     utc_s: 0,
     mission: {},
     vehicles: [],
@@ -97,7 +99,7 @@ describe("EventSocket", () => {
   test("calls two seconds of silence a lost connection and comes back", () => {
     latest().say(HELLO);
     vi.advanceTimersByTime(1000);
-    latest().say({ kind: "heartbeat", seq: 1, mission_age_s: 0 });
+    latest().say({ kind: "heartbeat", seq: 1, mission_age_s: 0, seen: "m-1/0/0" });
     vi.advanceTimersByTime(1400);
     expect(connections).toEqual(["open"]);
     vi.advanceTimersByTime(600);
@@ -110,7 +112,7 @@ describe("EventSocket", () => {
 
   test("tells changes as the snapshot that they lead to", () => {
     latest().say(HELLO);
-    const told = { seq: 1, mission_age_s: 0.1, utc_s: 7 };
+    const told = { seq: 1, mission_age_s: 0.1, seen: "m-1/0/0", utc_s: 7 };
     latest().say({ kind: "changes", ...told, mission: { elapsed_s: 42 }, vehicles: [], preflight: [] });
     expect(heard.at(-1)).toEqual({ kind: "snapshot", ...told, mission: { ...mission(), elapsed_s: 42 } });
   });
@@ -135,7 +137,7 @@ describe("EventSocket", () => {
     const missed = { mission_id: "m1", seq: 900, events: [], hello: HELLO };
     vi.stubGlobal("fetch", vi.fn().mockResolvedValue(new Response(JSON.stringify(missed))));
     latest().say(HELLO);
-    latest().say({ kind: "heartbeat", seq: 900, mission_age_s: 0 });
+    latest().say({ kind: "heartbeat", seq: 900, mission_age_s: 0, seen: "m-1/0/0" });
     await vi.waitFor(() => expect(FakeSocket.opened).toHaveLength(2));
     expect(FakeSocket.opened[0]?.isClosed).toBe(true);
     expect(connections).toEqual(["open"]);

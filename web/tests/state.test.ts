@@ -10,8 +10,9 @@ type Hello = Extract<ServerMessage, { kind: "hello" }>;
 const hello = (changes: Partial<Hello> = {}): Hello => ({
   kind: "hello",
   seq: 1,
-  schema_version: 3,
+  schema_version: 4,
   mission_age_s: 0,
+  seen: "m-1/0/0",
   capabilities: CAPABILITIES,
   mission: mission(),
   steps: [step(1)],
@@ -19,7 +20,8 @@ const hello = (changes: Partial<Hello> = {}): Hello => ({
   pictures: [],
   ...changes,
 });
-const snapshot = (m = mission()) => ({ kind: "snapshot", seq: 2, mission_age_s: 0, utc_s: 0, mission: m }) as const;
+const snapshot = (m = mission()) =>
+  ({ kind: "snapshot", seq: 2, mission_age_s: 0, seen: "m-1/0/0", utc_s: 0, mission: m }) as const;
 
 describe("reduce", () => {
   test("a hello replaces everything but the trails of the same mission", () => {
@@ -116,13 +118,13 @@ describe("reduce", () => {
 describe("freshness", () => {
   test("a heartbeat tells how old the mission's last sign of life is, and changes nothing else", () => {
     const known = reduce(INITIAL_STATE, hello(), 1000);
-    const heartbeat = { kind: "heartbeat", seq: 1, mission_age_s: 0.4 } as const;
+    const heartbeat = { kind: "heartbeat", seq: 1, mission_age_s: 0.4, seen: "m-1/0/0" } as const;
     expect(reduce(known, heartbeat, 9000)).toEqual({ ...known, missionAtMs: 8600 });
   });
   test("what a silent mission has left to tell is no sign of life", () => {
     const atMs = (message: PageMessage): number => reduce(INITIAL_STATE, message, 20_000).missionAtMs;
-    expect(atMs(hello({ mission_age_s: 7 }))).toBe(13_000);
-    expect(atMs({ ...snapshot(), mission_age_s: 8 })).toBe(12_000);
+    expect(atMs(hello({ mission_age_s: 7, seen: "m-1/0/0" }))).toBe(13_000);
+    expect(atMs({ ...snapshot(), mission_age_s: 8, seen: "m-1/0/0" })).toBe(12_000);
   });
   test("a mission that should tell its state and does not is silent", () => {
     expect(isSilent(mission(), 1)).toBe(false);

@@ -74,6 +74,7 @@ class MissionConverter:
             focus=_focus(snapshot.focus) if snapshot.focus else None,
             findings=self._findings(snapshot.findings),
             acknowledgements=self._acknowledgements(snapshot.acknowledgements),
+            command_count=snapshot.command_count,
             replay=replay_state(replay) if replay else None,
             allowed_actions=[] if replay else allowed_actions(snapshot),
         )

@@ -9,6 +9,7 @@ from contextlib import contextmanager
 
 from aos_gcs.api.convert.mission import MissionConverter
 from aos_gcs.api.convert.notices import notice as notice_model
+from aos_gcs.api.convert.seen import seen_text
 from aos_gcs.api.convert.steps import pictures as picture_models
 from aos_gcs.api.convert.steps import step as step_model
 from aos_gcs.api.events.outbox import Outbox
@@ -21,7 +22,9 @@ from aos_gcs.api.models.service import CapabilitiesModel
 from aos_gcs.api.models.steps import PictureModel, StepModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.mission.control import MissionView, ReplayControl
+from aos_gcs.mission.model.actions import Seen
 from aos_gcs.mission.model.events import Event, JumpRecord, NoticeRecord, PicturesRecord, PlanRecord
+from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.steps import PictureKind, StepRecord
 
@@ -69,6 +72,8 @@ class EventHub:
         self._heard_at_s: float | None = None
         self._converter = MissionConverter(None)
         self._known_origin: GeodeticPosition | None = None
+        self._shown: MissionSnapshot | None = None
+        """The snapshot that clients were shown last."""
 
     async def run(self) -> None:
         """Distribute events until cancelled."""
@@ -85,7 +90,7 @@ class EventHub:
     @contextmanager
     def connect(self) -> Iterator[Outbox]:
         """Collect messages for a client for as long as the context is entered; the first one is ``hello``."""
-        outbox = Outbox(self._state, self._hello_text, self.mission_age_s)
+        outbox = Outbox(self._state, self._hello_text, self.mission_age_s, self.shown)
         self._outboxes.add(outbox)
         try:
             yield outbox
@@ -98,6 +103,7 @@ class EventHub:
             seq=self._seq,
             schema_version=SCHEMA_VERSION,
             mission_age_s=self.mission_age_s(),
+            seen=self.seen(),
             capabilities=self._capabilities,
             mission=self.mission(),
             steps=self.steps(),
@@ -108,6 +114,20 @@ class EventHub:
     def mission(self) -> MissionModel:
         """Return the mission at this moment."""
         return self._model(self._mission.snapshot())
+
+    def seen(self) -> str:
+        """Return the name of the mission's state at this moment, by which a client commands that has just read it."""
+        return self._name(self._mission.snapshot())
+
+    def shown(self) -> str:
+        """Return the name of the state that followers of the events are shown."""
+        return self.seen() if self._shown is None else self._name(self._shown)
+
+    def _name(self, snapshot: MissionSnapshot) -> str:
+        # A mission that has ended reports nothing more, and its state stays true.
+        is_lasting = snapshot.phase is Phase.DONE or self._heard_at_s is None
+        at_s = self._heard_at_s if self._heard_at_s is not None and not is_lasting else self._now_s()
+        return seen_text(Seen(snapshot.mission_id, snapshot.command_count, at_s))
 
     def mission_age_s(self) -> float:
         """Return the real seconds since the mission last published its state, which it does several times per second.
@@ -147,6 +167,7 @@ class EventHub:
         if isinstance(event.data, MissionSnapshot):
             self._heard_at_s = self._now_s()
             if self._outboxes:
+                self._shown = event.data
                 self._take_state(self._model(event.data), event.utc_s)
             return
         self._seq += 1

@@ -22,6 +22,7 @@ class Outbox:
         state: state of the mission, shared by all clients.
         hello: makes the first message, and its ``seq``.
         mission_age_s: returns the age of the mission's last sign of life.
+        seen: returns the name of the state that clients are shown.
         capacity: events that may wait.
     """
 
@@ -30,11 +31,13 @@ class Outbox:
         state: MissionState,
         hello: Callable[[], tuple[int, str]],
         mission_age_s: Callable[[], float],
+        seen: Callable[[], str],
         capacity: int = DEFAULT_CAPACITY,
     ) -> None:
         self._state = state
         self._hello = hello
         self._mission_age_s = mission_age_s
+        self._seen = seen
         self._events: deque[tuple[int, str]] = deque(maxlen=capacity)
         self._ready = asyncio.Event()
         self._greeted = False
@@ -67,7 +70,8 @@ class Outbox:
 
     def heartbeat(self) -> str:
         """Return the message to send when there is nothing else."""
-        return HeartbeatMessage(seq=self._seq, mission_age_s=self._mission_age_s()).model_dump_json()
+        message = HeartbeatMessage(seq=self._seq, mission_age_s=self._mission_age_s(), seen=self._seen())
+        return message.model_dump_json()
 
     def _pop(self) -> str | None:
         if not self._greeted:
@@ -81,6 +85,6 @@ class Outbox:
             return text
         if self._revision == self._state.revision:
             return None
-        text = self._state.message_since(self._revision, self._seq, self._mission_age_s())
+        text = self._state.message_since(self._revision, self._seq, self._mission_age_s(), self._seen())
         self._revision = self._state.revision
         return text

@@ -57,7 +57,7 @@ class MissionState:
         self._changes: deque[_Change | None] = deque(maxlen=REVISIONS_KEPT)
         """None: a change that fields cannot express, because a vehicle is gone."""
         self._bodies: dict[int, str] = {}
-        """Text after seq and age that leads from a revision to the present one."""
+        """Text after seq, age and name that leads from a revision to the present one."""
         self._utc_s = 0.0
         self.revision = 0
 
@@ -91,11 +91,11 @@ class MissionState:
         self.revision += 1
         return True
 
-    def message_since(self, revision: int, seq: int, mission_age_s: float) -> str:
-        """Return the text of the message that leads from a revision to the present one."""
+    def message_since(self, revision: int, seq: int, mission_age_s: float, seen: str) -> str:
+        """Return the text of the message that leads from a revision to the present one, whose name is ``seen``."""
         if revision not in self._bodies:
             self._bodies[revision] = self._body_since(revision)
-        return f'{{"seq":{seq},"mission_age_s":{mission_age_s},{self._bodies[revision]}'
+        return f'{{"seq":{seq},"mission_age_s":{mission_age_s},"seen":"{seen}",{self._bodies[revision]}'
 
     def _body_since(self, revision: int) -> str:
         behind = self.revision - revision

@@ -24,8 +24,9 @@ from aos_gcs.api.models.preflight import PreflightCheckModel
 from aos_gcs.api.models.service import CapabilitiesModel
 from aos_gcs.api.models.steps import PictureModel, StepModel
 
-SCHEMA_VERSION = 3
+SCHEMA_VERSION = 4
 """Raised when a client written for the earlier number would misread a message."""
+SEEN = "State that this message shows: a command that was given by it carries this text in its header X-Seen."
 MISSION_AGE = "Seconds since the mission's last sign of life; 0 in a replay, where time may stand still."
 
 
@@ -36,6 +37,7 @@ class HelloMessage(WireModel):
     seq: int
     schema_version: int
     mission_age_s: float = Field(description=MISSION_AGE)
+    seen: str = Field(description=SEEN)
     capabilities: CapabilitiesModel
     mission: MissionModel
     steps: list[StepModel]
@@ -49,6 +51,7 @@ class SnapshotMessage(WireModel):
     kind: Literal["snapshot"] = "snapshot"
     seq: int
     mission_age_s: float = Field(description=MISSION_AGE)
+    seen: str = Field(description=SEEN)
     utc_s: float
     mission: MissionModel
 
@@ -59,6 +62,7 @@ class ChangesMessage(WireModel):
     kind: Literal["changes"] = "changes"
     seq: int
     mission_age_s: float = Field(description=MISSION_AGE)
+    seen: str = Field(description=SEEN)
     utc_s: float
     mission: dict[str, Any] = Field(
         description="Fields of MissionModel with their new values; vehicles never, preflight only where checks have "
@@ -115,6 +119,7 @@ class HeartbeatMessage(WireModel):
     kind: Literal["heartbeat"] = "heartbeat"
     seq: int
     mission_age_s: float = Field(description=MISSION_AGE)
+    seen: str = Field(description=SEEN)
 
 
 EventMessage = StepMessage | NoticeMessage | PicturesMessage | PlanMessage

@@ -56,6 +56,7 @@ class MissionModel(WireModel):
     acknowledgements: list[AcknowledgementModel] = Field(
         description="Latest acknowledgements, by the number of their notice: the same for all operators."
     )
+    command_count: int = Field(description="Number of the latest operator's command that was carried out.")
     replay: ReplayModel | None = Field(description="Replay that is shown; null for a live mission.")
     allowed_actions: list[Action] = Field(description="Actions worth offering now; a request can still be refused.")
 

@@ -9,23 +9,25 @@ from fastapi import APIRouter, Header, Response
 
 from aos_gcs.api.convert.mission import action_results
 from aos_gcs.api.convert.preflight import preflight_check
-from aos_gcs.api.dependencies import Commands, CurrentSession, Hub, Mission
+from aos_gcs.api.dependencies import Commands, CurrentSession, Hub, Mission, SeenState, SeenStateIfAny, require_seen
 from aos_gcs.api.errors import NotFoundError
 from aos_gcs.api.models.base import ErrorModel
 from aos_gcs.api.models.mission import ActionRequest, ActionResponse, MissionModel
 from aos_gcs.api.models.notices import AcknowledgeRequest
 from aos_gcs.api.models.preflight import OverrideRequest, PreflightCheckModel
 from aos_gcs.api.models.steps import StepModel
+from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.steps import PictureKind
 
 router = APIRouter(prefix="/api", tags=["mission"])
 
-_REFUSED: dict[int | str, dict[str, Any]] = {status: {"model": ErrorModel} for status in (403, 409, 422)}
+_REFUSED: dict[int | str, dict[str, Any]] = {status: {"model": ErrorModel} for status in (403, 409, 422, 428)}
 
 
 @router.get("/mission")
-async def read_mission(hub: Hub) -> MissionModel:
-    """Return the whole mission at this moment."""
+async def read_mission(hub: Hub, response: Response) -> MissionModel:
+    """Return the whole mission at this moment; the header X-Seen names it for commands."""
+    response.headers["X-Seen"] = hub.seen()
     return hub.mission()
 
 
@@ -64,17 +66,35 @@ async def read_picture(
 
 
 @router.post("/mission/actions", responses=_REFUSED)
-async def act(request: ActionRequest, commands: Commands, session: CurrentSession) -> ActionResponse:
-    """Carry out an operator's action; answers when every vehicle has done it or refused."""
+async def act(
+    request: ActionRequest,
+    commands: Commands,
+    session: CurrentSession,
+    *,
+    seen: SeenStateIfAny,
+    hub: Hub,
+    response: Response,
+) -> ActionResponse:
+    """Carry out an operator's action; answers when every vehicle has done it or refused.
+
+    All but hold require the header X-Seen, and are refused when that state is out of date.
+    """
+    if request.action is not Action.HOLD:
+        seen = require_seen(seen)
     vehicle_ids = tuple(dict.fromkeys(request.vehicle_ids)) if request.vehicle_ids is not None else None
-    results = await commands.act(request.action, vehicle_ids, request.focal_height_m, operator=session.name)
+    results = await commands.act(request.action, vehicle_ids, request.focal_height_m, operator=session.name, seen=seen)
+    response.headers["X-Seen"] = hub.seen()
     return action_results(request.action, results)
 
 
 @router.post("/preflight/override", responses=_REFUSED)
-async def override(request: OverrideRequest, commands: Commands, session: CurrentSession) -> PreflightCheckModel:
+async def override(
+    request: OverrideRequest, commands: Commands, session: CurrentSession, seen: SeenState
+) -> PreflightCheckModel:
     """Override a failed check, so that it no longer blocks the launch, or withdraw the override; return the check."""
-    check = await commands.override_check(request.vehicle_id, request.check, request.reason, operator=session.name)
+    check = await commands.override_check(
+        request.vehicle_id, request.check, request.reason, operator=session.name, seen=seen
+    )
     return preflight_check(check)
 
 

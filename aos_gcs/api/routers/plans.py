@@ -11,7 +11,7 @@ from fastapi import APIRouter, Depends, Path, Query, Request
 
 from aos_gcs.api.access.operators import cookie_name
 from aos_gcs.api.convert import plans as plan_convert
-from aos_gcs.api.dependencies import Checks, Commands, CurrentSession, Mission, Plans
+from aos_gcs.api.dependencies import Checks, Commands, CurrentSession, Mission, Plans, SeenState
 from aos_gcs.api.errors import NotFoundError, TooLargeError
 from aos_gcs.api.models.base import ErrorModel
 from aos_gcs.api.models.plans import ImportedShapeModel, PlanModel, PlanReportModel, SavedPlanModel, StrategyModel
@@ -72,8 +72,10 @@ async def check(body: PlanModel, mission: Mission, commands: Commands) -> PlanRe
     return await asyncio.to_thread(_report, plan, commands.settings, homes_enu_m, origin)
 
 
-@router.post("/api/plan/apply", responses=_REFUSED | {409: {"model": ErrorModel}})
-async def apply(body: PlanModel, mission: Mission, commands: Commands, session: CurrentSession) -> PlanModel:
+@router.post("/api/plan/apply", responses=_REFUSED | {status: {"model": ErrorModel} for status in (409, 428)})
+async def apply(
+    body: PlanModel, mission: Mission, commands: Commands, session: CurrentSession, seen: SeenState
+) -> PlanModel:
     """Apply this plan, before the start only. Connecting and preflight start again."""
     origin = mission.snapshot().origin
     if origin is None:
@@ -81,7 +83,7 @@ async def apply(body: PlanModel, mission: Mission, commands: Commands, session: 
             "The mission's origin is not known yet: wait until a vehicle has reported its home, or give "
             "mission.origin_deg in the configuration."
         )
-    await commands.apply_plan(plan_convert.plan_from_wire(body, origin), operator=session.name)
+    await commands.apply_plan(plan_convert.plan_from_wire(body, origin), operator=session.name, seen=seen)
     return plan_convert.plan_to_wire(plan_of(commands.settings), origin)
 
 

@@ -27,6 +27,17 @@ class Action(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
+class Seen:
+    """State of the mission that an operator saw when giving a command."""
+
+    mission_id: str
+    command_count: int
+    """Number of the latest command carried out in that state."""
+    at_s: float
+    """Time at which the mission reported that state, in real seconds of a clock that this machine's processes share."""
+
+
+@dataclass(frozen=True, slots=True)
 class Refusal:
     """Reason why something that was asked of a vehicle is not done."""
 

@@ -66,3 +66,5 @@ class MissionSnapshot:
     """Number of vehicles that fly by the plan; 0 in older records."""
     acknowledgements: tuple[Acknowledgement, ...] = ()
     """The latest ones, by the number of their notice."""
+    command_count: int = 0
+    """Number of the latest operator's command that was carried out."""

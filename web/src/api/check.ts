@@ -1,7 +1,7 @@
 /** Runtime check of messages: text in, typed message out, or an error that names the problem. */
 import type { MissedEvents, Mission, ServerMessage } from "./types";
 
-export const SCHEMA_VERSION = 3;
+export const SCHEMA_VERSION = 4;
 
 /** A message that this page cannot understand. */
 export class ProtocolError extends Error {}
@@ -71,7 +71,7 @@ const step = shape({
 const notice = shape({ severity: isString, notice_id: isNumber, text: isString, elapsed_s: isNumber, utc_s: isNumber });
 const capabilities = shape({ planning: isBoolean, viewer: isBoolean, findings: isBoolean });
 /** Fields of messages that describe the state, or say that it is unchanged. */
-const AGE = { mission_age_s: isNumber };
+const AGE = { mission_age_s: isNumber, seen: isString };
 const picture = shape({ kind: isString, step: isNumber, url: isString, corners: listOf(vertex) });
 
 const FIELDS: Record<Kind, Record<string, Check>> = {

@@ -1,6 +1,7 @@
 /** Requests to the station. Refusals and lost connections are values, since the operator has to read them. */
 import { texts } from "../texts";
 import { isMissedEvents } from "./check";
+import { noteSeen, SEEN_HEADER, seenHeader } from "./seen";
 import type { Action, ActionResponse, Basemap, ErrorBody, MissedEvents, PreflightCheck, Session } from "./types";
 
 export type Answer<T> =
@@ -38,7 +39,9 @@ export async function request<T>(
 ): Promise<Answer<T>> {
   try {
     const signal = AbortSignal.timeout(lostAfterMs);
-    const response = await fetch(path, { method, signal, ...contentOf(body) });
+    const headers = method === "GET" ? {} : { ...contentType(body), ...seenHeader() };
+    const response = await fetch(path, { method, signal, headers, body: content(body) });
+    noteSeen(response.headers.get(SEEN_HEADER));
     const value: unknown = response.status === 204 ? null : await response.json();
     if (response.ok && isExpected(value)) return { ok: true, value };
     const message = isErrorBody(value) ? value.message : texts.requests.unreadableAnswer;
@@ -48,10 +51,14 @@ export async function request<T>(
   }
 }
 
-function contentOf(body: unknown): RequestInit {
+function contentType(body: unknown): Record<string, string> {
   if (body === undefined) return {};
-  if (body instanceof Blob) return { headers: { "Content-Type": "application/octet-stream" }, body };
-  return { headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) };
+  return { "Content-Type": body instanceof Blob ? "application/octet-stream" : "application/json" };
+}
+
+function content(body: unknown): Blob | string | null {
+  if (body === undefined) return null;
+  return body instanceof Blob ? body : JSON.stringify(body);
 }
 
 /** Send an operator's action; answers when every vehicle has accepted or refused it. */

@@ -153,7 +153,7 @@ export interface paths {
     };
     /**
      * Read Mission
-     * @description Return the whole mission at this moment.
+     * @description Return the whole mission at this moment; the header X-Seen names it for commands.
      */
     get: operations["read_mission_api_mission_get"];
     put?: never;
@@ -176,6 +176,8 @@ export interface paths {
     /**
      * Act
      * @description Carry out an operator's action; answers when every vehicle has done it or refused.
+     *
+     *     All but hold require the header X-Seen, and are refused when that state is out of date.
      */
     post: operations["act_api_mission_actions_post"];
     delete?: never;
@@ -672,6 +674,11 @@ export interface components {
        * @description Checks that have changed, to be replaced by vehicle_id and name, after the fields of mission.
        */
       preflight: components["schemas"]["PreflightCheckModel"][];
+      /**
+       * Seen
+       * @description State that this message shows: a command that was given by it carries this text in its header X-Seen.
+       */
+      seen: string;
       /** Seq */
       seq: number;
       /** Utc S */
@@ -935,6 +942,11 @@ export interface components {
        * @description Seconds since the mission's last sign of life; 0 in a replay, where time may stand still.
        */
       mission_age_s: number;
+      /**
+       * Seen
+       * @description State that this message shows: a command that was given by it carries this text in its header X-Seen.
+       */
+      seen: string;
       /** Seq */
       seq: number;
     };
@@ -961,6 +973,11 @@ export interface components {
       pictures: components["schemas"]["PictureModel"][];
       /** Schema Version */
       schema_version: number;
+      /**
+       * Seen
+       * @description State that this message shows: a command that was given by it carries this text in its header X-Seen.
+       */
+      seen: string;
       /** Seq */
       seq: number;
       /** Steps */
@@ -1069,6 +1086,11 @@ export interface components {
       allowed_actions: components["schemas"]["Action"][];
       /** Area */
       area: components["schemas"]["VertexModel"][];
+      /**
+       * Command Count
+       * @description Number of the latest operator's command that was carried out.
+       */
+      command_count: number;
       /**
        * Covered Percent
        * @description Share of the search area that has been in a frame at least once.
@@ -1706,6 +1728,11 @@ export interface components {
        * @description Seconds since the mission's last sign of life; 0 in a replay, where time may stand still.
        */
       mission_age_s: number;
+      /**
+       * Seen
+       * @description State that this message shows: a command that was given by it carries this text in its header X-Seen.
+       */
+      seen: string;
       /** Seq */
       seq: number;
       /** Utc S */
@@ -2436,7 +2463,10 @@ export interface operations {
   act_api_mission_actions_post: {
     parameters: {
       query?: never;
-      header?: never;
+      header?: {
+        /** @description State of the mission by which this command is given: `seen` of an event, or this header of GET /api/mission. */
+        "x-seen"?: string | null;
+      };
       path?: never;
       cookie?: never;
     };
@@ -2475,6 +2505,15 @@ export interface operations {
       };
       /** @description Unprocessable Entity */
       422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Precondition Required */
+      428: {
         headers: {
           [name: string]: unknown;
         };
@@ -2600,6 +2639,15 @@ export interface operations {
           "application/json": components["schemas"]["ErrorModel"];
         };
       };
+      /** @description Precondition Required */
+      428: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
     };
   };
   read_plan_api_plan_get: {
@@ -2634,7 +2682,10 @@ export interface operations {
   apply_api_plan_apply_post: {
     parameters: {
       query?: never;
-      header?: never;
+      header?: {
+        /** @description State of the mission by which this command is given: `seen` of an event, or this header of GET /api/mission. */
+        "x-seen"?: string | null;
+      };
       path?: never;
       cookie?: never;
     };
@@ -2673,6 +2724,15 @@ export interface operations {
       };
       /** @description Unprocessable Entity */
       422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Precondition Required */
+      428: {
         headers: {
           [name: string]: unknown;
         };
@@ -2970,7 +3030,10 @@ export interface operations {
   override_api_preflight_override_post: {
     parameters: {
       query?: never;
-      header?: never;
+      header?: {
+        /** @description State of the mission by which this command is given: `seen` of an event, or this header of GET /api/mission. */
+        "x-seen"?: string | null;
+      };
       path?: never;
       cookie?: never;
     };
@@ -3009,6 +3072,15 @@ export interface operations {
       };
       /** @description Unprocessable Entity */
       422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ErrorModel"];
+        };
+      };
+      /** @description Precondition Required */
+      428: {
         headers: {
           [name: string]: unknown;
         };

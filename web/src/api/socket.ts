@@ -2,6 +2,7 @@
 import { applyChanges } from "./changes";
 import { checkedMission, ProtocolError, parseServerMessage } from "./check";
 import { readMissedEvents } from "./client";
+import { noteSeen } from "./seen";
 import type { Changes, Mission, ServerMessage } from "./types";
 
 export type Connection = "connecting" | "open" | "lost" | "incompatible";
@@ -78,6 +79,7 @@ export class EventSocket {
   }
 
   private take(message: ServerMessage): void {
+    if ("seen" in message) noteSeen(message.seen);
     if (message.kind === "hello") {
       this.attempt = 0;
       this.seq = message.seq;
@@ -129,8 +131,8 @@ export class EventSocket {
     }
     if (this.mission === null) throw new ProtocolError("changes came before the mission");
     this.mission = checkedMission(applyChanges(this.mission, message));
-    const { seq, utc_s, mission_age_s } = message;
-    return { kind: "snapshot", seq, utc_s, mission_age_s, mission: this.mission };
+    const { seq, utc_s, mission_age_s, seen } = message;
+    return { kind: "snapshot", seq, utc_s, mission_age_s, seen, mission: this.mission };
   }
 
   private checkSilence(): void {

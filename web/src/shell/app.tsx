@@ -39,7 +39,12 @@ export function App({ store }: { store: Store }) {
   const [areSettingsOpen, setSettingsOpen] = useState(false);
   const [selection, changeSelection] = useState(NO_SELECTION);
   const { mission, connection } = state;
-  const commands = useCommands(mission, selection, access.refresh);
+  const commands = useCommands({
+    mission,
+    selection,
+    isConnected: connection === "open",
+    onForbidden: access.refresh,
+  });
   const fleet = mission?.vehicles.map((vehicle) => vehicle.vehicle_id) ?? [];
   useEffect(() => changeSelection((before) => retain(before, fleet)), [fleet.join()]);
 

@@ -4,8 +4,11 @@ import { type ActionAnswer, postAction } from "../api/client";
 import type { Action, Mission } from "../api/types";
 import { needsConfirmation, type Command, makeCommand } from "../state/commands";
 import type { Selection } from "../state/selection";
+import { texts } from "../texts";
 
 const REPORTS_KEPT = 3;
+/** Time after which a command without an answer is reported as not confirmed. */
+const CONFIRMED_WITHIN_MS = 2000;
 const FORBIDDEN = 403;
 
 export interface Report {
@@ -13,6 +16,8 @@ export interface Report {
   readonly label: string;
   /** Null while the answer is pending. */
   readonly answer: ActionAnswer | null;
+  /** Whether the answer has been pending for so long that the operator must not rely on it. */
+  readonly isOverdue: boolean;
 }
 
 export interface Commands {
@@ -31,8 +36,17 @@ export interface Commands {
   dismissReports(): void;
 }
 
-/** `onForbidden` is called when the station refuses commands from this page. */
-export function useCommands(mission: Mission | null, selection: Selection, onForbidden: () => void): Commands {
+const NOT_SENT: ActionAnswer = { ok: false, message: texts.requests.disconnected };
+
+interface Page {
+  readonly mission: Mission | null;
+  readonly selection: Selection;
+  readonly isConnected: boolean;
+  /** Called when the station refuses commands from this page. */
+  onForbidden(): void;
+}
+
+export function useCommands({ mission, selection, isConnected, onForbidden }: Page): Commands {
   const [question, setQuestion] = useState<Command | null>(null);
   const [reports, setReports] = useState<readonly Report[]>([]);
   const nextId = useRef(1);
@@ -44,10 +58,17 @@ export function useCommands(mission: Mission | null, selection: Selection, onFor
 
   const send = async (command: Command): Promise<void> => {
     const id = nextId.current++;
-    setReports((before) => [{ id, label: command.label, answer: null }, ...before].slice(0, REPORTS_KEPT));
-    const answer = await postAction(command);
+    const change = (changes: Partial<Report>): void =>
+      setReports((before) => before.map((report) => (report.id === id ? { ...report, ...changes } : report)));
+    const report: Report = { id, label: command.label, answer: null, isOverdue: false };
+    setReports((before) => [report, ...before].slice(0, REPORTS_KEPT));
+    // A hold is sent whatever the connection seems to be like; anything else would arrive when it is not expected.
+    const mayArrive = isConnected || command.action === "hold";
+    const overdue = setTimeout(() => change({ isOverdue: true }), CONFIRMED_WITHIN_MS);
+    const answer = mayArrive ? await postAction(command) : NOT_SENT;
+    clearTimeout(overdue);
     if (!answer.ok && answer.status === FORBIDDEN) onForbidden();
-    setReports((before) => before.map((report) => (report.id === id ? { ...report, answer } : report)));
+    change({ answer });
   };
   return {
     reports,

@@ -26,7 +26,10 @@ interface ItemProps {
 }
 
 /** The latest report names its vehicles; older ones show their summary only. */
-function ReportItem({ report: { label, answer }, isNewest, isBrief }: ItemProps) {
+function ReportItem({ report: { label, answer, isOverdue }, isNewest, isBrief }: ItemProps) {
+  if (answer === null && isOverdue) {
+    return <Line label={label} outcome={texts.actions.unconfirmed} isRefused testId="results-unconfirmed" />;
+  }
   if (answer === null) return <Line label={label} outcome={texts.actions.pending} />;
   if (!answer.ok) return <Line label={label} outcome={answer.message} isRefused testId="results-error" />;
   const results = refusedFirst(answer.value.results);
