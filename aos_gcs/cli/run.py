@@ -90,6 +90,9 @@ async def _fly(config: ServiceConfig, stay: bool) -> bool:
         typer.echo(f"{snapshot.outcome}: {snapshot.message} Recorded in {service.folder}.")
         if stay:
             await stay_up(service)
+        elif service.mission.is_any_flying:
+            typer.echo("A vehicle still flies. The heartbeat goes on until it has landed, or Ctrl-C.", err=True)
+            await service.stay(until_landed=True)
     return snapshot.outcome not in {Outcome.FAILED, Outcome.ABORTED}
 
 

@@ -33,6 +33,7 @@ from aos_gcs.ports import Clock, Fleet, Land, ReturnToLaunch, Severity
 
 _FAREWELL_S = 5.0
 """Time limit for sending vehicles home when a mission is torn down, real seconds."""
+_STAY_POLL_S = 0.5
 
 
 class Coordinator:
@@ -147,6 +148,8 @@ class Coordinator:
 
     def end_without_vehicles(self) -> None:
         """End the mission at once: no vehicle is left to be flown."""
+        if self.phase is Phase.DONE:
+            return
         self._outcome = Outcome.FAILED
         self._report_failure("All vehicles are lost: the mission is over. Their own failsafes fly them.")
         self._redirect = Phase.DONE
@@ -181,6 +184,37 @@ class Coordinator:
         finally:
             await self._leave()
         return self.outcome
+
+    async def stay(self, *, until_landed: bool = False) -> None:
+        """Go on after the end: our heartbeat is sent, and what still flies is monitored and can be brought down.
+
+        Args:
+            until_landed: return when no vehicle heard flies any more; else it goes on until cancelled.
+        """
+        context = self._context
+        async with asyncio.TaskGroup() as group:
+            pulse = group.create_task(context.loop_monitor.run(context.journal.note_stall))
+            while self.is_any_flying or not until_landed:
+                if self.is_any_flying:
+                    await self._monitor_until_landed()
+                await context.clock.sleep(_STAY_POLL_S)
+            pulse.cancel()
+
+    @property
+    def is_any_flying(self) -> bool:
+        """Whether a vehicle that is heard flies."""
+        roster, lost_s = self._context.roster, self.sortie.context.settings.deadlines.lost_s
+        ages_s = [roster.link_age_s(member) for member in roster.members() if member.airborne]
+        return any(age_s is not None and age_s <= lost_s for age_s in ages_s)
+
+    async def _monitor_until_landed(self) -> None:
+        async with asyncio.TaskGroup() as group:
+            helpers = (group.create_task(self._vehicle_tasks.run()), group.create_task(self._monitor.run()))
+            while self.is_any_flying:
+                await self._context.clock.sleep(_STAY_POLL_S)
+            for helper in helpers:
+                helper.cancel()
+        self.publish_snapshot()
 
     async def _run_handler(self) -> Phase:
         """Run the present phase's handler once, or until an operator ends it, and return what follows."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import platform
 import shutil
 from collections.abc import AsyncIterator
@@ -43,10 +42,14 @@ class Service:
             await self.mission.run()
         return self.mission.view.snapshot()
 
-    async def stay(self) -> None:
-        """Keep the dashboard up until cancelled, and record how operators judge the findings."""
+    async def stay(self, *, until_landed: bool = False) -> None:
+        """Keep the dashboard up, and the heartbeat; record how operators judge the findings, and what still flies.
+
+        Args:
+            until_landed: return when no vehicle heard flies any more; else it goes on until cancelled.
+        """
         async with self._journal.recorded(self._recorder):
-            await asyncio.Event().wait()
+            await self.mission.stay(until_landed=until_landed)
 
 
 @asynccontextmanager

@@ -126,6 +126,7 @@ class Flight:
     recorder: MemoryRecorder
     clock: LoopClock
     journal: Journal
+    pulse: LoopMonitor
 
     @property
     def view(self) -> LiveView:
@@ -151,6 +152,7 @@ def prepare(n: int = 4, target: tuple[float, float] | None = TARGET, **changes: 
     asyncio.get_running_loop().set_default_executor(InlineExecutor(1))
     clock = LoopClock()
     fleet, recorder, journal = FakeFleet(clock, n, target), MemoryRecorder(), Journal(clock)
+    pulse = LoopMonitor(period_s=0.5)
     mission = Coordinator(
         "m",
         settings(n, **changes),
@@ -158,9 +160,9 @@ def prepare(n: int = 4, target: tuple[float, float] | None = TARGET, **changes: 
         clock=clock,
         journal=journal,
         recorder=recorder,
-        loop_monitor=LoopMonitor(period_s=0.5),
+        loop_monitor=pulse,
     )
-    return Flight(mission, fleet, recorder, clock, journal)
+    return Flight(mission, fleet, recorder, clock, journal, pulse)
 
 
 @asynccontextmanager

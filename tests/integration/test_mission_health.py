@@ -7,10 +7,11 @@ import asyncio
 import pytest
 
 from aos_gcs.mission.health import CatchingUp, LoopMonitor
+from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.events import NoticeRecord
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.vehicles import Task
-from aos_gcs.ports import Severity
+from aos_gcs.ports import FlightMode, Severity
 from tests.fakes.mission_flight import flying, prepare
 
 pytestmark = pytest.mark.looptime
@@ -104,3 +105,35 @@ async def test_a_vehicle_that_stays_silent_after_a_stall_is_lost(monkeypatch: py
         assert flight.task(2) is Task.LOST
         assert flight.task(1) is Task.SWARM
         run.cancel()
+
+
+async def test_the_heartbeat_goes_on_after_the_end_while_a_pilot_flies() -> None:
+    flight = prepare(3)
+    piloted = flight.fleet.members[2]
+    async with flying(flight) as run:
+        await flight.until(lambda: flight.mission.phase is Phase.SCAN)
+        piloted.mode = FlightMode.MANUAL
+        await flight.commands.act(Action.LAND, None)
+        await run
+    assert flight.mission.phase is Phase.DONE
+    assert flight.mission.is_any_flying
+    async with flight.journal.recorded(flight.recorder), asyncio.TaskGroup() as group:
+        staying = group.create_task(flight.mission.stay(until_landed=True))
+        for _ in range(60):
+            await flight.clock.sleep(1.0)
+            assert flight.pulse.is_healthy()
+        (result,) = await flight.commands.act(Action.LAND, (2,))
+        assert result.accepted
+        await staying
+    assert not piloted.state.armed
+
+
+async def test_the_heartbeat_goes_on_for_as_long_as_the_page_is_up() -> None:
+    flight = prepare(2)
+    async with flying(flight) as run:
+        await flight.commands.act(Action.ABORT, None)
+        await run
+    staying = asyncio.create_task(flight.mission.stay())
+    await flight.clock.sleep(60.0)
+    assert flight.pulse.is_healthy()
+    staying.cancel()
