@@ -18,6 +18,7 @@ from aos_gcs.mission.fleet.monitor import Monitor
 from aos_gcs.mission.fleet.return_heights import ReturnHeights
 from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.fleet.vehicle_tasks import VehicleTasks
+from aos_gcs.mission.handler_watch import HandlerWatch
 from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal, Recorder
 from aos_gcs.mission.model.phase import Outcome, OutcomeRecord, Phase, Suspension
@@ -79,6 +80,8 @@ class Coordinator:
         self._outcome = Outcome.OPEN
         self._redirect: Phase | None = None
         self._activity: asyncio.Future[Phase] | None = None
+        self._handler_watch = HandlerWatch()
+        loop_monitor.depend_on(self._handler_watch.is_alive)
         self.view = LiveView(mission_id, self._context, self, self._gallery, self._findings)
         self.commands = LiveCommands(
             self._context, self, ActionHandler(self._context, self._vehicle_tasks, self), self.view, self._findings
@@ -171,6 +174,7 @@ class Coordinator:
                     group.create_task(self._inspector.run()),
                     group.create_task(self._monitor.run()),
                     group.create_task(self._context.loop_monitor.run(self._context.journal.note_stall)),
+                    group.create_task(self._handler_watch.run(self._end_hung_handler)),
                 )
                 while self.phase is not Phase.DONE:
                     await self._resumed.wait()
@@ -220,10 +224,11 @@ class Coordinator:
         """Run the present phase's handler once, or until an operator ends it, and return what follows."""
         result: Phase | BaseException = self.phase
         if self._redirect is None:
-            self._activity = asyncio.ensure_future(self.sortie.handlers[self.phase]())
+            self._activity = self._handler_watch.start(self.sortie.handlers[self.phase]())
             # Cancelling us cancels the activity and waits for it; its own cancellation comes back as a value.
             (result,) = await asyncio.gather(self._activity, return_exceptions=True)
             self._activity = None
+            self._handler_watch.rest()
         redirect, self._redirect = self._redirect, None
         if redirect is not None:
             return redirect
@@ -234,6 +239,15 @@ class Coordinator:
         if isinstance(result, BaseException):
             raise result
         return result
+
+    def _end_hung_handler(self) -> None:
+        """Go on with the way down where a handler hangs; if it does not end, the heartbeat stops."""
+        if self.phase in ON_GROUND or self._redirect is not None:
+            return
+        self._report_failure(f"{PHASE_NAMES[self.phase]} makes no progress: all vehicles return.")
+        self._settle(Outcome.FAILED)
+        self._redirect = Phase.LAND if self.phase in ENDING else Phase.RETURN
+        self._interrupt()
 
     def _enter(self, phase: Phase) -> None:
         if phase is self.phase:

@@ -23,8 +23,8 @@ _CATCH_UP_S = 1.0
 class LoopMonitor:
     """Measures the lag of the running loop, in real milliseconds.
 
-    Our MAVLink heartbeat is sent only while ``is_healthy``: when the loop or the mission stops, so does the heartbeat,
-    and the vehicles' link-loss failsafe acts.
+    Our MAVLink heartbeat is sent only while ``is_healthy``: when the loop or the mission stops, or a phase's handler
+    hangs, so does the heartbeat, and the vehicles' link-loss failsafe acts.
     """
 
     def __init__(self, period_s: float = 0.02) -> None:
@@ -35,6 +35,7 @@ class LoopMonitor:
         self._ticked_at_s = self._loop.time()
         self._reported_at_s = -_STALL_REPEAT_S
         self._reported_stall_s = 0.0
+        self._works: Callable[[], bool] = lambda: True
         self.longest_stall_s = 0.0
         """Duration of the longest stall so far; 0 if there was none."""
 
@@ -62,9 +63,13 @@ class LoopMonitor:
         self._reported_at_s, self._reported_stall_s = self._ticked_at_s, stall_s
         return True
 
+    def depend_on(self, works: Callable[[], bool]) -> None:
+        """Be healthy only while ``works`` returns true, too, such as whether the mission goes on."""
+        self._works = works
+
     def is_healthy(self) -> bool:
-        """Return whether the mission's task group has run within the last second."""
-        return self._loop.time() - self._ticked_at_s < _HEALTHY_WITHIN_S
+        """Return whether the loop has run within the last second, and the mission goes on."""
+        return self._loop.time() - self._ticked_at_s < _HEALTHY_WITHIN_S and self._works()
 
     def take_step_lag_p99_ms(self) -> float:
         """Return the 99th percentile of the lag since the last call."""

@@ -13,6 +13,7 @@ from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.mission.auto_start import AutoStart
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.fleet.roster import Member
+from aos_gcs.mission.handler_watch import sign_of_life
 from aos_gcs.mission.model.checks import PreflightCheck
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.vehicles import Task
@@ -54,6 +55,7 @@ class Launch:
         expected, deadlines = context.settings.vehicles, context.settings.deadlines
         deadline_s = context.clock.now_s() + deadlines.connect_s
         while len(self._heard()) < expected:
+            sign_of_life()
             self._find_origin()
             heard = f"{len(self._heard())} of {expected}"
             missing = ", ".join(map(str, sorted(set(context.settings.vehicle_ids) - self._heard())))
@@ -167,6 +169,7 @@ class Launch:
 
     async def _checks_pass(self) -> bool:
         context = self._context
+        sign_of_life()
         self._find_origin()
         self._assign_layers()
         if any(member.airborne for member in self._chosen_or_all()):

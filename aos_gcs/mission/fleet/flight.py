@@ -17,6 +17,7 @@ from aos_gcs.airspace.vetting import vet_waypoints
 from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict, as_enu_point
 from aos_gcs.errors import CommandError, CommandRefusedError
 from aos_gcs.mission.fleet.roster import Member, Roster
+from aos_gcs.mission.handler_watch import sign_of_life
 from aos_gcs.mission.journal import Journal
 from aos_gcs.mission.model.actions import Refusal
 from aos_gcs.mission.model.vehicles import Task
@@ -80,6 +81,7 @@ class FlightControl:
 
         ``on_handed_over`` is called when every command has been given to the link, before any is confirmed.
         """
+        sign_of_life(self._deadlines.command_s if timeout_s is None else timeout_s)
         async with asyncio.TaskGroup() as group:
             tasks = {
                 member.vehicle_id: group.create_task(self.command(member, command_for(member), timeout_s))
@@ -88,6 +90,7 @@ class FlightControl:
             await asyncio.sleep(0)
             if on_handed_over is not None:
                 on_handed_over()
+        sign_of_life()
         return {vehicle_id: task.result() for vehicle_id, task in tasks.items()}
 
     def vet(
@@ -275,6 +278,7 @@ class FlightControl:
         """Wait until ``done`` holds for all ``members()``, asked anew each time; return those left at the deadline."""
         deadline_s = self._clock.now_s() + timeout_s
         while True:
+            sign_of_life()
             waiting = [member for member in members() if not done(member)]
             if not waiting or self._clock.now_s() >= deadline_s:
                 return waiting

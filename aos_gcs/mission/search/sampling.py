@@ -14,6 +14,7 @@ from aos_gcs.geometry.poses import Pose
 from aos_gcs.imaging.model import Frame
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.fleet.roster import Member
+from aos_gcs.mission.handler_watch import WORK_S, sign_of_life
 from aos_gcs.ports import Capture, Severity
 
 _POLL_S = 0.5
@@ -73,10 +74,13 @@ class Sampler:
         deadline_s = context.clock.now_s() + context.settings.deadlines.capture_s
         unsteady = self._unsteady(swarm)
         while len(unsteady) == len(swarm) and context.clock.now_s() < deadline_s:
+            sign_of_life()
             await context.clock.sleep(_POLL_S)
             unsteady = self._unsteady(swarm)
         hovering = [member for member in swarm if member.vehicle_id not in unsteady]
+        sign_of_life(context.settings.deadlines.capture_s)
         taken = await sample(hovering, max(deadline_s, context.clock.now_s() + _POLL_S))
+        sign_of_life(WORK_S)
         return self.leave_out(step, Sample(taken.captures, {}), unsteady | taken.missing)
 
     def leave_out(self, step: int, taken: Sample, reasons: Mapping[int, str]) -> Sample:

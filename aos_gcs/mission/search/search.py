@@ -13,6 +13,7 @@ from aos_gcs.errors import MissionFailedError, UnusableFramesError
 from aos_gcs.imaging.model import StepAnalysis
 from aos_gcs.mission.context import FlightContext, MissionContext
 from aos_gcs.mission.fleet.roster import Member, in_layers
+from aos_gcs.mission.handler_watch import WORK_S, sign_of_life
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.steps import StepRecord
 from aos_gcs.mission.model.vehicles import Task
@@ -116,11 +117,13 @@ class Search:
                 focal_height_m=analysis.grid.height_m,
             ),
         )
+        sign_of_life(WORK_S)
         await self._gallery.render(self.step, analysis, taken.captures[0].bands)
         await self.survey.note(self.step, taken, analysis)
         async with asyncio.TaskGroup() as group:
             group.create_task(self._learn(analysis))
             await self._await_arrival(record.waypoints)
+            sign_of_life(WORK_S)
         return decision.following
 
     async def _see(self, taken: Sample) -> tuple[Sample, StepAnalysis | None]:
@@ -214,6 +217,7 @@ class Search:
                     f"The swarm needs {MIN_SWARM} vehicles, but has {len(swarm)} left and {len(lost)} lost."
                 )
             context.journal.set_message(f"Waiting for {len(lost)} lost vehicles.")
+            sign_of_life()
             await context.clock.sleep(_POLL_S)
         return swarm
 
