@@ -10,6 +10,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.frames.files.images import Image
 from aos_drivers.frames.settings import CameraPlan, CameraSettings
+from aos_drivers.vehicle.cameras.component_record import CameraRecord
 from aos_gcs.errors import CaptureError
 from aos_gcs.geometry.poses import mavlink_quaternion_from_R_cam2enu, nadir_pose
 from tests.fakes.mavlink_fleet import Network, open_network
@@ -258,6 +259,32 @@ async def test_gaps_in_the_indices_are_asked_for_as_ranges_until_they_are_closed
         assert network.vehicle()._record.camera.poll_gaps(network.clock.now_s()) is None
         await network.clock.sleep(10.0)
     assert gap_requests(vehicle) == asked
+
+
+@pytest.mark.parametrize("is_known", [True, False])
+@pytest.mark.parametrize("wrong", [2**31 - 1, 100_000, -5])
+async def test_one_message_with_a_wrong_index_does_not_blind_a_camera(wrong: int, is_known: bool) -> None:
+    camera = CameraRecord(100)
+    if is_known:
+        camera.update(image(7))
+    camera.update(image(wrong))
+    for index in (8, 9, 10):
+        camera.update(image(index))
+    found = camera.find_capture(camera.next_index - 1 if camera.next_index else None, frozenset())
+    assert camera.next_index == 11
+    assert found is not None
+    assert found.image_index == 10
+
+
+async def test_a_camera_that_restarts_is_followed_from_its_second_image_on() -> None:
+    camera = CameraRecord(100)
+    for index in (700, 701, 0, 1, 2):
+        camera.update(image(index))
+    assert camera.next_index == 3
+
+
+def image(index: int) -> mavlink.MAVLink_message:
+    return mavlink.MAVLink_camera_image_captured_message(0, 0, 0, 0, 0, 0, 0, [1, 0, 0, 0], index, 1, b"")
 
 
 async def test_a_gap_that_stays_is_given_up() -> None:

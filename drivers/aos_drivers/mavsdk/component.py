@@ -13,6 +13,7 @@ from aos_drivers.mavsdk.telemetry import geodetic
 from aos_drivers.vehicle.autopilots.base import Target, command_long
 from aos_drivers.vehicle.cameras.component_record import fov_from_lens
 from aos_drivers.vehicle.cameras.exposure import CaptureTools, Exposure, VehicleAccess, capture_error, collect_capture
+from aos_drivers.vehicle.cameras.image_index import CREDIBLE_JUMP, ImageIndex
 from aos_gcs.errors import CaptureError
 from aos_gcs.ports import Capture
 
@@ -37,6 +38,7 @@ class ComponentSource:
         self._plugin = Camera(system)
         self._information: Information | None = None
         self._newest: CaptureInfo | None = None
+        self._index = ImageIndex()
         self._is_exposing = False
         self._plugin.subscribe_camera_list(dispatcher.to_loop(self._take_list))
         self._plugin.subscribe_capture_info(dispatcher.to_loop(self._take_capture))
@@ -103,6 +105,7 @@ class ComponentSource:
     def _take_status(self, status: MavlinkMessage) -> None:
         """Request the message about the last image if it was lost; MAVSDK does not."""
         index = message_from_direct(status).image_count - 1
+        self._index.take_count(index + 1)
         is_missing = self._newest is None or self._newest.index < index
         if self._is_exposing and index >= 0 and is_missing:
             self._request(status.component_id, mavlink.MAVLINK_MSG_ID_CAMERA_IMAGE_CAPTURED, index)
@@ -110,7 +113,10 @@ class ComponentSource:
     def _take_capture(self, info: CaptureInfo) -> None:
         """Keep the newest image, ignoring late and repeated messages. A restarted camera counts from 0 again."""
         is_ours = self._information is not None and info.component_id == self._information.component_id
-        if is_ours and (self._newest is None or _order(info) > _order(self._newest)):
+        if not is_ours or not self._index.take(info.index):
+            return
+        newest = self._newest
+        if newest is None or _order(info) > _order(newest) or newest.index - info.index > CREDIBLE_JUMP:
             self._newest = info
             self._vehicle.changes.announce()
 

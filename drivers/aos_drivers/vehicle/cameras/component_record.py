@@ -7,6 +7,8 @@ from collections import OrderedDict
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from aos_drivers.vehicle.cameras.image_index import ImageIndex
+
 _KEPT_CAPTURES = 16
 _KEPT_GAPS = 64
 _GAP_PAUSE_S = 1.0
@@ -23,14 +25,18 @@ class CameraRecord:
     def __init__(self, component_id: int) -> None:
         self.component_id = component_id
         self.information: mavlink.MAVLink_camera_information_message | None = None
-        self.next_index: int | None = None
-        """Index that the next image should have; None while unknown."""
+        self._index = ImageIndex()
         self._captures: OrderedDict[int, mavlink.MAVLink_camera_image_captured_message] = OrderedDict()
         self._gaps: dict[int, int] = {}
         """Number of requests for the message of each index."""
         self._gaps_due_s = -math.inf
         self._boot_ms = 0
         self._sequence = 0
+
+    @property
+    def next_index(self) -> int | None:
+        """Index that the next image should have; None while unknown."""
+        return self._index.next
 
     @property
     def horizontal_fov_rad(self) -> float | None:
@@ -51,15 +57,20 @@ class CameraRecord:
             self.information = message
         elif message.get_msgId() == mavlink.MAVLINK_MSG_ID_CAMERA_CAPTURE_STATUS:
             self._see_time(message.time_boot_ms)
-            if self.next_index is None and not self._captures:
-                self.next_index = message.image_count
+            self._index.take_count(message.image_count)
         elif message.get_msgId() == mavlink.MAVLINK_MSG_ID_CAMERA_IMAGE_CAPTURED:
-            self._gaps.pop(message.image_index, None)
-            self._note_gap(message.image_index)
-            self._captures[message.image_index] = message
-            self.next_index = max(self.next_index or 0, message.image_index + 1)
-            while len(self._captures) > _KEPT_CAPTURES:
-                self._captures.popitem(last=False)
+            self._take_image(message)
+
+    def _take_image(self, message: mavlink.MAVLink_camera_image_captured_message) -> None:
+        expected = self.next_index
+        if not self._index.take(message.image_index):
+            return
+        self._gaps.pop(message.image_index, None)
+        if expected is not None:
+            self._note_gap(expected, message.image_index)
+        self._captures[message.image_index] = message
+        while len(self._captures) > _KEPT_CAPTURES:
+            self._captures.popitem(last=False)
 
     def poll_gaps(self, now_s: float) -> tuple[int, int] | None:
         """Return the first and the last index of a run of lost messages when it is time to request them."""
@@ -77,7 +88,7 @@ class CameraRecord:
 
     def give_up(self, index: int) -> None:
         """Do not take the image of ``index``, which was exposed and never arrived, for that of a later command."""
-        self.next_index = max(self.next_index or 0, index + 1)
+        self._index.skip(index)
 
     def known_indices(self) -> frozenset[int]:
         """Return the indices of the images whose messages are kept."""
@@ -92,18 +103,16 @@ class CameraRecord:
                 return message
         return None
 
-    def _note_gap(self, until_index: int) -> None:
-        """Mark the messages from the next expected index up to ``until_index`` as missing."""
-        if self.next_index is None:
-            return
-        for index in range(max(self.next_index, until_index - _KEPT_GAPS), until_index):
+    def _note_gap(self, expected: int, until_index: int) -> None:
+        """Mark the messages from the expected index up to ``until_index`` as missing."""
+        for index in range(max(expected, until_index - _KEPT_GAPS), until_index):
             self._gaps.setdefault(index, 0)
         while len(self._gaps) > _KEPT_GAPS:
             del self._gaps[min(self._gaps)]
 
     def _see_time(self, time_boot_ms: int) -> None:
         if time_boot_ms + _REBOOT_MARGIN_MS < self._boot_ms:
-            self.next_index = None
+            self._index = ImageIndex()
             self._captures.clear()
             self._gaps.clear()
         self._boot_ms = time_boot_ms
