@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import itertools
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
@@ -137,6 +138,57 @@ def test_we_go_on_from_the_time_of_a_vehicle_that_is_ahead() -> None:
     assert vehicle.signing.badsig_count == 0
 
 
+def test_a_packet_of_one_link_is_a_replay_on_every_other_with_the_same_key(tmp_path: Path) -> None:
+    path = key_file(tmp_path)
+    same = path.with_name("copy.key")
+    shutil.copy(path, same)
+    links = [f"udpin://0.0.0.0:{14550 + number}?sign={file}" for number, file in enumerate((path, path, same))]
+    signers = Keyring([parse_link(link) for link in links], FixedClock(UTC_S)).signers  # type: ignore[arg-type]
+    vehicle = foreign()
+    packets = [pack(vehicle) for _ in range(70)]
+    assert {signers[0].verify(packet, (1, 1)) for packet in packets} == {SignatureCheck.GOOD}
+    for link in (1, 2):
+        assert {signers[link].verify(packet, (1, 1)) for packet in packets} == {SignatureCheck.REPLAYED}
+
+
+@pytest.mark.parametrize("is_crash", [False, True])
+def test_packets_are_replays_after_a_restart_too(tmp_path: Path, is_crash: bool) -> None:
+    link = parse_link(f"udpin://0.0.0.0:14550?sign={key_file(tmp_path)}")
+    keyring = Keyring([link], FixedClock(UTC_S))  # type: ignore[arg-type]
+    vehicle = foreign()
+    packets = [pack(vehicle) for _ in range(70)]
+    assert {keyring.signers[0].verify(packet, (1, 1)) for packet in packets} == {SignatureCheck.GOOD}
+    if is_crash:
+        keyring._store(0)  # what the last period has written
+    else:
+        keyring.close()
+    again = Keyring([link], FixedClock(UTC_S)).signers[0]  # type: ignore[arg-type]
+    assert {again.verify(packet, (1, 1)) for packet in packets} == {SignatureCheck.REPLAYED}
+    assert again.verify(pack(vehicle), (1, 1)) is SignatureCheck.GOOD
+    assert (tmp_path / "mavlink.key.streams").stat().st_mode & 0o077 == 0
+
+
+def test_a_damaged_memory_of_senders_keeps_nobody_from_starting(tmp_path: Path) -> None:
+    link = parse_link(f"udpin://0.0.0.0:14550?sign={key_file(tmp_path)}")
+    (tmp_path / "mavlink.key.streams").write_bytes(b"1 2\n\xff")
+    assert Keyring([link], FixedClock(UTC_S)).signers[0].verify(pack(foreign()), (1, 1)) is SignatureCheck.GOOD  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("before_end", [0, 1, 100])
+def test_a_time_near_the_end_of_all_times_does_not_take_ours_along(before_end: int) -> None:
+    clock = SigningClock(lambda: UTC_S, 0)
+    judge, vehicle = LinkSigner(0, KEY, clock, accepts_unsigned=False), foreign()
+    vehicle.signing.timestamp = 2**48 - 1 - before_end
+    assert judge.verify(pack(vehicle), (1, 1)) is SignatureCheck.FAR_AHEAD
+    assert clock.next_ticks() < ticks_of(UTC_S) + 10
+    assert judge.verify(pack(foreign()), (1, 1)) is SignatureCheck.GOOD
+
+
+def test_our_own_times_do_not_wrap() -> None:
+    clock = SigningClock(lambda: UTC_S, 2**48 - 2)
+    assert [clock.next_ticks() for _ in range(3)] == [2**48 - 1] * 3
+
+
 def test_senders_are_bounded() -> None:
     judge = signer()
     for number in range(4200):
@@ -144,7 +196,7 @@ def test_senders_are_bounded() -> None:
         end.signing.secret_key, end.signing.sign_outgoing = KEY, True
         end.signing.timestamp, end.signing.link_id = ticks_of(UTC_S), number // 250
         judge.verify(pack(end), (1 + number % 250, 1))
-    assert len(judge._latest_ticks) == 4096
+    assert len(judge._memory.latest_ticks) == 4096
 
 
 @settings(max_examples=100, deadline=None)

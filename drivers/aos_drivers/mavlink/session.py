@@ -25,6 +25,7 @@ from aos_gcs.ports import Notice, Severity
 _REFUSALS = {
     SignatureCheck.UNSIGNED: "not signed; set the key on the vehicle, or append unsigned=accept to the link",
     SignatureCheck.WRONG_KEY: "signed with another key; set the same key on both sides",
+    SignatureCheck.FAR_AHEAD: "signature time decades ahead; correct the vehicle's clock and set its key again",
     SignatureCheck.REPLAYED: "signature time too old; a vehicle whose clock is slow is being sent the time",
 }
 

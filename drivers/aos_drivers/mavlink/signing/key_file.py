@@ -1,11 +1,12 @@
-"""Signing keys on disk, and the time up to which they have been used."""
+"""Signing keys on disk, and the times up to which they have been used, by us and by each sender."""
 
 from __future__ import annotations
 
 import stat
+from collections.abc import Mapping
 from pathlib import Path
 
-from aos_drivers.mavlink.signing.signer import KEY_BYTES
+from aos_drivers.mavlink.signing.signer import KEY_BYTES, Stream
 from aos_gcs.errors import ConfigurationError
 
 _OTHERS = stat.S_IRWXG | stat.S_IRWXO
@@ -64,7 +65,38 @@ def write_ticks(path: Path, ticks: int) -> None:
     Raises:
         OSError: the file cannot be written.
     """
+    _replace(path, f"{ticks}\n")
+
+
+def streams_file_of(key_file: Path) -> Path:
+    """Return the file beside a key that remembers the latest time of each sender."""
+    return key_file.with_name(key_file.name + ".streams")
+
+
+def read_streams(path: Path) -> dict[Stream, int]:
+    """Return the remembered times of senders; none where the file is missing or damaged.
+
+    Then a sender has to be up to date within a minute: no reason to refuse to start while vehicles fly.
+    """
+    try:
+        lines = path.read_text(encoding="ascii").splitlines()
+        rows = [[int(word) for word in line.split()] for line in lines]
+        return {(link_id, system_id, component_id): ticks for link_id, system_id, component_id, ticks in rows}
+    except (OSError, ValueError):
+        return {}
+
+
+def write_streams(path: Path, latest_ticks: Mapping[Stream, int]) -> None:
+    """Remember the times of senders, one line each: link id, system, component, time.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    _replace(path, "".join(f"{' '.join(map(str, stream))} {ticks}\n" for stream, ticks in latest_ticks.items()))
+
+
+def _replace(path: Path, text: str) -> None:
     draft = path.with_name(path.name + ".part")
     draft.touch(mode=_PRIVATE)
-    draft.write_text(f"{ticks}\n", encoding="ascii")
+    draft.write_text(text, encoding="ascii")
     draft.replace(path)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import hmac
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from enum import Enum, auto
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
@@ -24,6 +24,12 @@ _NEW_STREAM_TICKS = 60 * TICKS_PER_S
 _SIGNATURE_BYTES = 6
 _STAMP_BYTES = 6
 _MAX_STREAMS = 4096
+_MAX_TICKS = 2 ** (8 * _STAMP_BYTES) - 1
+FAR_TICKS = _MAX_TICKS - 10 * 366 * 86_400 * TICKS_PER_S
+"""Latest credible signature time, in the year 2094. Ours follows no later one: it has to grow for years to come."""
+
+Stream = tuple[int, int, int]
+"""Link id, system and component of a sender."""
 
 
 class SignatureCheck(Enum):
@@ -34,6 +40,8 @@ class SignatureCheck(Enum):
     WRONG_KEY = auto()
     REPLAYED = auto()
     """Signed with our key, but not newer than earlier packets or, for a new sender, late by more than a minute."""
+    FAR_AHEAD = auto()
+    """Signed with our key, but with a time that no clock should show."""
 
 
 def ticks_of(utc_s: float) -> int:
@@ -51,7 +59,7 @@ class SigningClock:
 
     def next_ticks(self) -> int:
         """Return the time for the next packet, later than all before."""
-        self.latest_ticks = max(self.latest_ticks + 1, ticks_of(self._utc_s()))
+        self.latest_ticks = min(max(self.latest_ticks + 1, ticks_of(self._utc_s())), _MAX_TICKS)
         return self.latest_ticks
 
     def now_ticks(self) -> int:
@@ -63,18 +71,41 @@ class SigningClock:
         self.latest_ticks = max(self.latest_ticks, ticks)
 
 
-class LinkSigner:
-    """The signing of one link: one key, and a memory of the senders heard on it.
+class StreamMemory:
+    """Time of the latest packet of each sender with one key, on whatever link it came.
 
     Bounded to 4096 senders; one that was forgotten has to be up to date within a minute, like a new one.
     """
 
-    def __init__(self, link: int, key: bytes, clock: SigningClock, accepts_unsigned: bool) -> None:
+    def __init__(self, latest_ticks: Mapping[Stream, int] | None = None) -> None:
+        """Continue with the times that an earlier run has stored."""
+        self.latest_ticks = dict(latest_ticks or {})
+        self.changes = 0
+        """Number of packets noted."""
+
+    def note(self, stream: Stream, ticks: int) -> None:
+        """Remember the time of a sender's latest packet."""
+        self.changes += 1
+        self.latest_ticks.pop(stream, None)  # the latest sender stands last
+        self.latest_ticks[stream] = ticks
+        if len(self.latest_ticks) > _MAX_STREAMS:
+            del self.latest_ticks[next(iter(self.latest_ticks))]
+
+
+class LinkSigner:
+    """The signing of one link: one key, and the memory of the senders with it.
+
+    Links with one key share the memory: a packet recorded on one of them is a replay on every other.
+    """
+
+    def __init__(
+        self, link: int, key: bytes, clock: SigningClock, accepts_unsigned: bool, memory: StreamMemory | None = None
+    ) -> None:
         self._link_id = link % 256
         self._key = key
         self._clock = clock
         self._accepts_unsigned = accepts_unsigned
-        self._latest_ticks: dict[tuple[int, int, int], int] = {}
+        self._memory = memory or StreamMemory()
         self.counts = dict.fromkeys(SignatureCheck, 0)
         """Packets received, by the result of their check."""
 
@@ -109,14 +140,13 @@ class LinkSigner:
         if not hmac.compare_digest(hashlib.sha256(self._key + body).digest()[:_SIGNATURE_BYTES], signature):
             return SignatureCheck.WRONG_KEY
         ticks = int.from_bytes(body[-_STAMP_BYTES:], "little")
+        if ticks > FAR_TICKS:
+            return SignatureCheck.FAR_AHEAD
         stream = (body[-_STAMP_BYTES - 1], *sender)
-        latest = self._latest_ticks.get(stream)
+        latest = self._memory.latest_ticks.get(stream)
         oldest = self._clock.now_ticks() - _NEW_STREAM_TICKS if latest is None else latest + 1
         if ticks < oldest:
             return SignatureCheck.REPLAYED
-        self._latest_ticks.pop(stream, None)  # the latest sender stands last
-        self._latest_ticks[stream] = ticks
-        if len(self._latest_ticks) > _MAX_STREAMS:
-            del self._latest_ticks[next(iter(self._latest_ticks))]
+        self._memory.note(stream, ticks)
         self._clock.advance(ticks)
         return SignatureCheck.GOOD
