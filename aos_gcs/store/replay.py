@@ -16,14 +16,13 @@ from aos_gcs.mission.model.events import Event, EventKind, JumpRecord, NoticeRec
 from aos_gcs.mission.model.findings import Finding
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.steps import Picture, PictureKind, StepRecord
+from aos_gcs.mission.notices import notices_to_keep
 from aos_gcs.ports import Clock, Severity
 from aos_gcs.store.reader import EventEntry, MissionReader
 
 TICK_S: Final = 0.2
 MIN_SPEED: Final = 0.1
 MAX_SPEED: Final = 50.0
-NOTICES_SHOWN: Final = 200
-"""Number of notices shown after a jump: the latest ones before that time."""
 
 
 class MissionReplay:
@@ -135,7 +134,9 @@ class MissionReplay:
             self._speed = speed
         if time_s is not None:
             self._go_to(self._start_utc_s + time_s)
-            self._stream.publish(EventKind.JUMP, JumpRecord(tuple(self._notices()[-NOTICES_SHOWN:])))
+            acknowledged_ids = [each.notice_id for each in self.snapshot().acknowledgements]
+            shown = notices_to_keep(self._notices(), acknowledged_ids)
+            self._stream.publish(EventKind.JUMP, JumpRecord(tuple(shown)))
         if playing is not None:
             self._playing = playing
         self._stream.publish(EventKind.SNAPSHOT, self.snapshot())

@@ -245,6 +245,18 @@ async def test_after_a_gap_beyond_the_store_the_whole_state_comes(mission: Scrip
     running.cancel()
 
 
+async def test_a_reloaded_page_shows_an_alert_that_250_texts_followed(mission: ScriptedMission) -> None:
+    hub = EventHub(mission)
+    running = asyncio.create_task(hub.run())
+    await asyncio.sleep(0)
+    for severity, text in ((Severity.CRITICAL, "motors stopped"), *((Severity.INFO, f"{n}") for n in range(250))):
+        mission.notify(severity, text)
+        await asyncio.sleep(0)
+    await asyncio.sleep(0.01)
+    assert hub.hello().notices[0].text == "motors stopped"
+    running.cancel()
+
+
 @pytest.mark.parametrize("has_all", [True, False])
 async def test_the_greeting_names_what_the_service_offers(mission: ScriptedMission, has_all: bool) -> None:
     hub = create_app(mission, commands=mission if has_all else None).state.hub

@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { acknowledgementByNotice, openAlerts } from "../src/state/alerts";
+import { acknowledgementByNotice, noticesToKeep, openAlerts } from "../src/state/alerts";
 import { notice } from "./samples";
 
 const by = (operator: string, notice_id: number) => ({ notice_id, operator, utc_s: 100 + notice_id });
@@ -42,4 +42,18 @@ test("an acknowledgement covers earlier repetitions, each by the first that came
     [3, "Ada"],
     [4, "Bob"],
   ]);
+});
+
+test("no flood of information drops an alert that is open", () => {
+  const flood = Array.from({ length: 250 }, (_, index) => notice(10 + index, `text ${index}`, { severity: "info" }));
+  const alerts = [
+    notice(1, "battery"),
+    notice(2, "link lost", { severity: "critical" }),
+    notice(3, "motors stopped", { severity: "critical" }),
+  ];
+  const kept = noticesToKeep([...alerts, ...flood], [by("Ada", 3)], 200);
+  expect(kept).toHaveLength(200);
+  expect(kept.slice(0, 4).map(({ notice_id }) => notice_id)).toEqual([1, 2, 3, 63]);
+  expect(noticesToKeep(alerts, [by("Ada", 3)], 2).map(({ notice_id }) => notice_id)).toEqual([1, 2]);
+  expect(noticesToKeep(alerts, [by("Ada", 3)], 1).map(({ notice_id }) => notice_id)).toEqual([2]);
 });

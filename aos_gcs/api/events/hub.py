@@ -27,8 +27,8 @@ from aos_gcs.mission.model.events import Event, JumpRecord, NoticeRecord, Pictur
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.steps import PictureKind, StepRecord
+from aos_gcs.mission.notices import notices_to_keep
 
-NOTICES_KEPT = 200
 EVENTS_KEPT = 1024
 """Events kept for clients that reconnect: minutes of a mission."""
 NO_CAPABILITIES = CapabilitiesModel(planning=False, viewer=False, findings=False)
@@ -42,7 +42,7 @@ def loop_time_s() -> float:
 class EventHub:
     """The mission's one subscriber on behalf of all clients: everything is converted once for all of them.
 
-    It keeps the latest notices, so that a reloaded page still shows them, and the latest events, so that a client
+    It keeps the notices that matter, so that a reloaded page still shows them, and the latest events, so that a client
     that reconnects misses none.
 
     Args:
@@ -63,7 +63,8 @@ class EventHub:
         self._replay = replay
         self._outboxes: set[Outbox] = set()
         self._state = MissionState()
-        self._notices: deque[NoticeModel] = deque(maxlen=NOTICES_KEPT)
+        self._notices: list[NoticeModel] = []
+        self._acknowledged_ids: frozenset[int] = frozenset()
         self._events: deque[messages.EventMessage] = deque(maxlen=EVENTS_KEPT)
         self._steps: dict[int, StepModel] = {}
         self._seq = 0
@@ -166,6 +167,7 @@ class EventHub:
     def _distribute(self, event: Event) -> None:
         if isinstance(event.data, MissionSnapshot):
             self._heard_at_s = self._now_s()
+            self._acknowledged_ids = frozenset(each.notice_id for each in event.data.acknowledgements)
             if self._outboxes:
                 self._shown = event.data
                 self._take_state(self._model(event.data), event.utc_s)
@@ -181,7 +183,7 @@ class EventHub:
             outbox.put(message.seq, text)
 
     def _start_over(self, jump: JumpRecord) -> None:
-        self._notices = deque(map(notice_model, jump.notices), maxlen=NOTICES_KEPT)
+        self._notices = list(map(notice_model, jump.notices))
         self._events.clear()
         for outbox in self._outboxes:
             outbox.start_over()
@@ -219,7 +221,7 @@ class EventHub:
             return messages.StepMessage(seq=seq, utc_s=utc_s, step=self._step(data))
         if isinstance(data, NoticeRecord):
             notice = notice_model(data)
-            self._notices.append(notice)
+            self._notices = notices_to_keep([*self._notices, notice], self._acknowledged_ids)
             return messages.NoticeMessage(seq=seq, utc_s=utc_s, notice=notice)
         if isinstance(data, PlanRecord):
             return messages.PlanMessage(seq=seq, utc_s=utc_s, operator=data.operator)

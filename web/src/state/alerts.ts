@@ -48,3 +48,24 @@ export function openAlerts(notices: readonly Notice[], acknowledgements: readonl
   const rank = ({ severity }: Alert): number => SEVERITIES.indexOf(severity);
   return [...open.values()].sort((a, b) => rank(b) - rank(a) || b.id - a.id);
 }
+
+/**
+ * At most `capacity` notices, in their order. Information is dropped first, then what has been acknowledged or said
+ * again, then warnings, and critical notices that nobody has acknowledged last; of the same rank the oldest first.
+ */
+export function noticesToKeep(
+  notices: readonly Notice[],
+  acknowledgements: readonly Acknowledgement[],
+  capacity: number,
+): readonly Notice[] {
+  const excess = notices.length - capacity;
+  if (excess <= 0) return notices;
+  const open = new Map(openAlerts(notices, acknowledgements).map(({ id, severity }) => [id, severity]));
+  const rank = ({ notice_id, severity }: Notice): number => {
+    if (severity === "info") return 0;
+    const openSeverity = open.get(notice_id);
+    return openSeverity === undefined ? 1 : 1 + SEVERITIES.indexOf(openSeverity);
+  };
+  const dropped = new Set([...notices].sort((a, b) => rank(a) - rank(b) || a.notice_id - b.notice_id).slice(0, excess));
+  return notices.filter((notice) => !dropped.has(notice));
+}

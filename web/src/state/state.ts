@@ -1,6 +1,7 @@
 /** State of the page: a pure reducer over the messages of the station. */
 import type { Connection, PageMessage } from "../api/socket";
 import type { Capabilities, Mission, Notice, Picture, PictureKind, Step } from "../api/types";
+import { noticesToKeep } from "./alerts";
 import { STALE_AFTER_S } from "./freshness";
 import { extendSamples, type Sample } from "./samples";
 
@@ -64,7 +65,7 @@ export function reduce(state: State, message: PageMessage, nowMs: number): State
         missionAtMs: signOfLifeMs(message, nowMs),
         capabilities: message.capabilities,
         steps: message.steps,
-        notices: addNotices(known, message.notices),
+        notices: addNotices(known, message.notices, message.mission),
         missedNotices: (isSame ? state.missedNotices : 0) + missedBetween(known, message.notices),
         pictures: indexPictures({}, message.pictures),
         trails: extendTrails(isSame ? state.trails : new Map(), message.mission),
@@ -84,7 +85,7 @@ export function reduce(state: State, message: PageMessage, nowMs: number): State
     case "step":
       return { ...state, steps: addStep(state.steps, message.step) };
     case "notice":
-      return { ...state, notices: addNotices(state.notices, [message.notice]) };
+      return { ...state, notices: addNotices(state.notices, [message.notice], state.mission) };
     case "pictures":
       return { ...state, pictures: indexPictures(state.pictures, message.pictures) };
     case "plan":
@@ -105,15 +106,18 @@ const hasPaused = ({ mission, missionAtMs }: State, nowMs: number): boolean =>
 const lastId = (notices: readonly Notice[]): number => notices.at(-1)?.notice_id ?? 0;
 
 /** Known notices with the added ones; repeated notices are left out. */
-function addNotices(known: readonly Notice[], added: readonly Notice[]): readonly Notice[] {
+function addNotices(known: readonly Notice[], added: readonly Notice[], mission: Mission | null): readonly Notice[] {
   const last = lastId(known);
-  return [...known, ...added.filter(({ notice_id }) => notice_id > last)].slice(-NOTICES_KEPT);
+  const all = [...known, ...added.filter(({ notice_id }) => notice_id > last)];
+  return noticesToKeep(all, mission?.acknowledgements ?? [], NOTICES_KEPT);
 }
 
-/** Number of notices between the last known one and the oldest one of the message. */
+/** Number of notices since the last known one that the message does not bring. */
 function missedBetween(known: readonly Notice[], received: readonly Notice[]): number {
-  const [oldest] = received;
-  return known.length === 0 || oldest === undefined ? 0 : Math.max(0, oldest.notice_id - lastId(known) - 1);
+  if (known.length === 0) return 0;
+  const last = lastId(known);
+  const added = received.filter(({ notice_id }) => notice_id > last).length;
+  return Math.max(0, lastId(received) - last - added);
 }
 
 /** Steps with the added one; a hello may contain a step that is also on its way as an event. */
