@@ -42,10 +42,7 @@ def position(point_enu_m: EnuPoint, origin: GeodeticPosition | None) -> Position
 
 def positions(points_enu_m: Sequence[EnuPoint], origin: GeodeticPosition | None) -> list[PositionModel]:
     """Convert many ENU points at once."""
-    if origin is None or not points_enu_m:
-        return [position(point_enu_m, origin) for point_enu_m in points_enu_m]
-    places = LocalFrame(origin).to_geodetic_all(points_enu_m)
-    return [place_model(point_enu_m, place) for point_enu_m, place in zip(points_enu_m, places, strict=True)]
+    return [position(point_enu_m, origin) for point_enu_m in points_enu_m]
 
 
 def place_model(point_enu_m: EnuPoint, place: GeodeticPosition | None) -> PositionModel:
