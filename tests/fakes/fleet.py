@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import astuple, dataclass, field, replace
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -58,16 +57,6 @@ GOOD_FACTS = VehicleFacts(
 )
 
 
-@lru_cache
-def _geodetic(east_m: float, north_m: float, up_m: float) -> GeodeticPosition:
-    """Vehicles hover most of the time, and are asked for their state many times over."""
-    return FRAME.to_geodetic([east_m, north_m, up_m])
-
-
-def _are_same(one: tuple[object, ...], other: tuple[object, ...]) -> bool:
-    return all(mine is theirs for mine, theirs in zip(one, other, strict=True))
-
-
 @dataclass
 class FakeVehicle:
     """Flies instantly accelerating straight lines; ``state`` is computed from the clock, so it owns no task."""
@@ -101,7 +90,8 @@ class FakeVehicle:
     uploads: int = 0
     _newest: Command | None = None
     _generation: int = 0
-    _computed: tuple[tuple[object, ...], tuple[NDArray[np.float64], ...], VehicleState] | None = None
+    _computed: tuple[float, VehicleState] | None = None
+    """State and its time, until anything about the vehicle changes."""
 
     def __post_init__(self) -> None:
         self.start_enu_m = self.goal_enu_m = self.home_enu_m
@@ -124,22 +114,15 @@ class FakeVehicle:
     @property
     def state(self) -> VehicleState:
         """State at the present time. The mission reads it many times per moment, so it is computed once for each."""
-        moment = (
-            self.clock.now_s(),
-            self.mode,
-            self.armed,
-            self.battery_fraction,
-            self.silent_since_s,
-            self.started_s,
-            self.speed_mps,
-            self.reported_landed,
-            self.taken_over,
-            self.failsafe,
-        )
-        places = (self.start_enu_m, self.goal_enu_m, self.home_enu_m)
-        if self._computed is None or self._computed[0] != moment or not _are_same(self._computed[1], places):
-            self._computed = (moment, places, self._compute_state())
-        return self._computed[2]
+        now_s = self.clock.now_s()
+        if self._computed is None or self._computed[0] != now_s:
+            self._computed = (now_s, self._compute_state())
+        return self._computed[1]
+
+    def __setattr__(self, name: str, value: object) -> None:
+        object.__setattr__(self, name, value)
+        if name != "_computed":
+            object.__setattr__(self, "_computed", None)
 
     def _compute_state(self) -> VehicleState:
         now_s = self.clock.now_s()
@@ -162,12 +145,12 @@ class FakeVehicle:
             landed=self.reported_landed or (LandedState.ON_GROUND if on_ground else LandedState.IN_AIR),
             landed_at_s=heard_at_s,
             ready_to_arm=True,
-            position=_geodetic(*position_enu_m),
+            position=FRAME.to_geodetic(position_enu_m),
             position_at_s=heard_at_s,
             height_above_home_m=float(position_enu_m[2] - self.home_enu_m[2]),
             velocity_enu_mps=(float(velocity[0]), float(velocity[1]), float(velocity[2])),
             heading_rad=0.0,
-            home=_geodetic(*self.home_enu_m),
+            home=FRAME.to_geodetic(self.home_enu_m),
             battery_fraction=self.battery_fraction,
             gps_fix=3,
             satellites=12,
