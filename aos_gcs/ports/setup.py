@@ -73,6 +73,11 @@ class VehicleFacts:
     link_loss: Safeguard
     """Failsafe for when our heartbeats are no longer heard."""
     low_battery: Safeguard
+    arming_checks: Safeguard
+    other_failsafes: Safeguard
+    """Failsafes for a lost position estimate and for a lost remote control."""
+    return_place: Safeguard
+    """Whether the autopilot's own return ends at its launch point."""
     fence: Geofence | None
     """None when no geofence is stored."""
     at_fence: Safeguard

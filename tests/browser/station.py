@@ -21,7 +21,7 @@ SPEED = 4.0
 START_TIMEOUT_S = scaled_s(60.0)
 FLIGHT_MS = 1000 * scaled_s(90.0)
 """For what vehicles take their time for, on a machine that is busy with other things."""
-_PATIENT = ("--param", "FS_GCS_TIMEOUT=120", "--param", "DISARM_DELAY=120")
+_PATIENT = ("--param", "FS_GCS_TIMEOUT=60", "--param", "DISARM_DELAY=120")
 """The autopilots' own clocks run as fast as the mission's, our heartbeats do not."""
 STARTED = re.compile("Arming|Taking off|Forming line|Scanning|Converging|Found")
 ORIGIN_DEG = (48.3, 14.3, 260.0)

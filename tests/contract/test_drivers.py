@@ -60,6 +60,20 @@ async def test_failsafes_that_are_off_are_told_with_their_remedy(implementation:
 
 
 @each_driver
+async def test_rally_points_and_exceptions_from_the_failsafe_are_found(implementation: str) -> None:
+    async with open_driver(implementation, "px4", vehicles=1) as bench:
+        await bench.all_ready()
+        good = await bench.vehicle(1).inspect(bench.after(100.0))
+        assert (good.link_loss.is_on, good.return_place.is_on, good.other_failsafes.is_on) == (True, True, True)
+        autopilot = bench.swarm.vehicle(1).autopilot
+        autopilot.fence_service.rally_points = 1
+        autopilot.parameters["COM_DLL_EXCEPT"] = 2
+        bad = await bench.vehicle(1).inspect(bench.after(100.0))
+        assert (bad.return_place.is_on, bad.return_place.text) == (False, "a rally point")
+        assert (bad.link_loss.is_on, bad.link_loss.remedy) == (False, "set COM_DLL_EXCEPT to 0")
+
+
+@each_driver
 async def test_link_and_clock_are_measured(implementation: str) -> None:
     async with open_driver(implementation, "arducopter", vehicles=2) as bench:
         await bench.all_ready()

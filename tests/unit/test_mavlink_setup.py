@@ -85,6 +85,10 @@ def test_reading_asks_again_for_what_is_missing_alone() -> None:
     read.on_message(value_of("B", 4.0))
     assert not read.is_done
     for second in range(2, 20):
+        assert set(names(read.poll(float(second)))) == {"MAYBE", "OLD"}
+        assert not read.is_done, "on a link that loses everything, nothing is known to be missing"
+    for second in range(20, 30):
+        read.on_message(value_of("OLD", 3.0))
         read.poll(float(second))
     assert read.is_done, "a parameter that may be missing must not be waited for without end"
     assert {name: parameter.value for name, parameter in read.found.items()} == {"OLD": 3.0, "B": 4.0}
@@ -325,17 +329,41 @@ def px4(**changes: float) -> dict[str, Parameter]:
         (COPTER.link_loss(copter(), OURS), True, "return after 5 s (FS_GCS_ENABLE = 1)"),
         (COPTER.link_loss(copter(FS_GCS_ENABLE=5), OURS), True, "land after 5 s (FS_GCS_ENABLE = 5)"),
         (COPTER.link_loss(copter(FS_GCS_ENABLE=0), OURS), False, "none (FS_GCS_ENABLE = 0)"),
+        (COPTER.link_loss(copter(FS_GCS_TIMEOUT=300), OURS), False, "return after 300 s"),
         (COPTER.link_loss(copter(), 99), False, "when ids 254 to 255 fall silent, not ours, 99"),
         (COPTER.link_loss(copter(MAV_GCS_SYSID=255, MAV_GCS_SYSID_HI=0), OURS), False, "when ids 255 fall silent"),
         (COPTER.link_loss(parameters(FS_GCS_ENABLE=1, SYSID_MYGCS=254), OURS), True, "return after 5 s"),
         (PX4.link_loss(px4(), OURS), True, "return after 10 s (NAV_DLL_ACT = 2)"),
         (PX4.link_loss(px4(NAV_DLL_ACT=0), OURS), False, "none (NAV_DLL_ACT = 0)"),
+        (PX4.link_loss(px4(COM_DL_LOSS_T=300), OURS), False, "return after 300 s"),
+        (PX4.link_loss(px4(NAV_DLL_ACT=5), OURS), False, "terminate (NAV_DLL_ACT = 5)"),
+        (PX4.link_loss(px4(NAV_DLL_ACT=6), OURS), False, "disarm (NAV_DLL_ACT = 6)"),
+        (PX4.link_loss(px4(COM_DLL_EXCEPT=2), OURS), False, "not in Hold, in which it flies (COM_DLL_EXCEPT = 2)"),
+        (PX4.link_loss(px4(COM_DLL_EXCEPT=5), OURS), True, "return after 10 s"),
         (COPTER.low_battery(copter()), True, "return at BATT_LOW_MAH = 2000"),
         (COPTER.low_battery(copter(BATT_FS_LOW_ACT=0)), False, "none"),
         (COPTER.low_battery(copter(BATT_LOW_MAH=0)), False, "without a threshold"),
-        (COPTER.low_battery({}), False, "none"),
+        (COPTER.low_battery(copter(BATT_FS_LOW_ACT=5)), False, "terminate (BATT_FS_LOW_ACT = 5)"),
+        (COPTER.low_battery(parameters(BATT_MONITOR=0)), False, "no battery monitor (BATT_MONITOR = 0)"),
         (PX4.low_battery(px4()), True, "return when critical"),
         (PX4.low_battery(px4(COM_LOW_BAT_ACT=0)), False, "a warning only"),
+        (COPTER.arming_checks(copter()), True, "all (ARMING_CHECK = 1)"),
+        (COPTER.arming_checks(copter(ARMING_CHECK=0)), False, "all off (ARMING_CHECK = 0)"),
+        (COPTER.arming_checks(copter(ARMING_CHECK=64)), False, "some off (ARMING_CHECK = 64)"),
+        (COPTER.arming_checks(parameters(ARMING_SKIPCHK=0)), True, "all (ARMING_SKIPCHK = 0)"),
+        (COPTER.arming_checks(parameters(ARMING_SKIPCHK=8)), False, "some off (ARMING_SKIPCHK = 8)"),
+        (PX4.arming_checks(px4()), True, "on"),
+        (COPTER.other_failsafes(copter()), True, "position lost: land"),
+        (COPTER.other_failsafes(copter(FS_EKF_ACTION=2)), False, "does not land (FS_EKF_ACTION = 2)"),
+        (COPTER.other_failsafes(copter(FS_EKF_THRESH=0)), False, "none (FS_EKF_THRESH = 0)"),
+        (PX4.other_failsafes(px4()), True, "remote control lost: NAV_RCL_ACT = 2"),
+        (PX4.other_failsafes(px4(NAV_RCL_ACT=6)), False, "remote control lost: disarm (NAV_RCL_ACT = 6)"),
+        (COPTER.return_place(copter(), 0), True, "its launch point"),
+        (COPTER.return_place(copter(), 2), False, "one of 2 rally points"),
+        (PX4.return_place(px4(), 0), True, "its launch point (RTL_TYPE = 0)"),
+        (PX4.return_place(px4(), 1), False, "a rally point"),
+        (PX4.return_place(px4(RTL_TYPE=1), 0), False, "where a mission may end (RTL_TYPE = 1)"),
+        (PX4.at_fence(px4(GF_ACTION=4)), False, "terminate (GF_ACTION = 4)"),
         (COPTER.at_fence(copter()), True, "return, or land (FENCE_ACTION = 1)"),
         (COPTER.at_fence(copter(FENCE_ENABLE=0)), False, "none (FENCE_ENABLE = 0)"),
         (COPTER.at_fence(copter(FENCE_TYPE=3)), False, "none (FENCE_TYPE = 3)"),
@@ -349,6 +377,11 @@ def test_what_a_vehicle_does_by_itself(safeguard, is_on: bool, text: str) -> Non
     assert safeguard.is_on is is_on
     assert text in safeguard.text
     assert bool(safeguard.remedy) is not is_on
+
+
+def test_parameters_of_the_battery_have_to_be_read_where_there_is_a_monitor() -> None:
+    assert COPTER.further(parameters(BATT_MONITOR=0)) == ()
+    assert ("BATT_FS_LOW_ACT",) in COPTER.further(parameters(BATT_MONITOR=4))
 
 
 def test_limits_and_the_way_home_are_in_metres() -> None:
@@ -385,6 +418,7 @@ def test_a_return_height_is_written_as_it_is_read(setup, found, expected: dict[s
         (COPTER, copter(FENCE_ENABLE=0, FENCE_ACTION=0)),
         (COPTER, copter(FENCE_ACTION=4)),
         (PX4, px4(GF_ACTION=1)),
+        (PX4, px4(GF_ACTION=4)),
         (PX4, px4(GF_ACTION=5)),
     ],
 )

@@ -49,6 +49,9 @@ def test_good_answers_pass_and_show_their_numbers() -> None:
         checks.GEOFENCE,
         checks.LINK_LOSS,
         checks.LOW_BATTERY,
+        checks.OTHER_FAILSAFES,
+        checks.ARMING_CHECKS,
+        checks.RETURN_PLACE,
         checks.RETURN_HEIGHT,
         checks.CAMERA,
     ]
@@ -65,7 +68,10 @@ def test_good_answers_pass_and_show_their_numbers() -> None:
     [
         (checks.FIRMWARE, facts(firmware=""), WARN, "not reported", "check it"),
         (checks.LINK_LOSS, facts(link_loss=OFF), FAIL, "none (X = 0)", "set X to 1"),
-        (checks.LOW_BATTERY, facts(low_battery=OFF), WARN, "none (X = 0)", "set X to 1"),
+        (checks.LOW_BATTERY, facts(low_battery=OFF), FAIL, "none (X = 0)", "set X to 1"),
+        (checks.OTHER_FAILSAFES, facts(other_failsafes=OFF), FAIL, "none (X = 0)", "set X to 1"),
+        (checks.ARMING_CHECKS, facts(arming_checks=OFF), FAIL, "none (X = 0)", "set X to 1"),
+        (checks.RETURN_PLACE, facts(return_place=OFF), FAIL, "none (X = 0)", "set X to 1"),
         (checks.GEOFENCE, facts(at_fence=OFF), FAIL, "not enforced: none (X = 0)", "set X to 1"),
         (checks.GEOFENCE, replace(GOOD, facts=GOOD_FACTS), FAIL, "none", "preflight.upload_fence"),
         (checks.GEOFENCE, replace(GOOD, upload_problem="no space"), FAIL, "upload failed", "no space"),
@@ -113,7 +119,10 @@ def test_what_is_being_asked_for_cannot_be_overridden_yet() -> None:
         checks.FIRMWARE: WARN,
         checks.GEOFENCE: FAIL,
         checks.LINK_LOSS: FAIL,
-        checks.LOW_BATTERY: WARN,
+        checks.LOW_BATTERY: FAIL,
+        checks.OTHER_FAILSAFES: FAIL,
+        checks.ARMING_CHECKS: FAIL,
+        checks.RETURN_PLACE: FAIL,
         checks.RETURN_HEIGHT: FAIL,
         checks.CAMERA: FAIL,
     }

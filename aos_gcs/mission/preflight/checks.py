@@ -27,6 +27,9 @@ FIRMWARE: Final = "firmware"
 GEOFENCE: Final = "geofence"
 LINK_LOSS: Final = "link-loss failsafe"
 LOW_BATTERY: Final = "battery failsafe"
+ARMING_CHECKS: Final = "arming checks"
+OTHER_FAILSAFES: Final = "other failsafes"
+RETURN_PLACE: Final = "return place"
 RETURN_HEIGHT: Final = "return height"
 CAMERA: Final = "camera"
 
@@ -46,12 +49,27 @@ ORDER: Final = (
     GEOFENCE,
     LINK_LOSS,
     LOW_BATTERY,
+    OTHER_FAILSAFES,
+    ARMING_CHECKS,
+    RETURN_PLACE,
     RETURN_HEIGHT,
     CAMERA,
 )
 """Order of the columns of the matrix."""
 
-OVERRIDABLE: Final = frozenset({BATTERY, GEOFENCE, LINK_LOSS, RETURN_HEIGHT, CAMERA})
+OVERRIDABLE: Final = frozenset(
+    {
+        BATTERY,
+        GEOFENCE,
+        LINK_LOSS,
+        LOW_BATTERY,
+        OTHER_FAILSAFES,
+        ARMING_CHECKS,
+        RETURN_PLACE,
+        RETURN_HEIGHT,
+        CAMERA,
+    }
+)
 """Checks that an operator may override. Without the others a vehicle cannot fly, or endangers its neighbours."""
 
 

@@ -100,7 +100,15 @@ class Inspection:
         facts = self.facts
         if facts is None or self.problem or self.frame is None or not self.frame.is_plausible(state):
             return False
-        return facts.link_loss.is_on and facts.at_fence.is_on and self.has_planned_fence and self.has_wanted_return
+        safeguards = (
+            facts.link_loss,
+            facts.low_battery,
+            facts.other_failsafes,
+            facts.arming_checks,
+            facts.return_place,
+            facts.at_fence,
+        )
+        return all(each.is_on for each in safeguards) and self.has_planned_fence and self.has_wanted_return
 
 
 @dataclass(slots=True)

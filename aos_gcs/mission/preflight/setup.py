@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from types import MappingProxyType
 
 from aos_gcs.mission.model.checks import CheckStatus, PreflightCheck
 from aos_gcs.mission.preflight import checks
@@ -13,6 +14,16 @@ from aos_gcs.ports import Safeguard, VehicleFacts, VehicleState
 MIN_BELOW_HORIZON_RAD = math.radians(45.0)
 """Smallest angle of a camera: one that looks further up sees little of the forest's ground."""
 
+_SAFEGUARDS: Mapping[str, Callable[[VehicleFacts], Safeguard]] = MappingProxyType(
+    {
+        checks.LINK_LOSS: lambda facts: facts.link_loss,
+        checks.LOW_BATTERY: lambda facts: facts.low_battery,
+        checks.OTHER_FAILSAFES: lambda facts: facts.other_failsafes,
+        checks.ARMING_CHECKS: lambda facts: facts.arming_checks,
+        checks.RETURN_PLACE: lambda facts: facts.return_place,
+    }
+)
+"""Safeguards that an autopilot has to have, by the name of their check."""
 _SLACK_M = 0.1
 """Tolerance of heights: autopilots round what they store."""
 
@@ -29,14 +40,13 @@ def check_setup(
     """
     vehicle_id, facts = state.vehicle_id, inspection.facts
     if facts is None:
-        names = (checks.FIRMWARE, checks.GEOFENCE, checks.LINK_LOSS, checks.LOW_BATTERY, checks.RETURN_HEIGHT)
+        names = (checks.FIRMWARE, checks.GEOFENCE, *_SAFEGUARDS, checks.RETURN_HEIGHT)
         unknown = [_unknown(vehicle_id, name, inspection.problem) for name in names]
         return [*unknown, _check_camera(state, inspection)]
     return [
         _check_firmware(state, facts.firmware),
         _check_fence(vehicle_id, inspection),
-        _check_link_loss(vehicle_id, facts.link_loss),
-        _check_low_battery(vehicle_id, facts.low_battery),
+        *(_check_safeguard(vehicle_id, name, safeguard_of(facts)) for name, safeguard_of in _SAFEGUARDS.items()),
         _check_return_height(vehicle_id, facts, inspection, layer_height_above_home_m),
         _check_camera(state, inspection),
     ]
@@ -102,16 +112,10 @@ def _check_fence(vehicle_id: int, inspection: Inspection) -> PreflightCheck:
     return checks.passed(vehicle_id, checks.GEOFENCE, f"as planned, {limits}: {facts.at_fence.text}")
 
 
-def _check_link_loss(vehicle_id: int, safeguard: Safeguard) -> PreflightCheck:
+def _check_safeguard(vehicle_id: int, name: str, safeguard: Safeguard) -> PreflightCheck:
     if safeguard.is_on:
-        return checks.passed(vehicle_id, checks.LINK_LOSS, safeguard.text)
-    return checks.failed(vehicle_id, checks.LINK_LOSS, safeguard.text, safeguard.remedy)
-
-
-def _check_low_battery(vehicle_id: int, safeguard: Safeguard) -> PreflightCheck:
-    if safeguard.is_on:
-        return checks.passed(vehicle_id, checks.LOW_BATTERY, safeguard.text)
-    return checks.warned(vehicle_id, checks.LOW_BATTERY, safeguard.text, safeguard.remedy)
+        return checks.passed(vehicle_id, name, safeguard.text)
+    return checks.failed(vehicle_id, name, safeguard.text, safeguard.remedy)
 
 
 def _check_return_height(

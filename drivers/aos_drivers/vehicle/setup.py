@@ -9,6 +9,7 @@ from aos_drivers.vehicle.autopilots.setup import Setup
 from aos_drivers.vehicle.commands import Send
 from aos_drivers.vehicle.exchange import Exchange
 from aos_drivers.vehicle.fence.items import items_of, polygons_of
+from aos_drivers.vehicle.fence.rally import RallyCount
 from aos_drivers.vehicle.fence.transfer import FenceDownload, FenceUpload
 from aos_drivers.vehicle.parameters.encoding import Parameter
 from aos_drivers.vehicle.parameters.transfer import ParameterRead, ParameterWrite
@@ -36,6 +37,8 @@ class SetupRunner:
         setup = self._setup()
         found = await self._read(setup, deadline_s)
         fence = await self._read_fence(setup, found, deadline_s)
+        rally = RallyCount(self._record.target, self._our_system_id)
+        await self._run(rally, deadline_s)
         if not self._record.telemetry.firmware:
             self._record.request_version()
             until_s = min(deadline_s, self._clock.now_s() + _VERSION_S)
@@ -46,6 +49,9 @@ class SetupRunner:
             board_id=telemetry.board_id,
             link_loss=setup.link_loss(found, self._our_system_id),
             low_battery=setup.low_battery(found),
+            arming_checks=setup.arming_checks(found),
+            other_failsafes=setup.other_failsafes(found),
+            return_place=setup.return_place(found, rally.count or 0),
             fence=fence,
             at_fence=setup.at_fence(found),
             return_height_m=setup.return_height_m(found),
@@ -100,6 +106,10 @@ class SetupRunner:
     async def _read(self, setup: Setup, deadline_s: float) -> dict[str, Parameter]:
         read = ParameterRead(self._record.target, setup.encoding, setup.required, setup.optional)
         await self._run(read, deadline_s)
+        if further := setup.further(read.found):
+            more = ParameterRead(self._record.target, setup.encoding, further)
+            await self._run(more, deadline_s)
+            return {**read.found, **more.found}
         return read.found
 
     async def _write_on_ground(

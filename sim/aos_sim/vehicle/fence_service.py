@@ -1,6 +1,6 @@
 """The part of MAVLink's mission protocol that up- and downloads a geofence (https://mavlink.io/en/services/mission.html).
 
-Missions and rally points are always empty here.
+Missions are always empty here. Of rally points there is a number alone: none is flown to.
 """
 
 from __future__ import annotations
@@ -47,6 +47,7 @@ class FenceService:
         self._upload: _Upload | None = None
         self.inclusions_enu_m: tuple[Ring, ...] = ()
         self.exclusions_enu_m: tuple[Ring, ...] = ()
+        self.rally_points = 0
 
     def polygons(self, radius_m: float, ceiling_m: float) -> Fence:
         """Return a fence of the stored polygons and two limits."""
@@ -56,7 +57,8 @@ class FenceService:
 
     def on_request_list(self, message: mavlink.MAVLink_message) -> None:
         """Tell how many items there are."""
-        count = len(self._items) if message.mission_type == _FENCE else 0
+        counts = {_FENCE: len(self._items), mavlink.MAV_MISSION_TYPE_RALLY: self.rally_points}
+        count = counts.get(message.mission_type, 0)
         self._send(mavlink.MAVLink_mission_count_message(*_source(message), count, message.mission_type))
 
     def on_request(self, message: mavlink.MAVLink_message) -> None:

@@ -98,6 +98,8 @@ class Px4(SimulatedAutopilot):
         Parameter("GF_ACTION", 2, INT32),
         Parameter("GF_MAX_HOR_DIST", 500.0),
         Parameter("GF_MAX_VER_DIST", 120.0),
+        Parameter("NAV_RCL_ACT", 2, INT32),
+        Parameter("RTL_TYPE", 0, INT32),
         Parameter("RTL_RETURN_ALT", 30.0),
         Parameter("RTL_LAND_DELAY", 0.0),
         Parameter("MIS_TAKEOFF_ALT", 2.5),

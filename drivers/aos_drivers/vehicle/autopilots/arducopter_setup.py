@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from aos_drivers.vehicle.autopilots.setup import Found, Setup, first_of, setting
+from aos_drivers.vehicle.autopilots.setup import Found, Setup, after_silence, first_of, rally_safeguard, setting
 from aos_drivers.vehicle.parameters.encoding import ParameterEncoding
 from aos_gcs.ports import Safeguard
 
@@ -25,13 +25,16 @@ _LINK_LOSS: Mapping[int, str] = MappingProxyType(
         7: "stop, or land",
     }
 )
+_ALL = {"ARMING_SKIPCHK": "set ARMING_SKIPCHK to 0", "ARMING_CHECK": "set ARMING_CHECK to 1 (all)"}
+_POSITION_LOST = frozenset({1, 3})
+"""Values of FS_EKF_ACTION that land: without a pilot, ALT_HOLD drifts."""
+_TERMINATE = 5
 _LOW_BATTERY: Mapping[int, str] = MappingProxyType(
     {
         1: "land",
         2: "return",
         3: "return on its own path",
         4: "return on its own path, or land",
-        5: "terminate",
         6: "land as its mission says, or return",
         7: "stop, or land",
     }
@@ -55,6 +58,11 @@ class ArduCopterSetup(Setup):
         ("FS_GCS_ENABLE",),
         ("MAV_GCS_SYSID", "SYSID_MYGCS"),
         ("MAV_GCS_SYSID_HI", "SYSID_MYGCS"),
+        ("BATT_MONITOR",),
+        ("ARMING_CHECK", "ARMING_SKIPCHK"),
+        ("FS_EKF_ACTION",),
+        ("FS_EKF_THRESH",),
+        ("FS_THR_ENABLE",),
         ("FENCE_ENABLE",),
         ("FENCE_TYPE",),
         ("FENCE_ACTION",),
@@ -63,7 +71,13 @@ class ArduCopterSetup(Setup):
         ("RTL_ALT", "RTL_ALT_M"),
         ("RTL_CLIMB_MIN", "RTL_CLIMB_MIN_M"),
     )
-    optional = ("FS_GCS_TIMEOUT", "BATT_FS_LOW_ACT", "BATT_LOW_VOLT", "BATT_LOW_MAH")
+    optional = ("FS_GCS_TIMEOUT",)
+
+    def further(self, found: Found) -> tuple[tuple[str, ...], ...]:
+        """See the base class. Without a monitor, the other parameters of the battery do not exist."""
+        if not found["BATT_MONITOR"].value:
+            return ()
+        return ("BATT_FS_LOW_ACT",), ("BATT_LOW_VOLT",), ("BATT_LOW_MAH",)
 
     def link_loss(self, found: Found, our_system_id: int) -> Safeguard:
         """See the base class. It counts the heartbeats of certain system ids only."""
@@ -81,12 +95,43 @@ class ArduCopterSetup(Setup):
                 f"when ids {ids} fall silent, not ours, {our_system_id}",
                 f"set {lowest_name} to {our_system_id}, or our own id to {lowest}",
             )
-        timeout_s = found["FS_GCS_TIMEOUT"].value if "FS_GCS_TIMEOUT" in found else _TIMEOUT_S
-        return Safeguard(True, f"{_LINK_LOSS.get(action, 'return')} after {timeout_s:g} s ({text})")
+        return after_silence(_LINK_LOSS.get(action, "return"), found, ("FS_GCS_ENABLE", "FS_GCS_TIMEOUT"), _TIMEOUT_S)
+
+    def arming_checks(self, found: Found) -> Safeguard:
+        """See the base class. Up to 4.6 a bit, or 1, switches checks on; since 4.7 a bit switches one off."""
+        name = first_of(found, "ARMING_SKIPCHK", "ARMING_CHECK")
+        value, text = round(found[name].value), setting(found, name)
+        if name == "ARMING_SKIPCHK":
+            return Safeguard(True, f"all ({text})") if not value else Safeguard(False, f"some off ({text})", _ALL[name])
+        if value & 1:
+            return Safeguard(True, f"all ({text})")
+        return Safeguard(False, f"{'some' if value else 'all'} off ({text})", _ALL[name])
+
+    def other_failsafes(self, found: Found) -> Safeguard:
+        """See the base class. Without a remote control there is none that can be lost."""
+        ekf, remote = setting(found, "FS_EKF_ACTION"), setting(found, "FS_THR_ENABLE")
+        if found["FS_EKF_THRESH"].value <= 0.0:
+            return Safeguard(
+                False, f"position lost: none ({setting(found, 'FS_EKF_THRESH')})", "set FS_EKF_THRESH to 0.8"
+            )
+        if round(found["FS_EKF_ACTION"].value) not in _POSITION_LOST:
+            return Safeguard(False, f"position lost: does not land ({ekf})", "set FS_EKF_ACTION to 1 (land)")
+        return Safeguard(True, f"position lost: land ({ekf}), remote control lost: {remote}")
+
+    def return_place(self, found: Found, rally_points: int) -> Safeguard:
+        """See the base class."""
+        del found
+        return rally_safeguard(rally_points) or Safeguard(True, "its launch point")
 
     def low_battery(self, found: Found) -> Safeguard:
-        """See the base class. It needs an action and a threshold."""
-        action = round(found["BATT_FS_LOW_ACT"].value) if "BATT_FS_LOW_ACT" in found else 0
+        """See the base class. It needs a monitor, an action and a threshold."""
+        if "BATT_FS_LOW_ACT" not in found:
+            return Safeguard(False, "none: no battery monitor (BATT_MONITOR = 0)", "set BATT_MONITOR to its sensor")
+        action = round(found["BATT_FS_LOW_ACT"].value)
+        if action == _TERMINATE:
+            return Safeguard(
+                False, f"terminate ({setting(found, 'BATT_FS_LOW_ACT')})", "set BATT_FS_LOW_ACT to 2 (return)"
+            )
         thresholds = [name for name in ("BATT_LOW_VOLT", "BATT_LOW_MAH") if name in found and found[name].value > 0.0]
         if not action:
             return Safeguard(False, "none (BATT_FS_LOW_ACT)", "set BATT_FS_LOW_ACT to 2 (return)")

@@ -26,6 +26,23 @@ class Setup(ABC):
     def link_loss(self, found: Found, our_system_id: int) -> Safeguard:
         """Return the failsafe for the loss of our heartbeats."""
 
+    def further(self, found: Found) -> tuple[tuple[str, ...], ...]:
+        """Return parameters that every vehicle with these ``found`` ones has, in the form of ``required``."""
+        del found
+        return ()
+
+    @abstractmethod
+    def arming_checks(self, found: Found) -> Safeguard:
+        """Return whether the autopilot checks itself before it arms."""
+
+    @abstractmethod
+    def other_failsafes(self, found: Found) -> Safeguard:
+        """Return the failsafes for a lost position estimate and a lost remote control."""
+
+    @abstractmethod
+    def return_place(self, found: Found, rally_points: int) -> Safeguard:
+        """Return whether the return ends at the launch point; ``rally_points`` are stored on the vehicle."""
+
     @abstractmethod
     def low_battery(self, found: Found) -> Safeguard:
         """Return the failsafe for a low battery."""
@@ -60,6 +77,36 @@ class Setup(ABC):
 
         An action that the owner has chosen for the fence is kept, unless it is to do nothing.
         """
+
+
+MAX_LINK_LOSS_S = 60.0
+"""Longest time without our heartbeats after which a failsafe may act."""
+
+
+def after_silence(action: str, found: Found, names: tuple[str, str], default_s: float) -> Safeguard:
+    """Return the link-loss failsafe that takes an action after the seconds of a parameter.
+
+    Args:
+        action: what the vehicle does.
+        found: the parameters that were read.
+        names: of the parameters for the action and for the seconds.
+        default_s: seconds of versions without that parameter.
+    """
+    action_name, timeout_name = names
+    timeout_s = found[timeout_name].value if timeout_name in found else default_s
+    text = f"{action} after {timeout_s:g} s ({setting(found, action_name)})"
+    if timeout_s > MAX_LINK_LOSS_S:
+        return Safeguard(False, text, f"set {timeout_name} to {MAX_LINK_LOSS_S:g} or less")
+    return Safeguard(True, text)
+
+
+def rally_safeguard(rally_points: int) -> Safeguard | None:
+    """Return why rally points are no place to return to; None without any."""
+    if not rally_points:
+        return None
+    points = "a rally point" if rally_points == 1 else f"one of {rally_points} rally points"
+    remedy = "delete them with another ground station: two vehicles with the same one land beside each other"
+    return Safeguard(False, points, remedy)
 
 
 def setting(found: Found, name: str) -> str:

@@ -15,7 +15,7 @@ from aos_gcs.errors import CommandRefusedError
 REPEAT_S = 0.7
 """First pause before a request without an answer is sent again."""
 _OPTIONAL_ATTEMPTS = 6
-"""Requests after which an optional parameter is taken to be missing."""
+"""Requests after which an optional parameter is taken to be missing, where one that exists was answered each time."""
 _MAX_REFUSALS = 4
 """Answers with another value than the written one after which the vehicle is taken to refuse it."""
 _TOLERANCE = 1e-4
@@ -38,6 +38,8 @@ class ParameterRead:
         self._required = tuple(required)
         self._optional = tuple(optional)
         self._attempts = 0
+        self._is_witnessed = False
+        """Whether the last request for a parameter that exists, beside those for optional ones, was answered."""
         self._pause_s = REPEAT_S
         self._requested = 0
         """Number of names in the last request."""
@@ -56,9 +58,11 @@ class ParameterRead:
         """Return the requests for all missing parameters."""
         if now_s < self.due_s:
             return []
-        self._attempts += 1
         required, optional = self._missing(self._required), self._missing([(name,) for name in self._optional])
-        missing = [*required, *optional]
+        witness = [] if required else list(self.found)[:1]
+        self._attempts += self._is_witnessed or not self._required
+        self._is_witnessed = False
+        missing = [*required, *optional, *witness]
         is_stuck = bool(required) and len(missing) == self._requested
         self._pause_s = longer_pause_s(self._pause_s) if is_stuck else REPEAT_S
         self._requested = len(missing)
@@ -81,6 +85,7 @@ class ParameterRead:
         if message.param_id in wanted:
             value = self._encoding.decode(message.param_value, message.param_type)
             if math.isfinite(value):
+                self._is_witnessed = message.param_id == next(iter(self.found), None)
                 self.found[message.param_id] = Parameter(value, message.param_type)
 
 
