@@ -49,6 +49,10 @@ class UnusableFramesError(ImagingError):
         self.reasons = dict(reasons or {})
 
 
+class WorkerError(AosError):
+    """A computation gave no result: its process has died, run out of memory or taken too long. It is started anew."""
+
+
 class LinkError(AosError):
     """A connection cannot be opened or has been lost."""
 

@@ -1,4 +1,4 @@
-"""Ports of the core to the world outside: vehicles with cameras, links, clocks.
+"""Ports of the core to the world outside: vehicles with cameras, links, clocks, workers.
 
 Drivers implement these protocols and the coordinator depends on nothing else, so that simulated, SITL and real
 vehicles are flown by the same code. Everything that crosses is frozen data. Times are clock seconds (``Clock.now_s``)
@@ -12,6 +12,7 @@ from aos_gcs.ports.driver import Driver, DriverContext, Fleet, Notice, Severity
 from aos_gcs.ports.setup import Geofence, LatLon, Safeguard, VehicleFacts
 from aos_gcs.ports.telemetry import CameraState, ComponentLink, FlightMode, LandedState, LinkQuality, VehicleState
 from aos_gcs.ports.vehicle import Vehicle
+from aos_gcs.ports.worker import ThreadWorker, Worker
 
 __all__ = [
     "Arm",
@@ -37,7 +38,9 @@ __all__ = [
     "Safeguard",
     "Severity",
     "Takeoff",
+    "ThreadWorker",
     "Vehicle",
     "VehicleFacts",
     "VehicleState",
+    "Worker",
 ]

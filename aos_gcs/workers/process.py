@@ -1,0 +1,187 @@
+"""Workers in processes of their own, supervised: one that dies, hangs or takes too much memory is replaced."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import os
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import AsyncIterator, Callable
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+from typing import Any, ParamSpec, TypeVar, cast
+
+from aos_gcs.errors import WorkerError
+from aos_gcs.workers.arena import Arena, pack, unpack
+from aos_gcs.workers.wire import receive, send
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+_log = logging.getLogger(__name__)
+START_S = 60.0
+"""Time for a new process to import its modules, on a machine that is busy."""
+MAX_IMAGE_PIXELS = 250_000_000
+"""Largest image that OpenCV decodes in a worker, whatever its headers say."""
+
+
+@dataclass(frozen=True, slots=True)
+class WorkerSettings:
+    """A worker's name, limits and preparations."""
+
+    name: str
+    """Its work, as operators read it: ``Image analysis``."""
+    memory_bytes: int
+    """Limit of the memory that it allocates; frames that it is handed do not count."""
+    timeout_s: float
+    """Time limit of one call, real seconds."""
+    modules: tuple[str, ...] = ()
+    """Modules that it imports before the first call."""
+
+
+class ProcessWorker:
+    """Implements ``aos_gcs.ports.Worker`` in a process; made by :func:`open_worker`."""
+
+    def __init__(self, settings: WorkerSettings) -> None:
+        self._settings = settings
+        self._thread = ThreadPoolExecutor(1, thread_name_prefix=f"worker {settings.name}")
+        self._child = Child(settings)
+        self._is_closed = False
+
+    async def run(self, function: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> T:
+        """See ``aos_gcs.ports.Worker``."""
+        call = self._thread.submit(self._call, function, args, kwargs)
+        return cast("T", await asyncio.wrap_future(call))
+
+    async def ready(self) -> None:
+        """Wait until the process has imported its modules.
+
+        Raises:
+            WorkerError: it cannot be started.
+        """
+        await self.run(os.getpid)
+
+    async def close(self) -> None:
+        """End the process and what it is doing."""
+        self._is_closed = True
+        await asyncio.to_thread(self._end)
+
+    def _end(self) -> None:
+        self._child.kill()
+        self._thread.shutdown(cancel_futures=True)
+        self._child.kill()  # the one that the thread may have started meanwhile
+        self._child.release()
+
+    # --- in the worker's thread ---------------------------------------------------------------------------------------
+
+    def _call(self, function: Callable[..., object], args: tuple[object, ...], kwargs: dict[str, object]) -> object:
+        try:
+            has_returned, result = self._child.call(function, args, kwargs)
+        except WorkerError as error:
+            self._restart(str(error))
+            raise
+        if isinstance(result, MemoryError):
+            text = f"{self._settings.name} has run out of memory (limit {self._settings.memory_bytes / 2**30:.1f} GiB)"
+            self._restart(text)
+            raise WorkerError(text) from result
+        if not has_returned:
+            raise cast("Exception", result)
+        return result
+
+    def _restart(self, reason: str) -> None:
+        """Replace the process; the new one gets ready while nobody waits for it."""
+        if self._is_closed:
+            return
+        _log.warning("%s: a new process is started", reason)
+        self._child.kill()
+        self._child.release()
+        self._child = Child(self._settings)
+
+
+class Child:
+    """One process, and the memory shared with it. All but :meth:`kill` is called in one thread."""
+
+    def __init__(self, settings: WorkerSettings) -> None:
+        self._settings = settings
+        self._control, theirs = socket.socketpair()
+        self._lifeline, their_lifeline = socket.socketpair()
+        self._requests, self._responses = Arena.create(), Arena.create()
+        self._is_ready = False
+        fds = (theirs.fileno(), their_lifeline.fileno(), self._requests.fd, self._responses.fd)
+        arguments = [*map(str, (*fds, settings.memory_bytes)), *settings.modules]
+        path = os.pathsep.join(filter(None, sys.path))
+        self._process = subprocess.Popen(  # noqa: S603 - our own interpreter and module
+            [sys.executable, "-P", "-m", "aos_gcs.workers.child", *arguments],
+            pass_fds=fds,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            env={"OPENCV_IO_MAX_IMAGE_PIXELS": str(MAX_IMAGE_PIXELS), **os.environ, "PYTHONPATH": path},
+            start_new_session=True,
+        )
+        theirs.close()
+        their_lifeline.close()
+
+    def call(
+        self, function: Callable[..., object], args: tuple[object, ...], kwargs: dict[str, object]
+    ) -> tuple[bool, Any]:
+        """Return whether the function has returned, and what it has returned or raised.
+
+        Raises:
+            WorkerError: the process has died, or taken longer than it may.
+        """
+        if not self._is_ready:
+            self._receive(START_S)
+            self._is_ready = True
+        self._send(pack((function, args, kwargs), self._requests))
+        answer: tuple[bool, Any] = unpack(self._receive(self._settings.timeout_s), self._responses, copy=True)
+        return answer
+
+    def kill(self) -> None:
+        """End the process; a call in hand raises."""
+        self._process.kill()
+        self._process.wait()
+
+    def release(self) -> None:
+        """Give back what was shared with the process, which has ended."""
+        self._control.close()
+        self._lifeline.close()
+        self._requests.close()
+        self._responses.close()
+
+    def _send(self, message: bytes) -> None:
+        try:
+            self._control.settimeout(self._settings.timeout_s)
+            send(self._control, message)
+        except OSError as error:
+            raise WorkerError(f"{self._settings.name} has ended{self._why()}") from error
+
+    def _receive(self, timeout_s: float) -> bytes:
+        self._control.settimeout(timeout_s)
+        try:
+            message = receive(self._control)
+        except TimeoutError:
+            raise WorkerError(f"{self._settings.name} has taken longer than {timeout_s:g} s") from None
+        if message is None:
+            raise WorkerError(f"{self._settings.name} has ended{self._why()}")
+        return message
+
+    def _why(self) -> str:
+        try:
+            status = self._process.wait(1.0)
+        except subprocess.TimeoutExpired:
+            return ""
+        return f" (status {status})" if status >= 0 else f" ({signal.Signals(-status).name})"
+
+
+@asynccontextmanager
+async def open_worker(settings: WorkerSettings) -> AsyncIterator[ProcessWorker]:
+    """Start a worker for as long as the context is entered; ``ready`` waits for it."""
+    worker = ProcessWorker(settings)
+    try:
+        yield worker
+    finally:
+        await worker.close()

@@ -1,0 +1,32 @@
+"""Messages between a process and its worker: bytes behind their length, on a socket."""
+
+from __future__ import annotations
+
+import socket
+import struct
+
+_LENGTH = struct.Struct("!Q")
+
+
+def send(control: socket.socket, message: bytes) -> None:
+    """Send a message."""
+    control.sendall(_LENGTH.pack(len(message)) + message)
+
+
+def receive(control: socket.socket) -> bytes | None:
+    """Return the next message; None when the other side has gone."""
+    length = _exactly(control, _LENGTH.size)
+    return None if length is None else _exactly(control, _LENGTH.unpack(length)[0])
+
+
+def _exactly(control: socket.socket, size: int) -> bytes | None:
+    data = bytearray()
+    while len(data) < size:
+        try:
+            part = control.recv(min(size - len(data), 1 << 20))
+        except ConnectionError:
+            return None
+        if not part:
+            return None
+        data += part
+    return bytes(data)
