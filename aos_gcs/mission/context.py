@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from aos_gcs.mission.auto_start import AutoStart
 from aos_gcs.mission.command_order import CommandOrder
@@ -11,7 +11,7 @@ from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal, Recorder
 from aos_gcs.planning.settings import MissionSettings
-from aos_gcs.ports import Clock
+from aos_gcs.ports import Clock, ThreadWorker, Worker
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -23,6 +23,8 @@ class FlightContext:
     roster: Roster
     journal: Journal
     flight: FlightControl
+    imaging: Worker = field(default_factory=ThreadWorker)
+    """Analyses images."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,10 +38,17 @@ class MissionContext:
     loop_monitor: LoopMonitor
     auto_start: AutoStart
     order: CommandOrder
+    imaging: Worker
+    """Analyses images."""
 
     def flight_context(self, settings: MissionSettings) -> FlightContext:
         """Return the context of a flight by these settings; preflight has not set its limits yet."""
         flight = FlightControl(self.roster, self.clock, self.journal, settings.flight, settings.deadlines)
         return FlightContext(
-            settings=settings, clock=self.clock, roster=self.roster, journal=self.journal, flight=flight
+            settings=settings,
+            clock=self.clock,
+            roster=self.roster,
+            journal=self.journal,
+            flight=flight,
+            imaging=self.imaging,
         )

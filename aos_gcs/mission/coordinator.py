@@ -30,7 +30,7 @@ from aos_gcs.mission.search.gallery import Gallery
 from aos_gcs.mission.sortie import Sortie
 from aos_gcs.mission.views import LiveView
 from aos_gcs.planning.settings import MissionSettings
-from aos_gcs.ports import Clock, Fleet, Land, ReturnToLaunch, Severity
+from aos_gcs.ports import Clock, Fleet, Land, ReturnToLaunch, Severity, ThreadWorker, Worker
 
 _FAREWELL_S = 5.0
 """Time limit for sending vehicles home when a mission is torn down, real seconds."""
@@ -55,7 +55,9 @@ class Coordinator:
         recorder: Recorder,
         loop_monitor: LoopMonitor,
         max_command_age_s: float = MAX_AGE_S,
+        imaging: Worker | None = None,
     ) -> None:
+        """Prepare the mission; ``imaging`` analyses its images, None: in threads of this process."""
         self.auto_start = AutoStart(journal, is_on=settings.auto_start)
         self._context = MissionContext(
             clock=clock,
@@ -65,8 +67,9 @@ class Coordinator:
             loop_monitor=loop_monitor,
             auto_start=self.auto_start,
             order=CommandOrder(mission_id, asyncio.get_running_loop().time, max_command_age_s),
+            imaging=imaging or ThreadWorker(),
         )
-        self._gallery = Gallery(journal, recorder)
+        self._gallery = Gallery(journal, recorder, self._context.imaging)
         self._findings = Findings()
         self._vehicle_tasks = VehicleTasks()
         self._return_heights = ReturnHeights(self._context, settings)

@@ -11,6 +11,7 @@ from typing import Protocol
 
 from aos_gcs.ports.clock import Clock
 from aos_gcs.ports.vehicle import Vehicle
+from aos_gcs.ports.worker import ThreadWorker, Worker
 
 
 class Severity(StrEnum):
@@ -48,6 +49,8 @@ class DriverContext:
     """Our own MAVLink system id."""
     options: Mapping[str, object] = field(default_factory=dict)
     """Settings of this driver."""
+    decoding: Worker = field(default_factory=ThreadWorker)
+    """Decodes image files, which come from outside."""
 
 
 class Fleet(Protocol):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import platform
 import shutil
 from collections.abc import AsyncIterator
@@ -22,8 +23,10 @@ from aos_gcs.ports import DriverContext
 from aos_gcs.runtime.dashboard import open_dashboard, operator_code
 from aos_gcs.runtime.drivers import load_driver
 from aos_gcs.runtime.viewer import Viewer
+from aos_gcs.runtime.workers import ANALYSIS, DECODING
 from aos_gcs.store.last_mission import unfinished_mission
 from aos_gcs.store.recorder import MissionRecorder
+from aos_gcs.workers.process import open_worker
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,9 +75,13 @@ async def open_service(config: ServiceConfig) -> AsyncIterator[Service]:
     unfinished = None if settings.any_vehicles else unfinished_mission(config.record.folder)
     opened = False
     try:
-        async with MissionRecorder.create(
-            config.record.folder, mission_id, _manifest(config, started), notify=journal.take
-        ) as recorder:
+        async with (
+            open_worker(ANALYSIS) as imaging,
+            open_worker(DECODING) as decoding,
+            MissionRecorder.create(
+                config.record.folder, mission_id, _manifest(config, started), notify=journal.take
+            ) as recorder,
+        ):
             context = DriverContext(
                 clock=clock,
                 is_healthy=loop_monitor.is_healthy,
@@ -82,6 +89,7 @@ async def open_service(config: ServiceConfig) -> AsyncIterator[Service]:
                 log_folder=recorder.log_folder,
                 system_id=config.link.system_id,
                 options=config.link.options,
+                decoding=decoding,
             )
             async with open_driver(config.link.urls, context) as fleet:
                 mission = Coordinator(
@@ -93,11 +101,13 @@ async def open_service(config: ServiceConfig) -> AsyncIterator[Service]:
                     recorder=recorder,
                     loop_monitor=loop_monitor,
                     max_command_age_s=config.api.max_command_age_s,
+                    imaging=imaging,
                 )
                 if unfinished is not None:
                     mission.auto_start.cancel(f"the last mission, {unfinished}, did not end: vehicles may still fly")
                 viewer = Viewer(folder, settings.imaging, settings.autofocus.reach_m)
                 async with open_dashboard(mission.view, config.api, code, commands=mission.commands, viewer=viewer):
+                    await asyncio.gather(imaging.ready(), decoding.ready())
                     opened = True
                     yield Service(mission, folder, journal, recorder)
     finally:

@@ -44,7 +44,7 @@ class DriverOptions:
             image_hosts=table.texts("image_hosts", "host names"),
             image_limits=ImageLimits(
                 max_bytes=int(table.number("max_image_mib", limits.max_bytes / 2**20, 0.01, 1024.0) * 2**20),
-                max_pixels=int(table.number("max_image_megapixels", limits.max_pixels / 1e6, 0.01, 1000.0) * 1e6),
+                max_pixels=int(table.number("max_image_megapixels", limits.max_pixels / 1e6, 0.01, 250.0) * 1e6),
             ),
             cameras=parse_cameras(table),
         )

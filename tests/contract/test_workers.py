@@ -11,13 +11,16 @@ import sys
 import textwrap
 from collections.abc import AsyncIterator
 
+import cv2
 import numpy as np
 import pytest
 
-from aos_gcs.errors import UnusableFramesError, WorkerError
+from aos_drivers.frames.files.images import decode_image
+from aos_gcs.errors import CaptureError, UnusableFramesError, WorkerError
 from aos_gcs.ports import ThreadWorker, Worker
 from aos_gcs.workers.process import ProcessWorker, WorkerSettings, open_worker
 from tests.fakes import work
+from tests.fakes.shutter_vehicle import NoDownloads
 
 SETTINGS = WorkerSettings("Image analysis", 2 * 2**30, 60.0, ("numpy",))
 
@@ -100,6 +103,15 @@ async def test_a_worker_that_takes_too_much_memory_costs_one_result(process: Pro
     with pytest.raises(WorkerError, match=r"Image analysis has run out of memory \(limit 2.0 GiB\)"):
         await process.run(work.take_memory)
     assert await process.run(work.process_id)
+
+
+async def test_an_image_that_takes_too_much_memory_costs_one_frame(process: ProcessWorker) -> None:
+    fetcher = NoDownloads(decoding=process)
+    with pytest.raises(CaptureError, match=r"its image of 8 bytes cannot be decoded: .* out of memory"):
+        await fetcher.decode(work.decode_greedily, bytes(8))
+    png = bytes(cv2.imencode(".png", np.full((24, 32), 7, np.uint8))[1])
+    image, bands = await fetcher.decode(decode_image, png)
+    assert (image.shape, bands) == ((24, 32, 1), ("grey",))
 
 
 async def test_a_worker_that_spins_is_stopped() -> None:

@@ -22,7 +22,7 @@ from aos_gcs.mission.model.steps import Picture, StepRecord
 from aos_gcs.mission.model.vehicles import SettingsRecord, Task
 from aos_gcs.mission.views import LiveView
 from aos_gcs.planning.settings import Deadlines, DetectionSettings, MissionSettings, PreflightSettings
-from aos_gcs.ports import Capture
+from aos_gcs.ports import Capture, Worker
 from tests.fakes.fleet import ORIGIN, FakeFleet
 
 TARGET = (4.0, 40.0)
@@ -148,7 +148,9 @@ class Flight:
         return self.view.snapshot().vehicles[vehicle_id - 1].task
 
 
-def prepare(n: int = 4, target: tuple[float, float] | None = TARGET, **changes: object) -> Flight:
+def prepare(
+    n: int = 4, target: tuple[float, float] | None = TARGET, *, worker: Worker | None = None, **changes: object
+) -> Flight:
     asyncio.get_running_loop().set_default_executor(InlineExecutor(1))
     clock = LoopClock()
     fleet, recorder, journal = FakeFleet(clock, n, target), MemoryRecorder(), Journal(clock)
@@ -161,6 +163,7 @@ def prepare(n: int = 4, target: tuple[float, float] | None = TARGET, **changes: 
         journal=journal,
         recorder=recorder,
         loop_monitor=pulse,
+        imaging=worker,
     )
     return Flight(mission, fleet, recorder, clock, journal, pulse)
 

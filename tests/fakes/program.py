@@ -76,12 +76,14 @@ class Program:
         """Send a signal to the program alone."""
         self.process.send_signal(signal_number)
 
-    async def children(self) -> list[int]:
-        """Return the ids of the processes that it has started."""
-        listing = await asyncio.create_subprocess_exec("ps", "-A", "-o", "pid=,ppid=", stdout=asyncio.subprocess.PIPE)
+    async def children(self, words: str = "") -> list[int]:
+        """Return the ids of the processes that it has started, with these words in their command lines."""
+        listing = await asyncio.create_subprocess_exec(
+            "ps", "-A", "-ww", "-o", "pid=,ppid=,args=", stdout=asyncio.subprocess.PIPE
+        )
         output, _ = await listing.communicate()
-        rows = (line.split() for line in output.decode().splitlines())
-        return [int(pid) for pid, parent in rows if int(parent) == self.process.pid]
+        rows = (line.split(maxsplit=2) for line in output.decode().splitlines())
+        return [int(pid) for pid, parent, line in rows if int(parent) == self.process.pid and words in line]
 
 
 @asynccontextmanager

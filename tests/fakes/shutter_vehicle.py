@@ -6,7 +6,6 @@ import asyncio
 import math
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
-from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -14,6 +13,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.frames.files.fetching import ImageFetcher, ImageLimits
 from aos_drivers.frames.settings import CameraPlan, CameraSettings
+from aos_gcs.ports import Worker
 from tests.fakes.mavlink_fleet import Network, open_network
 from tests.fakes.mavlink_vehicle import HOME, FakeVehicle
 from tests.fakes.mission_flight import InlineExecutor
@@ -88,9 +88,15 @@ async def open_camera(
     """Join the vehicle with a running driver; files are read inline where nothing has to be fetched."""
     if fetcher is None:
         asyncio.get_running_loop().set_default_executor(InlineExecutor(1))
-    limits_alone = SimpleNamespace(limits=LIMITS)
-    async with open_network(vehicle, fetcher=fetcher or limits_alone, cameras=CameraPlan(settings)) as network:
+    async with open_network(vehicle, fetcher=fetcher or NoDownloads(), cameras=CameraPlan(settings)) as network:
         yield network
+
+
+class NoDownloads(ImageFetcher):
+    """Limits and decoder of a driver that never fetches."""
+
+    def __init__(self, limits: ImageLimits = LIMITS, decoding: Worker | None = None) -> None:
+        super().__init__(None, None, limits, (), decoding)  # type: ignore[arg-type]
 
 
 def deadline_s(network: Network, seconds: float = 4.0) -> float:

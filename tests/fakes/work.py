@@ -38,6 +38,10 @@ def spin(duration_s: float = 60.0) -> None:
         pass
 
 
+def decode_greedily(data: bytes) -> int:
+    return take_memory(len(data) * 2**30)
+
+
 def take_memory(size: int = 8 * 2**30) -> int:
     taken = np.ones(size, dtype=np.uint8)
     return len(taken)

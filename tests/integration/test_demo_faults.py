@@ -20,7 +20,7 @@ START_TIMEOUT_S = 60
 
 async def start_and_find_simulator(program: Program) -> int:
     await program.until_logged(UNDER_WAY, START_TIMEOUT_S)
-    (simulator,) = await program.children()
+    (simulator,) = await program.children("aos_gcs sim")
     return simulator
 
 
@@ -74,6 +74,23 @@ async def test_a_killed_demo_leaves_a_readable_record_and_no_simulator(tmp_path:
             kill(simulator)
     assert program.output == ""
     check_readable(program.mission_folder, None)
+
+
+async def test_a_demo_goes_on_when_its_image_workers_are_killed(tmp_path: Path) -> None:
+    async with running(tmp_path, "demo", *SMALL, "--headless", "--json") as program:
+        await program.until_logged(UNDER_WAY, START_TIMEOUT_S)
+        workers = await program.children("aos_gcs.workers.child")
+        assert len(workers) == 2, "image analysis and image decoding"
+        for pid in workers:
+            kill(pid)
+        await program.until_logged("has ended (SIGKILL)", START_TIMEOUT_S)
+        await program.until_logged("live: step 8", START_TIMEOUT_S)
+        program.stop(signal.SIGTERM)
+        await program.ended(60)
+        assert not [pid for pid in workers if await is_running(pid)]
+    assert "Traceback" not in program.log
+    assert "link lost" not in program.log
+    check_readable(program.mission_folder, Outcome.ABORTED)
 
 
 async def test_a_demo_told_to_end_in_flight_sends_all_home_first(tmp_path: Path) -> None:

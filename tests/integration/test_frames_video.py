@@ -11,7 +11,6 @@ from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import ExitStack, asynccontextmanager, contextmanager
 from functools import partial
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -22,13 +21,13 @@ from aos_drivers.frames.settings import CameraSettings, ImagePlace, SourceKind
 from aos_drivers.frames.stream.clock import SENDER_SIGMA_S
 from aos_drivers.frames.stream.receiver import KEPT_FRAMES, VideoReceiver
 from aos_gcs.clock import LoopClock
-from tests.fakes.shutter_vehicle import LIMITS, PITCH_DEG, ShutterVehicle, deadline_s, open_camera
+from tests.fakes.shutter_vehicle import PITCH_DEG, NoDownloads, ShutterVehicle, deadline_s, open_camera
 from tests.timing import scaled_s
 
 av = pytest.importorskip("av", reason="needs the extra video")
 
 WIDTH, HEIGHT, RATE_HZ = 64, 48, 20
-bench = partial(open_camera, fetcher=SimpleNamespace(limits=LIMITS))
+bench = partial(open_camera, fetcher=NoDownloads())
 FOV_RAD = 0.9
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,7 +17,7 @@ from aos_gcs.geometry.poses import nadir_pose
 from tests.fakes.mavlink_fleet import open_network
 from tests.fakes.mavlink_vehicle import HOME
 from tests.fakes.photographs import exif_block, write_photograph, xmp_packet
-from tests.fakes.shutter_vehicle import ShutterVehicle, deadline_s, open_camera
+from tests.fakes.shutter_vehicle import NoDownloads, ShutterVehicle, deadline_s, open_camera
 
 pytest.importorskip("PIL", reason="needs the extra geo")
 pytestmark = pytest.mark.looptime
@@ -96,7 +95,7 @@ async def test_each_vehicle_has_its_own_source() -> None:
     cameras = CameraPlan(CameraSettings(), {2: settings_of(Path("/nowhere"))})
     first, second = ShutterVehicle(lambda _: None), ShutterVehicle(lambda _: None)
     second.system_id, second.encoder = 2, type(second.encoder)(2, 1)
-    async with open_network(first, second, fetcher=SimpleNamespace(limits=ImageLimits()), cameras=cameras) as network:
+    async with open_network(first, second, fetcher=NoDownloads(ImageLimits()), cameras=cameras) as network:
         with pytest.raises(CaptureError, match="no image from vehicle 1: no camera detected"):
             await network.vehicle(1).capture(1.0)
         with pytest.raises(CaptureError, match="/nowhere cannot be read"):

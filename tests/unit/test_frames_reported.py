@@ -6,7 +6,6 @@ import asyncio
 import math
 import os
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
@@ -18,7 +17,15 @@ from aos_drivers.frames.settings import CameraSettings, ImagePlace, SourceKind
 from aos_gcs.errors import CaptureError
 from aos_gcs.geometry.poses import nadir_pose
 from tests.fakes.mavlink_vehicle import HOME
-from tests.fakes.shutter_vehicle import LIMITS, PITCH_DEG, YAW_DEG, ShutterVehicle, deadline_s, open_camera, picture
+from tests.fakes.shutter_vehicle import (
+    PITCH_DEG,
+    YAW_DEG,
+    NoDownloads,
+    ShutterVehicle,
+    deadline_s,
+    open_camera,
+    picture,
+)
 
 pytestmark = pytest.mark.looptime
 
@@ -183,11 +190,11 @@ async def test_motion_is_asked_for_at_the_rate_that_poses_need(tmp_path: Path) -
 
 
 async def test_an_old_file_of_the_same_index_is_not_taken() -> None:
-    async def download(_url: str, _host: str, _deadline_s: float) -> Download:
-        return Download(picture(7), age_s=3600.0)
+    class OldFile(NoDownloads):
+        async def download(self, _url: str, _host: str, _deadline_s: float) -> Download:
+            return Download(picture(7), age_s=3600.0)
 
-    fetcher = SimpleNamespace(limits=LIMITS, download=download)
     settings = CameraSettings(SourceKind.REPORTED, ImagePlace(url="http://companion/{index}.png"), fov_rad=FOV_RAD)
-    async with open_camera(ShutterVehicle(lambda _: None), settings, fetcher) as network:
+    async with open_camera(ShutterVehicle(lambda _: None), settings, OldFile()) as network:
         with pytest.raises(LateFrameError, match=r"s old: that of another flight"):
             await network.vehicle().capture(deadline_s(network))

@@ -199,8 +199,10 @@ def test_the_ellipse_of_a_covariance() -> None:
 def test_a_verdict_on_a_track_stays_until_there_is_another() -> None:
     follower = Follower()
     follower.observe(seen(2.0, 3.0))
-    follower.tracker.judge(lambda position_enu_m: 0.9 if np.allclose(position_enu_m, [2.0, 3.0], atol=0.1) else 0.1)
-    follower.tracker.judge(lambda _: None)
+    places_enu_m = follower.tracker.places_enu_m()
+    is_first = {key: np.allclose(place_enu_m, [2.0, 3.0], atol=0.1) for key, place_enu_m in places_enu_m.items()}
+    follower.tracker.judge({key: 0.9 if first else 0.1 for key, first in is_first.items()})
+    follower.tracker.judge(dict.fromkeys(places_enu_m))
     estimate = follower.tracker.estimate()
     assert estimate is not None
     assert estimate.person_confidence == 0.9

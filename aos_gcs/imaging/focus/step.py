@@ -34,7 +34,7 @@ def follow_focus(
     that is where its visibility is greatest. Without one, the texture below the swarm decides; a dense forest has
     no height that stands out, and the height stays.
 
-    Blocks for tenths of a second with ten frames: call it in a worker thread.
+    Blocks for tenths of a second with ten frames: call it by a ``Worker``.
 
     Args:
         track: focal height before the step.

@@ -150,7 +150,7 @@ def apply_sure(registration: Registration, frames: Sequence[Frame], min_confiden
 def register(frames: Sequence[Frame], known: Registration, plane_height_m: float) -> Registration:
     """Learn from one step's frames about the errors of the vehicles' poses.
 
-    Blocks for a second or two with ten frames: call it in a worker thread.
+    Blocks for a second or two with ten frames: call it by a ``Worker``.
 
     Args:
         frames: frames with the poses that the vehicles report; one per vehicle, all with the same bands.

@@ -20,7 +20,7 @@ def analyse_step(
 ) -> StepAnalysis:
     """Integrate frames, mark anomalies, and judge which blob is the largest and which vehicle leads.
 
-    Blocks for tens of milliseconds: call it in a worker thread.
+    Blocks for tens of milliseconds: call it by a ``Worker``.
 
     Args:
         frames: at least one; sizes, altitudes and attitudes may differ. Of several frames of one vehicle the last

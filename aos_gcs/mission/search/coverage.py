@@ -7,6 +7,7 @@ visibility is an upper bound.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from typing import Final
 
 import cv2
@@ -44,7 +45,7 @@ class CoverageMap:
         """Count the frames of a step by what they show of the ground."""
         for footprint in footprints:
             if footprint:
-                self._counts += self._raster.inside([footprint])
+                self._counts = self._counts + self._raster.inside([footprint])
         self.covered_fraction = self._raster.area_m2(self._inside & (self._counts > 0)) / self._area_m2
 
     def visibility(self) -> NDArray[np.float64] | None:
@@ -75,3 +76,12 @@ class CoverageMap:
         bgr = cv2.applyColorMap((255.0 * share).astype(np.uint8), cv2.COLORMAP_VIRIDIS)
         alpha = np.where(self._inside & (self._counts > 0), _ALPHA, np.uint8(0))
         return np.dstack((cv2.cvtColor(bgr, cv2.COLOR_BGR2RGB), alpha))
+
+
+def add_footprints(
+    coverage: CoverageMap, footprints: Sequence[Polygon]
+) -> tuple[CoverageMap, tuple[RasterPicture, ...]]:
+    """Return the map with the frames of a step counted, and its pictures."""
+    after = copy(coverage)
+    after.add(footprints)
+    return after, after.render()

@@ -2,27 +2,34 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import Sequence
 
+from aos_gcs.errors import WorkerError
 from aos_gcs.imaging.model import StepAnalysis
 from aos_gcs.imaging.pictures import RasterPicture, render_pictures
 from aos_gcs.mission.journal import Journal, Recorder
 from aos_gcs.mission.model.events import EventKind, PicturesRecord
 from aos_gcs.mission.model.steps import Picture, PictureKind
+from aos_gcs.ports import Severity, Worker
 
 
 class Gallery:
-    """Renders a step's rasters in a worker thread and keeps the latest of each kind."""
+    """Has a step's rasters rendered and keeps the latest of each kind."""
 
-    def __init__(self, journal: Journal, recorder: Recorder) -> None:
+    def __init__(self, journal: Journal, recorder: Recorder, imaging: Worker) -> None:
+        self._imaging = imaging
         self._journal = journal
         self._recorder = recorder
         self._pictures: dict[PictureKind, Picture] = {}
 
     async def render(self, step: int, analysis: StepAnalysis, bands: tuple[str, ...]) -> None:
         """Render the rasters of a step and publish them."""
-        await self.publish(step, await asyncio.to_thread(render_pictures, analysis, bands))
+        try:
+            rasters = await self._imaging.run(render_pictures, analysis, bands)
+        except WorkerError as error:
+            self._journal.notice(Severity.WARNING, f"Step {step}: no pictures: {error}")
+            return
+        await self.publish(step, rasters)
 
     async def publish(self, step: int, rasters: Sequence[RasterPicture]) -> None:
         """Keep rasters that share their bounds, announce them on the event stream, and record them."""

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from aos_gcs.airspace.waypoints import WaypointRecord
-from aos_gcs.errors import MissionFailedError, UnusableFramesError
+from aos_gcs.errors import MissionFailedError, UnusableFramesError, WorkerError
 from aos_gcs.imaging.model import StepAnalysis
 from aos_gcs.mission.context import FlightContext, MissionContext
 from aos_gcs.mission.fleet.roster import Member, in_layers
@@ -30,7 +30,8 @@ from aos_gcs.ports import Severity
 _POLL_S = 0.5
 
 _MAX_BLIND_STEPS = 3
-"""Steps in a row without a single usable frame before the mission gives up."""
+"""Steps in a row without a usable frame, or without their analysis, before the mission gives up."""
+_NO_FRAME = "No camera delivered a usable frame"
 
 
 class Search:
@@ -97,11 +98,16 @@ class Search:
         context.journal.set_message(f"Step {self.step}: capturing images.")
         taken = await self._sampler.take(self.step, swarm)
         if not taken.captures:
-            return self._count_blind_step(phase, taken)
+            return self._count_blind_step(phase, _NO_FRAME, _reasons(taken))
         received_at_s = time.perf_counter()
-        taken, analysis = await self._see(taken)
+        try:
+            taken, analysis = await self._see(taken)
+        except WorkerError as error:
+            text = f"Step {self.step} is repeated: {error}. Fault of this station; the swarm holds its position"
+            context.journal.notice(Severity.WARNING, text)
+            return self._count_blind_step(phase, "No images could be analysed", str(error))
         if analysis is None:
-            return self._count_blind_step(phase, taken)
+            return self._count_blind_step(phase, _NO_FRAME, _reasons(taken))
         self._blind_steps = 0
         imaging_ms = _ms_since(received_at_s)
         context.journal.set_message(f"Step {self.step}: moving.")
@@ -134,11 +140,10 @@ class Search:
             return self._sampler.leave_out(self.step, taken, error.reasons), None
         return self._sampler.leave_out(self.step, taken, analysis.skipped), analysis
 
-    def _count_blind_step(self, phase: Phase, taken: Sample) -> Phase:
+    def _count_blind_step(self, phase: Phase, problem: str, details: str) -> Phase:
         self._blind_steps += 1
         if self._blind_steps >= _MAX_BLIND_STEPS:
-            reasons = "; ".join(f"vehicle {vehicle_id}: {reason}" for vehicle_id, reason in taken.missing.items())
-            raise MissionFailedError(f"No camera delivered a usable frame in {self._blind_steps} steps ({reasons}).")
+            raise MissionFailedError(f"{problem} in {self._blind_steps} steps ({details}).")
         return phase
 
     def _record(self, phase: Phase, taken: Sample, analysis: StepAnalysis, decision: Decision) -> StepRecord:
@@ -186,9 +191,8 @@ class Search:
 
     async def _learn(self, analysis: StepAnalysis) -> None:
         """Learn from the step's frames while the vehicles move, and keep the findings up to date."""
-        await self._vision.learn(self.step, analysis)
         tracker, journal = self.decider.tracker, self._context.journal
-        tracker.judge(self._vision.persons.confidence_at)
+        tracker.judge(await self._vision.learn(self.step, analysis, tracker.places_enu_m()))
         for finding in self._findings.observe(tracker.estimates(), self.step, journal.elapsed_s()):
             east_m, north_m, _ = finding.position_enu_m
             journal.notice(Severity.INFO, f"Finding {finding.finding_id} at {east_m:.1f} m east, {north_m:.1f} m north")
@@ -220,6 +224,10 @@ class Search:
             sign_of_life()
             await context.clock.sleep(_POLL_S)
         return swarm
+
+
+def _reasons(taken: Sample) -> str:
+    return "; ".join(f"vehicle {vehicle_id}: {reason}" for vehicle_id, reason in taken.missing.items())
 
 
 def _ms_since(start_s: float) -> float:

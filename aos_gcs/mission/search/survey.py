@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import asyncio
-
+from aos_gcs.airspace.polygon import Polygon
+from aos_gcs.errors import WorkerError
 from aos_gcs.imaging.model import StepAnalysis
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.search.cameras import CameraLog, footprint_enu_m
-from aos_gcs.mission.search.coverage import CoverageMap
+from aos_gcs.mission.search.coverage import CoverageMap, add_footprints
 from aos_gcs.mission.search.gallery import Gallery
 from aos_gcs.mission.search.sampling import Sample, to_frame
+from aos_gcs.ports import Severity
 
 
 class Survey:
@@ -19,6 +20,8 @@ class Survey:
         self._context = context
         self._gallery = gallery
         self._coverage: CoverageMap | None = None
+        self._uncounted: list[Polygon] = []
+        """Footprints that are not on the map yet."""
         self.cameras = CameraLog()
 
     @property
@@ -36,5 +39,11 @@ class Survey:
         if self._coverage is None:
             forest = context.settings.forest
             self._coverage = CoverageMap(context.settings.area_enu_m, None if forest is None else forest.occlusion)
-        await asyncio.to_thread(self._coverage.add, footprints)
-        await self._gallery.publish(step, await asyncio.to_thread(self._coverage.render))
+        self._uncounted += footprints
+        try:
+            self._coverage, pictures = await context.imaging.run(add_footprints, self._coverage, self._uncounted)
+        except WorkerError as error:
+            context.journal.notice(Severity.WARNING, f"Step {step}: the map of coverage is not up to date: {error}")
+            return
+        self._uncounted = []
+        await self._gallery.publish(step, pictures)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -90,11 +90,15 @@ class TargetTracker:
         self._target = self._tracks.find(track_ids[0])
         return True
 
-    def judge(self, confidence_at: Callable[[NDArray[np.float64]], float | None]) -> None:
-        """Judge every track by its horizontal place, shape (2,); without a result the former one stays."""
+    def places_enu_m(self) -> dict[int, NDArray[np.float64]]:
+        """Return the horizontal place of every track, shape (2,), by its id."""
+        return {track.track_id: track.position_enu_m for track in self._tracks.tracks}
+
+    def judge(self, confidences: Mapping[int, float | None]) -> None:
+        """Take in how much each track looks like a person, by its id; without a result the former one stays."""
         before, self._person = self._person, {}
         for track in self._tracks.tracks:
-            confidence = confidence_at(track.position_enu_m)
+            confidence = confidences.get(track.track_id)
             if confidence is None:
                 confidence = before.get(track.track_id)
             if confidence is not None:

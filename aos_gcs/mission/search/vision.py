@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-import asyncio
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 
-from aos_gcs.errors import ImagingError, MissionError
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.errors import ImagingError, MissionError, WorkerError
 from aos_gcs.imaging.focus.step import follow_focus
 from aos_gcs.imaging.focus.track import FocusTrack, overridden
 from aos_gcs.imaging.model import Frame, KeptView, StepAnalysis
@@ -15,7 +18,7 @@ from aos_gcs.imaging.step.analysis import analyse_step
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.journal import Recorder
 from aos_gcs.mission.model.steps import FocusSnapshot, FocusSource
-from aos_gcs.mission.search.persons import PersonWatch
+from aos_gcs.mission.search.persons import PersonWatch, watch_persons
 from aos_gcs.mission.search.sampling import Sample, to_frame
 from aos_gcs.ports import Severity
 
@@ -42,7 +45,7 @@ class Vision:
         """Views of earlier steps that are still part of the integral."""
         self._reported: list[Frame] = []
         """Frames of this step with the poses that the vehicles have reported."""
-        self.persons = PersonWatch()
+        self._persons = PersonWatch()
 
     @property
     def focus(self) -> FocusSnapshot:
@@ -73,31 +76,56 @@ class Vision:
         self._focus = overridden(self._focus, height_m)
 
     async def see(self, step: int, taken: Sample) -> StepAnalysis:
-        """Record the frames of a step and analyse them."""
+        """Record the frames of a step and analyse them.
+
+        Raises:
+            UnusableFramesError: none of the frames can be used.
+            WorkerError: they could not be analysed.
+        """
         context, settings = self._context, self._context.settings
         self._reported = [to_frame(capture, context.roster.local_frame()) for capture in taken.captures]
         async with context.journal.with_disk_timeout(f"frames of step {step}"):
             for capture in taken.captures:
                 await self._recorder.record_frame(step, capture)
         imaging = replace(settings.imaging, plane_height_m=self._focus.focal_height_m)
-        analysis = await asyncio.to_thread(analyse_step, self._placed(), imaging, self._history)
+        analysis = await context.imaging.run(analyse_step, self._placed(), imaging, self._history)
         self._history = analysis.history
         return analysis
 
     def forget(self) -> None:
         """Discard the views of earlier steps: the target has moved."""
         self._history = ()
-        self.persons.forget()
+        self._persons = PersonWatch()
 
-    async def learn(self, step: int, analysis: StepAnalysis) -> None:
-        """Learn from the step's frames for the next ones; there is time for it while the vehicles move."""
-        settings = self._context.settings
-        await asyncio.to_thread(self.persons.look, self._usable(self._placed(), analysis), analysis.grid.height_m)
-        if settings.registration.is_due(step):
-            await self._register(analysis)
-        if settings.autofocus.is_due(step):
-            await self._refocus(analysis)
+    async def learn(
+        self, step: int, analysis: StepAnalysis, places_enu_m: Mapping[int, NDArray[np.float64]]
+    ) -> dict[int, float | None]:
+        """Learn from the step's frames for the next ones; there is time for it while the vehicles move.
+
+        Returns:
+            The probability that there is a person at each place, by the same keys, where it is known.
+        """
+        settings, confidences = self._context.settings, dict[int, float | None]()
+        try:
+            confidences = await self._watch_persons(analysis, places_enu_m)
+            if settings.registration.is_due(step):
+                await self._register(analysis)
+            if settings.autofocus.is_due(step):
+                await self._refocus(analysis)
+        except WorkerError as error:
+            text = f"Step {step}: not all was learned from its images: {error}"
+            self._context.journal.notice(Severity.WARNING, text)
         self._reported = []
+        return confidences
+
+    async def _watch_persons(
+        self, analysis: StepAnalysis, places_enu_m: Mapping[int, NDArray[np.float64]]
+    ) -> dict[int, float | None]:
+        usable = self._usable(self._placed(), analysis)
+        self._persons, confidences = await self._context.imaging.run(
+            watch_persons, self._persons, usable, analysis.grid.height_m, places_enu_m
+        )
+        return confidences
 
     def _placed(self) -> list[Frame]:
         """Return the step's frames with corrected poses, where registration is sure of them."""
@@ -113,7 +141,7 @@ class Vision:
         usable = self._usable(self._reported, analysis)
         before, limit = self._registration, self._context.settings.registration.min_confidence
         try:
-            self._registration = await asyncio.to_thread(register, usable, before, analysis.grid.height_m)
+            self._registration = await self._context.imaging.run(register, usable, before, analysis.grid.height_m)
         except ImagingError as error:
             self._context.journal.notice(Severity.WARNING, f"Registration: no result from this step: {error}")
             return
@@ -133,7 +161,7 @@ class Vision:
         in_view = analysis.blob is not None and analysis.visibility_m2 >= settings.detection.threshold_m2
         target_enu_m = analysis.blob.centroid_enu_m if analysis.blob is not None and in_view else None
         low_m, high_m = settings.focus_range_m
-        after = await asyncio.to_thread(follow_focus, before, usable, target_enu_m, low_m, high_m)
+        after = await self._context.imaging.run(follow_focus, before, usable, target_enu_m, low_m, high_m)
         # The operator may have set a height meanwhile.
         self._focus = replace(after, override_m=self._focus.override_m)
         if abs(after.height_m - self._reported_height_m) >= _REPORTED_CHANGE_M:

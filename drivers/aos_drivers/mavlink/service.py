@@ -121,7 +121,7 @@ async def open_mavlink(links: Sequence[str], context: DriverContext) -> AsyncIte
     async with AsyncExitStack() as stack:
         recorder = await open_recorder(stack, context)
         http = await stack.enter_async_context(aiohttp.ClientSession())
-        fetcher = ImageFetcher(http, context.clock, options.image_limits, options.image_hosts)
+        fetcher = ImageFetcher(http, context.clock, options.image_limits, options.image_hosts, context.decoding)
         receivers = await stack.enter_async_context(BackgroundTasks(lambda error: report_receiver(context, error)))
         tools = CaptureTools(context.clock, fetcher, options.cameras, context.notify, receivers.start)
         keyring = await asyncio.to_thread(Keyring, addresses, context.clock)

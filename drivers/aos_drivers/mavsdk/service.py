@@ -164,7 +164,7 @@ async def open_mavsdk(links: Sequence[str], context: DriverContext) -> AsyncIter
     async with AsyncExitStack() as stack:
         recorder = await open_recorder(stack, context)
         http = await stack.enter_async_context(aiohttp.ClientSession())
-        fetcher = ImageFetcher(http, context.clock, options.image_limits, options.image_hosts)
+        fetcher = ImageFetcher(http, context.clock, options.image_limits, options.image_hosts, context.decoding)
         receivers = await stack.enter_async_context(BackgroundTasks(lambda error: report_receiver(context, error)))
         tools = CaptureTools(context.clock, fetcher, options.cameras, context.notify, receivers.start)
         core, feeder = await stack.enter_async_context(open_core(context.system_id))

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-import asyncio
 import ipaddress
+from collections.abc import Callable
 from dataclasses import dataclass
 from email.utils import parsedate_to_datetime
+from functools import partial
+from typing import TypeVar
 
 import aiohttp
 from yarl import URL
 
 from aos_drivers.frames.errors import LateFrameError, PendingImageError, TornFrameError
 from aos_drivers.frames.files.images import MAX_PIXELS, Image, decode_image
-from aos_gcs.errors import CaptureError
-from aos_gcs.ports import Clock
+from aos_gcs.errors import CaptureError, WorkerError
+from aos_gcs.ports import Clock, ThreadWorker, Worker
+
+T = TypeVar("T")
 
 _CHUNK_BYTES = 64 * 1024
 _NOT_THERE = frozenset({404, 410, 425, 503})
@@ -43,13 +47,22 @@ class ImageFetcher:
     """Downloads and decodes images over one shared HTTP session."""
 
     def __init__(
-        self, session: aiohttp.ClientSession, clock: Clock, limits: ImageLimits, allowed_hosts: tuple[str, ...]
+        self,
+        session: aiohttp.ClientSession,
+        clock: Clock,
+        limits: ImageLimits,
+        allowed_hosts: tuple[str, ...],
+        decoding: Worker | None = None,
     ) -> None:
-        """Fetch within ``limits``, from a vehicle's own host or one of ``allowed_hosts``."""
+        """Fetch within ``limits``, from a vehicle's own host or one of ``allowed_hosts``.
+
+        Files are decoded by ``decoding``; None: in threads of this process.
+        """
         self._session = session
         self._clock = clock
         self.limits = limits
         self._allowed_hosts = allowed_hosts
+        self._decoding = decoding or ThreadWorker()
 
     async def fetch(self, url_text: str, vehicle_host: str, deadline_s: float) -> tuple[Image, tuple[str, ...]]:
         """Return image and bands, as :func:`decode_image` does, of a file that the vehicle at ``vehicle_host`` names.
@@ -58,7 +71,18 @@ class ImageFetcher:
             CaptureError: the address is not allowed, or the file is too large, damaged or late.
         """
         download = await self.download(url_text, vehicle_host, deadline_s)
-        return await asyncio.to_thread(decode_image, download.data, self.limits.max_pixels)
+        return await self.decode(partial(decode_image, max_pixels=self.limits.max_pixels), download.data)
+
+    async def decode(self, read: Callable[[bytes], T], data: bytes) -> T:
+        """Return what ``read``, a function that another process can import, makes of a file.
+
+        Raises:
+            CaptureError: of ``read``, or because decoding took too much time or memory.
+        """
+        try:
+            return await self._decoding.run(read, data)
+        except WorkerError as error:
+            raise CaptureError(f"its image of {len(data)} bytes cannot be decoded: {error}") from error
 
     async def download(self, url_text: str, vehicle_host: str, deadline_s: float) -> Download:
         """Return a file that the vehicle at ``vehicle_host`` names, as it is.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable
 from dataclasses import dataclass
 
 from aos_drivers.frames.errors import FrameRefusedError
@@ -22,21 +21,18 @@ class Photograph:
     tag: Geotag
 
 
-def photograph_reader(max_pixels: int) -> Callable[[bytes], Photograph]:
-    """Return a function that reads the content of a file.
+def read_photograph(data: bytes, max_pixels: int) -> Photograph:
+    """Return the content of a file.
 
-    It raises TornFrameError where the end is missing, and CaptureError where it is no image of at most ``max_pixels``
-    or has no complete geotag.
+    Raises:
+        TornFrameError: its end is missing.
+        CaptureError: it is no image of at most ``max_pixels``, or has no complete geotag.
     """
-
-    def read(data: bytes) -> Photograph:
-        image, bands = decode_image(data, max_pixels)
-        try:
-            return Photograph(image, bands, read_geotag(io.BytesIO(data)))
-        except InputDataError as error:
-            raise CaptureError(f"its tags cannot be used: {error}") from error
-
-    return read
+    image, bands = decode_image(data, max_pixels)
+    try:
+        return Photograph(image, bands, read_geotag(io.BytesIO(data)))
+    except InputDataError as error:
+        raise CaptureError(f"its tags cannot be used: {error}") from error
 
 
 def position_of(tag: Geotag, home: GeodeticPosition | None) -> GeodeticPosition:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import Callable
 from typing import Protocol, TypeVar
 
@@ -64,6 +63,8 @@ class ImageFinder:
     ) -> tuple[T, str]:
         """Return the wanted file as ``read`` decodes it, and its name; ``pick`` chooses the file from a listing.
 
+        ``read`` must be a function that another process can import.
+
         Raises:
             LateFrameError: the file did not appear by the deadline.
             TornFrameError: it appeared, but was not whole by then.
@@ -75,7 +76,7 @@ class ImageFinder:
             try:
                 found = await self._look(wanted, host, asked_at_s, deadline_s, pick)
                 if found is not None:
-                    return await asyncio.to_thread(read, found[0]), found[1]
+                    return await self._fetcher.decode(read, found[0]), found[1]
             except (TornFrameError, PendingImageError) as error:
                 problem = error if isinstance(error, TornFrameError) else LateFrameError(str(error))
             if self._clock.now_s() + POLL_S >= deadline_s:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Literal
 
 from aos_drivers.frames.files.matching import Listing, WantedImage, newest
-from aos_drivers.frames.files.photos import check_moment, photograph_reader, position_of
+from aos_drivers.frames.files.photos import check_moment, position_of, read_photograph
 from aos_drivers.frames.files.stores import ImageFinder
 from aos_drivers.frames.settings import CameraSettings
 from aos_drivers.vehicle.cameras.exposure import CaptureTools, VehicleAccess, capture_error
@@ -27,7 +28,7 @@ class PhotoSource:
         self._settings = settings
         self._shutter = Shutter(vehicle, tools.clock)
         self._finder = ImageFinder(settings.place, vehicle.record.vehicle_id, tools.clock, tools.fetcher)
-        self._read = photograph_reader(tools.fetcher.limits.max_pixels)
+        self._read = partial(read_photograph, max_pixels=tools.fetcher.limits.max_pixels)
         self._taken = 0
 
     async def capture(self, deadline_s: float) -> Capture:

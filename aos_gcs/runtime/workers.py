@@ -1,0 +1,27 @@
+"""The service's worker processes: what takes much time or memory, or comes from outside, runs apart from the flight."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from aos_gcs.workers.process import WorkerSettings
+
+_GIB: Final = 2**30
+
+ANALYSIS: Final = WorkerSettings(
+    name="Image analysis",
+    memory_bytes=4 * _GIB,
+    timeout_s=20.0,
+    modules=(
+        "aos_gcs.imaging.pictures",
+        "aos_gcs.imaging.registration.pose_errors",
+        "aos_gcs.imaging.focus.step",
+        "aos_gcs.imaging.step.analysis",
+        "aos_gcs.mission.search.coverage",
+        "aos_gcs.mission.search.persons",
+    ),
+)
+"""Analyses the frames of each step. The vehicles hold their places until it has a result."""
+
+DECODING: Final = WorkerSettings(name="Image decoding", memory_bytes=2 * _GIB, timeout_s=10.0, modules=("cv2",))
+"""Decodes the files of cameras. One that it cannot decode costs one frame."""
