@@ -92,6 +92,7 @@ async def serve(app: FastAPI, host: str = "127.0.0.1", port: int = 8080) -> Asyn
         log_config=None,
         access_log=False,
         server_header=False,
+        proxy_headers=False,  # whoever connects could name any address in them, and guess codes under all of them
         timeout_graceful_shutdown=_GRACE_S,
     )
     server = _Server(config)

@@ -28,7 +28,18 @@ def test_own_pages_and_programs_may_pass(host: str, origin: str | None) -> None:
     assert refusal(headers, {"field-laptop"}, check_origin=True) is None
 
 
-@pytest.mark.parametrize("host", ["evil.example:8080", "", "127.0.0.1.evil.example", "[::1", "localhost.evil.example"])
+@pytest.mark.parametrize(
+    "host",
+    [
+        "evil.example:8080",
+        "",
+        "127.0.0.1.evil.example",
+        "[::1",
+        "localhost.evil.example",
+        "127.0.0.1:99999",
+        "localhost:x",
+    ],
+)
 def test_foreign_names_of_this_machine_are_refused(host: str) -> None:
     reason = refusal({"host": host}, (), check_origin=False)
     assert reason is not None
@@ -36,7 +47,15 @@ def test_foreign_names_of_this_machine_are_refused(host: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "origin", ["http://evil.example", "null", "http://127.0.0.1:9999", "http://localhost:8080", "file://127.0.0.1:8080"]
+    "origin",
+    [
+        "http://evil.example",
+        "null",
+        "http://127.0.0.1:9999",
+        "http://localhost:8080",
+        "file://127.0.0.1:8080",
+        "http://[::1",
+    ],
 )
 def test_foreign_origins_are_refused(origin: str) -> None:
     headers = {"host": "127.0.0.1:8080", "origin": origin}

@@ -71,7 +71,8 @@ def refusal(headers: Mapping[str, str], allowed_hosts: Collection[str], *, check
 
 def _is_trusted_host(host: str, allowed_hosts: Collection[str]) -> bool:
     try:
-        name = urlsplit(f"//{host}").hostname
+        parts = urlsplit(f"//{host}")
+        name, _ = parts.hostname, parts.port
     except ValueError:
         return False
     if name is None:
@@ -86,7 +87,10 @@ def _is_trusted_host(host: str, allowed_hosts: Collection[str]) -> bool:
 
 
 def _is_same_origin(origin: str, host: str) -> bool:
-    parts = urlsplit(origin)
+    try:
+        parts = urlsplit(origin)
+    except ValueError:
+        return False
     return parts.scheme in {"http", "https"} and parts.netloc.lower() == host.lower()
 
 
