@@ -9,16 +9,20 @@ from __future__ import annotations
 
 import functools
 import math
+import re
 import types
 import typing
 from collections.abc import Mapping
 from dataclasses import MISSING, fields, is_dataclass
 from enum import Enum
-from typing import Any, TypeVar, cast
+from typing import Any, Final, TypeVar, cast
 
 import numpy as np
 
 T = TypeVar("T")
+
+_ARRAY_TYPES: Final = re.compile(r"[<>|=]?(b1|[iu][1248]|f[248])")
+"""NumPy's names of the types that arrays of the mission have."""
 
 Json = None | bool | int | float | str | list["Json"] | dict[str, "Json"]
 
@@ -117,8 +121,14 @@ def _decode_tuple(hint: Any, data: object) -> tuple[object, ...]:
 def _decode_array(data: object) -> object:
     parts = _mapping(np.ndarray, data)
     _require({"dtype", "shape", "values"} <= parts.keys(), np.ndarray, data)
-    # NumPy reads the strings nan and inf as the numbers they stand for
-    return np.array(parts["values"], dtype=str(parts["dtype"])).reshape(cast("list[int]", parts["shape"]))
+    dtype, shape = parts["dtype"], parts["shape"]
+    _require(isinstance(dtype, str) and _ARRAY_TYPES.fullmatch(dtype) is not None, np.ndarray, data)
+    _require(isinstance(shape, list) and all(type(edge) is int and edge >= 0 for edge in shape), np.ndarray, data)
+    try:
+        # NumPy reads the strings nan and inf as the numbers they stand for
+        return np.array(parts["values"], dtype=dtype).reshape(cast("list[int]", shape))  # type: ignore[call-overload]
+    except (TypeError, OverflowError) as error:
+        raise ValueError(str(error)) from error
 
 
 def _decode_key(hint: Any, key: str) -> object:

@@ -8,6 +8,7 @@ always what the mission has seen, bit by bit.
 from __future__ import annotations
 
 import io
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, cast
@@ -17,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.errors import InputDataError
+from aos_gcs.image_headers import picture_sizes
 from aos_gcs.radiometry import celsius_from_centikelvin, centikelvin_from_celsius
 
 Image = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32]
@@ -52,10 +54,9 @@ def decode_image(encoded: EncodedImage, bands: Sequence[str], dtype: str) -> Ima
     """
     try:
         if encoded.suffix == ".npy":
-            image: Image = np.load(io.BytesIO(encoded.content), allow_pickle=False)
-            return image
+            return _array(encoded.content)
         return _image_from_pages(_pages(encoded.content), bands, np.dtype(dtype))
-    except (ValueError, IndexError, EOFError, cv2.error) as error:
+    except (ValueError, TypeError, IndexError, EOFError, cv2.error, InputDataError) as error:
         raise InputDataError(f"a {encoded.suffix} image is damaged: {error}") from error
 
 
@@ -82,7 +83,22 @@ def _page(channels: Image, band: str) -> Page:
     return np.asarray(np.clip(np.nan_to_num(channels), 0, 255), dtype=np.uint8)
 
 
+def _array(content: bytes) -> Image:
+    """Return the array of a NumPy file without room for more than the file holds."""
+    file = io.BytesIO(content)
+    if np.lib.format.read_magic(file) != (1, 0):
+        raise ValueError("it is no NumPy file of version 1")
+    shape, _, dtype = np.lib.format.read_array_header_1_0(file)
+    if dtype.kind not in "uif" or math.prod(shape) * dtype.itemsize != len(content) - file.tell():
+        raise ValueError(f"its {len(content)} bytes are no array of {shape} {dtype}")
+    return cast("Image", np.frombuffer(content, dtype, offset=file.tell()).reshape(shape).copy())
+
+
 def _pages(content: bytes) -> Sequence[Page]:
+    # Recorded files are not compressed: one with more pixels than bytes is damaged, or made to fill the memory.
+    pixels = sum(width * height for width, height in picture_sizes(content))
+    if pixels > len(content):
+        raise ValueError(f"{len(content)} bytes are no {pixels} pixels")
     read, pages = cv2.imdecodemulti(np.frombuffer(content, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
     if not read:
         raise ValueError("it is no TIFF")

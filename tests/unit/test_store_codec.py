@@ -112,3 +112,12 @@ def test_keys_may_be_words_of_an_enumeration() -> None:
         RED = "red"
 
     assert encode({Colour.RED: 1, 2: 3}) == {"red": 1, "2": 3}
+
+
+@pytest.mark.parametrize(
+    ("dtype", "shape"),
+    [("-1", [1]), ("O", [1]), ("<U9", [1]), (None, [1]), ("<f8", [-1]), ("<f8", "1"), ("<f8", [10**30]), ("<f8", None)],
+)
+def test_an_array_of_no_known_kind_is_refused(dtype: object, shape: object) -> None:
+    with pytest.raises(ValueError, match=r".+"):
+        decode(np.ndarray, {"dtype": dtype, "shape": shape, "values": [1.0]})

@@ -1,3 +1,5 @@
+import struct
+
 import cv2
 import numpy as np
 import pytest
@@ -75,3 +77,18 @@ def test_what_a_tiff_would_change_is_kept_as_numpy_file(value: float) -> None:
 def test_a_damaged_file_is_an_error_of_the_data(encoded: EncodedImage, kept: int) -> None:
     with pytest.raises(InputDataError, match="damaged"):
         decode_image(EncodedImage(encoded.suffix, encoded.content[:kept]), RGBT, "float32")
+
+
+@pytest.mark.parametrize("suffix", [".tiff", ".npy"])
+def test_a_file_that_claims_more_than_it_holds_is_refused(suffix: str) -> None:
+    if suffix == ".tiff":
+        content = bytearray(encode_image(np.zeros((64, 64, 1), np.uint8), ("grey",)).content)
+        for tag in (256, 257):
+            place = content.index(struct.pack("<HH", tag, 3))
+            content[place + 8 : place + 12] = struct.pack("<I", 60_000)
+    else:
+        content = bytearray(encode_image(np.zeros((64, 64, 1), np.float32) + 0.1, ("thermal",)).content)
+        place = content.index(b"(64, 64, 1)")
+        content[place : place + 11] = b"(60000, 60)"
+    with pytest.raises(InputDataError, match="damaged"):
+        decode_image(EncodedImage(suffix, bytes(content)), ("grey",), "uint8")

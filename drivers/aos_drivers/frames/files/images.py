@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_drivers.frames.errors import TornFrameError
-from aos_drivers.frames.files.headers import JPEG_START, PNG_START, TIFF_STARTS, picture_sizes
-from aos_gcs.errors import CaptureError
+from aos_gcs.errors import CaptureError, InputDataError
+from aos_gcs.image_headers import JPEG_START, PNG_START, TIFF_STARTS, TornImageError, picture_sizes
 from aos_gcs.radiometry import celsius_from_centikelvin
 
 Image = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32]
@@ -35,7 +35,7 @@ def decode_image(data: bytes, max_pixels: int = MAX_PIXELS) -> tuple[Image, tupl
         TornFrameError: the end of the file is missing.
         CaptureError: the file is damaged or of another kind, or has more than ``max_pixels``; then none is decoded.
     """
-    pixels = sum(width * height for width, height in picture_sizes(data))
+    pixels = sum(width * height for width, height in _sizes(data))
     if not 0 < pixels <= max_pixels:
         raise CaptureError(
             f"the image has {pixels / 1e6:.1f} megapixels; the limit is {max_pixels / 1e6:g} (max_image_megapixels)"
@@ -49,6 +49,15 @@ def decode_image(data: bytes, max_pixels: int = MAX_PIXELS) -> tuple[Image, tupl
     if not pages:
         raise CaptureError(f"the image file of {len(data)} bytes cannot be decoded")
     return _bands([np.asarray(page) for page in pages])
+
+
+def _sizes(data: bytes) -> list[tuple[int, int]]:
+    try:
+        return picture_sizes(data)
+    except TornImageError as error:
+        raise TornFrameError(str(error)) from error
+    except InputDataError as error:
+        raise CaptureError(str(error)) from error
 
 
 def _pages(data: NDArray[np.uint8]) -> Sequence[NDArray[Any]]:

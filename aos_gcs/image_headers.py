@@ -11,8 +11,7 @@ from __future__ import annotations
 
 import struct
 
-from aos_drivers.frames.errors import TornFrameError
-from aos_gcs.errors import CaptureError
+from aos_gcs.errors import InputDataError
 
 PNG_START, JPEG_START = b"\x89PNG\r\n\x1a\n", b"\xff\xd8"
 TIFF_STARTS = (b"II", b"MM")
@@ -26,12 +25,16 @@ _NO_JPEG_FRAME = frozenset({0xC4, 0xC8, 0xCC})
 _JPEG_STANDALONE = frozenset({0x01, *range(0xD0, 0xD8)})
 
 
+class TornImageError(InputDataError):
+    """An image file that ends within its headers."""
+
+
 def picture_sizes(data: bytes) -> list[tuple[int, int]]:
     """Return width and height of each page of a file.
 
     Raises:
-        TornFrameError: it ends within its headers.
-        CaptureError: it is none of PNG, JPEG and TIFF, or its headers make no sense.
+        TornImageError: it ends within its headers.
+        InputDataError: it is none of PNG, JPEG and TIFF, or its headers make no sense.
     """
     try:
         if data.startswith(PNG_START):
@@ -41,10 +44,10 @@ def picture_sizes(data: bytes) -> list[tuple[int, int]]:
         if data[:4] in _TIFF_ORDERS:
             return _tiff_sizes(data, _TIFF_ORDERS[data[:4]])
     except struct.error as error:
-        raise TornFrameError(f"the image file of {len(data)} bytes is incomplete") from error
+        raise TornImageError(f"the image file of {len(data)} bytes is incomplete") from error
     if not data:
-        raise TornFrameError("the image file of 0 bytes is incomplete")
-    raise CaptureError(f"the image file of {len(data)} bytes is none of PNG, JPEG and TIFF")
+        raise TornImageError("the image file of 0 bytes is incomplete")
+    raise InputDataError(f"the image file of {len(data)} bytes is none of PNG, JPEG and TIFF")
 
 
 def _png_size(data: bytes) -> tuple[int, int]:
@@ -58,7 +61,7 @@ def _jpeg_size(data: bytes) -> tuple[int, int]:
     while True:
         prefix, marker = struct.unpack_from(">BB", data, offset)
         if prefix != 0xFF:
-            raise CaptureError("the JPEG file has no frame header where one must be")
+            raise InputDataError("the JPEG file has no frame header where one must be")
         if marker == 0xFF:  # padding
             offset += 1
         elif marker in _JPEG_STANDALONE:
@@ -75,12 +78,12 @@ def _tiff_sizes(data: bytes, order: str) -> list[tuple[int, int]]:
     offset = struct.unpack_from(f"{order}I", data, 4)[0]
     while offset:
         if len(sizes) == _MAX_TIFF_PAGES:
-            raise CaptureError(f"the TIFF file has more than {_MAX_TIFF_PAGES} pages")
+            raise InputDataError(f"the TIFF file has more than {_MAX_TIFF_PAGES} pages")
         count = struct.unpack_from(f"{order}H", data, offset)[0]
         fields = [_tiff_field(data, order, offset + 2 + 12 * index) for index in range(count)]
         width, height = _tiff_edge(fields, _TIFF_WIDTH), _tiff_edge(fields, _TIFF_HEIGHT)
         if not width or not height:
-            raise CaptureError(f"page {len(sizes) + 1} of the TIFF file has no size")
+            raise InputDataError(f"page {len(sizes) + 1} of the TIFF file has no size")
         # Decoders keep a whole tile in memory, however small the page.
         tile_width, tile_height = _tiff_edge(fields, _TIFF_TILE_WIDTH), _tiff_edge(fields, _TIFF_TILE_HEIGHT)
         sizes.append((max(width, tile_width), max(height, tile_height)))
@@ -101,5 +104,5 @@ def _tiff_edge(fields: list[tuple[int, int | None]], wanted: int) -> int:
     """Return the value of a field that gives an edge; 0 without one."""
     values = [value for tag, value in fields if tag == wanted]
     if len(values) > 1 or None in values:
-        raise CaptureError(f"the TIFF file gives a size twice, or not as one integer (tag {wanted})")
+        raise InputDataError(f"the TIFF file gives a size twice, or not as one integer (tag {wanted})")
     return values[0] or 0 if values else 0
