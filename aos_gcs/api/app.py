@@ -10,6 +10,7 @@ from pathlib import Path
 from fastapi import FastAPI
 
 from aos_gcs.api.access.body_limit import BodyLimitMiddleware
+from aos_gcs.api.access.operator_file import OperatorFile
 from aos_gcs.api.access.operators import Access
 from aos_gcs.api.access.plan_check_turns import PlanChecks
 from aos_gcs.api.access.request_checks import OperatorsOnlyMiddleware, SameOriginMiddleware, SecurityHeadersMiddleware
@@ -38,6 +39,7 @@ def create_app(
     *,
     allowed_hosts: Collection[str] = (),
     operator_code: str | None = None,
+    operator_file: OperatorFile | None = None,
     commands: MissionCommands | None = None,
     replay: ReplayControl | None = None,
     viewer: ViewControl | None = None,
@@ -52,6 +54,7 @@ def create_app(
         static_folder: the dashboard's build; by default the one inside the package.
         allowed_hosts: host names, beside localhost and IP addresses, under which the page may be opened.
         operator_code: code for signing in as an operator; without one every client is an operator.
+        operator_file: remembers who is signed in; without it they sign in again after a restart.
         commands: commands to the mission; None where it is only shown.
         replay: replay of the mission; None for a live one.
         viewer: viewer of its frames; None where they are not recorded.
@@ -72,7 +75,7 @@ def create_app(
         planning=commands is not None, viewer=viewer is not None, findings=commands is not None
     )
     app.state.hub = EventHub(mission, replay=replay, capabilities=capabilities, now_s=now_s)
-    app.state.access = Access(operator_code, now_s)
+    app.state.access = Access(operator_code, now_s, operator_file)
     app.add_middleware(BodyLimitMiddleware, streaming_paths=[IMPORT_PATH])
     app.add_middleware(OperatorsOnlyMiddleware, access=app.state.access)
     app.add_middleware(SameOriginMiddleware, allowed_hosts=allowed_hosts)

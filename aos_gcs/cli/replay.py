@@ -32,14 +32,17 @@ def replay(
 
 async def _show(folder: Path, config: ApiConfig) -> None:
     from aos_gcs.clock import LoopClock  # noqa: PLC0415 - heavy, only for this command
-    from aos_gcs.runtime.dashboard import open_dashboard, operator_code  # noqa: PLC0415
+    from aos_gcs.runtime.dashboard import open_dashboard, operator_secrets  # noqa: PLC0415
     from aos_gcs.runtime.viewer import open_viewer  # noqa: PLC0415
     from aos_gcs.store.reader import MissionReader  # noqa: PLC0415
     from aos_gcs.store.replay import MissionReplay  # noqa: PLC0415
 
-    code = operator_code(config)
+    secrets = operator_secrets(config)
     with MissionReader(folder) as reader:
         mission = MissionReplay(reader, LoopClock())
         viewer = open_viewer(reader)
-        async with open_dashboard(mission, config, code, replay=mission, viewer=viewer), asyncio.TaskGroup() as group:
+        async with (
+            open_dashboard(mission, config, secrets, replay=mission, viewer=viewer),
+            asyncio.TaskGroup() as group,
+        ):
             group.create_task(mission.run())

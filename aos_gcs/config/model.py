@@ -85,7 +85,7 @@ class ApiConfig(BaseModel):
     host: str = "127.0.0.1"
     port: Annotated[int, Field(ge=0, le=65535)] = 8080
     operator_code_file: Path | None = None
-    """File with the code by which operators sign in; by default a random code is made at each start."""
+    """File with the code by which operators sign in; by default a random code that outlasts restarts."""
     max_command_age_s: Annotated[float, Field(ge=0.5, le=30.0)] = MAX_AGE_S
     """Oldest state of the mission by which an operator may command, in real seconds: more for slow networks."""
     plans_folder: Path = Path("plans")

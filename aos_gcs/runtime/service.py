@@ -20,7 +20,7 @@ from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.ports import DriverContext
-from aos_gcs.runtime.dashboard import open_dashboard, operator_code
+from aos_gcs.runtime.dashboard import open_dashboard, operator_secrets
 from aos_gcs.runtime.drivers import load_driver
 from aos_gcs.runtime.viewer import Viewer
 from aos_gcs.runtime.workers import ANALYSIS, DECODING
@@ -65,7 +65,7 @@ async def open_service(config: ServiceConfig) -> AsyncIterator[Service]:
     """
     settings = mission_settings(config)
     open_driver = load_driver(config.link.driver)
-    code = operator_code(config.api)
+    secrets = operator_secrets(config.api, config.record.folder)
     clock = LoopClock(config.clock_speed)
     journal = Journal(clock)
     loop_monitor = LoopMonitor()
@@ -106,7 +106,7 @@ async def open_service(config: ServiceConfig) -> AsyncIterator[Service]:
                 if unfinished is not None:
                     mission.auto_start.cancel(f"the last mission, {unfinished}, did not end: vehicles may still fly")
                 viewer = Viewer(folder, settings.imaging, settings.autofocus.reach_m)
-                async with open_dashboard(mission.view, config.api, code, commands=mission.commands, viewer=viewer):
+                async with open_dashboard(mission.view, config.api, secrets, commands=mission.commands, viewer=viewer):
                     await asyncio.gather(imaging.ready(), decoding.ready())
                     opened = True
                     yield Service(mission, folder, journal, recorder)

@@ -89,7 +89,7 @@ class Station:
     @property
     def mission_folders(self) -> list[Path]:
         """The records, oldest first."""
-        return sorted((self.folder / "missions").iterdir())
+        return sorted(path for path in (self.folder / "missions").iterdir() if path.is_dir())
 
     def fly(self, vehicles: int, *options: str, name: str = "vehicles") -> AbstractAsyncContextManager[Program]:
         """Simulate vehicles in a process of their own."""

@@ -39,7 +39,7 @@ class Program:
 
     @property
     def mission_folder(self) -> Path:
-        (folder,) = self.missions.iterdir()
+        (folder,) = (path for path in self.missions.iterdir() if path.is_dir())
         return folder
 
     @property

@@ -11,7 +11,7 @@ from aos_gcs.api.basemap_file import check_basemap
 from aos_gcs.clock import LoopClock
 from aos_gcs.config.model import ApiConfig
 from aos_gcs.errors import ConfigurationError
-from aos_gcs.runtime.dashboard import open_dashboard
+from aos_gcs.runtime.dashboard import OperatorSecrets, open_dashboard
 from tests.fakes.app import app_of
 from tests.fakes.mission import ScriptedMission
 from tests.fakes.tiles import MVT, PNG, pmtiles
@@ -87,5 +87,5 @@ def test_remote_base_maps_are_refused(url: str) -> None:
 async def test_nothing_is_served_with_a_base_map_that_does_not_exist(tmp_path: Path) -> None:
     config = ApiConfig(basemap=tmp_path / "none.pmtiles", port=0)
     with pytest.raises(ConfigurationError, match=r"none\.pmtiles: No such file"):
-        async with open_dashboard(ScriptedMission(LoopClock()), config, "code"):
+        async with open_dashboard(ScriptedMission(LoopClock()), config, OperatorSecrets("code")):
             pass

@@ -9,10 +9,13 @@ import httpx
 import pytest
 
 from aos_gcs.api.access.guess_throttle import FORGET_AFTER_S, FREE_GUESSES, GUESSES_PER_MINUTE, GuessThrottle
+from aos_gcs.api.access.operator_file import FILE_NAME, OperatorFile
 from aos_gcs.api.access.operators import MAX_OPERATORS, Access, Role, WrongCodeError, read_code
 from aos_gcs.clock import LoopClock
+from aos_gcs.config.model import ApiConfig
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.mission.model.actions import Action
+from aos_gcs.runtime.dashboard import operator_secrets
 from tests.fakes.app import OperatorClient, app_of
 from tests.fakes.mission import ScriptedMission
 
@@ -214,3 +217,51 @@ def test_the_code_is_read_from_a_file(tmp_path: Path) -> None:
         read_code(file)
     with pytest.raises(ConfigurationError, match="cannot be read"):
         read_code(tmp_path / "missing.txt")
+
+
+async def test_code_and_sign_ins_outlast_a_restart(tmp_path: Path) -> None:
+    def start() -> Access:
+        secrets = operator_secrets(ApiConfig(), tmp_path)
+        return Access(secrets.code, HandTime(), secrets.file)
+
+    code = operator_secrets(ApiConfig(), tmp_path).code
+    access = start()
+    staying, leaving = access.sign_in(code, "Ada", HERE), access.sign_in(code, "Bob", HERE)
+    await access.write_down()
+    access.sign_out(leaving)
+    await access.write_down()
+
+    access = start()
+    assert access.session(staying).name == "Ada"
+    assert access.session(leaving).role is Role.OBSERVER
+    path = tmp_path / FILE_NAME
+    assert path.stat().st_mode & 0o077 == 0
+    assert staying not in path.read_text()
+
+
+async def test_another_code_ends_all_sessions(tmp_path: Path) -> None:
+    file = tmp_path / "code.txt"
+    file.write_text(CODE)
+    config = ApiConfig(operator_code_file=file)
+    secrets = operator_secrets(config, tmp_path)
+    access = Access(secrets.code, HandTime(), secrets.file)
+    token = access.sign_in(CODE, "Ada", HERE)
+    await access.write_down()
+    file.write_text(CODE + "-2")
+    secrets = operator_secrets(config, tmp_path)
+    assert Access(secrets.code, HandTime(), secrets.file).session(token).role is Role.OBSERVER
+
+
+@pytest.mark.parametrize("content", [b"", b"\xff", b"[]", b'{"sessions": {"x": 1}}', b'{"code": null}'])
+def test_a_damaged_file_of_operators_stops_nothing(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "operators"
+    path.write_bytes(content)
+    assert OperatorFile(path).sessions(CODE) == {}
+    assert OperatorFile(path).code("new-code") == "new-code"
+    assert OperatorFile(path).code("another") == "new-code"
+
+
+def test_a_folder_that_cannot_be_written_stops_nothing(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    file = OperatorFile(tmp_path / "file" / "operators")
+    assert file.code("new-code") == "new-code"

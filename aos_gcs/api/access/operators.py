@@ -1,14 +1,17 @@
 """Operators, who have signed in with the service's code and may send commands, and observers, who may not.
 
-The code is exchanged once for a cookie, so that only one request contains it. Sessions last as long as the service.
+The code is exchanged once for a cookie, so that only one request contains it. Sessions outlast a restart of the service
+where it has a file for them; another code ends them.
 """
 
 from __future__ import annotations
 
+import asyncio
 import hmac
 import math
 import secrets
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -17,6 +20,7 @@ from typing import Final
 from starlette.requests import HTTPConnection
 
 from aos_gcs.api.access.guess_throttle import GuessThrottle
+from aos_gcs.api.access.operator_file import OperatorFile, digest
 from aos_gcs.errors import AosError, ConfigurationError
 
 MIN_CODE_LENGTH: Final = 8
@@ -24,6 +28,8 @@ MAX_OPERATORS: Final = 32
 """Largest number of operators signed in at a time; another one replaces the earliest."""
 
 _CODE_BYTES: Final = 12
+_WRITTEN_WITHIN_S: Final = 1.0
+"""Time for which a sign-in waits for the disk."""
 
 
 class AccessDeniedError(AosError):
@@ -68,12 +74,16 @@ class Access:
     Args:
         operator_code: code for signing in; None: no sign-in, every client is an operator.
         now_s: clock in real seconds, for the wait after wrong codes.
+        file: remembers who is signed in; None: sessions last as long as the service.
     """
 
-    def __init__(self, operator_code: str | None, now_s: Callable[[], float]) -> None:
+    def __init__(self, operator_code: str | None, now_s: Callable[[], float], file: OperatorFile | None = None) -> None:
         self._code = operator_code
         self._throttle = GuessThrottle(now_s)
-        self._sessions: dict[str, Session] = {}
+        self._file = file
+        known = {} if file is None or operator_code is None else file.sessions(operator_code)
+        self._sessions = {token_digest: Session(Role.OPERATOR, name) for token_digest, name in known.items()}
+        """By the digests of their tokens, which are kept nowhere."""
 
     @property
     def is_required(self) -> bool:
@@ -103,18 +113,27 @@ class Access:
         if len(self._sessions) >= MAX_OPERATORS:
             del self._sessions[next(iter(self._sessions))]
         token = secrets.token_urlsafe(32)
-        self._sessions[token] = Session(Role.OPERATOR, name)
+        self._sessions[digest(token)] = Session(Role.OPERATOR, name)
         return token
 
     def sign_out(self, token: str | None) -> None:
         """End a session; nothing happens if there is none."""
-        self._sessions.pop(token or "", None)
+        self._sessions.pop(digest(token or ""), None)
+
+    async def write_down(self) -> None:
+        """Remember who is signed in; a disk that hangs keeps nobody from it."""
+        if self._file is None or self._code is None:
+            return
+        names = {token_digest: session.name for token_digest, session in self._sessions.items()}
+        with suppress(TimeoutError):
+            async with asyncio.timeout(_WRITTEN_WITHIN_S):
+                await asyncio.to_thread(self._file.keep, self._code, names)
 
     def session(self, token: str | None) -> Session:
         """Return the session behind a token."""
         if self._code is None:
             return _UNNAMED_OPERATOR
-        return self._sessions.get(token or "", OBSERVER)
+        return self._sessions.get(digest(token or ""), OBSERVER)
 
     def session_of(self, connection: HTTPConnection) -> Session:
         """Return the session of a request or WebSocket."""

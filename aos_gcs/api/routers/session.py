@@ -35,6 +35,7 @@ async def sign_in(body: SignInRequest, request: Request, response: Response, acc
         return _session_model(access.session(None), is_required=False)
     address = request.client.host if request.client else ""
     token = access.sign_in(body.code, body.name, address)
+    await access.write_down()
     response.set_cookie(cookie_name(request), token, httponly=True, samesite="strict", path="/api")
     return _session_model(access.session(token), is_required=True)
 
@@ -44,6 +45,7 @@ async def sign_out(request: Request, response: Response, access: OperatorAccess)
     """Become an observer again."""
     name = cookie_name(request)
     access.sign_out(request.cookies.get(name))
+    await access.write_down()
     response.delete_cookie(name, httponly=True, samesite="strict", path="/api")
     return _session_model(OBSERVER if access.is_required else access.session(None), access.is_required)
 
