@@ -11,7 +11,7 @@ _GIB: Final = 2**30
 ANALYSIS: Final = WorkerSettings(
     name="Image analysis",
     memory_bytes=4 * _GIB,
-    timeout_s=20.0,
+    timeout_s=15.0,
     modules=(
         "aos_gcs.imaging.pictures",
         "aos_gcs.imaging.registration.pose_errors",
@@ -21,7 +21,8 @@ ANALYSIS: Final = WorkerSettings(
         "aos_gcs.mission.search.persons",
     ),
 )
-"""Analyses the frames of each step. The vehicles hold their places until it has a result."""
+"""Analyses the frames of each step; the vehicles hold their positions until it has a result. A call and the start of a
+new process take less than the phase's handler may be busy (``aos_gcs.mission.handler_watch.WORK_S``)."""
 
-DECODING: Final = WorkerSettings(name="Image decoding", memory_bytes=2 * _GIB, timeout_s=10.0, modules=("cv2",))
+DECODING: Final = WorkerSettings(name="Image decoding", memory_bytes=2 * _GIB, timeout_s=5.0, modules=("cv2",))
 """Decodes the files of cameras. One that it cannot decode costs one frame."""

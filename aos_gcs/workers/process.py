@@ -24,7 +24,9 @@ T = TypeVar("T")
 
 _log = logging.getLogger(__name__)
 START_S = 60.0
-"""Time for a new process to import its modules, on a machine that is busy."""
+"""Time for the first process to import its modules, on a machine that is busy; nothing flies yet."""
+RESTART_S = 10.0
+"""Time for a process that replaces another one; it starts when the other has failed, before the next call."""
 MAX_IMAGE_PIXELS = 250_000_000
 """Largest image that OpenCV decodes in a worker, whatever its headers say."""
 
@@ -63,7 +65,7 @@ class ProcessWorker:
         Raises:
             WorkerError: it cannot be started.
         """
-        await self.run(os.getpid)
+        await asyncio.wrap_future(self._thread.submit(self._child.await_ready, START_S))
 
     async def close(self) -> None:
         """End the process and what it is doing."""
@@ -133,12 +135,20 @@ class Child:
         Raises:
             WorkerError: the process has died, or taken longer than it may.
         """
-        if not self._is_ready:
-            self._receive(START_S)
-            self._is_ready = True
+        self.await_ready(RESTART_S)
         self._send(pack((function, args, kwargs), self._requests))
         answer: tuple[bool, Any] = unpack(self._receive(self._settings.timeout_s), self._responses, copy=True)
         return answer
+
+    def await_ready(self, timeout_s: float) -> None:
+        """Wait until the process has imported its modules.
+
+        Raises:
+            WorkerError: it has died, or taken longer.
+        """
+        if not self._is_ready:
+            self._receive(timeout_s)
+            self._is_ready = True
 
     def kill(self) -> None:
         """End the process; a call in hand raises."""

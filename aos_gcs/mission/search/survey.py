@@ -6,6 +6,7 @@ from aos_gcs.airspace.polygon import Polygon
 from aos_gcs.errors import WorkerError
 from aos_gcs.imaging.model import StepAnalysis
 from aos_gcs.mission.context import FlightContext
+from aos_gcs.mission.handler_watch import WORK_S, sign_of_life
 from aos_gcs.mission.search.cameras import CameraLog, footprint_enu_m
 from aos_gcs.mission.search.coverage import CoverageMap, add_footprints
 from aos_gcs.mission.search.gallery import Gallery
@@ -40,6 +41,7 @@ class Survey:
             forest = context.settings.forest
             self._coverage = CoverageMap(context.settings.area_enu_m, None if forest is None else forest.occlusion)
         self._uncounted += footprints
+        sign_of_life(WORK_S)
         try:
             self._coverage, pictures = await context.imaging.run(add_footprints, self._coverage, self._uncounted)
         except WorkerError as error:

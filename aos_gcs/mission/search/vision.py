@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from typing import ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,11 +17,15 @@ from aos_gcs.imaging.model import Frame, KeptView, StepAnalysis
 from aos_gcs.imaging.registration.pose_errors import Registration, apply_sure, register
 from aos_gcs.imaging.step.analysis import analyse_step
 from aos_gcs.mission.context import FlightContext
+from aos_gcs.mission.handler_watch import WORK_S, sign_of_life
 from aos_gcs.mission.journal import Recorder
 from aos_gcs.mission.model.steps import FocusSnapshot, FocusSource
 from aos_gcs.mission.search.persons import PersonWatch, watch_persons
 from aos_gcs.mission.search.sampling import Sample, to_frame
 from aos_gcs.ports import Severity
+
+P = ParamSpec("P")
+T = TypeVar("T")
 
 _REPORTED_CHANGE_M = 0.5
 """Change of the focal height from which it is reported."""
@@ -88,7 +93,7 @@ class Vision:
             for capture in taken.captures:
                 await self._recorder.record_frame(step, capture)
         imaging = replace(settings.imaging, plane_height_m=self._focus.focal_height_m)
-        analysis = await context.imaging.run(analyse_step, self._placed(), imaging, self._history)
+        analysis = await self._run(analyse_step, self._placed(), imaging, self._history)
         self._history = analysis.history
         return analysis
 
@@ -122,10 +127,14 @@ class Vision:
         self, analysis: StepAnalysis, places_enu_m: Mapping[int, NDArray[np.float64]]
     ) -> dict[int, float | None]:
         usable = self._usable(self._placed(), analysis)
-        self._persons, confidences = await self._context.imaging.run(
+        self._persons, confidences = await self._run(
             watch_persons, self._persons, usable, analysis.grid.height_m, places_enu_m
         )
         return confidences
+
+    async def _run(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
+        sign_of_life(WORK_S)
+        return await self._context.imaging.run(function, *args, **kwargs)
 
     def _placed(self) -> list[Frame]:
         """Return the step's frames with corrected poses, where registration is sure of them."""
@@ -141,7 +150,7 @@ class Vision:
         usable = self._usable(self._reported, analysis)
         before, limit = self._registration, self._context.settings.registration.min_confidence
         try:
-            self._registration = await self._context.imaging.run(register, usable, before, analysis.grid.height_m)
+            self._registration = await self._run(register, usable, before, analysis.grid.height_m)
         except ImagingError as error:
             self._context.journal.notice(Severity.WARNING, f"Registration: no result from this step: {error}")
             return
@@ -161,7 +170,7 @@ class Vision:
         in_view = analysis.blob is not None and analysis.visibility_m2 >= settings.detection.threshold_m2
         target_enu_m = analysis.blob.centroid_enu_m if analysis.blob is not None and in_view else None
         low_m, high_m = settings.focus_range_m
-        after = await self._context.imaging.run(follow_focus, before, usable, target_enu_m, low_m, high_m)
+        after = await self._run(follow_focus, before, usable, target_enu_m, low_m, high_m)
         # The operator may have set a height meanwhile.
         self._focus = replace(after, override_m=self._focus.override_m)
         if abs(after.height_m - self._reported_height_m) >= _REPORTED_CHANGE_M:

@@ -71,7 +71,12 @@ class ImageFetcher:
             CaptureError: the address is not allowed, or the file is too large, damaged or late.
         """
         download = await self.download(url_text, vehicle_host, deadline_s)
-        return await self.decode(partial(decode_image, max_pixels=self.limits.max_pixels), download.data)
+        read = partial(decode_image, max_pixels=self.limits.max_pixels)
+        try:
+            async with self._clock.timeout_at(deadline_s):
+                return await self.decode(read, download.data)
+        except TimeoutError:
+            raise LateFrameError(f"{url_text} was not decoded in time") from None
 
     async def decode(self, read: Callable[[bytes], T], data: bytes) -> T:
         """Return what ``read``, a function that another process can import, makes of a file.

@@ -76,7 +76,10 @@ class ImageFinder:
             try:
                 found = await self._look(wanted, host, asked_at_s, deadline_s, pick)
                 if found is not None:
-                    return await self._fetcher.decode(read, found[0]), found[1]
+                    async with self._clock.timeout_at(deadline_s):
+                        return await self._fetcher.decode(read, found[0]), found[1]
+            except TimeoutError:
+                raise LateFrameError("its file was not decoded in time") from None
             except (TornFrameError, PendingImageError) as error:
                 problem = error if isinstance(error, TornFrameError) else LateFrameError(str(error))
             if self._clock.now_s() + POLL_S >= deadline_s:
