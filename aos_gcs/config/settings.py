@@ -20,6 +20,8 @@ from aos_gcs.imaging.geolocation import Uncertainty
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.preflight.checks import OVERRIDABLE
 from aos_gcs.planning.aperture import advise
+from aos_gcs.planning.check import blocking_problems
+from aos_gcs.planning.plan import plan_of
 from aos_gcs.planning.proposal import altitude_layers
 from aos_gcs.planning.settings import (
     AutofocusSettings,
@@ -87,7 +89,14 @@ def mission_settings(config: ServiceConfig) -> MissionSettings:
     _check_planes(settings)
     if settings.forest is not None:
         _check_forest(settings, settings.forest)
+    _check_plan(settings)
     return settings
+
+
+def _check_plan(settings: MissionSettings) -> None:
+    """Refuse a mission that, as a plan, could not be flown, such as a search area outside of the geofence."""
+    if settings.area_enu_m and (problems := blocking_problems(plan_of(settings), settings)):
+        raise ConfigurationError(f"This mission cannot be flown ({problems[0].field}): {problems[0].text}")
 
 
 def _vehicle_ids(config: ServiceConfig) -> tuple[int, ...]:

@@ -66,13 +66,12 @@ def test_corners_in_degrees_become_metres_about_the_origin() -> None:
     ]
     origin_deg = (ORIGIN.latitude_deg, ORIGIN.longitude_deg, ORIGIN.altitude_amsl_m)
     mission = {"area_enu_m": None, "area_deg": corners_deg, "origin_deg": origin_deg}
-    settings = mission_settings(
-        configuration(mission=mission, safety={"fence_deg": corners_deg, "no_go_deg": [corners_deg]})
-    )
+    safety = {"fence_deg": corners_deg, "no_go_deg": [corners_deg[:3]]}
+    settings = mission_settings(configuration(mission=mission, safety=safety))
     assert settings.origin == ORIGIN
     for corner, expected in zip(settings.area_enu_m, SQUARE, strict=True):
         assert corner == pytest.approx(expected, abs=1e-3)
-    assert settings.safety == SafetyOverrides(fence_enu_m=settings.area_enu_m, no_go_enu_m=(settings.area_enu_m,))
+    assert settings.safety == SafetyOverrides(fence_enu_m=settings.area_enu_m, no_go_enu_m=(settings.area_enu_m[:3],))
 
 
 @pytest.mark.parametrize(("heading_deg", "direction_enu"), [(0.0, (0.0, 1.0)), (90.0, (1.0, 0.0)), (225.0, None)])
@@ -131,6 +130,8 @@ def test_named_vehicles_are_counted() -> None:
     ("sections", "text"),
     [
         ({"mission": {"auto_start": True}}, "has to name its vehicles"),
+        ({"safety": {"fence_enu_m": [[30, 0], [90, 0], [90, 60]]}}, "The search area leaves the geofence"),
+        ({"safety": {"no_go_enu_m": [[[-20, -10], [20, -10], [20, 50], [-20, 50]]]}}, "cover the whole search area"),
         ({"api": {"enabled": False}}, "has to name its vehicles"),
         ({"mission": {"vehicles": None}}, "give the vehicles that fly"),
         ({"mission": {"vehicle_ids": [1, 2]}}, "names 2 vehicles, but vehicles is 3"),
