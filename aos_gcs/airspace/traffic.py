@@ -36,6 +36,16 @@ class WaypointRequest:
     """Shape (3,); needed when the energy to return is limited."""
     battery_per_m: float | None = None
     """Battery fraction that a metre of its flight costs, as measured; None leaves it to the limits."""
+    waypoint_enu_m: FloatArray | None = None
+    """Waypoint that it flies to now, shape (3,): the segment to it is occupied until the vehicle is sent elsewhere. One
+    that is held flies on there."""
+    stop_enu_m: FloatArray | None = None
+    """Place where it would come to a stop if it were told to now, shape (3,): occupied whatever it is told."""
+
+    def segments(self) -> FloatArray:
+        """Return the segments on which the vehicle may be while it is not sent elsewhere, shape (3, 2, 3)."""
+        ends = [self.position_enu_m, self.stop_enu_m, self.waypoint_enu_m]
+        return np.array([[self.position_enu_m, self.position_enu_m if end is None else end] for end in ends])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,13 +64,14 @@ class Obstacle:
     home_enu_m: FloatArray | None = None
     """Launch point, shape (3,), that its autopilot returns to: the path there and the column above it are occupied,
     too."""
+    stop_enu_m: FloatArray | None = None
+    """Place where it would come to a stop if it were told to now, shape (3,): the segment to it is occupied, too."""
 
     def segments(self) -> FloatArray:
         """Return the segments on which the vehicle may be, shape (k, 2, 3)."""
         here = np.array(self.position_enu_m, dtype=np.float64)
         segments = [_column(here, self.top_m) if self.column else np.array([here, here])]
-        if self.waypoint_enu_m is not None:
-            segments.append(np.array([here, self.waypoint_enu_m]))
+        segments += [np.array([here, end]) for end in (self.waypoint_enu_m, self.stop_enu_m) if end is not None]
         if self.home_enu_m is not None:
             above_home = np.array([*self.home_enu_m[:2], here[2]])
             segments += [np.array([here, above_home]), _column(above_home, self.top_m)]
@@ -89,7 +100,7 @@ class Traffic:
     """The segments on which airborne vehicles may be: points of those that stay, segments of those that move.
 
     Args:
-        requests: vehicles that are to be sent somewhere; each stays where it is until :meth:`admit` is called for it.
+        requests: vehicles that are to be sent somewhere; each goes on as it does until :meth:`admit` is called for it.
         obstacles: all other airborne vehicles.
         separation_m: smallest 3-D distance between two vehicles.
 
@@ -98,11 +109,11 @@ class Traffic:
     """
 
     def __init__(self, requests: Sequence[WaypointRequest], obstacles: Sequence[Obstacle], separation_m: float) -> None:
-        segments = {request.vehicle_id: np.array([[request.position_enu_m] * 2]) for request in requests}
+        segments = {request.vehicle_id: request.segments() for request in requests}
         segments |= {obstacle.vehicle_id: obstacle.segments() for obstacle in obstacles}
         if len(segments) < len(requests) + len(obstacles):
             raise ValueError("each vehicle may occur once, as a request or as an obstacle")
-        self._ids = [vehicle_id for vehicle_id in sorted(segments) for _ in segments[vehicle_id]]
+        self._ids = np.array([vehicle_id for vehicle_id in sorted(segments) for _ in segments[vehicle_id]], dtype=int)
         ordered = [segments[vehicle_id] for vehicle_id in sorted(segments)]
         ends = np.concatenate(ordered, dtype=np.float64) if ordered else np.empty((0, 2, 3))
         if not np.isfinite(ends).all():
@@ -111,15 +122,16 @@ class Traffic:
         self._separation_m = separation_m
 
     def admit(self, vehicle_id: int, end: FloatArray) -> None:
-        """Occupy the segment to ``end``, shape (3,), for a vehicle that is sent there."""
-        self._ends[self._ids.index(vehicle_id)] = end
+        """Occupy the segment to ``end``, shape (3,), for a vehicle that is sent there, in place of the one before."""
+        first, _, last = np.flatnonzero(self._ids == vehicle_id)
+        self._ends[first], self._ends[last] = end, self._starts[last]
 
     def admissible(self, vehicle_id: int, start: FloatArray, end: FloatArray) -> Admission:
         """Return how much of a vehicle's segment, ends of shape (3,), keeps the distance to all others."""
         length_m = float(np.linalg.norm(end - start))
         reach_m = length_m + np.linalg.norm(self._ends - self._starts, axis=1) + self._separation_m
         near = np.linalg.norm(self._starts - start, axis=1) <= reach_m
-        near[self._ids.index(vehicle_id)] = False
+        near[self._ids == vehicle_id] = False
         rows = np.flatnonzero(near)
         if len(rows) == 0 or length_m == 0.0:
             return ALL_ADMITTED
@@ -135,7 +147,7 @@ class Traffic:
         if fractions[worst] == 1.0:
             return ALL_ADMITTED
         passing_m = float(segment_distance(start, end, starts[worst], ends[worst]))
-        other_id = self._ids[rows[worst]]
+        other_id = int(self._ids[rows[worst]])
         return Admission(
             float(fractions[worst]),
             f"it would pass vehicle {other_id} at {passing_m:.1f} m, limit {self._separation_m:.1f} m",

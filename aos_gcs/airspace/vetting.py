@@ -3,8 +3,8 @@
 A vehicle flies the straight segment from where it is to its waypoint. Two rules keep the checks consistent:
 
 - Vehicles are vetted by ascending id. A segment keeps its distance to the segments admitted before, and to where all
-  other vehicles are now, so that holding stays safe for vehicles that are vetted later. The order of the arguments
-  changes nothing.
+  other vehicles are now, go on to, and would come to a stop, so that holding stays safe for vehicles that are vetted
+  later. The order of the arguments changes nothing.
 - A vehicle that violates a limit already may move, but not so that it violates it more.
 """
 

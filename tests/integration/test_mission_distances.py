@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from aos_gcs.airspace.waypoints import WaypointVerdict
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.phase import Outcome
 from aos_gcs.mission.model.vehicles import Task
@@ -89,3 +90,47 @@ async def test_a_vehicle_lost_during_the_landing_is_brought_down_when_heard_agai
         await run
     assert flight.task(2) is Task.LANDED
     assert isinstance(lost.commands[-1], ReturnToLaunch)
+
+
+async def test_a_vehicle_held_on_its_way_is_not_crossed_by_another() -> None:
+    """Held by the vetting, it flies on to its former waypoint."""
+    flight = prepare()
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.view.steps()) == 2)
+        await flight.commands.act(Action.PAUSE, None)
+        await flight.until(lambda: not any(vehicle.is_moving() for vehicle in flight.fleet.members.values()))
+        control = flight.mission.sortie.context.flight
+        crossed, crossing = flight.fleet.members[2], flight.fleet.members[1]
+        start_enu_m = crossed.position_enu_m()
+        await control.send(control.vet({2: start_enu_m + np.array([20.0, 0.0, 0.0])}))
+        crossed.speed_mps = 1.0
+        crossing.start_enu_m = crossing.goal_enu_m = start_enu_m + np.array([10.0, -10.0, 0.0])
+        await flight.clock.sleep(1.0)
+        asked = {1: start_enu_m + np.array([10.0, 10.0, 0.0]), 2: np.full(3, np.nan)}
+        granted, held = control.vet(asked)
+        assert held.verdict is WaypointVerdict.HELD
+        assert crossed.is_moving()
+        assert granted.verdict is WaypointVerdict.SHORTENED
+        assert "it would pass vehicle 2" in granted.reason
+        await flight.commands.act(Action.ABORT, None)
+        await run
+
+
+async def test_a_vehicle_that_brakes_counts_where_it_will_stop() -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.view.steps()) == 2)
+        await flight.commands.act(Action.PAUSE, None)
+        await flight.until(lambda: not any(vehicle.is_moving() for vehicle in flight.fleet.members.values()))
+        control = flight.mission.sortie.context.flight
+        braking, other = flight.fleet.members[2], flight.fleet.members[1]
+        start_enu_m = braking.position_enu_m()
+        await flight.commands.act(Action.HOLD, (2,))
+        braking.speed_mps = 10.0
+        braking.fly_to(start_enu_m + np.array([100.0, 0.0, 0.0]))
+        other.start_enu_m = other.goal_enu_m = start_enu_m + np.array([10.0, -10.0, 0.0])
+        (granted,) = control.vet({1: start_enu_m + np.array([10.0, 10.0, 0.0])})
+        assert "it would pass vehicle 2" in granted.reason
+        braking.start_enu_m = braking.goal_enu_m = start_enu_m
+        await flight.commands.act(Action.ABORT, None)
+        await run

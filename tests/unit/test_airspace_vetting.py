@@ -59,6 +59,40 @@ def test_staying_in_place_is_always_admissible() -> None:
     assert record.verdict is WaypointVerdict.SENT
 
 
+@pytest.mark.parametrize("battery_fraction", [0.1, 0.8], ids=["held", "sent elsewhere"])
+def test_a_vehicle_under_way_occupies_the_rest_of_its_path_until_it_is_sent_elsewhere(battery_fraction: float) -> None:
+    under_way = replace(
+        request(1, (0.0, 0.0, 35.0), (-20.0, 0.0, 35.0), battery_fraction=battery_fraction),
+        waypoint_enu_m=np.array([20.0, 0.0, 35.0]),
+    )
+    crossing = request(2, (15.0, -15.0, 35.0), (15.0, 15.0, 35.0))
+    first, second = vet_waypoints([under_way, crossing], [], LIMITS)
+    if battery_fraction < LIMITS.min_battery_fraction:
+        assert first.verdict is WaypointVerdict.HELD
+        assert second.verdict is WaypointVerdict.SHORTENED
+        assert second.sent_enu_m == pytest.approx((15.0, -2.0, 35.0), abs=1e-5)
+    else:
+        assert [first.verdict, second.verdict] == [WaypointVerdict.SENT] * 2
+
+
+def test_a_vehicle_that_is_vetted_later_occupies_the_rest_of_its_path_too() -> None:
+    crossing = request(1, (15.0, -15.0, 35.0), (15.0, 15.0, 35.0))
+    under_way = replace(
+        request(2, (0.0, 0.0, 35.0), (20.0, 0.0, 35.0), link_age_s=9.0), waypoint_enu_m=np.array([20.0, 0.0, 35.0])
+    )
+    first, second = vet_waypoints([crossing, under_way], [], LIMITS)
+    assert [first.verdict, second.verdict] == [WaypointVerdict.SHORTENED, WaypointVerdict.HELD]
+    assert "it would pass vehicle 2" in first.reason
+
+
+def test_the_braking_distance_is_occupied_whatever_a_vehicle_is_told() -> None:
+    braking = replace(request(1, (0.0, 0.0, 35.0), (-20.0, 0.0, 35.0)), stop_enu_m=np.array([20.0, 0.0, 35.0]))
+    crossing = request(2, (15.0, -15.0, 35.0), (15.0, 15.0, 35.0))
+    assert vet_waypoints([braking, crossing], [], LIMITS)[1].verdict is WaypointVerdict.SHORTENED
+    held = Obstacle(1, np.array([0.0, 0.0, 35.0]), stop_enu_m=np.array([20.0, 0.0, 35.0]))
+    assert vet_one(crossing, held).verdict is WaypointVerdict.SHORTENED
+
+
 def test_the_fence_shortens_with_its_margin() -> None:
     record = vet_one(request(1, (40.0, 0.0, 35.0), (60.0, 0.0, 35.0)))
     assert record.verdict is WaypointVerdict.SHORTENED

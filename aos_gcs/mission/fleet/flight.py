@@ -28,6 +28,8 @@ _POLL_S = 0.1
 _RETRY_S = 1.0
 """Time between two attempts to send a vehicle that has refused."""
 _SWARM = frozenset({Task.SWARM})
+_DECELERATION_MPS2 = 2.5
+"""Deceleration of a vehicle that is told to stop: the default of ArduCopter; PX4 has 3."""
 
 
 class FlightControl:
@@ -164,7 +166,18 @@ class FlightControl:
             battery_fraction=None if returning else member.state.battery_fraction,
             home_enu_m=member.home_enu_m,
             battery_per_m=self._battery_per_m(member),
+            waypoint_enu_m=_destination_enu_m(member),
+            stop_enu_m=self._stop_enu_m(member, position_enu_m),
         )
+
+    def _stop_enu_m(self, member: Member, position_enu_m: NDArray[np.float64]) -> NDArray[np.float64] | None:
+        """Return where a vehicle would come to a stop, shape (3,), with its motion since its last position; or None."""
+        velocity_enu_mps = np.array(member.state.velocity_enu_mps or (0.0, 0.0, 0.0))
+        speed_mps = float(np.linalg.norm(velocity_enu_mps))
+        if speed_mps <= self._settings.arrival_speed_mps:
+            return None
+        braking_s = (self._roster.position_age_s(member) or 0.0) + speed_mps / (2.0 * _DECELERATION_MPS2)
+        return position_enu_m + braking_s * velocity_enu_mps
 
     def _obstacles(self, moving_ids: set[int]) -> list[Obstacle]:
         """Return the other airborne vehicles: where they hover, or the column in which they may be descending.
@@ -183,7 +196,8 @@ class FlightControl:
             obstacle = Obstacle(
                 member.vehicle_id,
                 position_enu_m,
-                waypoint_enu_m=member.waypoint_enu_m if isinstance(command, Goto) else None,
+                waypoint_enu_m=_destination_enu_m(member),
+                stop_enu_m=self._stop_enu_m(member, position_enu_m),
                 column=goes_home or climbs or not member.follows_us or isinstance(command, Land),
                 top_m=member.layer_height_m if climbs else None,
                 home_enu_m=member.home_enu_m if goes_home else None,
@@ -326,6 +340,11 @@ class FlightControl:
 def _is_ours(member: Member, tasks: frozenset[Task]) -> bool:
     """Return whether a waypoint may be sent: a goto would end a pilot's flight, a hold, a return or a landing."""
     return member.task in tasks and member.follows_us
+
+
+def _destination_enu_m(member: Member) -> NDArray[np.float64] | None:
+    """Return where a vehicle flies to by its latest command, shape (3,); None if that does not name a place."""
+    return member.waypoint_enu_m if isinstance(member.last_command, Goto) else None
 
 
 def _first_leg(
