@@ -110,5 +110,6 @@ def check_action(phase: Phase, action: Action, *, anyone_flies: bool = False) ->
         reason = "preflight has not passed yet" if phase in ON_GROUND else "the mission has started already"
         raise MissionError(f"Cannot start: {reason}.")
     if phase in ON_GROUND:
-        raise MissionError(f"Cannot {action}: no vehicle is flying yet.")
+        reason = "the mission has not started" if anyone_flies else "no vehicle is flying yet"
+        raise MissionError(f"Cannot {action}: {reason}.")
     raise MissionError(f"Cannot {action} in the phase {PHASE_NAMES[phase]}.")

@@ -104,6 +104,8 @@ class VehicleState:
     """Clockwise from true north, [0, 2 pi)."""
     home: GeodeticPosition | None = None
     battery_fraction: float | None = None
+    battery_at_s: float | None = None
+    """Time at which ``battery_fraction`` arrived."""
     battery_voltage_v: float | None = None
     gps_fix: int | None = None
     """MAVLink's GPS_FIX_TYPE; 3 and above is a 3D fix."""
@@ -132,6 +134,10 @@ class VehicleState:
     """Static pressure that the barometer measures."""
     is_ambiguous: bool = False
     """Two vehicles are heard with this id: neither is commanded."""
+    estimator_problem: str = ""
+    """What is wrong with the estimated position, as a clause; empty while nothing is known to be."""
+    vibration_mps2: float | None = None
+    """Largest level of vibration of the accelerometers; ArduCopter alone reports it."""
     taken_over: str = ""
     """What shows that a pilot, another station or the autopilot itself flies it against our commands; empty if none."""
     failsafe: str = ""

@@ -87,6 +87,10 @@ class FakeVehicle:
     """Fields of its facts that differ from good ones."""
     return_height_m: float = 30.0
     keeps_return_height: bool = False
+    battery_silent_since_s: float | None = None
+    gps_fix: int = 3
+    estimator_problem: str = ""
+    vibration_mps2: float | None = None
     taken_over: str = ""
     failsafe: str = ""
     inspections: int = 0
@@ -155,7 +159,10 @@ class FakeVehicle:
             heading_rad=0.0,
             home=FRAME.to_geodetic(self.home_enu_m),
             battery_fraction=self.battery_fraction,
-            gps_fix=3,
+            battery_at_s=heard_at_s if self.battery_silent_since_s is None else self.battery_silent_since_s,
+            gps_fix=self.gps_fix,
+            estimator_problem=self.estimator_problem,
+            vibration_mps2=self.vibration_mps2,
             satellites=12,
             heard_at_s=heard_at_s,
             taken_over=self.taken_over,

@@ -35,6 +35,8 @@ async def test_a_pilot_who_hovers_is_left_alone_until_that_vehicle_is_resumed() 
         steps = len(flight.view.steps())
         await flight.until(lambda: len(flight.view.steps()) >= steps + 2)
         assert flight.task(3) is Task.HELD
+        refusal = flight.view.snapshot().vehicles[2].refusal
+        assert refusal == "its mode changed to LOITER, not by this station"
         told = "left the swarm: its mode changed to LOITER, not by this station"
         assert any(told in text for text in critical_texts(flight))
 

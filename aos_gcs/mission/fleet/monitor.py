@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable
 
 from aos_gcs.mission.context import FlightContext
+from aos_gcs.mission.fleet.condition import MAX_BATTERY_AGE_S, ConditionWatch
 from aos_gcs.mission.fleet.energy import time_home_s
 from aos_gcs.mission.fleet.proximity import ProximityWatch
 from aos_gcs.mission.fleet.return_and_land import ReturnAndLand
@@ -20,6 +21,8 @@ _SNAPSHOT_PERIOD_S = 0.2
 """Real seconds between snapshots on the event stream, however fast the clock."""
 _STOPPED_S = 3.0
 """Time for which a vehicle in flight has to report stopped motors: one wrong heartbeat changes nothing."""
+_STOPPED_IF_LOST = frozenset({Task.SWARM, Task.JOINING})
+"""Tasks of vehicles that are held when their positions cannot be trusted; others are on their way down."""
 _REPEAT_S = 5.0
 """Time between two attempts to send a vehicle home that does not return."""
 
@@ -41,6 +44,7 @@ class Monitor:
         self._on_all_lost = on_all_lost
         context = self._context
         self._proximity = ProximityWatch(context.roster, context.clock, context.journal)
+        self._condition = ConditionWatch(context.roster, context.clock, context.journal)
         self._catching_up = CatchingUp()
         self._all_lost_since_s: float | None = None
         self._stopped_at_s: dict[int, float] = {}
@@ -73,6 +77,8 @@ class Monitor:
                     if (reason := self._must_leave(member)) is not None:
                         group.create_task(self._returning().send_home(member, reason))
                     self._watch_take_over(member)
+                    if self._condition.look(member) and member.task in _STOPPED_IF_LOST and member.follows_us:
+                        group.create_task(self._hold(member))
                 self._watch_all_lost()
                 for member in self._proximity.look(self._context.flight.limits):
                     group.create_task(self._hold(member))
@@ -161,6 +167,9 @@ class Monitor:
         limits, battery = self._context.flight.limits, member.state.battery_fraction
         if limits is None or battery is None or member.task not in {Task.SWARM, Task.HELD}:
             return None
+        silence_s = self._condition.battery_silence_s(member)
+        if silence_s is not None and silence_s > MAX_BATTERY_AGE_S:
+            return f"its battery has not been reported for {silence_s:.0f} s, last at {battery:.0%}"
         battery_home = self._battery_home(member)
         if battery >= limits.min_battery_fraction + battery_home:
             return None

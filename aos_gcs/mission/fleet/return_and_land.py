@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -20,6 +21,11 @@ from aos_gcs.ports import Arm, Command, Disarm, FlightMode, Land, ReturnToLaunch
 _COMING_DOWN = frozenset({FlightMode.RETURN, FlightMode.LAND})
 _LAND_ATTEMPTS = 3
 _POLL_S = 0.2
+_LOOK_AGAIN_S = 1.0
+_HOVER_S = 15.0
+"""Time for which a vehicle hovers above its launch point, by its autopilot's own return, before it is landed."""
+_HOVER_MPS = 0.3
+_NEAR_HOME_M = 3.0
 _SPOTS_APART = 2.0
 """Distance of two landing spots about a return point, in separations: both vehicles may err by half of one."""
 
@@ -30,6 +36,8 @@ class ReturnAndLand:
     def __init__(self, context: FlightContext, vehicle_tasks: VehicleTasks) -> None:
         self._context = context
         self._vehicle_tasks = vehicle_tasks
+        self._hovering_since_s: dict[int, float] = {}
+        """Time since which a vehicle hovers at the end of its autopilot's own return, by id."""
         self.is_for_all = False
         """Whether the whole swarm returns or lands, so that no vehicle does so on its own."""
 
@@ -88,14 +96,45 @@ class ReturnAndLand:
         await self._context.flight.command_each(low, lambda _: Land())
 
     async def _bring_down(self) -> None:
-        """Command all vehicles to land, repeatedly, until all have landed or the deadline has passed."""
-        context = self._context
-        for _ in range(_LAND_ATTEMPTS):
-            hovering = [member for member in self._still_flying() if self._waits_for_us(member)]
-            await context.flight.command_each(hovering, self._down)
-            timeout_s = context.settings.deadlines.land_s / _LAND_ATTEMPTS
-            if not await context.flight.wait_until(self._not_landed, lambda _: False, timeout_s):
-                break
+        """Command all vehicles to land until all have landed or the deadline has passed.
+
+        One that begins to wait for a command, such as at the end of a return of its own, gets it at once; one that does
+        not follow gets it again after a third of the time.
+        """
+        context, now_s = self._context, self._context.clock.now_s
+        began_s, land_s = now_s(), context.settings.deadlines.land_s
+        again_s = land_s / _LAND_ATTEMPTS
+        commanded_at_s: dict[int, float] = {}
+        while self._not_landed() and now_s() - began_s < land_s:
+            due = []
+            for member in self._still_flying():
+                # Motors that run on after the touchdown stop by themselves, as a rule.
+                is_new = member.airborne or not commanded_at_s
+                last_s = commanded_at_s.get(member.vehicle_id, -math.inf if is_new else began_s)
+                if now_s() - last_s >= again_s and self._waits_for_us(member):
+                    due.append(member)
+            commanded_at_s |= dict.fromkeys((member.vehicle_id for member in due), now_s())
+            await context.flight.command_each(due, self._down)
+            await context.flight.wait_until(self._not_landed, lambda _: False, _LOOK_AGAIN_S)
+            self._take_over_hovering()
+
+    def _take_over_hovering(self) -> None:
+        """Land vehicles that hover above their launch points at the end of their autopilots' own return."""
+        roster, now_s = self._context.roster, self._context.clock.now_s()
+        for member in self._still_flying():
+            if member.task is Task.LANDING or not self._hovers_at_home(member):
+                self._hovering_since_s.pop(member.vehicle_id, None)
+            elif now_s - self._hovering_since_s.setdefault(member.vehicle_id, now_s) >= _HOVER_S and (
+                self._context.flight.blocks_descent(member) is None
+            ):
+                roster.assign(member, Task.LANDING)
+
+    def _hovers_at_home(self, member: Member) -> bool:
+        position_enu_m, velocity_enu_mps = self._context.roster.position_enu_m(member), member.state.velocity_enu_mps
+        if position_enu_m is None or velocity_enu_mps is None or member.home_enu_m is None or not member.airborne:
+            return False
+        is_near = float(np.linalg.norm((position_enu_m - member.home_enu_m)[:2])) <= _NEAR_HOME_M
+        return member.state.mode is FlightMode.RETURN and is_near and math.hypot(*velocity_enu_mps) <= _HOVER_MPS
 
     async def _is_any_heard_again(self) -> bool:
         """Return whether a lost vehicle is heard again soon. When all are lost, the monitor ends the mission first."""
@@ -188,7 +227,9 @@ class ReturnAndLand:
     @staticmethod
     def _waits_for_us(member: Member) -> bool:
         """Return whether a vehicle needs a command: it has landed with running motors, or does not land on its own."""
-        return member.obeys_return or (member.state.mode in _COMING_DOWN and not member.airborne)
+        is_told_to_land = member.task is Task.LANDING and member.state.mode is FlightMode.RETURN
+        has_landed = member.state.mode in _COMING_DOWN and not member.airborne
+        return member.obeys_return or is_told_to_land or has_landed
 
     @staticmethod
     def _can_fly_home(member: Member) -> bool:

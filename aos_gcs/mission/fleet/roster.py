@@ -281,9 +281,14 @@ class Roster:
             position_enu_m=None if position_enu_m is None else as_enu_point(position_enu_m),
             link_age_s=self.link_age_s(member),
             waypoint_enu_m=None if member.waypoint_enu_m is None else as_enu_point(member.waypoint_enu_m),
-            refusal=member.refusal,
+            refusal=_why_left_alone(member) or member.refusal,
             takes_part=member.takes_part,
         )
+
+
+def _why_left_alone(member: Member) -> str:
+    """Return why a held vehicle is sent nothing; empty where it is not, or follows us."""
+    return member.why_not_ours if member.task is Task.HELD and member.airborne else ""
 
 
 def in_layers(members: Sequence[Member], places_enu_m: NDArray[np.float64]) -> dict[int, NDArray[np.float64]]:

@@ -68,7 +68,7 @@ class VehicleSnapshot:
     waypoint_enu_m: EnuPoint | None
     """Position that it was last sent to."""
     refusal: str | None
-    """Why its last planned waypoint was shortened or held; None if it was sent as planned."""
+    """Why its last planned waypoint was shortened or held, or why it is left alone; None if nothing is in the way."""
     camera: CameraSnapshot | None = None
     """None in older records."""
     takes_part: bool = True

@@ -31,6 +31,7 @@ _DIRECT = (
     "POSITION_TARGET_GLOBAL_INT",
     "POSITION_TARGET_LOCAL_NED",
     "SCALED_PRESSURE",
+    "VIBRATION",
 )
 """Messages with data that the telemetry plugin lacks: the autopilot's own mode and target, the state of its estimator,
 the quality of its satellite fix and what its barometer measures."""
@@ -111,6 +112,7 @@ class TelemetryFeed:
         telemetry = self._record.telemetry
         if battery.id == 0 and 0.0 <= battery.remaining_percent <= 100.0:
             telemetry.battery_fraction = battery.remaining_percent / 100.0
+            telemetry.battery_at_s = self._clock.now_s()
         if battery.id == 0 and battery.voltage_v > 0.0:
             telemetry.battery_voltage_v = battery.voltage_v
 

@@ -282,6 +282,7 @@ class VehicleRecord:
             heading_rad=telemetry.heading_rad,
             home=telemetry.home,
             battery_fraction=telemetry.battery_fraction,
+            battery_at_s=telemetry.battery_at_s,
             battery_voltage_v=telemetry.battery_voltage_v,
             gps_fix=telemetry.gps_fix,
             satellites=telemetry.satellites,
@@ -298,6 +299,8 @@ class VehicleRecord:
             gps_altitude_amsl_m=telemetry.gps_altitude_amsl_m,
             pressure_hpa=telemetry.pressure_hpa,
             is_ambiguous=self.is_ambiguous(now_s),
+            estimator_problem=self.autopilot.estimator_problem(telemetry),
+            vibration_mps2=telemetry.vibration_mps2,
             taken_over=self.control.reason,
             failsafe=self.control.failsafe,
         )

@@ -54,6 +54,7 @@ class Telemetry:
         self.ekf_flags: int | None = None
         self.estimator_flags: int | None = None
         self.battery_fraction: float | None = None
+        self.battery_at_s: float | None = None
         self.battery_voltage_v: float | None = None
         self.gps_fix: int | None = None
         self.satellites: int | None = None
@@ -63,6 +64,8 @@ class Telemetry:
         self.estimator_accuracy_m: tuple[float, float] | None = None
         """Horizontal and vertical accuracy that the autopilot's estimator reports."""
         self.altitude_test_ratio: float | None = None
+        self.horizontal_test_ratio: float | None = None
+        self.vibration_mps2: float | None = None
         self.gps_altitude_amsl_m: float | None = None
         self.pressure_hpa: float | None = None
         self.firmware = ""
@@ -143,18 +146,27 @@ def _take_attitude(telemetry: Telemetry, message: mavlink.MAVLink_attitude_messa
         telemetry.heading_rad = message.yaw % math.tau
 
 
-def _take_sys_status(telemetry: Telemetry, message: mavlink.MAVLink_sys_status_message, _now_s: float) -> None:
+def _take_sys_status(telemetry: Telemetry, message: mavlink.MAVLink_sys_status_message, now_s: float) -> None:
     # PX4 never says that the check is present.
     telemetry.prearm_healthy = bool(message.onboard_control_sensors_health & mavlink.MAV_SYS_STATUS_PREARM_CHECK)
     if message.voltage_battery not in (0, _UNKNOWN_UINT16):
         telemetry.battery_voltage_v = message.voltage_battery / 1000
-    if 0 <= message.battery_remaining <= 100:
-        telemetry.battery_fraction = message.battery_remaining / 100
+    _take_charge(telemetry, message.battery_remaining, now_s)
 
 
-def _take_battery(telemetry: Telemetry, message: mavlink.MAVLink_battery_status_message, _now_s: float) -> None:
-    if message.id == 0 and 0 <= message.battery_remaining <= 100:
-        telemetry.battery_fraction = message.battery_remaining / 100
+def _take_battery(telemetry: Telemetry, message: mavlink.MAVLink_battery_status_message, now_s: float) -> None:
+    if message.id == 0:
+        _take_charge(telemetry, message.battery_remaining, now_s)
+
+
+def _take_charge(telemetry: Telemetry, percent: int, now_s: float) -> None:
+    if 0 <= percent <= 100:
+        telemetry.battery_fraction, telemetry.battery_at_s = percent / 100, now_s
+
+
+def _take_vibration(telemetry: Telemetry, message: mavlink.MAVLink_vibration_message, _now_s: float) -> None:
+    levels_mps2 = message.vibration_x, message.vibration_y, message.vibration_z
+    telemetry.vibration_mps2 = max(levels_mps2) if all(map(math.isfinite, levels_mps2)) else None
 
 
 def _take_gps(telemetry: Telemetry, message: mavlink.MAVLink_gps_raw_int_message, _now_s: float) -> None:
@@ -197,14 +209,20 @@ def _take_ekf(telemetry: Telemetry, message: mavlink.MAVLink_ekf_status_report_m
     # The message's "variances" are test ratios: innovations as a share of what the filter accepts.
     ratio = message.pos_vert_variance
     telemetry.altitude_test_ratio = ratio if math.isfinite(ratio) else None
+    telemetry.horizontal_test_ratio = _largest(message.velocity_variance, message.pos_horiz_variance)
 
 
 def _take_estimator(telemetry: Telemetry, message: mavlink.MAVLink_estimator_status_message, _now_s: float) -> None:
     telemetry.estimator_flags = message.flags
     telemetry.altitude_test_ratio = message.pos_vert_ratio if math.isfinite(message.pos_vert_ratio) else None
+    telemetry.horizontal_test_ratio = _largest(message.vel_ratio, message.pos_horiz_ratio)
     accuracy_m = message.pos_horiz_accuracy, message.pos_vert_accuracy
     has_accuracy = all(math.isfinite(each_m) and each_m > 0.0 for each_m in accuracy_m)
     telemetry.estimator_accuracy_m = accuracy_m if has_accuracy else None
+
+
+def _largest(*ratios: float) -> float | None:
+    return max((ratio for ratio in ratios if math.isfinite(ratio)), default=None)
 
 
 def _take_target(
@@ -226,6 +244,7 @@ _HANDLERS: dict[int, _Handler] = {
     mavlink.MAVLINK_MSG_ID_ATTITUDE: _take_attitude,
     mavlink.MAVLINK_MSG_ID_SYS_STATUS: _take_sys_status,
     mavlink.MAVLINK_MSG_ID_BATTERY_STATUS: _take_battery,
+    mavlink.MAVLINK_MSG_ID_VIBRATION: _take_vibration,
     mavlink.MAVLINK_MSG_ID_GPS_RAW_INT: _take_gps,
     mavlink.MAVLINK_MSG_ID_SCALED_PRESSURE: _take_pressure,
     mavlink.MAVLINK_MSG_ID_HOME_POSITION: _take_home,

@@ -297,6 +297,12 @@ def estimator_status(readings: Readings) -> mavlink.MAVLink_message:
     )
 
 
+def vibration(readings: Readings) -> mavlink.MAVLink_message:
+    """VIBRATION of a vehicle with balanced propellers."""
+    level_mps2 = 8.0 if readings.airborne else 0.2
+    return mavlink.MAVLink_vibration_message(readings.now.boot_us, level_mps2, level_mps2, level_mps2, 0, 0, 0)
+
+
 MessageBuilder = Callable[[Readings], mavlink.MAVLink_message]
 
 COMMON_MESSAGES: Mapping[int, MessageBuilder] = {
@@ -311,6 +317,7 @@ COMMON_MESSAGES: Mapping[int, MessageBuilder] = {
     mavlink.MAVLINK_MSG_ID_VFR_HUD: vfr_hud,
     mavlink.MAVLINK_MSG_ID_POSITION_TARGET_GLOBAL_INT: position_target_global_int,
     mavlink.MAVLINK_MSG_ID_BATTERY_STATUS: battery_status,
+    mavlink.MAVLINK_MSG_ID_VIBRATION: vibration,
     mavlink.MAVLINK_MSG_ID_HOME_POSITION: home_position,
     mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: extended_sys_state,
 }

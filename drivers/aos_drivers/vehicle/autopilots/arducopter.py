@@ -16,6 +16,7 @@ from aos_drivers.vehicle.autopilots.base import (
     Step,
     Target,
     command_long,
+    deviation,
     has_position_and_home,
     reposition,
 )
@@ -78,10 +79,18 @@ class ArduCopterDialect(MulticopterDialect):
         is_constant = bool(telemetry.ekf_flags & mavlink.EKF_CONST_POS_MODE)
         return telemetry.prearm_healthy and has_ekf and not is_constant and has_position_and_home(telemetry, now_s)
 
+    def estimator_problem(self, telemetry: Telemetry) -> str:
+        """See the base class."""
+        flags = telemetry.ekf_flags
+        if flags is not None and (not flags & _POSITION_FLAGS or flags & mavlink.EKF_CONST_POS_MODE):
+            return "its estimator has no position"
+        return deviation(telemetry)
+
     def stream_rates_hz(self, position_hz: float) -> dict[int, float]:
         """See the base class."""
         own = {
             mavlink.MAVLINK_MSG_ID_EKF_STATUS_REPORT: 1.0,
+            mavlink.MAVLINK_MSG_ID_VIBRATION: 0.5,
             # A velocity that another station commands shows here alone.
             mavlink.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED: 1.0,
         }

@@ -88,6 +88,11 @@ class AutopilotDialect(ABC):
     def is_ready(self, telemetry: Telemetry, now_s: float) -> bool | None:
         """Return whether arming is possible; None while the autopilot has not said."""
 
+    def estimator_problem(self, telemetry: Telemetry) -> str:
+        """Return what is wrong with the estimated position, as a clause; empty while nothing is known to be."""
+        del telemetry
+        return ""
+
     @abstractmethod
     def steps(self, command: Command, target: Target, telemetry: Telemetry, now_s: float) -> list[Step]:
         """Return the steps to send, in order.
@@ -116,6 +121,12 @@ class AutopilotDialect(ABC):
             mavlink.MAVLINK_MSG_ID_BATTERY_STATUS: 1.0,
         }
         return fast | dict.fromkeys(self.quiet_message_ids, 0.0) | others
+
+
+def deviation(telemetry: Telemetry) -> str:
+    """Return how far the estimated position is from the sensors; empty while the filter accepts them."""
+    ratio = telemetry.horizontal_test_ratio
+    return f"its position deviates from its sensors ({ratio:.1f} of 1.0)" if ratio is not None and ratio >= 1.0 else ""
 
 
 def has_position_and_home(telemetry: Telemetry, now_s: float) -> bool:

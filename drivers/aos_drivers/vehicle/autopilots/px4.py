@@ -15,6 +15,7 @@ from aos_drivers.vehicle.autopilots.base import (
     Step,
     Target,
     command_long,
+    deviation,
     has_position_and_home,
 )
 from aos_drivers.vehicle.autopilots.px4_setup import Px4Setup
@@ -89,6 +90,13 @@ class Px4Dialect(MulticopterDialect):
         flags = telemetry.estimator_flags
         has_estimate = flags is None or bool(flags & mavlink.ESTIMATOR_POS_HORIZ_ABS)
         return telemetry.prearm_healthy and has_estimate and has_position_and_home(telemetry, now_s)
+
+    def estimator_problem(self, telemetry: Telemetry) -> str:
+        """See the base class."""
+        flags = telemetry.estimator_flags
+        if flags is not None and not flags & mavlink.ESTIMATOR_POS_HORIZ_ABS:
+            return "its estimator has no position"
+        return deviation(telemetry)
 
     def stream_rates_hz(self, position_hz: float) -> dict[int, float]:
         """See the base class."""

@@ -1,0 +1,101 @@
+"""Watch over the sensors of vehicles in flight: position estimate, satellite fix, vibration, clock, battery."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from aos_gcs.mission.fleet.roster import FLYING, Member, Roster
+from aos_gcs.mission.journal import Journal
+from aos_gcs.ports import Clock, Severity, VehicleState
+
+MIN_GPS_FIX = 3
+MAX_VIBRATION_MPS2 = 30.0
+"""Level from which ArduPilot's documentation warns of wrong altitudes."""
+MAX_CLOCK_DRIFT = 1e-3
+MAX_BATTERY_AGE_S = 20.0
+"""Time without a report of the battery, while the vehicle is heard, after which it has to return."""
+_LASTING_S = 3.0
+"""Time for which a problem lasts before it is reported, and for which it is gone before that is."""
+_HEARD_AGO_S = 2.0
+_POSITION, _FIX, _VIBRATION, _CLOCK = "position", "fix", "vibration", "clock"
+_GOOD_AGAIN: Mapping[str, str] = MappingProxyType(
+    {
+        _POSITION: "its estimated position is good again",
+        _FIX: "it has a 3D position fix again",
+        _VIBRATION: "its vibration is normal again",
+        _CLOCK: "its clock is steady again",
+    }
+)
+
+
+class ConditionWatch:
+    """Reports of each problem once, when it has lasted, and once when it is over."""
+
+    def __init__(self, roster: Roster, clock: Clock, journal: Journal) -> None:
+        self._roster = roster
+        self._clock = clock
+        self._journal = journal
+        self._since_s: dict[tuple[int, str], float] = {}
+        """Time since which a problem differs from what was reported, by vehicle and problem."""
+        self._reported: set[tuple[int, str]] = set()
+        self._heard_since_s: dict[int, float] = {}
+        """Time since which a vehicle has been heard without a gap."""
+
+    def look(self, member: Member) -> bool:
+        """Report what has changed; return whether the vehicle has to stop, because its position cannot be trusted."""
+        now_s, link_age_s = self._clock.now_s(), self._roster.link_age_s(member)
+        if link_age_s is None or link_age_s > _HEARD_AGO_S or not member.airborne:
+            self._heard_since_s[member.vehicle_id] = now_s
+            return False
+        self._heard_since_s.setdefault(member.vehicle_id, now_s)
+        if member.task not in FLYING:
+            return False
+        problems = _problems(member.state)
+        lasting = [name for name in _GOOD_AGAIN if self._has_changed(member.vehicle_id, name, name in problems, now_s)]
+        for name in lasting:
+            self._report(member.vehicle_id, name, problems.get(name))
+        return any(name in problems for name in lasting if name in (_POSITION, _FIX))
+
+    def battery_silence_s(self, member: Member) -> float | None:
+        """Return the seconds without a report of the battery of a vehicle that is heard; None where it has no meter."""
+        battery_at_s, heard_since_s = member.state.battery_at_s, self._heard_since_s.get(member.vehicle_id)
+        if battery_at_s is None or heard_since_s is None:
+            return None
+        return self._clock.now_s() - max(battery_at_s, heard_since_s)
+
+    def _has_changed(self, vehicle_id: int, name: str, is_bad: bool, now_s: float) -> bool:
+        key = vehicle_id, name
+        if is_bad is (key in self._reported):
+            self._since_s.pop(key, None)
+            return False
+        if now_s - self._since_s.setdefault(key, now_s) < _LASTING_S:
+            return False
+        del self._since_s[key]
+        self._reported.symmetric_difference_update({key})
+        return True
+
+    def _report(self, vehicle_id: int, name: str, problem: str | None) -> None:
+        if problem is None:
+            self._journal.notice(Severity.INFO, _GOOD_AGAIN[name], vehicle_id)
+        elif name in (_POSITION, _FIX):
+            text = f"{problem}. It is held, and its distance to others is uncertain: return it, or land it"
+            self._journal.notice(Severity.CRITICAL, text, vehicle_id)
+        else:
+            self._journal.notice(Severity.WARNING, problem, vehicle_id)
+
+
+def _problems(state: VehicleState) -> dict[str, str]:
+    """Return the present problems in words, by their names."""
+    found: dict[str, str] = {}
+    if state.estimator_problem:
+        found[_POSITION] = state.estimator_problem
+    if state.gps_fix is not None and state.gps_fix < MIN_GPS_FIX:
+        found[_FIX] = "it has lost its 3D position fix"
+    if state.vibration_mps2 is not None and state.vibration_mps2 > MAX_VIBRATION_MPS2:
+        level = f"{state.vibration_mps2:.0f} m/s²"
+        found[_VIBRATION] = f"it vibrates by {level}: its altitude may be wrong. Return it, and check its propellers"
+    drift = None if state.link is None else state.link.clock_drift
+    if drift is not None and abs(drift) > MAX_CLOCK_DRIFT:
+        found[_CLOCK] = f"its clock drifts by {1e3 * drift:+.1f} ms per second: the poses of its images may be wrong"
+    return found

@@ -1,0 +1,123 @@
+"""Sensors that fail in flight, batteries that are not reported, and returns that end in a hover."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from aos_gcs.mission.model.actions import Action
+from aos_gcs.mission.model.events import NoticeRecord
+from aos_gcs.mission.model.phase import Phase
+from aos_gcs.mission.model.vehicles import Task
+from aos_gcs.ports import FlightMode, Hold, Land, Severity
+from tests.fakes.mission_flight import Flight, flying, prepare
+
+pytestmark = pytest.mark.looptime
+
+
+def texts_of(flight: Flight, severity: Severity) -> list[str]:
+    notices = [event.data for event in flight.recorder.events if isinstance(event.data, NoticeRecord)]
+    return [notice.text for notice in notices if notice.severity is severity]
+
+
+async def until_step(flight: Flight, number: int) -> None:
+    await flight.until(lambda: len(flight.view.steps()) >= number)
+
+
+async def test_a_battery_that_is_no_longer_reported_leads_home() -> None:
+    flight = prepare(target=None)
+    async with flying(flight) as run:
+        await until_step(flight, 1)
+        await flight.commands.act(Action.PAUSE, None)
+        vehicle = flight.fleet.members[2]
+        vehicle.battery_fraction, vehicle.battery_silent_since_s = 0.99, flight.clock.now_s()
+        await flight.until(lambda: flight.task(2) is Task.RETURNING)
+        await flight.commands.act(Action.RETURN, None)
+        await run
+    assert any("its battery has not been reported for 20 s, last at 99%" in text for text in flight.texts())
+
+
+async def test_a_link_that_was_lost_is_no_battery_that_is_not_reported() -> None:
+    flight = prepare(target=None)
+    async with flying(flight) as run:
+        await until_step(flight, 1)
+        await flight.commands.act(Action.PAUSE, None)
+        vehicle = flight.fleet.members[2]
+        vehicle.silent_since_s = vehicle.battery_silent_since_s = flight.clock.now_s()
+        await flight.clock.sleep(25.0)
+        vehicle.silent_since_s = None
+        await flight.clock.sleep(5.0)
+        vehicle.battery_silent_since_s = None
+        await flight.commands.act(Action.RETURN, None)
+        await run
+    assert not any("its battery has not been reported" in text for text in flight.texts())
+
+
+@pytest.mark.parametrize("problem", ["fix", "estimator"])
+async def test_a_vehicle_without_a_position_is_held_and_told(problem: str) -> None:
+    flight = prepare(target=None)
+    async with flying(flight) as run:
+        await until_step(flight, 1)
+        vehicle = flight.fleet.members[2]
+        if problem == "fix":
+            vehicle.gps_fix = 1
+        else:
+            vehicle.estimator_problem = "its estimator has no position"
+        await flight.until(lambda: flight.task(2) is Task.HELD)
+        assert any(isinstance(command, Hold) for command in vehicle.commands)
+        vehicle.gps_fix, vehicle.estimator_problem = 3, ""
+        await flight.until(lambda: any("again" in text for text in texts_of(flight, Severity.INFO)))
+        await flight.commands.act(Action.RETURN, None)
+        await run
+    told = {"fix": "it has lost its 3D position fix", "estimator": "its estimator has no position"}[problem]
+    assert len([text for text in texts_of(flight, Severity.CRITICAL) if told in text]) == 1
+
+
+async def test_vibration_is_told_once_and_a_short_one_not_at_all() -> None:
+    flight = prepare(target=None)
+    async with flying(flight) as run:
+        await until_step(flight, 1)
+        flight.fleet.members[1].vibration_mps2 = 45.0
+        await flight.clock.sleep(1.0)
+        flight.fleet.members[1].vibration_mps2 = 5.0
+        flight.fleet.members[2].vibration_mps2 = 45.0
+        await flight.clock.sleep(6.0)
+        await flight.commands.act(Action.RETURN, None)
+        await run
+    told = [text for text in texts_of(flight, Severity.WARNING) if "it vibrates by 45 m/s²" in text]
+    assert len(told) == 1
+    assert flight.task(2) is Task.LANDED
+
+
+async def test_a_return_of_its_own_that_ends_in_a_hover_is_landed() -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await until_step(flight, 2)
+        vehicle = flight.fleet.members[2]
+        vehicle.mode = FlightMode.RETURN
+        vehicle.fly_to(vehicle.home_enu_m + np.array([0.0, 0.0, 30.0]))
+        await flight.commands.act(Action.RETURN, None)
+        await flight.until(lambda: flight.mission.phase is Phase.LAND and not vehicle.is_moving())
+        hovers_at_s = flight.clock.now_s()
+        await flight.until(lambda: isinstance(vehicle.commands[-1], Land))
+        assert flight.clock.now_s() - hovers_at_s < 20.0
+        await run
+    assert flight.task(2) is Task.LANDED
+
+
+async def test_a_vehicle_that_hovers_in_hold_after_its_return_is_landed_at_once() -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await until_step(flight, 2)
+        vehicle = flight.fleet.members[2]
+        vehicle.mode = FlightMode.RETURN
+        vehicle.fly_to(vehicle.home_enu_m + np.array([0.0, 0.0, 30.0]))
+        await flight.commands.act(Action.RETURN, None)
+        await flight.until(lambda: flight.mission.phase is Phase.LAND)
+        await flight.clock.sleep(3.0)
+        commands, vehicle.mode = len(vehicle.commands), FlightMode.HOLD
+        changed_at_s = flight.clock.now_s()
+        await flight.until(lambda: len(vehicle.commands) > commands)
+        assert flight.clock.now_s() - changed_at_s < 5.0
+        await run
+    assert flight.task(2) is Task.LANDED
