@@ -138,6 +138,10 @@ class _Transport:
 
 
 class _Socket:
+    def fileno(self) -> int:
+        """No descriptor: the system does not know of this socket."""
+        return -1
+
     def setsockopt(self, *_: int) -> None:
         """Buffers do not matter here."""
 

@@ -52,7 +52,7 @@ class Bench:
     recorded: list[bytes] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.wire = Wire(254, self.delivered.append, self.note, self.recorded.append)
+        self.wire = Wire(254, self.delivered.append, self.note, self.recorded.append, lambda: 0.0)
         self.wire.add_endpoint(0, self.radio, None)
 
     def note(self, message: mavlink.MAVLink_message, peer: PeerAddress) -> bool:

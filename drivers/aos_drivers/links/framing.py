@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import binascii
 import re
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
@@ -9,6 +10,8 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 _MARKER = re.compile(rb"[\xfd\xfe]")
 _HEADER_SIZE = {mavlink.PROTOCOL_MARKER_V1: 6, mavlink.PROTOCOL_MARKER_V2: 10}
 _CRC_SIZE = 2
+_CRC_START = 0xFFFF
+_REVERSED_BITS = bytes(int(f"{byte:08b}"[::-1], 2) for byte in range(256))
 
 
 class FrameParser:
@@ -51,6 +54,12 @@ class FrameParser:
     def _decode(self, data: bytes, start: int, end: int) -> mavlink.MAVLink_message | None:
         if data[start] == mavlink.PROTOCOL_MARKER_V2 and data[start + 2] & ~mavlink.MAVLINK_IFLAG_SIGNED:
             return None
+        message_id = _message_id(data, start)
+        kind = mavlink.mavlink_map.get(message_id)
+        if kind is not None and not (
+            _has_credible_length(data, start, kind) and _is_intact(data, start, end, kind.crc_extra)
+        ):
+            return None
         try:
             message = self._decoder.decode(bytearray(data[start:end]))
         except mavlink.MAVError:
@@ -61,6 +70,31 @@ class FrameParser:
                 return None
             _fill_in_sender(message)
         return message
+
+
+def _message_id(data: bytes, start: int) -> int:
+    if data[start] == mavlink.PROTOCOL_MARKER_V1:
+        return data[start + 5]
+    return int.from_bytes(data[start + 7 : start + 10], "little")
+
+
+def _has_credible_length(data: bytes, start: int, kind: type[mavlink.MAVLink_message]) -> bool:
+    """Return whether MAVLink 1 can have a message of that length; MAVLink 2 cuts and extends messages."""
+    return data[start] == mavlink.PROTOCOL_MARKER_V2 or bool(data[start + 1] <= kind.unpacker.size)
+
+
+def _is_intact(data: bytes, start: int, end: int, crc_extra: int) -> bool:
+    """Return whether the checksum of a packet is right.
+
+    It is computed in C, unlike pymavlink's: whoever reaches the port can send any number of packets that only seem to
+    be some. The library has the checksum of X.25 with the bits the other way round.
+    """
+    stop = end - (mavlink.MAVLINK_SIGNATURE_BLOCK_LEN if is_signed(data, start) else 0) - _CRC_SIZE
+    covered = data[start + 1 : stop] + bytes((crc_extra,))
+    low, high = (
+        binascii.crc_hqx(covered.translate(_REVERSED_BITS), _CRC_START).to_bytes(2, "big").translate(_REVERSED_BITS)
+    )
+    return data[stop] == low and data[stop + 1] == high
 
 
 def _fill_in_sender(message: mavlink.MAVLink_unknown) -> None:

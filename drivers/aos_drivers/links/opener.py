@@ -11,11 +11,14 @@ from typing import Protocol
 
 from aos_drivers.background import BackgroundTasks
 from aos_drivers.links.address import LinkAddress, PeerAddress
+from aos_drivers.links.intake import MAX_DATAGRAM_BYTES
+from aos_drivers.links.overload import OverloadWatch, dropped_datagrams, inode_of
 from aos_drivers.links.serial_port import SerialEndpoint, serial_error
 from aos_gcs.errors import LinkError
 from aos_gcs.ports import Clock
 
-_RECEIVE_BUFFER_BYTES = 4 * 1024 * 1024
+_RECEIVE_BUFFER_BYTES = 256 * 1024
+"""A third of a second of a hundred vehicles: a station that cannot keep up loses packets, and shows no old ones."""
 _SEND_BUFFER_BYTES = 256 * 1024
 _RECONNECT_PAUSE_S = 2.0
 _CONNECT_TIMEOUT_S = 5.0
@@ -46,8 +49,9 @@ class UdpEndpoint(asyncio.DatagramProtocol):
         self._transport = transport
 
     def datagram_received(self, data: bytes, addr: tuple[str, int]) -> None:
-        """See asyncio."""
-        self._receive(data, PeerAddress(self._link, addr[0], addr[1]))
+        """See asyncio. Datagrams larger than any bundle of packets are dropped."""
+        if len(data) <= MAX_DATAGRAM_BYTES:
+            self._receive(data, PeerAddress(self._link, addr[0], addr[1]))
 
     def error_received(self, exc: Exception) -> None:
         """Ignore an unreachable peer: it may not have started yet."""
@@ -76,6 +80,7 @@ class TcpEndpoint:
     async def serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         """Pass on the bytes of one connection until it ends."""
         host, port = writer.get_extra_info("peername")[:2]
+        writer.get_extra_info("socket").setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _RECEIVE_BUFFER_BYTES)
         peer = PeerAddress(self._link, host, port)
         self._writers[peer] = writer
         try:
@@ -140,7 +145,12 @@ class LinkOpener:
             remote_addr=where if is_connected else None,
         )
         self._stack.callback(transport.close)
-        transport.get_extra_info("socket").setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _RECEIVE_BUFFER_BYTES)
+        udp_socket = transport.get_extra_info("socket")
+        udp_socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _RECEIVE_BUFFER_BYTES)
+        inode = inode_of(udp_socket.fileno())
+        if inode is not None:
+            watch = OverloadWatch(address.text, lambda: dropped_datagrams(inode), self._on_change)
+            self._tasks.start(watch.run(self._clock))
         if not is_connected:
             return endpoint, None
         host, port = transport.get_extra_info("peername")[:2]

@@ -25,6 +25,11 @@ class Ownership:
         """Whether the id belongs to certain addresses now."""
         return bool(self._owners)
 
+    @property
+    def owners(self) -> frozenset[PeerAddress]:
+        """Addresses that the id belongs to now."""
+        return frozenset(self._owners)
+
     def claim(self, address: PeerAddress, now_s: float) -> None:
         """Give the id to ``address``, where the vehicle reports that it is armed, and to all proven to be the same."""
         identity = self._identity

@@ -12,6 +12,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from aos_drivers.links.address import PeerAddress
 from aos_drivers.links.framing import FrameParser
 from aos_drivers.links.heartbeat import OUR_COMPONENT_ID
+from aos_drivers.links.intake import Intake, PeerIntake
 from aos_drivers.mavlink.signing.signer import LinkSigner, SignatureCheck
 
 _MAX_PEERS = 512
@@ -39,6 +40,7 @@ class Received(NamedTuple):
 class _Peer:
     def __init__(self, system_id: int) -> None:
         self.parser = FrameParser()
+        self.budget = PeerIntake()
         self.encoder = mavlink.MAVLink(None, srcSystem=system_id, srcComponent=OUR_COMPONENT_ID)
         self.heard_at_s = -math.inf
         self.is_pinned = False
@@ -64,6 +66,7 @@ class PeerTable:
         self._in_use = in_use
         self._peers: dict[PeerAddress, _Peer] = {}
         self._outgoing: list[Outgoing] = []
+        self.intake = Intake()
 
     def __len__(self) -> int:
         return len(self._peers)
@@ -87,12 +90,17 @@ class PeerTable:
 
     def receive(self, data: bytes, peer: PeerAddress, now_s: float) -> list[Received]:
         """Return the valid packets that ``data`` completes."""
-        entry = self._peers.get(peer) or self._make_room_for(peer, now_s)
+        entry = self._peers.get(peer)
+        if not self.intake.admits(len(data), peer, entry.budget if entry is not None else None, now_s):
+            return []
+        entry = entry or self._make_room_for(peer, now_s)
         if entry is None:
             return []
         entry.heard_at_s = now_s
         signer = self._signers.get(peer.link)
+        dropped = entry.parser.dropped_bytes
         messages = entry.parser.feed(data)
+        self.intake.spend(peer, entry.budget, len(data), entry.parser.dropped_bytes - dropped)
         if signer is None:
             return [Received(message, None, False) for message in messages]
         return [_checked(message, entry, signer) for message in messages]
@@ -115,8 +123,8 @@ class PeerTable:
 
     @property
     def dropped_bytes(self) -> int:
-        """Bytes received that belonged to no valid packet."""
-        return sum(entry.parser.dropped_bytes for entry in self._peers.values())
+        """Bytes received that belonged to no valid packet, or that were refused unread."""
+        return self.intake.refused_bytes + sum(entry.parser.dropped_bytes for entry in self._peers.values())
 
     def _add(self, peer: PeerAddress) -> _Peer:
         return self._peers.setdefault(peer, _Peer(self._system_id))

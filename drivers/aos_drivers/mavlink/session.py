@@ -102,6 +102,7 @@ class MavlinkSession:
                 self._take_text(record, severity, text, now_s)
             self._watch_identity(record, now_s)
             self._ask(record, now_s)
+        self._peers.intake.protected = frozenset().union(*(each.ownership.owners for each in self.records.values()))
         return self._take_events()
 
     # --- out --------------------------------------------------------------------------------------------------------

@@ -121,6 +121,7 @@ class MavsdkFleet:
                 record = self._records[vehicle_id]
                 if (sent_ns := record.clock.poll(now_s)) is not None:
                     wire.send_to(record.target, mavlink.MAVLink_timesync_message(0, sent_ns))
+            wire.intake.protected = frozenset().union(*(each.ownership.owners for each in self._records.values()))
             if now_s >= heartbeat_due_s and self._context.is_healthy():
                 wire.send_heartbeat()
                 heartbeat_due_s = now_s + HEARTBEAT_PERIOD_S
@@ -181,6 +182,7 @@ async def open_mavsdk(links: Sequence[str], context: DriverContext) -> AsyncIter
             feeder.feed,
             lambda message, peer: fleet.note(wire, message, peer),
             record,
+            context.clock.now_s,
         )
         core.subscribe_raw_bytes_to_be_sent(lambda packet: dispatcher.to_loop(wire.send)(packet, None))
         tasks = await stack.enter_async_context(BackgroundTasks(lambda error: _report_failure(context, error)))

@@ -9,6 +9,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from aos_drivers.links.address import PeerAddress
 from aos_drivers.links.framing import FrameParser
 from aos_drivers.links.heartbeat import OUR_COMPONENT_ID, our_heartbeat
+from aos_drivers.links.intake import Intake, PeerIntake
 from aos_drivers.links.opener import Endpoint
 from aos_drivers.vehicle.autopilots.base import Target
 
@@ -19,6 +20,7 @@ _MAX_PEERS = 512
 class _Peer:
     def __init__(self, system_id: int) -> None:
         self.parser = FrameParser()
+        self.budget = PeerIntake()
         self.encoder = mavlink.MAVLink(None, srcSystem=system_id, srcComponent=OUR_COMPONENT_ID)
         self.is_called = False
         """Whether it hears our heartbeats: it carries a vehicle, or a link that calls out leads to it."""
@@ -38,6 +40,7 @@ class Wire:
         deliver: Callable[[bytes], None],
         note: Callable[[mavlink.MAVLink_message, PeerAddress], bool],
         record: Callable[[bytes], None],
+        now_s: Callable[[], float],
     ) -> None:
         """``deliver`` passes a packet to MAVSDK, ``note`` sees it before and says whether it is passed on.
 
@@ -51,6 +54,8 @@ class Wire:
         self._endpoints: dict[int, Endpoint] = {}
         self._routes: dict[tuple[int, int], PeerAddress] = {}
         self._from_core = FrameParser()
+        self._now_s = now_s
+        self.intake = Intake()
 
     def add_endpoint(self, link: int, endpoint: Endpoint, peer: PeerAddress | None) -> None:
         """Use an open link; heartbeats go to ``peer`` before it has been heard."""
@@ -60,12 +65,17 @@ class Wire:
 
     def receive(self, data: bytes, peer: PeerAddress) -> None:
         """Process bytes of a link; MAVSDK receives the valid packets, whole."""
-        entry = self._peers.get(peer)
+        entry, now_s = self._peers.get(peer), self._now_s()
+        if not self.intake.admits(len(data), peer, entry.budget if entry is not None else None, now_s):
+            return
         if entry is None:
             if len(self._peers) >= _MAX_PEERS:
                 return
             entry = self._peers[peer] = _Peer(self._system_id)
-        for message in entry.parser.feed(data):
+        dropped = entry.parser.dropped_bytes
+        messages = entry.parser.feed(data)
+        self.intake.spend(peer, entry.budget, len(data), entry.parser.dropped_bytes - dropped)
+        for message in messages:
             packet = bytes(message.get_msgbuf())
             self._record(packet)
             if self._note(message, peer):
