@@ -17,6 +17,8 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
+import itertools
+
 from aos_drivers.mavlink import open_mavlink
 from aos_gcs.clock import LoopClock
 from aos_gcs.ports import DriverContext
@@ -60,7 +62,7 @@ def fly(port: int, duration_s: float, gaps_s: Queue[list[float]]) -> None:
                 continue
             if vehicle.heard_heartbeats > heartbeats:
                 heard_s.append(time.perf_counter())
-    gaps_s.put([later_s - earlier_s for earlier_s, later_s in zip(heard_s, heard_s[1:], strict=False)])
+    gaps_s.put([later_s - earlier_s for earlier_s, later_s in itertools.pairwise(heard_s)])
 
 
 async def main(noise: str, size: int, bytes_per_s: float, duration_s: float) -> None:
