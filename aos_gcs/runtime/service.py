@@ -23,7 +23,7 @@ from aos_gcs.ports import DriverContext
 from aos_gcs.runtime.dashboard import open_dashboard, operator_secrets
 from aos_gcs.runtime.drivers import load_driver
 from aos_gcs.runtime.viewer import Viewer
-from aos_gcs.runtime.workers import ANALYSIS, DECODING
+from aos_gcs.runtime.workers import ANALYSIS, DECODING, VIEWS
 from aos_gcs.store.last_mission import unfinished_mission
 from aos_gcs.store.recorder import MissionRecorder
 from aos_gcs.workers.process import open_worker
@@ -78,6 +78,7 @@ async def open_service(config: ServiceConfig) -> AsyncIterator[Service]:
         async with (
             open_worker(ANALYSIS) as imaging,
             open_worker(DECODING) as decoding,
+            open_worker(VIEWS) as views,
             MissionRecorder.create(
                 config.record.folder, mission_id, _manifest(config, started), notify=journal.take
             ) as recorder,
@@ -105,9 +106,9 @@ async def open_service(config: ServiceConfig) -> AsyncIterator[Service]:
                 )
                 if unfinished is not None:
                     mission.auto_start.cancel(f"the last mission, {unfinished}, did not end: vehicles may still fly")
-                viewer = Viewer(folder, settings.imaging, settings.autofocus.reach_m)
+                viewer = Viewer(folder, settings.imaging, settings.autofocus.reach_m, views)
                 async with open_dashboard(mission.view, config.api, secrets, commands=mission.commands, viewer=viewer):
-                    await asyncio.gather(imaging.ready(), decoding.ready())
+                    await asyncio.gather(imaging.ready(), decoding.ready(), views.ready())
                     opened = True
                     yield Service(mission, folder, journal, recorder)
     finally:

@@ -8,71 +8,32 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
-from dataclasses import dataclass, replace
-from functools import cache, lru_cache, partial
 from pathlib import Path
-from typing import TypeVar
-
-import cv2
-import numpy as np
-from numpy.typing import NDArray
+from typing import ParamSpec, TypeVar
 
 from aos_gcs.config.file import parse_config
 from aos_gcs.config.settings import mission_settings
-from aos_gcs.errors import ConfigurationError, ImagingError, InputDataError
-from aos_gcs.geometry.geodesy import LocalFrame
-from aos_gcs.imaging.focus.autofocus import find_focus
-from aos_gcs.imaging.focus.measure import FocusSignal
-from aos_gcs.imaging.focus.region import GroundRegion
-from aos_gcs.imaging.model import Frame, StepAnalysis
-from aos_gcs.imaging.pictures import MAX_CELLS, encode_jpeg, encode_png, shade_integral, shade_step, shade_thermal
-from aos_gcs.imaging.step.analysis import analyse_step
-from aos_gcs.imaging.step.marking import FindMask, find_mask
+from aos_gcs.errors import ConfigurationError, WorkerError
 from aos_gcs.imaging.step.settings import ImagingSettings
-from aos_gcs.mission.search.sampling import to_frame
 from aos_gcs.mission.viewing import (
     FocusFound,
     FrameKind,
     PictureFormat,
     View,
-    ViewedFrame,
     ViewedStep,
     ViewerBusyError,
     ViewKind,
     ViewWindow,
 )
 from aos_gcs.planning.settings import AutofocusSettings
+from aos_gcs.ports import ThreadWorker, Worker
+from aos_gcs.runtime.step_views import ViewSource, describe_step, find_height, view_frame, view_step
 from aos_gcs.store.reader import MissionReader
 
+P = ParamSpec("P")
 T = TypeVar("T")
 
-KEPT_STEPS = 2
-"""Number of steps whose frames stay in memory: two can be compared. Ten frames of a step take 10 to 40 MB."""
-KEPT_ANALYSES = 4
-"""Number of analysed planes that stay in memory: another kind of picture of them needs no new computation."""
 MAX_WAITING = 8
-DEPTH_BELOW_M = 50.0
-"""Greatest depth below the mission's own plane."""
-CLEARANCE_M = 1.0
-"""Distance of the highest plane to the lowest camera."""
-_ENCODE = {PictureFormat.PNG: encode_png, PictureFormat.JPEG: encode_jpeg}
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Step:
-    step: int
-    frames: tuple[Frame, ...]
-    utc_s: tuple[float, ...]
-    """Times of the frames' exposures."""
-    focal_height_m: float
-    known_mask: FindMask
-    """Remembers the masks: they are the same on every plane, and finding them takes longer than all else."""
-
-    @property
-    def heights_m(self) -> tuple[float, float]:
-        """Lowest and highest plane that can be looked at."""
-        lowest_camera_m = min(float(frame.pose.position_enu_m[2]) for frame in self.frames)
-        return self.focal_height_m - DEPTH_BELOW_M, lowest_camera_m - CLEARANCE_M
 
 
 class Viewer:
@@ -82,31 +43,20 @@ class Viewer:
         folder: mission folder.
         settings: analysis of the mission's frames.
         focus_reach_m: range of autofocus above and below the mission's plane.
+        worker: computes the views; None: in threads of this process.
     """
 
-    def __init__(self, folder: Path, settings: ImagingSettings, focus_reach_m: float) -> None:
-        self._folder = folder
-        self._settings = settings
-        self._focus_reach_m = focus_reach_m
+    def __init__(
+        self, folder: Path, settings: ImagingSettings, focus_reach_m: float, worker: Worker | None = None
+    ) -> None:
+        self._source = ViewSource(folder, settings, focus_reach_m)
+        self._worker = worker or ThreadWorker()
         self._turn = asyncio.Lock()
         self._waiting = 0
-        self._load = lru_cache(maxsize=KEPT_STEPS)(self._read)
-        self._analyse = lru_cache(maxsize=KEPT_ANALYSES)(self._look)
 
     async def describe(self, step: int) -> ViewedStep:
         """Return what can be seen of a recorded step."""
-        async with self._in_turn():
-            loaded = await asyncio.to_thread(self._load, step)
-        low_m, high_m = loaded.heights_m
-        kinds = [kind for kind in ViewKind if kind is not ViewKind.THERMAL or "thermal" in loaded.frames[0].bands]
-        return ViewedStep(
-            step=step,
-            focal_height_m=loaded.focal_height_m,
-            min_height_m=low_m,
-            max_height_m=high_m,
-            kinds=tuple(kinds),
-            frames=tuple(map(_described, loaded.frames, loaded.utc_s)),
-        )
+        return await self._compute(describe_step, self._source, step)
 
     async def view(
         self,
@@ -117,18 +67,24 @@ class Viewer:
         picture_format: PictureFormat = PictureFormat.PNG,
     ) -> View:
         """Return the integral of a step's frames on the plane of this height, None: the mission's own."""
-        async with self._in_turn():
-            return await asyncio.to_thread(self._view, step, kind, height_m, window, picture_format)
+        return await self._compute(
+            view_step, self._source, step, kind, height_m, window=window, picture_format=picture_format
+        )
 
     async def frame(self, step: int, vehicle_id: int, kind: FrameKind, width_px: int | None) -> bytes:
         """Return a vehicle's frame of a step as a PNG, reduced to a width if it is wider."""
-        async with self._in_turn():
-            return await asyncio.to_thread(self._frame, step, vehicle_id, kind, width_px)
+        return await self._compute(view_frame, self._source, step, vehicle_id, kind, width_px)
 
     async def autofocus(self, step: int, centre_enu_m: tuple[float, float], half_width_m: float) -> FocusFound:
         """Look for the height at which the frames agree best on a square."""
+        return await self._compute(find_height, self._source, step, centre_enu_m, half_width_m)
+
+    async def _compute(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
         async with self._in_turn():
-            return await asyncio.to_thread(self._focus, step, centre_enu_m, half_width_m)
+            try:
+                return await self._worker.run(function, *args, **kwargs)
+            except WorkerError as error:
+                raise ViewerBusyError(f"{error}; try again in a moment.") from error
 
     @asynccontextmanager
     async def _in_turn(self) -> AsyncIterator[None]:
@@ -142,92 +98,6 @@ class Viewer:
         finally:
             self._waiting -= 1
 
-    # --- in a worker thread ---------------------------------------------------------------------------------------
-
-    def _read(self, step: int) -> _Step:
-        with MissionReader(self._folder) as reader:
-            record, snapshot = reader.step(step), reader.last_snapshot()
-            captures = [entry.load() for entry in reader.frames(step)]
-        if snapshot is None or snapshot.origin is None or not captures:
-            raise InputDataError(f"{self._folder} holds no frames of step {step}")
-        frame = LocalFrame(snapshot.origin)
-        height_m = self._settings.plane_height_m if record.focal_height_m is None else record.focal_height_m
-        return _Step(
-            step=step,
-            frames=tuple(to_frame(capture, frame) for capture in captures),
-            utc_s=tuple(capture.utc_s for capture in captures),
-            focal_height_m=height_m,
-            known_mask=cache(partial(find_mask, settings=self._settings)),
-        )
-
-    def _look(self, step: int, height_m: float) -> StepAnalysis:
-        # Finer cells than a picture has would only cost time: a slider waits for this.
-        settings = replace(self._settings, plane_height_m=height_m, max_cells=MAX_CELLS)
-        loaded = self._load(step)
-        return _with_error(lambda: analyse_step(loaded.frames, settings, known_mask=loaded.known_mask), InputDataError)
-
-    def _view(
-        self,
-        step: int,
-        kind: ViewKind,
-        height_m: float | None,
-        window: ViewWindow | None,
-        picture_format: PictureFormat,
-    ) -> View:
-        loaded = self._load(step)
-        low_m, high_m = loaded.heights_m
-        chosen_m = loaded.focal_height_m if height_m is None else height_m
-        if not low_m <= chosen_m <= high_m:
-            raise ConfigurationError(
-                f"height_m must lie within {low_m:.1f} and {high_m:.1f}, below the cameras, but is {chosen_m:g}."
-            )
-        analysis = self._analyse(step, chosen_m)
-        if window is not None:
-            analysis = _within(analysis, window)
-        images = shade_step(analysis, loaded.frames[0].bands, [kind.value])
-        if not images:
-            raise ConfigurationError(f"kind: the frames of step {step} have no {kind.value} band.")
-        grid = analysis.grid
-        return View(
-            step=step,
-            kind=kind,
-            height_m=chosen_m,
-            visibility_m2=analysis.visibility_m2,
-            data=_ENCODE[picture_format](images[kind.value]),
-            west_m=grid.west_m,
-            south_m=grid.north_m - grid.rows * grid.resolution_m,
-            east_m=grid.west_m + grid.columns * grid.resolution_m,
-            north_m=grid.north_m,
-        )
-
-    def _frame(self, step: int, vehicle_id: int, kind: FrameKind, width_px: int | None) -> bytes:
-        frames = [frame for frame in self._load(step).frames if frame.vehicle_id == vehicle_id]
-        if not frames:
-            raise ConfigurationError(f"vehicle_id: step {step} has no frame of vehicle {vehicle_id}.")
-        frame = frames[-1]
-        if kind not in _kinds(frame):
-            raise ConfigurationError(f"kind: the frame of vehicle {vehicle_id} has no {kind.value} band.")
-        image = _reduced(frame.image.astype(np.float32), width_px)
-        if kind is FrameKind.THERMAL:
-            return encode_png(shade_thermal(image[..., frame.bands.index("thermal")]))
-        return encode_png(shade_integral(image, frame.bands))
-
-    def _focus(self, step: int, centre_enu_m: tuple[float, float], half_width_m: float) -> FocusFound:
-        loaded = self._load(step)
-        (east_m, north_m), (_, high_m) = centre_enu_m, loaded.heights_m
-        around_m, reach_m = loaded.focal_height_m, self._focus_reach_m
-
-        def search() -> FocusFound:
-            region = GroundRegion(
-                east_m - half_width_m, north_m - half_width_m, east_m + half_width_m, north_m + half_width_m
-            )
-            result = find_focus(
-                loaded.frames, region, around_m - reach_m, min(around_m + reach_m, high_m), signal=FocusSignal.TEXTURE
-            )
-            return FocusFound(result.height_m, result.sigma_m, result.found, result.reason)
-
-        return _with_error(search, ConfigurationError)
-
 
 def open_viewer(reader: MissionReader) -> Viewer:
     """Return the viewer of a recorded mission, with the settings that it was flown with.
@@ -240,56 +110,3 @@ def open_viewer(reader: MissionReader) -> Viewer:
     except ConfigurationError:
         return Viewer(reader.folder, ImagingSettings(), AutofocusSettings().reach_m)
     return Viewer(reader.folder, settings.imaging, settings.autofocus.reach_m)
-
-
-def _within(analysis: StepAnalysis, window: ViewWindow) -> StepAnalysis:
-    """Return the part of a step's rasters that lies within a window."""
-    grid, half_m = analysis.grid, window.half_width_m
-    west, east = ((window.east_m + side - grid.west_m) / grid.resolution_m for side in (-half_m, half_m))
-    north, south = ((grid.north_m - window.north_m + side) / grid.resolution_m for side in (-half_m, half_m))
-    columns = slice(max(0, round(west)), min(grid.columns, round(east)))
-    rows = slice(max(0, round(north)), min(grid.rows, round(south)))
-    if rows.start >= rows.stop or columns.start >= columns.stop:
-        raise ConfigurationError("window: no frame of the step looks at this place.")
-    return replace(
-        analysis,
-        grid=replace(
-            grid,
-            west_m=grid.west_m + columns.start * grid.resolution_m,
-            north_m=grid.north_m - rows.start * grid.resolution_m,
-            rows=rows.stop - rows.start,
-            columns=columns.stop - columns.start,
-        ),
-        integral=analysis.integral[rows, columns],
-        coverage=analysis.coverage[rows, columns],
-        anomaly_count=analysis.anomaly_count[rows, columns],
-    )
-
-
-def _with_error(compute: Callable[[], T], kind: type[InputDataError | ConfigurationError]) -> T:
-    """Return the result of a computation; errors of imaging become errors of the given kind."""
-    try:
-        return compute()
-    except ImagingError as error:
-        raise kind(str(error)) from error
-
-
-def _reduced(image: NDArray[np.float32], width_px: int | None) -> NDArray[np.float32]:
-    """Return an image, shape (H, W, C), at most so wide, of the same shape otherwise."""
-    rows, columns, bands = image.shape
-    if width_px is None or width_px >= columns:
-        return image
-    size = width_px, max(1, round(rows * width_px / columns))
-    reduced = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
-    return np.asarray(reduced, dtype=np.float32).reshape(*size[::-1], bands)
-
-
-def _described(frame: Frame, utc_s: float) -> ViewedFrame:
-    east_m, north_m, up_m = map(float, frame.pose.position_enu_m)
-    rows, columns = frame.image.shape[:2]
-    return ViewedFrame(frame.vehicle_id, utc_s, (east_m, north_m, up_m), columns, rows, _kinds(frame))
-
-
-def _kinds(frame: Frame) -> tuple[FrameKind, ...]:
-    has_thermal, has_other = "thermal" in frame.bands, frame.bands != ("thermal",)
-    return (FrameKind.COLOUR,) * has_other + (FrameKind.THERMAL,) * has_thermal

@@ -24,5 +24,10 @@ ANALYSIS: Final = WorkerSettings(
 """Analyses the frames of each step; the vehicles hold their positions until it has a result. A call and the start of a
 new process take less than the phase's handler may be busy (``aos_gcs.mission.handler_watch.WORK_S``)."""
 
+VIEWS: Final = WorkerSettings(
+    name="Viewing of recorded frames", memory_bytes=4 * _GIB, timeout_s=20.0, modules=("aos_gcs.runtime.step_views",)
+)
+"""Computes what the dashboard asks for beyond the pictures of each step."""
+
 DECODING: Final = WorkerSettings(name="Image decoding", memory_bytes=2 * _GIB, timeout_s=5.0, modules=("cv2",))
 """Decodes the files of cameras. One that it cannot decode costs one frame."""

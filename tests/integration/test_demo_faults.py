@@ -80,7 +80,7 @@ async def test_a_demo_goes_on_when_its_image_workers_are_killed(tmp_path: Path) 
     async with running(tmp_path, "demo", *SMALL, "--headless", "--json") as program:
         await program.until_logged(UNDER_WAY, START_TIMEOUT_S)
         workers = await program.children("aos_gcs.workers.child")
-        assert len(workers) == 2, "image analysis and image decoding"
+        assert len(workers) == 3, "image analysis, image decoding and views"
         for pid in workers:
             kill(pid)
         await program.until_logged("has ended (SIGKILL)", START_TIMEOUT_S)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import ParamSpec, TypeVar
 
 import cv2
 import httpx
@@ -13,15 +14,20 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from aos_gcs.errors import ConfigurationError, InputDataError
+from aos_gcs.errors import ConfigurationError, InputDataError, WorkerError
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.viewing import FrameKind, PictureFormat, ViewerBusyError, ViewKind
 from aos_gcs.runtime.viewer import MAX_WAITING, Viewer, open_viewer
+from aos_gcs.runtime.workers import VIEWS
 from aos_gcs.store.reader import MissionReader
+from aos_gcs.workers.process import open_worker
 from tests.fakes.app import app_of
 from tests.fakes.mission import ScriptedMission
 from tests.fakes.recording import HandClock
 from tests.fakes.viewed_step import CAMERA, FLYING_HEIGHT_M, SPOT_HEIGHT_M, record_viewed_step
+
+P = ParamSpec("P")
+T = TypeVar("T")
 
 
 @pytest.fixture(scope="module")
@@ -116,6 +122,30 @@ async def test_only_so_many_may_wait(viewer: Viewer) -> None:
         await viewer.describe(1)
     assert all(viewed.step == 1 for viewed in await asyncio.gather(*waiting))
     await viewer.describe(1)
+
+
+class BrokenWorker:
+    async def run(self, function: Callable[P, T], /, *_args: P.args, **_kwargs: P.kwargs) -> T:
+        raise WorkerError(f"Viewing has ended ({function.__name__})")
+
+
+async def test_a_worker_that_fails_answers_busy(folder: Path) -> None:
+    viewer = Viewer(folder, ImagingSettings(), focus_reach_m=10.0, worker=BrokenWorker())
+    for _ in range(MAX_WAITING + 1):
+        with pytest.raises(ViewerBusyError, match=r"Viewing has ended \(describe_step\); try again in a moment"):
+            await viewer.describe(1)
+
+
+async def test_views_of_a_process_are_those_of_a_thread(folder: Path, viewer: Viewer) -> None:
+    async with open_worker(VIEWS) as worker:
+        apart = Viewer(folder, ImagingSettings(), focus_reach_m=10.0, worker=worker)
+        assert await apart.describe(1) == await viewer.describe(1)
+        wanted = await viewer.view(1, ViewKind.INTEGRAL, SPOT_HEIGHT_M)
+        assert await apart.view(1, ViewKind.INTEGRAL, SPOT_HEIGHT_M) == wanted
+        assert await apart.frame(1, 2, FrameKind.THERMAL, 32) == await viewer.frame(1, 2, FrameKind.THERMAL, 32)
+        assert await apart.autofocus(1, (0.0, 0.0), 3.0) == await viewer.autofocus(1, (0.0, 0.0), 3.0)
+        with pytest.raises(InputDataError, match="no step 7"):
+            await apart.describe(7)
 
 
 def test_a_record_with_foreign_settings_is_seen_with_the_usual_ones(folder: Path) -> None:
