@@ -12,6 +12,7 @@ from fastapi import FastAPI
 from aos_gcs.api.access.body_limit import BodyLimitMiddleware
 from aos_gcs.api.access.operator_file import OperatorFile
 from aos_gcs.api.access.operators import Access
+from aos_gcs.api.access.peer_limits import PeerLimitMiddleware, PeerLimits
 from aos_gcs.api.access.plan_check_turns import PlanChecks
 from aos_gcs.api.access.request_checks import OperatorsOnlyMiddleware, SameOriginMiddleware, SecurityHeadersMiddleware
 from aos_gcs.api.errors import add_error_handlers
@@ -76,10 +77,12 @@ def create_app(
     )
     app.state.hub = EventHub(mission, replay=replay, capabilities=capabilities, now_s=now_s)
     app.state.access = Access(operator_code, now_s, operator_file)
+    app.state.limits = PeerLimits(now_s)
     app.add_middleware(BodyLimitMiddleware, streaming_paths=[IMPORT_PATH])
     app.add_middleware(OperatorsOnlyMiddleware, access=app.state.access)
     app.add_middleware(SameOriginMiddleware, allowed_hosts=allowed_hosts)
     app.add_middleware(SecurityHeadersMiddleware)
+    app.add_middleware(PeerLimitMiddleware, limits=app.state.limits, access=app.state.access)
     add_error_handlers(app)
     add_routes(app)
     add_page(app, static_folder)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import uvicorn
 from fastapi import FastAPI
 
+from aos_gcs.api.limited_protocol import limited_protocol
 from aos_gcs.errors import LinkError
 
 _LARGEST_CLIENT_MESSAGE_BYTES = 4096
@@ -85,6 +86,7 @@ async def serve(app: FastAPI, host: str = "127.0.0.1", port: int = 8080) -> Asyn
     listener = listen(host, port)
     config = uvicorn.Config(
         app,
+        http=limited_protocol(app.state.limits),
         ws="websockets-sansio",
         ws_per_message_deflate=False,  # compressing each snapshot would cost the mission's loop more than the network
         ws_max_size=_LARGEST_CLIENT_MESSAGE_BYTES,

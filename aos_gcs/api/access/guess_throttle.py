@@ -42,14 +42,14 @@ class GuessThrottle:
 
     def wait_s(self, address: str) -> float:
         """Return how long an address has to wait before its next code; 0: not at all."""
-        now_s, guesses = self._now_s(), self._by_address.get(_group(address))
+        now_s, guesses = self._now_s(), self._by_address.get(group_of(address))
         own_s = 0.0 if guesses is None else guesses.open_at_s - now_s
         shared_s = 0.0 if _is_here(address) else (1.0 - self._refilled(now_s)) * 60.0 / GUESSES_PER_MINUTE
         return max(0.0, own_s, shared_s)
 
     def note_wrong(self, address: str) -> None:
         """Count a wrong guess."""
-        now_s, key = self._now_s(), _group(address)
+        now_s, key = self._now_s(), group_of(address)
         guesses = self._by_address.pop(key, None)
         wrong = 1 if guesses is None or now_s - guesses.latest_s > FORGET_AFTER_S else guesses.wrong + 1
         # The exponent is bounded before it is used: an attacker's count is not.
@@ -64,7 +64,7 @@ class GuessThrottle:
 
     def note_right(self, address: str) -> None:
         """Forget the wrong codes of an address."""
-        self._by_address.pop(_group(address), None)
+        self._by_address.pop(group_of(address), None)
 
     def _refilled(self, now_s: float) -> float:
         """Return the number of codes that all addresses together may try now."""
@@ -79,7 +79,7 @@ def _is_here(address: str) -> bool:
         return False
 
 
-def _group(address: str) -> str:
+def group_of(address: str) -> str:
     """Return the unit that is counted: for IPv6 the network, since one machine may use any address in it."""
     try:
         parsed = ipaddress.ip_address(address)

@@ -31,6 +31,8 @@ from aos_gcs.mission.notices import notices_to_keep
 
 EVENTS_KEPT = 1024
 """Events kept for clients that reconnect: minutes of a mission."""
+GREETING_KEPT_S = 0.25
+"""Time for which many clients that connect at once share one greeting."""
 NO_CAPABILITIES = CapabilitiesModel(planning=False, viewer=False, findings=False)
 
 
@@ -73,6 +75,8 @@ class EventHub:
         self._heard_at_s: float | None = None
         self._converter = MissionConverter(None)
         self._known_origin: GeodeticPosition | None = None
+        self._greeting: tuple[float, int, int, str] | None = None
+        """Time, revision of the state, number of the latest event and text of the latest greeting."""
         self._shown: MissionSnapshot | None = None
         """The snapshot that clients were shown last."""
 
@@ -154,10 +158,17 @@ class EventHub:
         )
 
     def _hello_text(self) -> tuple[int, str]:
+        now_s = self._now_s()
+        if self._greeting is not None:
+            at_s, revision, seq, text = self._greeting
+            if now_s - at_s < GREETING_KEPT_S and (revision, seq) == (self._state.revision, self._seq):
+                return seq, text
         hello = self.hello()
         # The changes that follow must start from exactly what this message says.
         self._take_state(hello.mission, 0.0)
-        return hello.seq, hello.model_dump_json()
+        text = hello.model_dump_json()
+        self._greeting = now_s, self._state.revision, hello.seq, text
+        return hello.seq, text
 
     def _take_state(self, mission: MissionModel, utc_s: float) -> None:
         if self._state.update(mission, utc_s):
