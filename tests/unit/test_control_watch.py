@@ -72,6 +72,19 @@ def test_two_reports_of_another_target_are_a_take_over() -> None:
     assert control.reason == "it flies to a target of another station or pilot"
 
 
+def test_a_target_near_the_former_one_is_still_ours() -> None:
+    """At the confirmation the vehicle may still report the target before: 1.7 m from the new one, it passes for it."""
+    control = watch("GUIDED")
+    control.begin(GUIDED, HERE)
+    control.confirm(GeodeticPosition(HERE.latitude_deg + 1.5e-5, 14.0, 330.0), 1.0, has_target=True)
+    for second in range(5):
+        control.take_target(HERE, 2.0 + second)
+    assert control.reason == ""
+    for second in range(2):
+        control.take_target(THERE, 8.0 + second)
+    assert control.reason == "it flies to a target of another station or pilot"
+
+
 def test_a_velocity_of_another_station_is_a_take_over() -> None:
     control = flying_to_here()
     control.take_target(None, 2.0)

@@ -126,14 +126,20 @@ class ControlWatch:
             return
         if self._target is None and position is not None:
             self._target = LocalFrame(position)
-        is_ours = (
-            position is not None
-            and self._target is not None
-            and (_distance_m(self._target, position) <= TARGET_MOVED_M)
-        )
+        is_ours = position is not None and self._is_our_target(position)
         self._strange_reports = 0 if is_ours else self._strange_reports + 1
         if self._strange_reports == _REPORTS:
             self._take_over("it flies to a target of another station or pilot")
+
+    def _is_our_target(self, position: GeodeticPosition) -> bool:
+        """Return whether a target is the one reported for our command, or the commanded one itself.
+
+        A short way on, the target that was reported first may have been that of the command before.
+        """
+        is_same = self._target is not None and _distance_m(self._target, position) <= TARGET_MOVED_M
+        return is_same or (
+            self._commanded is not None and _distance_m(LocalFrame(self._commanded), position) < _OUR_TARGET_M
+        )
 
     def _take_over(self, reason: str) -> None:
         self.reason = reason
