@@ -59,7 +59,7 @@ class EventStream:
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
         self._seq = 0
-        self._subscriptions: set[Subscription] = set()
+        self._subscriptions: dict[Subscription, None] = {}
 
     def publish(self, kind: EventKind, data: EventData) -> Event:
         """Number, stamp and distribute; returns at once."""
@@ -72,7 +72,7 @@ class EventStream:
     def attach(self, capacity: int) -> Subscription:
         """Follow the stream for as long as it lives."""
         subscription = Subscription(capacity)
-        self._subscriptions.add(subscription)
+        self._subscriptions[subscription] = None
         return subscription
 
     @contextmanager
@@ -82,4 +82,4 @@ class EventStream:
         try:
             yield subscription
         finally:
-            self._subscriptions.discard(subscription)
+            self._subscriptions.pop(subscription)

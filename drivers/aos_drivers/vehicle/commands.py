@@ -115,7 +115,7 @@ class CommandRunner:
             is_unseen = awaits_heartbeat and transaction.answer is Answer.ACCEPTED
             return is_done() or is_unseen or transaction.answer is Answer.REFUSED
 
-        record.transactions.add(transaction)
+        record.transactions[transaction] = None
         try:
             while not is_done():
                 if awaits_heartbeat and transaction.answer is Answer.ACCEPTED:
@@ -132,7 +132,7 @@ class CommandRunner:
                     self._send(record.vehicle_id, record.target.component_id, message)
                 await self._changes.wait_for(is_decided, min(deadline_s, transaction.due_s))
         finally:
-            record.transactions.discard(transaction)
+            record.transactions.pop(transaction)
 
     def _ask_for_heartbeat(self) -> None:
         """Request the vehicle's mode now; unrequested heartbeats come once a second."""

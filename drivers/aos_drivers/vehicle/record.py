@@ -62,9 +62,9 @@ class VehicleRecord:
         self.camera: CameraRecord | None = None
         self.payload = PayloadRecord()
         self.frames = FrameCounts(camera.source)
-        self.transactions: set[CommandTransaction] = set()
+        self.transactions: dict[CommandTransaction, None] = {}
         """Commands that await an acknowledgement."""
-        self.exchanges: set[Exchange] = set()
+        self.exchanges: dict[Exchange, None] = {}
         """Exchanges of several messages in progress."""
         self.duplicates = DuplicateFilter()
         self.clock = ClockEstimator()

@@ -154,7 +154,7 @@ class SetupRunner:
             CommandTimeoutError: it has not ended by ``deadline_s``.
         """
         record, clock = self._record, self._clock
-        record.exchanges.add(exchange)
+        record.exchanges[exchange] = None
         try:
             while not exchange.is_done:
                 now_s = clock.now_s() + CLOCK_RESOLUTION_S
@@ -166,7 +166,7 @@ class SetupRunner:
                     self._send(record.vehicle_id, record.target.component_id, message)
                 await self._wait(exchange, deadline_s)
         finally:
-            record.exchanges.discard(exchange)
+            record.exchanges.pop(exchange)
 
     async def _wait(self, exchange: Exchange, deadline_s: float) -> None:
         """Wait until the exchange has something to do."""

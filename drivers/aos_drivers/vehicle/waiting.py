@@ -12,11 +12,11 @@ CLOCK_RESOLUTION_S = 1e-3
 
 
 class Changes:
-    """Wakes all waiters whenever something about a vehicle may have changed."""
+    """Wakes all waiters, in the order of their arrival, whenever something about a vehicle may have changed."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
-        self._waiters: set[asyncio.Future[None]] = set()
+        self._waiters: dict[asyncio.Future[None], None] = {}
 
     def announce(self) -> None:
         """Make every waiter check its condition again."""
@@ -36,8 +36,8 @@ class Changes:
 
     async def _next(self) -> None:
         waiter = asyncio.get_running_loop().create_future()
-        self._waiters.add(waiter)
+        self._waiters[waiter] = None
         try:
             await waiter
         finally:
-            self._waiters.discard(waiter)
+            self._waiters.pop(waiter)

@@ -63,7 +63,7 @@ class Shutter:
             is_accepted = transaction.answer is Answer.ACCEPTED and math.isinf(asked_at_s)
             return find(transaction.answer) is not None or transaction.answer is Answer.REFUSED or is_accepted
 
-        self._vehicle.record.transactions.add(transaction)
+        self._vehicle.record.transactions[transaction] = None
         try:
             while (found := find(transaction.answer)) is None:
                 now_s = self._clock.now_s() + CLOCK_RESOLUTION_S
@@ -80,7 +80,7 @@ class Shutter:
                     self._vehicle.send(self._vehicle.record.vehicle_id, command.target_component, message)
                 await self._vehicle.changes.wait_for(has_changed, min(deadline_s, transaction.due_s, asked_at_s))
         finally:
-            self._vehicle.record.transactions.discard(transaction)
+            self._vehicle.record.transactions.pop(transaction)
         return found
 
     async def wait(self, find: Callable[[], T | None], deadline_s: float) -> T:
