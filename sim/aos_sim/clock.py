@@ -52,10 +52,10 @@ class Pacer:
     the same length.
     """
 
-    def __init__(self, speed: float, max_lag_s: float = 0.25) -> None:
+    def __init__(self, speed: float, max_lag_s: float = 0.25, tick_s: float = TICK_S) -> None:
         if not speed > 0.0:
             raise ValueError(f"speed must be positive, got {speed}")
-        self._ticks_per_real_s = speed / TICK_S
+        self._ticks_per_real_s = speed / tick_s
         self._max_lag_ticks = max(1.0, max_lag_s * self._ticks_per_real_s)
         self._origin_real_s: float | None = None
         self._done_ticks = 0

@@ -69,6 +69,8 @@ class SwarmOptions:
     seed: int = 1
     speed: float = 1.0
     """Simulated seconds per real second; less is reached where the machine cannot keep up."""
+    step_ticks: int = 1
+    """Ticks per step of the dynamics, 1, 2 or 5: more cost less and are less exact. No message is sent more often."""
     autopilot: str = "arducopter"
     first_system_id: int = 1
     origin: GeodeticPosition = DEFAULT_ORIGIN
@@ -95,6 +97,7 @@ class SwarmOptions:
         _check(1 <= self.vehicles <= MAX_VEHICLES, f"--vehicles must lie within 1 and 100, got {self.vehicles}.")
         _check(self.autopilot in AUTOPILOTS, f"--autopilot must be arducopter or px4, got {self.autopilot}.")
         _check(0.0 < self.speed <= 100.0, f"--speed must lie above 0 and at most 100, got {self.speed}.")
+        _check(self.step_ticks in (1, 2, 5), f"step_ticks must be 1, 2 or 5, got {self.step_ticks}.")
         _check(self.seed >= 0, f"--seed must be 0 or more, got {self.seed}.")
         _check(self.wind_mps >= 0.0, f"--wind must be 0 or more, got {self.wind_mps}.")
         check_camera_options(self.image_size_px, self.fov_rad, self.http_port)
@@ -151,6 +154,7 @@ class SimulatedSwarm:
         self._rng = np.random.default_rng(options.seed)
         self._wind = Wind((options.wind_mps, 0.0, 0.0))
         self._limits = AirframeLimits()
+        self._step_s = options.step_ticks * TICK_S
         homes_enu_m = home_positions_enu_m(options.vehicles)
         self.state = SwarmState.at_rest(homes_enu_m, self._rng.normal(0.0, HEADING_SIGMA_RAD, len(homes_enu_m)))
         self.now = SimTime(0, start_utc_us=time.time_ns() // 1000)
@@ -235,7 +239,7 @@ class SimulatedSwarm:
         return SimulatedVehicle(autopilot, CameraComponent(autopilot.identity.system_id, self._darkroom.camera))
 
     async def _run(self) -> None:
-        pacer = Pacer(self.options.speed)
+        pacer = Pacer(self.options.speed, tick_s=self._step_s)
         loop = asyncio.get_running_loop()
         while True:
             for _ in range(pacer.due_ticks(loop.time())):
@@ -244,10 +248,10 @@ class SimulatedSwarm:
             await asyncio.sleep(pacer.delay_s(loop.time()))
 
     def _tick(self) -> None:
-        self.now = self.now.later()
-        self.errors.advance(TICK_S)
+        self.now = self.now.later(self.options.step_ticks)
+        self.errors.advance(self._step_s)
         guidance = _guidance([vehicle.autopilot for vehicle in self.vehicles], self.errors.estimate_enu_m)
-        self.state = step(self.state, guidance, TICK_S, limits=self._limits, wind=self._wind, rng=self._rng)
+        self.state = step(self.state, guidance, self._step_s, limits=self._limits, wind=self._wind, rng=self._rng)
         self._kinematics = read_kinematics(self.state, self.frame, self.errors)
         self._separation.update(self._system_ids, self.state.position_enu_m)
         for index, vehicle in enumerate(self.vehicles):

@@ -13,7 +13,7 @@ from typing import ClassVar
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from aos_sim.clock import TICK_S, SimTime
+from aos_sim.clock import SimTime
 from aos_sim.vehicle.battery import Battery
 from aos_sim.vehicle.commands import CommandRequest
 from aos_sim.vehicle.configuration import VehicleIdentity
@@ -210,9 +210,10 @@ class SimulatedAutopilot(ABC):
             handler(message)
 
     def update(self, kinematics: Kinematics, now: SimTime) -> None:
-        """Advance to ``now``, one tick later than before."""
+        """Advance to ``now``, at least one tick later than before."""
+        duration_s = now.s - self.now.s
         self.kinematics, self.now = kinematics, now
-        self.battery.drain(self.flight.armed, self.flight.airborne, TICK_S)
+        self.battery.drain(self.flight.armed, self.flight.airborne, duration_s)
         if self.position_known and not self._position_announced:
             self._position_announced = True
             self.send(self._build(mavlink.MAVLINK_MSG_ID_HOME_POSITION))

@@ -38,7 +38,7 @@ class SimulatedVehicle:
             self.autopilot.handle(message, kinematics, now)
 
     def update(self, kinematics: Kinematics, now: SimTime) -> None:
-        """Advance both components to ``now``, one tick later than before."""
+        """Advance both components to ``now``, at least one tick later than before."""
         self.autopilot.update(kinematics, now)
         if self.camera is not None:
             self.camera.update(now)
