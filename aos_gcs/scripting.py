@@ -23,6 +23,7 @@ from aos_gcs.errors import MissionError
 from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.context import FlightContext
+from aos_gcs.mission.fleet.datum import survey_ground
 from aos_gcs.mission.fleet.flight import FlightControl
 from aos_gcs.mission.fleet.monitor import Monitor
 from aos_gcs.mission.fleet.return_and_land import ReturnAndLand
@@ -32,6 +33,7 @@ from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal
 from aos_gcs.mission.model.actions import Refusal
 from aos_gcs.mission.model.vehicles import Task
+from aos_gcs.mission.preflight.altitudes import check_altitudes
 from aos_gcs.mission.preflight.telemetry import check_all
 from aos_gcs.mission.search.sampling import Sample, sample
 from aos_gcs.planning.proposal import altitude_layers, propose_limits
@@ -213,22 +215,28 @@ class Swarm:
             if home is None:
                 return f"vehicle {members[0].vehicle_id} has no home position yet; wait for its GPS."
             self._roster.frame = LocalFrame(home)
-        launch_distance_m = self._settings.safety.applied_to(UNLIMITED).launch_distance_m
-        failed = [check for check in check_all(self._roster, members, launch_distance_m) if check.blocks]
+        limits = self._settings.safety.applied_to(UNLIMITED)
+        found = [
+            *check_all(self._roster, members, limits.launch_distance_m),
+            *check_altitudes(self._roster, members, limits.separation_m, self._options.flight.layer_spacing_m),
+        ]
+        failed = [check for check in found if check.blocks]
         return failed[0].describe() if failed else None
 
     def _set_limits(self) -> None:
-        members, frame, flight = self._roster.chosen(), self._roster.local_frame(), self._options.flight
+        members, roster, flight = self._roster.chosen(), self._roster, self._options.flight
         layers_m = altitude_layers(len(members), flight.lowest_layer_m, flight.layer_spacing_m)
-        homes_enu_m = [frame.to_enu(home) for member in members if (home := member.state.home) is not None]
+        roster.ground = survey_ground([member.state for member in members])
+        roster.settle_altitudes()
+        homes_enu_m = [home_m for member in members if (home_m := roster.launch_point_enu_m(member)) is not None]
         self._roster.assign_layers(homes_enu_m, layers_m)
         self._flight.limits = propose_limits(self._settings, homes_enu_m)
 
     @staticmethod
     def _takeoff(member: Member) -> Takeoff:
-        if member.home_enu_m is None or member.layer_height_m is None:
+        if (height_m := member.layer_above_home_m) is None:
             raise MissionError(f"vehicle {member.vehicle_id} has no altitude layer: await get_ready() first")
-        return Takeoff(member.layer_height_m - float(member.home_enu_m[2]))
+        return Takeoff(height_m)
 
 
 @asynccontextmanager

@@ -128,8 +128,8 @@ def admissible_fraction(
     bisection finds the point where it falls short.
 
     Args:
-        start_m: shape (d,), metres.
-        end_m: shape (d,), metres.
+        start_m: shape (d,) or, one for each segment to keep away from, (m, d), metres.
+        end_m: the same shape.
         b0: starts of the segments to keep away from, shape (m, d), metres.
         b1: their ends.
         required_m: shape (m,), metres; at most the distance at the start.
@@ -142,6 +142,7 @@ def admissible_fraction(
     fractions = np.ones_like(closest_m)
     if not short.any():
         return fractions
+    start_m, end_m = (np.broadcast_to(point_m, b0.shape)[short] for point_m in (start_m, end_m))
     b0, b1, required_m = b0[short], b1[short], required_m[short]
     low, high = np.zeros(len(b0)), closest_fraction[short]
     for _ in range(_BISECTIONS):

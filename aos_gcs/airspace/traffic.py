@@ -8,12 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from aos_gcs.airspace.accuracy import CONFIDENCE, EXACT, Accuracy, Clearance, clearances, joint_errors_m
 from aos_gcs.airspace.separation import TOLERANCE_M, admissible_fraction, point_segment_distance, segment_distance
 
 FloatArray = NDArray[np.float64]
 
 MIN_MOVE_M = 0.1
 """Shortened segments below this length are not worth a command."""
+_WORTH_TELLING_M = 0.1
+"""Difference of horizontal and vertical limit from which both are told."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -36,6 +39,7 @@ class WaypointRequest:
     """Shape (3,); needed when the energy to return is limited."""
     battery_per_m: float | None = None
     """Battery fraction that a metre of its flight costs, as measured; None leaves it to the limits."""
+    accuracy: Accuracy = EXACT
     waypoint_enu_m: FloatArray | None = None
     """Waypoint that it flies to now, shape (3,): the segment to it is occupied until the vehicle is sent elsewhere. One
     that is held flies on there."""
@@ -64,6 +68,7 @@ class Obstacle:
     home_enu_m: FloatArray | None = None
     """Launch point, shape (3,), that its autopilot returns to: the path there and the column above it are occupied,
     too."""
+    accuracy: Accuracy = EXACT
     stop_enu_m: FloatArray | None = None
     """Place where it would come to a stop if it were told to now, shape (3,): the segment to it is occupied, too."""
 
@@ -76,6 +81,25 @@ class Obstacle:
             above_home = np.array([*self.home_enu_m[:2], here[2]])
             segments += [np.array([here, above_home]), _column(above_home, self.top_m)]
         return np.array(segments)
+
+    def is_near(self, start_enu_m: FloatArray, end_enu_m: FloatArray, accuracy: Accuracy, separation_m: float) -> bool:
+        """Return whether another vehicle on a straight path, ends of shape (3,), may come within the separation.
+
+        Args:
+            start_enu_m: of the path.
+            end_enu_m: of the path.
+            accuracy: of the other vehicle's position.
+            separation_m: smallest true distance.
+        """
+        segments, errors_m = self.segments(), joint_errors_m(accuracy, self.accuracy)
+        return all(
+            segment_distance(
+                *(scale * end_m for end_m in (start_enu_m, end_enu_m, segments[:, 0], segments[:, 1]))
+            ).min()
+            < wide_m
+            for one in clearances(separation_m, *np.atleast_2d(errors_m).T)
+            for scale, wide_m in zip(one.scale(), one.wide_m, strict=True)
+        )
 
 
 def _column(position_enu_m: FloatArray, top_m: float | None) -> FloatArray:
@@ -102,7 +126,7 @@ class Traffic:
     Args:
         requests: vehicles that are to be sent somewhere; each goes on as it does until :meth:`admit` is called for it.
         obstacles: all other airborne vehicles.
-        separation_m: smallest 3-D distance between two vehicles.
+        separation_m: smallest true 3-D distance between two vehicles; reported ones keep more, by their accuracies.
 
     Raises:
         ValueError: an id occurs twice, or a position is not finite.
@@ -120,6 +144,10 @@ class Traffic:
             raise ValueError("present positions must be finite; leave out a vehicle whose position is unknown")
         self._starts, self._ends = ends[:, 0].copy(), ends[:, 1].copy()
         self._separation_m = separation_m
+        accuracies = {request.vehicle_id: request.accuracy for request in requests}
+        accuracies |= {obstacle.vehicle_id: obstacle.accuracy for obstacle in obstacles}
+        rows = [(accuracies[each].horizontal_m, accuracies[each].vertical_m) for each in self._ids.tolist()]
+        self._accuracies_m = np.array(rows).reshape(-1, 2)
 
     def admit(self, vehicle_id: int, end: FloatArray) -> None:
         """Occupy the segment to ``end``, shape (3,), for a vehicle that is sent there, in place of the one before."""
@@ -128,27 +156,51 @@ class Traffic:
 
     def admissible(self, vehicle_id: int, start: FloatArray, end: FloatArray) -> Admission:
         """Return how much of a vehicle's segment, ends of shape (3,), keeps the distance to all others."""
+        own_row = int(np.flatnonzero(self._ids == vehicle_id)[0])
         length_m = float(np.linalg.norm(end - start))
-        reach_m = length_m + np.linalg.norm(self._ends - self._starts, axis=1) + self._separation_m
+        errors_m = CONFIDENCE * np.hypot(self._accuracies_m, self._accuracies_m[own_row])
+        low, narrow = clearances(self._separation_m, errors_m[:, 0], errors_m[:, 1])
+        reach_m = length_m + np.linalg.norm(self._ends - self._starts, axis=1) + np.maximum(low.wide_m, low.high_m)
         near = np.linalg.norm(self._starts - start, axis=1) <= reach_m
         near[self._ids == vehicle_id] = False
         rows = np.flatnonzero(near)
         if len(rows) == 0 or length_m == 0.0:
             return ALL_ADMITTED
-        starts, ends = self._starts[rows], self._ends[rows]
-        now_m = point_segment_distance(start, starts, ends)[0]
-        fractions = admissible_fraction(start, end, starts, ends, np.minimum(self._separation_m, now_m))
-        too_close = now_m < self._separation_m - 2.0 * TOLERANCE_M
-        # The distance is convex along the segment, so where it grows at first it grows to the end.
-        after_first_move = start + min(1.0, MIN_MOVE_M / length_m) * (end - start)
-        receding = point_segment_distance(after_first_move, starts, ends)[0] > now_m + TOLERANCE_M
-        fractions[too_close & ~receding] = 0.0
+        # A path that is outside of either ellipsoid keeps the separation. From inside of both it recedes from both.
+        low_fractions, is_in_low = self._fractions(rows, low, start, end)
+        narrow_fractions, is_in_narrow = self._fractions(rows, narrow, start, end)
+        fractions = np.select(
+            [is_in_low & is_in_narrow, is_in_low, is_in_narrow],
+            [np.minimum(low_fractions, narrow_fractions), narrow_fractions, low_fractions],
+            np.maximum(low_fractions, narrow_fractions),
+        )
         worst = int(fractions.argmin())
         if fractions[worst] == 1.0:
             return ALL_ADMITTED
-        passing_m = float(segment_distance(start, end, starts[worst], ends[worst]))
-        other_id = int(self._ids[rows[worst]])
+        row = rows[worst]
+        passing_m = float(segment_distance(start, end, self._starts[row], self._ends[row]))
+        beside_m, above_m = float(narrow.wide_m[row]), float(low.high_m[row])
+        limit = f"limit {beside_m:.1f} m"
+        if abs(beside_m - above_m) >= _WORTH_TELLING_M:
+            limit += f" beside, {above_m:.1f} m above or below"
         return Admission(
-            float(fractions[worst]),
-            f"it would pass vehicle {other_id} at {passing_m:.1f} m, limit {self._separation_m:.1f} m",
+            float(fractions[worst]), f"it would pass vehicle {int(self._ids[row])} at {passing_m:.1f} m, {limit}"
         )
+
+    def _fractions(
+        self, rows: NDArray[np.intp], clearance: Clearance, start: FloatArray, end: FloatArray
+    ) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """Return how much of a segment stays outside of the ellipsoids about these rows, and which it starts inside."""
+        # With heights scaled, the ellipsoids are spheres.
+        scale, wide_m = clearance.scale()[rows], clearance.wide_m[rows]
+        starts, ends = scale * self._starts[rows], scale * self._ends[rows]
+        own_starts, own_ends = scale * start, scale * end
+        now_m = point_segment_distance(own_starts, starts, ends)[0]
+        fractions = admissible_fraction(own_starts, own_ends, starts, ends, np.minimum(wide_m, now_m))
+        too_close = now_m < wide_m - 2.0 * TOLERANCE_M
+        # The distance is convex along the segment, so where it grows at first it grows to the end.
+        share = min(1.0, MIN_MOVE_M / float(np.linalg.norm(end - start)))
+        after_first_move = own_starts + share * (own_ends - own_starts)
+        receding = point_segment_distance(after_first_move, starts, ends)[0] > now_m + TOLERANCE_M
+        fractions[too_close & ~receding] = 0.0
+        return fractions, too_close

@@ -12,12 +12,14 @@ from aos_gcs.errors import MissionFailedError
 from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.mission.auto_start import AutoStart
 from aos_gcs.mission.context import FlightContext
+from aos_gcs.mission.fleet.datum import survey_ground
 from aos_gcs.mission.fleet.roster import Member
 from aos_gcs.mission.handler_watch import sign_of_life
 from aos_gcs.mission.model.checks import PreflightCheck
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.preflight import checks
+from aos_gcs.mission.preflight.altitudes import check_altitudes
 from aos_gcs.mission.preflight.aperture import check_aperture
 from aos_gcs.mission.preflight.ground import check_ground
 from aos_gcs.mission.preflight.inspection import Inspector
@@ -31,7 +33,9 @@ from aos_gcs.ports import Arm, Disarm, Severity, Takeoff
 _POLL_S = 0.5
 _ARM_AGAIN_S = 2.0
 _SAME_HOME_M = 1.0
-"""Largest drift of a home position that leaves layers and limits as they are."""
+"""Largest horizontal drift of a home position that leaves layers and limits as they are."""
+_SAME_GROUND_M = 0.25
+"""Largest vertical drift."""
 
 
 class Launch:
@@ -45,7 +49,8 @@ class Launch:
         self._inspector = inspector
         self._auto_start = auto_start
         self._advice = check_aperture(context.settings)
-        self._launch_distance_m = context.settings.safety.applied_to(UNLIMITED).launch_distance_m
+        limits = context.settings.safety.applied_to(UNLIMITED)
+        self._launch_distance_m, self._separation_m = limits.launch_distance_m, limits.separation_m
         self._ground: tuple[PreflightCheck, ...] = ()
         """Checks of the ground, for the limits in force and the homes that they were made for."""
 
@@ -190,6 +195,7 @@ class Launch:
         found = [
             *check_all(roster, members, self._launch_distance_m),
             *check_layers(roster, members, settings.flight.layer_spacing_m, self._context.flight.limits),
+            *check_altitudes(roster, members, self._separation_m, settings.flight.layer_spacing_m),
             *check_system_ids([member.state for member in members], board_ids),
             *self._ground,
         ]
@@ -209,13 +215,17 @@ class Launch:
     def _assign_layers(self) -> None:
         """Give every vehicle its layer, and propose limits, as soon as all homes are known and when one has moved."""
         context = self._context
-        members, frame, flight = context.roster.chosen(), context.roster.frame, context.settings.flight
-        homes = [member.state.home for member in members]
-        if frame is None or not context.settings.area_enu_m or len(members) < context.settings.vehicles:
+        members, roster, flight = context.roster.chosen(), context.roster, context.settings.flight
+        if roster.frame is None or not context.settings.area_enu_m or len(members) < context.settings.vehicles:
             return
-        homes_enu_m = [frame.to_enu(home) for home in homes if home is not None]
-        if len(homes_enu_m) < len(members) or self._is_planned(members, homes_enu_m):
+        former = roster.ground
+        roster.ground = survey_ground([member.state for member in members])
+        found_enu_m = [roster.launch_point_enu_m(member) for member in members]
+        homes_enu_m = [home_enu_m for home_enu_m in found_enu_m if home_enu_m is not None]
+        if roster.ground is None or len(homes_enu_m) < len(members) or self._is_planned(members, homes_enu_m):
+            roster.ground = former
             return
+        roster.settle_altitudes()
         layers_m = altitude_layers(len(members), flight.lowest_layer_m, flight.layer_spacing_m)
         context.roster.assign_layers(homes_enu_m, layers_m)
         limits = context.flight.limits = propose_limits(context.settings, homes_enu_m)
@@ -227,7 +237,8 @@ class Launch:
         return self._context.flight.limits is not None and all(
             member.home_enu_m is not None
             and member.layer_height_m is not None
-            and float(np.linalg.norm(member.home_enu_m - home_enu_m)) <= _SAME_HOME_M
+            and float(np.linalg.norm((member.home_enu_m - home_enu_m)[:2])) <= _SAME_HOME_M
+            and abs(float(member.home_enu_m[2] - home_enu_m[2])) <= _SAME_GROUND_M
             for member, home_enu_m in zip(members, homes_enu_m, strict=True)
         )
 

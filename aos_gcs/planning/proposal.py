@@ -23,6 +23,7 @@ _LAYER_MARGIN_M = 5.0
 """Distance of the proposed floor and ceiling from the lowest and the highest altitude layer."""
 _CORNERS = 16
 """Corners of the polygon that stands in for a circle around each point of a geofence."""
+_SAME_POINT_M = 1e-5
 
 
 def altitude_layers(n: int, lowest_m: float, spacing_m: float) -> tuple[float, ...]:
@@ -83,7 +84,10 @@ def propose_fence(
     angles_rad = 2.0 * np.pi * np.arange(_CORNERS) / _CORNERS
     corners_m = margin_m / math.cos(math.pi / _CORNERS) * np.column_stack([np.cos(angles_rad), np.sin(angles_rad)])
     grown_m = (points_m[:, None] + corners_m[None]).reshape(-1, 2)
-    return as_points(grown_m[ConvexHull(grown_m).vertices])
+    hull_m = grown_m[ConvexHull(grown_m).vertices]
+    # Points that all but coincide, such as a launch point at a corner of the area, give edges that all but touch.
+    is_apart = np.linalg.norm(hull_m - np.roll(hull_m, 1, axis=0), axis=1) > _SAME_POINT_M
+    return as_points(hull_m[is_apart])
 
 
 def _require_positive(field: str, value: float) -> None:

@@ -27,6 +27,7 @@ from aos_sim.camera.server import ImageServer
 from aos_sim.camera.synthetic import SyntheticImage
 from aos_sim.clock import Pacer
 from aos_sim.swarm import SimulatedSwarm, SwarmOptions
+from aos_sim.vehicle.errors import RTK
 from tests.fakes.air import GCS, Air, targets
 from tests.fakes.frozen import StationLoop, station
 from tests.fakes.mission_flight import InlineExecutor, MemoryRecorder, settings
@@ -161,6 +162,7 @@ async def flying_over(
         "vehicles": vehicles + late_vehicles,
         "autopilot": autopilot,
         "parameters": changes.pop("parameters", {}),
+        "errors": changes.pop("errors", RTK),
     }
     clock, loop = LoopClock(), StationLoop(asyncio.get_running_loop())
     journal, recorder, pulse = Journal(clock), MemoryRecorder(), LoopMonitor(period_s=0.5)

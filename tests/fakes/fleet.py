@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import astuple, dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -60,6 +61,41 @@ GOOD_FACTS = VehicleFacts(
 )
 
 
+@dataclass(frozen=True)
+class FakeErrors:
+    """Errors of one vehicle's position and altitude: a constant and a slow swing, the same in every run."""
+
+    seed: int
+    bias_m: tuple[float, float] = (0.01, 0.02)
+    """Standard deviation of the constant, horizontal and vertical."""
+    swing_m: tuple[float, float] = (0.005, 0.01)
+    """Standard deviation of the swing, horizontal and vertical."""
+    period_s: float = 60.0
+    climb_mps: float = 0.0
+    """Speed at which the estimated height runs away from the true one."""
+    climb_from_s: float = 0.0
+
+    @cached_property
+    def _drawn(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        rng = np.random.default_rng([self.seed, 0xE5])
+        return rng.standard_normal((2, 3)), rng.uniform(0.0, math.tau, (2, 3))
+
+    def _error_enu_m(self, row: int, now_s: float) -> NDArray[np.float64]:
+        factors, phases = self._drawn
+        axes_bias_m, axes_swing_m = (np.array([h_m, h_m, v_m]) for h_m, v_m in (self.bias_m, self.swing_m))
+        swing = math.sqrt(2.0) * np.sin(math.tau * now_s / self.period_s + phases[row])
+        return np.asarray(factors[row] * axes_bias_m + swing * axes_swing_m)
+
+    def estimate_enu_m(self, now_s: float) -> NDArray[np.float64]:
+        """What the vehicle believes minus where it is."""
+        climbed_m = self.climb_mps * max(0.0, now_s - self.climb_from_s)
+        return self._error_enu_m(0, now_s) + np.array([0.0, 0.0, climbed_m])
+
+    def receiver_up_m(self, now_s: float) -> float:
+        """Altitude that the satellite receiver measures minus the true one."""
+        return float(self._error_enu_m(1, now_s)[2])
+
+
 @dataclass
 class FakeVehicle:
     """Flies instantly accelerating straight lines; ``state`` is computed from the clock, so it owns no task."""
@@ -72,6 +108,10 @@ class FakeVehicle:
     goal_enu_m: NDArray[np.float64] = field(init=False)
     started_s: float = 0.0
     speed_mps: float = 10.0
+    errors: FakeErrors = FakeErrors(0)
+    gps_fix: int = 6
+    horizontal_accuracy_m: float | None = 0.015
+    vertical_accuracy_m: float | None = 0.03
     armed: bool = False
     mode: FlightMode = FlightMode.GUIDED
     battery_fraction: float = 0.9
@@ -88,7 +128,6 @@ class FakeVehicle:
     return_height_m: float = 30.0
     keeps_return_height: bool = False
     battery_silent_since_s: float | None = None
-    gps_fix: int = 3
     estimator_problem: str = ""
     vibration_mps2: float | None = None
     taken_over: str = ""
@@ -103,7 +142,12 @@ class FakeVehicle:
     def __post_init__(self) -> None:
         self.start_enu_m = self.goal_enu_m = self.home_enu_m
 
+    def true_enu_m(self) -> NDArray[np.float64]:
+        """Return where the vehicle is, whatever it believes."""
+        return self.position_enu_m() - self.errors.estimate_enu_m(self.clock.now_s())
+
     def position_enu_m(self) -> NDArray[np.float64]:
+        """Return where the vehicle believes to be."""
         now_s = self.clock.now_s() if self.silent_since_s is None else self.silent_since_s
         way_m = self.goal_enu_m - self.start_enu_m
         length_m = float(np.linalg.norm(way_m))
@@ -133,7 +177,7 @@ class FakeVehicle:
 
     def _compute_state(self) -> VehicleState:
         now_s = self.clock.now_s()
-        position_enu_m = self.position_enu_m()
+        position_enu_m, true_up_m = self.position_enu_m(), float(self.true_enu_m()[2])
         on_ground = bool(position_enu_m[2] <= self.home_enu_m[2] + 0.01)
         if on_ground and self.mode in {FlightMode.LAND, FlightMode.RETURN}:
             self.armed = False
@@ -167,6 +211,10 @@ class FakeVehicle:
             heard_at_s=heard_at_s,
             taken_over=self.taken_over,
             failsafe=self.failsafe,
+            horizontal_accuracy_m=self.horizontal_accuracy_m,
+            vertical_accuracy_m=self.vertical_accuracy_m,
+            gps_altitude_amsl_m=ORIGIN.altitude_amsl_m + true_up_m + self.errors.receiver_up_m(now_s),
+            pressure_hpa=1013.25 * (1.0 - (ORIGIN.altitude_amsl_m + true_up_m) / 44330.77) ** 5.25588,
         )
 
     def reclaim(self) -> None:
@@ -314,7 +362,7 @@ class FakeVehicle:
         shape = CAMERA.height_px, CAMERA.width_px
         image = rng.normal([70.0, 90.0, 50.0, 12.0], [6.0, 6.0, 6.0, 0.5], (*shape, 4)).astype(np.float32)
         if self.target_enu_m is not None:
-            east_m, north_m, up_m = self.position_enu_m()
+            east_m, north_m, up_m = self.true_enu_m()
             rows, columns = np.indices(shape)
             ground_m = up_m / CAMERA.fx_px
             east_of_target_m = east_m + (columns - CAMERA.cx_px) * ground_m - self.target_enu_m[0]
@@ -324,12 +372,17 @@ class FakeVehicle:
 
 
 class FakeFleet:
-    """Vehicles on a row of launch points 5 m apart."""
+    """Vehicles on a row of launch points 5 m apart, on level ground, each with errors of its own."""
 
-    def __init__(self, clock: Clock, n: int, target_enu_m: tuple[float, float] | None) -> None:
+    def __init__(
+        self, clock: Clock, n: int, target_enu_m: tuple[float, float] | None, errors: Mapping[str, Any] | None = None
+    ) -> None:
         target = None if target_enu_m is None else np.array(target_enu_m)
-        homes_enu_m = [np.array([5.0 * (i - (n - 1) / 2), 0.0, 0.0]) for i in range(n)]
-        self.members = {i + 1: FakeVehicle(i + 1, clock, homes_enu_m[i], target) for i in range(n)}
+        self.members = {}
+        for i in range(n):
+            own = FakeErrors(i + 1, **(errors or {}))
+            home_enu_m = np.array([5.0 * (i - (n - 1) / 2), 0.0, 0.0]) + own.estimate_enu_m(0.0)
+            self.members[i + 1] = FakeVehicle(i + 1, clock, home_enu_m, target, errors=own)
 
     def vehicles(self) -> Mapping[int, FakeVehicle]:
         return self.members

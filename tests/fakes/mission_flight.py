@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import asyncio
+import math
 from collections.abc import AsyncIterator, Callable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
+from aos_gcs.airspace.separation import minimum_separation
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import RecordingError
 from aos_gcs.imaging.step.settings import ImagingSettings
@@ -22,7 +26,7 @@ from aos_gcs.mission.model.steps import Picture, StepRecord
 from aos_gcs.mission.model.vehicles import SettingsRecord, Task
 from aos_gcs.mission.views import LiveView
 from aos_gcs.planning.settings import Deadlines, DetectionSettings, MissionSettings, PreflightSettings
-from aos_gcs.ports import Capture, Worker
+from aos_gcs.ports import Capture, LandedState, Worker
 from tests.fakes.fleet import ORIGIN, FakeFleet
 
 TARGET = (4.0, 40.0)
@@ -127,6 +131,8 @@ class Flight:
     clock: LoopClock
     journal: Journal
     pulse: LoopMonitor
+    smallest_m: float = math.inf
+    """Smallest true distance of two flying vehicles, as far as it was watched."""
 
     @property
     def view(self) -> LiveView:
@@ -141,6 +147,14 @@ class Flight:
             while not condition():
                 await self.clock.sleep(0.05)
 
+    async def watch_separation(self) -> None:
+        """Compare the true positions of the vehicles until cancelled; keep the smallest distance of two that fly."""
+        while True:
+            flying = [one.true_enu_m() for one in self.fleet.members.values() if one.state.landed is LandedState.IN_AIR]
+            if len(flying) > 1:
+                self.smallest_m = min(self.smallest_m, minimum_separation(np.array(flying))[0])
+            await self.clock.sleep(0.1)
+
     def texts(self) -> list[str]:
         return [event.data.text for event in self.recorder.events if event.kind == "notice"]
 
@@ -149,11 +163,17 @@ class Flight:
 
 
 def prepare(
-    n: int = 4, target: tuple[float, float] | None = TARGET, *, worker: Worker | None = None, **changes: object
+    n: int = 4,
+    target: tuple[float, float] | None = TARGET,
+    *,
+    errors: Mapping[str, object] | None = None,
+    worker: Worker | None = None,
+    **changes: object,
 ) -> Flight:
+    """Return a mission of n vehicles whose ``errors``, fields of :class:`FakeErrors`, differ from those of RTK."""
     asyncio.get_running_loop().set_default_executor(InlineExecutor(1))
     clock = LoopClock()
-    fleet, recorder, journal = FakeFleet(clock, n, target), MemoryRecorder(), Journal(clock)
+    fleet, recorder, journal = FakeFleet(clock, n, target, errors), MemoryRecorder(), Journal(clock)
     pulse = LoopMonitor(period_s=0.5)
     mission = Coordinator(
         "m",

@@ -65,7 +65,7 @@ async def test_a_vehicle_without_a_position_is_held_and_told(problem: str) -> No
             vehicle.estimator_problem = "its estimator has no position"
         await flight.until(lambda: flight.task(2) is Task.HELD)
         assert any(isinstance(command, Hold) for command in vehicle.commands)
-        vehicle.gps_fix, vehicle.estimator_problem = 3, ""
+        vehicle.gps_fix, vehicle.estimator_problem = 6, ""
         await flight.until(lambda: any("again" in text for text in texts_of(flight, Severity.INFO)))
         await flight.commands.act(Action.RETURN, None)
         await run

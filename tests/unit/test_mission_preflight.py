@@ -12,6 +12,7 @@ from aos_gcs.clock import LoopClock
 from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.model.checks import CheckStatus, PreflightCheck
+from aos_gcs.mission.preflight.altitudes import check_altitudes
 from aos_gcs.mission.preflight.checks import in_order
 from aos_gcs.mission.preflight.telemetry import check_all, check_layers, check_vehicles
 from aos_gcs.ports import LandedState, LinkQuality, VehicleState
@@ -94,7 +95,7 @@ async def test_a_vehicle_without_a_position_has_no_launch_point() -> None:
 
 
 async def test_launch_points_too_near_to_each_other_fail_on_both_sides() -> None:
-    found = await failures(distance_m=5.5)
+    found = await failures(distance_m=5.4)
     assert [(check.vehicle_id, check.name) for check in found] == [(1, "launch point"), (2, "launch point")]
     assert found[0].describe() == "vehicle 1, launch point: 5.0 m from vehicle 2; place them 5.5 m apart"
 
@@ -130,7 +131,7 @@ async def test_good_links_and_clocks_are_told_with_their_numbers() -> None:
     found = {check.name: check for check in await matrix(link=link, packet_loss_fraction=0.01, hdop=0.8)}
     assert found["link"].text == "heard 0.0 s ago, 1 % lost, 12 ms round trip"
     assert found["clock"].text == "offset known, drifts by +20 µs per second"
-    assert found["position"].text == "3D fix, 12 satellites, HDOP 0.8"
+    assert found["position"].text == "RTK fix, 12 satellites, HDOP 0.8"
     assert {found[name].status for name in ("link", "clock", "position")} == {CheckStatus.PASS}
 
 
@@ -156,3 +157,40 @@ async def test_a_layer_that_somebody_flies_in_is_not_free() -> None:
         CheckStatus.FAIL,
         CheckStatus.PASS,
     ]
+
+
+async def altitude_checks(spacing_m: float = 2.0, **changes: Any) -> dict[str, PreflightCheck]:
+    roster = await two_vehicles(**changes)
+    found = check_altitudes(roster, roster.members(), 1.5, spacing_m)
+    return {check.name: check for check in found if check.vehicle_id == 2}
+
+
+@pytest.mark.parametrize(
+    ("changes", "spacing_m", "text", "remedy"),
+    [
+        ({"vertical_accuracy_m": None}, 5.0, "not reported, RTK fix", "send MAVLink 2"),
+        ({"vertical_accuracy_m": 0.2}, 2.0, "± 0.40 m (95 %), RTK fix", "set the layer spacing to 2.3 m or more"),
+        ({"vertical_accuracy_m": 1.5}, 5.0, "± 3.00 m (95 %), RTK fix", "set the layer spacing to 6.0 m or more"),
+        ({"gps_fix": 3}, 2.0, "± 0.06 m (95 %), 3D fix", "layers of 2 m need an RTK fix"),
+        ({"altitude_test_ratio": 0.9}, 5.0, "estimator in doubt (90% of what it accepts)", "restart it"),
+    ],
+)
+async def test_altitudes_must_be_accurate_enough_for_the_layers(
+    changes: dict[str, Any], spacing_m: float, text: str, remedy: str
+) -> None:
+    check = (await altitude_checks(spacing_m, **changes))["altitude accuracy"]
+    assert (check.status, check.overridable) == (CheckStatus.FAIL, True)
+    assert text in check.text
+    assert remedy in check.remedy
+    assert (await altitude_checks(2.0))["altitude accuracy"].status is CheckStatus.PASS
+
+
+async def test_homes_that_disagree_by_more_than_the_layers_bear_fail() -> None:
+    home = replace(ORIGIN, altitude_amsl_m=ORIGIN.altitude_amsl_m + 2.0)
+    changes = {"home": home, "position": home, "height_above_home_m": 0.0}
+    check = (await altitude_checks(2.0, **changes))["home altitude"]
+    assert (check.status, check.overridable) == (CheckStatus.FAIL, True)
+    assert check.text == "1.0 m above the middle one of all"
+    assert "0.2 m are allowed" in check.remedy
+    assert (await altitude_checks(6.0, **changes))["home altitude"].status is CheckStatus.PASS
+    assert (await altitude_checks(home=None))["home altitude"].text == "unknown"

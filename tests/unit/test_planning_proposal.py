@@ -10,7 +10,7 @@ from aos_gcs.airspace.limits import MIN_LAUNCH_DISTANCE_M, UNLIMITED, SafetyLimi
 from aos_gcs.airspace.polygon import as_polygon, signed_depth_m
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.imaging.step.settings import ImagingSettings
-from aos_gcs.planning.proposal import FENCE_MARGIN_M, propose_limits
+from aos_gcs.planning.proposal import FENCE_MARGIN_M, propose_fence, propose_limits
 from aos_gcs.planning.settings import FlightSettings, MissionSettings
 
 AREA_ENU_M = ((0.0, 40.0), (60.0, 40.0), (60.0, 100.0), (0.0, 100.0))
@@ -79,3 +79,9 @@ def test_values_out_of_range_are_refused_when_they_are_set(wrong: dict[str, obje
 def test_values_that_contradict_the_proposal_are_refused() -> None:
     with pytest.raises(ConfigurationError, match="floor_m"):
         limits_with(SafetyOverrides(floor_m=50.0))
+
+
+def test_a_launch_point_that_all_but_coincides_with_a_corner_of_the_area_is_no_problem() -> None:
+    area_enu_m = ((0.0, 0.0), (30.0, 0.0), (30.0, 30.0), (0.0, 30.0))
+    fence_enu_m = propose_fence(area_enu_m, [(1e-9, -2e-9)], 30.0)
+    assert as_polygon(fence_enu_m, "fence").shape == (len(fence_enu_m), 2)

@@ -9,13 +9,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from aos_gcs.airspace.accuracy import Accuracy, beside_errors_m
 from aos_gcs.airspace.detours import Detours
 from aos_gcs.airspace.limits import SafetyLimits
-from aos_gcs.airspace.separation import segment_distance
 from aos_gcs.airspace.traffic import Obstacle, WaypointRequest
 from aos_gcs.airspace.vetting import vet_waypoints
 from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict, as_enu_point
 from aos_gcs.errors import CommandError, CommandRefusedError
+from aos_gcs.mission.fleet.accuracies import accuracy_in_layers
 from aos_gcs.mission.fleet.roster import Member, Roster
 from aos_gcs.mission.handler_watch import sign_of_life
 from aos_gcs.mission.journal import Journal
@@ -130,6 +131,18 @@ class FlightControl:
         vetted = vet_waypoints(moving, self._obstacles(moving_ids), limits)
         return (*(_as_planned(record, requests[record.vehicle_id]) for record in vetted), *left)
 
+    def accuracy(self, member: Member) -> Accuracy:
+        """Return the accuracy of a vehicle's position that its separation from others reckons with."""
+        if self._limits is None:
+            raise RuntimeError("no safety limits: preflight has not passed")
+        return accuracy_in_layers(member, self._limits.separation_m, self._settings.layer_spacing_m)
+
+    def clearance_m(self, members: Iterable[Member]) -> float:
+        """Return how far apart side by side these vehicles have to be, by the least accurate of them."""
+        if self._limits is None:
+            raise RuntimeError("no safety limits: preflight has not passed")
+        return self._limits.separation_m + max((beside_errors_m(self.accuracy(one)) for one in members), default=0.0)
+
     def vet_climbs(self, members: Iterable[Member]) -> dict[int, str]:
         """Return why vehicles on the ground must not climb to their layers, by id; those that may are left out.
 
@@ -166,6 +179,7 @@ class FlightControl:
             battery_fraction=None if returning else member.state.battery_fraction,
             home_enu_m=member.home_enu_m,
             battery_per_m=self._battery_per_m(member),
+            accuracy=self.accuracy(member),
             waypoint_enu_m=_destination_enu_m(member),
             stop_enu_m=self._stop_enu_m(member, position_enu_m),
         )
@@ -201,6 +215,7 @@ class FlightControl:
                 column=goes_home or climbs or not member.follows_us or isinstance(command, Land),
                 top_m=member.layer_height_m if climbs else None,
                 home_enu_m=member.home_enu_m if goes_home else None,
+                accuracy=self.accuracy(member),
             )
             obstacles.append(obstacle)
         return obstacles
@@ -232,9 +247,7 @@ class FlightControl:
         if self._limits is None:
             return None
         for obstacle in self._obstacles({member.vehicle_id} | ignored):
-            segments = obstacle.segments()
-            distances_m = segment_distance(start_enu_m, end_enu_m, segments[:, 0], segments[:, 1])
-            if distances_m.min() < self._limits.separation_m:
+            if obstacle.is_near(start_enu_m, end_enu_m, self.accuracy(member), self._limits.separation_m):
                 return obstacle.vehicle_id
         return None
 
@@ -272,7 +285,7 @@ class FlightControl:
                 targets[member.vehicle_id] = member.waypoint_enu_m = np.array(record.sent_enu_m)
 
         def goto(member: Member) -> Goto:
-            return Goto(self._roster.geodetic(targets[member.vehicle_id]), self._settings.cruise_speed_mps)
+            return Goto(self._roster.geodetic(member, targets[member.vehicle_id]), self._settings.cruise_speed_mps)
 
         return await self.command_each(self._roster.select(targets), goto, on_handed_over=on_handed_over)
 

@@ -70,10 +70,13 @@ class Joining:
 
     def _find_place(self, member: Member) -> Refusal | None:
         """Give the vehicle its launch point and the lowest free layer."""
-        context, limits, home = self._context, self._context.flight.limits, member.state.home
-        if limits is None or home is None:
+        context, limits, roster = self._context, self._context.flight.limits, self._context.roster
+        if roster.ground is not None and not member.airborne:
+            roster.ground = roster.ground.with_vehicle(member.state)
+            roster.settle_altitudes()
+        home_enu_m = roster.launch_point_enu_m(member)
+        if limits is None or home_enu_m is None:
             return Refusal("its home position is not known yet")
-        home_enu_m = context.roster.local_frame().to_enu(home)
         for boundary in limits.boundaries():
             if boundary.depth_m(home_enu_m[:2]) <= 0.0:
                 return Refusal(f"its launch point lies on the wrong side of {boundary.name}")

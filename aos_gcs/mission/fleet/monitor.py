@@ -6,7 +6,9 @@ import asyncio
 import math
 from collections.abc import Callable
 
+from aos_gcs.airspace.accuracy import Accuracy
 from aos_gcs.mission.context import FlightContext
+from aos_gcs.mission.fleet.altitude_watch import AltitudeWatch
 from aos_gcs.mission.fleet.condition import MAX_BATTERY_AGE_S, ConditionWatch
 from aos_gcs.mission.fleet.energy import time_home_s
 from aos_gcs.mission.fleet.proximity import ProximityWatch
@@ -43,7 +45,10 @@ class Monitor:
         self._publish = publish
         self._on_all_lost = on_all_lost
         context = self._context
-        self._proximity = ProximityWatch(context.roster, context.clock, context.journal)
+        self._proximity = ProximityWatch(context.roster, context.clock, context.journal, self._accuracy)
+        self._altitudes = AltitudeWatch(context.roster, context.clock, context.journal)
+        self._wrong_altitudes: dict[int, str] = {}
+        """Reason to leave by vehicle, for those that are not at the height that they report."""
         self._condition = ConditionWatch(context.roster, context.clock, context.journal)
         self._catching_up = CatchingUp()
         self._all_lost_since_s: float | None = None
@@ -69,6 +74,8 @@ class Monitor:
             while True:
                 is_catching_up = self._catching_up.look(self._context.clock.now_s())
                 self._take_in_newcomers()
+                self._context.roster.settle_altitudes()
+                self._watch_altitudes()
                 for member in self._context.roster.members():
                     if not is_catching_up:
                         self._watch_link(member)
@@ -96,8 +103,8 @@ class Monitor:
         for member in found:
             context.journal.notice(Severity.INFO, "first heard during the mission: it can join", member.vehicle_id)
         for member in context.roster.members(Task.IDLE):
-            if member.home_enu_m is None and member.state.home is not None:
-                member.home_enu_m = context.roster.local_frame().to_enu(member.state.home)
+            if member.home_enu_m is None:
+                member.home_enu_m = context.roster.launch_point_enu_m(member)
 
     def _watch_link(self, member: Member) -> None:
         context = self._context
@@ -143,6 +150,16 @@ class Monitor:
             text = "reports that its motors have stopped, but not that it is on the ground. Check it on site"
             context.journal.notice(Severity.CRITICAL, text, vehicle_id)
 
+    def _accuracy(self, member: Member) -> Accuracy:
+        """Return the accuracy of a vehicle's position in the flight by the present plan."""
+        return self._context.flight.accuracy(member)
+
+    def _watch_altitudes(self) -> None:
+        context = self._context
+        if (limits := context.flight.limits) is not None:
+            spacing_m = context.settings.flight.layer_spacing_m
+            self._wrong_altitudes = self._altitudes.look(limits.separation_m, spacing_m)
+
     def _measure_battery(self, member: Member) -> None:
         if not member.airborne:
             member.battery.reset()
@@ -164,8 +181,13 @@ class Monitor:
         if member.task is Task.RETURNING:
             stopped = self._returning().is_for_all or isinstance(member.last_command, Hold)
             return None if stopped else "it has not arrived yet"
+        if member.task not in {Task.SWARM, Task.HELD}:
+            return None
+        return self._wrong_altitudes.get(member.vehicle_id) or self._battery_problem(member)
+
+    def _battery_problem(self, member: Member) -> str | None:
         limits, battery = self._context.flight.limits, member.state.battery_fraction
-        if limits is None or battery is None or member.task not in {Task.SWARM, Task.HELD}:
+        if limits is None or battery is None:
             return None
         silence_s = self._condition.battery_silence_s(member)
         if silence_s is not None and silence_s > MAX_BATTERY_AGE_S:

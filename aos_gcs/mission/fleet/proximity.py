@@ -1,17 +1,21 @@
 """Monitors the measured distances in the air: an alarm where two vehicles come close, a hold where too close.
 
 Waypoints are vetted before they are sent; this is for what happens all the same: wind, wrong positions, pilots and
-failsafes. Positions are carried forward by their age, so that a late one does not hide an approach.
+failsafes. Positions are carried forward by their age, so that a late one does not hide an approach, and two vehicles
+count as close when they may be, by the accuracies of their positions.
 """
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
+from aos_gcs.airspace.accuracy import EXACT, Accuracy, joint_errors_m
 from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.airspace.separation import minimum_separation
 from aos_gcs.mission.fleet.roster import Member, Roster
@@ -29,13 +33,18 @@ class _Located:
     member: Member
     position_enu_m: NDArray[np.float64]
     """Position now, extrapolated; shape (3,)."""
+    accuracy: Accuracy
 
 
 class ProximityWatch:
     """Remembers which pairs were reported, and which vehicles held, already."""
 
-    def __init__(self, roster: Roster, clock: Clock, journal: Journal) -> None:
+    def __init__(
+        self, roster: Roster, clock: Clock, journal: Journal, accuracy_of: Callable[[Member], Accuracy]
+    ) -> None:
+        """``accuracy_of`` returns the accuracy of a vehicle's position; it is asked once there are limits."""
         self._roster = roster
+        self._accuracy_of = accuracy_of
         self._clock = clock
         self._journal = journal
         self._close: set[tuple[int, int]] = set()
@@ -56,7 +65,7 @@ class ProximityWatch:
         self.min_separation_m = min(smallest_m, self.min_separation_m or smallest_m)
         if limits is None:
             return []
-        if smallest_m >= limits.separation_m:
+        if smallest_m >= _farthest_of_note_m(located, limits.separation_m):
             self._close.clear()
             self._violating.clear()
             return []
@@ -71,7 +80,8 @@ class ProximityWatch:
                 unlocated.add(member.vehicle_id)
                 continue
             velocity_enu_mps = np.array(member.state.velocity_enu_mps or (0.0, 0.0, 0.0))
-            located.append(_Located(member, position_enu_m + age_s * velocity_enu_mps))
+            accuracy = EXACT if limits is None else self._accuracy_of(member)
+            located.append(_Located(member, position_enu_m + age_s * velocity_enu_mps, accuracy))
         for vehicle_id in unlocated - self._unlocated:
             text = "airborne, but its position is unknown or old: its distance to others is not monitored. Return it"
             self._journal.notice(Severity.WARNING, text, vehicle_id)
@@ -83,17 +93,23 @@ class ProximityWatch:
         for one, other in combinations(located, 2):
             offset_m = other.position_enu_m - one.position_enu_m
             distance_m = float(np.linalg.norm(offset_m))
-            if distance_m >= limits.separation_m:
+            joint_beside_m, joint_above_m = joint_errors_m(one.accuracy, other.accuracy)
+            if not _may_be_close(offset_m, limits.separation_m, joint_beside_m, joint_above_m):
                 continue
             pair = one.member.vehicle_id, other.member.vehicle_id
             close.add(pair)
             if pair not in self._close:
-                text = (
-                    f"only {distance_m:.1f} m from vehicle {pair[1]}, less than the {limits.separation_m:.1f} m allowed"
-                )
+                allowed = f"the {limits.separation_m:.1f} m allowed"
+                text = f"only {distance_m:.1f} m from vehicle {pair[1]}, less than {allowed}"
+                if distance_m >= limits.separation_m:
+                    text = (
+                        f"{distance_m:.1f} m from vehicle {pair[1]}, ± {joint_beside_m:.1f} m beside and "
+                        f"± {joint_above_m:.1f} m above or below: that may be less than {allowed}"
+                    )
                 self._journal.notice(Severity.CRITICAL, text, pair[0])
             beside_m, above_m = float(np.hypot(*offset_m[:2])), abs(float(offset_m[2]))
-            if beside_m >= limits.hold_horizontal_m or above_m >= limits.hold_vertical_m:
+            is_beside = beside_m >= limits.hold_horizontal_m + joint_beside_m
+            if is_beside or above_m >= limits.hold_vertical_m + joint_above_m:
                 continue
             violating.add(pair)
             mover = _later_mover(one.member, other.member)
@@ -113,6 +129,23 @@ class ProximityWatch:
             return False
         self._hold_again_at_s[member.vehicle_id] = now_s + _REPEAT_S
         return True
+
+
+def _farthest_of_note_m(located: list[_Located], separation_m: float) -> float:
+    """Return the distance from which no pair may be close, by the worst accuracies of all."""
+    worst = Accuracy(
+        max(each.accuracy.horizontal_m for each in located), max(each.accuracy.vertical_m for each in located)
+    )
+    return separation_m + math.hypot(*joint_errors_m(worst, worst))
+
+
+def _may_be_close(
+    offset_m: NDArray[np.float64], separation_m: float, joint_beside_m: float, joint_above_m: float
+) -> bool:
+    """Return whether the true distance of a pair may be below the separation, by the errors of their positions."""
+    beside_m = max(0.0, float(np.hypot(*offset_m[:2])) - joint_beside_m)
+    above_m = max(0.0, abs(float(offset_m[2])) - joint_above_m)
+    return bool(np.hypot(beside_m, above_m) < separation_m)
 
 
 def _later_mover(one: Member, other: Member) -> Member | None:

@@ -265,7 +265,7 @@ class ReturnAndLand:
         if member.landing_enu_m is None:
             members = context.roster.members()
             taken = [tuple(m.landing_enu_m[:2]) for m in members if m.landing_enu_m is not None]
-            spacing_m = _SPOTS_APART * limits.separation_m
+            spacing_m = max(_SPOTS_APART * limits.separation_m, context.flight.clearance_m(members))
             spots_m = landing_spots(centre_enu_m, len(members), spacing_m)
             free_m = next(spot_m for spot_m in spots_m if tuple(spot_m) not in taken)
             member.landing_enu_m = np.array([*free_m, home_enu_m[2]])
@@ -301,7 +301,7 @@ class ReturnAndLand:
         if limits is None or len(located) < 2:
             return
         positions_enu_m = np.array([position for _, position in located])
-        apart_enu_m = spread_apart(positions_enu_m, limits.separation_m)
+        apart_enu_m = spread_apart(positions_enu_m, context.flight.clearance_m(members))
         if np.array_equal(apart_enu_m, positions_enu_m):
             return
         context.journal.set_message("Landing: moving apart first.")

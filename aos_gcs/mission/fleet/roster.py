@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from aos_gcs.airspace.waypoints import as_enu_point
 from aos_gcs.errors import MissionError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.mission.fleet.datum import LaunchGround, home_altitude_m, is_grounded
 from aos_gcs.mission.fleet.energy import BatteryMeter
 from aos_gcs.mission.fleet.tasks import check_task, task_when_heard_again
 from aos_gcs.mission.model.vehicles import Task, VehicleSnapshot
@@ -43,6 +44,10 @@ class Member:
     layer_height_m: float | None = None
     home_enu_m: NDArray[np.float64] | None = None
     """Launch point, where its autopilot returns to."""
+    altitude_offset_m: float = 0.0
+    """Altitude that it reports minus the one above the datum that all share; as taken on the ground."""
+    altitude_doubt_m: float = 0.0
+    """Error of its height that was found in flight; 0 while there is none."""
     landing_enu_m: NDArray[np.float64] | None = None
     """Place where it lands; None: at home."""
     waypoint_enu_m: NDArray[np.float64] | None = None
@@ -127,6 +132,16 @@ class Member:
         return f"{state.taken_over or f'its mode changed to {mode}'}, not by this station"
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Place:
+    """Position of a vehicle that was converted."""
+
+    reported: GeodeticPosition
+    offset_m: float
+    position_enu_m: NDArray[np.float64]
+    """Shape (3,)."""
+
+
 class Roster:
     """All vehicles heard, in the order of their ids, within one local frame."""
 
@@ -134,9 +149,11 @@ class Roster:
         self._fleet = fleet
         self._clock = clock
         self._members: dict[int, Member] = {}
-        self._places: dict[int, tuple[GeodeticPosition, NDArray[np.float64]]] = {}
-        """Position that was converted last, in geodetic and in ENU coordinates, by vehicle."""
+        self._places: dict[int, _Place] = {}
+        """Position that was converted last, by vehicle."""
         self.frame: LocalFrame | None = None
+        self.ground: LaunchGround | None = None
+        """Ground at the launch points, as surveyed by preflight; None: altitudes are taken as they are reported."""
 
     def refresh(self) -> list[Member]:
         """Take in vehicles that the fleet has found since the last call, and return them."""
@@ -176,6 +193,33 @@ class Roster:
         """Give each chosen member its launch point, shape (3,), and its altitude layer, in the order of the ids."""
         for member, home_enu_m, layer_height_m in zip(self.chosen(), homes_enu_m, layers_m, strict=True):
             member.home_enu_m, member.layer_height_m = home_enu_m, layer_height_m
+
+    def settle_altitudes(self) -> None:
+        """Take the offset of each vehicle's altitude from its ground, while it stands there; in flight it stays.
+
+        Autopilots move their altitude and their home when they are armed, so this goes on until the take-off.
+        """
+        if self.ground is None:
+            return
+        for member in self._members.values():
+            home_m = home_altitude_m(member.state)
+            if home_m is not None and is_grounded(member.state):
+                member.altitude_offset_m = home_m - self.ground.altitude_amsl_m(member.vehicle_id)
+
+    def launch_point_enu_m(self, member: Member) -> NDArray[np.float64] | None:
+        """Return where a vehicle's home is, shape (3,), on the surveyed ground; None while it is not known."""
+        home = member.state.home
+        if self.frame is None or home is None:
+            return None
+        if self.ground is not None:
+            home = replace(home, altitude_amsl_m=self.ground.altitude_amsl_m(member.vehicle_id))
+        return self.frame.to_enu(home)
+
+    def above_datum(self, member: Member, position: GeodeticPosition) -> GeodeticPosition:
+        """Return a position that a vehicle or its camera reports, above the datum that all share."""
+        if member.altitude_offset_m == 0.0:
+            return position
+        return replace(position, altitude_amsl_m=position.altitude_amsl_m - member.altitude_offset_m)
 
     def members(self, *tasks: Task) -> list[Member]:
         """Return the members with one of ``tasks``, or all of them."""
@@ -242,11 +286,13 @@ class Roster:
         if self.frame is None or position is None:
             return None
         known = self._places.get(member.vehicle_id)
-        if known is None or known[0] is not position:
+        offset_m = member.altitude_offset_m
+        if known is None or known.reported is not position or known.offset_m != offset_m:
             # Needed many times between two reports, above all by checks of each vehicle against each other.
-            known = self._places[member.vehicle_id] = (position, self.frame.to_enu(position))
-            known[1].setflags(write=False)
-        return known[1]
+            place_enu_m = self.frame.to_enu(self.above_datum(member, position))
+            place_enu_m.setflags(write=False)
+            known = self._places[member.vehicle_id] = _Place(position, offset_m, place_enu_m)
+        return known.position_enu_m
 
     def positions_enu_m(self, members: Iterable[Member]) -> NDArray[np.float64]:
         """Return the last reported positions, shape (n, 3), of those vehicles that have reported one."""
@@ -267,9 +313,10 @@ class Roster:
             return None
         return np.array([*position_enu_m[:2], member.layer_height_m])
 
-    def geodetic(self, position_enu_m: NDArray[np.float64]) -> GeodeticPosition:
-        """Return the geodetic position of a point of the mission's frame."""
-        return self.local_frame().to_geodetic(position_enu_m)
+    def geodetic(self, member: Member, position_enu_m: NDArray[np.float64]) -> GeodeticPosition:
+        """Return a point of the mission's frame as a vehicle has to be told it, with its own error of altitude."""
+        place = self.local_frame().to_geodetic(position_enu_m)
+        return replace(place, altitude_amsl_m=place.altitude_amsl_m + member.altitude_offset_m)
 
     def snapshot(self, member: Member) -> VehicleSnapshot:
         """Describe one member."""

@@ -21,6 +21,8 @@ HOME: Final = "home"
 LAUNCH_POINT: Final = "launch point"
 PATH: Final = "path to the area"
 ALTITUDE_LAYER: Final = "altitude layer"
+HOME_ALTITUDE: Final = "home altitude"
+ALTITUDE_ACCURACY: Final = "altitude accuracy"
 BATTERY: Final = "battery"
 READY_TO_ARM: Final = "ready to arm"
 FIRMWARE: Final = "firmware"
@@ -44,6 +46,8 @@ ORDER: Final = (
     LAUNCH_POINT,
     PATH,
     ALTITUDE_LAYER,
+    HOME_ALTITUDE,
+    ALTITUDE_ACCURACY,
     BATTERY,
     READY_TO_ARM,
     GEOFENCE,
@@ -59,6 +63,8 @@ ORDER: Final = (
 
 OVERRIDABLE: Final = frozenset(
     {
+        HOME_ALTITUDE,
+        ALTITUDE_ACCURACY,
         BATTERY,
         GEOFENCE,
         LINK_LOSS,

@@ -7,7 +7,9 @@ from typing import Final
 
 import numpy as np
 
+from aos_gcs.airspace.accuracy import beside_errors_m
 from aos_gcs.airspace.limits import SafetyLimits
+from aos_gcs.mission.fleet.accuracies import accuracy_of
 from aos_gcs.mission.fleet.roster import Member, Roster
 from aos_gcs.mission.model.checks import PreflightCheck
 from aos_gcs.mission.preflight import checks
@@ -190,6 +192,7 @@ def _check_ready(member: Member) -> PreflightCheck:
 
 def _check_launch_points(roster: Roster, members: Sequence[Member], launch_distance_m: float) -> list[PreflightCheck]:
     """Return the check of every vehicle's distance to the nearest other one; a large fleet has thousands of pairs."""
+    errors_m = {m.vehicle_id: beside_errors_m(accuracy_of(m.state)) for m in members}
     places = {m.vehicle_id: place for m in members if (place := roster.position_enu_m(m)) is not None}
     ids, places_enu_m = list(places), np.array(list(places.values())).reshape(-1, 3)[:, :2]
     distances_m = np.linalg.norm(places_enu_m[:, None] - places_enu_m, axis=-1)
@@ -198,7 +201,10 @@ def _check_launch_points(roster: Roster, members: Sequence[Member], launch_dista
         vehicle_id: (ids[int(np.argmin(row_m))], float(np.min(row_m)))
         for vehicle_id, row_m in zip(ids, distances_m, strict=True)
     }
-    return [_check_launch_point(m.vehicle_id, nearest.get(m.vehicle_id), launch_distance_m) for m in members]
+    return [
+        _check_launch_point(m.vehicle_id, nearest.get(m.vehicle_id), launch_distance_m + errors_m[m.vehicle_id])
+        for m in members
+    ]
 
 
 def _check_launch_point(vehicle_id: int, nearest: tuple[int, float] | None, launch_distance_m: float) -> PreflightCheck:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -81,7 +81,13 @@ class Sampler:
         sign_of_life(context.settings.deadlines.capture_s)
         taken = await sample(hovering, max(deadline_s, context.clock.now_s() + _POLL_S))
         sign_of_life(WORK_S)
-        return self.leave_out(step, Sample(taken.captures, {}), unsteady | taken.missing)
+        captures = tuple(self._above_datum(capture) for capture in taken.captures)
+        return self.leave_out(step, Sample(captures, {}), unsteady | taken.missing)
+
+    def _above_datum(self, capture: Capture) -> Capture:
+        """Return a capture with its altitude above the datum that all vehicles share."""
+        (member,) = self._context.roster.select([capture.vehicle_id])
+        return replace(capture, position=self._context.roster.above_datum(member, capture.position))
 
     def leave_out(self, step: int, taken: Sample, reasons: Mapping[int, str]) -> Sample:
         """Return the sample without the frames of some vehicles, and report why."""
