@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Protocol, TypeVar
 
 import typer
 
+from aos_gcs.cli.display.background_log import background_log
 from aos_gcs.errors import ConfigurationError
 
 if TYPE_CHECKING:
@@ -87,18 +88,21 @@ async def _fly(config: ServiceConfig, stay: bool) -> bool:
     async with open_service(config) as service:
         async with followed(service.mission.view):
             snapshot = await service.run()
-        typer.echo(f"{snapshot.outcome}: {snapshot.message} Recorded in {service.folder}.")
+        # A terminal that stands still must not stop the heartbeat.
+        await asyncio.to_thread(typer.echo, f"{snapshot.outcome}: {snapshot.message} Recorded in {service.folder}.")
         if stay:
             await stay_up(service)
         elif service.mission.is_any_flying:
-            typer.echo("A vehicle still flies. The heartbeat goes on until it has landed, or Ctrl-C.", err=True)
+            text = "A vehicle still flies. The heartbeat goes on until it has landed, or Ctrl-C."
+            await asyncio.to_thread(typer.echo, text, err=True)
             await service.stay(until_landed=True)
     return snapshot.outcome not in {Outcome.FAILED, Outcome.ABORTED}
 
 
 async def stay_up(mission: Staying) -> None:
     """Keep the dashboard available until cancelled."""
-    typer.echo("The mission has ended. The dashboard stays available until Ctrl-C.", err=True)
+    text = "The mission has ended. The dashboard stays available until Ctrl-C."
+    await asyncio.to_thread(typer.echo, text, err=True)
     await mission.stay()
 
 
@@ -115,6 +119,7 @@ def run_until_terminated(main: Coroutine[Any, Any, T]) -> T:
         return await task
 
     try:
-        return asyncio.run(guarded())
+        with background_log():
+            return asyncio.run(guarded())
     except asyncio.CancelledError:
         raise typer.Exit(EXIT_TERMINATED) from None

@@ -33,7 +33,10 @@ async def followed(mission: MissionView) -> AsyncIterator[None]:
 
 
 async def _show(mission: MissionView) -> None:
-    """Follow a mission until cancelled: a status line on a terminal, and one line per step."""
+    """Follow a mission until cancelled: a status line on a terminal, and one line per step.
+
+    The terminal is written to in a thread: one that stands still stops the display, not the flight.
+    """
     console = Console(stderr=True)
     matrix = Matrix()
     with mission.subscribe() as events, console.status("Starting.") as status:
@@ -43,9 +46,15 @@ async def _show(mission: MissionView) -> None:
             if isinstance(event.data, StepRecord):
                 _log.info(_describe_step(event.data))
             elif event.kind is EventKind.SNAPSHOT and isinstance(event.data, MissionSnapshot):
-                status.update(f"[bold]{event.data.phase}[/bold]  {event.data.message}")
+                await asyncio.to_thread(status.update, f"[bold]{event.data.phase}[/bold]  {event.data.message}")
                 if matrix.is_news(event.data, event.utc_s):
-                    console.print(preflight_table(event.data.preflight), markup=False, highlight=False, soft_wrap=True)
+                    await asyncio.to_thread(
+                        console.print,
+                        preflight_table(event.data.preflight),
+                        markup=False,
+                        highlight=False,
+                        soft_wrap=True,
+                    )
 
 
 class Matrix:
