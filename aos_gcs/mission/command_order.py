@@ -35,7 +35,7 @@ class CommandOrder:
     since. Only a hold is never refused, and what is older than a hold never undoes it.
 
     Args:
-        mission_id: of the mission.
+        mission_id: identifier of the mission.
         now_s: real seconds of a clock that all processes of this machine share, such as that of the event loop.
         max_age_s: oldest state, in real seconds, by which an operator may command.
     """
@@ -54,8 +54,8 @@ class CommandOrder:
 
         Args:
             seen: state by which it was given; None for commands that come from the program itself.
-            action: that was requested.
-            vehicle_ids: vehicles that it concerns; None for all.
+            action: requested action.
+            vehicle_ids: vehicles concerned; None for all.
         """
         if action is Action.HOLD:
             return

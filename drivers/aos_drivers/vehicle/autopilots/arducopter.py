@@ -123,7 +123,6 @@ class ArduCopterDialect(MulticopterDialect):
             target, mavlink.MAV_CMD_DO_CHANGE_SPEED, mavlink.SPEED_TYPE_GROUNDSPEED, command.speed_mps, -1.0
         )
         message = reposition(command, target, changes_mode=changes_mode)
-        message = reposition(command, target, changes_mode=changes_mode)
         return [
             Step("goto", message, evidence, REPEAT_S, needs_acceptance=True),
             Step("change its speed", change_speed, lambda _state, _now_s: True, needs_acceptance=True),
