@@ -10,6 +10,7 @@ GUIDED, BRAKE = frozenset({"GUIDED"}), frozenset({"BRAKE"})
 OURS = GUIDED | BRAKE | {"RTL", "LAND"}
 HERE = GeodeticPosition(48.0, 14.0, 330.0)
 THERE = GeodeticPosition(48.0001, 14.0, 330.0)
+ELSEWHERE = GeodeticPosition(48.0, 14.0001, 330.0)
 
 
 def heartbeat(status: int = mavlink.MAV_STATE_ACTIVE, *, armed: bool = True) -> mavlink.MAVLink_message:
@@ -83,6 +84,20 @@ def test_a_target_near_the_former_one_is_still_ours() -> None:
     for second in range(2):
         control.take_target(THERE, 8.0 + second)
     assert control.reason == "it flies to a target of another station or pilot"
+
+
+def test_late_reports_of_former_targets_are_no_take_over() -> None:
+    control = flying_to_here()
+    control.take_target(HERE, 1.0)
+    for target in (ELSEWHERE, THERE):  # the first one is never reported in time
+        control.begin(GUIDED, target)
+        control.confirm(HERE, 2.0, has_target=True)
+    for late_s, target in enumerate((HERE, HERE, ELSEWHERE, ELSEWHERE, THERE, THERE)):
+        control.take_target(target, 4.0 + late_s)
+        assert control.reason == ""
+    for late_s in range(2):
+        control.take_target(HERE, 14.0 + late_s)
+    assert control.reason, "a former target that is reported this late is flown to again"
 
 
 def test_a_velocity_of_another_station_is_a_take_over() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from types import MappingProxyType
 
@@ -20,6 +21,10 @@ _LATE_S = 3.0
 """Time for which effects of older commands, and older heartbeats, may arrive after a newer command took effect."""
 _SETTLING_S = 1.5
 """Time from a confirmed command until the reported target is the one of that command."""
+_FORMER_S = 10.0
+"""Time from a confirmed command for which reports of targets before it may arrive, as over a busy link."""
+_FORMER_TARGETS = 4
+"""Number of targets before the newest one that are remembered."""
 _FAILSAFES: Mapping[int, str] = MappingProxyType(
     {
         mavlink.MAV_STATE_CRITICAL: "critical",
@@ -44,6 +49,10 @@ class ControlWatch:
         self.failsafe = ""
         """Status of the autopilot's own failsafe, in a word; empty while it has none."""
         self._is_armed = False
+        self._reported: GeodeticPosition | None = None
+        """Target that was reported last."""
+        self._former: tuple[GeodeticPosition, ...] = ()
+        """Targets that were commanded or reported before the newest command."""
         self._mode_name = ""
         self._modes: frozenset[str] = frozenset()
         """Modes that the newest command explains; empty before the first command."""
@@ -65,6 +74,8 @@ class ControlWatch:
         """Note that a command is sent which explains ``modes``, and flies to ``target``."""
         self._older_modes = self._older_modes | self._modes | {self._mode_name}
         self._modes, self._shown_at_s = modes, None
+        former = (*self._former, self._commanded, self._reported)
+        self._former = tuple(each for each in former if each is not None)[-_FORMER_TARGETS:]
         self._forget_target()
         self._commanded = target
 
@@ -73,12 +84,7 @@ class ControlWatch:
         if not has_target:
             return
         self._judged_from_s = now_s + _SETTLING_S
-        commanded = self._commanded
-        if (
-            reported is not None
-            and commanded is not None
-            and _distance_m(LocalFrame(commanded), reported) < (_OUR_TARGET_M)
-        ):
+        if reported is not None and _are_near(self._commanded, reported, _OUR_TARGET_M):
             self._target, self._judged_from_s = LocalFrame(reported), now_s
 
     def reclaim(self) -> None:
@@ -122,30 +128,34 @@ class ControlWatch:
 
     def take_target(self, position: GeodeticPosition | None, now_s: float) -> None:
         """Judge a reported target; None stands for a target without a position, such as a velocity."""
+        self._reported = position
         if self._judged_from_s is None or now_s < self._judged_from_s:
             return
-        if self._target is None and position is not None:
-            self._target = LocalFrame(position)
-        is_ours = position is not None and self._is_our_target(position)
+        if position is not None:
+            if now_s < self._judged_from_s + _FORMER_S and self._is_former(position):
+                return
+            if self._target is None or _are_near(self._commanded, position, _OUR_TARGET_M):
+                self._target = LocalFrame(position)
+        is_ours = position is not None and _distance_m(self._target, position) <= TARGET_MOVED_M
         self._strange_reports = 0 if is_ours else self._strange_reports + 1
         if self._strange_reports == _REPORTS:
             self._take_over("it flies to a target of another station or pilot")
 
-    def _is_our_target(self, position: GeodeticPosition) -> bool:
-        """Return whether a target is the one reported for our command, or the commanded one itself.
-
-        A short way on, the target that was reported first may have been that of the command before.
-        """
-        is_same = self._target is not None and _distance_m(self._target, position) <= TARGET_MOVED_M
-        return is_same or (
-            self._commanded is not None and _distance_m(LocalFrame(self._commanded), position) < _OUR_TARGET_M
-        )
+    def _is_former(self, position: GeodeticPosition) -> bool:
+        """Return whether a report may be one of an older command that is late."""
+        is_ours = _are_near(self._commanded, position, _OUR_TARGET_M)
+        return not is_ours and any(_are_near(former, position, TARGET_MOVED_M) for former in self._former)
 
     def _take_over(self, reason: str) -> None:
         self.reason = reason
         self.takeovers += 1
+        self._former = ()
         self._forget_target()
 
 
-def _distance_m(frame: LocalFrame, position: GeodeticPosition) -> float:
-    return float(np.linalg.norm(frame.to_enu(position)))
+def _are_near(one: GeodeticPosition | None, other: GeodeticPosition, distance_m: float) -> bool:
+    return one is not None and _distance_m(LocalFrame(one), other) <= distance_m
+
+
+def _distance_m(frame: LocalFrame | None, position: GeodeticPosition) -> float:
+    return math.inf if frame is None else float(np.linalg.norm(frame.to_enu(position)))
