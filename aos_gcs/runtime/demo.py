@@ -170,9 +170,12 @@ def _configuration(options: DemoOptions, link_port: int) -> ServiceConfig:
 
 
 def _real_deadlines(speed: float) -> dict[str, float]:
-    """Return the deadlines for what takes real time, however fast the simulation: start-up, rendering, scheduling."""
+    """Return the deadlines for what takes real time, however fast the simulation: start-up, rendering, scheduling.
+
+    The preflight is among it: parameters and geofences are transferred in as many messages as ever.
+    """
     default = Deadlines()
-    real = ("connect_s", "capture_s", "search_s", "command_s", "lost_s", "all_lost_s")
+    real = ("connect_s", "preflight_s", "capture_s", "search_s", "command_s", "lost_s", "all_lost_s")
     return {name: speed * getattr(default, name) for name in real}
 
 
