@@ -33,8 +33,8 @@ SPEED = 5.0
 """Vehicles' seconds per second where no virtual time can be had."""
 MUTE_ID = 50
 PATIENT = {
-    "arducopter": {"FS_GCS_TIMEOUT": 120, "DISARM_DELAY": 120},
-    "px4": {"COM_DL_LOSS_T": 120, "COM_DISARM_PRFLT": 120},
+    "arducopter": {"FS_GCS_TIMEOUT": 60, "DISARM_DELAY": 120},
+    "px4": {"COM_DL_LOSS_T": 60, "COM_DISARM_PRFLT": 120},
 }
 """A busy machine may delay our heartbeats, and the takeoff after arming, by a real second, five of the vehicles'."""
 _DRIVERS = (pytest.param(MAVLINK, marks=pytest.mark.looptime), MAVSDK)
