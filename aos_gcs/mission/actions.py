@@ -15,7 +15,7 @@ from aos_gcs.mission.fleet.vehicle_tasks import VehicleTasks
 from aos_gcs.mission.model.actions import Action, ActionRecord, ActionResult, Refusal, Seen
 from aos_gcs.mission.model.phase import Phase, Suspension
 from aos_gcs.mission.model.vehicles import Task
-from aos_gcs.mission.phases import ENDING, ON_GROUND, check_action
+from aos_gcs.mission.phases import BEFORE_START, ENDING, ON_GROUND, check_action
 from aos_gcs.mission.sortie import Sortie
 from aos_gcs.planning.settings import MIN_SWARM, MissionSettings
 from aos_gcs.ports import Hold, Land, ReturnToLaunch
@@ -111,7 +111,8 @@ class ActionHandler:
     ) -> tuple[ActionResult, ...]:
         """Carry out an action; see ``MissionCommands.act``."""
         roster, utc_s = self._context.roster, self._context.clock.utc_s
-        self._context.auto_start.cancel(f"{operator or 'an operator'} has acted")
+        if self._flow.heading in BEFORE_START:
+            self._context.auto_start.cancel(f"{operator or 'an operator'} has acted")
         try:
             self._context.order.check(seen, action, vehicle_ids)
             check_action(self._flow.heading, action, anyone_flies=bool(roster.commandable()))

@@ -7,6 +7,7 @@ from contextlib import suppress
 
 import numpy as np
 
+from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.errors import AosError
 from aos_gcs.mission.actions import ActionHandler
 from aos_gcs.mission.auto_start import AutoStart
@@ -18,6 +19,7 @@ from aos_gcs.mission.fleet.monitor import Monitor
 from aos_gcs.mission.fleet.return_heights import ReturnHeights
 from aos_gcs.mission.fleet.roster import Roster
 from aos_gcs.mission.fleet.vehicle_tasks import VehicleTasks
+from aos_gcs.mission.former_flight import FormerFlight
 from aos_gcs.mission.handler_watch import HandlerWatch
 from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal, Recorder
@@ -28,6 +30,7 @@ from aos_gcs.mission.preflight.inspection import Inspector
 from aos_gcs.mission.search.findings import Findings
 from aos_gcs.mission.search.gallery import Gallery
 from aos_gcs.mission.sortie import Sortie
+from aos_gcs.mission.take_up import TakeUp
 from aos_gcs.mission.views import LiveView
 from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.ports import Clock, Fleet, Land, ReturnToLaunch, Severity, ThreadWorker, Worker
@@ -56,8 +59,12 @@ class Coordinator:
         loop_monitor: LoopMonitor,
         max_command_age_s: float = MAX_AGE_S,
         imaging: Worker | None = None,
+        former: FormerFlight | None = None,
     ) -> None:
-        """Prepare the mission; ``imaging`` analyses its images, None: in threads of this process."""
+        """Prepare the mission.
+
+        ``imaging`` analyses its images, None: in threads of this process; ``former`` is a flight to take up.
+        """
         self.auto_start = AutoStart(journal, is_on=settings.auto_start)
         self._context = MissionContext(
             clock=clock,
@@ -83,6 +90,7 @@ class Coordinator:
         self._outcome = Outcome.OPEN
         self._redirect: Phase | None = None
         self._activity: asyncio.Future[Phase] | None = None
+        self._take_up = TakeUp(self._context, self, former)
         self._handler_watch = HandlerWatch()
         loop_monitor.depend_on(self._handler_watch.is_alive)
         self.view = LiveView(mission_id, self._context, self, self._gallery, self._findings)
@@ -152,6 +160,15 @@ class Coordinator:
         self.sortie = self._make_sortie(settings, self.sortie.vision.focus_override_m)
         self.redirect(Phase.CONNECT)
 
+    def go_on_held(self, settings: MissionSettings, limits: SafetyLimits) -> Sortie:
+        """Go on with a flight in the air by these settings and limits, held, and return its sortie."""
+        self.sortie = self._make_sortie(settings, None)
+        self.sortie.context.flight.limits = limits
+        # Resumed, all fly straight up or down into their layers first.
+        self.redirect(Phase.TAKEOFF)
+        self.suspend(Suspension.HELD)
+        return self.sortie
+
     def end_without_vehicles(self) -> None:
         """End the mission at once: no vehicle is left to be flown."""
         if self.phase is Phase.DONE:
@@ -178,6 +195,7 @@ class Coordinator:
                     group.create_task(self._monitor.run()),
                     group.create_task(self._context.loop_monitor.run(self._context.journal.note_stall)),
                     group.create_task(self._handler_watch.run(self._end_hung_handler)),
+                    group.create_task(self._take_up.run()),
                 )
                 while self.phase is not Phase.DONE:
                     await self._resumed.wait()

@@ -92,9 +92,9 @@ class Journal:
         self.notice_count = 0
         """Number of the latest notice."""
 
-    def start_timing(self) -> None:
-        """Begin to count the mission's time."""
-        self._start_s = self._clock.now_s()
+    def start_timing(self, elapsed_s: float = 0.0) -> None:
+        """Begin to count the mission's time, of which some may have passed already."""
+        self._start_s = self._clock.now_s() - elapsed_s
 
     def elapsed_s(self) -> float:
         """Return the clock seconds since the start, 0 before."""

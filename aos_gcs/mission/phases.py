@@ -32,8 +32,8 @@ ENDING = frozenset({Phase.RETURN, Phase.LAND})
 
 TRANSITIONS: Mapping[Phase, frozenset[Phase]] = MappingProxyType(
     {
-        Phase.CONNECT: frozenset({Phase.CONNECT, Phase.PREFLIGHT, Phase.DONE}),
-        Phase.PREFLIGHT: frozenset({Phase.CONNECT, Phase.READY, Phase.DONE}),
+        Phase.CONNECT: frozenset({Phase.CONNECT, Phase.PREFLIGHT, Phase.TAKEOFF, Phase.DONE}),
+        Phase.PREFLIGHT: frozenset({Phase.CONNECT, Phase.READY, Phase.TAKEOFF, Phase.DONE}),
         Phase.READY: frozenset({Phase.CONNECT, Phase.ARM, Phase.PREFLIGHT, Phase.DONE}),
         Phase.ARM: frozenset({Phase.TAKEOFF, Phase.DONE}) | ENDING,
         Phase.TAKEOFF: frozenset({Phase.LINE}) | ENDING,
@@ -46,8 +46,8 @@ TRANSITIONS: Mapping[Phase, frozenset[Phase]] = MappingProxyType(
         Phase.DONE: frozenset(),
     }
 )
-"""DONE is also reached from every phase when all vehicles are lost, and CONNECT when a plan is applied; see
-``Coordinator``."""
+"""DONE is also reached from every phase when all vehicles are lost, CONNECT when a plan is applied, and TAKEOFF without
+a launch when a former flight is taken up; see ``Coordinator``."""
 
 BEFORE_START = frozenset({Phase.CONNECT, Phase.PREFLIGHT, Phase.READY})
 """Phases in which the plan can still be changed."""

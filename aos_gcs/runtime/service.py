@@ -24,7 +24,7 @@ from aos_gcs.runtime.dashboard import open_dashboard, operator_secrets
 from aos_gcs.runtime.drivers import load_driver
 from aos_gcs.runtime.viewer import Viewer
 from aos_gcs.runtime.workers import ANALYSIS, DECODING, VIEWS
-from aos_gcs.store.last_mission import unfinished_mission
+from aos_gcs.store.last_mission import former_flight, unfinished_mission
 from aos_gcs.store.recorder import MissionRecorder
 from aos_gcs.workers.process import open_worker
 
@@ -73,6 +73,7 @@ async def open_service(config: ServiceConfig) -> AsyncIterator[Service]:
     mission_id = f"{started:%Y%m%d-%H%M%S-%f}-{config.swarm.strategy}"
     folder = config.record.folder / mission_id
     unfinished = None if settings.any_vehicles else unfinished_mission(config.record.folder)
+    former = former_flight(config.record.folder, clock.utc_s())
     opened = False
     try:
         async with (
@@ -103,6 +104,7 @@ async def open_service(config: ServiceConfig) -> AsyncIterator[Service]:
                     loop_monitor=loop_monitor,
                     max_command_age_s=config.api.max_command_age_s,
                     imaging=imaging,
+                    former=former,
                 )
                 if unfinished is not None:
                     mission.auto_start.cancel(f"the last mission, {unfinished}, did not end: vehicles may still fly")

@@ -5,8 +5,38 @@ from __future__ import annotations
 from pathlib import Path
 
 from aos_gcs.errors import InputDataError
+from aos_gcs.mission.former_flight import FormerFlight
+from aos_gcs.mission.model.events import EventKind, PlanRecord
+from aos_gcs.mission.model.snapshot import MissionSnapshot
+from aos_gcs.mission.phases import ON_GROUND
 from aos_gcs.store.reader import MissionReader
 from aos_gcs.store.schema import DATABASE_NAME
+
+_LONGEST_GAP_S = 1800.0
+"""Time after which no battery keeps a vehicle of a former flight in the air."""
+
+
+def former_flight(missions: Path, now_utc_s: float) -> FormerFlight | None:
+    """Return the flight that the station before has left, by its record; None if it has left none in the air.
+
+    Args:
+        missions: folder of all missions.
+        now_utc_s: the present time; a flight of long ago is not taken up.
+    """
+    name = unfinished_mission(missions)
+    if name is None:
+        return None
+    try:
+        with MissionReader(missions / name) as reader:
+            last, plans = reader.last_snapshot_event(), list(reader.events(EventKind.PLAN))
+    except InputDataError:
+        return None
+    if last is None or not isinstance(last.data, MissionSnapshot):
+        return None
+    if last.data.phase in ON_GROUND or now_utc_s - last.utc_s > _LONGEST_GAP_S:
+        return None
+    plan = plans[-1].data if plans else None
+    return FormerFlight(last.data, plan.plan if isinstance(plan, PlanRecord) else None)
 
 
 def unfinished_mission(missions: Path) -> str | None:

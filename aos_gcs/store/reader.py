@@ -182,11 +182,13 @@ class MissionReader:
 
     def last_snapshot(self) -> MissionSnapshot | None:
         """Return the latest recorded state of the whole mission."""
+        event = self.last_snapshot_event()
+        return event.data if event is not None and isinstance(event.data, MissionSnapshot) else None
+
+    def last_snapshot_event(self) -> Event | None:
+        """Return the event with the latest recorded state of the whole mission."""
         query = "SELECT * FROM events WHERE kind = ? ORDER BY seq DESC LIMIT 1"
-        for event in self._events(query, EventKind.SNAPSHOT.value):
-            if isinstance(event.data, MissionSnapshot):
-                return event.data
-        return None
+        return next(self._events(query, EventKind.SNAPSHOT.value), None)
 
     def steps(self) -> tuple[StepRecord, ...]:
         """Return all steps, oldest first."""

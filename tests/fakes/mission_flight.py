@@ -17,6 +17,7 @@ from aos_gcs.errors import RecordingError
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.commands import LiveCommands
 from aos_gcs.mission.coordinator import Coordinator
+from aos_gcs.mission.former_flight import FormerFlight
 from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal
 from aos_gcs.mission.model.actions import ActionRecord
@@ -168,6 +169,7 @@ def prepare(
     *,
     errors: Mapping[str, object] | None = None,
     worker: Worker | None = None,
+    former: FormerFlight | None = None,
     **changes: object,
 ) -> Flight:
     """Return a mission of n vehicles whose ``errors``, fields of :class:`FakeErrors`, differ from those of RTK."""
@@ -184,6 +186,7 @@ def prepare(
         recorder=recorder,
         loop_monitor=pulse,
         imaging=worker,
+        former=former,
     )
     return Flight(mission, fleet, recorder, clock, journal, pulse)
 

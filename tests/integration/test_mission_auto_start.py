@@ -64,6 +64,16 @@ async def test_any_action_before_the_start_leaves_that_to_the_operator() -> None
         await run
 
 
+@pytest.mark.looptime
+async def test_an_action_in_flight_says_nothing_of_the_start() -> None:
+    flight = prepare(2)
+    async with flying(flight) as run:
+        await flight.until(lambda: flight.mission.phase is Phase.SCAN)
+        await flight.commands.act(Action.RETURN, None)
+        await run
+    assert not any("Automatic start" in text for text in flight.texts())
+
+
 def configuration(folder: Path, **mission: object) -> ServiceConfig:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.bind(("127.0.0.1", 0))

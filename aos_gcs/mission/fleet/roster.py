@@ -173,6 +173,11 @@ class Roster:
         """
         member._take_up(task)  # noqa: SLF001 - nobody else may
 
+    def move_origin(self, origin: GeodeticPosition) -> None:
+        """Set the origin of the mission's frame, also where there was another one."""
+        self.frame = LocalFrame(origin)
+        self._places.clear()
+
     def choose(self, vehicle_ids: Iterable[int]) -> None:
         """Set which vehicles fly the mission; those on the ground that do not lose their layers.
 
@@ -330,6 +335,8 @@ class Roster:
             waypoint_enu_m=None if member.waypoint_enu_m is None else as_enu_point(member.waypoint_enu_m),
             refusal=_why_left_alone(member) or member.refusal,
             takes_part=member.takes_part,
+            home_enu_m=None if member.home_enu_m is None else as_enu_point(member.home_enu_m),
+            altitude_offset_m=member.altitude_offset_m,
         )
 
 

@@ -73,3 +73,7 @@ class VehicleSnapshot:
     """None in older records."""
     takes_part: bool = True
     """Whether it flies the mission; a vehicle that does not is never armed."""
+    home_enu_m: EnuPoint | None = None
+    """Launch point; None before it is known, and in older records."""
+    altitude_offset_m: float = 0.0
+    """Altitude that it reports minus the one above the datum that all share."""

@@ -60,6 +60,11 @@ class ScanProgress:
         """Set the legs of the scan."""
         self.legs = tuple(legs)
 
+    def take_up(self, legs: Sequence[ScanLeg], leg: int) -> None:
+        """Go on with a scan at the beginning of a leg; without legs they are still to be planned."""
+        self.legs = tuple(legs)
+        self.leg = min(leg, max(0, len(self.legs) - 1))
+
     def form_line(self) -> None:
         """Note that the line has been formed anew: earlier steps without progress no longer count."""
         self._stalls.restart()

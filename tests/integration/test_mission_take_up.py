@@ -1,0 +1,172 @@
+"""A flight whose station was killed, taken up by the station that follows it, in virtual time."""
+
+from __future__ import annotations
+
+import asyncio
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from aos_gcs.mission.former_flight import FormerFlight
+from aos_gcs.mission.model.actions import Action
+from aos_gcs.mission.model.events import Event, EventKind
+from aos_gcs.mission.model.phase import Outcome, OutcomeRecord, Phase, Suspension
+from aos_gcs.mission.model.snapshot import MissionSnapshot
+from aos_gcs.mission.model.vehicles import Task
+from aos_gcs.planning.settings import FlightSettings, PreflightSettings
+from aos_gcs.ports import FlightMode, Goto
+from aos_gcs.store.last_mission import former_flight
+from aos_gcs.store.recorder import MissionRecorder
+from tests.fakes.fleet import FRAME
+from tests.fakes.mission_flight import Flight, flying, prepare
+from tests.fakes.records import snapshot
+
+BIASED = {"bias_m": (0.01, 2.0)}
+"""Each vehicle's altitudes err by a constant."""
+UNCHECKED = PreflightSettings(upload_fence=True, overrides={"home altitude": "a test", "altitude accuracy": "a test"})
+
+
+async def flown_before(n: int = 3) -> MissionSnapshot:
+    """Return the last state on record of a station that is killed while it searches."""
+    flight = prepare(n, errors=BIASED, preflight=UNCHECKED)
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.view.steps()) == 2)
+        last = flight.view.snapshot()
+        run.cancel()
+    return last
+
+
+async def restarted(last: MissionSnapshot, **changes: object) -> Flight:
+    """Return the station that follows, its vehicles where they were, without any command of it so far."""
+    preflight = {"preflight": UNCHECKED}
+    flight = prepare(len(last.vehicles), errors=BIASED, former=FormerFlight(last, None), **preflight | changes)
+    for former in last.vehicles:
+        vehicle = flight.fleet.members[former.telemetry.vehicle_id]
+        assert former.telemetry.position is not None
+        vehicle.armed = True
+        vehicle.start_enu_m = vehicle.goal_enu_m = FRAME.to_enu(former.telemetry.position)
+    return flight
+
+
+async def until_taken_up(flight: Flight) -> None:
+    await flight.until(lambda: flight.mission.phase is Phase.TAKEOFF)
+    await flight.clock.sleep(1.0)
+
+
+@pytest.mark.looptime
+async def test_vehicles_keep_their_layers_and_limits_and_wait_for_an_operator() -> None:
+    last = await flown_before()
+    flight = await restarted(last)
+    async with flying(flight) as run:
+        await until_taken_up(flight)
+        await flight.clock.sleep(60.0)
+        now = flight.view.snapshot()
+        assert (now.phase, now.suspension) == (Phase.TAKEOFF, Suspension.HELD)
+        assert now.elapsed_s > last.elapsed_s + 60.0
+        assert [one.layer_height_m for one in now.vehicles] == [one.layer_height_m for one in last.vehicles]
+        assert [one.home_enu_m for one in now.vehicles] == [one.home_enu_m for one in last.vehicles]
+        assert (now.fence_enu_m, now.legs_enu_m, now.leg) == (last.fence_enu_m, last.legs_enu_m, last.leg)
+        assert [one.task for one in now.vehicles] == [Task.HELD] * 3
+        assert not any(vehicle.commands for vehicle in flight.fleet.members.values())
+        await flight.commands.act(Action.RESUME, None)
+        assert await run is Outcome.FOUND
+    assert [flight.task(number) for number in (1, 2, 3)] == [Task.LANDED] * 3
+
+
+@pytest.mark.looptime
+@pytest.mark.parametrize("action", [Action.RETURN, Action.LAND])
+async def test_they_are_brought_down_apart(action: Action) -> None:
+    flight = await restarted(await flown_before())
+    async with flying(flight) as run:
+        watch = asyncio.create_task(flight.watch_separation())
+        await until_taken_up(flight)
+        offsets_m = [member.altitude_offset_m for member in flight.mission.sortie.context.roster.members()]
+        assert max(offsets_m) - min(offsets_m) > 1.0
+        await flight.commands.act(action, None)
+        await run
+        watch.cancel()
+    now = flight.view.snapshot()
+    assert [one.task for one in now.vehicles] == [Task.LANDED] * 3
+    assert flight.smallest_m >= 1.5
+    if action is Action.RETURN:
+        for vehicle in flight.fleet.members.values():
+            gotos = [command for command in vehicle.commands if isinstance(command, Goto)]
+            assert gotos, "led home in its layer, not by its autopilot"
+
+
+@pytest.mark.looptime
+async def test_one_heard_later_is_attached_too_and_one_in_its_failsafe_is_left_to_it() -> None:
+    last = await flown_before()
+    flight = await restarted(last)
+    late = flight.fleet.members.pop(2)
+    flight.fleet.members[3].mode = FlightMode.RETURN
+    async with flying(flight) as run:
+        await until_taken_up(flight)
+        flight.fleet.members[2] = late
+        await flight.until(lambda: len(flight.view.snapshot().vehicles) == 3 and flight.task(2) is Task.HELD)
+        assert flight.view.snapshot().vehicles[1].layer_height_m == last.vehicles[1].layer_height_m
+        results = {one.vehicle_id: one.accepted for one in await flight.commands.act(Action.RESUME, None)}
+        assert results == {1: True, 2: True, 3: False}
+        await flight.clock.sleep(5.0)
+        assert not flight.fleet.members[3].commands
+        await flight.commands.act(Action.RETURN, None)
+        await run
+
+
+@pytest.mark.looptime
+async def test_a_changed_plan_is_not_flown_on_by_and_landed_vehicles_are_no_flight() -> None:
+    last = await flown_before()
+    changed = await restarted(replace(last, area_enu_m=((0.0, 0.0), (9.0, 0.0), (9.0, 9.0))), auto_start=False)
+    async with flying(changed) as run:
+        await changed.until(lambda: any("cannot be taken up" in text for text in changed.texts()))
+        assert changed.mission.phase in {Phase.CONNECT, Phase.PREFLIGHT}
+        await changed.commands.act(Action.ABORT, None)
+        await run
+    landed = prepare(3, former=FormerFlight(last, None), flight=FlightSettings(lowest_layer_m=31.0))
+    async with flying(landed) as run:
+        await landed.until(lambda: landed.mission.phase is Phase.SCAN)
+        assert [one.layer_height_m for one in landed.view.snapshot().vehicles] == [31.0, 33.0, 35.0]
+        await landed.commands.act(Action.ABORT, None)
+        await run
+
+
+@pytest.mark.looptime
+async def test_one_that_was_still_climbing_climbs_straight_into_its_layer() -> None:
+    last = await flown_before()
+    flight = await restarted(last)
+    low = flight.fleet.members[1]
+    low.start_enu_m = low.goal_enu_m = low.home_enu_m + np.array([0.0, 0.0, 8.0])
+    async with flying(flight) as run:
+        await until_taken_up(flight)
+        await flight.commands.act(Action.RESUME, None)
+        await flight.until(low.is_moving)
+        reported_m = 35.0 + last.vehicles[0].altitude_offset_m
+        assert low.goal_enu_m == pytest.approx([*low.home_enu_m[:2], reported_m], abs=0.1)
+        await flight.until(lambda: flight.mission.phase is Phase.SCAN)
+        await flight.commands.act(Action.ABORT, None)
+        await run
+
+
+@pytest.mark.parametrize(
+    ("changes", "ends", "age_s", "is_found"),
+    [
+        ({}, False, 60.0, True),
+        ({}, True, 60.0, False),
+        ({}, False, 7200.0, False),
+        ({"phase": Phase.READY}, False, 60.0, False),
+    ],
+    ids=["killed in flight", "ended", "long ago", "killed before the start"],
+)
+async def test_only_an_unfinished_flight_of_late_is_read_back(
+    tmp_path: Path, changes: dict[str, Phase], ends: bool, age_s: float, is_found: bool
+) -> None:
+    last = replace(snapshot(), **changes)
+    async with MissionRecorder.create(tmp_path, "m", {}, notify=lambda _: None) as recorder:
+        await recorder.record_event(Event(1, 1000.0, EventKind.SNAPSHOT, last))
+        if ends:
+            await recorder.record_outcome(OutcomeRecord(1000.0, Outcome.FOUND, {}))
+    found = former_flight(tmp_path, 1000.0 + age_s)
+    assert (found is not None) is is_found
+    assert found is None or found.last == last
