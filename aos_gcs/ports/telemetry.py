@@ -97,7 +97,7 @@ class VehicleState:
     ready_to_arm: bool | None = None
     position: GeodeticPosition | None = None
     position_at_s: float | None = None
-    """Time at which ``position`` arrived."""
+    """Time at which ``position`` was sent, where the vehicle's clock tells, or else arrived."""
     height_above_home_m: float | None = None
     velocity_enu_mps: tuple[float, float, float] | None = None
     heading_rad: float | None = None

@@ -150,12 +150,36 @@ def test_status_text_is_a_notice_and_warnings_stay_in_the_state() -> None:
     session = new_session()
     vehicle = FakeVehicle()
     session.feed(vehicle.heartbeat(), A, 0.0)
-    events = session.feed(vehicle.status_text("PreArm: no GPS") + vehicle.status_text("hello", 6), A, 0.0)
+    events = session.feed(vehicle.status_text("GPS glitch") + vehicle.status_text("hello", 6), A, 0.0)
     assert [(notice.severity, notice.text, notice.vehicle_id) for notice in notices(events)] == [
-        (Severity.CRITICAL, "PreArm: no GPS", 1),
+        (Severity.CRITICAL, "GPS glitch", 1),
         (Severity.INFO, "hello", 1),
     ]
-    assert session.records[1].state(0.0).text == "PreArm: no GPS"
+    assert session.records[1].state(0.0).text == "GPS glitch"
+
+
+@pytest.mark.parametrize("text", ["PreArm: no GPS", "Preflight Fail: compass"])
+def test_why_a_vehicle_cannot_be_armed_is_no_alert_and_over_when_it_is(text: str) -> None:
+    session = new_session()
+    vehicle = FakeVehicle()
+    session.feed(vehicle.heartbeat(), A, 0.0)
+    told = notices(session.feed(vehicle.status_text(text), A, 0.0))
+    assert [(notice.severity, notice.text) for notice in told] == [(Severity.INFO, text)]
+    session.feed(vehicle.heartbeat(), A, 1.0)
+    assert session.records[1].state(1.0).text == text
+    vehicle.armed = True
+    session.feed(vehicle.heartbeat(), A, 2.0)
+    assert session.records[1].state(2.0).text == ""
+
+
+def test_why_a_vehicle_could_not_be_armed_is_forgotten_once_its_checks_pass() -> None:
+    session = new_session()
+    vehicle = FakeVehicle()
+    session.feed(vehicle.heartbeat() + vehicle.status_text("PreArm: no GPS"), A, 0.0)
+    session.feed(vehicle.sys_status(healthy=False) + vehicle.heartbeat(), A, 11.0)
+    assert session.records[1].state(11.0).text == "PreArm: no GPS"
+    session.feed(vehicle.sys_status() + vehicle.heartbeat(), A, 12.0)
+    assert session.records[1].state(12.0).text == ""
 
 
 def test_chunks_of_a_text_are_joined_in_order() -> None:

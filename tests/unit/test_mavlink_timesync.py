@@ -122,8 +122,9 @@ def test_the_session_asks_and_the_state_tells() -> None:
     assert (link.address, link.living_addresses, link.clock_drift) == ("10.0.0.1:5001", 1, None)
     vehicle.boot_ms = 10_000
     session.feed(vehicle.position(), A, 51.0)
-    vehicle.boot_ms = 10
-    session.feed(vehicle.position(), A, 51.0)
-    link = session.records[1].state(51.0).link
+    for boot_ms in (10, 210, 410):
+        vehicle.boot_ms = boot_ms
+        session.feed(vehicle.position(), A, 51.0 + boot_ms / 1000)
+    link = session.records[1].state(51.5).link
     assert link is not None
     assert link.clock_offset_s is None, "a reboot starts another clock"

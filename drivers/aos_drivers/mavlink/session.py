@@ -102,6 +102,9 @@ class MavlinkSession:
                 self._take_text(record, severity, text, now_s)
             self._watch_identity(record, now_s)
             self._ask(record, now_s)
+            notice = record.delay_notice(now_s)
+            if notice is not None:
+                self._events.append(notice)
         self._peers.intake.protected = frozenset().union(*(each.ownership.owners for each in self.records.values()))
         return self._take_events()
 
@@ -166,6 +169,7 @@ class MavlinkSession:
             if not record.admits(component_id, peer, now_s, is_signed=is_signed):
                 self._on_stranger(record, message, peer, now_s, is_signed)
                 return
+            record.watch_delay(message, now_s)
             is_moved = record.hear(component_id, message.get_seq(), peer, now_s, is_signed=is_signed)
             if record.identity.has_several_addresses and self._is_duplicate(record, message, peer, now_s):
                 return
@@ -265,7 +269,7 @@ class MavlinkSession:
     def _on_timesync(
         self, record: VehicleRecord, message: mavlink.MAVLink_message, _peer: PeerAddress, now_s: float
     ) -> None:
-        record.clock.on_message(message, now_s)
+        record.take_timesync(message, now_s)
 
     def _on_ack(self, record: VehicleRecord, ack: mavlink.MAVLink_command_ack_message, now_s: float) -> None:
         # 0 means "not given", as MAVLink 1 has no target in its acknowledgements.
@@ -284,7 +288,7 @@ class MavlinkSession:
             return
         if severity <= mavlink.MAV_SEVERITY_WARNING:
             record.take_warning(text, now_s)
-        self._events.append(Notice(notice_severity(severity), text, record.vehicle_id))
+        self._events.append(Notice(notice_severity(severity, text), text, record.vehicle_id))
 
     # --- vehicles ---------------------------------------------------------------------------------------------------
 

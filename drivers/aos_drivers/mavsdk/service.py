@@ -77,6 +77,7 @@ class MavsdkFleet:
             if notice is not None:
                 self._context.notify(notice)
             return False
+        record.watch_delay(message, now_s)
         record.hear(component_id, message.get_seq(), peer, now_s)
         wire.route(system_id, component_id, record.address_of(component_id) or peer)
         record.requests.on_message(component_id, message.get_msgId())
@@ -103,7 +104,7 @@ class MavsdkFleet:
             record.identity.hear_uid(peer, board_uid(message), now_s)
             record.telemetry.update(message, now_s)
         elif message.get_msgId() == mavlink.MAVLINK_MSG_ID_TIMESYNC:
-            record.clock.on_message(message, now_s)
+            record.take_timesync(message, now_s)
         elif is_autopilot_heartbeat(message):
             record.watch_ownership(message, peer, now_s)
 
@@ -119,6 +120,8 @@ class MavsdkFleet:
                 vehicle.poll(now_s)
                 self._watch_identity(vehicle_id, now_s)
                 record = self._records[vehicle_id]
+                if (notice := record.delay_notice(now_s)) is not None:
+                    self._context.notify(notice)
                 if (sent_ns := record.clock.poll(now_s)) is not None:
                     wire.send_to(record.target, mavlink.MAVLink_timesync_message(0, sent_ns))
             wire.intake.protected = frozenset().union(*(each.ownership.owners for each in self._records.values()))

@@ -86,7 +86,7 @@ class TelemetryFeed:
         telemetry = self._record.telemetry
         place = geodetic(position)
         if place is not None:
-            telemetry.position, telemetry.position_at_s = place, self._clock.now_s()
+            telemetry.position, telemetry.position_at_s = place, self._sent_at_s()
         if math.isfinite(position.relative_altitude_m):
             telemetry.relative_altitude_m = position.relative_altitude_m
 
@@ -106,7 +106,7 @@ class TelemetryFeed:
     def _take_landed(self, landed: plugin.LandedState) -> None:
         telemetry = self._record.telemetry
         telemetry.landed = _LANDED.get(landed, LandedState.UNKNOWN)
-        telemetry.landed_at_s = self._clock.now_s()
+        telemetry.landed_at_s = self._sent_at_s()
 
     def _take_battery(self, battery: plugin.Battery) -> None:
         telemetry = self._record.telemetry
@@ -127,7 +127,11 @@ class TelemetryFeed:
             return
         if severity <= mavlink.MAV_SEVERITY_WARNING:
             self._record.take_warning(text, self._clock.now_s())
-        self._notify(Notice(notice_severity(severity), text, self._record.vehicle_id))
+        self._notify(Notice(notice_severity(severity, text), text, self._record.vehicle_id))
+
+    def _sent_at_s(self) -> float:
+        """Return when the message that is processed now was sent."""
+        return self._record.delay.sent_at_s(self._clock.now_s())
 
     def _take_direct(self, direct: MavlinkMessage) -> None:
         record, now_s = self._record, self._clock.now_s()

@@ -20,8 +20,9 @@ from aos_drivers.vehicle.autopilots.choice import dialect_of
 from aos_drivers.vehicle.cameras.component_record import CameraRecord
 from aos_drivers.vehicle.cameras.payload import PayloadRecord, motion_rates_hz
 from aos_drivers.vehicle.control import ControlWatch
+from aos_drivers.vehicle.delay import TelemetryDelay
 from aos_drivers.vehicle.exchange import Exchange
-from aos_drivers.vehicle.status_text import StatusTexts
+from aos_drivers.vehicle.status_text import StatusTexts, is_about_arming
 from aos_drivers.vehicle.streams import OneTimeRequests, StreamKeeper
 from aos_drivers.vehicle.telemetry import Telemetry, has_no_position
 from aos_drivers.vehicle.timesync import ClockEstimator
@@ -35,6 +36,8 @@ _SNAPSHOT_LIFE_S = 0.05
 """Age at which the snapshot is renewed for changes without a packet, such as addresses that become silent."""
 _MAX_COMPONENTS = 16
 _STRANGER_PAUSE_S = 60.0
+_ARMING_TEXT_S = 10.0
+"""Time for which the reason of a refusal to arm is kept although the vehicle's own checks pass."""
 _CAMERA_IDS = range(mavlink.MAV_COMP_ID_CAMERA, mavlink.MAV_COMP_ID_CAMERA6 + 1)
 
 
@@ -57,7 +60,8 @@ class VehicleRecord:
         self.identity = Identity()
         self.ownership = Ownership(self.identity)
         self.texts = StatusTexts()
-        self.streams = StreamKeeper(_higher_rates(self.autopilot.stream_rates_hz(position_hz), motion_rates_hz(camera)))
+        rates_hz = _higher_rates(self.autopilot.stream_rates_hz(position_hz), motion_rates_hz(camera))
+        self.streams = StreamKeeper(rates_hz, self.autopilot.stock_stream_ids)
         self.requests = OneTimeRequests()
         self.camera: CameraRecord | None = None
         self.payload = PayloadRecord()
@@ -68,6 +72,7 @@ class VehicleRecord:
         """Exchanges of several messages in progress."""
         self.duplicates = DuplicateFilter()
         self.clock = ClockEstimator()
+        self.delay = TelemetryDelay()
         self._routes = {target.component_id: ComponentRoute()}
         self.heard_at_s: float | None = None
         """Time of the autopilot's last packet: a companion's must not hide that the autopilot is silent."""
@@ -143,12 +148,29 @@ class VehicleRecord:
         """Count a packet; return whether the address of its component has changed."""
         self._packets += 1
         if component_id == self.target.component_id:
-            self.heard_at_s = now_s
+            self.heard_at_s = max(self.delay.sent_at_s(now_s), self.heard_at_s or -math.inf)
             self.identity.hear(peer, now_s, is_signed=is_signed)
         if component_id not in self._routes and len(self._routes) >= _MAX_COMPONENTS:
             return False
         route = self._routes.setdefault(component_id, ComponentRoute())
         return route.hear(peer, sequence, now_s, self.identity.is_same_vehicle(peer, route.address))
+
+    def watch_delay(self, message: mavlink.MAVLink_message, now_s: float) -> None:
+        """Find out how long the autopilot's messages are on their way; call it before ``hear``."""
+        if message.get_srcComponent() == self.target.component_id and message.get_msgId() in BOOT_TIMED_IDS:
+            self.delay.hear(message.time_boot_ms / 1e3, now_s, self.clock)
+
+    def take_timesync(self, message: mavlink.MAVLink_timesync_message, now_s: float) -> None:
+        """Update the estimate of the vehicle's clock."""
+        self.clock.on_message(message, now_s)
+        self.delay.compare(self.payload.clock.offset_s(), self.clock)
+
+    def delay_notice(self, now_s: float) -> Notice | None:
+        """Return the notice that telemetry begins to come late, or in time again."""
+        text = self.delay.change(now_s)
+        if text is None:
+            return None
+        return Notice(Severity.WARNING if "overloaded" in text else Severity.INFO, text, self.vehicle_id)
 
     def count_unknown(self, component_id: int, sequence: int, peer: PeerAddress) -> None:
         """Count a packet of an unknown message. Its checksum cannot be tested, so it is used for nothing else."""
@@ -159,7 +181,7 @@ class VehicleRecord:
     def restart(self) -> None:
         """Forget what does not survive a reboot of the autopilot, and request it again."""
         self.telemetry = self.telemetry.after_restart()
-        self.clock = ClockEstimator()
+        self.clock, self.delay = ClockEstimator(), TelemetryDelay()
         self.streams.restart()
         self._request_facts()
 
@@ -173,14 +195,20 @@ class VehicleRecord:
         autopilot = self.autopilot = dialect_of(heartbeat)
         telemetry = self.telemetry
         telemetry.mode, telemetry.mode_name = autopilot.mode(heartbeat)
+        was_armed = telemetry.armed
         telemetry.armed = bool(heartbeat.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED)
-        telemetry.heartbeat_at_s = now_s
+        is_old = telemetry.text_at_s is not None and now_s - telemetry.text_at_s > _ARMING_TEXT_S
+        if is_about_arming(telemetry.text) and (
+            (telemetry.armed and not was_armed) or (telemetry.prearm_healthy and is_old)
+        ):
+            telemetry.text = ""
+        telemetry.heartbeat_at_s = self.delay.sent_at_s(now_s)
         self.control.take_heartbeat(telemetry.mode_name, heartbeat, autopilot.our_modes(), now_s)
 
     def take_telemetry(self, message: mavlink.MAVLink_message, now_s: float) -> None:
         """Update telemetry and control from a message of the autopilot."""
         telemetry = self.telemetry
-        telemetry.update(message, now_s)
+        telemetry.update(message, self.delay.sent_at_s(now_s))
         match message.get_msgId():
             case mavlink.MAVLINK_MSG_ID_POSITION_TARGET_GLOBAL_INT:
                 if telemetry.target is not None and telemetry.target.at_s == now_s:
@@ -220,8 +248,7 @@ class VehicleRecord:
     def due_requests(self, now_s: float) -> Iterator[tuple[int, int, tuple[float, ...]]]:
         """Return the requests that are due: component, command and its parameters."""
         stream = self.streams.poll(now_s)
-        if stream is not None:
-            message_id, interval_us = stream
+        for message_id, interval_us in (*self.streams.take_burst(), *([] if stream is None else [stream])):
             yield self.target.component_id, mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, (float(message_id), interval_us)
         for component_id, message_id in self.requests.poll(now_s):
             yield component_id, mavlink.MAV_CMD_REQUEST_MESSAGE, (float(message_id),)

@@ -12,6 +12,7 @@ _CHUNK_SIZE = 50
 _MAX_CHUNKS = 8
 _MAX_OPEN_TEXTS = 4
 _CHUNK_TIMEOUT_S = 1.0
+_ARMING_PREFIXES = ("PreArm:", "Arm:", "Preflight Fail:", "Arming denied")
 
 
 class _OpenText:
@@ -64,8 +65,19 @@ class StatusTexts:
         return entry.severity, entry.text()
 
 
-def notice_severity(mav_severity: int) -> Severity:
-    """Return the severity of a notice for a MAV_SEVERITY."""
+def is_about_arming(text: str) -> bool:
+    """Return whether a text says why the vehicle cannot be armed: over once it is armed."""
+    return text.startswith(_ARMING_PREFIXES)
+
+
+def notice_severity(mav_severity: int, text: str) -> Severity:
+    """Return the severity of a notice for a text of MAV_SEVERITY.
+
+    Why a vehicle cannot be armed is no alert, which would stay open in flight: the check *ready to arm* shows it for as
+    long as it holds.
+    """
+    if is_about_arming(text):
+        return Severity.INFO
     if mav_severity <= mavlink.MAV_SEVERITY_CRITICAL:
         return Severity.CRITICAL
     if mav_severity <= mavlink.MAV_SEVERITY_WARNING:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
@@ -26,8 +26,11 @@ class StreamKeeper:
     be taken for the next one's: a stream that then does not arrive is requested again.
     """
 
-    def __init__(self, rates_hz: Mapping[int, float]) -> None:
+    def __init__(self, rates_hz: Mapping[int, float], at_once: Collection[int] = ()) -> None:
+        """Request ``rates_hz``; first those of ``at_once`` together, before each is confirmed in turn."""
         self._rates_hz = dict(rates_hz)
+        self._at_once = at_once
+        self._burst: list[int] = []
         self._pending: deque[int] = deque()
         self._attempts = 0
         self._due_s = -math.inf
@@ -40,6 +43,7 @@ class StreamKeeper:
     def restart(self) -> None:
         """Request everything again."""
         self._pending = deque(self._rates_hz)
+        self._burst = [message_id for message_id in self._rates_hz if message_id in self._at_once]
         self._attempts = 0
         self._due_s = -math.inf
         self._watch_from_s = math.inf
@@ -58,6 +62,11 @@ class StreamKeeper:
         if message_id == _WATCHED:
             self._watched += 1
 
+    def take_burst(self) -> list[tuple[int, float]]:
+        """Return (message id, interval in microseconds) of the streams to request at once now."""
+        burst, self._burst = self._burst, []
+        return [(message_id, self._interval_us(message_id)) for message_id in burst]
+
     def poll(self, now_s: float) -> tuple[int, float] | None:
         """Return (message id, interval in microseconds, -1 for off) when it is time to request one."""
         if self._pending and self._attempts >= _ATTEMPTS and now_s >= self._due_s:
@@ -70,8 +79,11 @@ class StreamKeeper:
         self._attempts += 1
         self._due_s = now_s + _ACK_TIMEOUT_S
         message_id = self._pending[0]
+        return message_id, self._interval_us(message_id)
+
+    def _interval_us(self, message_id: int) -> float:
         rate_hz = self._rates_hz[message_id]
-        return message_id, 1e6 / rate_hz if rate_hz else -1.0
+        return 1e6 / rate_hz if rate_hz else -1.0
 
     def _next(self) -> None:
         self._pending.popleft()

@@ -12,6 +12,8 @@ from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.ports import FlightMode, LandedState
 
 _UNKNOWN_UINT16 = 0xFFFF
+_ORDER_S = 2.0
+"""Time for which an older position does not replace a newer one; after that, the vehicle's clock may have jumped."""
 _RELATIVE_FRAMES = frozenset({mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT, mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT})
 _STAGES = {0: "dev", 64: "alpha", 128: "beta", 192: "rc"}
 """Stages of a firmware's version; FIRMWARE_VERSION_TYPE."""
@@ -47,6 +49,8 @@ class Telemetry:
         self.landed_at_s: float | None = None
         self.position: GeodeticPosition | None = None
         self.position_at_s: float | None = None
+        self.position_boot_ms = 0
+        """The vehicle's time since boot of ``position``."""
         self.velocity_enu_mps: tuple[float, float, float] | None = None
         self.heading_rad: float | None = None
         self.home: GeodeticPosition | None = None
@@ -131,6 +135,10 @@ def has_no_position(target: mavlink.MAVLink_message) -> bool:
 def _take_global_position(
     telemetry: Telemetry, message: mavlink.MAVLink_global_position_int_message, now_s: float
 ) -> None:
+    is_recent = telemetry.position_at_s is not None and now_s - telemetry.position_at_s < _ORDER_S
+    if is_recent and message.time_boot_ms < telemetry.position_boot_ms:
+        return  # overtaken by a newer one
+    telemetry.position_boot_ms = message.time_boot_ms
     if message.hdg != _UNKNOWN_UINT16:
         telemetry.heading_rad = math.radians(message.hdg / 100 % 360.0)
     telemetry.relative_altitude_m = message.relative_alt / 1000

@@ -16,7 +16,8 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 PERIOD_S = 2.0
 """Pause between two requests to one vehicle."""
 _SAMPLES = 120
-_OPEN_REQUESTS = 8
+_OPEN_REQUESTS = 64
+"""Requests that may be answered yet: those of two minutes, as a queue may deliver answers that late."""
 _BEST_SHARE = 0.25
 _DRIFT_SAMPLES = 10
 _DRIFT_SPAN_S = 60.0
@@ -40,6 +41,7 @@ class ClockEstimator:
         self._open: deque[int] = deque(maxlen=_OPEN_REQUESTS)
         self._samples: deque[_Sample] = deque(maxlen=_SAMPLES)
         self._due_s = -np.inf
+        self.last_round_trip_s: float | None = None
         self.round_trip_s: float | None = None
         """The median of the latest answers."""
         self.offset_s: float | None = None
@@ -60,13 +62,20 @@ class ClockEstimator:
         """Take an answer; requests of the vehicle and answers that we did not ask for are ignored."""
         if message.tc1 == 0 or message.ts1 not in self._open:
             return
-        self._open.remove(message.ts1)
+        while self._open and self._open[0] <= message.ts1:
+            self._open.popleft()  # requests before it have been lost, or their answers have
         sent_s = message.ts1 / 1e9
+        self.last_round_trip_s = max(0.0, now_s - sent_s)
         sample = _Sample(now_s, message.tc1 / 1e9 - (sent_s + now_s) / 2, max(0.0, now_s - sent_s))
         if self.offset_s is not None and abs(sample.offset_s - self.offset_s) > _JUMP_S + sample.round_trip_s / 2:
             self._samples.clear()
         self._samples.append(sample)
         self._estimate()
+
+    def longest_delay_s(self, now_s: float) -> float:
+        """Return how long a message of the vehicle can have been on its way: as long as the answer to a request."""
+        waiting_s = now_s - self._open[0] / 1e9 if self._open else 0.0
+        return max(self.last_round_trip_s or 0.0, waiting_s)
 
     def _estimate(self) -> None:
         at_s, offsets_s, round_trips_s = np.array(

@@ -73,6 +73,14 @@ class AutopilotDialect(ABC):
     """Modes, by the autopilot's own names, that each command leads to."""
     quiet_message_ids: ClassVar[tuple[int, ...]] = ()
     """Unneeded streams that are on by default."""
+
+    @property
+    def stock_stream_ids(self) -> tuple[int, ...]:
+        """Streams that are on by default, many times a second: a link is full of them until all are slowed down."""
+        if not self.quiet_message_ids:
+            return ()
+        return mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT, mavlink.MAVLINK_MSG_ID_ATTITUDE, *self.quiet_message_ids
+
     setup: ClassVar[Setup | None] = None
     """Meaning of the parameters; None if unknown."""
 
