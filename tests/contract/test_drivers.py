@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from aos_gcs.errors import CommandRefusedError, CommandTimeoutError
-from aos_gcs.ports import Arm, Goto, Hold, Land, ReturnToLaunch, Severity, Vehicle
+from aos_gcs.ports import Arm, FlightMode, Goto, Hold, Land, ReturnToLaunch, Severity, Vehicle
 from tests.contract.vehicle_bench import each_driver, fence_of, mute_vehicles, open_driver, pairs
 from tests.fakes.air_flight import IMAGE_SIZE_PX
 
@@ -27,6 +27,25 @@ async def test_heartbeats_stop_with_the_health_of_the_service(implementation: st
         assert "HEARTBEAT" not in mute.heard
         bench.health.is_good = True
         await bench.until(lambda: "HEARTBEAT" in mute.heard)
+
+
+@each_driver
+async def test_a_second_sender_with_the_id_of_a_vehicle_in_flight_is_ignored(implementation: str) -> None:
+    async with open_driver(implementation, "arducopter", vehicles=1) as bench:
+        await bench.all_ready()
+        vehicle = await bench.fly(1)
+        async with mute_vehicles(bench.clock, bench.port, range(1, 2)) as stranger:
+            await bench.until(lambda: any("another sender" in notice.text for notice in bench.notices))
+            states = []
+            for _ in range(10):
+                await bench.clock.sleep(0.5)
+                states.append(vehicle.state)
+            assert all(state.armed and not state.is_ambiguous for state in states)
+            assert {state.mode for state in states} == {FlightMode.GUIDED}
+            await vehicle.execute(Hold(), bench.after(30.0))
+            await vehicle.execute(Land(), bench.after(30.0))
+        assert "COMMAND_INT" not in stranger.heard
+        assert "HEARTBEAT" not in stranger.heard
 
 
 @each_driver

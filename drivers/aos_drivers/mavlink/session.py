@@ -17,7 +17,7 @@ from aos_drivers.links.heartbeat import HEARTBEAT_PERIOD_S, OUR_COMPONENT_ID, is
 from aos_drivers.links.identity import board_uid
 from aos_drivers.mavlink.peers import Outgoing, PeerTable
 from aos_drivers.mavlink.signing.signer import LinkSigner, SignatureCheck
-from aos_drivers.vehicle.autopilots.base import Target
+from aos_drivers.vehicle.autopilots.base import Target, command_long, version_request
 from aos_drivers.vehicle.record import VehicleRecord
 from aos_drivers.vehicle.status_text import notice_severity
 from aos_gcs.ports import Notice, Severity
@@ -307,19 +307,11 @@ class MavlinkSession:
     def _ask(self, record: VehicleRecord, now_s: float) -> None:
         target = record.target
         for component_id, command, params in record.due_requests(now_s):
-            self.send(target.system_id, component_id, _command_long(target.system_id, component_id, command, *params))
+            self.send(
+                target.system_id, component_id, command_long(Target(target.system_id, component_id), command, *params)
+            )
         sent_ns = record.clock.poll(now_s)
         if sent_ns is not None:
             self.send(target.system_id, target.component_id, mavlink.MAVLink_timesync_message(0, sent_ns))
         for peer in record.identity.questions(now_s):
-            version = float(mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION)
-            command = mavlink.MAV_CMD_REQUEST_MESSAGE
-            self._peers.send(_command_long(target.system_id, target.component_id, command, version), peer)
-
-
-def _command_long(
-    system_id: int, component_id: int, command: int, *params: float
-) -> mavlink.MAVLink_command_long_message:
-    """Return the command; parameters not given are 0."""
-    values = [*params, *[0.0] * (7 - len(params))]
-    return mavlink.MAVLink_command_long_message(system_id, component_id, command, 0, *values)
+            self._peers.send(version_request(target), peer)

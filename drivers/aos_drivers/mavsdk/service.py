@@ -22,7 +22,7 @@ from aos_drivers.mavsdk.core import LoopDispatcher, open_core
 from aos_drivers.mavsdk.vehicle import MavsdkVehicle, make_vehicle
 from aos_drivers.mavsdk.wire import ANY_COMPONENT, Wire
 from aos_drivers.options import DriverOptions
-from aos_drivers.vehicle.autopilots.base import Target
+from aos_drivers.vehicle.autopilots.base import Target, version_request
 from aos_drivers.vehicle.cameras.exposure import CaptureTools
 from aos_drivers.vehicle.cameras.runner import report_receiver
 from aos_drivers.vehicle.record import VehicleRecord
@@ -122,6 +122,8 @@ class MavsdkFleet:
                 record = self._records[vehicle_id]
                 if (notice := record.delay_notice(now_s)) is not None:
                     self._context.notify(notice)
+                for peer in record.identity.questions(now_s):
+                    wire.send_to_peer(peer, version_request(record.target))
                 if (sent_ns := record.clock.poll(now_s)) is not None:
                     wire.send_to(record.target, mavlink.MAVLink_timesync_message(0, sent_ns))
             wire.intake.protected = frozenset().union(*(each.ownership.owners for each in self._records.values()))

@@ -109,6 +109,11 @@ class Wire:
         if peer is not None:
             self._send_to(peer, message)
 
+    def send_to_peer(self, peer: PeerAddress, message: mavlink.MAVLink_message) -> None:
+        """Send a message to one address, whatever is routed there."""
+        if peer in self._peers:
+            self._send_to(peer, message)
+
     def send_heartbeat(self) -> None:
         """Send our heartbeat, once to each address that carries a vehicle or that a link calls out to."""
         for peer, entry in self._peers.items():

@@ -216,6 +216,11 @@ def command_long(target: Target, command: int, *params: float) -> mavlink.MAVLin
     return mavlink.MAVLink_command_long_message(target.system_id, target.component_id, command, 0, *values)
 
 
+def version_request(target: Target) -> mavlink.MAVLink_command_long_message:
+    """Return the request for version and identity of the board."""
+    return command_long(target, mavlink.MAV_CMD_REQUEST_MESSAGE, float(mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION))
+
+
 def reposition(command: Goto, target: Target, *, changes_mode: bool = True) -> mavlink.MAVLink_command_int_message:
     """Return the DO_REPOSITION that PX4 and ArduCopter understand alike, above mean sea level."""
     position = command.position
