@@ -45,7 +45,9 @@ class Arena:
     def close(self) -> None:
         """Give the memory back, once no array refers to it any more."""
         self._bytes = np.empty(0, np.uint8)
-        os.close(self.fd)
+        if self.fd >= 0:
+            os.close(self.fd)
+            self.fd = -1
 
 
 def pack(value: object, arena: Arena) -> bytes:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import logging
 import os
 import signal
@@ -27,8 +28,14 @@ START_S = 60.0
 """Time for the first process to import its modules, on a machine that is busy; nothing flies yet."""
 RESTART_S = 10.0
 """Time for a process that replaces another one; it starts when the other has failed, before the next call."""
-MAX_IMAGE_PIXELS = 250_000_000
-"""Largest image that OpenCV decodes in a worker, whatever its headers say."""
+_KILL_S = 2.0
+"""Time for the kernel to end a process."""
+_ENVIRONMENT = {
+    # Largest image that OpenCV decodes, whatever its headers say.
+    "OPENCV_IO_MAX_IMAGE_PIXELS": "250000000",
+    # With a stack for each of many cores, little would be left of the memory limit.
+    "OPENBLAS_NUM_THREADS": "4",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +50,10 @@ class WorkerSettings:
     """Time limit of one call, real seconds."""
     modules: tuple[str, ...] = ()
     """Modules that it imports before the first call."""
+
+
+class StillStartingError(WorkerError):
+    """The process has not imported its modules yet; a later call may find it ready."""
 
 
 class ProcessWorker:
@@ -83,9 +94,11 @@ class ProcessWorker:
     def _call(self, function: Callable[..., object], args: tuple[object, ...], kwargs: dict[str, object]) -> object:
         try:
             has_returned, result = self._child.call(function, args, kwargs)
-        except WorkerError as error:
-            self._restart(str(error))
+        except StillStartingError:
             raise
+        except (WorkerError, OSError) as error:
+            self._restart(str(error))
+            raise WorkerError(str(error)) from error
         if isinstance(result, MemoryError):
             text = f"{self._settings.name} has run out of memory (limit {self._settings.memory_bytes / 2**30:.1f} GiB)"
             self._restart(text)
@@ -95,13 +108,19 @@ class ProcessWorker:
         return result
 
     def _restart(self, reason: str) -> None:
-        """Replace the process; the new one gets ready while nobody waits for it."""
+        """Replace the process; the new one gets ready while nobody waits for it.
+
+        Where the machine has no room for one, the next call tries again.
+        """
         if self._is_closed:
             return
         _log.warning("%s: a new process is started", reason)
         self._child.kill()
         self._child.release()
-        self._child = Child(self._settings)
+        try:
+            self._child = Child(self._settings)
+        except OSError as error:
+            _log.warning("%s cannot be started: %s", self._settings.name, error)
 
 
 class Child:
@@ -116,16 +135,19 @@ class Child:
         fds = (theirs.fileno(), their_lifeline.fileno(), self._requests.fd, self._responses.fd)
         arguments = [*map(str, (*fds, settings.memory_bytes)), *settings.modules]
         path = os.pathsep.join(filter(None, sys.path))
-        self._process = subprocess.Popen(  # noqa: S603 - our own interpreter and module
-            [sys.executable, "-P", "-m", "aos_gcs.workers.child", *arguments],
-            pass_fds=fds,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            env={"OPENCV_IO_MAX_IMAGE_PIXELS": str(MAX_IMAGE_PIXELS), **os.environ, "PYTHONPATH": path},
-            start_new_session=True,
-        )
-        theirs.close()
-        their_lifeline.close()
+        with theirs, their_lifeline:
+            try:
+                self._process = subprocess.Popen(  # noqa: S603 - our own interpreter and module
+                    [sys.executable, "-P", "-m", "aos_gcs.workers.child", *arguments],
+                    pass_fds=fds,
+                    stdin=subprocess.DEVNULL,
+                    stdout=subprocess.DEVNULL,
+                    env={**_ENVIRONMENT, **os.environ, "PYTHONPATH": path},
+                    start_new_session=True,
+                )
+            except OSError:
+                self.release()
+                raise
 
     def call(
         self, function: Callable[..., object], args: tuple[object, ...], kwargs: dict[str, object]
@@ -144,19 +166,30 @@ class Child:
         """Wait until the process has imported its modules.
 
         Raises:
-            WorkerError: it has died, or taken longer.
+            StillStartingError: it has taken longer.
+            WorkerError: it has died.
         """
-        if not self._is_ready:
-            self._receive(timeout_s)
-            self._is_ready = True
+        if self._is_ready:
+            return
+        try:
+            self._control.settimeout(timeout_s)
+            self._control.recv(1, socket.MSG_PEEK)
+        except TimeoutError:
+            raise StillStartingError(f"{self._settings.name} is still starting") from None
+        except OSError as error:
+            raise WorkerError(f"{self._settings.name} is not running") from error
+        self._receive(timeout_s)
+        self._is_ready = True
 
     def kill(self) -> None:
         """End the process; a call in hand raises."""
         self._process.kill()
-        self._process.wait()
+        with contextlib.suppress(subprocess.TimeoutExpired):  # it waits for a disk that does not answer
+            self._process.wait(_KILL_S)
 
     def release(self) -> None:
         """Give back what was shared with the process, which has ended."""
+        self._is_ready = False
         self._control.close()
         self._lifeline.close()
         self._requests.close()

@@ -10,7 +10,8 @@ _LENGTH = struct.Struct("!Q")
 
 def send(control: socket.socket, message: bytes) -> None:
     """Send a message."""
-    control.sendall(_LENGTH.pack(len(message)) + message)
+    control.sendall(_LENGTH.pack(len(message)))
+    control.sendall(message)
 
 
 def receive(control: socket.socket) -> bytes | None:

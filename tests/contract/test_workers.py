@@ -99,6 +99,34 @@ async def test_a_worker_that_is_killed_between_two_calls_costs_one_result(proces
     assert await process.run(work.process_id)
 
 
+async def test_a_machine_without_room_for_a_process_is_asked_again(
+    process: ProcessWorker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_args: object, **_kwargs: object) -> None:
+        raise BlockingIOError("no more processes")
+
+    await process.ready()
+    with monkeypatch.context() as patched:
+        patched.setattr(subprocess, "Popen", refuse)
+        with pytest.raises(WorkerError, match="has ended"):
+            await process.run(work.end_oneself)
+        with pytest.raises(WorkerError, match="Image analysis is not running"):
+            await process.run(work.process_id)
+    with pytest.raises(WorkerError, match="Image analysis is not running"):
+        await process.run(work.process_id)
+    assert await process.run(work.process_id)
+
+
+async def test_a_process_that_starts_slowly_is_given_its_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("aos_gcs.workers.process.RESTART_S", 1e-6)
+    process = ProcessWorker(SETTINGS)
+    with pytest.raises(WorkerError, match="Image analysis is still starting"):
+        await process.run(work.process_id)
+    await process.ready()
+    assert await process.run(work.process_id)
+    await process.close()
+
+
 async def test_a_worker_that_takes_too_much_memory_costs_one_result(process: ProcessWorker) -> None:
     with pytest.raises(WorkerError, match=r"Image analysis has run out of memory \(limit 2.0 GiB\)"):
         await process.run(work.take_memory)
