@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Mapping
 from contextlib import suppress
 
 import numpy as np
@@ -60,10 +61,12 @@ class Coordinator:
         max_command_age_s: float = MAX_AGE_S,
         imaging: Worker | None = None,
         former: FormerFlight | None = None,
+        unrestored: Mapping[int, Mapping[str, float]] | None = None,
     ) -> None:
         """Prepare the mission.
 
-        ``imaging`` analyses its images, None: in threads of this process; ``former`` is a flight to take up.
+        ``imaging`` analyses its images, None: in threads of this process; ``former`` is a flight to take up;
+        ``unrestored`` are the return settings that vehicles had before a mission that did not restore them, by id.
         """
         self.auto_start = AutoStart(journal, is_on=settings.auto_start)
         self._context = MissionContext(
@@ -79,7 +82,7 @@ class Coordinator:
         self._gallery = Gallery(journal, recorder, self._context.imaging)
         self._findings = Findings()
         self._vehicle_tasks = VehicleTasks()
-        self._return_heights = ReturnHeights(self._context, settings)
+        self._return_heights = ReturnHeights(self._context, settings, unrestored)
         self._inspector = Inspector(self._context, settings, self._return_heights, lambda: self.sortie.context)
         self.sortie = self._make_sortie(settings, None)
         self._monitor = Monitor(lambda: self.sortie.return_and_land, self.publish_snapshot, self.end_without_vehicles)

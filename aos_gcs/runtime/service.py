@@ -26,6 +26,7 @@ from aos_gcs.runtime.viewer import Viewer
 from aos_gcs.runtime.workers import ANALYSIS, DECODING, VIEWS
 from aos_gcs.store.last_mission import former_flight, unfinished_mission
 from aos_gcs.store.recorder import MissionRecorder
+from aos_gcs.store.return_settings import unrestored_settings
 from aos_gcs.workers.process import open_worker
 
 
@@ -74,6 +75,7 @@ async def open_service(config: ServiceConfig) -> AsyncIterator[Service]:
     folder = config.record.folder / mission_id
     unfinished = None if settings.any_vehicles else unfinished_mission(config.record.folder)
     former = former_flight(config.record.folder, clock.utc_s())
+    unrestored = unrestored_settings(config.record.folder)
     opened = False
     try:
         async with (
@@ -105,6 +107,7 @@ async def open_service(config: ServiceConfig) -> AsyncIterator[Service]:
                     max_command_age_s=config.api.max_command_age_s,
                     imaging=imaging,
                     former=former,
+                    unrestored=unrestored,
                 )
                 if unfinished is not None:
                     mission.auto_start.cancel(f"the last mission, {unfinished}, did not end: vehicles may still fly")

@@ -170,6 +170,7 @@ def prepare(
     errors: Mapping[str, object] | None = None,
     worker: Worker | None = None,
     former: FormerFlight | None = None,
+    unrestored: Mapping[int, Mapping[str, float]] | None = None,
     **changes: object,
 ) -> Flight:
     """Return a mission of n vehicles whose ``errors``, fields of :class:`FakeErrors`, differ from those of RTK."""
@@ -187,6 +188,7 @@ def prepare(
         loop_monitor=pulse,
         imaging=worker,
         former=former,
+        unrestored=unrestored,
     )
     return Flight(mission, fleet, recorder, clock, journal, pulse)
 

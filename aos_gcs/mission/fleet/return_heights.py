@@ -26,12 +26,19 @@ class ReturnHeights:
     Args:
         context: context of the mission.
         settings: settings of the mission; those used here are no part of a plan.
+        unrestored: settings that vehicles had before a former mission changed them and did not restore them, by id.
     """
 
-    def __init__(self, context: MissionContext, settings: MissionSettings) -> None:
+    def __init__(
+        self,
+        context: MissionContext,
+        settings: MissionSettings,
+        unrestored: Mapping[int, Mapping[str, float]] | None = None,
+    ) -> None:
         self._context = context
         self._is_wanted = settings.preflight.set_return_height
         self._command_s = settings.deadlines.command_s
+        self._unrestored = dict(unrestored or {})
         self._former: dict[int, Mapping[str, float]] = {}
         """Settings before the mission, by vehicle."""
 
@@ -39,6 +46,21 @@ class ReturnHeights:
         """Return the failsafe return height above home that a vehicle is to have; None where it is left unchanged."""
         height_m = member.layer_above_home_m if self._is_wanted else None
         return None if height_m is None else round(height_m, _DECIMALS)
+
+    async def adopt(self, member: Member, facts: VehicleFacts) -> None:
+        """Take over the duty to restore settings that a former mission has left on a vehicle.
+
+        What the vehicle has now is then not its own. Settings of other names are those of another vehicle.
+        """
+        former = self._unrestored.get(member.vehicle_id)
+        if former is None or not self._is_wanted or member.vehicle_id in self._former:
+            return
+        if former.keys() != facts.return_settings.keys() or former == facts.return_settings:
+            return
+        self._former[member.vehicle_id] = former
+        await self._record(member, former, is_restored=False)
+        text = f"a former mission has not restored its failsafe return height: this one will, to {_in_words(former)}"
+        self._context.journal.notice(Severity.WARNING, text, member.vehicle_id)
 
     async def set(self, member: Member, facts: VehicleFacts, height_m: float, deadline_s: float) -> None:
         """Set a vehicle's return height, after its former one was recorded.

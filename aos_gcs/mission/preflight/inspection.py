@@ -251,6 +251,8 @@ class Inspector:
         found = subject.inspection
         facts, wanted_m = found.facts, found.wanted_return_m
         problem = ""
+        if facts is not None:
+            await self._return_heights.adopt(member, facts)
         if facts is None or wanted_m is None or found.has_wanted_return:
             is_done = False
         else:
