@@ -84,9 +84,7 @@ class TelemetryFeed:
 
     def _take_position(self, position: plugin.Position) -> None:
         telemetry = self._record.telemetry
-        place = geodetic(position)
-        if place is not None:
-            telemetry.position, telemetry.position_at_s = place, self._sent_at_s()
+        telemetry.take_position(geodetic(position), self._sent_at_s())
         if math.isfinite(position.relative_altitude_m):
             telemetry.relative_altitude_m = position.relative_altitude_m
 

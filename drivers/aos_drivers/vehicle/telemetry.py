@@ -111,6 +111,21 @@ class Telemetry:
         telemetry.velocity_enu_mps = self.velocity_enu_mps
         return telemetry
 
+    @property
+    def has_position(self) -> bool:
+        """Whether the autopilot has a position that it measures. Without one it goes on to send the last."""
+        if self.gps_fix is not None and self.gps_fix < mavlink.GPS_FIX_TYPE_3D_FIX:
+            return False
+        flags = self.estimator_flags if self.ekf_flags is None else self.ekf_flags
+        # The bits mean the same in EKF_STATUS_REPORT and ESTIMATOR_STATUS.
+        is_absolute = flags is None or bool(flags & mavlink.EKF_POS_HORIZ_ABS)
+        return is_absolute and not (flags or 0) & mavlink.EKF_CONST_POS_MODE
+
+    def take_position(self, position: GeodeticPosition | None, now_s: float) -> None:
+        """Take in a reported position; one that is only repeated keeps its age."""
+        if position is not None and (self.has_position or self.position is None):
+            self.position, self.position_at_s = position, now_s
+
     def update(self, message: mavlink.MAVLink_message, now_s: float) -> None:
         """Update from one message; messages without telemetry are ignored."""
         handler = _HANDLERS.get(message.get_msgId())
@@ -143,10 +158,7 @@ def _take_global_position(
         telemetry.heading_rad = math.radians(message.hdg / 100 % 360.0)
     telemetry.relative_altitude_m = message.relative_alt / 1000
     telemetry.velocity_enu_mps = (message.vy / 100, message.vx / 100, -message.vz / 100)
-    position = position_from_e7(message.lat, message.lon, message.alt / 1000)
-    if position is not None:
-        telemetry.position = position
-        telemetry.position_at_s = now_s
+    telemetry.take_position(position_from_e7(message.lat, message.lon, message.alt / 1000), now_s)
 
 
 def _take_attitude(telemetry: Telemetry, message: mavlink.MAVLink_attitude_message, _now_s: float) -> None:

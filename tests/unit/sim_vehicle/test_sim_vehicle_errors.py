@@ -72,3 +72,23 @@ def test_driver_reads_accuracies_receiver_altitude_and_pressure() -> None:
     assert telemetry.vertical_accuracy_m == 2.5
     telemetry.update(mavlink.MAVLink_ekf_status_report_message(0x33F, 0.1, 0.1, 0.9, 0.1, 0.0), 0.0)
     assert telemetry.altitude_test_ratio == pytest.approx(0.9)
+
+
+@pytest.mark.parametrize(
+    "loss",
+    [
+        mavlink.MAVLink_gps_raw_int_message(0, 1, 0, 0, 0, 65535, 65535, 0, 0, 0),
+        mavlink.MAVLink_ekf_status_report_message(0xA5, 0.1, 0.1, 0.1, 0.1, 0.0),
+        mavlink.MAVLink_estimator_status_message(0, 0xA5, 0.1, 0.1, 0.1, 0.1, 0.0, 0.0, 100.0, 100.0),
+    ],
+    ids=["fix", "ArduPilot's estimator", "PX4's estimator"],
+)
+def test_positions_that_are_repeated_after_a_loss_keep_their_age(loss: mavlink.MAVLink_message) -> None:
+    telemetry = Telemetry()
+    report = mavlink.MAVLink_global_position_int_message(0, 483000000, 143000000, 294800, 34800, 0, 0, 0, 0)
+    telemetry.update(report, 1.0)
+    assert telemetry.position_at_s == 1.0
+    telemetry.update(loss, 1.5)
+    for now_s in (2.0, 5.0, 11.0):
+        telemetry.update(report, now_s)
+    assert telemetry.position_at_s == 1.0
