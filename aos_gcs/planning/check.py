@@ -14,7 +14,7 @@ from aos_gcs.errors import ConfigurationError, ParameterError
 from aos_gcs.planning.advice import MIN_LAYERS_WITHOUT_RTK_M, forest_aperture
 from aos_gcs.planning.estimate import PlanEstimate, estimate_plan, planned_leg_count, planned_legs
 from aos_gcs.planning.plan import SPACING_PARAMETER, MissionPlan, PlanProblem, apply_plan
-from aos_gcs.planning.settings import MissionSettings
+from aos_gcs.planning.settings import GREATEST_FLIGHT_SETTINGS, MAX_HEIGHT_M, MissionSettings
 from aos_gcs.planning.sites import Homes, check_paths, check_points, planned_ground
 from aos_gcs.swarm.declaration import Parameter
 from aos_gcs.swarm.registry import declared_parameters, make_strategy
@@ -34,6 +34,16 @@ MAX_BARRIER_VERTICES = 200
 """Greatest number of corners of geofence and no-go zones together, as paths around them are searched in flight."""
 MAX_LEGS = 100
 """Greatest number of legs: far more than batteries last for."""
+
+_DAY_S = 86_400.0
+_GREATEST = {
+    **GREATEST_FLIGHT_SETTINGS,
+    "endurance_s": _DAY_S,
+    "search_s": _DAY_S,
+    "fence_margin_m": MAX_EXTENT_M,
+    "spacing_m": MAX_EXTENT_M,
+}
+"""Greatest values of fields in their units."""
 
 _NAMES = {"area_enu_m": "The search area", "fence_enu_m": "The geofence"}
 
@@ -159,6 +169,10 @@ def _check_numbers(plan: MissionPlan, settings: MissionSettings) -> Iterator[Pla
         yield PlanProblem("min_battery_fraction", "The battery's reserve must lie between 0 and 90 %.")
     if not 0.0 <= plan.fence_margin_m < math.inf:
         yield PlanProblem("fence_margin_m", "The distance to the geofence must not be negative.")
+    for field, greatest in _GREATEST.items():
+        value = getattr(plan, field)
+        if value is not None and math.isfinite(value) and value > greatest:
+            yield PlanProblem(field, f"This must be {greatest:g} or less, but is {value:g}.")
     yield from _check_heights(plan, settings)
     if plan.spacing_m is not None and not (math.isfinite(plan.spacing_m) and plan.spacing_m > 0.0):
         yield PlanProblem("spacing_m", f"The spacing of the vehicles must be above 0, but is {plan.spacing_m:g} m.")
@@ -199,6 +213,15 @@ def _check_heights(plan: MissionPlan, settings: MissionSettings) -> Iterator[Pla
     plane_m = settings.imaging.plane_height_m
     highest_m = plan.lowest_layer_m + (plan.vehicles - 1) * plan.layer_spacing_m
     separation_m = settings.safety.applied_to(UNLIMITED).separation_m
+    for field in ("floor_m", "ceiling_m"):
+        value_m = getattr(plan, field)
+        if value_m is not None and not abs(value_m) <= MAX_HEIGHT_M:
+            yield PlanProblem(field, f"This must lie within {MAX_HEIGHT_M:g} m of the origin, but is {value_m:g} m.")
+    if highest_m > MAX_HEIGHT_M and all(getattr(plan, name) <= most for name, most in GREATEST_FLIGHT_SETTINGS.items()):
+        text = (
+            f"The highest layer is at {highest_m:g} m, {MAX_HEIGHT_M:g} m are allowed: lower the layers or the spacing."
+        )
+        yield PlanProblem("layer_spacing_m", text)
     if plan.layer_spacing_m < separation_m:
         yield PlanProblem(
             "layer_spacing_m",

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
+from types import MappingProxyType
+from typing import Final
 
 from aos_gcs.airspace.limits import SafetyOverrides
 from aos_gcs.errors import ConfigurationError
@@ -29,6 +31,14 @@ class _Positive:
                 raise ConfigurationError(f"{entry.name} must be a finite number above 0, but is {value}.")
 
 
+MAX_HEIGHT_M: Final = 1000.0
+"""Greatest height of a layer, a floor or a ceiling above the origin."""
+GREATEST_FLIGHT_SETTINGS: Final[Mapping[str, float]] = MappingProxyType(
+    {"lowest_layer_m": MAX_HEIGHT_M, "layer_spacing_m": 100.0, "cruise_speed_mps": 50.0}
+)
+"""Greatest values of settings of a flight: more is a slip of the pen."""
+
+
 @dataclass(frozen=True, slots=True)
 class FlightSettings(_Positive):
     """Layers, speed and arrival. Heights are above the mission's origin."""
@@ -42,6 +52,12 @@ class FlightSettings(_Positive):
     """Distance to the waypoint at which a vehicle has arrived, if it is slow enough."""
     arrival_speed_mps: float = 0.5
     """Speed below which a vehicle has arrived, so that frames are not blurred and poses not late."""
+
+    def __post_init__(self) -> None:
+        _Positive.__post_init__(self)
+        for name, greatest in GREATEST_FLIGHT_SETTINGS.items():
+            if getattr(self, name) > greatest:
+                raise ConfigurationError(f"{name} must be at most {greatest:g}, but is {getattr(self, name):g}.")
 
 
 @dataclass(frozen=True, slots=True)

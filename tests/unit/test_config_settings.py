@@ -209,7 +209,7 @@ def test_standing_overrides_name_a_check_and_a_reason() -> None:
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
-        ("link: why not", "'link' cannot be overridden; only these can: arming checks, battery"),
+        ("link: why not", "'link' cannot be overridden; only these can: altitude accuracy, arming checks, battery"),
         ("camera", "'camera' needs a reason"),
         ("camera: ", "'camera' needs a reason"),
     ],
