@@ -36,6 +36,7 @@ from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.preflight.altitudes import check_altitudes
 from aos_gcs.mission.preflight.telemetry import check_all
 from aos_gcs.mission.search.sampling import Sample, sample
+from aos_gcs.planning.descents import passes, staggered
 from aos_gcs.planning.proposal import altitude_layers, propose_limits
 from aos_gcs.planning.settings import Deadlines, FlightSettings, MissionSettings
 from aos_gcs.ports import Arm, Clock, DriverContext, Fleet, Severity, Takeoff, VehicleState
@@ -229,8 +230,10 @@ class Swarm:
         roster.ground = survey_ground([member.state for member in members])
         roster.settle_altitudes()
         homes_enu_m = [home_m for member in members if (home_m := roster.launch_point_enu_m(member)) is not None]
-        self._roster.assign_layers(homes_enu_m, layers_m)
         self._flight.limits = propose_limits(self._settings, homes_enu_m)
+        clearance_m = self._flight.clearance_m(members)
+        is_past = passes(self._settings.area_enu_m, np.array(homes_enu_m)[:, :2], clearance_m)
+        roster.assign_layers(homes_enu_m, staggered(is_past, layers_m))
 
     @staticmethod
     def _takeoff(member: Member) -> Takeoff:

@@ -21,11 +21,12 @@ from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.preflight import checks
 from aos_gcs.mission.preflight.altitudes import check_altitudes
 from aos_gcs.mission.preflight.aperture import check_aperture
-from aos_gcs.mission.preflight.ground import check_ground
+from aos_gcs.mission.preflight.ground import check_descents, check_ground
 from aos_gcs.mission.preflight.inspection import Inspector
 from aos_gcs.mission.preflight.overrides import Overrides
 from aos_gcs.mission.preflight.setup import check_setup, check_system_ids
 from aos_gcs.mission.preflight.telemetry import check_all, check_area, check_layers, check_vehicles
+from aos_gcs.planning.descents import meetings, passes, staggered
 from aos_gcs.planning.proposal import altitude_layers, propose_limits
 from aos_gcs.planning.settings import MIN_SWARM
 from aos_gcs.ports import Arm, Disarm, Severity, Takeoff
@@ -226,11 +227,17 @@ class Launch:
             roster.ground = former
             return
         roster.settle_altitudes()
-        layers_m = altitude_layers(len(members), flight.lowest_layer_m, flight.layer_spacing_m)
-        context.roster.assign_layers(homes_enu_m, layers_m)
         limits = context.flight.limits = propose_limits(context.settings, homes_enu_m)
+        homes_m = np.array(homes_enu_m)[:, :2]
+        is_past = passes(context.settings.area_enu_m, homes_m, context.flight.clearance_m(members))
+        layers_m = staggered(is_past, altitude_layers(len(members), flight.lowest_layer_m, flight.layer_spacing_m))
+        roster.assign_layers(homes_enu_m, layers_m)
+        met = meetings(is_past, layers_m)
         launch_points = {member.vehicle_id: home_enu_m for member, home_enu_m in zip(members, homes_enu_m, strict=True)}
-        self._ground = check_ground(launch_points, limits, context.settings)
+        self._ground = (
+            *check_ground(launch_points, limits, context.settings),
+            *check_descents([member.vehicle_id for member in members], met),
+        )
 
     def _is_planned(self, members: list[Member], homes_enu_m: list[NDArray[np.float64]]) -> bool:
         """Return whether the layers and limits in force are those of these vehicles at these homes."""

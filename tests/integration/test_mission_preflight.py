@@ -264,3 +264,17 @@ async def test_a_vehicle_that_falls_silent_is_not_asked_but_fails() -> None:
         assert flight.fleet.members[1].uploads == 1
         await flight.commands.act(Action.ABORT, None)
         await run
+
+
+async def test_launch_points_behind_one_another_get_layers_from_the_front_up() -> None:
+    flight = prepare(n=3, **BY_HAND)
+    for vehicle_id, vehicle in flight.fleet.members.items():
+        vehicle.home_enu_m = np.array([0.0, -25.0 + 6.0 * vehicle_id, float(vehicle.home_enu_m[2])])
+        vehicle.__post_init__()
+        vehicle.return_height_m = 20.0
+    async with flying(flight) as run:
+        await until_ready(flight)
+        assert [vehicle.layer_height_m for vehicle in flight.view.snapshot().vehicles] == [39.0, 37.0, 35.0]
+        assert check_of(flight, 1, checks.DESCENT).status is CheckStatus.PASS
+        await flight.commands.act(Action.ABORT, None)
+        await run

@@ -21,6 +21,7 @@ HOME: Final = "home"
 LAUNCH_POINT: Final = "launch point"
 PATH: Final = "path to the area"
 ALTITUDE_LAYER: Final = "altitude layer"
+DESCENT: Final = "descent at home"
 HOME_ALTITUDE: Final = "home altitude"
 ALTITUDE_ACCURACY: Final = "altitude accuracy"
 BATTERY: Final = "battery"
@@ -46,6 +47,7 @@ ORDER: Final = (
     LAUNCH_POINT,
     PATH,
     ALTITUDE_LAYER,
+    DESCENT,
     HOME_ALTITUDE,
     ALTITUDE_ACCURACY,
     BATTERY,

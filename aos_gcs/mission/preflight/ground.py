@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -38,6 +38,25 @@ def check_ground(
     ]
     if settings.return_enu_m is not None:
         found += _check_return_point(ground, np.array(settings.return_enu_m), end_m)
+    return tuple(found)
+
+
+def check_descents(vehicle_ids: Sequence[int], met: Sequence[tuple[int, int]]) -> tuple[PreflightCheck, ...]:
+    """Return for every vehicle whether it descends at home clear of those that return by their autopilots below it.
+
+    Args:
+        vehicle_ids: the vehicles.
+        met: rows of a vehicle whose path home leads past the launch point of the other one, below its layer.
+    """
+    found = []
+    for row, vehicle_id in enumerate(vehicle_ids):
+        others = ", ".join(str(vehicle_ids[one]) for one, other in met if other == row)
+        if others:
+            text = f"through the layers of vehicles that may pass above its launch point: {others}"
+            remedy = "place them side by side as seen from the search area, or farther apart"
+            found.append(checks.warned(vehicle_id, checks.DESCENT, text, remedy))
+        else:
+            found.append(checks.passed(vehicle_id, checks.DESCENT, "clear of the other paths home"))
     return tuple(found)
 
 
