@@ -31,6 +31,8 @@ from aos_gcs.ports import Capture, LandedState, Worker
 from tests.fakes.fleet import ORIGIN, FakeFleet
 
 TARGET = (4.0, 40.0)
+EXACT = {"bias_m": (0.0, 0.0), "swing_m": (0.0, 0.0)}
+"""No errors of positions: for tests whose expectations hang on ties, such as of two legs that are equally near."""
 
 
 class InlineExecutor(ThreadPoolExecutor):

@@ -9,7 +9,7 @@ from aos_gcs.airspace.polygon import Polygon
 from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.phases import PHASE_NAMES
 from aos_gcs.planning.settings import Deadlines
-from tests.fakes.mission_flight import Flight, flying, prepare
+from tests.fakes.mission_flight import EXACT, Flight, flying, prepare
 
 pytestmark = pytest.mark.looptime
 
@@ -27,9 +27,8 @@ ASIDE = ((20.0, 10.0), (25.0, 10.0), (25.0, 24.0), (20.0, 24.0))
 async def scan_past(zone: Polygon, area: Polygon = AREA) -> Flight:
     """Return the flight after a mission that sees nothing; stuck, it would end by its deadline."""
     deadlines = Deadlines(connect_s=5.0, preflight_s=15.0, capture_s=5.0, search_s=240.0)
-    flight = prepare(
-        target=None, area_enu_m=area, safety=SafetyOverrides(no_go_enu_m=(zone,), margin_m=1.0), deadlines=deadlines
-    )
+    safety = SafetyOverrides(no_go_enu_m=(zone,), margin_m=1.0)
+    flight = prepare(target=None, errors=EXACT, area_enu_m=area, safety=safety, deadlines=deadlines)
     async with flying(flight) as run:
         assert await run is Outcome.NOT_FOUND
     return flight

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from aos_gcs.mission.model.phase import Outcome
-from tests.fakes.mission_flight import TARGET, flying, prepare
+from tests.fakes.mission_flight import EXACT, TARGET, flying, prepare
 
 SPEED_MPS = 4.0
 
@@ -16,7 +16,7 @@ pytestmark = pytest.mark.looptime
 
 
 async def test_a_runner_is_found_and_the_estimate_runs_along() -> None:
-    flight = prepare()
+    flight = prepare(errors=EXACT)
     place = flight.fleet.members[1].target_enu_m
     assert place is not None
     assert all(vehicle.target_enu_m is place for vehicle in flight.fleet.members.values())
