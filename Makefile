@@ -19,11 +19,14 @@ export PYTHONDONTWRITEBYTECODE :=
 WORKERS ?= auto
 # Repetitions of the whole suite by make soak-test.
 RUNS ?= 10
+# Missions of make test-faults, and the seed of a single one.
+MISSIONS ?= 500
+SEED ?=
 PYTEST := $(PY) -m pytest
 PARALLEL := -n $(WORKERS) --durations=25 --durations-min=1
 
 .DEFAULT_GOAL := help
-.PHONY: help demo check test test-slow test-sitl soak-test bench lint web web-check wheel constraints clean
+.PHONY: help demo check test test-slow test-faults test-sitl soak-test bench lint web web-check wheel constraints clean
 .NOTPARALLEL:
 
 help: ## Show this help
@@ -40,6 +43,9 @@ test: web lint web-check ## Check and test everything but slow and sitl; ARGS=".
 
 test-slow: web $(HAS_DEV) ## Run the slow tests
 	$(PYTEST) $(PARALLEL) -m "slow and not sitl" $(ARGS)
+
+test-faults: $(HAS_DEV) ## Fly MISSIONS (500) random missions with random faults; SEED=123 repeats one
+	$(PY) -m tests.campaign --missions $(MISSIONS) $(if $(SEED),--seed $(SEED)) $(ARGS)
 
 test-sitl: web $(HAS_DEV) ## Run the tests against real autopilots in the loop
 	$(PYTEST) -m sitl $(ARGS)

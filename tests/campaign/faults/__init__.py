@@ -1,0 +1,47 @@
+"""The faults that a campaign draws."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from tests.campaign.faults.base import Fault
+from tests.campaign.faults.people import OperatorActs, PilotHovers, PilotTakesOver
+from tests.campaign.faults.radio import BadRadio, Forgery, LatePackets, LinkCut, Spoofing, Twin
+from tests.campaign.faults.sensors import (
+    ClockJump,
+    HeightReset,
+    HeightRunsAway,
+    PositionJump,
+    ReportedJump,
+    WindRises,
+)
+from tests.campaign.faults.station import Freeze, Kill
+from tests.campaign.faults.vehicles import DeadCamera, LowBattery, Reboot
+
+FAULTS: tuple[type[Fault], ...] = (
+    BadRadio,
+    LatePackets,
+    LinkCut,
+    Spoofing,
+    Forgery,
+    Twin,
+    WindRises,
+    PositionJump,
+    HeightReset,
+    HeightRunsAway,
+    ReportedJump,
+    ClockJump,
+    LowBattery,
+    DeadCamera,
+    Reboot,
+    PilotTakesOver,
+    PilotHovers,
+    OperatorActs,
+    Freeze,
+    Kill,
+)
+
+NOT_YET_MENDED: Mapping[type[Fault], str] = {
+    Forgery: "one forged report of a landing, from the vehicle's own address, counts until the next genuine one",
+}
+"""Faults that are not drawn, with the defect that they show."""

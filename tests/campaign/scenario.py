@@ -1,0 +1,117 @@
+"""A mission with its faults, drawn from a seed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from aos_gcs.airspace.limits import UNLIMITED
+from aos_gcs.imaging.step.settings import ImagingSettings
+from aos_gcs.planning.settings import (
+    Deadlines,
+    DetectionSettings,
+    FlightSettings,
+    MissionSettings,
+    PreflightSettings,
+)
+from aos_sim.swarm import DEFAULT_ORIGIN, SwarmOptions
+from aos_sim.vehicle.errors import KINDS
+from tests.campaign.faults import FAULTS, NOT_YET_MENDED
+from tests.campaign.faults.base import Basis, Fault
+from tests.fakes.air import GCS
+
+MAX_FAULTS = 5
+STEP_TICKS = 5
+IMAGE_SIZE_PX = 32
+LOWEST_LAYER_M = 10.0
+AREA_ENU_M = ((-8.0, 8.0), (8.0, 8.0), (8.0, 22.0), (-8.0, 22.0))
+SPACING_M = {"exact": (2.0, 3.0), "rtk": (2.0, 3.0), "gnss": (10.0, 12.0)}
+"""Range of the layers' spacing, by the kind of errors."""
+LAUNCH_SPACING_M = {"exact": 5.0, "rtk": 5.0, "gnss": 15.0}
+"""Distance of two launch points, by the kind of errors; preflight refuses less."""
+QUICK = {
+    "arducopter": {"LAND_SPEED": 150.0, "RTL_LOIT_TIME": 500.0, "WPNAV_SPEED_DN": 250.0, "FS_GCS_TIMEOUT": 5.0},
+    "px4": {"MPC_LAND_SPEED": 1.5, "MPC_Z_VEL_MAX_DN": 2.5, "COM_DISARM_LAND": 0.5},
+}
+"""Parameters that shorten a mission."""
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """One mission of the campaign."""
+
+    seed: int
+    autopilot: str
+    vehicles: int
+    errors: str
+    spacing_m: float
+    upload_fence: bool
+    faults: tuple[Fault, ...]
+
+    def without(self, fault: Fault) -> Scenario:
+        """Return the scenario without one of its faults."""
+        return replace(self, faults=tuple(other for other in self.faults if other is not fault))
+
+    def describe(self) -> str:
+        """Return it in a few lines."""
+        fence = ", fence uploaded" if self.upload_fence else ""
+        swarm = f"{self.vehicles} {self.autopilot}, {self.errors} positions"
+        head = f"SEED={self.seed}: {swarm}, layers {self.spacing_m:.1f} m apart{fence}"
+        return "\n".join([head, *(f"  {fault.describe()}" for fault in self.faults)])
+
+    def swarm_options(self) -> SwarmOptions:
+        """Return the simulated swarm."""
+        return SwarmOptions(
+            vehicles=self.vehicles,
+            links=(f"udpout://{GCS[0]}:{GCS[1]}",),
+            seed=self.seed,
+            autopilot=self.autopilot,
+            image_size_px=IMAGE_SIZE_PX,
+            start_up_s=1.0,
+            parameters=QUICK[self.autopilot],
+            errors=KINDS[self.errors],
+            step_ticks=STEP_TICKS,
+        )
+
+    def settings(self) -> MissionSettings:
+        """Return the mission."""
+        overrides = {} if self.upload_fence else {"geofence": "drawn by the campaign"}
+        return MissionSettings(
+            vehicles=self.vehicles,
+            area_enu_m=AREA_ENU_M,
+            imaging=ImagingSettings(),
+            vehicle_ids=tuple(range(1, self.vehicles + 1)),
+            origin=DEFAULT_ORIGIN,
+            seed=self.seed,
+            flight=FlightSettings(lowest_layer_m=LOWEST_LAYER_M, layer_spacing_m=self.spacing_m),
+            deadlines=Deadlines(
+                preflight_s=40.0,
+                takeoff_s=40.0,
+                move_s=10.0,
+                transfer_s=40.0,
+                capture_s=4.0,
+                search_s=20.0,
+                land_s=60.0,
+            ),
+            detection=DetectionSettings(found_steps=3, hold_steps=1),
+            preflight=PreflightSettings(upload_fence=self.upload_fence, set_return_height=True, overrides=overrides),
+            auto_start=True,
+            auto_return=True,
+        )
+
+
+def draw(seed: int) -> Scenario:
+    """Draw a scenario; the same for the same seed."""
+    rng = np.random.default_rng([seed, 0xA05])
+    autopilot = str(rng.choice(["arducopter", "px4"]))
+    vehicles = int(rng.choice([2, 3, 4], p=[0.3, 0.5, 0.2]))
+    errors = str(rng.choice(["exact", "rtk", "gnss"], p=[0.3, 0.5, 0.2]))
+    spacing_m = round(float(rng.uniform(*SPACING_M[errors])), 1)
+    basis = Basis(autopilot, tuple(range(1, vehicles + 1)), spacing_m - UNLIMITED.separation_m)
+    upload_fence = bool(rng.random() < 0.3)
+    kinds = [kind for kind in FAULTS if kind not in NOT_YET_MENDED]
+    weights = np.array([kind.WEIGHT for kind in kinds])
+    drawn = rng.choice(len(kinds), size=int(rng.integers(1, MAX_FAULTS + 1)), p=weights / weights.sum())
+    faults = sorted((kinds[int(row)].draw(rng, basis) for row in drawn), key=lambda fault: fault.at_s)
+    return Scenario(seed, autopilot, vehicles, errors, spacing_m, upload_fence, tuple(faults))

@@ -1,0 +1,175 @@
+"""Twenty missions of the campaign, and whether the campaign would see what it looks for."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from aos_gcs.mission.model.actions import Action
+from tests.campaign.faults import FAULTS, NOT_YET_MENDED
+from tests.campaign.faults.base import Fault
+from tests.campaign.faults.people import OperatorActs
+from tests.campaign.faults.sensors import HeightReset
+from tests.campaign.flight import Verdict, fly
+from tests.campaign.oracle import PILOT_GRACE_S, Oracle
+from tests.campaign.runner import describe
+from tests.campaign.scenario import Scenario, draw
+from tests.campaign.shrink import shrink
+from tests.campaign.virtual_time import run
+from tests.campaign.world import World
+from tests.fakes.air import FIRST_PORT, HOST
+
+SEEDS = range(1, 21)
+CALM = Scenario(0, "arducopter", 2, "exact", 2.5, upload_fence=False, faults=())
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_random_mission_with_random_faults_ends_safely(seed: int) -> None:
+    verdict = fly(draw(seed))
+    assert not verdict.violations, describe(verdict)
+    assert not verdict.refused, describe(verdict)
+
+
+def test_a_seed_repeats_its_mission_exactly() -> None:
+    first, again = fly(draw(3)), fly(draw(3))
+    assert (first.smallest_m, first.duration_s, first.trace) == (again.smallest_m, again.duration_s, again.trace)
+
+
+def test_every_fault_is_drawn_unless_a_reason_is_given() -> None:
+    drawn = {type(fault) for seed in range(300) for fault in draw(seed).faults}
+    assert drawn == set(FAULTS) - set(NOT_YET_MENDED)
+    assert all(NOT_YET_MENDED.values())
+
+
+def test_a_height_error_beyond_the_spacing_is_seen_and_shrunk_to_its_cause() -> None:
+    idle = OperatorActs(1.0, Action.RESUME, None)
+    # Vehicle 1 climbs into the layer of vehicle 2 while both fly home side by side.
+    climb = [HeightReset(0.0, 1, -2.4)]
+    crossing = [_Crossing(8.0)]
+    verdict = fly(replace(CALM, faults=(idle, *climb, *crossing)))
+    assert [violation.kind for violation in verdict.violations] == ["separation"]
+    assert shrink(verdict).scenario.faults == tuple(crossing)
+
+
+@dataclass(frozen=True)
+class _Crossing(Fault):
+    """The estimate of vehicle 1 is replaced by that of vehicle 2: both are flown to one place."""
+
+    @classmethod
+    def draw(cls, rng: np.random.Generator, basis: object) -> _Crossing:
+        raise NotImplementedError
+
+    async def act(self, world: World) -> None:
+        one_m, other_m = world.swarm.state.position_enu_m
+        world.swarm.errors._bias_m[:, 0] += one_m - other_m
+
+
+# --- the oracle -------------------------------------------------------------------------------------------------------
+
+
+def watching(landed_ids: tuple[int, ...] = (), now_s: float = 9.0) -> Oracle:
+    return Oracle(1.5, lambda: now_s, lambda: landed_ids)
+
+
+def test_a_separation_between_two_steps_is_seen() -> None:
+    oracle = watching()
+    oracle.update([1, 2], np.array([[-3.0, 0.0, 10.0], [3.0, 0.5, 10.0]]))
+    oracle.update([1, 2], np.array([[3.0, 0.0, 10.0], [-3.0, 0.5, 10.0]]))
+    assert oracle.smallest_m == pytest.approx(0.5)
+    assert "separation" in oracle.violations
+
+
+@pytest.mark.parametrize(("height_m", "seen"), [(10.0, ["landed in the air"]), (0.1, [])])
+def test_a_vehicle_counted_as_landed_in_the_air_is_seen(height_m: float, seen: list[str]) -> None:
+    oracle = watching(landed_ids=(2,))
+    oracle.update([1, 2], np.array([[-9.0, 0.0, 10.0], [9.0, 0.0, height_m]]))
+    assert list(oracle.violations) == seen
+
+
+def test_one_that_falls_is_not_expected_to_keep_away() -> None:
+    oracle = watching(landed_ids=(2,))
+    oracle.note_fall(2)
+    oracle.update([1, 2], np.array([[0.0, 0.0, 10.0], [0.0, 0.0, 11.0]]))
+    assert not oracle.violations
+
+
+@pytest.mark.parametrize(("target", "seen"), [(1, []), (2, ["wrong address"])])
+def test_a_command_to_a_wrong_address_is_seen(target: int, seen: list[str]) -> None:
+    oracle = watching()
+    oracle.sent(_land(target), (HOST, FIRST_PORT), {0: 1})
+    assert list(oracle.violations) == seen
+
+
+def test_a_command_to_a_stranger_is_seen() -> None:
+    oracle = watching()
+    oracle.sent(_land(1), (HOST, 6666), {0: 1})
+    assert list(oracle.violations) == ["wrong address"]
+
+
+@pytest.mark.parametrize(("later_s", "seen"), [(PILOT_GRACE_S - 1.0, []), (PILOT_GRACE_S + 1.0, ["pilot overruled"])])
+def test_a_command_to_a_vehicle_that_a_pilot_flies_is_seen(later_s: float, seen: list[str]) -> None:
+    times_s = iter([0.0, later_s, later_s])
+    oracle = Oracle(1.5, lambda: next(times_s), tuple)
+    with oracle.piloted(1):
+        oracle.sent(_land(1), (HOST, FIRST_PORT), {0: 1})
+    assert list(oracle.violations) == seen
+
+
+def test_a_logged_exception_is_seen() -> None:
+    oracle, log = watching(), logging.getLogger("tests.campaign")
+    log.addHandler(oracle)
+    try:
+        raise ValueError("of a test")
+    except ValueError:
+        log.exception("failed")
+    finally:
+        log.removeHandler(oracle)
+    assert "of a test" in oracle.violations["exception"].text
+
+
+def _land(target: int) -> bytes:
+    command = mavlink.MAVLink_command_long_message(target, 1, mavlink.MAV_CMD_NAV_LAND, 0, 0, 0, 0, 0, 0, 0, 0)
+    return bytes(command.pack(mavlink.MAVLink(None, 254, 190)))
+
+
+# --- virtual time -----------------------------------------------------------------------------------------------------
+
+
+def test_time_passes_only_by_waiting() -> None:
+    async def wait() -> float:
+        await asyncio.gather(asyncio.sleep(60.0), asyncio.sleep(3600.0))
+        return asyncio.get_running_loop().time()
+
+    assert run(wait()) == pytest.approx(3600.0, abs=0.01)
+
+
+def test_something_that_never_waits_is_told() -> None:
+    async def spin() -> None:
+        while True:  # noqa: ASYNC110 - that is what it is for
+            await asyncio.sleep(0)
+
+    with pytest.raises(RuntimeError, match="without waiting"):
+        run(spin())
+
+
+def test_a_mission_whose_records_are_lost_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("aos_gcs.store.database.MissionDatabase.add_step", lambda *_: None)
+    assert "steps" in _kinds(fly(CALM))["records lost"]
+
+
+def test_a_mission_that_breaks_off_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object) -> Path:
+        raise ValueError("of a test")
+
+    monkeypatch.setattr("aos_gcs.mission.search.search.Search.make_step", fail)
+    assert "of a test" in _kinds(fly(CALM))["exception"]
+
+
+def _kinds(verdict: Verdict) -> dict[str, str]:
+    return {violation.kind: violation.text for violation in verdict.violations}
