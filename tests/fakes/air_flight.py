@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator, Callable
-from contextlib import AsyncExitStack, asynccontextmanager
+from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +17,7 @@ from aos_gcs.clock import LoopClock
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.mission.coordinator import Coordinator
+from aos_gcs.mission.former_flight import FormerFlight
 from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal
 from aos_gcs.mission.model.phase import Outcome
@@ -69,6 +70,7 @@ class AirFlight:
     run: asyncio.Task[Outcome]
     images: dict[str, bytes]
     station: StationLoop
+    fleet: MavlinkFleet
 
     def texts(self) -> list[str]:
         """Return all notices so far."""
@@ -90,6 +92,25 @@ class AirFlight:
         """Whether a vehicle is heard and ready to be armed."""
         states = {v.telemetry.vehicle_id: v.telemetry for v in self.mission.view.snapshot().vehicles}
         return vehicle_id in states and bool(states[vehicle_id].ready_to_arm)
+
+    async def kill_and_restart(self) -> Coordinator:
+        """End the mission without a word to any vehicle, and return the one that takes it up by its record."""
+        former = FormerFlight(self.mission.view.snapshot(), None)
+        self.air.on_datagram = lambda data, sender, _receiver: None if sender == GCS else data
+        self.run.cancel()
+        with suppress(asyncio.CancelledError):
+            await self.run
+        self.air.on_datagram = None
+        return Coordinator(
+            "again",
+            self.mission.sortie.context.settings,
+            fleet=self.fleet,
+            clock=self.clock,
+            journal=Journal(self.clock),
+            recorder=MemoryRecorder(),
+            loop_monitor=LoopMonitor(period_s=0.5),
+            former=former,
+        )
 
     async def until(self, condition: Callable[[], bool], timeout_s: float = 300.0) -> None:
         """Wait in virtual time."""
@@ -193,4 +214,4 @@ async def flying_over(
         )
         with station():
             run = group.create_task(mission.run())
-        yield AirFlight(mission, swarm, air, recorder, clock, run, images, loop)
+        yield AirFlight(mission, swarm, air, recorder, clock, run, images, loop, fleet)

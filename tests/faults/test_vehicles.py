@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import math
 from collections.abc import Callable
 from dataclasses import replace
@@ -173,6 +174,25 @@ async def test_vehicles_of_a_killed_service_come_home_by_their_own_failsafe(
         await flight.until(lambda: flight.swarm.report().landed == 3)
         flight.assert_nobody_was_endangered()
         flight.run.cancel()
+
+
+@pytest.mark.parametrize("autopilot", ["arducopter", "px4"])
+async def test_a_restarted_station_leads_the_vehicles_home_in_their_layers(
+    monkeypatch: pytest.MonkeyPatch, autopilot: str
+) -> None:
+    async with flying_over(monkeypatch, Air(), autopilot=autopilot) as flight:
+        await flight.until_step(2)
+        layers_m = [vehicle.layer_height_m for vehicle in flight.mission.view.snapshot().vehicles]
+        again = await flight.kill_and_restart()
+        run = asyncio.create_task(again.run())
+        await flight.until(lambda: again.phase is Phase.TAKEOFF)
+        await flight.clock.sleep(5.0)
+        assert [vehicle.task for vehicle in again.view.snapshot().vehicles] == [Task.HELD] * 3
+        assert [vehicle.layer_height_m for vehicle in again.view.snapshot().vehicles] == layers_m
+        await again.commands.act(Action.RETURN, None)
+        await run
+        assert flight.swarm.report().landed == 3
+        flight.assert_nobody_was_endangered()
 
 
 async def test_after_a_freeze_of_the_loop_the_mission_ends_in_order(monkeypatch: pytest.MonkeyPatch) -> None:
