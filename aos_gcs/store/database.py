@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sqlite3
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
@@ -41,6 +42,7 @@ class MissionDatabase:
         (folder / MAVLINK_NAME).mkdir()
         _replace(folder / MANIFEST_NAME, dump(manifest, indent=2).encode() + b"\n")
         self._folder = folder
+        self._has_new_frames = False
         self._connection = sqlite3.connect(folder / DATABASE_NAME, isolation_level=None)
         # WAL: readers never wait and a killed writer leaves every committed row; FULL: a field laptop may lose power
         self._connection.execute("PRAGMA journal_mode = WAL")
@@ -48,7 +50,7 @@ class MissionDatabase:
         self._connection.executescript(f"BEGIN; {TABLES} PRAGMA user_version = {SCHEMA_VERSION}; COMMIT;")
 
     def write(self, writes: Sequence[Write]) -> None:
-        """Carry the writes out in one transaction.
+        """Carry the writes out in one transaction; what its rows name is on the disk before they are.
 
         Raises:
             OSError: a file cannot be written.
@@ -58,6 +60,9 @@ class MissionDatabase:
         try:
             for write in writes:
                 write(self)
+            if self._has_new_frames and os.name == "posix":
+                _sync(self._folder / FRAMES_NAME, os.O_RDONLY)
+            self._has_new_frames = False
             self._connection.execute("COMMIT")
         except BaseException:
             if self._connection.in_transaction:  # SQLite has rolled back itself when the disk is full
@@ -98,10 +103,11 @@ class MissionDatabase:
         )
 
     def add_frame(self, step: int, frame: Capture) -> None:
-        """Write the image file, then the row that names it, so that no row lacks its file."""
+        """Write the image file, then the row that names it, so that no row lacks its file after a loss of power."""
         encoded = encode_image(frame.image, frame.bands)
         name = f"{step:05d}_{frame.vehicle_id:03d}_{frame.image_index:05d}{encoded.suffix}"
-        _replace(self._folder / FRAMES_NAME / name, encoded.content)
+        _replace(self._folder / FRAMES_NAME / name, encoded.content, is_lasting=True)
+        self._has_new_frames = True
         self._execute(
             "INSERT INTO frames (step, vehicle_id, image_index, utc_s, time_sigma_s, latitude_deg, longitude_deg,"
             " altitude_amsl_m, q_cam2enu_wxyz, R_cam2enu, camera, bands, dtype, path)",
@@ -142,8 +148,19 @@ def dump(value: object, indent: int | None = None) -> str:
     return json.dumps(encode(value), allow_nan=False, ensure_ascii=False, indent=indent, separators=separators)
 
 
-def _replace(path: Path, content: bytes) -> None:
-    """Write a file that is either whole or not there."""
+def _replace(path: Path, content: bytes, *, is_lasting: bool = False) -> None:
+    """Write a file that is either whole or not there; with ``is_lasting``, its content is on the disk then."""
     part = path.with_name(path.name + ".part")
     part.write_bytes(content)
+    if is_lasting:
+        _sync(part, os.O_RDWR)
     part.replace(path)
+
+
+def _sync(path: Path, flags: int) -> None:
+    """Wait until a file, or the names of the files in a folder, are on the disk."""
+    descriptor = os.open(path, flags)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

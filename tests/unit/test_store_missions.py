@@ -1,5 +1,6 @@
 import asyncio
 import json
+import os
 import sqlite3
 import threading
 from collections.abc import AsyncIterator, Callable, Sequence
@@ -371,3 +372,25 @@ async def test_damaged_files_name_themselves(store: Store) -> None:
             reader.manifest()
         with pytest.raises(InputDataError, match="no step 7"):
             reader.strategy_state(7)
+
+
+def test_frames_are_on_the_disk_before_the_rows_that_name_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    database = MissionDatabase(tmp_path / "m", {})
+    done: list[object] = []
+    sync = os.fsync
+
+    def note_sync(descriptor: int) -> None:
+        done.append(os.fstat(descriptor).st_ino)
+        sync(descriptor)
+
+    monkeypatch.setattr(os, "fsync", note_sync)
+    database._connection.set_trace_callback(done.append)
+    database.write([lambda database: database.add_frame(1, capture(3))])
+    database.write([lambda database: database.add_event(notice_event(1))])
+    database._connection.set_trace_callback(None)
+    database.close()
+    frames = tmp_path / "m" / "frames"
+    (frame,) = frames.iterdir()
+    inodes = [entry for entry in done if isinstance(entry, int)]
+    assert inodes == [frame.stat().st_ino, frames.stat().st_ino]
+    assert done.index(frames.stat().st_ino) < done.index("COMMIT")
