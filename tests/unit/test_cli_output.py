@@ -7,9 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from aos_gcs.cli.display.report import _result
 from aos_gcs.cli.output import PLAIN_INTERVAL_S, progress
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.exports.files import check_writable, written_whole
+from aos_gcs.mission.model.actions import Action, ActionRecord, ActionResult
 
 
 def ticking(step_s: float) -> Iterator[float]:
@@ -98,3 +100,11 @@ def test_a_folder_without_permission_is_refused(tmp_path: Path, monkeypatch: pyt
     monkeypatch.setattr(os, "access", lambda path, mode: not (Path(path) == tmp_path and mode == os.W_OK))
     with pytest.raises(ConfigurationError, match="no permission"):
         check_writable(tmp_path / "result.npy")
+
+
+def test_an_action_is_reported_with_the_vehicles_that_refused_it() -> None:
+    done, not_done = ActionResult(1, True, "lands"), ActionResult(4, False, "link lost")
+    assert _result(ActionRecord(0.0, Action.LAND, None, (done,))) == "accepted"
+    some = _result(ActionRecord(0.0, Action.LAND, None, (done, not_done)))
+    assert some == "accepted by 1, refused by 1: vehicle 4: link lost"
+    assert _result(ActionRecord(0.0, Action.START, None, (), "not ready")) == "refused: not ready"

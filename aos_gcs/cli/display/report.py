@@ -11,6 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from aos_gcs.geometry.geodesy import EnuPoint
+from aos_gcs.mission.model.actions import ActionRecord
 from aos_gcs.mission.model.phase import Outcome
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.steps import StepRecord
@@ -40,8 +41,7 @@ def print_report(summary: MissionSummary, *, with_steps: bool) -> None:
     _print_table(console, "Frames", ("vehicle", "frames", "time ± s"), map(_frames_row, summary.frames))
     _print_table(console, "Settings of vehicles", SETTINGS_COLUMNS, map(_settings_row, summary.settings))
     actions = [
-        (_utc(action.utc_s), action.action, _ids(action.vehicle_ids), _result(action.refusal))
-        for action in summary.actions
+        (_utc(action.utc_s), action.action, _ids(action.vehicle_ids), _result(action)) for action in summary.actions
     ]
     _print_table(console, "Actions", ("utc", "action", "vehicles", "result"), actions)
     notices = [
@@ -142,8 +142,15 @@ def _ids(vehicle_ids: tuple[int, ...] | None) -> str:
     return "all" if vehicle_ids is None else ", ".join(map(str, vehicle_ids))
 
 
-def _result(refusal: str | None) -> str:
-    return "accepted" if refusal is None else f"refused: {refusal}"
+def _result(action: ActionRecord) -> str:
+    """Return what became of an action, by the vehicles that refused it too."""
+    if action.refusal is not None:
+        return f"refused: {action.refusal}"
+    refused = [f"vehicle {one.vehicle_id}: {one.text}" for one in action.results if not one.accepted]
+    if not refused:
+        return "accepted"
+    accepted = len(action.results) - len(refused)
+    return f"accepted by {accepted}, refused by {len(refused)}: {'; '.join(refused)}"
 
 
 def _utc(utc_s: float) -> str:
