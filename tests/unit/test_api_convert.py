@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from aos_gcs.api.convert.mission import allowed_actions
 from aos_gcs.api.convert.reuse import Reused, ReusedItems
+from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.mission.model.actions import Action
+from aos_gcs.mission.model.phase import Phase
+from aos_gcs.mission.model.vehicles import Task, VehicleSnapshot
+from aos_gcs.ports import LandedState, VehicleState
+from tests.fakes.records import snapshot
 
 
 @dataclass(frozen=True)
@@ -38,3 +45,18 @@ def test_lists_grow_shrink_and_come_back() -> None:
     convert = ReusedItems(Output)
     for names in ("", "ab", "abc", "b", "", "cab"):
         assert [one.name for one in convert(tuple(map(Input, names)))] == list(names)
+
+
+def allowed(vehicle: VehicleSnapshot) -> list[Action]:
+    return allowed_actions(replace(snapshot(), phase=Phase.SCAN, vehicles=(vehicle,)))
+
+
+def test_joining_is_offered_when_a_vehicle_could_be_accepted() -> None:
+    place = GeodeticPosition(48.0, 14.0, 300.0)
+    state = VehicleState(5, landed=LandedState.ON_GROUND, ready_to_arm=True, home=place)
+    ready = VehicleSnapshot(state, Task.IDLE, None, None, 0.2, None, None)
+    assert Action.JOIN in allowed(ready)
+    for changes in ({"home": None}, {"ready_to_arm": False}, {"landed": LandedState.IN_AIR}):
+        assert Action.JOIN not in allowed(replace(ready, telemetry=replace(state, **changes)))
+    assert Action.JOIN not in allowed(replace(ready, link_age_s=10.0))
+    assert Action.JOIN not in allowed(replace(ready, task=Task.SWARM))

@@ -27,6 +27,9 @@ from aos_gcs.mission.model.vehicles import Task, VehicleSnapshot
 from aos_gcs.mission.phases import is_allowed
 from aos_gcs.ports import LandedState
 
+JOIN_LINK_AGE_S: Final = 3.0
+"""Age of a link beyond which a vehicle on the ground is not offered to join."""
+
 
 class MissionConverter:
     """Converts snapshots of one mission; hands out the same objects again for what has not changed.
@@ -106,7 +109,7 @@ def allowed_actions(snapshot: MissionSnapshot) -> list[Action]:
         useless.add(Action.PAUSE)
     elif Task.HELD not in tasks:
         useless.add(Action.RESUME)
-    if not tasks & {Task.IDLE, Task.LANDED}:
+    if not any(map(_may_join, snapshot.vehicles)):
         useless.add(Action.JOIN)
     anyone_flies = any(
         one.telemetry.armed and one.telemetry.landed is not LandedState.ON_GROUND for one in snapshot.vehicles
@@ -116,6 +119,14 @@ def allowed_actions(snapshot: MissionSnapshot) -> list[Action]:
         for action in Action
         if is_allowed(snapshot.phase, action, anyone_flies=anyone_flies) and action not in useless
     ]
+
+
+def _may_join(vehicle: VehicleSnapshot) -> bool:
+    """Return whether a vehicle waits on the ground that reports what it needs for joining: link, home, readiness."""
+    telemetry = vehicle.telemetry
+    is_heard = vehicle.link_age_s is not None and vehicle.link_age_s <= JOIN_LINK_AGE_S
+    is_waiting = vehicle.task in {Task.IDLE, Task.LANDED} and telemetry.landed is LandedState.ON_GROUND
+    return is_heard and is_waiting and telemetry.home is not None and telemetry.ready_to_arm is not False
 
 
 def action_results(action: Action, results: Iterable[ActionResult]) -> ActionResponse:
