@@ -7,9 +7,9 @@ import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from types import TracebackType
-from typing import Any, Self, TypeVar
+from typing import Any, Final, Self, TypeVar
 
 import numpy as np
 
@@ -38,6 +38,11 @@ EVENT_TYPES: dict[EventKind, type[EventData]] = {
     EventKind.PLAN: PlanRecord,
 }
 
+MAX_UTC_S: Final = 1e11
+"""Latest time of a record that is believed: the year 5138."""
+_DAMAGE: Final = (ValueError, TypeError, OverflowError, RecursionError)
+"""What reading damaged data raises; data that are nested too deeply exhaust the parser's recursion."""
+
 
 @dataclass(frozen=True, slots=True)
 class FrameEntry:
@@ -59,13 +64,16 @@ class FrameEntry:
         Raises:
             InputDataError: the image file is missing or damaged.
         """
+        try:
+            return self._load()
+        except (OSError, InputDataError, *_DAMAGE) as error:
+            raise InputDataError(f"cannot read the frame {self.path}: {error}") from error
+
+    def _load(self) -> Capture:
         row = self._row
         bands = decode(tuple[str, ...], json.loads(row["bands"]))
-        try:
-            encoded = EncodedImage(self.path.suffix, self.path.read_bytes())
-            image = decode_image(encoded, bands, row["dtype"])
-        except (OSError, InputDataError) as error:
-            raise InputDataError(f"cannot read the frame {self.path}: {error}") from error
+        encoded = EncodedImage(self.path.suffix, self.path.read_bytes())
+        image = decode_image(encoded, bands, row["dtype"])
         return Capture(
             vehicle_id=self.vehicle_id,
             image_index=row["image_index"],
@@ -128,7 +136,7 @@ class MissionReader:
         path = self._folder / MANIFEST_NAME
         try:
             manifest = json.loads(path.read_text(encoding="utf-8"))
-        except (OSError, ValueError) as error:
+        except (OSError, *_DAMAGE) as error:
             raise InputDataError(f"cannot read {path}: {error}") from error
         if not isinstance(manifest, dict):
             raise InputDataError(f"cannot read {path}: it is not a JSON object")
@@ -144,13 +152,14 @@ class MissionReader:
             with self._explained(f"event {row['seq']}"):
                 row_kind = EventKind(row["kind"])
                 data = decode(EVENT_TYPES[row_kind], upgraded(self._version, row_kind, json.loads(row["data"])))
-            yield Event(row["seq"], row["utc_s"], row_kind, data)
+                event = Event(row["seq"], _time_s(row), row_kind, data)
+            yield event
 
     def event_index(self) -> tuple[EventEntry, ...]:
         """Return number, time and kind of all events, without their content."""
         rows = self._rows("SELECT seq, utc_s, kind FROM events ORDER BY seq")
         with self._explained("events"):
-            return tuple(EventEntry(row["seq"], row["utc_s"], EventKind(row["kind"])) for row in rows)
+            return tuple(EventEntry(row["seq"], _time_s(row), EventKind(row["kind"])) for row in rows)
 
     def event(self, seq: int) -> Event:
         """Return one event.
@@ -168,9 +177,9 @@ class MissionReader:
         found: list[tuple[float, Phase]] = []
         for row in self._rows(query, EventKind.SNAPSHOT.value):
             with self._explained("phase"):
-                phase = Phase(row["phase"])
+                utc_s, phase = _time_s(row), Phase(row["phase"])
             if not found or found[-1][1] is not phase:
-                found.append((row["utc_s"], phase))
+                found.append((utc_s, phase))
         return tuple(found)
 
     def picture(self, step: int, kind: PictureKind) -> bytes | None:
@@ -222,10 +231,16 @@ class MissionReader:
     def frames(self, step: int | None = None) -> tuple[FrameEntry, ...]:
         """Return the frames of a step or of the whole mission, by step and vehicle; images are read by ``load``."""
         query = "SELECT * FROM frames WHERE ?1 IS NULL OR step = ?1 ORDER BY step, vehicle_id, id"
-        return tuple(
-            FrameEntry(row["step"], row["vehicle_id"], self._folder / row["path"], row)
-            for row in self._rows(query, step)
-        )
+        rows = self._rows(query, step)
+        with self._explained("frames"):
+            return tuple(FrameEntry(row["step"], row["vehicle_id"], self._path(row), row) for row in rows)
+
+    def _path(self, row: sqlite3.Row) -> Path:
+        """Return the file of a frame, which lies in this folder whatever the row says."""
+        relative = PurePosixPath(row["path"])
+        if relative.is_absolute() or ".." in relative.parts:
+            raise ValueError(f"the path {relative} leads out of the mission's folder")
+        return self._folder / relative
 
     def settings(self) -> tuple[SettingsRecord, ...]:
         """Return which settings of vehicles were changed for the mission and set back, oldest first."""
@@ -247,7 +262,7 @@ class MissionReader:
         """Return how the mission has ended; None while it goes on, and when its program was killed."""
         for row in self._rows("SELECT * FROM outcome"):
             with self._explained("outcome"):
-                return OutcomeRecord(row["utc_s"], Outcome(row["outcome"]), json.loads(row["summary"]))
+                return OutcomeRecord(_time_s(row), Outcome(row["outcome"]), json.loads(row["summary"]))
         return None
 
     def _first(self, query: str, column: str, hint: type[T], *values: object) -> T | None:
@@ -269,8 +284,15 @@ class MissionReader:
     def _explained(self, what: str) -> Iterator[None]:
         try:
             yield
-        except ValueError as error:
+        except _DAMAGE as error:
             raise InputDataError(f"{self._folder / DATABASE_NAME}: {what} cannot be read: {error}") from error
+
+
+def _time_s(row: sqlite3.Row) -> float:
+    utc_s = row["utc_s"]
+    if not isinstance(utc_s, int | float) or not 0.0 <= utc_s <= MAX_UTC_S:
+        raise ValueError(f"{utc_s!r} is no time")
+    return utc_s
 
 
 def _open(database: Path) -> tuple[sqlite3.Connection, int]:
