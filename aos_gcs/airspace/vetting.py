@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,7 +51,7 @@ def vet_waypoints(
     for request in sorted(requests, key=lambda request: request.vehicle_id):
         reason = _reason_to_hold(request, limits)
         if reason:
-            record = _held(request, reason)
+            record = replace(_held(request, reason), is_unfit=True)
         else:
             record = _vet_segment(request, boundaries, traffic, limits)
             if record.sent_enu_m is not None:

@@ -29,6 +29,13 @@ class WaypointRecord:
     """None when the vehicle was held in place."""
     verdict: WaypointVerdict
     reason: str
+    is_unfit: bool = False
+    """Whether the vehicle is held for its own state, such as an old link or a low battery: nothing bars its path."""
+
+    @property
+    def is_barred(self) -> bool:
+        """Whether something on its path kept the vehicle from flying as planned."""
+        return self.verdict is not WaypointVerdict.SENT and not self.is_unfit
 
 
 def as_enu_point(position_enu_m: NDArray[np.float64]) -> EnuPoint:

@@ -1,11 +1,18 @@
 """When a scan counts as stuck, and where its line goes on."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from aos_gcs.airspace.detours import Detours
+from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.airspace.polygon import Boundary
+from aos_gcs.airspace.traffic import WaypointRequest
+from aos_gcs.airspace.vetting import vet_waypoints
+from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict
+from aos_gcs.mission.search.progress import Advance, ScanProgress
 from aos_gcs.mission.search.stalls import STALLED_STEPS, StallWatch, place_ahead_m
 from aos_gcs.planning.legs import ScanLeg
 
@@ -85,3 +92,36 @@ def test_a_single_vehicle_is_no_line() -> None:
 def test_the_last_spacing_of_a_leg_has_no_place_ahead() -> None:
     assert ahead_m(leg=NORTHWARD.after(37.0)) is None
     assert ahead_m(leg=NORTHWARD.after(50.0)) is None
+
+
+def test_vehicles_that_are_held_for_their_own_state_do_not_bar_a_scan() -> None:
+    progress = ScanProgress(LEAST_GAIN_M)
+    progress.plan([NORTHWARD])
+    here_m = np.array([0.0, 10.0])
+    old_link = WaypointRecord(1, (0.0, 12.0, 35.0), None, WaypointVerdict.HELD, "held: no message for 3.1 s", True)
+    for _ in range(3 * STALLED_STEPS):
+        progress.note_waypoints([old_link])
+        assert progress.advance(here_m) is Advance.ON_LEG
+    wall = replace(old_link, reason="held: no-go zone 1", is_unfit=False)
+    found = []
+    for _ in range(STALLED_STEPS + 1):
+        progress.note_waypoints([old_link, wall])
+        found.append(progress.advance(here_m))
+    assert found[-1] is Advance.STUCK
+
+
+def test_vetting_tells_an_unfit_vehicle_from_a_barred_path() -> None:
+    limits = SafetyLimits(
+        fence_enu_m=((-50.0, -50.0), (50.0, -50.0), (50.0, 50.0), (-50.0, 50.0)), floor_m=20.0, ceiling_m=60.0
+    )
+    request = WaypointRequest(
+        vehicle_id=1,
+        position_enu_m=np.array([0.0, 0.0, 35.0]),
+        requested_enu_m=np.array([80.0, 0.0, 35.0]),
+        link_age_s=0.1,
+        position_age_s=0.1,
+        battery_fraction=0.9,
+    )
+    (barred,) = vet_waypoints([request], [], limits)
+    (unfit,) = vet_waypoints([replace(request, link_age_s=4.0)], [], limits)
+    assert (barred.is_barred, unfit.is_barred) == (True, False)

@@ -384,7 +384,7 @@ def _as_planned(record: WaypointRecord, planned_enu_m: NDArray[np.float64]) -> W
 
 def _left(member: Member, requested_enu_m: NDArray[np.float64]) -> WaypointRecord:
     reason = f"held: it left the swarm ({member.task}, mode {member.state.mode_name or member.state.mode})"
-    return WaypointRecord(member.vehicle_id, as_enu_point(requested_enu_m), None, WaypointVerdict.HELD, reason)
+    return WaypointRecord(member.vehicle_id, as_enu_point(requested_enu_m), None, WaypointVerdict.HELD, reason, True)
 
 
 def _name(command: Command) -> str:

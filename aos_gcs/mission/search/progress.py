@@ -8,7 +8,7 @@ from enum import Enum, auto
 import numpy as np
 from numpy.typing import NDArray
 
-from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict
+from aos_gcs.airspace.waypoints import WaypointRecord
 from aos_gcs.mission.search.stalls import StallWatch
 from aos_gcs.planning.legs import ScanLeg
 
@@ -37,7 +37,7 @@ class ScanProgress:
         self.leg = 0
         """Index of the leg being flown; beyond the last one when the scan is over."""
         self.barred: tuple[WaypointRecord, ...] = ()
-        """Waypoints of the latest step that were not sent as planned."""
+        """Waypoints of the latest step that something on their paths kept from being sent as planned."""
         self.left_out_m = 0.0
         """Length of all stretches of the legs that were not flown."""
 
@@ -71,7 +71,7 @@ class ScanProgress:
 
     def note_waypoints(self, waypoints: Sequence[WaypointRecord]) -> None:
         """Note what became of the waypoints of a step."""
-        self.barred = tuple(waypoint for waypoint in waypoints if waypoint.verdict is not WaypointVerdict.SENT)
+        self.barred = tuple(waypoint for waypoint in waypoints if waypoint.is_barred)
 
     def advance(self, middle_m: NDArray[np.float64]) -> Advance:
         """Note where the middle of the swarm is after a step, horizontally, shape (2,)."""
