@@ -17,8 +17,8 @@ from aos_drivers.links.serial_port import SerialEndpoint, serial_error
 from aos_gcs.errors import LinkError
 from aos_gcs.ports import Clock
 
-_RECEIVE_BUFFER_BYTES = 256 * 1024
-"""A third of a second of a hundred vehicles: a station that cannot keep up loses packets, and shows no old ones."""
+_RECEIVE_BUFFER_BYTES = 1024 * 1024
+"""About a second of a hundred vehicles: a station that cannot keep up loses packets, and shows no old ones."""
 _SEND_BUFFER_BYTES = 256 * 1024
 _RECONNECT_PAUSE_S = 2.0
 _CONNECT_TIMEOUT_S = 5.0
