@@ -30,6 +30,8 @@ _SETTLED_S: Final = 10.0
 """Time of level flight after which an average counts."""
 _LEVEL_MPS: Final = 0.5
 """Vertical speed below which a vehicle flies level: reports that are up to a second apart then belong together."""
+_MEASURED_AGE_S: Final = 1.0
+"""Age up to which a position is compared with what is measured now."""
 _GONE_FACTOR: Final = 0.5
 """Share of the limit below which a deviation counts as gone."""
 
@@ -88,6 +90,12 @@ class AltitudeWatch:
         state, measured_m = member.state, _measured_m(member.state)
         if is_grounded(state) or not is_airborne:
             track.ground_m, track.difference_m, track.level_s = measured_m, {}, 0.0
+            return
+        if not state.armed or not self._roster.is_fresh(state.position_at_s):
+            # It falls, lies somewhere or is not heard: it says nothing of the others' heights.
+            track.difference_m, track.level_s = {}, 0.0
+            return
+        if (self._roster.position_age_s(member) or 0.0) > _MEASURED_AGE_S:
             return
         position_enu_m, velocity_enu_mps = self._roster.position_enu_m(member), state.velocity_enu_mps
         if position_enu_m is None or member.home_enu_m is None or velocity_enu_mps is None:
