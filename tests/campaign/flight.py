@@ -15,6 +15,7 @@ from tests.campaign.faults.base import Fault
 from tests.campaign.faults.station import Freeze
 from tests.campaign.oracle import Violation
 from tests.campaign.scenario import LAUNCH_SPACING_M, Scenario
+from tests.campaign.station import Station
 from tests.campaign.virtual_time import run
 from tests.campaign.world import World
 
@@ -128,9 +129,17 @@ async def _order(world: World, action: Action) -> None:
 
 
 async def _collect(world: World, trace: list[str]) -> None:
-    """Note all notices with the mission's time."""
-    while (station := world.station) is None:
-        await world.sleep(0.5)
+    """Note all notices of all stations with the mission's time."""
+    async with asyncio.TaskGroup() as group:
+        known: list[Station] = []
+        while True:
+            if world.station is not None and world.station not in known:
+                known.append(world.station)
+                group.create_task(_follow(world, world.station, trace))
+            await world.sleep(0.5)
+
+
+async def _follow(world: World, station: Station, trace: list[str]) -> None:
     with station.journal.subscribe() as events:
         async for event in events:
             if event.kind == "notice":

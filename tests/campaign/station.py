@@ -20,6 +20,7 @@ from aos_gcs.mission.model.steps import StepRecord
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.ports import Capture, DriverContext
+from aos_gcs.store.last_mission import former_flight
 from aos_gcs.store.recorder import MissionRecorder
 from aos_gcs.store.schema import DATABASE_NAME
 from tests.fakes.air import GCS
@@ -27,27 +28,35 @@ from tests.fakes.frozen import station
 
 
 class _Counted:
-    """Counts what a recorder is given."""
+    """Counts what a recorder is given; nothing more reaches the disk once the process is dead."""
 
     def __init__(self, recorder: MissionRecorder) -> None:
         self._recorder = recorder
         self.given = {"actions": 0, "frames": 0}
         self.steps: set[int] = set()
+        self.is_dead = False
 
     def __getattr__(self, name: str) -> object:
-        return getattr(self._recorder, name)
+        return _write_nothing if self.is_dead else getattr(self._recorder, name)
 
     async def record_frame(self, step: int, frame: Capture) -> None:
         self.given["frames"] += 1
-        await self._recorder.record_frame(step, frame)
+        if not self.is_dead:
+            await self._recorder.record_frame(step, frame)
 
     async def record_step(self, step: StepRecord, state: dict[str, object]) -> None:
         self.steps.add(step.step)
-        await self._recorder.record_step(step, state)
+        if not self.is_dead:
+            await self._recorder.record_step(step, state)
 
     async def record_action(self, action: ActionRecord) -> None:
         self.given["actions"] += 1
-        await self._recorder.record_action(action)
+        if not self.is_dead:
+            await self._recorder.record_action(action)
+
+
+async def _write_nothing(*_: object) -> None:
+    """Stand in for a recorder whose process is dead."""
 
 
 class Station:
@@ -68,8 +77,13 @@ class Station:
     async def __aenter__(self) -> Self:
         pulse = LoopMonitor(period_s=0.5)
         context = DriverContext(clock=self.clock, is_healthy=pulse.is_healthy, notify=self.journal.take)
+        with station():
+            await self._start(pulse, context)
+        return self
+
+    async def _start(self, pulse: LoopMonitor, context: DriverContext) -> None:
+        former = former_flight(self._folder, self.clock.utc_s())
         async with AsyncExitStack() as stack:
-            stack.enter_context(station())
             fleet = await stack.enter_async_context(open_mavlink([f"udpin://{GCS[0]}:{GCS[1]}"], context))
             recorder = await stack.enter_async_context(
                 MissionRecorder.create(self._folder, f"run-{self.number}", {}, notify=self.journal.take)
@@ -84,10 +98,14 @@ class Station:
                 journal=self.journal,
                 recorder=self._recorder,  # type: ignore[arg-type]
                 loop_monitor=pulse,
+                former=former,
             )
             self.run = asyncio.create_task(self.mission.run())
             self._stack = stack.pop_all()
-        return self
+
+    def die(self) -> None:
+        """Write nothing more, as a process that was killed."""
+        self._recorder.is_dead = True
 
     async def __aexit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None

@@ -172,6 +172,8 @@ class World:
         def drop(data: bytes, sender: Address, receiver: Address) -> bytes | None:
             return None if GCS in (sender, receiver) else data
 
+        if self.station is not None:
+            self.station.die()
         with self.middleman(drop):
             await self._close_station(killed=True)
 

@@ -16,6 +16,7 @@ from tests.campaign.faults import FAULTS, NOT_YET_MENDED
 from tests.campaign.faults.base import Fault
 from tests.campaign.faults.people import OperatorActs
 from tests.campaign.faults.sensors import HeightReset
+from tests.campaign.faults.station import Kill
 from tests.campaign.flight import Verdict, fly
 from tests.campaign.oracle import PILOT_GRACE_S, Oracle
 from tests.campaign.runner import describe
@@ -45,6 +46,12 @@ def test_every_fault_is_drawn_unless_a_reason_is_given() -> None:
     drawn = {type(fault) for seed in range(300) for fault in draw(seed).faults}
     assert drawn == set(FAULTS) - set(NOT_YET_MENDED)
     assert all(NOT_YET_MENDED.values())
+
+
+def test_a_station_that_is_killed_leaves_no_outcome_and_the_next_one_takes_the_flight_up() -> None:
+    verdict = fly(replace(CALM, faults=(Kill(10.0, restart_after_s=1.0),)))
+    assert not verdict.violations, describe(verdict)
+    assert any("taken up in the air" in line for line in verdict.trace)
 
 
 def test_a_height_error_beyond_the_spacing_is_seen_and_shrunk_to_its_cause() -> None:
