@@ -212,9 +212,9 @@ async def test_after_a_freeze_of_the_loop_the_mission_ends_in_order(monkeypatch:
 
         flight.station.freeze()
         air.on_datagram = receive_nothing
-        steps = len(flight.mission.steps())
+        steps = len(flight.mission.view.steps())
         await flight.clock.sleep(FREEZE_S)
-        assert (spoken, len(flight.mission.steps())) == ([], steps), "the station stands still"
+        assert (spoken, len(flight.mission.view.steps())) == ([], steps), "the station stands still"
         flight.station.thaw()
         air.on_datagram = None
         for datagram in waiting:
