@@ -95,6 +95,8 @@ async def open_service(config: ServiceConfig) -> AsyncIterator[Service]:
                 options=config.link.options,
                 decoding=decoding,
             )
+            # Before the links: once they are open the mission runs, and with it the heartbeat.
+            await asyncio.gather(imaging.ready(), decoding.ready(), views.ready())
             async with open_driver(config.link.urls, context) as fleet:
                 mission = Coordinator(
                     mission_id,
@@ -113,7 +115,6 @@ async def open_service(config: ServiceConfig) -> AsyncIterator[Service]:
                     mission.auto_start.cancel(f"the last mission, {unfinished}, did not end: vehicles may still fly")
                 viewer = Viewer(folder, settings.imaging, settings.autofocus.reach_m, views)
                 async with open_dashboard(mission.view, config.api, secrets, commands=mission.commands, viewer=viewer):
-                    await asyncio.gather(imaging.ready(), decoding.ready(), views.ready())
                     opened = True
                     yield Service(mission, folder, journal, recorder)
     finally:
