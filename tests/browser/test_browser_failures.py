@@ -133,6 +133,8 @@ async def test_the_page_shows_what_fails_in_flight_and_outlives_its_service(page
             await expect(page.get_by_test_id("step")).to_have_text("0")
             await expect(page.get_by_test_id("another-mission")).to_contain_text(station.mission_folders[1].name)
             await expect(page.get_by_test_id("event").first).to_be_visible()
+            # The new service must know that the vehicles fly before it can hold them.
+            await expect(page.get_by_test_id("height-1")).to_have_text(re.compile(r"^[1-9]\d"), timeout=FLIGHT_MS)
             await page.get_by_test_id("hold-all").click()
             await expect(page.get_by_test_id("result-1")).to_have_attribute("data-accepted", "true")
             check_none_lost_or_doubled(await events_shown(page), events_recorded(station.mission_folders[1]))
