@@ -77,14 +77,13 @@ class CommandRunner:
             record.control.begin(modes, command.position if isinstance(command, Goto) else None)
 
     def _check_vehicle(self, command: Command) -> None:
-        record = self._record
+        record, control = self._record, self._record.control
+        if control.failsafe and not isinstance(command, _SENT_IN_FAILSAFE):
+            raise self._refusal(f"is in a failsafe ({control.failsafe}): only return and land are sent to it")
         if isinstance(command, _ALWAYS_SENT):
             return
         if record.is_ambiguous(self._clock.now_s()):
             raise CommandRefusedError(f"two vehicles use system id {record.vehicle_id}: change the id of one of them")
-        control = record.control
-        if control.failsafe and not isinstance(command, _SENT_IN_FAILSAFE):
-            raise self._refusal(f"is in a failsafe ({control.failsafe}): only return and land are sent to it")
         if control.reason and isinstance(command, _NOT_SENT_TO_OTHERS):
             raise self._refusal(f"was taken over: {control.reason}. Resume it first")
         silence_s = self._clock.now_s() - (record.heard_at_s if record.heard_at_s is not None else -math.inf)

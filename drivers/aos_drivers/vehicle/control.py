@@ -132,7 +132,7 @@ class ControlWatch:
         if self._judged_from_s is None or now_s < self._judged_from_s:
             return
         if position is not None:
-            if now_s < self._judged_from_s + _FORMER_S and self._is_former(position):
+            if self._target is None and now_s < self._judged_from_s + _FORMER_S and self._is_former(position):
                 return
             if self._target is None or _are_near(self._commanded, position, _OUR_TARGET_M):
                 self._target = LocalFrame(position)
