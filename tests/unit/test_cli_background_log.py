@@ -30,13 +30,18 @@ class Terminal(logging.Handler):
 
 
 @pytest.fixture
-def terminal() -> Iterator[Terminal]:
+def terminal(monkeypatch: pytest.MonkeyPatch) -> Iterator[Terminal]:
     root, terminal = logging.getLogger(), Terminal()
     before = root.handlers[:]
     root.handlers[:] = [terminal]
+    # Whatever ran in this process before may have silenced loggers.
+    monkeypatch.setattr(_log, "disabled", False)
+    monkeypatch.setattr(logging.root.manager, "disable", logging.NOTSET)
+    _log.setLevel(logging.INFO)
     yield terminal
     terminal.runs.set()
     root.handlers[:] = before
+    _log.setLevel(logging.NOTSET)
 
 
 def test_a_terminal_that_stands_still_stops_nobody(terminal: Terminal) -> None:
