@@ -46,6 +46,8 @@ class PilotTakesOver(Fault):
         vehicle = world.swarm.vehicle(self.vehicle_id)
         if not vehicle.autopilot.flight.airborne or world.oracle.has_fallen(self.vehicle_id):
             return
+        if self.mode == vehicle.autopilot.custom_mode():
+            return  # the mode that the station flies or holds it in: the choice changes nothing, and nothing shows it
         with world.oracle.piloted(self.vehicle_id):
             vehicle.autopilot.select_mode(self.mode)
             await world.sleep(self.duration_s)
