@@ -79,6 +79,21 @@ def test_queued_telemetry_is_as_old_as_the_vehicle_says() -> None:
     assert sky.told[-1] == "telemetry arrives in time again"
 
 
+def test_another_stations_target_shows_in_telemetry_that_comes_late() -> None:
+    sky = QueuedVehicle()
+    sky.vehicle.armed, sky.vehicle.custom_mode = True, mavlink.COPTER_MODE_GUIDED
+    sky.run(20.0)
+    record = sky.session.records[1]
+    record.control.begin(frozenset({"GUIDED"}), None)
+    record.control.confirm(None, sky.now_s, has_target=True)
+    sky.run(20.0, lambda elapsed_s: min(1.0, 0.5 * elapsed_s))
+    for latitude_e7 in (480_000_000, 480_010_000, 480_010_000):
+        sky.run(1.0, lambda _elapsed_s: 1.0)
+        sky.vehicle.target = latitude_e7, 140_000_000, 330.0
+        sky.session.feed(sky.vehicle.target_echo(), A, sky.now_s)
+    assert record.state(sky.now_s).taken_over == "it flies to a target of another station or pilot"
+
+
 def test_the_clock_of_a_slow_simulation_is_no_delay() -> None:
     sky = QueuedVehicle(rate=0.8)
     sky.run(120.0)

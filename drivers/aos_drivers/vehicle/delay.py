@@ -28,7 +28,8 @@ class TelemetryDelay:
         """Whether TIMESYNC tells the time since boot."""
         self._delay_s = 0.0
         self._told_at_s: float | None = None
-        self._is_late = False
+        self.is_late = False
+        """Whether telemetry comes late, as last reported."""
 
     def compare(self, arrival_offset_s: float | None, clock: ClockEstimator) -> None:
         """Find out whether TIMESYNC tells the same clock as telemetry; ``arrival_offset_s`` is that of telemetry."""
@@ -54,14 +55,14 @@ class TelemetryDelay:
         if self._told_at_s is None or now_s - self._told_at_s > _LIFE_S:
             return None
         delay_s = self._delay_s
-        if not self._is_late and delay_s > _LATE_S:
-            self._is_late = True
+        if not self.is_late and delay_s > _LATE_S:
+            self.is_late = True
             return (
                 f"telemetry is {delay_s:.0f} s old when it is read: this station or its link is overloaded. "
                 "Close other programs on this computer, and check the link"
             )
-        if self._is_late and delay_s < _IN_TIME_S:
-            self._is_late = False
+        if self.is_late and delay_s < _IN_TIME_S:
+            self.is_late = False
             return "telemetry arrives in time again"
         return None
 

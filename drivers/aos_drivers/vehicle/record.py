@@ -170,7 +170,7 @@ class VehicleRecord:
         text = self.delay.change(now_s)
         if text is None:
             return None
-        return Notice(Severity.WARNING if "overloaded" in text else Severity.INFO, text, self.vehicle_id)
+        return Notice(Severity.WARNING if self.delay.is_late else Severity.INFO, text, self.vehicle_id)
 
     def count_unknown(self, component_id: int, sequence: int, peer: PeerAddress) -> None:
         """Count a packet of an unknown message. Its checksum cannot be tested, so it is used for nothing else."""
@@ -207,11 +207,11 @@ class VehicleRecord:
 
     def take_telemetry(self, message: mavlink.MAVLink_message, now_s: float) -> None:
         """Update telemetry and control from a message of the autopilot."""
-        telemetry = self.telemetry
-        telemetry.update(message, self.delay.sent_at_s(now_s))
+        telemetry, sent_at_s = self.telemetry, self.delay.sent_at_s(now_s)
+        telemetry.update(message, sent_at_s)
         match message.get_msgId():
             case mavlink.MAVLINK_MSG_ID_POSITION_TARGET_GLOBAL_INT:
-                if telemetry.target is not None and telemetry.target.at_s == now_s:
+                if telemetry.target is not None and telemetry.target.at_s == sent_at_s:
                     self.control.take_target(telemetry.target.position, now_s)
             case mavlink.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED if has_no_position(message):
                 self.control.take_target(None, now_s)
