@@ -19,13 +19,17 @@ ANALYSIS: Final = WorkerSettings(
         "aos_gcs.imaging.step.analysis",
         "aos_gcs.mission.search.coverage",
         "aos_gcs.mission.search.persons",
+        "scipy.signal",
     ),
 )
 """Analyses the frames of each step; the vehicles hold their positions until it has a result. A call and the start of a
 new process take less than the phase's handler may be busy (``aos_gcs.mission.handler_watch.WORK_S``)."""
 
 VIEWS: Final = WorkerSettings(
-    name="Viewing of recorded frames", memory_bytes=4 * _GIB, timeout_s=20.0, modules=("aos_gcs.runtime.step_views",)
+    name="Viewing of recorded frames",
+    memory_bytes=4 * _GIB,
+    timeout_s=20.0,
+    modules=("aos_gcs.runtime.step_views", "scipy.signal"),
 )
 """Computes what the dashboard asks for beyond the pictures of each step."""
 
