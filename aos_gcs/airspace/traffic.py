@@ -86,9 +86,9 @@ class Obstacle:
         """Return whether another vehicle on a straight path, ends of shape (3,), may come within the separation.
 
         Args:
-            start_enu_m: of the path.
-            end_enu_m: of the path.
-            accuracy: of the other vehicle's position.
+            start_enu_m: start of the path.
+            end_enu_m: end of the path.
+            accuracy: accuracy of the other vehicle's position.
             separation_m: smallest true distance.
         """
         segments, errors_m = self.segments(), joint_errors_m(accuracy, self.accuracy)

@@ -10,7 +10,7 @@ class AutoStart:
     """Whether the mission starts as soon as preflight has passed; once cancelled it waits for an operator.
 
     Args:
-        journal: of the mission.
+        journal: the mission's journal.
         is_on: whether the configuration asks for it.
     """
 

@@ -36,8 +36,8 @@ class TakeUp:
     """Takes up a former flight as soon as one of its vehicles is heard in the air before the start.
 
     Args:
-        context: of the mission.
-        flow: of the phases.
+        context: the mission's context.
+        flow: the sequence of phases that takes the flight up.
         former: flight to be taken up; None: there is none.
     """
 

@@ -1,4 +1,4 @@
-"""Many missions side by side, and what is told of them."""
+"""Many missions side by side, and the report on them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import time
 from collections import Counter
 from collections.abc import Iterable
 
-from tests.campaign.faults import NOT_YET_MENDED
+from tests.campaign.faults import KNOWN_DEFECTS
 from tests.campaign.flight import Verdict, fly
 from tests.campaign.scenario import draw
 from tests.campaign.shrink import shrink
@@ -45,7 +45,7 @@ def fly_all(seeds: Iterable[int], jobs: int, is_shrunk: bool) -> int:
     flown, wall_s = results.total(), time.monotonic() - started_s
     kinds = Counter(violation.kind for verdict in failed for violation in verdict.violations)
     _print(f"{flown} missions in {wall_s:.0f} s, {cpu_s / max(1, flown):.1f} s of CPU each: {_counts(results)}")
-    for kind, reason in NOT_YET_MENDED.items():
+    for kind, reason in KNOWN_DEFECTS.items():
         _print(f"not drawn: {kind.__name__}: {reason}")
     _print(f"{len(failed)} failed{': ' if failed else ''}{_counts(kinds)}")
     if failed:

@@ -17,7 +17,7 @@ from aos_gcs.planning.settings import (
 )
 from aos_sim.swarm import DEFAULT_ORIGIN, SwarmOptions
 from aos_sim.vehicle.errors import KINDS
-from tests.campaign.faults import FAULTS, NOT_YET_MENDED
+from tests.campaign.faults import FAULTS, KNOWN_DEFECTS
 from tests.campaign.faults.base import Basis, Fault
 from tests.fakes.air import GCS
 
@@ -110,7 +110,7 @@ def draw(seed: int) -> Scenario:
     spacing_m = round(float(rng.uniform(*SPACING_M[errors])), 1)
     basis = Basis(autopilot, tuple(range(1, vehicles + 1)), spacing_m - UNLIMITED.separation_m)
     upload_fence = bool(rng.random() < 0.3)
-    kinds = [kind for kind in FAULTS if kind not in NOT_YET_MENDED]
+    kinds = [kind for kind in FAULTS if kind not in KNOWN_DEFECTS]
     weights = np.array([kind.WEIGHT for kind in kinds])
     drawn = rng.choice(len(kinds), size=int(rng.integers(1, MAX_FAULTS + 1)), p=weights / weights.sum())
     faults = sorted((kinds[int(row)].draw(rng, basis) for row in drawn), key=lambda fault: fault.at_s)

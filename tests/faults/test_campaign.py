@@ -12,7 +12,7 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_gcs.mission.model.actions import Action
-from tests.campaign.faults import FAULTS, NOT_YET_MENDED
+from tests.campaign.faults import FAULTS, KNOWN_DEFECTS
 from tests.campaign.faults.base import Fault
 from tests.campaign.faults.people import OperatorActs
 from tests.campaign.faults.sensors import HeightReset
@@ -44,8 +44,8 @@ def test_a_seed_repeats_its_mission_exactly() -> None:
 
 def test_every_fault_is_drawn_unless_a_reason_is_given() -> None:
     drawn = {type(fault) for seed in range(300) for fault in draw(seed).faults}
-    assert drawn == set(FAULTS) - set(NOT_YET_MENDED)
-    assert all(NOT_YET_MENDED.values())
+    assert drawn == set(FAULTS) - set(KNOWN_DEFECTS)
+    assert all(KNOWN_DEFECTS.values())
 
 
 def test_a_station_that_is_killed_leaves_no_outcome_and_the_next_one_takes_the_flight_up() -> None:

@@ -13,7 +13,7 @@ class CheckStatus(StrEnum):
     WARN = "warn"
     """Worth knowing; does not block the launch."""
     FAIL = "fail"
-    """Stands against the launch, unless it is overridden."""
+    """Blocks the launch, unless it is overridden."""
 
 
 @dataclass(frozen=True, slots=True)

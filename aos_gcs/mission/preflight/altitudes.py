@@ -27,7 +27,7 @@ def check_altitudes(
         roster: the vehicles heard.
         members: those that are to fly.
         separation_m: smallest distance between two vehicles.
-        layer_spacing_m: of the altitude layers.
+        layer_spacing_m: vertical distance between altitude layers.
     """
     homes_m = _heights_of_homes_m(roster, members)
     # Where a difference is no error but a slope, layers still keep their vehicles apart by the separation.

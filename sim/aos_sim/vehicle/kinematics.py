@@ -84,7 +84,7 @@ def read_kinematics(
 
     Args:
         state: true state.
-        frame: of the world.
+        frame: local frame of the world.
         process: errors of the sensors.
         default: sizes that are reported where there is no process.
     """

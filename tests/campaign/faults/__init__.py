@@ -41,7 +41,7 @@ FAULTS: tuple[type[Fault], ...] = (
     Kill,
 )
 
-NOT_YET_MENDED: Mapping[type[Fault], str] = {
+KNOWN_DEFECTS: Mapping[type[Fault], str] = {
     Forgery: "one forged report of a landing, from the vehicle's own address, counts until the next genuine one",
 }
 """Faults that are not drawn, with the defect that they show."""

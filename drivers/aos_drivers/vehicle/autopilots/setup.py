@@ -89,7 +89,7 @@ def after_silence(action: str, found: Found, names: tuple[str, str], default_s: 
     Args:
         action: what the vehicle does.
         found: the parameters that were read.
-        names: of the parameters for the action and for the seconds.
+        names: names of the parameters for the action and for the seconds.
         default_s: seconds of versions without that parameter.
     """
     action_name, timeout_name = names
