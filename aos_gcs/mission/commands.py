@@ -88,20 +88,20 @@ class LiveCommands:
         check_action(self._flow.heading, Action.OVERRIDE)
         return await self._flow.sortie.overrides.decide(vehicle_id, check, reason, operator)
 
-    def acknowledge(self, notice_ids: Sequence[int], *, operator: str = "") -> None:
+    async def acknowledge(self, notice_ids: Sequence[int], *, operator: str = "") -> None:
         """Acknowledge notices on behalf of all operators; see ``MissionCommands.acknowledge``."""
         journal, utc_s = self._context.journal, self._context.clock.utc_s()
         if self._view.acknowledgements.add(notice_ids, operator, utc_s, journal.notice_count):
             self._view.publish()
 
-    def add_finding(self, position_enu_m: EnuPoint, comment: str, *, operator: str = "") -> Finding:
+    async def add_finding(self, position_enu_m: EnuPoint, comment: str, *, operator: str = "") -> Finding:
         """Mark a place by hand; see ``MissionCommands.add_finding``."""
         now_s, step = self._context.journal.elapsed_s(), self._flow.sortie.search.step
         finding = self._findings.add(position_enu_m, comment, operator, step, now_s)
         self._report(finding, f"marked at {position_enu_m[0]:.1f} m east, {position_enu_m[1]:.1f} m north")
         return finding
 
-    def change_finding(self, finding_id: int, change: FindingChange, *, operator: str = "") -> Finding:
+    async def change_finding(self, finding_id: int, change: FindingChange, *, operator: str = "") -> Finding:
         """Judge, comment or assign a finding; see ``MissionCommands.change_finding``."""
         finding = self._findings.change(finding_id, change, operator)
         changes = {"": change.status, "comment: ": change.comment, "assigned to ": change.assignee}

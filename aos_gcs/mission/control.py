@@ -77,7 +77,7 @@ class MissionCommands(Protocol):
         """
         ...
 
-    def acknowledge(self, notice_ids: Sequence[int], *, operator: str = "") -> None:
+    async def acknowledge(self, notice_ids: Sequence[int], *, operator: str = "") -> None:
         """Acknowledge notices on behalf of all operators; the first to acknowledge one stays on record.
 
         Raises:
@@ -85,7 +85,7 @@ class MissionCommands(Protocol):
         """
         ...
 
-    def add_finding(self, position_enu_m: EnuPoint, comment: str, *, operator: str = "") -> Finding:
+    async def add_finding(self, position_enu_m: EnuPoint, comment: str, *, operator: str = "") -> Finding:
         """Mark a place by hand.
 
         Raises:
@@ -93,7 +93,7 @@ class MissionCommands(Protocol):
         """
         ...
 
-    def change_finding(self, finding_id: int, change: FindingChange, *, operator: str = "") -> Finding:
+    async def change_finding(self, finding_id: int, change: FindingChange, *, operator: str = "") -> Finding:
         """Judge, comment or assign a finding.
 
         Raises:

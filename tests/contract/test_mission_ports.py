@@ -211,7 +211,7 @@ async def test_an_unknown_notice_is_refused_and_none_is_acknowledged(open_comman
     async with open_commanded() as mission:
         mission.publish()
         with pytest.raises(MissionError):
-            mission.commands.acknowledge([1, 10**6], operator="Ada")
+            await mission.commands.acknowledge([1, 10**6], operator="Ada")
         assert mission.view.snapshot().acknowledgements == ()
 
 
@@ -266,6 +266,6 @@ async def test_the_first_acknowledgement_of_a_notice_stays_on_record(open_comman
     async with open_commanded() as mission:
         mission.publish()
         for operator in ("Ada", "Bob"):
-            mission.commands.acknowledge([1], operator=operator)
+            await mission.commands.acknowledge([1], operator=operator)
         (given,) = mission.view.snapshot().acknowledgements
         assert (given.notice_id, given.operator) == (1, "Ada")

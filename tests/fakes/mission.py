@@ -208,15 +208,15 @@ class ScriptedMission:
             self.overrides[key] = CheckOverride(reason, operator, 0.0)
         return replace(found, overridden=self.overrides.get(key))
 
-    def add_finding(self, position_enu_m: EnuPoint, comment: str, *, operator: str = "") -> Finding:
+    async def add_finding(self, position_enu_m: EnuPoint, comment: str, *, operator: str = "") -> Finding:
         """Mark a place by hand."""
         return self.findings.add(position_enu_m, comment, operator, len(self._steps), self.elapsed_s)
 
-    def change_finding(self, finding_id: int, change: FindingChange, *, operator: str = "") -> Finding:
+    async def change_finding(self, finding_id: int, change: FindingChange, *, operator: str = "") -> Finding:
         """Judge, comment or assign a finding."""
         return self.findings.change(finding_id, change, operator)
 
-    def acknowledge(self, notice_ids: Sequence[int], *, operator: str = "") -> None:
+    async def acknowledge(self, notice_ids: Sequence[int], *, operator: str = "") -> None:
         """Take note of notices."""
         self.acknowledgements.add(notice_ids, operator, self._clock.utc_s(), self._notices)
 

@@ -46,10 +46,10 @@ async def test_acknowledgements_are_the_same_for_all_and_on_record() -> None:
     async with flying(flight) as run:
         await flight.until(lambda: flight.mission.phase is Phase.SCAN)
         flight.journal.notice(Severity.WARNING, "wind", 2)
-        flight.commands.acknowledge([flight.journal.notice_count], operator="Ada")
-        flight.commands.acknowledge([flight.journal.notice_count], operator="Bob")
+        await flight.commands.acknowledge([flight.journal.notice_count], operator="Ada")
+        await flight.commands.acknowledge([flight.journal.notice_count], operator="Bob")
         with pytest.raises(MissionError, match="no notice 999 in this mission"):
-            flight.commands.acknowledge([999], operator="Ada")
+            await flight.commands.acknowledge([999], operator="Ada")
         await run
     (given,) = flight.view.snapshot().acknowledgements
     told = [event.data for event in flight.recorder.events if isinstance(event.data, NoticeRecord)]

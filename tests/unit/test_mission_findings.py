@@ -126,10 +126,10 @@ class SearchedMission(ScriptedMission):
     def snapshot(self) -> MissionSnapshot:
         return replace(super().snapshot(), findings=self.findings.all())
 
-    def add_finding(self, position_enu_m: EnuPoint, comment: str, *, operator: str = "") -> Finding:
+    async def add_finding(self, position_enu_m: EnuPoint, comment: str, *, operator: str = "") -> Finding:
         return self.findings.add(position_enu_m, comment, operator, 1, 11.0)
 
-    def change_finding(self, finding_id: int, change: FindingChange, *, operator: str = "") -> Finding:
+    async def change_finding(self, finding_id: int, change: FindingChange, *, operator: str = "") -> Finding:
         return self.findings.change(finding_id, change, operator)
 
 

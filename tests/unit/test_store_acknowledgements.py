@@ -27,7 +27,7 @@ async def record_acknowledged(folder: Path) -> None:
             clock.utc += 1.0
             mission.notify(Severity.WARNING, f"notice {number}")
             if number == 3:
-                mission.acknowledge([2], operator="Ada")
+                await mission.acknowledge([2], operator="Ada")
             mission.advance(1.0)
         subscription.close()
         events = [event async for event in subscription]

@@ -47,7 +47,7 @@ async def add_finding(
         raise InputDataError(
             f"latitude_deg, longitude_deg: the place is more than {MAX_DISTANCE_M / 1000:.0f} km from the mission."
         )
-    finding = commands.add_finding((east_m, north_m, 0.0), body.comment, operator=session.name)
+    finding = await commands.add_finding((east_m, north_m, 0.0), body.comment, operator=session.name)
     return convert.finding(finding, origin)
 
 
@@ -58,7 +58,7 @@ async def change_finding(
     """Confirm, reject, comment or assign a finding."""
     _find(mission, finding_id)
     change = FindingChange(body.status, body.comment, body.assignee)
-    finding = commands.change_finding(finding_id, change, operator=session.name)
+    finding = await commands.change_finding(finding_id, change, operator=session.name)
     return convert.finding(finding, mission.snapshot().origin)
 
 

@@ -101,4 +101,4 @@ async def override(
 @router.post("/notices/acknowledge", status_code=204, responses=_REFUSED)
 async def acknowledge(request: AcknowledgeRequest, commands: Commands, session: CurrentSession) -> None:
     """Acknowledge notices on behalf of all operators; ``MissionModel.acknowledgements`` lists them from then on."""
-    commands.acknowledge(request.notice_ids, operator=session.name)
+    await commands.acknowledge(request.notice_ids, operator=session.name)
