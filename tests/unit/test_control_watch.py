@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from aos_drivers.vehicle.control import ControlWatch
+from aos_drivers.vehicle.control import Climb, ControlWatch
 from aos_gcs.geometry.geodesy import GeodeticPosition
 
 GUIDED, BRAKE = frozenset({"GUIDED"}), frozenset({"BRAKE"})
@@ -56,6 +56,22 @@ def test_a_take_over_stays_one_when_the_pilot_returns_to_our_mode() -> None:
     control.reclaim()
     watch("GUIDED", start_s=6.0, control=control)
     assert control.reason == ""
+
+
+def test_a_mode_that_ends_a_take_off_is_a_take_over_below_its_top() -> None:
+    def climbing() -> ControlWatch:
+        control = watch("BRAKE")
+        control.begin(GUIDED, None, Climb(9.0, BRAKE))
+        return watch(*["GUIDED"] * 6, start_s=1.0, control=control)
+
+    arrived = climbing()
+    arrived.take_height(9.2)
+    watch("BRAKE", start_s=7.0, control=arrived)
+    assert arrived.reason == ""
+    stopped = climbing()
+    stopped.take_height(4.0)
+    watch("BRAKE", start_s=7.0, control=stopped)
+    assert stopped.reason == "its mode changed to BRAKE"
 
 
 def test_a_take_over_ends_with_the_motors() -> None:

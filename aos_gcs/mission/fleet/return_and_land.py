@@ -228,7 +228,8 @@ class ReturnAndLand:
     def _waits_for_us(member: Member) -> bool:
         """Return whether a vehicle needs a command: it has landed with running motors, or does not land on its own."""
         is_told_to_land = member.task is Task.LANDING and member.state.mode is FlightMode.RETURN
-        has_landed = member.state.mode in _COMING_DOWN and not member.airborne
+        # Motors of a vehicle that a pilot has landed are the pilot's.
+        has_landed = member.state.mode in _COMING_DOWN and not member.airborne and not member.state.taken_over
         return member.obeys_return or is_told_to_land or has_landed
 
     @staticmethod

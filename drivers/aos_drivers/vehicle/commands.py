@@ -7,7 +7,8 @@ from collections.abc import Callable
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from aos_drivers.vehicle.autopilots.base import Step, command_long
+from aos_drivers.vehicle.autopilots.base import HEIGHT_TOLERANCE_M, Step, command_long
+from aos_drivers.vehicle.control import Climb
 from aos_drivers.vehicle.record import VehicleRecord
 from aos_drivers.vehicle.transaction import Answer, CommandTransaction, result_text
 from aos_drivers.vehicle.waiting import CLOCK_RESOLUTION_S, Changes
@@ -20,7 +21,7 @@ _SILENCE_S = 5.0
 _ALWAYS_SENT = (Hold, ReturnToLaunch, Land)
 _SENT_IN_FAILSAFE = (ReturnToLaunch, Land, Disarm)
 """Commands that do not cancel a failsafe of the autopilot, as PX4's is by every waypoint and hold."""
-_NOT_SENT_TO_OTHERS = (Arm, Takeoff, Goto)
+_NOT_SENT_TO_OTHERS = (Arm, Disarm, Takeoff, Goto)
 """Commands that are refused while a vehicle is flown by a pilot or another station."""
 _SHOWN_BY_HEARTBEAT = frozenset({mavlink.MAV_CMD_DO_SET_MODE, mavlink.MAV_CMD_COMPONENT_ARM_DISARM})
 
@@ -74,7 +75,12 @@ class CommandRunner:
         record = self._record
         modes = record.autopilot.modes_by_command.get(type(command))
         if modes is not None:
-            record.control.begin(modes, command.position if isinstance(command, Goto) else None)
+            target = command.position if isinstance(command, Goto) else None
+            climb = None
+            if isinstance(command, Takeoff):
+                top_m = command.height_above_home_m - HEIGHT_TOLERANCE_M
+                climb = Climb(top_m, record.autopilot.modes_after_takeoff)
+            record.control.begin(modes, target, climb)
 
     def _check_vehicle(self, command: Command) -> None:
         record, control = self._record, self._record.control

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
@@ -34,6 +35,14 @@ _FAILSAFES: Mapping[int, str] = MappingProxyType(
 )
 
 
+@dataclass(frozen=True, slots=True)
+class Climb:
+    """Top of a take-off, and the modes that the autopilot enters by itself there."""
+
+    height_above_home_m: float
+    modes: frozenset[str]
+
+
 class ControlWatch:
     """Comparison of the mode and the target that an armed vehicle reports with those that we have commanded.
 
@@ -60,6 +69,8 @@ class ControlWatch:
         """Modes before it, and of the commands before it."""
         self._shown_at_s: float | None = None
         """Time at which a mode of the newest command was first reported."""
+        self._climb: Climb | None = None
+        """End of the take-off that is in progress."""
         self._forget_target()
 
     def _forget_target(self) -> None:
@@ -70,9 +81,10 @@ class ControlWatch:
         """Time from which reported targets are judged; None while a command is on its way."""
         self._strange_reports = 0
 
-    def begin(self, modes: frozenset[str], target: GeodeticPosition | None) -> None:
-        """Note that a command is sent which explains ``modes``, and flies to ``target``."""
+    def begin(self, modes: frozenset[str], target: GeodeticPosition | None, climb: Climb | None = None) -> None:
+        """Note that a command is sent which explains ``modes``, and flies to ``target``, or on top of a ``climb``."""
         self._older_modes = self._older_modes | self._modes | {self._mode_name}
+        self._climb = climb
         self._modes, self._shown_at_s = modes, None
         former = (*self._former, self._commanded, self._reported)
         self._former = tuple(each for each in former if each is not None)[-_FORMER_TARGETS:]
@@ -108,11 +120,19 @@ class ControlWatch:
             self._take_over(f"its mode changed to {mode_name}")
             self._modes, self._older_modes = frozenset({mode_name}), frozenset()
 
+    def take_height(self, height_above_home_m: float | None) -> None:
+        """Expect the modes that end a take-off once the vehicle is high enough; call it before ``take_heartbeat``."""
+        climb = self._climb
+        if climb is None or height_above_home_m is None:
+            return
+        if height_above_home_m >= climb.height_above_home_m:
+            self._modes, self._climb = self._modes | climb.modes, None
+
     def _stand_down(self) -> None:
         """Forget commands and take-overs when the motors stop."""
         self.reason = ""
         self._modes = self._older_modes = frozenset()
-        self._shown_at_s = None
+        self._shown_at_s = self._climb = None
         self._forget_target()
 
     def _is_explained(self, mode_name: str, our_modes: frozenset[str], now_s: float) -> bool:

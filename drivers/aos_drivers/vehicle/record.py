@@ -203,6 +203,7 @@ class VehicleRecord:
         ):
             telemetry.text = ""
         telemetry.heartbeat_at_s = self.delay.sent_at_s(now_s)
+        self.control.take_height(telemetry.height_above_home_m)
         self.control.take_heartbeat(telemetry.mode_name, heartbeat, autopilot.our_modes(), now_s)
 
     def take_telemetry(self, message: mavlink.MAVLink_message, now_s: float) -> None:

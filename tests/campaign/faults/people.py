@@ -25,6 +25,8 @@ HOVERING_MODES: Mapping[str, tuple[int, ...]] = {
     "px4": (Px4Mode.HOLD,),
 }
 """Modes that the station uses to hold, too."""
+NEAR_TOP_M = 3.0
+"""The station's tolerance of a take-off's height, and the climb while the vehicle brakes."""
 
 
 @dataclass(frozen=True)
@@ -46,8 +48,12 @@ class PilotTakesOver(Fault):
         vehicle = world.swarm.vehicle(self.vehicle_id)
         if not vehicle.autopilot.flight.airborne or world.oracle.has_fallen(self.vehicle_id):
             return
-        if self.mode == vehicle.autopilot.custom_mode():
+        autopilot = vehicle.autopilot
+        if self.mode == autopilot.custom_mode():
             return  # the mode that the station flies or holds it in: the choice changes nothing, and nothing shows it
+        height_m = autopilot.kinematics.position_enu_m[2]
+        if self.mode == Px4Mode.HOLD and height_m > autopilot.flight.target_enu_m[2] - NEAR_TOP_M:
+            return  # stops where PX4 enters this mode by itself at the end of a take-off
         with world.oracle.piloted(self.vehicle_id):
             vehicle.autopilot.select_mode(self.mode)
             await world.sleep(self.duration_s)

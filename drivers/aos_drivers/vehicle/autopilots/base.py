@@ -71,6 +71,8 @@ class AutopilotDialect(ABC):
     """Message that reports an image of the autopilot's own camera."""
     modes_by_command: ClassVar[Mapping[type[Command], frozenset[str]]] = MappingProxyType({})
     """Modes, by the autopilot's own names, that each command leads to."""
+    modes_after_takeoff: ClassVar[frozenset[str]] = frozenset()
+    """Modes that the autopilot enters by itself at the top of a take-off; below, only a pilot does."""
     quiet_message_ids: ClassVar[tuple[int, ...]] = ()
     """Unneeded streams that are on by default."""
 

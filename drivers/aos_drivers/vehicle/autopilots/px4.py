@@ -58,12 +58,13 @@ class Px4Dialect(MulticopterDialect):
     modes_by_command: ClassVar[Mapping[type[Command], frozenset[str]]] = MappingProxyType(
         {
             Arm: frozenset({"AUTO.READY", "AUTO.LOITER"}),
-            Takeoff: frozenset({"AUTO.TAKEOFF", "AUTO.LOITER"}),
+            Takeoff: frozenset({"AUTO.TAKEOFF"}),
             **dict.fromkeys((Goto, Hold), frozenset({"AUTO.LOITER"})),
             ReturnToLaunch: frozenset({"AUTO.RTL", "AUTO.LAND", "AUTO.PRECLAND"}),
             Land: frozenset({"AUTO.LAND"}),
         }
     )
+    modes_after_takeoff = frozenset({"AUTO.LOITER"})
     quiet_message_ids = (
         mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION,
         mavlink.MAVLINK_MSG_ID_ATTITUDE_TARGET,
