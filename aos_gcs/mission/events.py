@@ -50,36 +50,48 @@ class Subscription:
         return self._events.popleft()
 
 
-class EventStream:
-    """Numbers events and hands them to every subscriber.
+class Subscribers:
+    """Hands events to every subscriber.
 
     Buffered per subscriber; when full: drops that subscriber's oldest; many subscribers: each gets every event.
     """
 
-    def __init__(self, clock: Clock) -> None:
-        self._clock = clock
-        self._seq = 0
+    def __init__(self) -> None:
         self._subscriptions: dict[Subscription, None] = {}
 
-    def publish(self, kind: EventKind, data: EventData) -> Event:
-        """Number, stamp and distribute; returns at once."""
-        self._seq += 1
-        event = Event(self._seq, self._clock.utc_s(), kind, data)
+    def hand_out(self, event: Event) -> None:
+        """Give an event to all; returns at once."""
         for subscription in self._subscriptions:
             subscription.put(event)
-        return event
 
     def attach(self, capacity: int) -> Subscription:
-        """Follow the stream for as long as it lives."""
+        """Follow the events for as long as this object lives."""
         subscription = Subscription(capacity)
         self._subscriptions[subscription] = None
         return subscription
 
     @contextmanager
     def subscribe(self, capacity: int = DEFAULT_CAPACITY) -> Iterator[Subscription]:
-        """Follow the stream for as long as the context is entered."""
+        """Follow the events for as long as the context is entered."""
         subscription = self.attach(capacity)
         try:
             yield subscription
         finally:
             self._subscriptions.pop(subscription)
+
+
+class EventStream(Subscribers):
+    """Numbers events and hands them to every subscriber."""
+
+    def __init__(self, clock: Clock) -> None:
+        super().__init__()
+        self._clock = clock
+        self.count = 0
+        """Number of the latest event."""
+
+    def publish(self, kind: EventKind, data: EventData) -> Event:
+        """Number, stamp and distribute; returns at once."""
+        self.count += 1
+        event = Event(self.count, self._clock.utc_s(), kind, data)
+        self.hand_out(event)
+        return event

@@ -1,11 +1,11 @@
-"""Behaviour that the ports of a mission promise: of a live mission, of the tests' scripted one, and of a replay."""
+"""Behaviour that the ports of a mission promise: of a live one, of its mirror, of a scripted one, and of a replay."""
 
 from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator, Callable
 from contextlib import AbstractAsyncContextManager, asynccontextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -23,6 +23,7 @@ from aos_gcs.mission.model.steps import FocusSource, PictureKind
 from aos_gcs.ports import Safeguard, Severity
 from aos_gcs.store.reader import MissionReader
 from aos_gcs.store.replay import MissionReplay
+from tests.fakes.bridge import mirror_of
 from tests.fakes.mission import ScriptedMission
 from tests.fakes.mission_flight import flying, prepare
 from tests.fakes.recording import record
@@ -98,16 +99,23 @@ async def running(mission: ScriptedMission | MissionReplay) -> AsyncIterator[Non
     task.cancel()
 
 
+@asynccontextmanager
+async def mirrored(folder: Path) -> AsyncIterator[Mission]:
+    """Show and command a mission through messages, as another process does."""
+    async with coordinator(folder) as mission, mirror_of(mission.view, mission.commands) as mirror:
+        yield replace(mission, view=mirror, commands=mirror)
+
+
 Opener = Callable[[], AbstractAsyncContextManager[Mission]]
 
 
-@pytest.fixture(params=[coordinator, scripted, replay], ids=lambda opener: opener.__name__)
+@pytest.fixture(params=[coordinator, mirrored, scripted, replay], ids=lambda opener: opener.__name__)
 def open_mission(request: pytest.FixtureRequest, tmp_path: Path) -> Opener:
     """Open a mission of every kind; in the test, where time is virtual."""
     return partial(request.param, tmp_path / "m")
 
 
-@pytest.fixture(params=[coordinator, scripted], ids=lambda opener: opener.__name__)
+@pytest.fixture(params=[coordinator, mirrored, scripted], ids=lambda opener: opener.__name__)
 def open_commanded(request: pytest.FixtureRequest, tmp_path: Path) -> Opener:
     """Open a mission that takes commands."""
     return partial(request.param, tmp_path / "m")
