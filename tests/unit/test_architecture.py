@@ -146,8 +146,9 @@ def test_drivers_and_simulator_do_not_know_each_other() -> None:
 # --- libraries ------------------------------------------------------------------------------------------------------
 
 
-def test_pydantic_is_used_by_the_api_and_the_configuration_only() -> None:
-    outside = {name for name in importers_of({"pydantic"}) if not is_within(name, {"aos_gcs.api", "aos_gcs.config"})}
+def test_pydantic_is_used_where_data_come_in_only() -> None:
+    edges = {"aos_gcs.api", "aos_gcs.bridge", "aos_gcs.config"}
+    outside = {name for name in importers_of({"pydantic"}) if not is_within(name, edges)}
     assert outside == set()
 
 
