@@ -11,7 +11,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from aos_gcs.errors import CommandRefusedError
 from aos_gcs.ports import Goto, Hold, Land, ReturnToLaunch, Vehicle
 from aos_sim.vehicle.arducopter import CopterMode
-from aos_sim.vehicle.px4 import Px4Mode
+from aos_sim.vehicle.px4_modes import Px4Mode
 from tests.contract.vehicle_bench import DriverBench, open_driver, pairs
 
 each_pair = pairs(("mavsdk", "px4"), fake=False)

@@ -14,9 +14,10 @@ from aos_sim.vehicle.commands import AMSL_FRAMES, RELATIVE_FRAMES, TERRAIN_FRAME
 from aos_sim.vehicle.configuration import VehicleIdentity
 from aos_sim.vehicle.data_streams import requested_intervals_us
 from aos_sim.vehicle.fence import Fence
-from aos_sim.vehicle.flight import FlightSettings
+from aos_sim.vehicle.flight import FlightSettings, Manoeuvre
 from aos_sim.vehicle.kinematics import Kinematics
 from aos_sim.vehicle.parameters import Parameter, ParameterEncoding, ParameterType
+from aos_sim.vehicle.targets import Surroundings, TargetRequest, UnsupportedTargetError, copter_motion
 from aos_sim.vehicle.telemetry import COMMON_MESSAGES, MessageBuilder, ekf_status_report
 from aos_sim.vehicle.true_state import sim_state
 
@@ -26,6 +27,7 @@ class CopterMode(IntEnum):
 
     STABILIZE = 0
     ALT_HOLD = 2
+    AUTO = 3
     GUIDED = 4
     LOITER = 5
     RTL = 6
@@ -93,6 +95,7 @@ class ArduCopter(SimulatedAutopilot):
         Parameter("LAND_SPEED", 50, INT16),
         Parameter("LAND_ALT_LOW", 1000, INT16),
         Parameter("DISARM_DELAY", 10, INT8),
+        Parameter("GUID_TIMEOUT", 3.0),
         Parameter("ARMING_CHECK", 1, INT32),
         Parameter("FS_EKF_ACTION", 1, INT8),
         Parameter("FS_EKF_THRESH", 0.8),
@@ -123,6 +126,9 @@ class ArduCopter(SimulatedAutopilot):
     def __init__(self, identity: VehicleIdentity, kinematics: Kinematics) -> None:
         super().__init__(identity, kinematics)
         self._handlers["REQUEST_DATA_STREAM"] = self._on_request_data_stream
+        self._handlers["SET_POSITION_TARGET_LOCAL_NED"] = self._on_target
+        self._handlers["SET_POSITION_TARGET_GLOBAL_INT"] = self._on_target
+        self._commands[mavlink.MAV_CMD_MISSION_START] = self._start_mission
         self.parameters["MAV_SYSID"] = identity.system_id
         self._mode = CopterMode.STABILIZE
         self._link_lost = False
@@ -194,10 +200,19 @@ class ArduCopter(SimulatedAutopilot):
         if mode in MODES_WITH_POSITION and not self.position_known:
             self.tell(mavlink.MAV_SEVERITY_WARNING, f"Mode change to {mode.name} failed: requires position")
             return int(mavlink.MAV_RESULT_FAILED)
+        if mode is CopterMode.AUTO:
+            self.tell(mavlink.MAV_SEVERITY_WARNING, "Mode change to AUTO failed: init failed")
+            return int(mavlink.MAV_RESULT_FAILED)
         if mode is not self._mode:
             self._mode = mode
             self._begin_manoeuvre()
         return int(mavlink.MAV_RESULT_ACCEPTED)
+
+    def _start_mission(self, request: CommandRequest) -> int:
+        """Refuse: there never is a mission here, and ArduCopter always begins with its first item."""
+        if request.param(1) or request.param(2):
+            return int(mavlink.MAV_RESULT_DENIED)
+        return self.select_mode(CopterMode.AUTO)
 
     def _begin_manoeuvre(self) -> None:
         if not self.flight.airborne:
@@ -260,6 +275,26 @@ class ArduCopter(SimulatedAutopilot):
         if self.flight.airborne:
             self.flight.fly_to(target_enu_m, self.kinematics, self.now.s)
         return int(mavlink.MAV_RESULT_ACCEPTED)
+
+    def _on_target(self, message: mavlink.MAVLink_message) -> None:
+        """Fly a target in GUIDED, without an answer; a velocity lasts GUID_TIMEOUT, what is not understood stops."""
+        if self._mode is not CopterMode.GUIDED or not self.flight.airborne:
+            return
+        around = Surroundings(self.identity.frame, self.flight.home_enu_m, self.kinematics)
+        try:
+            motion = copter_motion(TargetRequest.of(message), around)
+        except UnsupportedTargetError:
+            self.flight.hold(self.kinematics, self.now.s)
+            return
+        place_enu_m = motion.place_enu_m
+        if place_enu_m is None or self.fence().breach(place_enu_m, self.flight.home_enu_m) is None:
+            self.flight.follow(motion, self.kinematics, self.now.s, max(self.parameters["GUID_TIMEOUT"], 0.1))
+
+    def send(self, message: mavlink.MAVLink_message) -> None:
+        """Put a message out; ArduCopter reports no target while it follows a velocity."""
+        follows = self.flight.manoeuvre is Manoeuvre.FOLLOW
+        if not (follows and message.get_msgId() == mavlink.MAVLINK_MSG_ID_POSITION_TARGET_GLOBAL_INT):
+            super().send(message)
 
     def _altitude_amsl_m(self, frame: int, altitude_m: float) -> float | None:
         origin_amsl_m = self.identity.frame.origin.altitude_amsl_m

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from enum import Enum, auto
+from typing import TypeAlias
 
 from aos_sim.vehicle.kinematics import EnuPoint, Kinematics
 
@@ -17,6 +18,36 @@ LANDING_LOOKAHEAD_M = 3.0
 """A landing aims this far below the vehicle: deep enough for the full rate, near enough to hold the place in wind."""
 
 FACE_TARGET_BEYOND_M = 2.0
+
+FOLLOW_GAIN_PER_S = 1.0
+"""Speed per metre that a followed position is away."""
+LEAD_S = 5.0
+LEAD_M = 10.0
+"""A velocity is flown towards a point so far ahead that the vehicle never brakes for it."""
+LEAST_SPEED_MPS = 1e-6
+"""Stands for no speed where a speed limit must not be zero."""
+
+Axes: TypeAlias = tuple[float | None, float | None, float | None]
+"""East, north, up; None where an axis is free."""
+FREE: Axes = (None, None, None)
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """Position and velocity that another program wants the vehicle to follow."""
+
+    position_enu_m: Axes
+    velocity_enu_mps: Axes
+    heading_rad: float | None
+    """None keeps the heading."""
+
+    @property
+    def place_enu_m(self) -> EnuPoint | None:
+        """The position, where it is all that is wanted."""
+        east_m, north_m, up_m = self.position_enu_m
+        if east_m is None or north_m is None or up_m is None or self.velocity_enu_mps != FREE:
+            return None
+        return east_m, north_m, up_m
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +93,8 @@ class Manoeuvre(Enum):
     TAKEOFF = auto()
     POSITION = auto()
     """Flying to, or hovering at, a position."""
+    FOLLOW = auto()
+    """Following a :class:`Motion`."""
     RETURN_CLIMB = auto()
     RETURN_CRUISE = auto()
     RETURN_LOITER = auto()
@@ -92,6 +125,8 @@ class FlightController:
         self._speed_override_mps: float | None = None
         self._climb_override_mps: float | None = None
         self._descent_override_mps: float | None = None
+        self._motion = Motion(FREE, FREE, None)
+        self._motion_lasts_s = math.inf
         self._phase_since_s = 0.0
         self._grounded_since_s: float | None = None
         self.setpoint = self._make_setpoint(kinematics)
@@ -143,6 +178,17 @@ class FlightController:
         elif self.settings.face_target:
             self._face(target_enu_m, kinematics)
         self._enter(Manoeuvre.POSITION, now_s)
+
+    def follow(self, motion: Motion, kinematics: Kinematics, now_s: float, lasts_s: float = math.inf) -> None:
+        """Follow a motion, and stop unless another one comes within ``lasts_s``."""
+        place_enu_m = motion.place_enu_m
+        if place_enu_m is not None:
+            self.fly_to(place_enu_m, kinematics, now_s, heading_rad=motion.heading_rad)
+            return
+        self._motion, self._motion_lasts_s = motion, lasts_s
+        if motion.heading_rad is not None:
+            self._heading_rad = motion.heading_rad % (2 * math.pi)
+        self._enter(Manoeuvre.FOLLOW, now_s)
 
     def hold(self, kinematics: Kinematics, now_s: float) -> None:
         """Stop as soon as possible and hover."""
@@ -198,6 +244,8 @@ class FlightController:
                 self._enter(Manoeuvre.RETURN_LOITER, now_s)
             case Manoeuvre.RETURN_LOITER if now_s - self._phase_since_s >= self.settings.return_loiter_s:
                 self._enter(Manoeuvre.LAND, now_s)
+            case Manoeuvre.FOLLOW if now_s - self._phase_since_s > self._motion_lasts_s:
+                self.hold(kinematics, now_s)
             case Manoeuvre.LAND:
                 return self._advance_landing(kinematics, now_s)
             case Manoeuvre.GROUNDED:
@@ -238,6 +286,8 @@ class FlightController:
 
     def _make_setpoint(self, kinematics: Kinematics) -> Setpoint:
         settings = self.settings
+        if self.manoeuvre is Manoeuvre.FOLLOW:
+            return self._following(kinematics)
         setpoint = Setpoint(
             lifting=self.armed and self.airborne,
             target_enu_m=self._target_enu_m,
@@ -257,4 +307,28 @@ class FlightController:
             setpoint,
             target_enu_m=(east_m, north_m, kinematics.position_enu_m[2] - LANDING_LOOKAHEAD_M),
             descent_mps=self.settings.land_speed_mps if slow else setpoint.descent_mps,
+        )
+
+    def _following(self, kinematics: Kinematics) -> Setpoint:
+        """Return the set-point of a motion: a point far ahead, at the motion's speed."""
+        here_enu_m = kinematics.position_enu_m
+        wanted_enu_mps = [
+            (velocity_mps or 0.0) + (0.0 if place_m is None else FOLLOW_GAIN_PER_S * (place_m - here_m))
+            for place_m, velocity_mps, here_m in zip(
+                self._motion.position_enu_m, self._motion.velocity_enu_mps, here_enu_m, strict=True
+            )
+        ]
+        speed_mps = max(math.hypot(*wanted_enu_mps), LEAST_SPEED_MPS)
+        east_m, north_m, up_m = (
+            here_m + (LEAD_S + LEAD_M / speed_mps) * wanted_mps if speed_mps > LEAST_SPEED_MPS else here_m
+            for here_m, wanted_mps in zip(here_enu_m, wanted_enu_mps, strict=True)
+        )
+        self._target_enu_m = here_enu_m
+        return Setpoint(
+            lifting=self.armed,
+            target_enu_m=(east_m, north_m, up_m),
+            speed_mps=max(math.hypot(*wanted_enu_mps[:2]), LEAST_SPEED_MPS),
+            climb_mps=max(wanted_enu_mps[2], LEAST_SPEED_MPS),
+            descent_mps=max(-wanted_enu_mps[2], LEAST_SPEED_MPS),
+            heading_rad=self._heading_rad,
         )

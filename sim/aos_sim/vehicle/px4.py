@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from enum import IntEnum
 from functools import partial
 from typing import ClassVar
 
@@ -17,28 +16,17 @@ from aos_sim.vehicle.fence import Fence
 from aos_sim.vehicle.flight import FlightEvent, FlightSettings
 from aos_sim.vehicle.kinematics import Kinematics
 from aos_sim.vehicle.parameters import Parameter, ParameterEncoding, ParameterType
+from aos_sim.vehicle.px4_modes import (
+    MODES_NOT_ARMABLE,
+    OFFBOARD_LOSS_MODES,
+    PILOT_MODES,
+    Px4Mode,
+    custom_mode_of,
+    mode_name,
+)
+from aos_sim.vehicle.targets import Surroundings, TargetRequest, UnsupportedTargetError, px4_motion
 from aos_sim.vehicle.telemetry import COMMON_MESSAGES, SENSORS, MessageBuilder, estimator_status, sys_status
 from aos_sim.vehicle.true_state import hil_state_quaternion
-
-
-def _custom_mode(main: int, sub: int = 0) -> int:
-    return main << 16 | sub << 24
-
-
-class Px4Mode(IntEnum):
-    """Custom modes of PX4 that the simulator knows: main mode in bits 16 to 23, sub mode above."""
-
-    MANUAL = _custom_mode(1)
-    ALTITUDE = _custom_mode(2)
-    POSITION = _custom_mode(3)
-    TAKEOFF = _custom_mode(4, 2)
-    HOLD = _custom_mode(4, 3)
-    RETURN = _custom_mode(4, 5)
-    LAND = _custom_mode(4, 6)
-
-
-PILOT_MODES = (Px4Mode.MANUAL, Px4Mode.ALTITUDE, Px4Mode.POSITION)
-MODES_NOT_ARMABLE = (Px4Mode.RETURN, Px4Mode.LAND)
 
 INT32 = ParameterType.INT32
 
@@ -90,6 +78,8 @@ class Px4(SimulatedAutopilot):
         Parameter("COM_DL_LOSS_T", 10, INT32),
         Parameter("COM_DLL_EXCEPT", 0, INT32),
         Parameter("COM_FAIL_ACT_T", 5.0),
+        Parameter("COM_OF_LOSS_T", 1.0),
+        Parameter("COM_OBL_RC_ACT", 0, INT32),
         Parameter("COM_DISARM_LAND", 2.0),
         Parameter("COM_DISARM_PRFLT", 10.0),
         Parameter("COM_LOW_BAT_ACT", BATTERY_RETURN, INT32),
@@ -126,6 +116,11 @@ class Px4(SimulatedAutopilot):
     def __init__(self, identity: VehicleIdentity, kinematics: Kinematics) -> None:
         super().__init__(identity, kinematics)
         self.parameters["MAV_SYS_ID"] = identity.system_id
+        self._handlers["SET_POSITION_TARGET_LOCAL_NED"] = self._on_target
+        self._handlers["SET_POSITION_TARGET_GLOBAL_INT"] = self._on_target
+        self._commands[mavlink.MAV_CMD_MISSION_START] = self._start_mission
+        self._target_at_s = -math.inf
+        """Time of the latest target for OFFBOARD."""
         self._mode = Px4Mode.HOLD
         self._causes: frozenset[str] = frozenset()
         """Causes of failsafes, in the words of the status text."""
@@ -190,7 +185,7 @@ class Px4(SimulatedAutopilot):
 
     def requested_mode(self, request: CommandRequest) -> int:
         """Return the custom mode that a DO_SET_MODE asks for: main and sub mode."""
-        return _custom_mode(round(request.param(2)), round(request.param(3)))
+        return custom_mode_of(round(request.param(2)), round(request.param(3)))
 
     def select_mode(self, custom_mode: int) -> int:
         """Change the mode and begin its manoeuvre.
@@ -198,8 +193,12 @@ class Px4(SimulatedAutopilot):
         Selecting the present mode changes nothing: HOLD does not stop a reposition, which is flown in HOLD already.
         A DO_REPOSITION without a place does.
         """
-        if custom_mode not in tuple(Px4Mode) or not self.position_known:
-            self.tell(mavlink.MAV_SEVERITY_CRITICAL, "Mode change denied: mode not available")
+        has_no_stream = custom_mode == Px4Mode.OFFBOARD and self._offboard_is_lost()
+        is_unavailable = custom_mode not in tuple(Px4Mode) or custom_mode == Px4Mode.MISSION or has_no_stream
+        if is_unavailable or not self.position_known:
+            self.tell(
+                mavlink.MAV_SEVERITY_CRITICAL, f"Switching to {mode_name(custom_mode)} is currently not available"
+            )
             return int(mavlink.MAV_RESULT_TEMPORARILY_REJECTED)
         self._user_took_over = True
         self._enter(Px4Mode(custom_mode))
@@ -301,6 +300,26 @@ class Px4(SimulatedAutopilot):
             self.flight.fly_to(target_enu_m, self.kinematics, self.now.s, speed_mps, heading_rad)
         return answer
 
+    def _start_mission(self, _: CommandRequest) -> int:
+        """Refuse: there never is a mission here."""
+        self.tell(mavlink.MAV_SEVERITY_CRITICAL, "Mission start denied! No valid mission")
+        return int(mavlink.MAV_RESULT_DENIED)
+
+    def _on_target(self, message: mavlink.MAVLink_message) -> None:
+        """Note that a target has come, and fly it in OFFBOARD, without an answer."""
+        around = Surroundings(self.identity.frame, self.flight.home_enu_m, self.kinematics)
+        try:
+            motion = px4_motion(TargetRequest.of(message), around)
+        except UnsupportedTargetError:
+            self.tell(mavlink.MAV_SEVERITY_CRITICAL, f"{message.get_type()} invalid")
+            return
+        self._target_at_s = self.now.s
+        if self._mode is Px4Mode.OFFBOARD and self.flight.armed:
+            self.flight.follow(motion, self.kinematics, self.now.s)
+
+    def _offboard_is_lost(self) -> bool:
+        return self.now.s - self._target_at_s > self.parameters["COM_OF_LOSS_T"]
+
     def _pause(self) -> int:
         self._mode = Px4Mode.HOLD
         if self.flight.airborne:
@@ -327,6 +346,9 @@ class Px4(SimulatedAutopilot):
 
         A return goes on when its cause has ended. The same cause does not act again before it has ended.
         """
+        if self._mode is Px4Mode.OFFBOARD and self._offboard_is_lost():
+            self.tell(mavlink.MAV_SEVERITY_CRITICAL, "No offboard signal")
+            self._enter(OFFBOARD_LOSS_MODES.get(int(self.parameters["COM_OBL_RC_ACT"]), Px4Mode.POSITION))
         causes = self._failsafe_causes()
         found, self._causes = causes - self._causes, causes
         for cause in found:

@@ -12,7 +12,7 @@ import numpy as np
 from aos_gcs.errors import MissionError
 from aos_gcs.mission.model.actions import Action
 from aos_sim.vehicle.arducopter import CopterMode
-from aos_sim.vehicle.px4 import Px4Mode
+from aos_sim.vehicle.px4_modes import Px4Mode
 from tests.campaign.faults.base import Basis, Fault, draw_duration, draw_time
 from tests.campaign.world import World
 
