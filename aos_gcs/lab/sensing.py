@@ -93,7 +93,7 @@ class GeometricSensor:
         )
 
     def _detect(self, views: TargetViews, counts: NDArray[np.uint16], poses: list[Pose]) -> _Detection:
-        rows, columns = np.nonzero(counts)
+        rows, columns = np.nonzero(counts > 0)
         if len(rows) == 0:
             return _Detection(0.0, None, np.zeros(len(poses)), None, None)
         height, width = counts.shape
@@ -105,9 +105,9 @@ class GeometricSensor:
         else:
             fitness = np.array([area_in_view_px(cells, grid, camera, pose) for pose in poses])
         centroid_enu_m = cells.centroid_enu_m(grid)
-        distances = [distance_to_centre(centroid_enu_m, camera, pose) for pose in poses]
         masks = TargetMasks(views.seen, views.west_m, views.north_m, views.resolution_m)
-        return _Detection(cells.area_m2(grid), centroid_enu_m, fitness, choose_leader(fitness, distances) + 1, masks)
+        leader = choose_leader(fitness, lambda row: distance_to_centre(centroid_enu_m, camera, poses[row]))
+        return _Detection(cells.area_m2(grid), centroid_enu_m, fitness, leader + 1, masks)
 
 
 @dataclass(frozen=True, slots=True)

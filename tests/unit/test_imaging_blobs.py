@@ -121,9 +121,9 @@ def test_contribution_counts_only_the_own_cells_inside_the_blob() -> None:
 
 
 def test_ties_go_to_the_view_whose_blob_is_nearest_to_the_centre() -> None:
-    assert choose_leader(np.array([1.0, 3.0, 3.0 - 1e-12, 2.0]), [0.0, 0.3, 0.1, 0.0]) == 2
-    assert choose_leader(np.array([1.0, 3.0, 2.9]), [0.0, 0.3, 0.1]) == 1
-    assert choose_leader(np.zeros(2), [0.2, 0.1]) == 1
+    assert choose_leader(np.array([1.0, 3.0, 3.0 - 1e-12, 2.0]), [0.0, 0.3, 0.1, 0.0].__getitem__) == 2
+    assert choose_leader(np.array([1.0, 3.0, 2.9]), [0.0, 0.3, 0.1].__getitem__) == 1
+    assert choose_leader(np.zeros(2), [0.2, 0.1].__getitem__) == 1
 
 
 @given(heading=st.floats(0, 6.3), height_m=st.floats(20.0, 40.0), resolution_m=st.sampled_from([None, 0.3, 0.7, 1.7]))

@@ -3,6 +3,7 @@
 import json
 from dataclasses import dataclass, replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,8 +12,17 @@ from scipy.spatial.distance import pdist
 
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.store.codec import decode, encode
+from aos_gcs.swarm.archive.plan import choose_lines
 from aos_gcs.swarm.archive.raster import CELL_M, CELLS, SIDE, anchor_of
-from aos_gcs.swarm.archive.strategy import FORGET_STEPS, SEARCH_STEPS, ArchiveState, ArchiveStrategy, make_aos_archive
+from aos_gcs.swarm.archive.strategy import (
+    FORGET_STEPS,
+    REPLAN_WAY_M,
+    REST_STEPS,
+    SEARCH_STEPS,
+    ArchiveState,
+    ArchiveStrategy,
+    make_aos_archive,
+)
 from aos_gcs.swarm.model import Observation, TargetMasks
 from aos_gcs.swarm.registry import make_strategy
 from tests.fakes.silhouettes import footprints
@@ -154,6 +164,25 @@ class TestFlight:
         assert flight.state.target.is_moving
         assert np.median(flight.target_error_m[-10:]) < 1.0
         assert flight.visibility[-20:].mean() > 0.2
+
+    def test_lines_are_chosen_anew_after_some_metres_and_rarely_at_rest(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        chosen_at: list[int] = []
+        asked: list[int] = []
+
+        def counted(*arguments: Any) -> FloatArray:
+            chosen_at.append(len(asked))
+            return choose_lines(*arguments)
+
+        monkeypatch.setattr("aos_gcs.swarm.archive.strategy.choose_lines", counted)
+        strategy, forest, rng = make_aos_archive({}), ToyForest.grow(1), np.random.default_rng(1)
+        state, positions = strategy.init(NORTH), line_of(6, north_m=-8.0)
+        for step in range(60):
+            asked.append(step)
+            seen = look(forest, np.zeros(2), positions, layers(6))
+            positions, state = strategy.ask(strategy.tell(state, seen.observation), rng)
+        gaps = np.diff(chosen_at)
+        assert gaps.min() == REPLAN_WAY_M / strategy.parameters.max_step_m
+        assert gaps.max() == REST_STEPS
 
 
 class TestState:

@@ -1,5 +1,6 @@
 """The parts of the archive strategy: raster, body, target, looks, selection, exploration, plan, moves."""
 
+from collections.abc import Sequence
 from itertools import combinations
 
 import numpy as np
@@ -7,14 +8,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from scipy.spatial.distance import pdist
+from scipy.spatial.distance import cdist, pdist
 
-from aos_gcs.swarm.archive.body import learnt_body
-from aos_gcs.swarm.archive.exploration import expected_masks, lattice
+from aos_gcs.swarm.archive.body import learnt_body, voxel_cells
+from aos_gcs.swarm.archive.exploration import NEGLIGIBLE, expected_masks, kernel, lattice, likeness
 from aos_gcs.swarm.archive.looks import Canopy, no_looks, with_looks
 from aos_gcs.swarm.archive.moves import assigned, kept_apart, stepped
 from aos_gcs.swarm.archive.parameters import ArchiveParameters
-from aos_gcs.swarm.archive.plan import plan
+from aos_gcs.swarm.archive.plan import choose_lines, goals_along
 from aos_gcs.swarm.archive.raster import (
     CELL_M,
     CELLS,
@@ -25,7 +26,7 @@ from aos_gcs.swarm.archive.raster import (
     shifted,
     unpacked,
 )
-from aos_gcs.swarm.archive.selection import Outlook, Views, choose_views, still_held
+from aos_gcs.swarm.archive.selection import Views, choose_views, still_held
 from aos_gcs.swarm.archive.target import after_sighting, first_sighting, ground_point, is_elsewhere, out_of_view
 from aos_gcs.swarm.model import TargetMasks
 from tests.fakes.silhouettes import footprints
@@ -84,10 +85,8 @@ class TestRaster:
 
 def body_learnt_from(shown: NDArray[np.bool_], slopes: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Return the footprints under the same slopes, as the looks let one expect them."""
-    body = learnt_body(
-        shown.astype(np.float32), slopes, 40.0, np.zeros(2), prior_height_m=1.75, prior_radius_m=0.15
-    )  # fmt: skip
-    return body.footprints(slopes, 40.0)
+    cells = voxel_cells(slopes, 40.0, np.zeros(2))
+    return learnt_body(shown.astype(np.float32), cells, prior_height_m=1.75, prior_radius_m=0.15).footprints(cells)
 
 
 def agreement(first: NDArray[np.bool_], second: NDArray[np.bool_]) -> float:
@@ -99,11 +98,15 @@ class TestBody:
     def test_at_first_it_is_upright(self) -> None:
         slopes = lattice(13.0, 4.0) / 40.0
         upright = footprints(slopes, 40.0, body_height_m=1.75, body_radius_m=0.15)
-        body = learnt_body(
-            np.zeros((0, CELLS), np.float32), np.zeros((0, 2)), 40.0, np.zeros(2),
-            prior_height_m=1.75, prior_radius_m=0.15,
-        )  # fmt: skip
-        assert agreement(body.footprints(slopes, 40.0), upright) > 0.6
+        cells = voxel_cells(slopes, 40.0, np.zeros(2))
+        body = learnt_body(np.zeros((0, CELLS), np.float32), cells[:0], prior_height_m=1.75, prior_radius_m=0.15)
+        assert agreement(body.footprints(cells), upright) > 0.6
+
+    def test_voxels_beyond_the_raster_cover_nothing(self) -> None:
+        cells = voxel_cells(np.array([[0.0, 0.0], [3.0, 0.0], [0.0, -3.0]]), 40.0, np.zeros(2))
+        assert cells[0].max() < CELLS
+        assert (cells[1:] == CELLS).any()
+        assert cells.min() >= 0
 
     def test_it_lies_away_from_the_camera_and_longer_the_more_oblique(self) -> None:
         slopes = np.array([[0.0, 0.0], [0.2, 0.0], [0.35, 0.0]])
@@ -210,6 +213,12 @@ def random_views(rng: np.random.Generator, count: int, cells: int = 30) -> Views
     return Views(shown.astype(np.float32), footprint.astype(np.float32), conflicts)
 
 
+def score_of(views: Views, chosen: Sequence[int], area_exponent: float) -> float:
+    rows = list(chosen)
+    seen = float(np.sum(1.0 - np.prod(1.0 - views.shown[rows], axis=0)))
+    return seen ** (1.0 + area_exponent) / float(views.footprints[rows].max(axis=0).sum())
+
+
 class TestSelection:
     @pytest.mark.parametrize("area_exponent", [0.0, 0.5])
     def test_it_comes_close_to_the_best_of_all_sets(self, area_exponent: float) -> None:
@@ -220,8 +229,8 @@ class TestSelection:
             fits = [
                 s for s in combinations(range(9), 3) if not views.conflicts[np.ix_(s, s)][~np.eye(3, dtype=bool)].any()
             ]
-            best = max(Outlook.of(views, s).score(area_exponent) for s in fits)
-            shares.append(Outlook.of(views, chosen.tolist()).score(area_exponent) / best)
+            best = max(score_of(views, s, area_exponent) for s in fits)
+            shares.append(score_of(views, chosen.tolist(), area_exponent) / best)
         assert min(shares) > 0.85
         assert np.mean(shares) > 0.97
 
@@ -267,11 +276,20 @@ class TestExploration:
         assert len(points) == pytest.approx(np.pi * 100.0 / np.sqrt(0.75), rel=0.03)
 
     def test_unknown_lines_promise_what_is_hoped_for_and_known_ones_what_was_seen(self) -> None:
-        masks, footprint = np.array([[True, False]]), np.ones((2, 2), np.bool_)
+        masks, footprint = np.array([[1.0, 0.0]], dtype=np.float32), np.ones((2, 2), np.bool_)
         weights = np.array([[0.0], [100.0]], dtype=np.float32)
         far, near = expected_masks(weights, masks, footprint, 0.2)
         assert np.allclose(far, 0.2)
         assert np.allclose(near, [1.0, 0.0], atol=0.01)
+
+    def test_the_fast_kernel_is_the_kernel(self) -> None:
+        rng = np.random.default_rng(5)
+        # Far from the origin, where multiplying out costs most digits.
+        first, second = (rng.uniform(500.0, 505.0, (count, 4)) for count in (30, 20))
+        expected = kernel(cdist(first, second), 0.5)
+        weights = likeness(first, second, 0.5)
+        assert np.abs(weights - expected).max() < 2 * NEGLIGIBLE
+        assert weights[weights > 0.0].min() >= NEGLIGIBLE
 
 
 class TestPlan:
@@ -286,11 +304,10 @@ class TestPlan:
             no_looks(), parameters.canopy, lines, masks=shown, anchor=anchor, drift_enu_m=np.zeros(2)
         )  # fmt: skip
         heights_m = np.full(4, 40.0)
-        goals = plan(
-            looks, first_sighting(np.zeros(2)), positions_enu_m=lattice(8.0, 4.0)[:4], heights_m=heights_m,
-            held_enu_m=None, parameters=parameters,
-        )  # fmt: skip
-        slopes_planned: NDArray[np.float64] = goals.positions_enu_m / heights_m[:, None]
+        target = first_sighting(np.zeros(2))
+        lines_m = choose_lines(looks, target, heights_m, None, parameters)
+        goals_m = goals_along(lines_m, target, lattice(8.0, 4.0)[:4], heights_m, parameters.canopy)
+        slopes_planned: NDArray[np.float64] = goals_m / heights_m[:, None]
         return slopes_planned
 
     def test_good_lines_are_held_and_bad_ones_left(self) -> None:

@@ -64,7 +64,11 @@ def judge(
     sightings = tuple(sight(cells, grid, marked) for cells in blobs)
     largest, centre_enu_m = blobs[0], sightings[0].blob.centroid_enu_m
     fitness = np.array([_fitness(one, largest, grid, settings.leader_criterion) for one in present.values()])
-    distances = [distance_to_centre(centre_enu_m, one.frame.camera.ideal(), one.frame.pose) for one in present.values()]
+    frames = [one.frame for one in present.values()]
+
+    def distance_of(row: int) -> float:
+        return distance_to_centre(centre_enu_m, frames[row].camera.ideal(), frames[row].pose)
+
     shown = present_count[largest.rows, largest.columns] >= settings.minimum_count
     return Judgement(
         anomaly_count=anomaly_count,
@@ -72,7 +76,7 @@ def judge(
         vehicle_ids=tuple(present),
         fitness=fitness,
         history=views_to_keep(largest, grid, marked, past, settings.history_frames),
-        leader_id=tuple(present)[choose_leader(fitness, distances)],
+        leader_id=tuple(present)[choose_leader(fitness, distance_of)],
         masks=masks_around(centre_enu_m, grid, [one.marks for one in present.values()]),
         present_m2=float(np.count_nonzero(shown)) * grid.resolution_m**2,
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,10 +50,15 @@ def distance_to_centre(point_enu_m: Sequence[float], camera: CameraModel, pose: 
     return float(np.nan_to_num(np.linalg.norm(offset) / camera.width_px, nan=np.inf))
 
 
-def choose_leader(fitness: NDArray[np.float64], distances_to_centre: Sequence[float]) -> int:
-    """Return the index of the greatest fitness; ties go to the smallest distance, then to the first."""
+def choose_leader(fitness: NDArray[np.float64], distance_of: Callable[[int], float]) -> int:
+    """Return the index of the greatest fitness; ties go to the smallest distance to the centre, then to the first.
+
+    Args:
+        fitness: fitness of the views.
+        distance_of: distance to the centre of the view of an index; asked about those of the greatest fitness.
+    """
     tied = np.flatnonzero(fitness >= fitness.max() * (1.0 - TIE_TOLERANCE))
-    return min((int(index) for index in tied), key=distances_to_centre.__getitem__)
+    return min((int(index) for index in tied), key=distance_of)
 
 
 def masks_around(

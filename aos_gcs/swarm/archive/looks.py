@@ -43,13 +43,13 @@ class Canopy:
 
     def distances_m(self, first: Sightlines, second: Sightlines) -> FloatArray:
         """Return how far apart lines of sight are within the canopy, shape (n, k)."""
-        return np.asarray(cdist(self._coordinates_m(first), self._coordinates_m(second)))
+        return np.asarray(cdist(self.coordinates_m(first), self.coordinates_m(second)))
 
     def turned_m(self, first: Sightlines, second: Sightlines) -> FloatArray:
         """Return how far apart lines through the same crossings are at the canopy's edges, pair by pair, shape (n,)."""
         return np.asarray(self.half_depth_m * np.linalg.norm(first.slopes - second.slopes, axis=1))
 
-    def _coordinates_m(self, lines: Sightlines) -> FloatArray:
+    def coordinates_m(self, lines: Sightlines) -> FloatArray:
         """Return lines as points whose distance is that of the lines, shape (n, 4)."""
         return np.hstack([lines.crossings_enu_m, self.half_depth_m * lines.slopes])
 

@@ -8,14 +8,15 @@ disappoints is known from then on, so that its drone goes to look along another 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 
-from aos_gcs.swarm.archive.body import learnt_body
-from aos_gcs.swarm.archive.exploration import KNOWN, expected_masks, kernel, lattice
-from aos_gcs.swarm.archive.looks import Looks, Sightlines, joined_lines
+from aos_gcs.swarm.archive.body import learnt_body, voxel_cells
+from aos_gcs.swarm.archive.exploration import KNOWN, expected_masks, kernel, lattice, likeness
+from aos_gcs.swarm.archive.looks import Canopy, Looks, Sightlines, joined_lines
 from aos_gcs.swarm.archive.moves import assigned
 from aos_gcs.swarm.archive.parameters import ArchiveParameters
 from aos_gcs.swarm.archive.raster import CELL_M, BoolArray, FloatArray, IntArray, anchor_of
@@ -30,16 +31,6 @@ SAME_VIEW_M = 0.4
 """Distance in the canopy below which a candidate is the view chosen the step before."""
 SURELY_SEEN = 0.5
 """Probability from which a cell belongs to the target's image, whatever the model of the body says."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Goals:
-    """Result of a decision."""
-
-    positions_enu_m: NDArray[np.float64]
-    """Goals of all drones, shape (n, 2)."""
-    held_enu_m: NDArray[np.float64]
-    """Crossings of the chosen lines of sight with the canopy, shape (k, 2)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,79 +65,99 @@ class Prospect:
         usable = np.flatnonzero(within & (self.confidence > MIN_CONFIDENCE) & (showing > 0.0))
         return usable[np.argsort(-showing[usable], kind="stable")[:MAX_CANDIDATES]]
 
-    def positions(self, slopes: FloatArray, heights_m: FloatArray) -> FloatArray:
-        """Return where drones at heights of shape (n,) see the target under slopes (k, 2), shape (n, k, 2)."""
-        return np.asarray(self.target_enu_m + slopes * heights_m[:, None, None])
 
-
-def plan(
+def choose_lines(
     looks: Looks,
     target: TargetEstimate,
-    *,
-    positions_enu_m: FloatArray,
     heights_m: FloatArray,
     held_enu_m: FloatArray | None,
     parameters: ArchiveParameters,
-) -> Goals:
-    """Return where the drones should go.
+) -> FloatArray:
+    """Return the crossings with the canopy of the lines along which to look, at most one per drone, shape (k, 2).
 
     Args:
         looks: the archive.
         target: target of the looks.
-        positions_enu_m: positions of the drones in the order of their ids, shape (n, 2).
         heights_m: heights of the drones above the focal plane, shape (n,).
-        held_enu_m: crossings held by the previous decision, or None.
+        held_enu_m: crossings chosen before, or None.
         parameters: parameters of the strategy.
     """
     # Whole metres, so that the spots stay where they are while heights are measured with noise.
     prospect = Prospect.of(looks, target, round(float(heights_m.mean())), parameters)
     lines, views = _candidates(looks, prospect, parameters)
     held = [] if held_enu_m is None else _still_held(lines, views, held_enu_m)
-    chosen = choose_views(views, len(positions_enu_m), held, parameters.area_exponent, parameters.hysteresis)
-    lines = lines[chosen]
+    chosen = choose_views(views, len(heights_m), held, parameters.area_exponent, parameters.hysteresis)
+    return np.asarray(lines.crossings_enu_m[chosen])
 
+
+def goals_along(
+    crossings_enu_m: FloatArray,
+    target: TargetEstimate,
+    positions_enu_m: FloatArray,
+    heights_m: FloatArray,
+    canopy: Canopy,
+) -> FloatArray:
+    """Return where each drone goes to look along one of these lines, shape (n, 2).
+
+    Args:
+        crossings_enu_m: crossings of the lines with the canopy, shape (k, 2); drones beyond their number stay.
+        target: target to look at.
+        positions_enu_m: positions of the drones in the order of their ids, shape (n, 2).
+        heights_m: heights of the drones above the focal plane, shape (n,).
+        canopy: canopy that the lines pass.
+    """
+    target_enu_m = target.position_enu_m + target.next_way_m
+    slopes = canopy.lines_through(target_enu_m, crossings_enu_m).slopes
+    view_goals_m = target_enu_m + slopes * heights_m[:, None, None]
     goals_m = positions_enu_m + target.next_way_m
-    view_goals_m = prospect.positions(lines.slopes, heights_m)
     goal_of = assigned(goals_m, view_goals_m)
     sent = np.flatnonzero(goal_of >= 0)
     goals_m[sent] = view_goals_m[sent, goal_of[sent]]
-    return Goals(goals_m, lines.crossings_enu_m)
+    return goals_m
+
+
+@lru_cache(maxsize=4)
+def _spots(radius_m: float, pitch_m: float, height_m: float) -> tuple[FloatArray, NDArray[np.int16]]:
+    """Return the slopes of all spots, shape (p, 2), and the cells that voxels are seen on from there."""
+    slopes = lattice(radius_m, pitch_m) / height_m
+    return slopes, voxel_cells(slopes, height_m, np.zeros(2))
 
 
 def _candidates(looks: Looks, prospect: Prospect, parameters: ArchiveParameters) -> tuple[Sightlines, Views]:
     """Return the lines that drones may look along, and what is expected of them: the best looks, and open spots."""
     canopy, height_m = parameters.canopy, prospect.height_m
     best = prospect.best_looks(parameters.aperture_radius_m)
-    known, confidence = prospect.lines[best], prospect.confidence[best, None]
-    lattice_m = lattice(parameters.aperture_radius_m, parameters.spot_pitch_m)
-    spots = canopy.lines_of_slopes(prospect.target_enu_m, lattice_m / height_m)
-    weights = kernel(canopy.distances_m(spots, looks.lines), parameters.kernel_m).astype(np.float32)
+    known, confidence = prospect.lines[best], prospect.confidence[best, None].astype(np.float32)
+    spot_slopes, spot_cells = _spots(parameters.aperture_radius_m, parameters.spot_pitch_m, height_m)
+    spots = canopy.lines_of_slopes(prospect.target_enu_m, spot_slopes)
+    weights = likeness(canopy.coordinates_m(spots), canopy.coordinates_m(looks.lines), parameters.kernel_m)
     is_open = weights.max(axis=1, initial=0.0) < KNOWN
     spots, weights = spots[is_open], weights[is_open]
 
+    known_masks = prospect.masks[best].astype(np.float32)
+    offset_m = prospect.target_enu_m - CELL_M * anchor_of(prospect.target_enu_m)
+    known_cells = voxel_cells(known.slopes, height_m, offset_m)
     body = learnt_body(
-        (prospect.masks[best] * confidence).astype(np.float32),
-        known.slopes,
-        height_m,
-        prospect.target_enu_m - CELL_M * anchor_of(prospect.target_enu_m),
+        known_masks * confidence,
+        known_cells,
         prior_height_m=parameters.body_height_m,
         prior_radius_m=parameters.body_radius_m,
     )
-    known_footprints = body.footprints(known.slopes, height_m) | prospect.masks[best]
-    spot_footprints = body.footprints(spots.slopes, height_m)
+    known_footprints = body.footprints(known_cells) | prospect.masks[best]
+    spot_footprints = body.footprints(spot_cells[is_open])
     # Sums over the cells that anything may be seen on, which are a third of the raster.
-    cells = known_footprints.any(axis=0) | spot_footprints.any(axis=0)
+    cells = np.flatnonzero(known_footprints.any(axis=0) | spot_footprints.any(axis=0))
     known_footprints, spot_footprints = known_footprints[:, cells], spot_footprints[:, cells]
-    masks, hope = prospect.masks[:, cells], parameters.optimism
+    masks, hope = prospect.masks[:, cells].astype(np.float32), np.float32(parameters.optimism)
     shown = confidence * masks[best] + (1.0 - confidence) * hope * known_footprints
-    expected = expected_masks(weights, masks, spot_footprints, hope)
+    expected = expected_masks(weights, masks, spot_footprints, parameters.optimism)
 
     lines = joined_lines(known, spots)
     places_m = lines.slopes * height_m
     views = Views(
-        np.vstack([shown, expected]).astype(np.float32),
+        np.vstack([shown, expected]),
         np.vstack([known_footprints, spot_footprints | (expected > SURELY_SEEN)]).astype(np.float32),
-        cdist(places_m, places_m) < parameters.view_spacing_m,
+        cdist(places_m, places_m, "sqeuclidean") < parameters.view_spacing_m**2,
     )
     return lines, views
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from aos_gcs.swarm.archive.raster import FloatArray, IntArray
 
 MAX_SWEEPS = 3
-"""Limit of the exchanges over all views; a choice that starts from the last one settles after one or two."""
+"""Limit of the exchanges per view; a choice that starts from the last one settles after one or two."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,40 +29,9 @@ class Views:
         return len(self.shown)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Outlook:
-    """Parts of the target that a set of views leaves unseen."""
-
-    hidden: NDArray[np.float32]
-    """Probability that no view shows a cell, shape (cells,)."""
-    uncovered: NDArray[np.float32]
-    """1 where no footprint lies, else 0, shape (cells,)."""
-
-    @classmethod
-    def of(cls, views: Views, chosen: Sequence[int]) -> Outlook:
-        """Return the outlook of the chosen views; none at all leaves everything hidden."""
-        rows = list(chosen)
-        return cls(
-            np.prod(1.0 - views.shown[rows], axis=0, dtype=np.float32),
-            1.0 - views.footprints[rows].max(axis=0, initial=np.float32(0.0)),
-        )
-
-    def score(self, area_exponent: float) -> float:
-        """Return how good the set is."""
-        return float(score(np.sum(1.0 - self.hidden), np.sum(1.0 - self.uncovered), area_exponent))
-
-    def scores_with(
-        self, shown: NDArray[np.floating], footprints: NDArray[np.floating], area_exponent: float
-    ) -> FloatArray:
-        """Return how good the set is with each of c further views, shape (c,)."""
-        seen = np.sum(1.0 - self.hidden) + shown @ self.hidden
-        covered = np.sum(1.0 - self.uncovered) + footprints @ self.uncovered
-        return score(seen, covered, area_exponent)
-
-
-def score(seen: FloatArray | np.floating, covered: FloatArray | np.floating, area_exponent: float) -> FloatArray:
+def score(seen: NDArray[np.float32], covered: NDArray[np.float32], area_exponent: float) -> NDArray[np.float32]:
     """Return the normalised visibility times a power of the area: seen / covered * seen ** area_exponent."""
-    return np.asarray(seen, dtype=np.float64) ** (1.0 + area_exponent) / np.maximum(covered, 1e-9)
+    return np.asarray(seen ** np.float32(1.0 + area_exponent) / np.maximum(covered, np.float32(1e-9)))
 
 
 def choose_views(views: Views, count: int, held: Sequence[int], area_exponent: float, hysteresis: float) -> IntArray:
@@ -80,35 +49,33 @@ def choose_views(views: Views, count: int, held: Sequence[int], area_exponent: f
         hysteresis: share by which an exchange must improve the score.
     """
     continued = _completed(views, count, held, area_exponent, hysteresis)
-    if not held:
-        return continued
-    anew = _completed(views, count, [], area_exponent, hysteresis)
-    old_score, new_score = (Outlook.of(views, chosen.tolist()).score(area_exponent) for chosen in (continued, anew))
-    return anew if new_score > old_score * (1.0 + 2.0 * hysteresis) else continued
+    if held:
+        anew = _completed(views, count, [], area_exponent, hysteresis)
+        if anew.score() > continued.score() * (1.0 + 2.0 * hysteresis):
+            continued = anew
+    return np.array(continued.chosen, dtype=np.int64)
 
 
-def _completed(views: Views, count: int, held: Sequence[int], area_exponent: float, hysteresis: float) -> IntArray:
+def _completed(views: Views, count: int, held: Sequence[int], area_exponent: float, hysteresis: float) -> _Choice:
     """Return the views held, brought to their number greedily and improved by exchanges."""
-    chosen = list(held)
-    while len(chosen) > count:
-        rests = [chosen[:i] + chosen[i + 1 :] for i in range(len(chosen))]
-        chosen = max(rests, key=lambda rest: Outlook.of(views, rest).score(area_exponent))
-    while len(chosen) < count and len(views):
-        scores = _scores(views, chosen, area_exponent)
-        best = int(scores.argmax())
-        if scores[best] < 0.0:
+    choice = _Choice(views, held, area_exponent)
+    while len(choice.chosen) > count:
+        choice.drop_weakest()
+    while len(choice.chosen) < count and len(views) and choice.add_best():
+        pass
+    for _ in range(MAX_SWEEPS * len(choice.chosen)):
+        if not choice.exchange(hysteresis):
             break
-        chosen.append(best)
-    for _ in range(MAX_SWEEPS):
-        before = tuple(chosen)
-        for place, present in enumerate(before):
-            scores = _scores(views, chosen[:place] + chosen[place + 1 :], area_exponent)
-            best = int(scores.argmax())
-            if scores[best] > scores[present] * (1.0 + hysteresis):
-                chosen[place] = best
-        if before == tuple(chosen):
-            break
-    return np.array(chosen, dtype=np.int64)
+    return choice
+
+
+def _products(factors: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the products of k rows without each in turn, and of all in the last row, shape (k + 1, cells)."""
+    products = np.ones((len(factors) + 1, factors.shape[1]), dtype=np.float32)
+    for row, factor in enumerate(factors):
+        products[:row] *= factor
+        products[row + 1 :] *= factor
+    return products
 
 
 def still_held(distances_m: FloatArray, conflicts: NDArray[np.bool_], same_m: float) -> list[int]:
@@ -127,8 +94,61 @@ def still_held(distances_m: FloatArray, conflicts: NDArray[np.bool_], same_m: fl
     return held
 
 
-def _scores(views: Views, chosen: Sequence[int], area_exponent: float) -> FloatArray:
-    """Return the score of the chosen views with each candidate, shape (c,); -1 where it stands too near."""
-    scores = Outlook.of(views, chosen).scores_with(views.shown, views.footprints, area_exponent)
-    scores[views.conflicts[:, list(chosen)].any(axis=1)] = -1.0
-    return scores
+class _Choice:
+    """Views chosen so far, and what they leave unseen; its methods change it."""
+
+    def __init__(self, views: Views, chosen: Sequence[int], area_exponent: float) -> None:
+        self._views, self._exponent = views, area_exponent
+        self.chosen = list(chosen)
+
+    def score(self) -> float:
+        """Return how good the set is."""
+        hidden, uncovered = self._rests()
+        return float(score(np.sum(1.0 - hidden[-1]), np.sum(1.0 - uncovered[-1]), self._exponent))
+
+    def drop_weakest(self) -> None:
+        """Leave out the view without which the others are best."""
+        hidden, uncovered = (left[:-1] for left in self._rests())
+        scores = score((1.0 - hidden).sum(axis=1), (1.0 - uncovered).sum(axis=1), self._exponent)
+        del self.chosen[int(scores.argmax())]
+
+    def add_best(self) -> bool:
+        """Add the view that improves the set most, and return whether there was one."""
+        hidden, uncovered = self._rests()
+        scores = self._scores_beside(hidden[-1:], uncovered[-1:])[:, 0]
+        scores[self._views.conflicts[self.chosen].any(axis=0)] = -1.0
+        best = int(scores.argmax())
+        if scores[best] < 0.0:
+            return False
+        self.chosen.append(best)
+        return True
+
+    def exchange(self, hysteresis: float) -> bool:
+        """Make the exchange of one view that improves the set most, and return whether there was one."""
+        hidden, uncovered = self._rests()
+        scores = self._scores_beside(hidden[:-1], uncovered[:-1])
+        pairs = self._views.conflicts[:, self.chosen]
+        scores[pairs.sum(axis=1, keepdims=True) - pairs > 0] = -1.0
+        places = np.arange(len(self.chosen))
+        best = scores.argmax(axis=0)
+        gains = scores[best, places] - scores[self.chosen, places] * (1.0 + hysteresis)
+        place = int(gains.argmax())
+        if gains[place] <= 0.0:
+            return False
+        self.chosen[place] = int(best[place])
+        return True
+
+    def _rests(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Return what is left without each of the k views in turn, and in the last row with all.
+
+        The first array is the probability that no view shows a cell, the second one 1 where no footprint lies and else
+        0; their shapes are (k + 1, cells).
+        """
+        views = self._views
+        return _products(1.0 - views.shown[self.chosen]), _products(1.0 - views.footprints[self.chosen])
+
+    def _scores_beside(self, hidden: NDArray[np.float32], uncovered: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return the score of each candidate beside sets that leave so much, of shape (k, cells), as (c, k)."""
+        seen = self._views.shown @ hidden.T + (1.0 - hidden).sum(axis=1)
+        covered = self._views.footprints @ uncovered.T + (1.0 - uncovered).sum(axis=1)
+        return score(seen, covered, self._exponent)

@@ -18,7 +18,7 @@ from aos_gcs.swarm import motion
 from aos_gcs.swarm.archive.looks import SAME_LINE_M, Looks, no_looks, with_looks
 from aos_gcs.swarm.archive.moves import HOLDS_WITHIN_M, kept_apart, stepped
 from aos_gcs.swarm.archive.parameters import ArchiveParameters
-from aos_gcs.swarm.archive.plan import plan
+from aos_gcs.swarm.archive.plan import choose_lines, goals_along
 from aos_gcs.swarm.archive.raster import CELLS, anchor_of, resampled
 from aos_gcs.swarm.archive.target import (
     TargetEstimate,
@@ -40,6 +40,10 @@ FORGET_STEPS = 8
 """Steps out of view after which a moving target is no longer where the archive knows it."""
 SEARCH_STEPS = 15
 """The same for one that stands still."""
+REPLAN_WAY_M = 3.0
+"""Way that drones may fly until views are chosen anew, above a still target."""
+REST_STEPS = 8
+"""Steps until views are chosen anew while all drones hold theirs."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,6 +59,10 @@ class ArchiveState:
     """Heights of the vehicles above the focal plane in the order of their ids, shape (n,); None if unknown."""
     held_enu_m: NDArray[np.float64] | None = None
     """Crossings of the last chosen lines of sight with the canopy, shape (k, 2)."""
+    plan_age: int = 0
+    """Steps since they were chosen."""
+    is_resting: bool = False
+    """Whether all drones held their places in the last step."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,27 +105,33 @@ class ArchiveStrategy:
             return positions_m, replace(state, swarm=swarm)
         positions_m, order, _ = motion.sorted_positions(situation)
         target, heights_m = state.target, state.heights_m
-        goals = plan(
-            state.looks,
-            target,
-            positions_enu_m=positions_m,
-            heights_m=heights_m,
-            held_enu_m=state.held_enu_m,
-            parameters=self.parameters,
-        )
+        held_m, plan_age = state.held_enu_m, state.plan_age
+        if held_m is None or not self._is_planned(state, target, len(positions_m)):
+            held_m, plan_age = choose_lines(state.looks, target, heights_m, held_m, self.parameters), 0
+        goals_m = goals_along(held_m, target, positions_m, heights_m, self.parameters.canopy)
         # All drones go along with the target, those that hold too.
         moved_m = positions_m + target.next_way_m
-        holds = np.linalg.norm(goals.positions_enu_m - moved_m, axis=1) < HOLDS_WITHIN_M
-        stepped_m = stepped(moved_m, goals.positions_enu_m, self.parameters.max_step_m)
+        holds = np.linalg.norm(goals_m - moved_m, axis=1) < HOLDS_WITHIN_M
+        stepped_m = stepped(moved_m, goals_m, self.parameters.max_step_m)
         apart_m = kept_apart(stepped_m, moved_m, holds, self.parameters.min_distance_m, rng)
         asked = replace(state.swarm, awaits_ask=False)
-        return motion.in_told_order(apart_m, order), replace(state, swarm=asked, held_enu_m=goals.held_enu_m)
+        return motion.in_told_order(apart_m, order), replace(
+            state, swarm=asked, held_enu_m=held_m, plan_age=plan_age + 1, is_resting=bool(holds.all())
+        )
 
     def diagnostics(self, state: ArchiveState) -> Diagnostics:
         """See :meth:`aos_gcs.swarm.model.Strategy.diagnostics`."""
         if not _knows_target(state) or state.swarm.situation is None:
             return self.follower.diagnostics(state.swarm)
         return Diagnostics(branch="archive", leader_id=state.swarm.situation.leader_id)
+
+    def _is_planned(self, state: ArchiveState, target: TargetEstimate, drones: int) -> bool:
+        """Return whether the lines chosen a few steps before are flown along still, as little has happened since."""
+        if state.held_enu_m is None or len(state.held_enu_m) != drones or target.is_moving or target.lost_steps > 0:
+            return False
+        if state.is_resting:
+            return state.plan_age < REST_STEPS
+        return state.plan_age * self.parameters.max_step_m < REPLAN_WAY_M
 
     def _without_sight(self, state: ArchiveState, patience: int) -> ArchiveState:
         if state.target is None:
