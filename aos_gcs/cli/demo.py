@@ -35,6 +35,13 @@ def demo(
     autopilot: Annotated[str, typer.Option(help="Simulated autopilot: arducopter or px4.")] = "arducopter",
     trees_per_ha: Annotated[float, typer.Option(help="Trees per hectare of the simulated forest.")] = 300.0,
     image_size: Annotated[int, typer.Option(help="Width and height of the images in pixels.")] = 512,
+    errors: Annotated[
+        str | None,
+        typer.Option(
+            help="Errors of simulated vehicles, cameras and wind: none, rtk or gnss. "
+            "[default: positions err as of rtk, nothing else]"
+        ),
+    ] = None,
     folder: Annotated[Path, typer.Option(help="Folder for recorded missions.")] = Path("missions"),
     wait: Annotated[bool, typer.Option("--wait", help="Leave launch and return to the operator.")] = False,
 ) -> None:
@@ -54,6 +61,7 @@ def demo(
         autopilot=autopilot,
         trees_per_ha=trees_per_ha,
         image_size_px=image_size,
+        errors=errors,
         folder=folder,
         wait=wait,
     )

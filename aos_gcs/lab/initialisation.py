@@ -121,6 +121,7 @@ def world_parameters(initialisation: Initialisation, scenario: Scenario) -> Worl
         forest=scenario.forest,
         terrain=scenario.terrain,
         side_m=scenario.forest_side_m,
+        errors=scenario.errors,
     )
 
 

@@ -14,7 +14,7 @@ from typing import Any
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.imaging.model import LeaderCriterion
-from aos_gcs.lab.worlds import ForestType, Posture, Terrain
+from aos_gcs.lab.worlds import ErrorGrade, ForestType, Posture, Terrain
 
 TREE_TOP_M = 18.0
 """No forest of the laboratory grows higher."""
@@ -70,6 +70,8 @@ class Scenario:
     """T: normalised visibility from which the target is in view."""
     leader_criterion: LeaderCriterion = LeaderCriterion.CONTRIBUTION
     fidelity: Fidelity = Fidelity.GEOMETRIC
+    errors: ErrorGrade = ErrorGrade.NONE
+    """Errors of vehicles and cameras; only images show them."""
     time_model: TimeModel = TimeModel.PAPER
     speed_mps: float = 10.0
     min_step_s: float = 0.1

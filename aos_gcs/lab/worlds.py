@@ -43,6 +43,14 @@ class Terrain(StrEnum):
     FLAT = "flat"
 
 
+class ErrorGrade(StrEnum):
+    """Grade of the errors of vehicles, cameras and wind; docs/simulator.md says what they are."""
+
+    NONE = "none"
+    RTK = "rtk"
+    GNSS = "gnss"
+
+
 @dataclass(frozen=True, slots=True)
 class WorldParameters:
     """Parameters of a forest; a world refuses what it cannot build."""
@@ -53,6 +61,8 @@ class WorldParameters:
     terrain: Terrain = Terrain.FLAT
     side_m: float = 100.0
     """Side of the forest square."""
+    errors: ErrorGrade = ErrorGrade.NONE
+    """Errors in rendered images; what a camera sees of the target by rays has none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,10 +119,10 @@ class World(Protocol):
         """Return one image per pose: red, green, blue (0 to 255) and thermal (degrees Celsius), shape (H, W, 4).
 
         Args:
-            poses: poses of the cameras.
+            poses: what the vehicles believe of their cameras' poses, straight down; they err by the world's grade.
             camera: their common model.
             target: None for a forest without a person.
-            rng: draws the sensors' noise.
+            rng: draws what differs from one exposure to the next.
         """
         ...
 

@@ -53,6 +53,8 @@ class DemoOptions:
     autopilot: str = "arducopter"
     trees_per_ha: float = 300.0
     image_size_px: int = 512
+    errors: str | None = None
+    """Grade of the simulator's errors; None: its usual ones."""
     folder: Path = Path("missions")
     wait: bool = False
     """Leave start and return to the operator."""
@@ -190,6 +192,7 @@ def _simulator_command(options: DemoOptions, link_port: int, world_file: Path, r
         *("--origin", ",".join(map(str, ORIGIN_DEG))),
         *("--trees-per-ha", str(options.trees_per_ha)),
         *("--image-size", str(options.image_size_px)),
+        *(() if options.errors is None else ("--errors", options.errors)),
         *("--world-file", str(world_file)),
         *("--report-file", str(report_file)),
         "--exit-with-parent",

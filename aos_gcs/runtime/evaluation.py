@@ -12,12 +12,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from aos_gcs.errors import ConfigurationError, InputDataError
+from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.mission.model.phase import Outcome
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.search.sampling import to_frame
+from aos_gcs.runtime.truth_file import check_place, read_world
 from aos_gcs.store.reader import MissionReader
 
 TRUTH_GROUP = "aos_gcs.truths"
@@ -61,9 +62,10 @@ def score_mission(snapshot: MissionSnapshot, folder: Path, world_file: Path, rep
     Mission and world may have origins of their own.
 
     Raises:
-        InputDataError: the mission folder or the world file cannot be read.
+        InputDataError: the mission folder or the world file cannot be read, or the file tells of another place.
     """
-    world = _read_world(world_file)
+    world = read_world(world_file)
+    check_place(world_file, world, snapshot)
     report: dict[str, Any] = {}
     if report_file is not None and report_file.exists():
         report = json.loads(report_file.read_text(encoding="utf-8"))
@@ -88,19 +90,6 @@ def score_mission(snapshot: MissionSnapshot, folder: Path, world_file: Path, rep
         min_separation_m=report.get("min_separation_m"),
         mission_dir=str(folder),
     )
-
-
-def _read_world(path: Path) -> dict[str, Any]:
-    try:
-        world: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-        missing = {"origin", "seed", "trees_per_ha", "targets"} - world.keys()
-    except OSError as error:
-        raise InputDataError(f"The world file {path} cannot be read: {error.strerror}.") from error
-    except (ValueError, AttributeError) as error:
-        raise InputDataError(f"{path} is no world file of the simulator: {error}.") from error
-    if missing:
-        raise InputDataError(f"{path} is no world file of the simulator: it lacks {', '.join(sorted(missing))}.")
-    return world
 
 
 def _persons_enu_m(world: Mapping[str, Any], mission_origin: GeodeticPosition | None) -> NDArray[np.float64]:

@@ -11,14 +11,15 @@ from typing import Annotated
 import typer
 
 from aos_gcs.errors import ConfigurationError
+from aos_sim.errors.model import error_model
 from aos_sim.report import write_report
 from aos_sim.swarm import SimulatedSwarm, SwarmOptions
-from aos_sim.vehicle.errors import KINDS, SensorErrors
 from aos_sim.world.scene import SceneParameters, build_scene
 from aos_sim.world_file import World, write_world_file
 from aos_sim.world_options import (
     Animals,
     Cloths,
+    Errors,
     ExitWithParent,
     FieldOfView,
     HttpPort,
@@ -28,6 +29,7 @@ from aos_sim.world_options import (
     Seed,
     Stones,
     TreesPerHa,
+    WindSpeed,
     image_source,
     parse_origin,
     stop_on_signals,
@@ -68,11 +70,8 @@ def sim(
     cloths: Cloths = 0,
     image_size: ImageSize = 512,
     fov: FieldOfView = 50.0,
-    wind: Annotated[float, typer.Option(help="Mean wind in m/s, from the west, with gusts.")] = 0.0,
-    errors: Annotated[
-        str,
-        typer.Option(help="Errors of positions and altitudes: exact, rtk, or gnss (satellites without corrections)."),
-    ] = "rtk",
+    wind: WindSpeed = None,
+    errors: Errors = None,
     no_render: NoRender = False,
     no_camera: Annotated[
         bool, typer.Option("--no-camera", help="No cameras on board; aos-gcs sim-camera can attach some.")
@@ -99,6 +98,7 @@ def sim(
     exit_with_parent: ExitWithParent = False,
 ) -> None:
     """Simulate a swarm of camera drones over a forest, each speaking MAVLink like a real one."""
+    model = error_model(errors).with_wind(wind)
     options = SwarmOptions(
         vehicles=vehicles,
         links=tuple(link or ("udpout://127.0.0.1:14550",)),
@@ -109,8 +109,7 @@ def sim(
         origin=parse_origin(origin),
         image_size_px=image_size,
         fov_rad=math.radians(fov),
-        wind_mps=wind,
-        errors=_parse_errors(errors),
+        errors=model,
         cameras=not no_camera,
         image_folder=image_folder,
         http_port=http_port,
@@ -120,7 +119,7 @@ def sim(
     scene = build_scene(
         SceneParameters(seed=seed, trees_per_ha=trees_per_ha, animals=animals, stones=stones, cloths=cloths)
     )
-    swarm = SimulatedSwarm(options, image_source(scene, no_render))
+    swarm = SimulatedSwarm(options, image_source(scene, model, no_render))
     asyncio.run(_simulate(swarm, world_of(scene), _Files(world_file, report_file), exit_with_parent))
 
 
@@ -136,12 +135,6 @@ async def _simulate(swarm: SimulatedSwarm, world: World, files: _Files, exit_wit
         write_world_file(files.world, world, swarm.options.origin, swarm.homes_enu_m)
     async with swarm:
         await work_until(stop, exit_with_parent, report)
-
-
-def _parse_errors(text: str) -> SensorErrors:
-    if text not in KINDS:
-        raise ConfigurationError(f"--errors must be one of {', '.join(KINDS)}, got {text!r}.")
-    return KINDS[text]
 
 
 def _parse_parameters(texts: list[str]) -> dict[str, float]:

@@ -13,6 +13,9 @@ from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.lab.worlds import ForestType, Target, TargetViews, Terrain, WorldParameters
+from aos_sim.errors.cameras import LAST_MOMENT_S, ErringCameras, four_bands
+from aos_sim.errors.hover import Hover
+from aos_sim.errors.model import ErrorModel, error_model
 from aos_sim.render.raycaster import NO_HIT, RayCaster
 from aos_sim.render.renderer import LitForest, Renderer
 from aos_sim.world.mesh import FloatArray
@@ -31,8 +34,9 @@ _SPECIES = {ForestType.BROADLEAF: BROADLEAF, ForestType.CONIFER: CONIFER}
 class LabWorld:
     """A forest and its ray caster; light and textures are made when the first image is asked for."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, errors: ErrorModel) -> None:
         self._scene = scene
+        self._errors = errors
         self._forest = RayCaster(scene.forest.mesh.triangles_enu_m)
 
     @property
@@ -74,12 +78,26 @@ class LabWorld:
     ) -> list[NDArray[np.float32]]:
         """See :meth:`aos_gcs.lab.worlds.World.render`."""
         renderer = self._renderer.with_persons([] if target is None else [_person(target)])
-        frames = [renderer.render(pose, camera, rng) for pose in poses]
-        return [np.dstack([frame.rgb.astype(np.float32), frame.thermal_celsius]) for frame in frames]
+        hover = Hover(self._errors, len(poses), self._scene.parameters.seed)
+        cameras = ErringCameras(self._errors, camera, self._scene.parameters.seed)
+        drawn = rng.spawn(1)[0]
+        moment = int(drawn.integers(LAST_MOMENT_S))
+        frames = [
+            cameras.expose(
+                renderer.view,
+                hover.motion(vehicle, pose.position_enu_m, _heading_rad(pose), drawn),
+                rng,
+                camera_id=vehicle,
+                index=moment,
+                at_s=moment,
+            )
+            for vehicle, pose in enumerate(poses)
+        ]
+        return [four_bands(frame) for frame in frames]
 
     @cached_property
     def _renderer(self) -> Renderer:
-        return Renderer(self._scene, LitForest(self._scene))
+        return Renderer(self._scene, LitForest(self._scene), self._errors.wind)
 
 
 def build_lab_world(parameters: WorldParameters) -> LabWorld:
@@ -88,13 +106,20 @@ def build_lab_world(parameters: WorldParameters) -> LabWorld:
         raise ConfigurationError(f"terrain must be flat, the only one that is simulated, got {parameters.terrain!r}.")
     if parameters.forest not in _SPECIES:
         raise ConfigurationError(f"forest must be one of {', '.join(_SPECIES)}, got {parameters.forest!r}.")
+    errors = error_model(parameters.errors, "errors")
     scene = SceneParameters(
         seed=parameters.seed,
         trees_per_ha=parameters.trees_per_ha,
         side_m=parameters.side_m,
         species=_SPECIES[parameters.forest],
     )
-    return LabWorld(build_scene(scene))
+    return LabWorld(build_scene(scene), errors)
+
+
+def _heading_rad(pose: Pose) -> float:
+    """Return the heading of a camera that looks straight down."""
+    east, north, _ = -pose.R_cam2enu[:, 1]
+    return math.atan2(east, north)
 
 
 def _person(target: Target) -> Person:

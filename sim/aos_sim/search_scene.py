@@ -10,15 +10,9 @@ from numpy.typing import NDArray
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose, nadir_pose
 from aos_gcs.lab.scenes import Body, Exposure, PositionGrade, SceneSettings
-from aos_sim.noise import (
-    GNSS,
-    RTK,
-    LastingErrors,
-    SensorErrors,
-    draw_lasting_errors,
-    draw_thermal_pattern,
-    reported_pose,
-)
+from aos_sim.errors.cameras import LAST_MOMENT_S, ErringCameras, four_bands
+from aos_sim.errors.hover import Hover
+from aos_sim.errors.model import error_model
 from aos_sim.render.renderer import Renderer
 from aos_sim.world.person import Posture
 from aos_sim.world.scene import SceneParameters, build_scene
@@ -27,14 +21,12 @@ SIDE_M = 60.0
 """Side of the forest: the ground that ten cameras see from 35-44 m, in a line or gathered around a body."""
 MAX_OF_A_KIND = 2
 """Animals, stones and cloths: none to so many of each."""
-HOVER_SPEED_MPS = 0.2
-"""Standard deviation per axis of what is left of a vehicle's motion when it hovers."""
 
 BACKDROP_STRIDE = 2
 """Forest is rendered in every second pixel where no body is; its statistics are those of full frames."""
 
-_ERRORS = {PositionGrade.GNSS: GNSS, PositionGrade.RTK: RTK}
-_SENSOR = SensorErrors()
+_FLOWN_BY = PositionGrade.GNSS
+"""Grade of the positions by which the vehicles steer."""
 
 
 class SimulatedSearchScene:
@@ -55,14 +47,11 @@ class SimulatedSearchScene:
                 cloths=cloths,
             )
         )
-        self._renderer = Renderer(self._scene)
+        self._model = error_model(_FLOWN_BY)
+        self._renderer = Renderer(self._scene, wind=self._model.wind)
         # Both grades from the same draws: they differ in the size of the position errors and in nothing else.
-        error_seed = int(self._vehicle_rng.integers(2**63))
-        self._lasting: dict[PositionGrade, LastingErrors] = {
-            grade: draw_lasting_errors(np.random.default_rng(error_seed), errors, settings.vehicles)
-            for grade, errors in _ERRORS.items()
-        }
-        self._pattern_seed = int(self._vehicle_rng.integers(2**63))
+        self._error_seed = int(self._vehicle_rng.integers(2**63))
+        self._hover = {grade: Hover(error_model(grade), settings.vehicles, self._error_seed) for grade in PositionGrade}
 
     @property
     def bodies(self) -> Sequence[Body]:
@@ -73,7 +62,8 @@ class SimulatedSearchScene:
 
     def visible_areas_m2(self, positions_enu_m: NDArray[np.float64], camera: CameraModel) -> NDArray[np.float64]:
         """See :meth:`aos_gcs.lab.scenes.SearchScene.visible_areas_m2`."""
-        poses = self._true_poses(positions_enu_m)
+        errors_m = self._hover[_FLOWN_BY].position_error_enu_m
+        poses = [nadir_pose(position_m) for position_m in positions_enu_m - errors_m]
         pixels = np.array([self._renderer.visible_body_pixels(pose, camera) for pose in poses])
         heights_m = np.array([pose.position_enu_m[2] for pose in poses])
         return np.asarray(pixels * (heights_m**2 / (camera.fx_px * camera.fy_px))[:, np.newaxis])
@@ -82,35 +72,18 @@ class SimulatedSearchScene:
         self, positions_enu_m: NDArray[np.float64], camera: CameraModel, rng: np.random.Generator
     ) -> list[Exposure]:
         """See :meth:`aos_gcs.lab.scenes.SearchScene.expose`."""
-        return [
-            Exposure(
-                image=self._image(vehicle, pose, camera, rng), reported=self._reports(vehicle, pose, rng.spawn(1)[0])
-            )
-            for vehicle, pose in enumerate(self._true_poses(positions_enu_m))
-        ]
+        moment = int(rng.integers(LAST_MOMENT_S))
+        hover, cameras = self._hover[_FLOWN_BY], ErringCameras(self._model, camera, self._error_seed)
+        exposures = []
+        for vehicle, waypoint_enu_m in enumerate(positions_enu_m):
+            motion = hover.motion(vehicle, waypoint_enu_m, 0.0, rng)
+            frame = cameras.expose(self._view, motion, rng, camera_id=vehicle, index=moment, at_s=moment)
+            reported = {grade: self._hover[grade].reported(vehicle, motion) for grade in PositionGrade}
+            exposures.append(Exposure(four_bands(frame), reported))
+        return exposures
 
-    def _true_poses(self, positions_enu_m: NDArray[np.float64]) -> list[Pose]:
-        """Return the true positions of the vehicles, which steer by GNSS positions."""
-        errors_m = self._lasting[PositionGrade.GNSS].position_enu_m
-        return [nadir_pose(position_m) for position_m in positions_enu_m - errors_m]
-
-    def _image(self, vehicle: int, pose: Pose, camera: CameraModel, rng: np.random.Generator) -> NDArray[np.float32]:
-        frame = self._renderer.render(pose, camera, rng, BACKDROP_STRIDE)
-        pattern = draw_thermal_pattern(
-            np.random.default_rng([self._pattern_seed, vehicle]), _SENSOR, frame.thermal_celsius.shape
-        )
-        return np.dstack([frame.rgb.astype(np.float32), frame.thermal_celsius + pattern])
-
-    def _reports(self, vehicle: int, pose: Pose, rng: np.random.Generator) -> dict[PositionGrade, Pose]:
-        velocity_enu_mps = rng.normal(0.0, HOVER_SPEED_MPS, 3)
-        state = rng.bit_generator.state
-        reports = {}
-        for grade, errors in _ERRORS.items():
-            rng.bit_generator.state = state
-            reports[grade] = reported_pose(
-                rng, pose, errors, self._lasting[grade], vehicle=vehicle, velocity_enu_mps=velocity_enu_mps
-            )
-        return reports
+    def _view(self, pose: Pose, camera: CameraModel, at_s: float) -> NDArray[np.float32]:
+        return self._renderer.view(pose, camera, at_s, BACKDROP_STRIDE)
 
 
 def build_search_scene(settings: SceneSettings) -> SimulatedSearchScene:

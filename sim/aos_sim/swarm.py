@@ -20,7 +20,6 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
-from aos_gcs.geometry.poses import Pose, nadir_pose
 from aos_sim.camera.component import CameraComponent, CameraView, Exposure
 from aos_sim.camera.darkroom import Darkroom
 from aos_sim.camera.folder import ImageFolder
@@ -29,13 +28,16 @@ from aos_sim.camera.options import check_camera_options
 from aos_sim.camera.server import ImageServer
 from aos_sim.camera.shutter import ArduPilotShutter, Px4Shutter, ShutterCamera
 from aos_sim.clock import TICK_S, Pacer, SimTime
+from aos_sim.errors.attitude import AttitudeProcess
+from aos_sim.errors.exposure import Motion
+from aos_sim.errors.model import USUAL, ErrorModel
+from aos_sim.errors.position import PositionProcess
 from aos_sim.links import Address, Endpoint, LinkAddress, open_endpoint
 from aos_sim.report import SeparationMonitor, SwarmReport
 from aos_sim.vehicle.arducopter import ArduCopter
 from aos_sim.vehicle.autopilot import SimulatedAutopilot
 from aos_sim.vehicle.configuration import VehicleIdentity
-from aos_sim.vehicle.dynamics import AirframeLimits, Guidance, SwarmState, Wind, step
-from aos_sim.vehicle.errors import RTK, ErrorProcess, SensorErrors
+from aos_sim.vehicle.dynamics import AirframeLimits, Guidance, SwarmState, step
 from aos_sim.vehicle.kinematics import Kinematics, read_kinematics
 from aos_sim.vehicle.px4 import Px4
 from aos_sim.vehicle.vehicle import SimulatedVehicle
@@ -76,10 +78,8 @@ class SwarmOptions:
     origin: GeodeticPosition = DEFAULT_ORIGIN
     image_size_px: int = 512
     fov_rad: float = math.radians(50.0)
-    wind_mps: float = 0.0
-    """Mean wind, from the west, with gusts."""
-    errors: SensorErrors = RTK
-    """Errors of the vehicles' positions and altitudes, and what their receivers report of them."""
+    errors: ErrorModel = USUAL
+    """Errors of the vehicles and their cameras, and the wind."""
     cameras: bool = True
     """Whether the vehicles have cameras of their own."""
     image_folder: Path | None = None
@@ -99,7 +99,6 @@ class SwarmOptions:
         _check(0.0 < self.speed <= 100.0, f"--speed must lie above 0 and at most 100, got {self.speed}.")
         _check(self.step_ticks in (1, 2, 5), f"step_ticks must be 1, 2 or 5, got {self.step_ticks}.")
         _check(self.seed >= 0, f"--seed must be 0 or more, got {self.seed}.")
-        _check(self.wind_mps >= 0.0, f"--wind must be 0 or more, got {self.wind_mps}.")
         check_camera_options(self.image_size_px, self.fov_rad, self.http_port)
         _check(
             self.first_system_id >= 1 and self.first_system_id + self.vehicles - 1 <= MAX_SYSTEM_ID,
@@ -150,16 +149,17 @@ class SimulatedSwarm:
         self.frame = LocalFrame(options.origin)
         self._addresses = [LinkAddress.parse(link) for link in options.links]
         camera = CameraModel.from_fov(options.image_size_px, options.image_size_px, options.fov_rad)
-        self._darkroom = Darkroom(image_source, camera, options.seed, _publisher(options))
+        self._darkroom = Darkroom(image_source, camera, options.errors, options.seed, _publisher(options))
         self._rng = np.random.default_rng(options.seed)
-        self._wind = Wind((options.wind_mps, 0.0, 0.0))
+        self._wind = options.errors.wind
         self._limits = AirframeLimits()
         self._step_s = options.step_ticks * TICK_S
         homes_enu_m = home_positions_enu_m(options.vehicles)
         self.state = SwarmState.at_rest(homes_enu_m, self._rng.normal(0.0, HEADING_SIGMA_RAD, len(homes_enu_m)))
         self.now = SimTime(0, start_utc_us=time.time_ns() // 1000)
-        self.errors = ErrorProcess(options.errors, options.vehicles, options.seed)
-        self._kinematics = read_kinematics(self.state, self.frame, self.errors)
+        self.errors = PositionProcess(options.errors.position, options.vehicles, options.seed)
+        self.attitude_errors = AttitudeProcess(options.errors.attitude, options.vehicles, options.seed)
+        self._kinematics = read_kinematics(self.state, self.frame, self.errors, self.attitude_errors)
         self._homes_enu_m = homes_enu_m
         self.vehicles = [self._make_vehicle(index) for index in range(options.vehicles)]
         self._system_ids = [vehicle.system_id for vehicle in self.vehicles]
@@ -250,9 +250,14 @@ class SimulatedSwarm:
     def _tick(self) -> None:
         self.now = self.now.later(self.options.step_ticks)
         self.errors.advance(self._step_s)
-        guidance = _guidance([vehicle.autopilot for vehicle in self.vehicles], self.errors.estimate_enu_m)
+        self.attitude_errors.advance(self._step_s)
+        guidance = _guidance(
+            [vehicle.autopilot for vehicle in self.vehicles],
+            self.errors.estimate_enu_m,
+            self.attitude_errors.estimate_rad[:, 2],
+        )
         self.state = step(self.state, guidance, self._step_s, limits=self._limits, wind=self._wind, rng=self._rng)
-        self._kinematics = read_kinematics(self.state, self.frame, self.errors)
+        self._kinematics = read_kinematics(self.state, self.frame, self.errors, self.attitude_errors)
         self._separation.update(self._system_ids, self.state.position_enu_m)
         for index, vehicle in enumerate(self.vehicles):
             vehicle.update(self._kinematics[index], self.now)
@@ -270,15 +275,22 @@ class SimulatedSwarm:
                 endpoint.send(data)
         if vehicle.camera is not None:
             for exposure in vehicle.camera.take_exposures():
-                kinematics = self._kinematics[index]
-                pose = nadir_pose(kinematics.true_enu_m, kinematics.heading_rad)
-                self._start(self._develop(index, vehicle.camera, exposure, pose, vehicle.view()))
+                self._start(self._develop(index, vehicle.camera, exposure, self._motion(index), vehicle.view()))
+
+    def _motion(self, index: int) -> Motion:
+        state, roll_pitch_heading = self.state, self._kinematics[index].rates_radps
+        return Motion(
+            position_enu_m=state.position_enu_m[index],
+            heading_rad=float(state.attitude_rad[index, 2]),
+            velocity_enu_mps=state.velocity_enu_mps[index],
+            rates_radps=roll_pitch_heading,
+        )
 
     async def _develop(
-        self, index: int, camera: CameraComponent | ShutterCamera, exposure: Exposure, pose: Pose, view: CameraView
+        self, index: int, camera: CameraComponent | ShutterCamera, exposure: Exposure, motion: Motion, view: CameraView
     ) -> None:
         """Make the image of an exposure and announce it."""
-        url = await self._darkroom.develop(exposure, pose)
+        url = await self._darkroom.develop(exposure, motion)
         camera.image_ready(exposure, view, url)
         self._flush(index)
 
@@ -290,8 +302,10 @@ class SimulatedSwarm:
         task.add_done_callback(self._tasks.discard)
 
 
-def _guidance(autopilots: Sequence[SimulatedAutopilot], error_enu_m: NDArray[np.float64]) -> Guidance:
-    """Return the set-points in true positions: an autopilot that believes to be elsewhere flies elsewhere."""
+def _guidance(
+    autopilots: Sequence[SimulatedAutopilot], error_enu_m: NDArray[np.float64], heading_error_rad: NDArray[np.float64]
+) -> Guidance:
+    """Return the set-points in true positions and headings: an autopilot that errs flies elsewhere."""
     setpoints = [autopilot.setpoint for autopilot in autopilots]
     return Guidance(
         lifting=np.array([setpoint.lifting for setpoint in setpoints]),
@@ -299,5 +313,5 @@ def _guidance(autopilots: Sequence[SimulatedAutopilot], error_enu_m: NDArray[np.
         speed_mps=np.array([setpoint.speed_mps for setpoint in setpoints]),
         climb_mps=np.array([setpoint.climb_mps for setpoint in setpoints]),
         descent_mps=np.array([setpoint.descent_mps for setpoint in setpoints]),
-        heading_rad=np.array([setpoint.heading_rad for setpoint in setpoints]),
+        heading_rad=np.array([setpoint.heading_rad for setpoint in setpoints]) - heading_error_rad,
     )

@@ -19,6 +19,7 @@ from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_sim.camera.image import ImageSource
 from aos_sim.camera.synthetic import CheckerboardGround
+from aos_sim.errors.model import ErrorModel
 from aos_sim.vehicle.kinematics import EnuPoint
 from aos_sim.world.scene import Scene
 from aos_sim.world_file import Target, World
@@ -32,6 +33,17 @@ Stones = Annotated[int, typer.Option(help="Sun-warmed stones in the forest.")]
 Cloths = Annotated[int, typer.Option(help="Bright cloths in the forest, as warm as the air.")]
 ImageSize = Annotated[int, typer.Option(help="Width and height of the images in pixels.")]
 FieldOfView = Annotated[float, typer.Option(help="Field of view of the cameras in degrees.")]
+Errors = Annotated[
+    str | None,
+    typer.Option(
+        help="Errors of vehicles and cameras: none, rtk (as in the field, with corrected positions) or gnss (with "
+        "positions by satellites alone). [default: positions err as of rtk, nothing else]"
+    ),
+]
+WindSpeed = Annotated[
+    float | None,
+    typer.Option("--wind", help="Mean wind in m/s, from the west, with gusts. [default: that of --errors]"),
+]
 NoRender = Annotated[
     bool, typer.Option("--no-render", help="Show the cameras a chequered ground instead of the forest.")
 ]
@@ -59,7 +71,7 @@ def parse_origin(text: str) -> GeodeticPosition:
     return GeodeticPosition(latitude_deg, longitude_deg, altitude_amsl_m)
 
 
-def image_source(scene: Scene, no_render: bool) -> ImageSource:
+def image_source(scene: Scene, errors: ErrorModel, no_render: bool) -> ImageSource:
     """Return what the cameras see.
 
     Raises:
@@ -73,7 +85,7 @@ def image_source(scene: Scene, no_render: bool) -> ImageSource:
         raise ConfigurationError(
             f"The renderer needs the module {error.name}; install aos-gcs[sim] or give --no-render."
         ) from error
-    return Renderer(scene)
+    return Renderer(scene, wind=errors.wind)
 
 
 def world_of(scene: Scene) -> World:

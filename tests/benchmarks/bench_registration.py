@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
+from scipy.spatial.transform import Rotation
 
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose, nadir_pose
@@ -22,7 +23,9 @@ from aos_gcs.imaging.model import Frame
 from aos_gcs.imaging.registration.pose_errors import Registration, apply_sure, register
 from aos_gcs.imaging.step.analysis import analyse_step
 from aos_gcs.imaging.step.settings import ImagingSettings
-from aos_sim.noise import GNSS, LastingErrors, PoseErrors, draw_lasting_errors, reported_pose
+from aos_sim.errors.attitude import AttitudeProcess
+from aos_sim.errors.model import GNSS, ErrorModel
+from aos_sim.errors.position import PositionProcess
 from aos_sim.render.renderer import Renderer
 from aos_sim.world.scene import SceneParameters, build_scene
 
@@ -33,12 +36,9 @@ SPACING_M = 4.2
 STEPS = 24
 SHOWN = (1, 4, 8, 16, 24)
 MIN_CONFIDENCE = 0.6
-HOVER_MPS = 0.2
 BUDGETS = {
-    "constant offset and yaw": replace(
-        GNSS, position_lasting_share=1.0, vertical_ratio=0.0, yaw_lasting_share=1.0, tilt_lasting_share=0.0
-    ),
-    "half of tilt lasting, heights too": GNSS,
+    "positions and headings": replace(GNSS, gimbal=replace(GNSS.gimbal, tilt_rad=0.0, jitter_rad=0.0)),
+    "tilts, too": GNSS,
 }
 
 CONSOLE = Console()
@@ -68,24 +68,28 @@ def _apart(place_m: NDArray[np.float64]) -> NDArray[np.float64]:
 class Follower:
     """One budget's vehicles: what they report, and what registration makes of it."""
 
-    errors: PoseErrors
-    lasting: LastingErrors
+    position_enu_m: NDArray[np.float64]
+    """Errors of the positions, shape (n, 3)."""
+    turn_rad: NDArray[np.float64]
+    """Constant turns about the axes of the cameras, shape (n, 3); the last is the heading's error."""
+    jitter_rad: float
     rng: np.random.Generator
     registration: Registration
 
     @classmethod
-    def of(cls, errors: PoseErrors, seed: int) -> Follower:
-        lasting = draw_lasting_errors(np.random.default_rng([seed, 1]), errors, VEHICLES)
-        return cls(errors, lasting, np.random.default_rng([seed, 2]), Registration())
+    def of(cls, errors: ErrorModel, seed: int) -> Follower:
+        rng, gimbal = np.random.default_rng([seed, 2]), errors.gimbal
+        turn_rad = rng.standard_normal((VEHICLES, 3)) * np.array([gimbal.tilt_rad, gimbal.tilt_rad, 0.0])
+        turn_rad[:, 2] = AttitudeProcess(errors.attitude, VEHICLES, seed).estimate_rad[:, 2]
+        position_enu_m = PositionProcess(errors.position, VEHICLES, seed).estimate_enu_m
+        return cls(position_enu_m, turn_rad, gimbal.jitter_rad, rng, Registration())
 
     def report(self, exposures: Sequence[Frame]) -> list[Frame]:
         """The frames with the poses that the vehicles report."""
         frames = []
-        for vehicle, frame in enumerate(exposures):
-            velocity = self.rng.normal(0.0, HOVER_MPS, 3)
-            pose = reported_pose(
-                self.rng, frame.pose, self.errors, self.lasting, vehicle=vehicle, velocity_enu_mps=velocity
-            )
+        for frame, shift_m, turn_rad in zip(exposures, self.position_enu_m, self.turn_rad, strict=True):
+            turn = Rotation.from_rotvec(turn_rad + self.rng.standard_normal(3) * self.jitter_rad).as_matrix()
+            pose = Pose(frame.pose.position_enu_m + shift_m, frame.pose.R_cam2enu @ turn)
             frames.append(replace(frame, pose=pose))
         return frames
 
@@ -93,8 +97,7 @@ class Follower:
         """RMS error of the corrections relative to the fleet: offset per axis in metres, yaw in degrees."""
         corrections = self.registration.corrections().values()
         found = np.array([[c.east_m, c.north_m, c.yaw_rad] for c in corrections])
-        # A heading grows clockwise, an angle about the vertical the other way.
-        true = -np.column_stack((self.lasting.position_enu_m[:, :2], -self.lasting.rotation_enu_rad[:, 2]))
+        true = -np.column_stack((self.position_enu_m[:, :2], self.turn_rad[:, 2]))
         rest = (found - found.mean(axis=0)) - (true - true.mean(axis=0))
         return rms(rest[:, :2]), rms(np.degrees(rest[:, 2]))
 

@@ -15,8 +15,8 @@ from aos_gcs.planning.settings import (
     MissionSettings,
     PreflightSettings,
 )
+from aos_sim.errors.model import GRADES, USUAL
 from aos_sim.swarm import DEFAULT_ORIGIN, SwarmOptions
-from aos_sim.vehicle.errors import KINDS
 from tests.campaign.faults import FAULTS, KNOWN_DEFECTS
 from tests.campaign.faults.base import Basis, Fault
 from tests.fakes.air import GCS
@@ -26,9 +26,9 @@ STEP_TICKS = 5
 IMAGE_SIZE_PX = 32
 LOWEST_LAYER_M = 10.0
 AREA_ENU_M = ((-8.0, 8.0), (8.0, 8.0), (8.0, 22.0), (-8.0, 22.0))
-SPACING_M = {"exact": (2.0, 3.0), "rtk": (2.0, 3.0), "gnss": (10.0, 12.0)}
+SPACING_M = {"none": (2.0, 3.0), "rtk": (2.0, 3.0), "gnss": (10.0, 12.0)}
 """Range of the layers' spacing, by the kind of errors."""
-LAUNCH_SPACING_M = {"exact": 5.0, "rtk": 5.0, "gnss": 15.0}
+LAUNCH_SPACING_M = {"none": 5.0, "rtk": 5.0, "gnss": 15.0}
 """Distance of two launch points, by the kind of errors; preflight refuses less."""
 QUICK = {
     "arducopter": {"LAND_SPEED": 150.0, "RTL_LOIT_TIME": 500.0, "WPNAV_SPEED_DN": 250.0, "FS_GCS_TIMEOUT": 5.0},
@@ -70,7 +70,7 @@ class Scenario:
             image_size_px=IMAGE_SIZE_PX,
             start_up_s=1.0,
             parameters=QUICK[self.autopilot],
-            errors=KINDS[self.errors],
+            errors=replace(USUAL, position=GRADES[self.errors].position),
             step_ticks=STEP_TICKS,
         )
 
@@ -106,7 +106,7 @@ def draw(seed: int) -> Scenario:
     rng = np.random.default_rng([seed, 0xA05])
     autopilot = str(rng.choice(["arducopter", "px4"]))
     vehicles = int(rng.choice([2, 3, 4], p=[0.3, 0.5, 0.2]))
-    errors = str(rng.choice(["exact", "rtk", "gnss"], p=[0.3, 0.5, 0.2]))
+    errors = str(rng.choice(["none", "rtk", "gnss"], p=[0.3, 0.5, 0.2]))
     spacing_m = round(float(rng.uniform(*SPACING_M[errors])), 1)
     basis = Basis(autopilot, tuple(range(1, vehicles + 1)), spacing_m - UNLIMITED.separation_m)
     upload_fence = bool(rng.random() < 0.3)

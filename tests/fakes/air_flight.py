@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from aos_drivers.frames.files.fetching import Download, ImageFetcher
 from aos_drivers.mavlink.service import MavlinkFleet, open_mavlink
@@ -25,10 +26,9 @@ from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.planning.settings import Deadlines, PreflightSettings
 from aos_gcs.ports import DriverContext
 from aos_sim.camera.server import ImageServer
-from aos_sim.camera.synthetic import SyntheticImage
 from aos_sim.clock import Pacer
+from aos_sim.errors.model import USUAL
 from aos_sim.swarm import SimulatedSwarm, SwarmOptions
-from aos_sim.vehicle.errors import RTK
 from tests.fakes.air import GCS, Air, targets
 from tests.fakes.frozen import StationLoop, station
 from tests.fakes.mission_flight import InlineExecutor, MemoryRecorder, settings
@@ -43,8 +43,9 @@ AREA_ENU_M = ((-8.0, 10.0), (8.0, 10.0), (8.0, 45.0), (-8.0, 45.0))
 class WarmSpot:
     """Cool ground with one warm disc."""
 
-    def render(self, pose: Pose, camera: CameraModel, rng: np.random.Generator) -> SyntheticImage:
-        """Return what a camera that looks straight down sees."""
+    def view(self, pose: Pose, camera: CameraModel, at_s: float) -> NDArray[np.float32]:
+        """Return what a camera that looks straight down sees; the ground's pattern differs from image to image."""
+        rng = np.random.default_rng([round(1e3 * at_s), *pose.position_enu_m.astype(np.float64).view(np.uint64)])
         shape = camera.height_px, camera.width_px
         rows, columns = np.indices(shape)
         rays = np.stack([(columns - camera.cx_px) / camera.fx_px, (rows - camera.cy_px) / camera.fy_px], axis=-1)
@@ -55,7 +56,7 @@ class WarmSpot:
         rgb[warm] = [200.0, 40.0, 160.0]
         thermal = rng.normal(12.0, 0.5, shape)
         thermal[warm] = 28.0
-        return SyntheticImage(rgb.clip(0, 255).astype(np.uint8), thermal.astype(np.float32))
+        return np.dstack([rgb, thermal]).astype(np.float32)
 
 
 @dataclass
@@ -183,7 +184,7 @@ async def flying_over(
         "vehicles": vehicles + late_vehicles,
         "autopilot": autopilot,
         "parameters": changes.pop("parameters", {}),
-        "errors": changes.pop("errors", RTK),
+        "errors": changes.pop("errors", USUAL),
     }
     clock, loop = LoopClock(), StationLoop(asyncio.get_running_loop())
     journal, recorder, pulse = Journal(clock), MemoryRecorder(), LoopMonitor(period_s=0.5)

@@ -9,14 +9,21 @@ from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.phase import Outcome
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.planning.settings import Deadlines, FlightSettings, PreflightSettings
-from aos_sim.vehicle.errors import SensorErrors
+from aos_sim.errors.model import ErrorModel
+from aos_sim.errors.position import PositionErrors
 from tests.fakes.air import Air
 from tests.fakes.air_flight import flying_over
 
 pytestmark = [pytest.mark.looptime, pytest.mark.slow, pytest.mark.timeout(900)]
 
-METRES = SensorErrors(
-    fix_type=mavlink.GPS_FIX_TYPE_3D_FIX, bias_m=(0.2, 2.0), drift_m=(0.1, 0.05), barometer_m=0.2, reported_m=(0.3, 2.0)
+METRES = ErrorModel(
+    position=PositionErrors(
+        fix_type=mavlink.GPS_FIX_TYPE_3D_FIX,
+        bias_m=(0.2, 2.0),
+        drift_m=(0.1, 0.05),
+        barometer_m=0.2,
+        reported_m=(0.3, 2.0),
+    )
 )
 """Altitudes of satellites without corrections, each vehicle's wrong by a constant."""
 OVERRIDDEN = PreflightSettings(

@@ -21,6 +21,7 @@ from aos_gcs.mission.model.steps import StepRecord
 from aos_gcs.mission.model.vehicles import Task, VehicleSnapshot
 from aos_gcs.ports import Capture, VehicleState
 from aos_gcs.runtime.evaluation import Score, score_mission
+from aos_gcs.runtime.truth_file import check_place, read_world
 from aos_gcs.store.recorder import MissionRecorder
 from aos_sim.truth import unoccluded_areas_m2
 from aos_sim.world.scene import SceneParameters, build_scene
@@ -179,3 +180,36 @@ async def test_what_is_no_world_file_is_named(tmp_path: Path, content: str) -> N
     path.write_text(content, encoding="utf-8")
     with pytest.raises(InputDataError, match=r"other.json is no world file"):
         score_mission(snapshot(None, (), Outcome.FAILED), tmp_path, path, None)
+
+
+PLACE = '"origin": {"latitude_deg": 48.3, "longitude_deg": 14.3, "altitude_amsl_m": 260}'
+
+
+@pytest.mark.parametrize(
+    ("fields", "name"),
+    [
+        ('"origin": {"latitude_deg": 48.3}, "seed": 1, "trees_per_ha": 1, "targets": []', "origin"),
+        (f'{PLACE}, "seed": "one", "trees_per_ha": 1, "targets": []', "seed"),
+        (f'{PLACE}, "seed": 1, "trees_per_ha": null, "targets": []', "trees_per_ha"),
+        (f'{PLACE}, "seed": 1, "trees_per_ha": 1, "targets": [{{"position_enu_m": [1, 2]}}]', "targets"),
+        (f'{PLACE}, "seed": 1, "trees_per_ha": 1, "targets": [], "area_enu_m": [[1, "x"]]', "area_enu_m"),
+    ],
+)
+def test_a_field_that_cannot_be_read_is_named(tmp_path: Path, fields: str, name: str) -> None:
+    path = tmp_path / "world.json"
+    path.write_text(f"{{{fields}}}", encoding="utf-8")
+    with pytest.raises(InputDataError, match=rf"world\.json is no world file of the simulator: {name} cannot be read"):
+        read_world(path)
+
+
+def test_the_truth_about_another_world_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "world.json"
+    area_m = ((-50.0, 8.0), (50.0, 8.0), (50.0, 108.0), (-50.0, 108.0))
+    searched = replace(snapshot(None, (), Outcome.NOT_FOUND), area_enu_m=((-25.0, 8.0), (25.0, 8.0), (25.0, 88.0)))
+    for offset_m, is_other in (((0.0, 0.0, 0.0), False), ((60.0, 0.0, 0.0), False), ((0.0, 1000.0, 0.0), True)):
+        write_world_file(path, World(area_m), LocalFrame(ORIGIN).to_geodetic(offset_m), {})
+        if is_other:
+            with pytest.raises(InputDataError, match=r"another world: its area_enu_m lies 920 m outside"):
+                check_place(path, read_world(path), searched)
+        else:
+            check_place(path, read_world(path), searched)

@@ -14,7 +14,8 @@ from aos_gcs.lab.sensing import GeometricSensor
 from aos_gcs.lab.strategies import parse_strategies
 from aos_gcs.lab.timing import rest_to_rest_s, step_duration_s
 from aos_gcs.lab.worlds import Target
-from aos_sim.vehicle.dynamics import AirframeLimits, Guidance, SwarmState, Wind, step
+from aos_sim.errors.wind import Wind
+from aos_sim.vehicle.dynamics import AirframeLimits, Guidance, SwarmState, step
 from tests.fakes.lab_world import FakeWorld
 
 START = paper_initialisations()[0]

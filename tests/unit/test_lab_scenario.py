@@ -37,6 +37,7 @@ def test_a_file_says_what_differs(tmp_path: Path, name: str, text: str) -> None:
         ({"trees": 300}, "no field trees"),
         ({"terrain": "hills"}, "terrain must be one of flat"),
         ({"posture": "flying"}, "posture must be one of standing, sitting, lying"),
+        ({"errors": "exact"}, "errors must be one of none, rtk, gnss, but is 'exact'"),
         ({"drones": 2.5}, "drones must be a whole number"),
         ({"drones": 1}, "drones must lie within 2 and 100"),
         ({"drones": "ten"}, "drones must be a number"),

@@ -8,10 +8,13 @@ import pytest
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose, nadir_pose
+from aos_sim.errors.model import NONE
+from aos_sim.errors.wind import Wind
 from aos_sim.render import Renderer
 from aos_sim.render.lighting import TO_SUN, light_ground
 from aos_sim.render.raycaster import RayCaster
-from aos_sim.render.renderer import RGB_NOISE, SKY_RGB, SKY_TEMPERATURE_CELSIUS, THERMAL_NOISE_K
+from aos_sim.render.renderer import SKY_RGB, SKY_TEMPERATURE_CELSIUS
+from aos_sim.render.sway import Sway
 from aos_sim.world.distractors import DistractorKind, make_distractor
 from aos_sim.world.person import Person, Posture
 from aos_sim.world.scene import Scene, SceneParameters, build_scene
@@ -194,7 +197,7 @@ def test_unoccluded_area_of_a_lying_person_from_far_above_is_that_of_the_body(ba
 
 
 def test_temperatures_are_within_their_bands(forest: Renderer, bare: Renderer) -> None:
-    margin = 5 * THERMAL_NOISE_K
+    margin = 5 * NONE.thermal.netd_k
     canopy = forest.with_persons([]).render(above(forest), CAMERA, rng()).thermal_celsius
     assert 8 - margin < canopy.min() < canopy.max() < 14 + margin
     pose = above(bare, height_m=10)
@@ -219,8 +222,8 @@ def test_noise_has_the_sensors_deviation(bare: Renderer) -> None:
     first, second = (bare.render(above(bare), CAMERA, rng(seed)) for seed in (1, 2))
     thermal = (first.thermal_celsius - second.thermal_celsius).std() / math.sqrt(2)
     colour = (first.rgb.astype(float) - second.rgb).std() / math.sqrt(2)
-    assert thermal == pytest.approx(THERMAL_NOISE_K, rel=0.05)
-    assert colour == pytest.approx(RGB_NOISE, rel=0.05)
+    assert thermal == pytest.approx(NONE.thermal.netd_k, rel=0.05)
+    assert colour == pytest.approx(NONE.optics.colour_noise, rel=0.05)
 
 
 def test_frame_has_the_shape_and_types_of_the_camera(bare: Renderer) -> None:
@@ -268,3 +271,38 @@ def test_missing_embreex_says_what_to_install(bare_scene: Scene, monkeypatch: py
     monkeypatch.setitem(sys.modules, "embreex.mesh_construction", None)
     with pytest.raises(ConfigurationError, match=r"install aos-gcs\[sim\]"):
         Renderer(bare_scene)
+
+
+# --- wind -----------------------------------------------------------------------------------------------------------
+
+
+def test_wind_moves_trees_between_moments_and_nothing_else() -> None:
+    scene = build_scene(SceneParameters(seed=2, side_m=30.0))
+    windy = Renderer(scene, wind=Wind(6.0))
+    pose = above(windy)
+    first, same, later = (windy.view(pose, CAMERA, at_s) for at_s in (3.1, 3.4, 8.0))
+    np.testing.assert_array_equal(first, same)
+    changed = np.mean(np.any(first != later, axis=-1))
+    assert 0.2 < changed < 0.95
+    # What is seen of the person differs, but not where it stands.
+    bodies = [windy.person_masks(pose, CAMERA) for _ in range(2)]
+    np.testing.assert_array_equal(bodies[0].unoccluded, bodies[1].unoccluded)
+    bare_ground = Renderer(build_scene(SceneParameters(seed=2, trees_per_ha=0, side_m=30.0)), wind=Wind(6.0))
+    np.testing.assert_array_equal(bare_ground.view(pose, CAMERA, 3.1), bare_ground.view(pose, CAMERA, 8.0))
+
+
+def test_still_air_leaves_every_moment_alike(forest: Renderer) -> None:
+    np.testing.assert_array_equal(forest.view(above(forest), CAMERA, 0.0), forest.view(above(forest), CAMERA, 99.0))
+
+
+def test_sway_moves_the_canopy_by_its_deviation() -> None:
+    down = np.tile(np.array([[0.0, 0.0, -1.0]], np.float32), (4000, 1))
+    spread = rng(4).uniform(-0.4, 0.4, (4000, 2)).astype(np.float32)
+    down[:, :2] = spread
+    origin_m = np.array([0.0, 0.0, 36.0])
+    origins, directions = Sway(Wind(10.0, crown_s=0.02, leaf_s=0.01), 1).shear(origin_m, down, 0.0)
+    # Where the rays meet the ground nothing moves; at the top of the canopy, half way, they are off by the sway.
+    np.testing.assert_allclose(origins + 36.0 * directions, origin_m + 36.0 * down, atol=1e-4)
+    off_m = (origins + 18.0 * directions) - (origin_m + 18.0 * down)
+    assert off_m[:, 0].std() == pytest.approx(np.hypot(0.2, 0.1), rel=0.25)
+    assert not off_m[:, 2].any()

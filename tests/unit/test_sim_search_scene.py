@@ -51,8 +51,8 @@ def test_vehicles_hover_and_report_beside_where_they_were_sent(
     gnss, rtk = (
         np.array([exposure.reported[grade].position_enu_m for exposure in exposures]) for grade in PositionGrade
     )
-    # A vehicle believes to be where it was sent, up to the passing part; RTK tells the truth.
-    assert 0.0 < np.abs(gnss - positions_enu_m).max() < 1.0
+    # A vehicle believes to be where it was sent; RTK tells the truth, but for centimetres.
+    np.testing.assert_allclose(gnss, positions_enu_m, atol=1e-9)
     assert np.abs(rtk - positions_enu_m)[:, :2].max() > 0.05
     for exposure in exposures:
         one, other = exposure.reported.values()

@@ -46,6 +46,9 @@ def run(
     posture: Annotated[str | None, typer.Option(help="Posture of the target: standing, sitting or lying.")] = None,
     target_speed: Annotated[float | None, typer.Option(metavar="M/S", help="Speed of the target (0: still).")] = None,
     fidelity: Annotated[str | None, typer.Option(help="geometric (rays, fast) or imaging (rendered images).")] = None,
+    errors: Annotated[
+        str | None, typer.Option(help="Errors of vehicles and cameras in rendered images: none, rtk or gnss.")
+    ] = None,
     time_model: Annotated[str | None, typer.Option(help="paper (10 m/s, nothing else takes time) or dynamics.")] = None,
     oracle: Annotated[
         bool, typer.Option("--oracle", help="Also compute the best positions, with full knowledge of the forest.")
@@ -74,6 +77,7 @@ def run(
         "posture": posture,
         "target_speed_mps": target_speed,
         "fidelity": fidelity,
+        "errors": errors,
         "time_model": time_model,
     }
     chosen = _scenario(scenario, {name: value for name, value in options.items() if value is not None})

@@ -11,12 +11,14 @@ from typing import Annotated
 import typer
 
 from aos_sim.attached.service import AttachedCameras, AttachedOptions
+from aos_sim.errors.model import error_model
 from aos_sim.report import write_report
 from aos_sim.world.scene import SceneParameters, build_scene
 from aos_sim.world_file import World, read_world_file, write_world_file
 from aos_sim.world_options import (
     Animals,
     Cloths,
+    Errors,
     ExitWithParent,
     FieldOfView,
     HttpPort,
@@ -78,6 +80,7 @@ def sim_camera(
     cloths: Cloths = 0,
     image_size: ImageSize = 512,
     fov: FieldOfView = 50.0,
+    errors: Errors = None,
     no_render: NoRender = False,
     http_port: HttpPort = 0,
     world_file: Annotated[
@@ -91,6 +94,7 @@ def sim_camera(
     place = parse_origin(origin) if origin is not None else None
     if world is not None:
         parameters, place = read_world_file(world)
+    model = error_model(errors)
     options = AttachedOptions(
         links=tuple(link),
         gcs=gcs,
@@ -99,9 +103,10 @@ def sim_camera(
         image_size_px=image_size,
         fov_rad=math.radians(fov),
         http_port=http_port,
+        errors=model,
     )
     scene = build_scene(parameters)
-    cameras = AttachedCameras(options, image_source(scene, no_render))
+    cameras = AttachedCameras(options, image_source(scene, model, no_render))
     asyncio.run(_serve(cameras, world_of(scene), _Files(world_file, report_file), exit_with_parent))
 
 

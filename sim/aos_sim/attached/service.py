@@ -18,13 +18,14 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from aos_gcs.errors import ConfigurationError, LinkError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
-from aos_gcs.geometry.poses import nadir_pose
 from aos_sim.attached.camera import AttachedCamera, Shot
 from aos_sim.attached.senders import Sender, SenderTable
 from aos_sim.camera.darkroom import Darkroom
 from aos_sim.camera.image import ImageSource
 from aos_sim.camera.options import check_camera_options
 from aos_sim.camera.server import ImageServer
+from aos_sim.errors.exposure import Motion
+from aos_sim.errors.model import USUAL, ErrorModel
 from aos_sim.links import Address, Endpoint, LinkAddress, LinkKind, open_endpoint
 from aos_sim.report import AttachedCamerasReport, SeparationMonitor
 
@@ -60,6 +61,8 @@ class AttachedOptions:
     fov_rad: float = math.radians(50.0)
     http_port: int = 0
     """Port of the image server; 0: any free one."""
+    errors: ErrorModel = USUAL
+    """Errors of the cameras; those of positions, attitudes and the wind that moves vehicles are the vehicles' own."""
 
     def __post_init__(self) -> None:
         check_camera_options(self.image_size_px, self.fov_rad, self.http_port)
@@ -83,7 +86,7 @@ class AttachedCameras:
         self._options = options
         size_px = options.image_size_px
         camera_model = CameraModel.from_fov(size_px, size_px, options.fov_rad)
-        self._darkroom = Darkroom(source, camera_model, options.seed, ImageServer(options.http_port))
+        self._darkroom = Darkroom(source, camera_model, options.errors, options.seed, ImageServer(options.http_port))
         self._gcs = LinkAddress.parse(options.gcs) if options.gcs is not None else None
         self._cameras: dict[int, AttachedCamera] = {}
         self._senders = SenderTable()
@@ -234,7 +237,9 @@ class AttachedCameras:
 
     async def _develop(self, camera: AttachedCamera, shot: Shot, frame: LocalFrame) -> None:
         true = shot.pose.true
-        url = await self._darkroom.develop(shot.exposure, nadir_pose(frame.to_enu(true.position), true.heading_rad))
+        velocity_enu_mps = np.array(shot.pose.velocity_enu_mps)
+        motion = Motion(frame.to_enu(true.position), true.heading_rad, velocity_enu_mps)
+        url = await self._darkroom.develop(shot.exposure, motion)
         camera.deliver(shot, url)
         self._flush(camera, self._now_s())
 

@@ -28,6 +28,8 @@ class VehiclePose:
 
     true: TimedPose
     believed: CameraView
+    velocity_enu_mps: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Velocity that it has told last."""
 
 
 @dataclass(slots=True)
@@ -40,6 +42,7 @@ class PoseTelemetry:
     tells_truth: bool = False
     """Whether the vehicle has ever told its true pose; from then on, its belief is not taken for it."""
     _home_altitude_amsl_m: float = 0.0
+    _velocity_enu_mps: tuple[float, float, float] = (0.0, 0.0, 0.0)
     _boot_s: float = -math.inf
     """The vehicle's time in its latest message that tells one, ..."""
     _boot_heard_at_s: float = -math.inf
@@ -72,7 +75,7 @@ class PoseTelemetry:
         if believed is None or true is None:
             return None
         height_m = believed.position.altitude_amsl_m - self._home_altitude_amsl_m
-        return VehiclePose(true, CameraView(believed.position, height_m, believed.heading_rad))
+        return VehiclePose(true, CameraView(believed.position, height_m, believed.heading_rad), self._velocity_enu_mps)
 
     def _hear_belief(self, message: mavlink.MAVLink_message, now_s: float) -> None:
         boot_s = message.time_boot_ms / 1e3
@@ -80,6 +83,7 @@ class PoseTelemetry:
             self.believed.clear()
             self.true.clear()
         self._boot_s, self._boot_heard_at_s = boot_s, now_s
+        self._velocity_enu_mps = (message.vy / 100, message.vx / 100, -message.vz / 100)
         place = _place(message.lat, message.lon, message.alt / 1e3)
         if place is not None and message.hdg != _UNKNOWN_HEADING:
             self.believed.add(TimedPose(boot_s, place, math.radians(message.hdg / 100)))

@@ -8,12 +8,16 @@ from contextlib import AsyncExitStack
 from types import TracebackType
 from typing import Self
 
+import numpy as np
+
 from aos_gcs.geometry.camera import CameraModel
-from aos_gcs.geometry.poses import Pose
 from aos_sim.camera.component import Exposure
 from aos_sim.camera.folder import ImageFolder
-from aos_sim.camera.image import ImageSource, develop
+from aos_sim.camera.image import ImageSource, encode_tiff
 from aos_sim.camera.server import ImageServer
+from aos_sim.errors.cameras import ErringCameras
+from aos_sim.errors.exposure import Motion
+from aos_sim.errors.model import ErrorModel
 
 _THREADS = 2
 
@@ -26,7 +30,8 @@ class Darkroom:
     Args:
         source: source of the cameras' images.
         camera: the model of all cameras.
-        seed: seed of the sensors' noise.
+        errors: errors of gimbals, shutters, lenses and sensors.
+        seed: seed of the errors.
         publisher: server or folder of the images.
 
     Raises:
@@ -34,11 +39,17 @@ class Darkroom:
     """
 
     def __init__(
-        self, source: ImageSource, camera: CameraModel, seed: int, publisher: ImageServer | ImageFolder
+        self,
+        source: ImageSource,
+        camera: CameraModel,
+        errors: ErrorModel,
+        seed: int,
+        publisher: ImageServer | ImageFolder,
     ) -> None:
         self.camera = camera
         self._source = source
         self._seed = seed
+        self._cameras = ErringCameras(errors, camera, seed)
         self._publisher = publisher
         self._pool = ThreadPoolExecutor(_THREADS, thread_name_prefix="render")
         self._stack = AsyncExitStack()
@@ -55,9 +66,19 @@ class Darkroom:
     ) -> None:
         await self._stack.aclose()
 
-    async def develop(self, exposure: Exposure, pose: Pose) -> str:
-        """Return the URL, or the path, of the image that the camera takes from ``pose`` in the world."""
-        seed = (self._seed, exposure.system_id, exposure.index)
+    async def develop(self, exposure: Exposure, motion: Motion) -> str:
+        """Return the URL, or the path, of the image that a camera takes while its vehicle moves like this."""
         loop = asyncio.get_running_loop()
-        data = await loop.run_in_executor(self._pool, develop, self._source, pose, self.camera, seed)
+        data = await loop.run_in_executor(self._pool, self._image, exposure, motion)
         return self._publisher.publish(exposure.system_id, exposure.index, data)
+
+    def _image(self, exposure: Exposure, motion: Motion) -> bytes:
+        frame = self._cameras.expose(
+            self._source.view,
+            motion,
+            np.random.default_rng((self._seed, exposure.system_id, exposure.index)),
+            camera_id=exposure.system_id,
+            index=exposure.index,
+            at_s=exposure.at.s,
+        )
+        return encode_tiff(frame)

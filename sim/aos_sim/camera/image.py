@@ -11,33 +11,29 @@ from numpy.typing import NDArray
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.radiometry import centikelvin_from_celsius
+from aos_sim.errors.sensor import RenderedFrame
 
 _TIFF_UNCOMPRESSED = (cv2.IMWRITE_TIFF_COMPRESSION, 1)
-
-
-class RenderedImage(Protocol):
-    """Colour and thermal image of one exposure."""
-
-    @property
-    def rgb(self) -> NDArray[np.uint8]:
-        """Shape (H, W, 3)."""
-        ...
-
-    @property
-    def thermal_celsius(self) -> NDArray[np.float32]:
-        """Shape (H, W)."""
-        ...
 
 
 class ImageSource(Protocol):
     """Anything that can take a picture. Called from worker threads, several at a time."""
 
-    def render(self, pose: Pose, camera: CameraModel, rng: np.random.Generator) -> RenderedImage:
-        """Return what ``camera`` sees from ``pose``; ``rng`` is for the sensor's noise alone."""
+    def view(self, pose: Pose, camera: CameraModel, at_s: float) -> NDArray[np.float32]:
+        """Return what ``camera`` sees from ``pose``, without the errors of lens and sensor.
+
+        Args:
+            pose: true pose of the camera.
+            camera: its model.
+            at_s: seconds since the world began; what moves in it moves by them.
+
+        Returns:
+            Red, green, blue (0 to 255) and degrees Celsius, shape (H, W, 4).
+        """
         ...
 
 
-def encode_tiff(image: RenderedImage) -> bytes:
+def encode_tiff(image: RenderedFrame) -> bytes:
     """Return a TIFF of two pages: RGB as uint8, and temperature as uint16 in units of 0.01 K.
 
     Raises:
@@ -49,8 +45,3 @@ def encode_tiff(image: RenderedImage) -> bytes:
     if not encoded:
         raise ValueError("OpenCV could not encode the image as TIFF.")
     return data.tobytes()
-
-
-def develop(source: ImageSource, pose: Pose, camera: CameraModel, seed: tuple[int, ...]) -> bytes:
-    """Render an exposure and return its file; equal seeds give equal noise, in whatever order images are made."""
-    return encode_tiff(source.render(pose, camera, np.random.default_rng(seed)))

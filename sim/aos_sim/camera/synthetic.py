@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,21 +15,12 @@ COOL_RGB = (60, 110, 50)
 WARM_RGB = (120, 90, 60)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class SyntheticImage:
-    """One image of the pattern."""
-
-    rgb: NDArray[np.uint8]
-    """Shape (H, W, 3)."""
-    thermal_celsius: NDArray[np.float32]
-    """Shape (H, W)."""
-
-
 class CheckerboardGround:
     """A chequered plane z = 0: cool green and warm brown tiles of 2 m, correct in perspective."""
 
-    def render(self, pose: Pose, camera: CameraModel, rng: np.random.Generator) -> SyntheticImage:
-        """Return what ``camera`` sees from ``pose``; sky where a ray does not meet the ground."""
+    def view(self, pose: Pose, camera: CameraModel, at_s: float) -> NDArray[np.float32]:
+        """See :meth:`aos_sim.camera.image.ImageSource.view`; a ray that misses the ground sees it far away."""
+        del at_s
         columns, rows = np.meshgrid(np.arange(camera.width_px), np.arange(camera.height_px))
         directions_cam = np.stack(
             [(columns - camera.cx_px) / camera.fx_px, (rows - camera.cy_px) / camera.fy_px, np.ones(rows.shape)],
@@ -41,6 +30,5 @@ class CheckerboardGround:
         down = np.maximum(-directions[..., 2], 1e-6)
         ground = pose.position_enu_m[:2] + directions[..., :2] * (pose.position_enu_m[2] / down)[..., np.newaxis]
         warm = np.floor(ground / TILE_M).sum(axis=-1) % 2 == 1
-        rgb = np.where(warm[..., np.newaxis], WARM_RGB, COOL_RGB)
-        thermal = np.where(warm, WARM_CELSIUS, COOL_CELSIUS) + rng.normal(0.0, 0.05, warm.shape)
-        return SyntheticImage(rgb.astype(np.uint8), thermal.astype(np.float32))
+        cool_view, warm_view = (*COOL_RGB, COOL_CELSIUS), (*WARM_RGB, WARM_CELSIUS)
+        return np.where(warm[..., np.newaxis], warm_view, cool_view).astype(np.float32)

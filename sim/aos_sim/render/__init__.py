@@ -1,5 +1,5 @@
 """RGB and thermal images of a simulated world."""
 
-from aos_sim.render.renderer import PersonMasks, RenderedFrame, Renderer
+from aos_sim.render.renderer import PersonMasks, Renderer
 
-__all__ = ["PersonMasks", "RenderedFrame", "Renderer"]
+__all__ = ["PersonMasks", "Renderer"]

@@ -11,33 +11,24 @@ from numpy.typing import NDArray
 
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
+from aos_sim.errors.model import NONE
+from aos_sim.errors.sensor import CameraSensor, RenderedFrame
+from aos_sim.errors.wind import Wind
 from aos_sim.render.lighting import light_ground, shade_mesh
 from aos_sim.render.raycaster import NO_HIT, RayCaster
 from aos_sim.render.rays import pixels_around, ray_directions
+from aos_sim.render.sway import Sway
 from aos_sim.world.distractors import distractor_mesh
 from aos_sim.world.mesh import FloatArray, concatenate
 from aos_sim.world.person import Person, person_mesh
 from aos_sim.world.scene import Scene
 
-RGB_NOISE = 2.0
-"""Standard deviation of the sensor's noise, grey levels."""
-THERMAL_NOISE_K = 0.08
-"""Noise-equivalent temperature difference of the thermal sensor."""
 SKY_RGB = (186, 204, 222)
 SKY_TEMPERATURE_CELSIUS = -10.0
 
+_WHITE_NOISE = CameraSensor(NONE.thermal, NONE.optics)
 _HORIZON = -1e-3
 """Vertical component below which a ray meets the ground."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class RenderedFrame:
-    """One exposure of a camera whose colour and thermal images share their pixels."""
-
-    rgb: NDArray[np.uint8]
-    """Shape (H, W, 3)."""
-    thermal_celsius: FloatArray
-    """Apparent temperature, shape (H, W)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,6 +46,20 @@ class _BodyHits:
     pixel: NDArray[np.intp]
     triangle: NDArray[np.int32]
     is_visible: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True)
+class _Rays:
+    """A view of one moment."""
+
+    pose: Pose
+    camera: CameraModel
+    at_s: float = 0.0
+
+    @property
+    def directions(self) -> FloatArray:
+        """Directions of all pixels, shape (H * W, 3)."""
+        return ray_directions(self.pose, self.camera)
 
 
 class LitForest:
@@ -98,36 +103,43 @@ class Renderer:
         ConfigurationError: if embreex, which comes with ``aos-gcs[sim]``, is not installed.
     """
 
-    def __init__(self, scene: Scene, forest: LitForest | None = None) -> None:
+    def __init__(self, scene: Scene, forest: LitForest | None = None, wind: Wind = NONE.wind) -> None:
         """Prepare a scene; ``forest`` saves seconds where another renderer has prepared the same trees."""
         self.scene = scene
+        self._wind = wind
+        self._sway = Sway(wind, scene.parameters.seed)
         self._forest = LitForest(scene) if forest is None else forest
         self._bodies = _Bodies(scene, self._forest.caster)
 
     def with_persons(self, persons: Sequence[Person]) -> Renderer:
         """Return a renderer of the same forest and distractors with other persons, or none; takes milliseconds."""
-        return Renderer(replace(self.scene, persons=tuple(persons)), self._forest)
+        return Renderer(replace(self.scene, persons=tuple(persons)), self._forest, self._wind)
 
     def render(
         self, pose: Pose, camera: CameraModel, rng: np.random.Generator, backdrop_stride: int = 1
     ) -> RenderedFrame:
-        """Expose one frame.
+        """Expose one frame of a camera without errors but white noise.
 
         Args:
             pose: pose of the camera.
             camera: its model.
             rng: draws the sensors' noise.
-            backdrop_stride: 2 renders only every second pixel of every second row where no body can be, which takes
-                less than half of the time; the pixels between repeat them, but for the noise.
+            backdrop_stride: as of :meth:`view`.
         """
-        directions = ray_directions(pose, camera)
-        image = self._appearance(pose, camera, directions, backdrop_stride)
-        noise = rng.standard_normal(image.shape, dtype=np.float32)
-        noise *= np.array([RGB_NOISE, RGB_NOISE, RGB_NOISE, THERMAL_NOISE_K], np.float32)
-        image += noise
-        shape = (camera.height_px, camera.width_px)
-        rgb = np.rint(np.clip(image[:, :3], 0.0, 255.0)).astype(np.uint8)
-        return RenderedFrame(rgb.reshape(*shape, 3), image[:, 3].reshape(shape).copy())
+        return _WHITE_NOISE.expose(self.view(pose, camera, 0.0, backdrop_stride), rng)
+
+    def view(self, pose: Pose, camera: CameraModel, at_s: float, backdrop_stride: int = 1) -> FloatArray:
+        """Return red, green, blue (0 to 255) and °C of what there is to see, shape (H, W, 4).
+
+        Args:
+            pose: pose of the camera.
+            camera: its model.
+            at_s: moment, which decides how the trees sway.
+            backdrop_stride: 2 renders only every second pixel of every second row where no body can be, which takes
+                less than half of the time; the pixels between repeat them.
+        """
+        image = self._appearance(_Rays(pose, camera, at_s), backdrop_stride)
+        return image.reshape(camera.height_px, camera.width_px, 4)
 
     def render_many(
         self, poses: Sequence[Pose], camera: CameraModel, rng: np.random.Generator, threads: int = 2
@@ -143,7 +155,7 @@ class Renderer:
         Raises:
             KeyError: if nobody has that name.
         """
-        hits = self._body_hits(pose, camera, ray_directions(pose, camera))
+        hits = self._body_hits(_Rays(pose, camera))
         wanted = np.zeros(len(self.scene.persons) + len(self.scene.distractors), dtype=np.bool_)
         wanted[: len(self.scene.persons)] = [name in (None, person.name) for person in self.scene.persons]
         if name is not None and not wanted.any():
@@ -166,44 +178,51 @@ class Renderer:
 
     def visible_body_pixels(self, pose: Pose, camera: CameraModel) -> NDArray[np.intp]:
         """Return how many pixels show each body: the persons, then the distractors, shape (bodies,)."""
-        hits = self._body_hits(pose, camera, ray_directions(pose, camera))
+        hits = self._body_hits(_Rays(pose, camera))
         bodies = self._bodies.body_of_triangle[hits.triangle[hits.is_visible]]
         return np.bincount(bodies, minlength=len(self.scene.persons) + len(self.scene.distractors))
 
-    def _appearance(self, pose: Pose, camera: CameraModel, directions: FloatArray, backdrop_stride: int) -> FloatArray:
-        """Red, green, blue and °C per pixel without noise, shape (H * W, 4)."""
+    def _appearance(self, rays: _Rays, backdrop_stride: int) -> FloatArray:
+        """Red, green, blue and °C per pixel, shape (H * W, 4)."""
+        directions, camera = rays.directions, rays.camera
         if backdrop_stride == 1:
-            image = self._backdrop(pose, directions)
+            image = self._backdrop(rays, directions)
         else:
             shape = (camera.height_px, camera.width_px)
             thinned = directions.reshape(*shape, 3)[::backdrop_stride, ::backdrop_stride]
-            colours = self._backdrop(pose, thinned.reshape(-1, 3)).reshape(*thinned.shape[:2], 4)
+            colours = self._backdrop(rays, thinned.reshape(-1, 3)).reshape(*thinned.shape[:2], 4)
             image = colours.repeat(backdrop_stride, axis=0).repeat(backdrop_stride, axis=1)
             image = image[: shape[0], : shape[1]].reshape(-1, 4)
-            near_bodies = self._bodies.pixels(pose, camera)
-            image[near_bodies] = self._backdrop(pose, directions[near_bodies])
-        hits = self._body_hits(pose, camera, directions)
+            near_bodies = self._bodies.pixels(rays.pose, camera)
+            image[near_bodies] = self._backdrop(rays, directions[near_bodies])
+        hits = self._body_hits(rays)
         image[hits.pixel[hits.is_visible]] = self._bodies.appearance[hits.triangle[hits.is_visible]]
         return image
 
-    def _backdrop(self, pose: Pose, directions: FloatArray) -> FloatArray:
+    def _backdrop(self, rays: _Rays, directions: FloatArray) -> FloatArray:
         """Red, green, blue and °C of trees, ground and sky per direction, shape (n, 4)."""
-        triangle = self._forest.caster.first_hit(pose.position_enu_m, directions)
+        triangle = self._forest.caster.first_hit(*self._swaying(rays, directions))
         colours = self._forest.appearance[triangle]
         ground = np.flatnonzero((triangle == NO_HIT) & (directions[:, 2] < _HORIZON))
         down = directions[ground]
-        east, north, height = pose.position_enu_m
+        east, north, height = rays.pose.position_enu_m
         distance = np.float32(-height) / down[:, 2]
         colours[ground] = self._forest.ground.sample(east + distance * down[:, 0], north + distance * down[:, 1])
         return colours
 
-    def _body_hits(self, pose: Pose, camera: CameraModel, directions: FloatArray) -> _BodyHits:
-        pixel = self._bodies.pixels(pose, camera)
-        triangle, distance = self._bodies.caster.first_hit_with_distance(pose.position_enu_m, directions[pixel])
+    def _body_hits(self, rays: _Rays) -> _BodyHits:
+        pixel = self._bodies.pixels(rays.pose, rays.camera)
+        directions = rays.directions[pixel]
+        triangle, distance = self._bodies.caster.first_hit_with_distance(rays.pose.position_enu_m, directions)
         is_hit = triangle != NO_HIT
-        pixel, triangle, distance = pixel[is_hit], triangle[is_hit], distance[is_hit]
-        _, forest_distance = self._forest.caster.first_hit_with_distance(pose.position_enu_m, directions[pixel])
+        pixel, triangle, distance, directions = pixel[is_hit], triangle[is_hit], distance[is_hit], directions[is_hit]
+        _, forest_distance = self._forest.caster.first_hit_with_distance(*self._swaying(rays, directions))
         return _BodyHits(pixel, triangle, distance < forest_distance)
+
+    def _swaying(self, rays: _Rays, directions: FloatArray) -> tuple[NDArray[np.floating], FloatArray]:
+        """Return origins and directions that meet the forest at rest as these meet it at their moment."""
+        origin_m = rays.pose.position_enu_m
+        return self._sway.shear(origin_m, directions, rays.at_s) if self._sway.moves else (origin_m, directions)
 
 
 def _bounding_box(triangles_m: FloatArray) -> NDArray[np.float64]:

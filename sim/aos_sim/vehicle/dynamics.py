@@ -11,6 +11,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from aos_sim.errors.sizes import drifted
+from aos_sim.errors.wind import Wind
+
 GRAVITY_MPS2 = 9.81
 
 POSITION_GAIN_PER_S = 2.0
@@ -23,13 +26,6 @@ ATTITUDE_TIME_CONSTANT_S = 0.15
 
 DRAG_PER_S = 0.08
 """Air drag per unit of mass and air speed: makes a vehicle lean into the wind."""
-
-GUST_TIME_CONSTANT_S = 3.0
-GUST_SHARE = 0.2
-"""Standard deviation of gusts as a share of the mean wind."""
-
-GUST_RESPONSE = 0.1
-"""Share of a gust's velocity that a position controller lets through."""
 
 FloatArray = NDArray[np.float64]
 
@@ -89,18 +85,6 @@ class AirframeLimits:
     yaw_rate_radps: float = np.pi / 3
 
 
-@dataclass(frozen=True, slots=True)
-class Wind:
-    """Steady wind with gusts."""
-
-    mean_enu_mps: tuple[float, float, float] = (0.0, 0.0, 0.0)
-
-    @property
-    def gust_sigma_mps(self) -> float:
-        """Standard deviation of one component of the gusts."""
-        return GUST_SHARE * float(np.linalg.norm(self.mean_enu_mps))
-
-
 def step(
     state: SwarmState,
     guidance: Guidance,
@@ -123,7 +107,7 @@ def step(
         state.commanded_velocity_enu_mps + np.array([0.0, 0.0, -GRAVITY_MPS2 * dt_s]),
     )
     gust = _next_gust(state.gust_enu_mps, wind, dt_s, rng)
-    velocity = commanded + np.where(lifting, GUST_RESPONSE * gust, 0.0)
+    velocity = commanded + np.where(lifting, wind.response * gust, 0.0)
     position = state.position_enu_m + velocity * dt_s
     acceleration = (commanded - state.commanded_velocity_enu_mps) / dt_s
     touching = position[:, 2] <= ground_up_m
@@ -194,12 +178,10 @@ def _within_budget(change: FloatArray, budget: FloatArray) -> FloatArray:
 
 
 def _next_gust(gust: FloatArray, wind: Wind, dt_s: float, rng: np.random.Generator) -> FloatArray:
-    """Ornstein-Uhlenbeck process, exact for any step, shape (N, 3)."""
+    """Return the gusts one step later, shape (N, 3); in still air nothing is drawn."""
     if wind.gust_sigma_mps == 0.0:
         return gust
-    decay = np.exp(-dt_s / GUST_TIME_CONSTANT_S)
-    noise = rng.standard_normal(gust.shape) * wind.gust_sigma_mps * np.sqrt(1.0 - decay**2)
-    return np.asarray(gust * decay + noise)
+    return drifted(rng, gust, wind.gust_sigma_mps, dt_s, wind.gust_s)
 
 
 def _next_attitude(

@@ -9,8 +9,10 @@ import pymap3d
 from numpy.typing import NDArray
 
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_sim.errors.attitude import AttitudeProcess
+from aos_sim.errors.model import RTK
+from aos_sim.errors.position import PositionErrors, PositionProcess
 from aos_sim.vehicle.dynamics import SwarmState
-from aos_sim.vehicle.errors import RTK, ErrorProcess, SensorErrors
 
 EnuPoint = tuple[float, float, float]
 
@@ -47,7 +49,9 @@ class Kinematics:
     roll_rad: float
     pitch_rad: float
     heading_rad: float
-    """Clockwise from north, [0, 2 pi)."""
+    """Clockwise from north, [0, 2 pi); as are roll and pitch, what the autopilot estimates."""
+    true_attitude_rad: EnuPoint
+    """True roll, pitch and heading."""
     rates_radps: EnuPoint
     """Rates of roll, pitch and heading."""
     on_ground: bool
@@ -58,8 +62,8 @@ class Kinematics:
     """Place of the vehicle in the tables."""
     barometer_up_m: float
     """Height above the world's origin that the barometer measures."""
-    errors: SensorErrors
-    """Sizes of the sensors' errors."""
+    errors: PositionErrors
+    """Sizes of the position's errors."""
 
     @property
     def geodetic(self) -> GeodeticPosition:
@@ -78,14 +82,19 @@ class Kinematics:
 
 
 def read_kinematics(
-    state: SwarmState, frame: LocalFrame, process: ErrorProcess | None = None, default: SensorErrors = RTK
+    state: SwarmState,
+    frame: LocalFrame,
+    process: PositionProcess | None = None,
+    attitudes: AttitudeProcess | None = None,
+    default: PositionErrors = RTK.position,
 ) -> list[Kinematics]:
     """Return what each vehicle's sensors say of the true state; without errors where there is no ``process``.
 
     Args:
         state: true state.
         frame: local frame of the world.
-        process: errors of the sensors.
+        process: errors of the positions.
+        attitudes: errors of the attitudes.
         default: sizes that are reported where there is no process.
     """
     true_table = GeodeticTable(state.position_enu_m, frame)
@@ -97,10 +106,12 @@ def read_kinematics(
         table = GeodeticTable(believed_enu_m, frame)
         receiver_table = GeodeticTable(state.position_enu_m + process.receiver_enu_m, frame)
     errors = default if process is None else process.sizes
+    attitude_rad = state.attitude_rad if attitudes is None else _believed(state.attitude_rad, attitudes)
     rows = zip(
         believed_enu_m.tolist(),
         state.position_enu_m.tolist(),
         state.velocity_enu_mps.tolist(),
+        attitude_rad.tolist(),
         state.attitude_rad.tolist(),
         state.attitude_rates_radps.tolist(),
         state.on_ground.tolist(),
@@ -115,6 +126,7 @@ def read_kinematics(
             roll_rad=roll_rad,
             pitch_rad=pitch_rad,
             heading_rad=heading_rad,
+            true_attitude_rad=tuple(true_attitude),
             rates_radps=tuple(rates),
             on_ground=on_ground,
             table=table,
@@ -129,8 +141,16 @@ def read_kinematics(
             true,
             velocity,
             (roll_rad, pitch_rad, heading_rad),
+            true_attitude,
             rates,
             on_ground,
             barometer_m,
         ) in enumerate(rows)
     ]
+
+
+def _believed(attitude_rad: NDArray[np.float64], attitudes: AttitudeProcess) -> NDArray[np.float64]:
+    """Return roll, pitch and heading as the autopilots estimate them, shape (n, 3)."""
+    believed_rad = attitude_rad + attitudes.estimate_rad
+    believed_rad[:, 2] %= 2.0 * np.pi
+    return believed_rad

@@ -14,7 +14,8 @@ def sim_state(readings: Readings) -> mavlink.MAVLink_message:
     kinematics = readings.kinematics
     geodetic = kinematics.true_geodetic
     latitude_e7, longitude_e7 = degrees_e7(geodetic.latitude_deg), degrees_e7(geodetic.longitude_deg)
-    q_w, q_x, q_y, q_z = body_quaternion(kinematics.roll_rad, kinematics.pitch_rad, kinematics.heading_rad)
+    roll_rad, pitch_rad, heading_rad = kinematics.true_attitude_rad
+    q_w, q_x, q_y, q_z = body_quaternion(roll_rad, pitch_rad, heading_rad)
     east_mps, north_mps, up_mps = kinematics.velocity_enu_mps
     roll_rate_radps, pitch_rate_radps, yaw_rate_radps = kinematics.rates_radps
     return mavlink.MAVLink_sim_state_message(
@@ -22,9 +23,9 @@ def sim_state(readings: Readings) -> mavlink.MAVLink_message:
         q2=q_x,
         q3=q_y,
         q4=q_z,
-        roll=kinematics.roll_rad,
-        pitch=kinematics.pitch_rad,
-        yaw=(kinematics.heading_rad + math.pi) % (2 * math.pi) - math.pi,
+        roll=roll_rad,
+        pitch=pitch_rad,
+        yaw=(heading_rad + math.pi) % (2 * math.pi) - math.pi,
         xacc=0.0,
         yacc=0.0,
         zacc=0.0,
@@ -52,7 +53,7 @@ def hil_state_quaternion(readings: Readings) -> mavlink.MAVLink_message:
     roll_rate_radps, pitch_rate_radps, yaw_rate_radps = kinematics.rates_radps
     return mavlink.MAVLink_hil_state_quaternion_message(
         time_usec=0,
-        attitude_quaternion=body_quaternion(kinematics.roll_rad, kinematics.pitch_rad, kinematics.heading_rad),
+        attitude_quaternion=body_quaternion(*kinematics.true_attitude_rad),
         rollspeed=roll_rate_radps,
         pitchspeed=pitch_rate_radps,
         yawspeed=yaw_rate_radps,

@@ -9,7 +9,7 @@ from typing import Self
 import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from aos_sim.vehicle.dynamics import Wind
+from aos_sim.errors.wind import Wind
 from tests.campaign.faults.base import Basis, Fault, draw_duration, draw_time
 from tests.campaign.world import World
 from tests.fakes.air import FIRST_PORT, GCS, Address
@@ -32,7 +32,7 @@ class WindRises(Fault):
 
     async def act(self, world: World) -> None:
         east_mps, north_mps = -self.speed_mps * math.sin(self.from_rad), -self.speed_mps * math.cos(self.from_rad)
-        world.swarm._wind = Wind((east_mps, north_mps, 0.0))
+        world.swarm._wind = Wind(math.hypot(east_mps, north_mps), math.atan2(east_mps, north_mps))
 
 
 @dataclass(frozen=True)

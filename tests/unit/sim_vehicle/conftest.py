@@ -15,10 +15,11 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_sim.camera.component import CameraComponent
 from aos_sim.clock import TICK_S, SimTime
+from aos_sim.errors.wind import Wind
 from aos_sim.packets import Parser
 from aos_sim.swarm import AUTOPILOTS
 from aos_sim.vehicle.configuration import VehicleIdentity
-from aos_sim.vehicle.dynamics import AirframeLimits, Guidance, SwarmState, Wind, step
+from aos_sim.vehicle.dynamics import AirframeLimits, Guidance, SwarmState, step
 from aos_sim.vehicle.kinematics import Kinematics, read_kinematics
 from aos_sim.vehicle.vehicle import SimulatedVehicle
 
@@ -35,7 +36,7 @@ class Bench:
     def __init__(self, flavour: str, parameters: Mapping[str, float], start_up_s: float, wind_mps: float) -> None:
         self.flavour = flavour
         self.frame = LocalFrame(ORIGIN)
-        self._wind = Wind((wind_mps, 0.0, 0.0))
+        self._wind = Wind(wind_mps)
         self._rng = np.random.default_rng(1)
         self.state = SwarmState.at_rest(np.zeros((1, 3)), np.array([0.2]))
         self.now = SimTime(0, start_utc_us=1_700_000_000_000_000)

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from aos_sim.clock import TICK_S
-from aos_sim.vehicle.dynamics import AirframeLimits, Guidance, SwarmState, Wind, approach_speed, step
+from aos_sim.errors.wind import Wind
+from aos_sim.vehicle.dynamics import AirframeLimits, Guidance, SwarmState, approach_speed, step
 
 LIMITS = AirframeLimits()
 SPEED_MPS, CLIMB_MPS, DESCENT_MPS = 10.0, 2.5, 1.5
@@ -118,7 +119,7 @@ def test_without_lift_it_falls_and_rests_on_the_ground():
 
 
 def test_gusts_move_a_hovering_vehicle_a_little_and_repeat_by_seed():
-    wind = Wind((10.0, 0.0, 0.0))
+    wind = Wind(10.0)
     guidance = towards((0.0, 0.0, 30.0))
     positions = stacked(fly(hovering((0.0, 0.0, 30.0)), guidance, 20.0, wind), "position_enu_m")
     away = np.linalg.norm(positions - [0.0, 0.0, 30.0], axis=-1)

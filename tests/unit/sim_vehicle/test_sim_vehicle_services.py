@@ -168,7 +168,6 @@ def test_listening_links_take_a_port_for_each_vehicle():
         {"links": ()},
         {"image_size_px": 1},
         {"fov_rad": 4.0},
-        {"wind_mps": -1.0},
         {"first_system_id": 250, "vehicles": 2},
         {"http_port": 70000},
         {"seed": -1},

@@ -1,4 +1,4 @@
-"""Errors of the simulated vehicles: seeded, as large as they are reported, and in what telemetry says."""
+"""Errors of positions and attitudes: seeded, as large as they are reported, and in what telemetry says."""
 
 import numpy as np
 import pytest
@@ -6,16 +6,18 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.vehicle.telemetry import Telemetry
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_sim.errors.attitude import AttitudeProcess
+from aos_sim.errors.model import GNSS, NONE, RTK
+from aos_sim.errors.position import PositionErrors, PositionProcess
 from aos_sim.vehicle.dynamics import SwarmState
-from aos_sim.vehicle.errors import GNSS, RTK, ErrorProcess, SensorErrors
 from aos_sim.vehicle.kinematics import read_kinematics
 
 FRAME = LocalFrame(GeodeticPosition(48.3, 14.3, 260.0))
 
 
-@pytest.mark.parametrize("sizes", [RTK, GNSS])
-def test_errors_are_as_large_as_the_receivers_report(sizes: SensorErrors) -> None:
-    process = ErrorProcess(sizes, 4000, seed=1)
+@pytest.mark.parametrize("sizes", [RTK.position, GNSS.position])
+def test_errors_are_as_large_as_the_receivers_report(sizes: PositionErrors) -> None:
+    process = PositionProcess(sizes, 4000, seed=1)
     for _ in range(3):
         process.advance(1.0)
     horizontal_m, vertical_m = sizes.accuracy_m
@@ -24,7 +26,7 @@ def test_errors_are_as_large_as_the_receivers_report(sizes: SensorErrors) -> Non
 
 
 def test_errors_drift_slowly_about_a_constant_and_are_seeded() -> None:
-    processes = [ErrorProcess(GNSS, 2000, seed) for seed in (1, 1, 2)]
+    processes = [PositionProcess(GNSS.position, 2000, seed) for seed in (1, 1, 2)]
     for process in processes:
         process.advance(0.2)
     first, same, other = (process.estimate_enu_m[:, 2] for process in processes)
@@ -38,7 +40,7 @@ def test_errors_drift_slowly_about_a_constant_and_are_seeded() -> None:
 
 
 def test_an_estimate_can_run_away_from_the_true_height() -> None:
-    process = ErrorProcess(RTK, 2, seed=1)
+    process = PositionProcess(RTK.position, 2, seed=1)
     process.climb_mps[1] = 0.1
     for _ in range(100):
         process.advance(1.0)
@@ -47,12 +49,33 @@ def test_an_estimate_can_run_away_from_the_true_height() -> None:
 
 def test_autopilot_believes_its_estimate_and_cameras_see_from_the_true_place() -> None:
     state = SwarmState.at_rest(np.zeros((3, 3)), np.zeros(3))
-    process = ErrorProcess(GNSS, 3, seed=4)
+    process = PositionProcess(GNSS.position, 3, seed=4)
     kinematics = read_kinematics(state, FRAME, process)
     assert [each.true_enu_m for each in kinematics] == [(0.0, 0.0, 0.0)] * 3
     assert np.array([each.position_enu_m for each in kinematics]) == pytest.approx(process.estimate_enu_m)
+    assert [each.heading_rad for each in kinematics] == [0.0] * 3
     measured_m = [FRAME.to_enu(each.receiver_geodetic)[2] for each in kinematics]
     assert measured_m == pytest.approx(process.receiver_enu_m[:, 2], abs=1e-6)
+
+
+def test_attitudes_are_believed_with_their_errors_and_told_as_they_are() -> None:
+    state = SwarmState.at_rest(np.zeros((3, 3)), np.full(3, 6.2))
+    attitudes = AttitudeProcess(RTK.attitude, 3, seed=4)
+    kinematics = read_kinematics(state, FRAME, None, attitudes)
+    believed_rad = np.array([[each.roll_rad, each.pitch_rad, each.heading_rad] for each in kinematics])
+    errors_rad = attitudes.estimate_rad + np.array([0.0, 0.0, 6.2])
+    np.testing.assert_allclose(believed_rad[:, :2], errors_rad[:, :2])
+    np.testing.assert_allclose(believed_rad[:, 2], errors_rad[:, 2] % (2 * np.pi))
+    assert [each.true_attitude_rad for each in kinematics] == [(0.0, 0.0, 6.2)] * 3
+
+
+def test_without_errors_a_vehicle_believes_the_truth() -> None:
+    state = SwarmState.at_rest(np.ones((2, 3)), np.array([0.0, 2.0]))
+    process = PositionProcess(NONE.position, 2, seed=1)
+    process.advance(10.0)
+    for exact in read_kinematics(state, FRAME, process, AttitudeProcess(NONE.attitude, 2, seed=1)):
+        assert exact.position_enu_m == exact.true_enu_m
+        assert (exact.roll_rad, exact.pitch_rad, exact.heading_rad) == exact.true_attitude_rad
 
 
 def test_driver_reads_accuracies_receiver_altitude_and_pressure() -> None:

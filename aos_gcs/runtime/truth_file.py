@@ -1,0 +1,76 @@
+"""The simulator's truth about a world, as a file: read, and refused where it tells of another place."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from aos_gcs.errors import InputDataError
+from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.mission.model.snapshot import MissionSnapshot
+
+
+def read_world(path: Path) -> dict[str, Any]:
+    """Return the fields of a world file.
+
+    Raises:
+        InputDataError: the file cannot be read, or a field of it; the message names it.
+    """
+    try:
+        world: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        missing = {"origin", "seed", "trees_per_ha", "targets"} - world.keys()
+    except OSError as error:
+        raise InputDataError(f"The world file {path} cannot be read: {error.strerror}.") from error
+    except (ValueError, AttributeError) as error:
+        raise InputDataError(f"{path} is no world file of the simulator: {error}.") from error
+    if missing:
+        raise InputDataError(f"{path} is no world file of the simulator: it lacks {', '.join(sorted(missing))}.")
+    for name, read in _READERS.items():
+        try:
+            read(world.get(name, ()))
+        except (ValueError, TypeError, KeyError, AttributeError) as error:
+            raise InputDataError(
+                f"{path} is no world file of the simulator: {name} cannot be read ({error})."
+            ) from error
+    return world
+
+
+def check_place(path: Path, world: Mapping[str, Any], snapshot: MissionSnapshot) -> None:
+    """Refuse the truth about a world that the mission has not searched.
+
+    Raises:
+        InputDataError: the search areas of mission and world lie apart.
+    """
+    if not world.get("area_enu_m") or not snapshot.area_enu_m or snapshot.origin is None:
+        return
+    frame, mission_frame = LocalFrame(GeodeticPosition(**world["origin"])), LocalFrame(snapshot.origin)
+    corners = [
+        mission_frame.to_enu(frame.to_geodetic((east_m, north_m, 0.0))) for east_m, north_m in world["area_enu_m"]
+    ]
+    area_m, searched_m = np.array(corners)[:, :2], np.array(snapshot.area_enu_m)[:, :2]
+    apart_m = np.maximum(area_m.min(axis=0) - searched_m.max(axis=0), searched_m.min(axis=0) - area_m.max(axis=0))
+    if apart_m.max() > 0.0:
+        raise InputDataError(
+            f"{path} is the truth about another world: its area_enu_m lies {apart_m.max():.0f} m outside the search "
+            "area of the mission. Name the file that the simulator wrote for this mission."
+        )
+
+
+def _numbers(points: Any, count: int) -> None:
+    for point in points:
+        if len([float(number) for number in point]) != count:
+            raise ValueError(f"{point} must be {count} numbers")
+
+
+_READERS: Mapping[str, Callable[[Any], object]] = {
+    "origin": lambda origin: GeodeticPosition(**{key: float(value) for key, value in origin.items()}),
+    "seed": range,
+    "trees_per_ha": float,
+    "targets": lambda targets: _numbers([target["position_enu_m"] for target in targets], 3),
+    "area_enu_m": lambda area: _numbers(area, 2),
+}
+"""Readers of the fields of a world file, which fail where one is not what it should be."""
