@@ -17,6 +17,7 @@ for errors of position, orientation (a small rotation about ENU axes), pixel and
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
@@ -217,11 +218,9 @@ def _noise_m2(
     )
     scaled = np.vstack([pose_jacobian(ray_m) * pose_sigmas for ray_m in rays_m])
     pose_m2 = scaled @ scaled.T
-    exposures = [(view.vehicle_id, *view.pose.position_enu_m) for view in views]
-    frame_of_view = np.unique(exposures, axis=0, return_inverse=True)[1].ravel()
-    # What one frame shows of two targets is displaced together; two views of one target are of two frames.
-    together = (frame_of_view[:, np.newaxis] == frame_of_view) & (target_of_view[:, np.newaxis] != target_of_view)
-    np.fill_diagonal(together, val=True)
+    frame_of_view = _frames(views, target_of_view)
+    # What one frame shows of two targets is displaced together.
+    together = frame_of_view[:, np.newaxis] == frame_of_view
     white_m2 = _per_axis(together) * (1.0 - uncertainty.persistent_share) * pose_m2
     for i, (view, ray_m) in enumerate(zip(views, rays_m, strict=True)):
         own = slice(2 * i, 2 * i + 2)
@@ -232,6 +231,20 @@ def _noise_m2(
     vehicle_ids = np.array([view.vehicle_id for view in views])
     same_vehicle = vehicle_ids[:, np.newaxis] == vehicle_ids
     return white_m2, _per_axis(same_vehicle) * uncertainty.persistent_share * pose_m2
+
+
+def _frames(views: Sequence[BlobView], target_of_view: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Return a number per view, shape (n,), that those of one frame share: no frame has two views of one target.
+
+    A vehicle that stays where it is may take several frames with the same pose.
+    """
+    counts: Counter[tuple[tuple[float, ...], int]] = Counter()
+    keys = []
+    for view, target in zip(views, target_of_view, strict=True):
+        exposure = (view.vehicle_id, *view.pose.position_enu_m)
+        keys.append((*exposure, counts[exposure, int(target)]))
+        counts[exposure, int(target)] += 1
+    return np.asarray(np.unique(keys, axis=0, return_inverse=True)[1].ravel(), dtype=np.intp)
 
 
 def _per_axis(related: NDArray[np.bool_]) -> NDArray[np.bool_]:

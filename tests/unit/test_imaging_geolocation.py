@@ -182,6 +182,25 @@ def test_targets_that_share_no_vehicle_are_located_as_if_alone() -> None:
         np.testing.assert_allclose(located.systematic_m2, alone.systematic_m2, atol=1e-9)
 
 
+def test_vehicles_that_hover_in_one_place_keep_the_covariance_positive() -> None:
+    rng = np.random.default_rng(0)
+    poses = [nadir_pose([4.0 * number, 0.0, 35.0]) for number in range(5)]
+    settings = Uncertainty(persistent_share=0.0, pixel_px=0.1, target_extent_m=0.01)
+    for _ in range(30):
+        places_enu_m = rng.uniform([-12.0, -12.0, 0.5], [12.0, 12.0, 0.5], (4, 3))
+        targets = [
+            [
+                exact_view(number, pose, tuple(place_enu_m))
+                for _step in range(3)
+                for number, pose in enumerate(poses)
+                if number == 0 or rng.random() < 0.6
+            ]
+            for place_enu_m in places_enu_m
+        ]
+        for place in locate_together(targets, 0.0, settings):
+            assert np.linalg.eigvalsh(place.covariance_m2).min() > 0.0
+
+
 def test_no_targets_are_nowhere() -> None:
     assert locate_together([], 0.0, Uncertainty()) == ()
 
