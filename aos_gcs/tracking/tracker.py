@@ -20,6 +20,9 @@ from scipy.optimize import linear_sum_assignment
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.tracking.motion import WALKING, Motion, MotionSettings, begin, density, predict, update
 
+FRESH_S = 20.0
+"""Time after its latest measurement for which a track may be met anywhere that a runner can have reached."""
+
 
 @dataclass(frozen=True, slots=True)
 class TrackingSettings:
@@ -39,6 +42,9 @@ class TrackingSettings:
     """Opportunities missed in a row after which a confirmed track ends."""
     forget_s: float = 300.0
     """Time without a measurement after which any track ends."""
+    max_surprise_m: float = 5.0
+    """Distance from its predicted position up to which a track that was not seen for ``FRESH_S`` takes a measurement:
+    it is expected anywhere by then, and would take whatever is seen next."""
     motion: MotionSettings = field(default_factory=MotionSettings)
 
     def __post_init__(self) -> None:
@@ -47,7 +53,7 @@ class TrackingSettings:
                 f"confirm_hits must lie within 1 and confirm_window ({self.confirm_window}), but is "
                 f"{self.confirm_hits}."
             )
-        for name in ("new_per_m2", "max_misses", "forget_s"):
+        for name in ("new_per_m2", "max_misses", "forget_s", "max_surprise_m"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0):
                 raise ConfigurationError(f"{name} must be a finite number above 0, but is {value}.")
@@ -148,7 +154,7 @@ def observe(
         is_covered: whether the step looked at a position, shape (2,).
     """
     predicted = [replace(track, motion=predict(track.motion, now_s, settings.motion)) for track in before.tracks]
-    pairs = _assign(predicted, measurements, settings.new_per_m2)
+    pairs = _assign(predicted, measurements, settings)
     ids, next_id, after = [], before.next_id, list[Track]()
     for row, track in enumerate(predicted):
         if row in pairs:
@@ -164,16 +170,19 @@ def observe(
     return Tracks(tuple(track for track in after if _is_alive(track, settings)), next_id), tuple(ids)
 
 
-def _assign(tracks: Sequence[Track], measurements: Sequence[Measurement], new_per_m2: float) -> dict[int, int]:
+def _assign(tracks: Sequence[Track], measurements: Sequence[Measurement], settings: TrackingSettings) -> dict[int, int]:
     """Return the measurement of each track that has one, by their indices."""
     if not tracks or not measurements:
         return {}
     gains = np.array(
         [
-            [density(track.motion, one.position_enu_m, one.covariance_m2) / new_per_m2 for one in measurements]
+            [density(track.motion, one.position_enu_m, one.covariance_m2) / settings.new_per_m2 for one in measurements]
             for track in tracks
         ]
     )
+    offsets_m = np.array([[one.position_enu_m - track.position_enu_m for one in measurements] for track in tracks])
+    is_stale = np.array([track.motion.at_s - track.seen_at_s > FRESH_S for track in tracks])
+    gains[is_stale[:, np.newaxis] & (np.linalg.norm(offsets_m, axis=-1) > settings.max_surprise_m)] = 0.0
     # What is likelier new gains nothing, whichever track it is left with.
     rows, columns = linear_sum_assignment(np.log(np.maximum(gains, 1.0)), maximize=True)
     return {int(row): int(column) for row, column in zip(rows, columns, strict=True) if gains[row, column] > 1.0}

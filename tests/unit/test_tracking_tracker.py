@@ -149,3 +149,11 @@ def test_settings_out_of_range_are_refused_by_name(wrong: dict[str, float]) -> N
         TrackingSettings(**wrong)  # type: ignore[arg-type]
     with pytest.raises(ConfigurationError, match="still_s"):
         MotionSettings(still_s=0.0)
+
+
+def test_a_track_that_was_not_seen_for_long_does_not_take_what_is_seen_elsewhere() -> None:
+    tracks, _ = run([[(0.0, 0.0)]] * 6)
+    tracks, ids = observe(tracks, [seen([25.0, 2.0])], 90.0, SETTINGS, lambda _: False)
+    assert ids == (2,)
+    tracks, ids = observe(tracks, [seen([1.0, 0.0])], 91.0, SETTINGS, lambda _: False)
+    assert ids == (1,)
