@@ -47,7 +47,8 @@ def demo(
 ) -> None:
     """Find a person under trees with a simulated swarm, and watch it on the dashboard.
 
-    Exit code 0 only if the person was found and all vehicles have landed; 1 if not; 2 if nothing could be started.
+    Exit code 0 only if the person was found, announced within 3 m of where it is, and all vehicles have landed; 1 if
+    not; 2 if nothing could be started.
     """
     from aos_gcs.runtime.demo import DemoOptions  # noqa: PLC0415 - heavy, only for this command
 
@@ -66,7 +67,7 @@ def demo(
         wait=wait,
     )
     score = run_until_terminated(_fly(options, as_json, stay=not (headless or exit_when_done)))
-    if not (score.found and score.landed == score.vehicles):
+    if not (score.person_found and score.landed == score.vehicles):
         raise typer.Exit(EXIT_NOT_FOUND)
 
 

@@ -22,8 +22,8 @@ def inspect(
     truth: Annotated[
         Path | None,
         typer.Option(
-            help="World file of the simulator (--world-file of aos-gcs sim and sim-camera): also report the position "
-            "error of the estimate and how much of a person was visible.",
+            help="World file of the simulator (--world-file of aos-gcs sim and sim-camera): also report which claims "
+            "were right, their position error, and how much of a person was visible.",
             dir_okay=False,
         ),
     ] = None,

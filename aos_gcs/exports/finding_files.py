@@ -32,6 +32,7 @@ class PlacedFinding:
         """Return what is known of it beside its place; nothing that is unknown is among it."""
         finding, ellipse = self.finding, self.finding.ellipse
         values = {
+            "kind": finding.kind.value,
             "status": finding.status.value,
             "sigma_m": _rounded(finding.sigma_m, 2),
             "ellipse_semi_major_m": None if ellipse is None else _rounded(ellipse.semi_major_m, 2),
@@ -39,6 +40,7 @@ class PlacedFinding:
             "ellipse_heading_deg": None if ellipse is None else _rounded(math.degrees(ellipse.heading_rad), 1),
             "sightings": finding.sightings or None,
             "person_confidence": _rounded(finding.person_confidence, 3),
+            "reasons": "; ".join(finding.reasons) or None,
             "found_at_s": _rounded(finding.found_at_s, 1),
             "seen_at_s": _rounded(finding.seen_at_s, 1),
             "comment": finding.comment or None,

@@ -137,6 +137,8 @@ class Sighting:
     blob: Blob
     views: tuple[BlobView, ...]
     """Views of the step's own frames; at least one."""
+    settled: bool = False
+    """It lies at a place that has been looked at: nothing leads a swarm there again."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -183,7 +185,7 @@ class StepAnalysis:
     anomaly_count: NDArray[np.uint16]
     """Number of frames that mark each cell, shape (rows, columns); those of the history count."""
     blob: Blob | None
-    """None when no frame of the step marks a cell that reaches the minimum count."""
+    """The largest that is not at a settled place; None when no frame of the step marks a cell of one."""
     vehicle_ids: tuple[int, ...]
     """Vehicles of the frames that took part."""
     fitness: NDArray[np.float64]
@@ -193,7 +195,7 @@ class StepAnalysis:
     masks: VehicleMasks | None = None
     """Around the largest blob; None when there is none."""
     sightings: tuple[Sighting, ...] = ()
-    """All blobs, the largest first; at most ``MAX_SIGHTINGS``."""
+    """All blobs, at most ``MAX_SIGHTINGS``, the largest first; those at settled places after the others."""
     skipped: Mapping[int, str] = field(default_factory=dict)
     """Reason why a frame took no part, by vehicle."""
     present_m2: float = 0.0

@@ -114,10 +114,12 @@ class Coordinator:
 
     @property
     def outcome(self) -> Outcome:
-        """Result of the mission; in flight, whether something was found."""
-        if self._outcome is Outcome.OPEN and self.sortie.search.decider.found_at_s is not None:
+        """Result of the mission; in flight, whether a possible person was found that operators have not rejected."""
+        if self._outcome is not Outcome.OPEN:
+            return self._outcome
+        if self._findings.persons():
             return Outcome.FOUND
-        return self._outcome
+        return Outcome.NOT_FOUND if self.phase is Phase.DONE else Outcome.OPEN
 
     @property
     def min_separation_m(self) -> float | None:
@@ -336,6 +338,7 @@ class Coordinator:
             "time_to_detection_s": decider.found_at_s,
             "target_enu_m": None if target is None else target.position_enu_m,
             "target_sigma_m": None if target is None else target.sigma_m,
+            "persons": [finding.finding_id for finding in self._findings.persons()],
             "vehicles": sum(member.takes_part for member in context.roster.members()),
             "landed": len(context.roster.members(Task.LANDED)),
             "min_separation_m": self.min_separation_m,

@@ -54,7 +54,7 @@ class MissionPlan:
     endurance_s: float = 1500.0
     """Flight time of a full battery; used for estimates only."""
     search_s: float = Deadlines().search_s
-    """Time from the start after which all vehicles return, unless a target has been found."""
+    """Time from the start after which all vehicles return, unless they watch a person."""
     forest: ForestSettings | None = None
     """None: no advice on the aperture."""
 

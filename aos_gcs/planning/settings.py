@@ -74,7 +74,7 @@ class Deadlines(_Positive):
     """Flight to the line, or home."""
     capture_s: float = 20.0
     search_s: float = 1200.0
-    """Time from the start after which all vehicles return, unless a target has been found; batteries last as long."""
+    """Time from the start after which all vehicles return, unless they watch a person; batteries last as long."""
     land_s: float = 240.0
     lost_s: float = 5.0
     """Silence after which a vehicle counts as lost."""
@@ -90,17 +90,21 @@ class DetectionSettings(_Positive):
     """T: visibility from which the target is in view. A standing person shows 0.1 to 0.2 m² to one camera without
     trees; a forest without a person marks next to nothing."""
     found_steps: int = 5
-    """Consecutive steps in view that agree on the position before the target counts as found."""
+    """Consecutive sightings of a target that are decided to be a person, in one place, before it is announced."""
     found_radius_m: float = 1.0
     """Greatest distance of those sightings from their mean."""
     found_min_count: int = 2
-    """Frames that must agree on one cell of the blob."""
+    """Frames that must agree on one cell of the blob, where no temperatures tell what it is."""
+    look_steps: int = 12
+    """Steps of converging on one target after which it is decided what it is, and left."""
     lost_steps: int = 3
     """Consecutive steps out of view before a found target counts as lost."""
     reacquire_steps: int = 8
     """Steps towards where the target was last seen before the scan goes on where it was left."""
     hold_steps: int = 3
-    """Steps in FOUND before an unattended mission returns."""
+    """Steps in FOUND before the search goes on, or an unattended mission returns."""
+    stop_at_first: bool = False
+    """Whether the search ends at the first possible person instead of the end of the search area."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -200,7 +204,7 @@ class MissionSettings:
     auto_start: bool = False
     """Start as soon as preflight has passed, without an operator."""
     auto_return: bool = False
-    """Return after ``hold_steps`` in FOUND, without an operator."""
+    """Return after ``hold_steps`` in FOUND, without an operator, where the search stops at the first person."""
 
     @property
     def focus_range_m(self) -> tuple[float, float]:

@@ -155,6 +155,7 @@ def _configuration(options: DemoOptions, link_port: int) -> ServiceConfig:
             "auto_return": not options.wait,
         },
         "swarm": {"strategy": options.strategy},
+        "detection": {"stop_at_first": True},
         "preflight": {"upload_fence": True, "set_return_height": True},
         "deadlines": _real_deadlines(max(1.0, options.speed)),
         "safety": {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from importlib.metadata import entry_points
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
-from aos_gcs.mission.model.phase import Outcome
+from aos_gcs.mission.model.findings import Finding
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.search.sampling import to_frame
@@ -24,8 +25,8 @@ from aos_gcs.store.reader import MissionReader
 TRUTH_GROUP = "aos_gcs.truths"
 """Entry points of simulators; ``unoccluded_areas_m2`` is described in ``aos_sim.truth``."""
 
-_OWN_RADIUS_M = 3.0
-"""A blob farther from the person than this shows something else."""
+HERE_M = 3.0
+"""A blob, or a claim, farther from the person than this is of something else."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,10 +34,19 @@ class Score:
     """The result of a simulated mission. ``None`` where there is nothing to measure."""
 
     found: bool
+    """The same as ``person_found``."""
+    person_found: bool
+    """Whether a claim, a finding that was announced as a possible person, lies within 3 m of a person."""
+    claims: int
+    """Claims that operators have not rejected."""
+    false_claims: int
+    """Those of them that lie near no person."""
+    person_probability: float | None
+    """Probability of the claim nearest to a person; None without a claim or temperatures."""
     target_error_m: float | None
-    """Horizontal distance of the estimate from the nearest person."""
+    """Horizontal distance of that claim from that person."""
     time_to_detection_s: float | None
-    """Time from the start to the decision that the target is found."""
+    """Time from the start to the first claim."""
     visibility_max: float | None
     """Largest visible area of the person in one step over the area that the same views would cover without forest."""
     visibility_final: float | None
@@ -70,17 +80,21 @@ def score_mission(snapshot: MissionSnapshot, folder: Path, world_file: Path, rep
     if report_file is not None and report_file.exists():
         report = json.loads(report_file.read_text(encoding="utf-8"))
     persons_enu_m = _persons_enu_m(world, snapshot.origin)
-    error_m = None
-    if snapshot.target is not None:
-        offsets_m = persons_enu_m - np.array(snapshot.target.position_enu_m[:2])
-        error_m = float(np.linalg.norm(offsets_m, axis=1).min())
+    claims = [finding for finding in snapshot.findings if finding.is_claimed and finding.stands]
+    errors_m = [_distance_m(finding, persons_enu_m) for finding in claims]
+    hits = sum(error_m <= HERE_M for error_m in errors_m)
+    nearest = min(zip(errors_m, claims, strict=True), key=lambda pair: pair[0], default=None)
     with MissionReader(folder) as reader:
         visibilities = _visibilities(reader, world, persons_enu_m)
         outcome = reader.outcome()
     found_at_s = None if outcome is None else outcome.summary.get("time_to_detection_s")
     return Score(
-        found=snapshot.outcome is Outcome.FOUND,
-        target_error_m=error_m,
+        found=hits > 0,
+        person_found=hits > 0,
+        claims=len(claims),
+        false_claims=len(claims) - hits,
+        person_probability=None if nearest is None else nearest[1].person_confidence,
+        target_error_m=None if nearest is None or not math.isfinite(nearest[0]) else nearest[0],
         time_to_detection_s=found_at_s if isinstance(found_at_s, float) else None,
         visibility_max=max(visibilities, default=None),
         visibility_final=visibilities[-1] if visibilities else None,
@@ -90,6 +104,12 @@ def score_mission(snapshot: MissionSnapshot, folder: Path, world_file: Path, rep
         min_separation_m=report.get("min_separation_m"),
         mission_dir=str(folder),
     )
+
+
+def _distance_m(finding: Finding, persons_enu_m: NDArray[np.float64]) -> float:
+    """Return the horizontal distance from the nearest person; infinite where there is none."""
+    offsets_m = persons_enu_m - np.array(finding.position_enu_m[:2])
+    return float(np.linalg.norm(offsets_m, axis=1).min(initial=math.inf))
 
 
 def _persons_enu_m(world: Mapping[str, Any], mission_origin: GeodeticPosition | None) -> NDArray[np.float64]:
@@ -112,7 +132,7 @@ def _visibilities(reader: MissionReader, world: Mapping[str, Any], persons_enu_m
     visibilities = []
     for step, area_m2 in zip(steps, areas_m2, strict=True):
         own = step.target_enu_m is not None and bool(
-            np.linalg.norm(persons_enu_m - np.array(step.target_enu_m[:2]), axis=1).min() <= _OWN_RADIUS_M
+            np.linalg.norm(persons_enu_m - np.array(step.target_enu_m[:2]), axis=1).min(initial=math.inf) <= HERE_M
         )
         # What earlier views add is left out, as the area is that of the step's own views.
         seen_m2 = step.visibility_m2 if step.visibility_present_m2 is None else step.visibility_present_m2

@@ -94,7 +94,7 @@ class Scenario:
                 search_s=20.0,
                 land_s=60.0,
             ),
-            detection=DetectionSettings(found_steps=3, hold_steps=1),
+            detection=DetectionSettings(found_steps=3, hold_steps=1, stop_at_first=True),
             preflight=PreflightSettings(upload_fence=self.upload_fence, set_return_height=True, overrides=overrides),
             auto_start=True,
             auto_return=True,

@@ -25,6 +25,7 @@ from aos_gcs.mission.model.phase import Outcome
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.planning.settings import Deadlines, PreflightSettings
 from aos_gcs.ports import DriverContext
+from aos_sim.camera.image import ImageSource
 from aos_sim.camera.server import ImageServer
 from aos_sim.clock import Pacer
 from aos_sim.errors.model import USUAL
@@ -130,9 +131,15 @@ async def simulated(
     air: Air,
     context: DriverContext,
     images: dict[str, bytes],
+    *,
+    scene: ImageSource | None = None,
+    image_size_px: int = IMAGE_SIZE_PX,
     **options: object,
 ) -> AsyncIterator[tuple[MavlinkFleet, SimulatedSwarm]]:
-    """Open the driver, and a simulated swarm with ``options``, both over ``air``; files of images go to ``images``."""
+    """Open the driver, and a simulated swarm with ``options``, both over ``air``; files of images go to ``images``.
+
+    Its cameras see ``scene``, or else a warm spot.
+    """
     loop = asyncio.get_running_loop()
     air.install(loop)
     loop.set_default_executor(InlineExecutor(1))
@@ -154,14 +161,14 @@ async def simulated(
     monkeypatch.setattr(Pacer, "delay_s", lambda pacer, real_s: delay_s(pacer, real_s) + 1e-4)
     swarm_options = SwarmOptions(
         links=(f"udpout://{GCS[0]}:{GCS[1]}",),
-        image_size_px=IMAGE_SIZE_PX,
+        image_size_px=image_size_px,
         start_up_s=1.0,
         **options,  # type: ignore[arg-type]
     )
     async with AsyncExitStack() as stack:
         with station():
             fleet = await stack.enter_async_context(open_mavlink([f"udpin://{GCS[0]}:{GCS[1]}"], context))
-        swarm = await stack.enter_async_context(SimulatedSwarm(swarm_options, WarmSpot()))
+        swarm = await stack.enter_async_context(SimulatedSwarm(swarm_options, scene or WarmSpot()))
         yield fleet, swarm
 
 
@@ -185,6 +192,8 @@ async def flying_over(
         "autopilot": autopilot,
         "parameters": changes.pop("parameters", {}),
         "errors": changes.pop("errors", USUAL),
+        "scene": changes.pop("scene", None),
+        "image_size_px": changes.pop("image_size_px", IMAGE_SIZE_PX),
     }
     clock, loop = LoopClock(), StationLoop(asyncio.get_running_loop())
     journal, recorder, pulse = Journal(clock), MemoryRecorder(), LoopMonitor(period_s=0.5)

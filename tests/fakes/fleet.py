@@ -132,6 +132,10 @@ class FakeVehicle:
     vibration_mps2: float | None = None
     taken_over: str = ""
     failsafe: str = ""
+    others: tuple[tuple[float, float, float], ...] = ()
+    """Other things that its camera sees: east, north, degrees Celsius."""
+    is_radiometric: bool = True
+    """Whether its camera tells temperatures."""
     inspections: int = 0
     uploads: int = 0
     _newest: Command | None = None
@@ -346,12 +350,13 @@ class FakeVehicle:
             raise CaptureError("the camera delivers nothing")
         self.images += 1
         pose = nadir_pose(self.position_enu_m())
+        bands = BANDS if self.is_radiometric else BANDS[:3]
         return Capture(
             vehicle_id=self.vehicle_id,
             image_index=self.images,
             utc_s=self.clock.utc_s(),
-            image=self._look(),
-            bands=BANDS,
+            image=self._look()[..., : len(bands)],
+            bands=bands,
             position=FRAME.to_geodetic(pose.position_enu_m),
             R_cam2enu=pose.R_cam2enu,
             camera=CAMERA,
@@ -361,13 +366,14 @@ class FakeVehicle:
         rng = np.random.default_rng([self.vehicle_id, self.images])
         shape = CAMERA.height_px, CAMERA.width_px
         image = rng.normal([70.0, 90.0, 50.0, 12.0], [6.0, 6.0, 6.0, 0.5], (*shape, 4)).astype(np.float32)
-        if self.target_enu_m is not None:
+        things = [] if self.target_enu_m is None else [(*self.target_enu_m, 28.0)]
+        for at_east_m, at_north_m, celsius in (*things, *self.others):
             east_m, north_m, up_m = self.true_enu_m()
             rows, columns = np.indices(shape)
             ground_m = up_m / CAMERA.fx_px
-            east_of_target_m = east_m + (columns - CAMERA.cx_px) * ground_m - self.target_enu_m[0]
-            north_of_target_m = north_m - (rows - CAMERA.cy_px) * ground_m - self.target_enu_m[1]
-            image[np.hypot(east_of_target_m, north_of_target_m) < TARGET_RADIUS_M] = [200.0, 40.0, 160.0, 28.0]
+            east_of_target_m = east_m + (columns - CAMERA.cx_px) * ground_m - at_east_m
+            north_of_target_m = north_m - (rows - CAMERA.cy_px) * ground_m - at_north_m
+            image[np.hypot(east_of_target_m, north_of_target_m) < TARGET_RADIUS_M] = [200.0, 40.0, 160.0, celsius]
         return image
 
 

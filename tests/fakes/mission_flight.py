@@ -119,7 +119,7 @@ def settings(n: int, **changes: object) -> MissionSettings:
         origin=ORIGIN,
         deadlines=Deadlines(connect_s=5.0, preflight_s=15.0, capture_s=5.0, transfer_s=60.0, land_s=60.0),
         preflight=PreflightSettings(upload_fence=True),
-        detection=DetectionSettings(threshold_m2=0.3, found_min_count=2),
+        detection=DetectionSettings(threshold_m2=0.3, found_min_count=2, stop_at_first=True),
         auto_start=True,
         auto_return=True,
     )

@@ -9,6 +9,7 @@ import pytest
 
 from aos_gcs.airspace.limits import UNLIMITED
 from aos_gcs.cli import main
+from aos_gcs.imaging.persons.decision import DECISION
 from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.store.reader import MissionReader
@@ -16,6 +17,10 @@ from tests.fakes.program import Program, running
 
 KEYS = {
     "found",
+    "person_found",
+    "claims",
+    "false_claims",
+    "person_probability",
     "target_error_m",
     "time_to_detection_s",
     "visibility_max",
@@ -34,7 +39,9 @@ SMALL = ("--vehicles", "4", "--image-size", "192", "--trees-per-ha", "30", "--se
 def check_result(program: Program, vehicles: int) -> None:
     result = program.result()
     assert set(result) == KEYS
-    assert result["found"] is True
+    assert result["found"] is result["person_found"] is True
+    assert (result["claims"], result["false_claims"]) == (1, 0)
+    assert result["person_probability"] >= DECISION
     assert result["vehicles"] == result["landed"] == vehicles
     assert result["target_error_m"] <= 1.0
     assert result["time_to_detection_s"] > 0.0

@@ -29,6 +29,8 @@ area_deg = [[48.30007, 14.29966], [48.30007, 14.30034], [48.30079, 14.30034], [4
 origin_deg = [48.3, 14.3, 260.0]
 auto_start = true
 auto_return = true
+[detection]
+stop_at_first = true
 [preflight]
 upload_fence = true
 [deadlines]

@@ -31,7 +31,7 @@ async def test_autofocus_repairs_a_plane_that_is_three_metres_off(monkeypatch: p
         n=4,
         target=(0.0, 40.0),
         imaging=ImagingSettings(rx_quantile=0.998, plane_height_m=3.0),
-        detection=DetectionSettings(threshold_m2=0.3, found_steps=40),
+        detection=DetectionSettings(threshold_m2=0.3, found_steps=40, look_steps=400),
         autofocus=AutofocusSettings(enabled=True, interval_steps=2),
     )
     async with flying(flight) as run:

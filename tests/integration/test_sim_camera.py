@@ -241,6 +241,7 @@ async def test_a_mission_finds_a_person_with_cameras_beside_the_vehicles(tmp_pat
             "auto_start": True,
             "auto_return": True,
         },
+        "detection": {"stop_at_first": True},
         "preflight": {"upload_fence": True},
         "deadlines": {
             "connect_s": 200.0,

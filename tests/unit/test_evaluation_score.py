@@ -14,7 +14,8 @@ from aos_gcs.errors import InputDataError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.geodesy import EnuPoint, GeodeticPosition, LocalFrame
 from aos_gcs.geometry.poses import nadir_pose
-from aos_gcs.mission.model.findings import TargetEstimate
+from aos_gcs.imaging.persons.decision import FindingKind
+from aos_gcs.mission.model.findings import Finding, FindingStatus
 from aos_gcs.mission.model.phase import Outcome, OutcomeRecord, Phase, Suspension
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.steps import StepRecord
@@ -38,6 +39,12 @@ def person_enu_m() -> np.ndarray:
     return np.array(person.position_enu_m)
 
 
+def claim(finding_id: int, position_enu_m: EnuPoint, kind: FindingKind = FindingKind.PERSON) -> Finding:
+    return Finding(
+        finding_id, FindingStatus.NEW, position_enu_m, 70.5, 90.0, 2, track_id=1, person_confidence=0.8, kind=kind
+    )
+
+
 def snapshot(target_enu_m: EnuPoint | None, tasks: tuple[Task, ...], outcome: Outcome) -> MissionSnapshot:
     vehicles = [
         VehicleSnapshot(VehicleState(number + 1), task, None, None, None, None, None)
@@ -57,7 +64,8 @@ def snapshot(target_enu_m: EnuPoint | None, tasks: tuple[Task, ...], outcome: Ou
         fence_enu_m=(),
         vehicles=tuple(vehicles),
         preflight=(),
-        target=None if target_enu_m is None else TargetEstimate(target_enu_m, 0.1, 3),
+        target=None,
+        findings=() if target_enu_m is None else (claim(1, target_enu_m),),
         min_separation_m=9.0,
     )
 
@@ -139,6 +147,8 @@ async def test_a_found_person_is_measured_against_the_truth(tmp_path: Path, pers
     tasks = (Task.LANDED, Task.LANDED, Task.LOST)
     score = recorded.score(snapshot(beside(person_enu_m, 0.6), tasks, Outcome.FOUND))
     assert score.found
+    assert score.person_found
+    assert (score.claims, score.false_claims, score.person_probability) == (1, 0, 0.8)
     assert score.target_error_m == pytest.approx(0.6)
     assert score.time_to_detection_s == 70.5
     assert score.visibility_max == pytest.approx(0.75, abs=1e-3)
@@ -156,6 +166,23 @@ async def test_blobs_of_something_else_show_nothing_of_the_person(tmp_path: Path
     assert score.visibility_max == 1.0
     assert score.visibility_final == 0.0
     assert score.min_separation_m is None
+
+
+async def test_a_claim_somewhere_else_is_false_and_what_was_not_announced_is_no_claim(
+    tmp_path: Path, person_enu_m: np.ndarray
+) -> None:
+    recorded = await record(tmp_path, person_enu_m, (0.5, 0.5), [beside(person_enu_m, 25.7)] * 2)
+    wrong = snapshot(beside(person_enu_m, 25.7), (Task.LANDED,), Outcome.FOUND)
+    score = recorded.score(wrong)
+    assert not score.found
+    assert not score.person_found
+    assert (score.claims, score.false_claims, score.person_probability) == (1, 1, 0.8)
+    assert score.target_error_m == pytest.approx(25.7)
+    deer = claim(2, beside(person_enu_m, 0.1), FindingKind.ANIMAL)
+    rejected = replace(claim(3, beside(person_enu_m, 9.0)), status=FindingStatus.REJECTED)
+    assert not recorded.score(replace(wrong, findings=(*wrong.findings, deer, rejected))).person_found
+    right = replace(wrong, findings=(*wrong.findings, deer, rejected, claim(4, beside(person_enu_m, 2.9))))
+    assert (recorded.score(right).person_found, recorded.score(right).false_claims) == (True, 1)
 
 
 async def test_a_mission_without_steps_has_nothing_to_measure(tmp_path: Path, person_enu_m: np.ndarray) -> None:

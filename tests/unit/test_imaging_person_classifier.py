@@ -8,13 +8,13 @@ import pytest
 
 from aos_gcs.errors import InputDataError
 from aos_gcs.imaging.persons.classifier import (
-    DECISION,
     PersonModel,
     fit_person_model,
     person_confidence,
     read_model,
     write_model,
 )
+from aos_gcs.imaging.persons.decision import DECISION
 from aos_gcs.imaging.persons.evidence import Evidence
 
 PERSON = Evidence(

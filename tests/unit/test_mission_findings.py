@@ -15,6 +15,7 @@ from aos_gcs.api.app import create_app
 from aos_gcs.errors import MissionError
 from aos_gcs.exports.finding_files import PlacedFinding, to_geojson, to_gpx, to_kml
 from aos_gcs.geometry.geodesy import EnuPoint, GeodeticPosition
+from aos_gcs.imaging.persons.decision import FindingKind
 from aos_gcs.mission.model.findings import ErrorEllipse, Finding, FindingChange, FindingStatus, TargetEstimate
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.search.findings import MAX_FINDINGS, SAME_PLACE_M, Findings
@@ -69,6 +70,27 @@ def test_two_targets_side_by_side_are_two_findings() -> None:
     findings = Findings()
     findings.observe([target(1, 0.0), target(2, 1.0)], 1, 1.0)
     assert [finding.track_id for finding in findings.all()] == [1, 2]
+
+
+def test_two_tracks_of_one_body_are_one_finding() -> None:
+    findings = Findings()
+    findings.observe([target(1, 0.0), target(2, 0.3)], 1, 1.0)
+    assert [finding.track_id for finding in findings.all()] == [1]
+
+
+def test_what_is_decided_stays_until_there_is_another_decision() -> None:
+    findings, stone = Findings(), replace(target(1), kind=FindingKind.WARM_OBJECT, person_confidence=0.1)
+    findings.observe([stone], 1, 1.0)
+    findings.observe([replace(stone, kind=FindingKind.UNDECIDED, person_confidence=0.4)], 2, 2.0)
+    (finding,) = findings.all()
+    assert (finding.kind, finding.person_confidence, finding.stands) == (FindingKind.WARM_OBJECT, 0.1, False)
+    findings.observe([replace(stone, kind=FindingKind.PERSON, person_confidence=0.8)], 3, 3.0)
+    (finding,) = findings.persons()
+    assert (finding.kind, finding.person_confidence) == (FindingKind.PERSON, 0.8)
+    findings.change(1, FindingChange(FindingStatus.REJECTED), "Ann")
+    assert findings.persons() == ()
+    findings.change(1, FindingChange(FindingStatus.CONFIRMED), "Ann")
+    assert len(findings.persons()) == 1
 
 
 def test_a_change_leaves_alone_what_it_does_not_name() -> None:

@@ -7,8 +7,9 @@ import numpy as np
 
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import nadir_pose
+from aos_gcs.imaging.geolocation import Uncertainty
 from aos_gcs.imaging.model import Frame
-from aos_gcs.imaging.persons.classifier import DECISION
+from aos_gcs.imaging.persons.decision import FindingKind, Verdict
 from aos_gcs.mission.search.persons import KEPT_STEPS, PersonWatch, watch_persons
 
 CAMERA = CameraModel.from_fov(256, 256, math.radians(50.0))
@@ -32,36 +33,52 @@ def person(vehicle_id: int) -> Frame:
     return warm_frame(vehicle_id, clothes_k=11.0, skin_k=20.0)
 
 
-def confidence_at(watch: PersonWatch, place_enu_m: np.ndarray = PLACE_ENU_M) -> float | None:
-    return watch.judge({7: place_enu_m})[7]
+def verdict_at(watch: PersonWatch, place_enu_m: np.ndarray = PLACE_ENU_M) -> Verdict | None:
+    judgement = watch.judge({7: place_enu_m}, 0.0, Uncertainty()).get(7)
+    return None if judgement is None else judgement.verdict
 
 
 def test_a_body_as_warm_as_skin_and_clothes_is_taken_for_a_person_and_a_lukewarm_stone_is_not() -> None:
-    confidence = confidence_at(PersonWatch().look([person(1), person(2), person(3)], 0.0))
-    assert confidence is not None
-    assert confidence > DECISION
+    verdict = verdict_at(PersonWatch().look([person(1), person(2), person(3)], 0.0))
+    assert verdict is not None
+    assert verdict.kind is FindingKind.PERSON
+    assert "seen by 3 of 3 vehicles, in 3 of 3 frames" in verdict.reasons
     stones = [warm_frame(vehicle_id, clothes_k=5.0, skin_k=5.0, size_m=0.3) for vehicle_id in (1, 2, 3)]
-    confidence = confidence_at(PersonWatch().look(stones, 0.0))
-    assert confidence is not None
-    assert confidence < DECISION
+    verdict = verdict_at(PersonWatch().look(stones, 0.0))
+    assert verdict is not None
+    assert verdict.kind is FindingKind.WARM_OBJECT
 
 
-def test_a_place_without_anything_warm_gets_no_verdict() -> None:
-    assert confidence_at(PersonWatch()) is None
+def test_the_body_is_located_and_a_frame_that_does_not_show_it_counts_among_those_that_look() -> None:
+    hidden = replace(person(4), image=np.full((256, 256, 1), 11.0, np.float32))
+    judgement = PersonWatch().look([person(1), person(2), hidden], 0.0).judge({7: PLACE_ENU_M}, 0.0, Uncertainty())[7]
+    assert judgement.place is not None
+    assert np.allclose(judgement.place.position_enu_m[:2], PLACE_ENU_M, atol=0.3)
+    assert "seen by 2 of 3 vehicles, in 2 of 3 frames" in judgement.verdict.reasons
+
+
+def test_a_place_without_anything_warm_is_no_person_and_one_that_no_frame_holds_gets_no_verdict() -> None:
     watch = PersonWatch().look([person(1), person(2)], 0.0)
-    assert confidence_at(watch, PLACE_ENU_M + 5.0) is None
-    assert watch.judge({}) == {}
+    verdict = verdict_at(watch, PLACE_ENU_M + 5.0)
+    assert verdict is not None
+    assert (verdict.kind, verdict.probability) == (FindingKind.OBJECT, 0.0)
+    assert verdict_at(watch, PLACE_ENU_M + 500.0) is None
+    assert watch.judge({}, 0.0, Uncertainty()) == {}
 
 
-def test_frames_without_temperatures_tell_nothing() -> None:
+def test_frames_without_temperatures_cannot_tell() -> None:
     pixels = person(1).image
     frames = [replace(person(1), bands=("grey",)), replace(person(2), image=(10.0 * pixels).astype(np.uint16))]
-    assert confidence_at(PersonWatch().look(frames, 0.0)) is None
+    verdict = verdict_at(PersonWatch().look(frames, 0.0))
+    assert verdict == Verdict(FindingKind.ANOMALY, None, ("no temperatures to judge it by",))
 
 
 def test_what_was_seen_is_forgotten_after_some_steps() -> None:
+    cold = [replace(person(number), image=np.full((256, 256, 1), 11.0, np.float32)) for number in (1, 2)]
     watch = PersonWatch().look([person(1), person(2)], 0.0)
     for _ in range(KEPT_STEPS - 1):
-        watch, confidences = watch_persons(watch, [], 0.0, {7: PLACE_ENU_M})
-        assert confidences[7] is not None
-    assert confidence_at(watch.look([], 0.0)) is None
+        watch, judgements = watch_persons(watch, cold, 0.0, {7: PLACE_ENU_M}, Uncertainty())
+        assert judgements[7].verdict.kind is FindingKind.PERSON
+    verdict = verdict_at(watch.look(cold, 0.0))
+    assert verdict is not None
+    assert verdict.kind is FindingKind.OBJECT

@@ -10,9 +10,11 @@ import pytest
 
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import nadir_pose
-from aos_gcs.imaging.geolocation import Uncertainty
+from aos_gcs.imaging.geolocation import Geolocation, Uncertainty
 from aos_gcs.imaging.model import Blob, BlobView, FocalGrid, Sighting, StepAnalysis
+from aos_gcs.imaging.persons.decision import FindingKind, Verdict
 from aos_gcs.imaging.step.settings import ImagingSettings
+from aos_gcs.mission.search.persons import Judgement
 from aos_gcs.mission.search.targeting import TargetTracker, error_ellipse
 from aos_gcs.planning.settings import DetectionSettings, MissionSettings
 
@@ -28,14 +30,21 @@ STEP_S = 2.0
 
 
 class Follower:
-    """A tracker that is shown one step after the other."""
+    """A tracker that is shown one step after the other; everything is taken for the same."""
 
-    def __init__(self) -> None:
+    def __init__(self, kind: FindingKind = FindingKind.PERSON) -> None:
         self.tracker, self.now_s = TargetTracker(SETTINGS), 0.0
+        self.verdict = Verdict(kind, 0.9, ("it waves",))
 
     def observe(self, *sightings: Sighting) -> bool:
         self.now_s += STEP_S
-        return self.tracker.observe(analysis(*sightings), self.now_s)
+        in_view = self.tracker.observe(analysis(*sightings), self.now_s)
+        self.tracker.judge(dict.fromkeys(self.tracker.places_enu_m(), Judgement(self.verdict)))
+        return in_view
+
+    def agrees(self) -> bool:
+        estimate = self.tracker.estimate()
+        return estimate is not None and self.tracker.agrees(estimate.track_id)
 
 
 def seen(east_m: float, north_m: float, area_m2: float = 0.2, count: int = 3) -> Sighting:
@@ -73,7 +82,7 @@ def test_found_after_agreeing_steps_in_a_row() -> None:
     verdicts = []
     for offset_m in (0.0, 0.4, -0.4):
         follower.observe(seen(5.0 + offset_m, 20.0))
-        verdicts.append(follower.tracker.is_found())
+        verdicts.append(follower.agrees())
     assert verdicts == [False, False, True]
 
 
@@ -83,20 +92,49 @@ def test_a_gap_starts_the_count_again_but_keeps_the_estimate() -> None:
         follower.observe(seen(5.0, 20.0))
     follower.observe()
     follower.observe(seen(5.0, 20.0))
-    assert not follower.tracker.is_found()
+    assert not follower.agrees()
     estimate = follower.tracker.estimate()
     assert estimate is not None
     assert estimate.sightings == 3
 
 
-def test_a_blob_marked_by_too_few_frames_is_no_confirmation() -> None:
+@pytest.mark.parametrize("kind", [FindingKind.ANIMAL, FindingKind.WARM_OBJECT, FindingKind.OBJECT])
+def test_what_is_no_person_is_never_agreed_to_be_one(kind: FindingKind) -> None:
+    follower = Follower(kind)
+    for _ in range(10):
+        follower.observe(seen(5.0, 20.0))
+    assert not follower.agrees()
+
+
+def test_one_decision_against_a_person_starts_the_count_again() -> None:
     follower = Follower()
+    for kind in (FindingKind.PERSON, FindingKind.ANIMAL, FindingKind.PERSON, FindingKind.PERSON):
+        follower.verdict = replace(follower.verdict, kind=kind)
+        follower.observe(seen(5.0, 20.0))
+    assert not follower.agrees()
+    follower.observe(seen(5.0, 20.0))
+    assert follower.agrees()
+
+
+def test_a_settled_blob_is_tracked_but_is_no_target() -> None:
+    follower = Follower()
+    assert not follower.observe(replace(seen(5.0, 20.0), settled=True))
+    assert follower.tracker.estimate() is None
+    assert len(follower.tracker.places_enu_m()) == 1
+    assert follower.observe(seen(9.0, 3.0, 0.15), replace(seen(5.0, 20.0), settled=True))
+    estimate = follower.tracker.estimate()
+    assert estimate is not None
+    assert estimate.position_enu_m[:2] == pytest.approx((9.0, 3.0))
+
+
+def test_without_temperatures_a_blob_marked_by_too_few_frames_is_no_confirmation() -> None:
+    follower = Follower(FindingKind.ANOMALY)
     for count in (3, 2, 3):
         follower.observe(seen(5.0, 20.0, count=count))
-    assert not follower.tracker.is_found()
+    assert not follower.agrees()
     for _ in range(2):
         follower.observe(seen(5.0, 20.0))
-    assert follower.tracker.is_found()
+    assert follower.agrees()
 
 
 def test_sightings_that_wander_apart_are_not_found() -> None:
@@ -106,7 +144,7 @@ def test_sightings_that_wander_apart_are_not_found() -> None:
     estimate = follower.tracker.estimate()
     assert estimate is not None
     assert estimate.sightings == 3  # enough of one target, but not in one place
-    assert not follower.tracker.is_found()
+    assert not follower.agrees()
 
 
 def test_a_jump_is_another_object() -> None:
@@ -118,7 +156,7 @@ def test_a_jump_is_another_object() -> None:
     assert estimate is not None
     assert estimate.position_enu_m == pytest.approx((10.0, 0.0, 0.0))
     assert estimate.sightings == 1
-    assert not follower.tracker.is_found()
+    assert not follower.agrees()
 
 
 def test_a_walker_is_found_where_its_track_predicts_it() -> None:
@@ -126,7 +164,7 @@ def test_a_walker_is_found_where_its_track_predicts_it() -> None:
     verdicts = []
     for step in range(6):
         follower.observe(seen(3.0 * step, 0.0))
-        verdicts.append(follower.tracker.is_found())
+        verdicts.append(follower.agrees())
     assert verdicts == [False, False, False, False, False, True]
     estimate = follower.tracker.estimate()
     assert estimate is not None
@@ -148,7 +186,7 @@ def test_two_persons_in_turns_do_not_keep_each_other_from_being_found() -> None:
     follower = Follower()
     for area_m2 in (0.2, 0.4, 0.2):
         follower.observe(*sorted((seen(0.0, 0.0, 0.3), seen(20.0, 0.0, area_m2)), key=lambda s: -s.blob.area_m2))
-    assert follower.tracker.is_found()
+    assert follower.agrees()
 
 
 def test_the_estimate_stays_when_the_target_is_not_seen_again() -> None:
@@ -199,18 +237,32 @@ def test_the_ellipse_of_a_covariance() -> None:
 def test_a_verdict_on_a_track_stays_until_there_is_another() -> None:
     follower = Follower()
     follower.observe(seen(2.0, 3.0))
-    places_enu_m = follower.tracker.places_enu_m()
-    is_first = {key: np.allclose(place_enu_m, [2.0, 3.0], atol=0.1) for key, place_enu_m in places_enu_m.items()}
-    follower.tracker.judge({key: 0.9 if first else 0.1 for key, first in is_first.items()})
-    follower.tracker.judge(dict.fromkeys(places_enu_m))
+    follower.tracker.judge({})
     estimate = follower.tracker.estimate()
     assert estimate is not None
-    assert estimate.person_confidence == 0.9
+    assert (estimate.person_confidence, estimate.reasons) == (0.9, ("it waves",))
+    assert estimate.kind is FindingKind.UNDECIDED  # until the mission has decided
 
 
 def test_without_a_verdict_nothing_is_said_about_persons() -> None:
-    follower = Follower()
-    follower.observe(seen(2.0, 3.0))
-    estimate = follower.tracker.estimate()
+    tracker = TargetTracker(SETTINGS)
+    tracker.observe(analysis(seen(2.0, 3.0)), STEP_S)
+    estimate = tracker.estimate()
     assert estimate is not None
     assert estimate.person_confidence is None
+
+
+def test_a_target_that_stays_is_where_its_warm_body_is_known_best() -> None:
+    follower = Follower()
+    for _ in range(4):
+        follower.observe(seen(5.0, 20.0))
+    sharp, blurred = (
+        Geolocation(np.array([east_m, 20.0, 0.0]), sigma_m**2 * np.eye(3), np.zeros((3, 3)))
+        for east_m, sigma_m in ((5.2, 0.2), (6.0, 0.8))
+    )
+    for place in (sharp, blurred):
+        follower.tracker.judge({1: Judgement(follower.verdict, place)})
+    estimate = follower.tracker.estimate()
+    assert estimate is not None
+    assert estimate.position_enu_m == (5.2, 20.0, 0.0)
+    assert estimate.sigma_m == pytest.approx(0.2)

@@ -46,6 +46,8 @@ def test_a_step_reads_like_the_model() -> None:
         "velocity_enu_mps": None,
         "seen_at_s": None,
         "person_confidence": None,
+        "kind": "undecided",
+        "reasons": [],
     }
 
 

@@ -199,7 +199,7 @@ export const texts = {
     none: "No targets yet.",
     sightings: (count: number) => (count === 1 ? "1 sighting" : `${count} sightings`),
     error: (sigma: string) => `± ${sigma} (1 σ)`,
-    person: (probability: string) => `Possible person (${probability})`,
+    taken: (kind: string, probability: string) => `${kind} (person: ${probability})`,
   },
   see,
   focus,

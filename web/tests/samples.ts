@@ -90,6 +90,8 @@ export function target(changes: Partial<Target> = {}): Target {
     speed_mps: null,
     sightings: 3,
     person_confidence: null,
+    kind: "undecided",
+    reasons: [],
     seen_at_s: null,
     ...changes,
   };
@@ -107,6 +109,8 @@ export function finding(id: number, changes: Partial<Finding> = {}): Finding {
     ellipse: null,
     sightings: 4,
     person_confidence: 0.7,
+    kind: "person",
+    reasons: [],
     track_id: id,
     found_at_s: 20,
     seen_at_s: 30,

@@ -34,6 +34,8 @@ def target(estimate: TargetEstimate, origin: GeodeticPosition | None) -> TargetM
         sightings=estimate.sightings,
         seen_at_s=finite(estimate.seen_at_s),
         person_confidence=estimate.person_confidence,
+        kind=estimate.kind,
+        reasons=list(estimate.reasons),
     )
 
 
@@ -52,6 +54,8 @@ def finding(found: Finding, origin: GeodeticPosition | None) -> FindingModel:
         ellipse=ellipse(found.ellipse) if found.ellipse else None,
         sightings=found.sightings,
         person_confidence=rounded(found.person_confidence, 3),
+        kind=found.kind,
+        reasons=list(found.reasons),
         track_id=found.track_id,
         found_at_s=round(found.found_at_s, 1),
         seen_at_s=round(found.seen_at_s, 1),

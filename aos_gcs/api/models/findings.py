@@ -7,6 +7,7 @@ from typing import Annotated
 from pydantic import Field
 
 from aos_gcs.api.models.base import PositionModel, WireModel
+from aos_gcs.imaging.persons.decision import FindingKind
 from aos_gcs.mission.model.findings import FindingStatus
 
 
@@ -32,6 +33,8 @@ class TargetModel(WireModel):
     person_confidence: float | None = Field(
         description="Probability, 0 to 1, that it is a person rather than another warm body; null if unknown."
     )
+    kind: FindingKind = Field(description="What it is taken for, once that is decided.")
+    reasons: list[str] = Field(description="What the probability rests on, in words.")
 
 
 class FindingModel(WireModel):
@@ -47,6 +50,8 @@ class FindingModel(WireModel):
     ellipse: EllipseModel | None
     sightings: int
     person_confidence: float | None = Field(description="Probability, 0 to 1; null if unknown.")
+    kind: FindingKind = Field(description="What it is taken for, once that is decided.")
+    reasons: list[str] = Field(description="What the probability rests on, in words.")
     track_id: int | None = Field(description="Track of the target; null if an operator has marked it.")
     found_at_s: float = Field(description="Mission time at which it was first known.")
     seen_at_s: float

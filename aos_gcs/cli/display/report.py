@@ -12,6 +12,7 @@ from rich.text import Text
 
 from aos_gcs.geometry.geodesy import EnuPoint
 from aos_gcs.mission.model.actions import ActionRecord
+from aos_gcs.mission.model.findings import KIND_NAMES, Finding, FindingStatus
 from aos_gcs.mission.model.phase import Outcome
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.steps import StepRecord
@@ -74,6 +75,7 @@ def _facts(summary: MissionSummary) -> Iterable[str]:
         if final.min_separation_m is not None:
             yield f"smallest separation {final.min_separation_m:.2f} m"
         yield f"phase {final.phase}: {final.message}"
+        yield from map(_finding, final.findings)
     if summary.steps:
         best = max(summary.steps, key=lambda step: step.visibility_m2)
         yield f"best visibility {best.visibility_m2:.2f} m² in step {best.step}"
@@ -87,6 +89,14 @@ def _target(final: MissionSnapshot) -> str:
         return "no target estimate"
     sigma = "" if final.target.sigma_m is None else f" ± {final.target.sigma_m:.2f} m"
     return f"target at {_point(final.target.position_enu_m)} m ENU{sigma}, {final.target.sightings} sightings"
+
+
+def _finding(finding: Finding) -> str:
+    likely = "" if finding.person_confidence is None else f", {finding.person_confidence:.0%} a person"
+    status = "" if finding.status is FindingStatus.NEW else f", {finding.status} by {finding.operator or 'an operator'}"
+    reasons = f" ({'; '.join(finding.reasons)})" if finding.reasons else ""
+    name = KIND_NAMES[finding.kind]
+    return f"finding {finding.finding_id}: {name} at {_point(finding.position_enu_m)} m ENU{likely}{status}{reasons}"
 
 
 STEP_COLUMNS = ("step", "at s", "phase", "visibility m²", "branch", "e_f", "state", "leader", "missing")

@@ -26,9 +26,6 @@ from scipy.special import expit
 from aos_gcs.errors import InputDataError
 from aos_gcs.imaging.persons.evidence import Evidence
 
-DECISION = 0.5
-"""Confidence from which a body counts as a person."""
-
 FEATURES = ("median contrast", "peak contrast", "log area", "log extent", "log vehicles")
 MAX_CONTRAST_K = 40.0
 """Skin is at most 37 °C warm, and surroundings in which people are searched for seldom colder than -3 °C."""
@@ -52,6 +49,7 @@ class PersonModel:
 def person_confidence(evidence: Evidence, model: PersonModel | None = None) -> float:
     """Return the probability, 0 to 1, that a warm body is a person; ``model`` None: the one fitted to simulations.
 
+    What follows from it is said by :func:`aos_gcs.imaging.persons.decision.decide` alone.
     It holds for a body that is as likely a person as not. Where persons are rarer, so is a true alarm.
     """
     if evidence.contrast_peak_k > MAX_CONTRAST_K or evidence.vehicles < MIN_VEHICLES:

@@ -1,4 +1,4 @@
-"""Features of a warm body: a few numbers that tell persons from animals and stones."""
+"""Evidence on a body that a swarm has seen: the few numbers that the decision rests on."""
 
 from __future__ import annotations
 
@@ -6,13 +6,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
+from aos_gcs.geometry.projection import project_points
 from aos_gcs.imaging.persons.warm_bodies import WarmView
 
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """A warm body as the frames of one or several steps show it."""
+    """A body as the frames of one or several steps show it."""
 
     views: int
     """Frames that show it."""
@@ -26,12 +28,30 @@ class Evidence:
     """Median of its pixels, above the background: clothes, fur, stone."""
     contrast_peak_k: float
     """99 % quantile of its pixels: bare skin, if a frame shows any."""
+    frames: int = 0
+    """Frames that look at its place, whether they show it or not; 0 where nobody has counted them."""
+    swarm: int = 0
+    """Vehicles that took these."""
+    radiometric: bool = True
+    """Whether the frames tell temperatures; without them nothing but the place of an anomaly is known."""
 
 
-def gather_evidence(body: Sequence[WarmView]) -> Evidence:
-    """Return what the views of one warm body, at least one, tell about it."""
+NO_TEMPERATURES = Evidence(0, 0, 0.0, 0.0, 0.0, 0.0, radiometric=False)
+"""Evidence of an anomaly in frames without temperatures."""
+
+
+def gather_evidence(body: Sequence[WarmView], among: Sequence[WarmView] = (), plane_height_m: float = 0.0) -> Evidence:
+    """Return what the views of one warm body, at least one, tell about it.
+
+    Args:
+        body: the parts of the views that show it.
+        among: all views of the same steps, those that do not show it as well.
+        plane_height_m: ENU height of the focal plane.
+    """
     contrast_k = np.concatenate([view.contrast_k for view in body])
     median_k, peak_k = np.quantile(contrast_k, [0.5, 0.99])
+    middle_enu_m = np.concatenate([view.points_enu_m for view in body]).mean(axis=0)
+    looking = looking_at(middle_enu_m, among, plane_height_m)
     return Evidence(
         views=len(body),
         vehicles=len({view.vehicle_id for view in body}),
@@ -39,4 +59,25 @@ def gather_evidence(body: Sequence[WarmView]) -> Evidence:
         extent_m=max(float(np.ptp(view.points_enu_m, axis=0).max()) for view in body),
         contrast_median_k=float(median_k),
         contrast_peak_k=float(peak_k),
+        frames=len(looking),
+        swarm=len({view.vehicle_id for view in looking}),
     )
+
+
+def nothing_warm(place_enu_m: NDArray[np.float64], among: Sequence[WarmView], plane_height_m: float) -> Evidence:
+    """Return the evidence of a place, shape (2,), at which no frame shows anything warm."""
+    looking = looking_at(place_enu_m, among, plane_height_m)
+    return Evidence(0, 0, 0.0, 0.0, 0.0, 0.0, frames=len(looking), swarm=len({view.vehicle_id for view in looking}))
+
+
+def looking_at(
+    place_enu_m: NDArray[np.float64], views: Sequence[WarmView], plane_height_m: float
+) -> tuple[WarmView, ...]:
+    """Return the views whose frames hold a place, shape (2,), on the focal plane."""
+    point_enu_m = np.array([[*place_enu_m, plane_height_m]])
+    return tuple(view for view in views if _holds(view, point_enu_m))
+
+
+def _holds(view: WarmView, point_enu_m: NDArray[np.float64]) -> bool:
+    u, v = project_points(point_enu_m, view.camera, view.pose)[0]
+    return bool(-0.5 <= u <= view.camera.width_px - 0.5 and -0.5 <= v <= view.camera.height_px - 0.5)

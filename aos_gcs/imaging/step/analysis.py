@@ -17,6 +17,7 @@ def analyse_step(
     settings: ImagingSettings,
     history: Sequence[KeptView] = (),
     known_mask: FindMask | None = None,
+    settled_enu_m: Sequence[tuple[float, float]] = (),
 ) -> StepAnalysis:
     """Integrate frames, mark anomalies, and judge which blob is the largest and which vehicle leads.
 
@@ -31,6 +32,7 @@ def analyse_step(
             blob of theirs alone is none. Leader, fitness and views of blobs are of the frames only.
         known_mask: a cached :func:`~aos_gcs.imaging.step.marking.find_mask` of these very frames, for callers that
             analyse them on several planes: masks do not depend on the plane.
+        settled_enu_m: horizontal places that have been looked at; blobs there are seen, but lead no vehicle.
 
     Raises:
         UnusableFramesError: if no frame can be used; it gives the reasons.
@@ -39,13 +41,13 @@ def analyse_step(
     usable = usable_frames(frames, settings.plane_height_m)
     integral = integrate(usable.frames, settings)
     marked = mark(usable.frames, integral, settings, known_mask)
-    judgement = judge(marked, integral.grid, history, settings)
+    judgement = judge(marked, integral.grid, history, settings, settled_enu_m)
     return StepAnalysis(
         grid=integral.grid,
         integral=integral.mean,
         coverage=integral.coverage,
         anomaly_count=judgement.anomaly_count,
-        blob=judgement.sightings[0].blob if judgement.sightings else None,
+        blob=judgement.blob,
         vehicle_ids=judgement.vehicle_ids,
         fitness=judgement.fitness,
         leader_id=judgement.leader_id,

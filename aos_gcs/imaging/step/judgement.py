@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.imaging.detection.marks import Marks
-from aos_gcs.imaging.model import FocalGrid, KeptView, LeaderCriterion, Sighting, VehicleMasks
+from aos_gcs.imaging.model import Blob, FocalGrid, KeptView, LeaderCriterion, Sighting, VehicleMasks
 from aos_gcs.imaging.step.blobs import BlobCells, find_blobs
 from aos_gcs.imaging.step.history import MarkedView, marks_on, views_to_keep
 from aos_gcs.imaging.step.marking import MarkedFrame
@@ -22,6 +23,9 @@ from aos_gcs.imaging.step.visibility import (
     distance_to_centre,
     masks_around,
 )
+
+SETTLED_M = 2.0
+"""Distance within which a blob is the thing at a settled place: poses displace it by 0.7 m per degree from 40 m."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,10 +40,15 @@ class Judgement:
     leader_id: int | None = None
     masks: VehicleMasks | None = None
     present_m2: float = 0.0
+    blob: Blob | None = None
 
 
 def judge(
-    marked: Sequence[MarkedFrame], grid: FocalGrid, history: Sequence[KeptView], settings: ImagingSettings
+    marked: Sequence[MarkedFrame],
+    grid: FocalGrid,
+    history: Sequence[KeptView],
+    settings: ImagingSettings,
+    settled_enu_m: Sequence[tuple[float, float]] = (),
 ) -> Judgement:
     """Find the blobs that the frames mark, and tell which vehicle sees most of the largest.
 
@@ -48,6 +57,7 @@ def judge(
         grid: raster of the focal plane.
         history: views of earlier steps; they enlarge blobs, and are no blob of their own.
         settings: rules for connecting cells and comparing vehicles.
+        settled_enu_m: places that have been looked at: a blob there leads nobody, but is still among the sightings.
     """
     past = [MarkedView(view, marks_on(view, grid)) for view in history]
     present_count = _counted((one.marks for one in marked), np.zeros((grid.rows, grid.columns), dtype=np.uint16))
@@ -59,10 +69,12 @@ def judge(
     ]
     # The last frame of a vehicle stands for it.
     present = {one.frame.vehicle_id: one for one in marked}
-    if not blobs:
-        return Judgement(anomaly_count, (), tuple(present), np.zeros(len(present)), tuple(history))
-    sightings = tuple(sight(cells, grid, marked) for cells in blobs)
-    largest, centre_enu_m = blobs[0], sightings[0].blob.centroid_enu_m
+    seen = [(cells, _settle(sight(cells, grid, marked), settled_enu_m)) for cells in blobs]
+    seen.sort(key=lambda one: one[1].settled)
+    sightings = tuple(sighting for _, sighting in seen)
+    if not sightings or sightings[0].settled:
+        return Judgement(anomaly_count, sightings, tuple(present), np.zeros(len(present)), tuple(history))
+    largest, centre_enu_m = seen[0][0], sightings[0].blob.centroid_enu_m
     fitness = np.array([_fitness(one, largest, grid, settings.leader_criterion) for one in present.values()])
     frames = [one.frame for one in present.values()]
 
@@ -79,7 +91,14 @@ def judge(
         leader_id=tuple(present)[choose_leader(fitness, distance_of)],
         masks=masks_around(centre_enu_m, grid, [one.marks for one in present.values()]),
         present_m2=float(np.count_nonzero(shown)) * grid.resolution_m**2,
+        blob=sightings[0].blob,
     )
+
+
+def _settle(sighting: Sighting, settled_enu_m: Sequence[tuple[float, float]]) -> Sighting:
+    centre_enu_m = sighting.blob.centroid_enu_m[:2]
+    is_settled = any(math.dist(centre_enu_m, place_enu_m) <= SETTLED_M for place_enu_m in settled_enu_m)
+    return replace(sighting, settled=is_settled)
 
 
 def _counted(marks: Iterable[Marks], count: NDArray[np.uint16]) -> NDArray[np.uint16]:

@@ -11,7 +11,9 @@ from enum import StrEnum
 import numpy as np
 from scipy import stats
 
-from aos_gcs.imaging.persons.classifier import DECISION, MIN_VEHICLES, PersonModel, person_confidence
+from aos_gcs.imaging.persons.classifier import MIN_VEHICLES, PersonModel
+from aos_gcs.imaging.persons.decision import FindingKind
+from aos_gcs.imaging.persons.decision import decide as decide_body
 from aos_gcs.imaging.persons.evidence import Evidence
 from aos_gcs.lab.effectiveness.study import IN_VIEW_M2, Anomaly, SceneResult
 from aos_gcs.lab.scenes import PositionGrade
@@ -111,8 +113,8 @@ class Effectiveness:
 
 def decide(result: SceneResult, grade: PositionGrade, rule: Rule, model: PersonModel | None = None) -> Decision:
     """Judge one scene; ``model`` is that of persons, None for the program's own."""
-    confidences = [person_confidence(body.evidence, model) for body in result.warm[grade]]
-    persons = [body for body, value in zip(result.warm[grade], confidences, strict=True) if value >= DECISION]
+    verdicts = [decide_body(body.evidence, model) for body in result.warm[grade]]
+    persons = [body for body, one in zip(result.warm[grade], verdicts, strict=True) if one.kind is FindingKind.PERSON]
     claim_enu_m: tuple[float, float] | None = None
     sigma_m = math.nan
     if rule is Rule.ANOMALY:
@@ -128,7 +130,7 @@ def decide(result: SceneResult, grade: PositionGrade, rule: Rule, model: PersonM
         rule=rule,
         claim_result=claim_result,
         approached=result.approached,
-        confidence=max(confidences, default=0.0),
+        confidence=max((one.probability or 0.0 for one in verdicts), default=0.0),
         person_seen=any(_is_person(result, body.position_enu_m) for body in result.warm[grade]),
         error_m=error_m,
         sigma_m=sigma_m,

@@ -8,7 +8,7 @@ recorded with the truth; :mod:`aos_gcs.lab.effectiveness.report` judges it.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, replace
 from multiprocessing import get_context
@@ -19,10 +19,12 @@ from numpy.typing import NDArray
 
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.camera import CameraModel
-from aos_gcs.imaging.geolocation import Geolocation, Uncertainty, locate_together
+from aos_gcs.imaging.geolocation import Uncertainty
 from aos_gcs.imaging.model import Frame, StepAnalysis
-from aos_gcs.imaging.persons.evidence import Evidence, gather_evidence
-from aos_gcs.imaging.persons.warm_bodies import WarmView, warm_bodies, warm_view
+from aos_gcs.imaging.persons.bodies import Body as SeenBody
+from aos_gcs.imaging.persons.bodies import find_bodies
+from aos_gcs.imaging.persons.evidence import Evidence
+from aos_gcs.imaging.persons.warm_bodies import WarmView, warm_view
 from aos_gcs.imaging.step.analysis import analyse_step
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.lab.scenes import Body, Exposure, PositionGrade, SceneSettings, SearchScene, build_scene
@@ -146,7 +148,10 @@ def study_scene(key: SceneKey, settings: StudySettings) -> SceneResult:
         bodies=tuple(scene.bodies),
         approached=None if approached is None else scene.bodies[approached].kind,
         anomalies={grade: tuple(anomalies[grade]) for grade in PositionGrade},
-        warm={grade: _describe(warm_bodies(views[grade]), UNCERTAINTIES[grade]) for grade in PositionGrade},
+        warm={
+            grade: tuple(map(_warm_body, find_bodies(views[grade], 0.0, UNCERTAINTIES[grade])))
+            for grade in PositionGrade
+        },
     )
 
 
@@ -251,12 +256,7 @@ def _anomaly(analysis: StepAnalysis) -> Anomaly | None:
     return Anomaly(analysis.blob.area_m2, (east_m, north_m))
 
 
-def _describe(bodies: Sequence[Sequence[WarmView]], uncertainty: Uncertainty) -> tuple[WarmBody, ...]:
-    places = locate_together([[view.as_blob_view() for view in body] for body in bodies], 0.0, uncertainty)
-    return tuple(_warm_body(gather_evidence(body), place) for body, place in zip(bodies, places, strict=True))
-
-
-def _warm_body(evidence: Evidence, place: Geolocation) -> WarmBody:
-    variance_m2 = float(np.trace(place.covariance_m2[:2, :2])) / 2
-    east_m, north_m, _ = place.position_enu_m
-    return WarmBody(evidence, (float(east_m), float(north_m)), math.sqrt(variance_m2))
+def _warm_body(body: SeenBody) -> WarmBody:
+    variance_m2 = float(np.trace(body.place.covariance_m2[:2, :2])) / 2
+    east_m, north_m, _ = body.place.position_enu_m
+    return WarmBody(body.evidence, (float(east_m), float(north_m)), math.sqrt(variance_m2))

@@ -2,10 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
 from aos_gcs.geometry.geodesy import EnuPoint
+from aos_gcs.imaging.persons.decision import CLAIMED, FindingKind
+
+KIND_NAMES: Mapping[FindingKind, str] = {
+    FindingKind.UNDECIDED: "Undecided",
+    FindingKind.PERSON: "Possible person",
+    FindingKind.ANIMAL: "Animal?",
+    FindingKind.WARM_OBJECT: "Warm object?",
+    FindingKind.OBJECT: "Object, not warm",
+    FindingKind.ANOMALY: "Anomaly",
+}
+"""Names for operators; the dashboard uses the same."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +50,10 @@ class TargetEstimate:
     """Mission time of the latest sighting."""
     person_confidence: float | None = None
     """Probability that it is a person rather than another warm body; None when no temperatures tell."""
+    kind: FindingKind = FindingKind.UNDECIDED
+    """What it is taken for, once that is decided."""
+    reasons: tuple[str, ...] = ()
+    """What the probability rests on, in words."""
 
 
 class FindingStatus(StrEnum):
@@ -69,11 +85,26 @@ class Finding:
     ellipse: ErrorEllipse | None = None
     sightings: int = 0
     person_confidence: float | None = None
+    """Probability that it is a person; None when no temperatures tell."""
+    kind: FindingKind = FindingKind.UNDECIDED
+    """What it is taken for, once that is decided."""
+    reasons: tuple[str, ...] = ()
+    """What the probability rests on, in words."""
     comment: str = ""
     assignee: str = ""
     """Person or team that it is assigned to."""
     operator: str = ""
     """Operator who has judged it last, or marked it."""
+
+    @property
+    def is_claimed(self) -> bool:
+        """Whether the mission has announced it as a possible person."""
+        return self.kind in CLAIMED
+
+    @property
+    def stands(self) -> bool:
+        """Whether it counts as a person: announced or confirmed, and not rejected."""
+        return self.status is FindingStatus.CONFIRMED or (self.is_claimed and self.status is not FindingStatus.REJECTED)
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,12 +10,13 @@ import numpy as np
 
 from aos_gcs.airspace.waypoints import WaypointRecord
 from aos_gcs.imaging.model import StepAnalysis
-from aos_gcs.imaging.persons.classifier import DECISION
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.fleet.roster import Member, in_layers
-from aos_gcs.mission.model.findings import TargetEstimate
 from aos_gcs.mission.model.phase import Phase
+from aos_gcs.mission.search.claims import Claims
+from aos_gcs.mission.search.findings import Findings
 from aos_gcs.mission.search.observing import make_observation
+from aos_gcs.mission.search.persons import Judgement
 from aos_gcs.mission.search.progress import Advance, ScanProgress
 from aos_gcs.mission.search.stalls import place_ahead_m
 from aos_gcs.mission.search.survey import Survey
@@ -38,9 +40,12 @@ class Decision:
 
 
 class Decider:
-    """Tracks targets, advances the scan, and asks the strategy for waypoints. ``decide`` once per step."""
+    """Tracks targets, advances the scan, and asks the strategy for waypoints.
 
-    def __init__(self, context: FlightContext, vision: Vision, survey: Survey) -> None:
+    ``decide`` once per step, and ``conclude`` when its frames have been judged.
+    """
+
+    def __init__(self, context: FlightContext, vision: Vision, survey: Survey, findings: Findings) -> None:
         settings = context.settings
         self._context = context
         self._vision = vision
@@ -49,10 +54,20 @@ class Decider:
         self._strategy: Strategy[Any] = make_strategy(settings.strategy, settings.strategy_parameters)
         self._state = self._strategy.init(np.array(settings.scan_direction_enu))
         self._steps_found = 0
+        self._findings = findings
         self.tracker = TargetTracker(settings)
+        self._claims = Claims(context, self.tracker, findings)
         self.progress = ScanProgress(settings.flight.arrival_radius_m)
-        self.found_at_s: float | None = None
-        """Mission time of the first decision that a target is found; None before it."""
+
+    @property
+    def found_at_s(self) -> float | None:
+        """Mission time at which the first possible person was announced; None before it."""
+        return self._claims.first_at_s
+
+    @property
+    def settled_enu_m(self) -> tuple[tuple[float, float], ...]:
+        """Places that have been looked at, or judged by operators: the swarm does not converge on them again."""
+        return self._claims.settled_enu_m
 
     @property
     def spacing_m(self) -> float:
@@ -71,11 +86,33 @@ class Decider:
     def decide(self, phase: Phase, swarm: list[Member], analysis: StepAnalysis) -> Decision:
         """Decide what follows from a step's analysis."""
         in_view = self.tracker.observe(analysis, self._context.journal.elapsed_s())
+        self._claims.follow()
         if self.tracker.target_walks:
             self._vision.forget()
         following = self._next_phase(phase, swarm, in_view=in_view)
         diagnostics, waypoints = self._choose_waypoints(following, swarm, analysis, in_view=in_view)
         return Decision(following, diagnostics, waypoints)
+
+    def conclude(self, following: Phase, judgements: Mapping[int, Judgement]) -> Phase:
+        """Decide what the targets are, once a step's frames have been judged, and return the phase that follows.
+
+        Args:
+            following: phase that follows unless a decision changes it.
+            judgements: what the tracks are taken for, by their ids.
+        """
+        self.tracker.judge(judgements)
+        found = self._claims.announce()
+        if following is Phase.FOUND and self._claims.is_rejected():
+            return self._go_on()
+        if following not in {Phase.SCAN, Phase.CONVERGE, Phase.LINE}:
+            return following
+        if found is not None:
+            self.tracker.attend(found)
+            self._steps_found = 0
+            return Phase.FOUND
+        if following is Phase.CONVERGE and self._claims.is_look_over():
+            return self._go_on()
+        return following
 
     def _choose_waypoints(
         self, following: Phase, swarm: list[Member], analysis: StepAnalysis, *, in_view: bool
@@ -97,37 +134,45 @@ class Decider:
         return self._strategy.diagnostics(self._state), waypoints
 
     def _next_phase(self, phase: Phase, swarm: list[Member], *, in_view: bool) -> Phase:
-        settings, journal, tracker = self._context.settings, self._context.journal, self.tracker
+        settings, journal = self._context.settings, self._context.journal
         if phase is Phase.FOUND:
-            self._steps_found += 1
-            if tracker.steps_out_of_view >= settings.detection.lost_steps:
-                journal.notice(Severity.WARNING, "The target is out of view")
-                return Phase.CONVERGE
-            return Phase.RETURN if settings.auto_return and self._steps_found > settings.detection.hold_steps else phase
+            return self._watch()
         if journal.elapsed_s() > settings.deadlines.search_s:
             journal.notice(Severity.WARNING, "Maximum search time reached: all vehicles return")
             return Phase.RETURN
         if in_view:
-            return self._report_found() if tracker.is_found() and phase is Phase.CONVERGE else Phase.CONVERGE
+            return Phase.CONVERGE
         if phase is Phase.CONVERGE:
             journal.notice(Severity.INFO, "The target is out of view: searching where it was last seen")
             return Phase.SCAN
         return self._continue_scan(swarm)
 
-    def _report_found(self) -> Phase:
-        journal, estimate = self._context.journal, self.tracker.estimate()
-        if estimate is not None:
-            journal.notice(Severity.NEWS, describe_found(estimate))
-        self._steps_found = 0
-        if self.found_at_s is None:
-            self.found_at_s = journal.elapsed_s()
-        return Phase.FOUND
+    def _watch(self) -> Phase:
+        """Watch a person that was announced for some steps; then go on, or stay or return where the search ends."""
+        settings, tracker = self._context.settings, self.tracker
+        self._steps_found += 1
+        if tracker.steps_out_of_view >= settings.detection.lost_steps:
+            self._context.journal.notice(Severity.WARNING, "The target is out of view")
+            return Phase.CONVERGE if settings.detection.stop_at_first else self._go_on()
+        if self._steps_found <= settings.detection.hold_steps:
+            return Phase.FOUND
+        if settings.detection.stop_at_first:
+            return Phase.RETURN if settings.auto_return else Phase.FOUND
+        return self._go_on()
+
+    def _go_on(self) -> Phase:
+        """Leave the target for good, and take up the scan where it was left."""
+        self._claims.settle_target()
+        self.tracker.give_up()
+        self._vision.forget()
+        return Phase.LINE
 
     def _continue_scan(self, swarm: list[Member]) -> Phase:
         """Follow the leg; return to it after a target was lost; after its end take the next one, or fly home."""
         if self.tracker.estimate() is not None:
             if self.tracker.steps_out_of_view < self._context.settings.detection.reacquire_steps:
                 return Phase.SCAN
+            self._claims.conclude_lost()
             self.tracker.give_up()
             self._vision.forget()
             return Phase.LINE
@@ -158,21 +203,17 @@ class Decider:
         if self.progress.begin_next_leg():
             return Phase.LINE
         journal, left_out_m = self._context.journal, self.progress.left_out_m
+        persons = len(self._findings.persons())
+        result = {0: "nothing was found", 1: "1 possible person was found"}.get(
+            persons, f"{persons} possible persons were found"
+        )
         if left_out_m == 0.0:
-            journal.notice(Severity.NEWS, "Scan complete: the whole area was scanned, nothing was found")
+            journal.notice(Severity.NEWS, f"Scan complete: the whole area was scanned, {result}")
         else:
-            text = f"Scan complete, nothing was found. {left_out_m:.0f} m of its legs were left out"
             covered = self._survey.covered_fraction or 0.0
-            journal.notice(Severity.NEWS, f"{text}; {100 * covered:.0f} % of the area was in a frame")
+            journal.notice(
+                Severity.NEWS,
+                f"Scan complete, {result}. {left_out_m:.0f} m of its legs were left out; "
+                f"{100 * covered:.0f} % of the area was in a frame",
+            )
         return Phase.RETURN
-
-
-def describe_found(target: TargetEstimate) -> str:
-    """Return what was found, where, and how sure that is."""
-    confidence, (east_m, north_m, _) = target.person_confidence, target.position_enu_m
-    if confidence is None:
-        what = "Target found"
-    else:
-        what = f"{'Possible person' if confidence >= DECISION else 'Unlikely a person'} ({100 * confidence:.0f} %)"
-    precision = "" if target.sigma_m is None else f", ± {target.sigma_m:.1f} m"
-    return f"{what} at {east_m:.1f} m east, {north_m:.1f} m north{precision}"

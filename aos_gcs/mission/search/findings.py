@@ -4,16 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import replace
 
 from aos_gcs.errors import MissionError
 from aos_gcs.geometry.geodesy import EnuPoint
+from aos_gcs.imaging.persons.decision import FindingKind
+from aos_gcs.imaging.step.judgement import SETTLED_M
 from aos_gcs.mission.model.findings import Finding, FindingChange, FindingStatus, TargetEstimate
 
 MAX_FINDINGS = 500
 """Largest number of findings: with more, detection is far too sensitive."""
 SAME_PLACE_M = 3.0
 """Distance within which a new target is a finding whose own target was lost."""
+
+SAME_BODY_M = 0.5
+"""Distance within which two targets are one: parts of a body that was marked in two pieces are located together."""
 
 
 class Findings:
@@ -25,6 +31,32 @@ class Findings:
     def all(self) -> tuple[Finding, ...]:
         """Return all findings, oldest first."""
         return tuple(self._findings.values())
+
+    def persons(self) -> tuple[Finding, ...]:
+        """Return what counts as a person, oldest first."""
+        return tuple(finding for finding in self.all() if finding.stands)
+
+    def at(self, target: TargetEstimate, *statuses: FindingStatus) -> Finding | None:
+        """Return the finding of a target, or else one at its place, that has one of these statuses."""
+        own = [
+            finding
+            for finding in self._findings.values()
+            if finding.status in statuses
+            and (
+                (finding.track_id == target.track_id and finding.track_id is not None)
+                or math.dist(finding.position_enu_m[:2], target.position_enu_m[:2]) <= SETTLED_M
+            )
+        ]
+        return min(own, key=lambda finding: finding.track_id != target.track_id, default=None)
+
+    def claimed_at(self, target: TargetEstimate, living: AbstractSet[int]) -> Finding | None:
+        """Return the announced finding that a target is, if any; ``living`` are the tracks that have not ended."""
+        for finding in self._findings.values():
+            distance_m = math.dist(finding.position_enu_m[:2], target.position_enu_m[:2])
+            is_near = distance_m <= (SAME_BODY_M if finding.track_id in living else SETTLED_M)
+            if finding.is_claimed and (finding.track_id == target.track_id or is_near):
+                return finding
+        return None
 
     def observe(self, targets: Sequence[TargetEstimate], step: int, now_s: float) -> tuple[Finding, ...]:
         """Update the findings by the targets of a step, and return those that are new.
@@ -42,7 +74,7 @@ class Findings:
                 continue
             finding = known.get(target.track_id) or self._seen_again(target, living)
             if finding is None:
-                if len(self._findings) >= MAX_FINDINGS:
+                if len(self._findings) >= MAX_FINDINGS or self._is_part(target):
                     continue
                 finding = self._make(target.position_enu_m, step, now_s)
                 new.append(finding.finding_id)
@@ -76,6 +108,14 @@ class Findings:
         finding_id = len(self._findings) + 1
         return Finding(finding_id, FindingStatus.NEW, position_enu_m, found_at_s=now_s, seen_at_s=now_s, step=step)
 
+    def _is_part(self, target: TargetEstimate) -> bool:
+        """Return whether a target is a second track of the body of a finding that is still followed."""
+        return any(
+            finding.track_id is not None
+            and math.dist(finding.position_enu_m[:2], target.position_enu_m[:2]) <= SAME_BODY_M
+            for finding in self._findings.values()
+        )
+
     def _seen_again(self, target: TargetEstimate, living: set[int]) -> Finding | None:
         """Return the nearest finding at the target's place whose own target is lost."""
         near = [
@@ -91,6 +131,8 @@ def _updated(finding: Finding, target: TargetEstimate, step: int) -> Finding:
     """Return a finding updated by its target; the step stays while the target is out of view."""
     seen_at_s = finding.seen_at_s if target.seen_at_s is None else target.seen_at_s
     is_new = finding.track_id is None
+    is_decided = finding.kind is not FindingKind.UNDECIDED and target.kind in {FindingKind.UNDECIDED, finding.kind}
+    knows_no_better = is_decided or target.person_confidence is None
     return replace(
         finding,
         track_id=target.track_id,
@@ -98,7 +140,9 @@ def _updated(finding: Finding, target: TargetEstimate, step: int) -> Finding:
         sigma_m=target.sigma_m,
         ellipse=target.ellipse,
         sightings=target.sightings,
-        person_confidence=finding.person_confidence if target.person_confidence is None else target.person_confidence,
+        person_confidence=finding.person_confidence if knows_no_better else target.person_confidence,
+        kind=finding.kind if is_decided else target.kind,
+        reasons=finding.reasons if is_decided and finding.reasons else target.reasons,
         seen_at_s=seen_at_s,
         step=step if is_new or seen_at_s > finding.seen_at_s else finding.step,
     )

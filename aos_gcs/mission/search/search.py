@@ -55,7 +55,7 @@ class Search:
         self._findings = findings
         self._sampler = Sampler(context)
         self.survey = Survey(context, gallery)
-        self.decider = Decider(context, vision, self.survey)
+        self.decider = Decider(context, vision, self.survey, findings)
         self._blind_steps = 0
         self.step = 0
 
@@ -127,15 +127,15 @@ class Search:
         await self._gallery.render(self.step, analysis, taken.captures[0].bands)
         await self.survey.note(self.step, taken, analysis)
         async with asyncio.TaskGroup() as group:
-            group.create_task(self._learn(analysis))
+            learning = group.create_task(self._learn(analysis, decision))
             await self._await_arrival(record.waypoints)
             sign_of_life(WORK_S)
-        return decision.following
+        return learning.result()
 
     async def _see(self, taken: Sample) -> tuple[Sample, StepAnalysis | None]:
         """Analyse the frames, and count those that cannot be used as missing; None if that leaves none."""
         try:
-            analysis = await self._vision.see(self.step, taken)
+            analysis = await self._vision.see(self.step, taken, self.decider.settled_enu_m)
         except UnusableFramesError as error:
             return self._sampler.leave_out(self.step, taken, error.reasons), None
         return self._sampler.leave_out(self.step, taken, analysis.skipped), analysis
@@ -189,13 +189,15 @@ class Search:
             await self._mission.recorder.record_step(record, self.decider.strategy_state())
         journal.step(record)
 
-    async def _learn(self, analysis: StepAnalysis) -> None:
-        """Learn from the step's frames while the vehicles move, and keep the findings up to date."""
+    async def _learn(self, analysis: StepAnalysis, decision: Decision) -> Phase:
+        """Learn from the step's frames while the vehicles move, decide what was seen, and return the next phase."""
         tracker, journal = self.decider.tracker, self._context.journal
-        tracker.judge(await self._vision.learn(self.step, analysis, tracker.places_enu_m()))
+        judgements = await self._vision.learn(self.step, analysis, tracker.places_enu_m())
+        following = self.decider.conclude(decision.following, judgements)
         for finding in self._findings.observe(tracker.estimates(), self.step, journal.elapsed_s()):
             east_m, north_m, _ = finding.position_enu_m
             journal.notice(Severity.INFO, f"Finding {finding.finding_id} at {east_m:.1f} m east, {north_m:.1f} m north")
+        return following
 
     async def _await_arrival(self, waypoints: tuple[WaypointRecord, ...]) -> None:
         sent_ids = {record.vehicle_id for record in waypoints if record.sent_enu_m is not None}

@@ -1,21 +1,26 @@
-"""Tracks of targets from sightings, and the decision that a target has been found."""
+"""Tracks of targets from sightings, and what the latest decisions about each agree on."""
 
 from __future__ import annotations
 
 import math
 from collections import deque
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.geometry.geodesy import EnuPoint
-from aos_gcs.imaging.geolocation import Geolocation, geolocate
+from aos_gcs.imaging.geolocation import Geolocation, locate_together
 from aos_gcs.imaging.model import FocalGrid, StepAnalysis
+from aos_gcs.imaging.persons.decision import FindingKind, Verdict
 from aos_gcs.mission.model.findings import ErrorEllipse, TargetEstimate
+from aos_gcs.mission.search.persons import Judgement
 from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.tracking.tracker import Measurement, Track, Tracks, observe
+
+_WORSE = 1.5
+"""Variance, over that of the place known, up to which a later place of a target that stays replaces it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -26,14 +31,23 @@ class _Seen:
     """Shape (3,)."""
     surprise_m: float | None
     """Distance from where the track predicted it; None for the first sighting of a track."""
-    agreeing: bool
+    is_marked: bool
     """Whether enough frames mark the same cell."""
+    verdict: Verdict | None = None
+    """Decision after this sighting; None if there was none."""
+
+    @property
+    def is_claimable(self) -> bool:
+        """Whether it counts as a sighting of a person; without temperatures, of an anomaly that frames agree on."""
+        if self.verdict is None:
+            return False
+        return self.verdict.kind is FindingKind.PERSON or (self.verdict.kind is FindingKind.ANOMALY and self.is_marked)
 
 
 class TargetTracker:
-    """Tracks everything that is seen, and reports one target at a time: that of the largest blob.
+    """Tracks everything that is seen, and reports one target at a time: that of the largest blob not settled yet.
 
-    ``observe`` once per step.
+    ``observe`` and then ``judge`` once per step.
     """
 
     def __init__(self, settings: MissionSettings) -> None:
@@ -46,8 +60,10 @@ class TargetTracker:
         """Latest sightings of each track, without a gap."""
         self._up_m: dict[int, float] = {}
         """Height of the ground at each track."""
-        self._person: dict[int, float] = {}
-        """Probability that each track is a person, where that is known."""
+        self._judged: dict[int, Judgement] = {}
+        """Latest decision about each track, where there is one, with its best place."""
+        self._kinds: dict[int, FindingKind] = {}
+        """What each track is taken for, where that is decided for good."""
         self._target: Track | None = None
         self.measured_enu_m: EnuPoint | None = None
         """Position of the target by the latest step alone; None when it is out of view."""
@@ -59,11 +75,10 @@ class TargetTracker:
         return self._target is not None and self._target.walking_share > 0.5
 
     def observe(self, analysis: StepAnalysis, now_s: float) -> bool:
-        """Update the tracks by a step's analysis and return whether a target is in view."""
+        """Update the tracks by a step's analysis and return whether a target is in view; settled places have none."""
         sightings = [seen for seen in analysis.sightings if seen.blob.area_m2 >= self._detection.threshold_m2]
-        places = [
-            geolocate(seen.views, analysis.grid.height_m, self._uncertainty, self._speed_mps) for seen in sightings
-        ]
+        lines = [seen.views for seen in sightings]
+        places = locate_together(lines, analysis.grid.height_m, self._uncertainty, self._speed_mps)
         self._tracks, track_ids = observe(
             self._tracks,
             [_measurement(place) for place in places],
@@ -75,12 +90,12 @@ class TargetTracker:
         for sighting, place, track_id in zip(sightings, places, track_ids, strict=True):
             track = self._tracks.find(track_id)
             surprise_m = None if track is None else track.surprise_m
-            agreeing = sighting.blob.max_count >= self._detection.found_min_count
+            is_marked = sighting.blob.max_count >= self._detection.found_min_count
             latest = before.get(track_id, deque(maxlen=self._detection.found_steps))
-            latest.append(_Seen(place.position_enu_m, surprise_m, agreeing))
+            latest.append(_Seen(place.position_enu_m, surprise_m, is_marked))
             self._seen[track_id] = latest
             self._up_m[track_id] = float(place.position_enu_m[2])
-        if not sightings:
+        if not sightings or sightings[0].settled:
             self.measured_enu_m = None
             self.steps_out_of_view += 1
             self._target = self._tracks.find(self._target.track_id) or self._target if self._target else None
@@ -94,15 +109,32 @@ class TargetTracker:
         """Return the horizontal place of every track, shape (2,), by its id."""
         return {track.track_id: track.position_enu_m for track in self._tracks.tracks}
 
-    def judge(self, confidences: Mapping[int, float | None]) -> None:
-        """Take in how much each track looks like a person, by its id; without a result the former one stays."""
-        before, self._person = self._person, {}
+    def judge(self, judgements: Mapping[int, Judgement]) -> None:
+        """Take in what the tracks are taken for after a step, by their ids; without a result the former one stays."""
+        before, self._judged = self._judged, {}
         for track in self._tracks.tracks:
-            confidence = confidences.get(track.track_id)
-            if confidence is None:
-                confidence = before.get(track.track_id)
-            if confidence is not None:
-                self._person[track.track_id] = confidence
+            judgement, former = judgements.get(track.track_id), before.get(track.track_id)
+            if judgement is None:
+                if former is not None:
+                    self._judged[track.track_id] = former
+                continue
+            if latest := self._seen.get(track.track_id):
+                latest[-1] = replace(latest[-1], verdict=judgement.verdict)
+            stays = track.walking_share <= 0.5
+            self._judged[track.track_id] = judgement if former is None or not stays else _updated(former, judgement)
+
+    def attend(self, track_id: int) -> None:
+        """Report this target from now on."""
+        self._target = self._tracks.find(track_id) or self._target
+
+    def settle(self, track_id: int, kind: FindingKind) -> None:
+        """Note what a track is taken for, for good."""
+        self._kinds[track_id] = kind
+
+    def verdict(self, track_id: int) -> Verdict | None:
+        """Return the latest decision about a track; None if there is none."""
+        judgement = self._judged.get(track_id)
+        return None if judgement is None else judgement.verdict
 
     def give_up(self) -> None:
         """Report no target until one is in view again."""
@@ -119,14 +151,14 @@ class TargetTracker:
             shown.append(self._target)
         return tuple(map(self._describe, shown))
 
-    def is_found(self) -> bool:
-        """Return whether the latest sightings agree, each confirmed by enough frames.
+    def agrees(self, track_id: int) -> bool:
+        """Return whether the latest sightings of a track agree: each is one of a person, all in one place.
 
-        They agree on one place when they lie about their mean, or on one way when each lies where the track predicted
+        They agree on one place when they lie about their mean, or on one path when each lies where the track predicted
         it.
         """
-        latest = [] if self._target is None else list(self._seen.get(self._target.track_id, ()))
-        if len(latest) < self._detection.found_steps or not all(seen.agreeing for seen in latest):
+        latest = list(self._seen.get(track_id, ()))
+        if len(latest) < self._detection.found_steps or not all(seen.is_claimable for seen in latest):
             return False
         positions_enu_m = np.array([seen.position_enu_m for seen in latest])
         spread_m = np.linalg.norm(positions_enu_m - positions_enu_m.mean(axis=0), axis=1).max()
@@ -137,11 +169,11 @@ class TargetTracker:
         return self._target is not None and track.track_id == self._target.track_id
 
     def _describe(self, track: Track) -> TargetEstimate:
-        covariance_m2 = track.covariance_m2
-        east_m, north_m = track.position_enu_m
+        position_enu_m, covariance_m2 = self._place(track)
+        judgement = self._judged.get(track.track_id)
         east_mps, north_mps = track.velocity_enu_mps
         return TargetEstimate(
-            position_enu_m=_point([east_m, north_m, self._up_m[track.track_id]]),
+            position_enu_m=_point(position_enu_m),
             sigma_m=math.sqrt(float(np.trace(covariance_m2)) / 2.0),
             sightings=track.hits,
             track_id=track.track_id,
@@ -149,8 +181,30 @@ class TargetTracker:
             ellipse=error_ellipse(covariance_m2),
             velocity_enu_mps=(float(east_mps), float(north_mps)),
             seen_at_s=track.seen_at_s,
-            person_confidence=self._person.get(track.track_id),
+            person_confidence=None if judgement is None else judgement.verdict.probability,
+            kind=self._kinds.get(track.track_id, FindingKind.UNDECIDED),
+            reasons=() if judgement is None else judgement.verdict.reasons,
         )
+
+    def _place(self, track: Track) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return where a target is, shape (3,), and the horizontal covariance: of its warm body, if it has one."""
+        judgement = self._judged.get(track.track_id)
+        if judgement is not None and judgement.place is not None and track.walking_share <= 0.5:
+            return judgement.place.position_enu_m, judgement.place.covariance_m2[:2, :2]
+        return np.array([*track.position_enu_m, self._up_m[track.track_id]]), track.covariance_m2
+
+
+def _updated(former: Judgement, latest: Judgement) -> Judgement:
+    """Return the latest decision about a target that stays, with the former place where that is better known."""
+    if former.place is None:
+        return latest
+    if latest.place is not None and _variance_m2(latest.place) <= _WORSE * _variance_m2(former.place):
+        return latest
+    return replace(latest, place=former.place)
+
+
+def _variance_m2(place: Geolocation) -> float:
+    return float(np.trace(place.covariance_m2[:2, :2]))
 
 
 def error_ellipse(covariance_m2: NDArray[np.float64]) -> ErrorEllipse:

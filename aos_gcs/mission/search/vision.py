@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import ParamSpec, TypeVar
 
@@ -20,7 +20,7 @@ from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.handler_watch import WORK_S, sign_of_life
 from aos_gcs.mission.journal import Recorder
 from aos_gcs.mission.model.steps import FocusSnapshot, FocusSource
-from aos_gcs.mission.search.persons import PersonWatch, watch_persons
+from aos_gcs.mission.search.persons import Judgement, PersonWatch, watch_persons
 from aos_gcs.mission.search.sampling import Sample, to_frame
 from aos_gcs.ports import Severity
 
@@ -80,8 +80,8 @@ class Vision:
             )
         self._focus = overridden(self._focus, height_m)
 
-    async def see(self, step: int, taken: Sample) -> StepAnalysis:
-        """Record the frames of a step and analyse them.
+    async def see(self, step: int, taken: Sample, settled_enu_m: Sequence[tuple[float, float]] = ()) -> StepAnalysis:
+        """Record the frames of a step and analyse them; blobs at settled places lead nobody.
 
         Raises:
             UnusableFramesError: none of the frames can be used.
@@ -93,7 +93,7 @@ class Vision:
             for capture in taken.captures:
                 await self._recorder.record_frame(step, capture)
         imaging = replace(settings.imaging, plane_height_m=self._focus.focal_height_m)
-        analysis = await self._run(analyse_step, self._placed(), imaging, self._history)
+        analysis = await self._run(analyse_step, self._placed(), imaging, self._history, settled_enu_m=settled_enu_m)
         self._history = analysis.history
         return analysis
 
@@ -104,15 +104,15 @@ class Vision:
 
     async def learn(
         self, step: int, analysis: StepAnalysis, places_enu_m: Mapping[int, NDArray[np.float64]]
-    ) -> dict[int, float | None]:
+    ) -> dict[int, Judgement]:
         """Learn from the step's frames for the next ones; there is time for it while the vehicles move.
 
         Returns:
-            The probability that there is a person at each place, by the same keys, where it is known.
+            What the targets at the places are taken for, by the same keys; none where it could not be judged.
         """
-        settings, confidences = self._context.settings, dict[int, float | None]()
+        settings, judgements = self._context.settings, dict[int, Judgement]()
         try:
-            confidences = await self._watch_persons(analysis, places_enu_m)
+            judgements = await self._watch_persons(analysis, places_enu_m)
             if settings.registration.is_due(step):
                 await self._register(analysis)
             if settings.autofocus.is_due(step):
@@ -121,16 +121,17 @@ class Vision:
             text = f"Step {step}: not all was learned from its images: {error}"
             self._context.journal.notice(Severity.WARNING, text)
         self._reported = []
-        return confidences
+        return judgements
 
     async def _watch_persons(
         self, analysis: StepAnalysis, places_enu_m: Mapping[int, NDArray[np.float64]]
-    ) -> dict[int, float | None]:
+    ) -> dict[int, Judgement]:
         usable = self._usable(self._placed(), analysis)
-        self._persons, confidences = await self._run(
-            watch_persons, self._persons, usable, analysis.grid.height_m, places_enu_m
+        uncertainty = self._context.settings.uncertainty
+        self._persons, judgements = await self._run(
+            watch_persons, self._persons, usable, analysis.grid.height_m, places_enu_m, uncertainty
         )
-        return confidences
+        return judgements
 
     async def _run(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
         sign_of_life(WORK_S)

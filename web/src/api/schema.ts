@@ -758,6 +758,12 @@ export interface components {
       status?: components["schemas"]["FindingStatus"] | null;
     };
     /**
+     * FindingKind
+     * @description What something that was seen is taken for.
+     * @enum {string}
+     */
+    FindingKind: "undecided" | "person" | "animal" | "warm_object" | "object" | "anomaly";
+    /**
      * FindingModel
      * @description Something that was found, for the searchers.
      */
@@ -779,6 +785,8 @@ export interface components {
        * @description Mission time at which it was first known.
        */
       found_at_s: number;
+      /** @description What it is taken for, once that is decided. */
+      kind: components["schemas"]["FindingKind"];
       /** Mgrs */
       mgrs: string | null;
       /**
@@ -792,6 +800,11 @@ export interface components {
        */
       person_confidence: number | null;
       position: components["schemas"]["PositionModel"];
+      /**
+       * Reasons
+       * @description What the probability rests on, in words.
+       */
+      reasons: string[];
       /** Seen At S */
       seen_at_s: number;
       /** Sightings */
@@ -1862,12 +1875,19 @@ export interface components {
        */
       confirmed: boolean;
       ellipse: components["schemas"]["EllipseModel"] | null;
+      /** @description What it is taken for, once that is decided. */
+      kind: components["schemas"]["FindingKind"];
       /**
        * Person Confidence
        * @description Probability, 0 to 1, that it is a person rather than another warm body; null if unknown.
        */
       person_confidence: number | null;
       position: components["schemas"]["PositionModel"];
+      /**
+       * Reasons
+       * @description What the probability rests on, in words.
+       */
+      reasons: string[];
       /**
        * Seen At S
        * @description Mission time of the latest sighting.

@@ -53,5 +53,6 @@ export type Timeline = Schemas["TimelineModel"];
 export type Acknowledgement = Schemas["AcknowledgementModel"];
 export type Capabilities = Schemas["CapabilitiesModel"];
 export type Finding = Schemas["FindingModel"];
+export type FindingKind = Schemas["FindingKind"];
 export type FindingStatus = Schemas["FindingStatus"];
 export type FindingChange = Schemas["FindingChangeRequest"];

@@ -12,7 +12,7 @@ export function TargetsPanel({ targets }: { targets: readonly Target[] }) {
   );
 }
 
-function TargetFacts({ track_id: id, position, sigma_m, sightings, person_confidence: person }: Target) {
+function TargetFacts({ track_id: id, position, sigma_m, sightings, person_confidence: person, kind, reasons }: Target) {
   const { latitude_deg: lat, longitude_deg: lon } = position;
   return (
     <dl key={id} data-testid={`target-${id}`}>
@@ -23,8 +23,9 @@ function TargetFacts({ track_id: id, position, sigma_m, sightings, person_confid
         {texts.target.error(quantity(sigma_m, 2, "m"))}, {texts.target.sightings(sightings)}
       </dd>
       <dd class="small" data-testid="target-person">
-        {person === null ? `${texts.decide.confidence}: ${texts.noData}` : texts.target.person(likelihood(person))}
+        {texts.target.taken(texts.names.findingKind[kind], likelihood(person))}
       </dd>
+      {reasons.length > 0 && <dd class="small">{reasons.join("; ")}</dd>}
     </dl>
   );
 }

@@ -1,6 +1,7 @@
 /** Display names of what the station sends as identifiers: phases, tasks, modes, kinds of images. */
 import type {
   Action,
+  FindingKind,
   FindingStatus,
   FlightMode,
   FrameKind,
@@ -92,6 +93,15 @@ const FRAME: Readonly<Record<FrameKind, string>> = { colour: "Colour", thermal: 
 
 const VERDICT: Readonly<Record<WaypointVerdict, string>> = { sent: "Sent", shortened: "Shortened", held: "Held" };
 
+const FINDING_KIND: Readonly<Record<FindingKind, string>> = {
+  undecided: "Undecided",
+  person: "Possible person",
+  animal: "Animal?",
+  warm_object: "Warm object?",
+  object: "Object, not warm",
+  anomaly: "Anomaly",
+};
+
 const FINDING: Readonly<Record<FindingStatus, string>> = {
   new: "undecided",
   confirmed: "confirmed",
@@ -139,6 +149,7 @@ export const names = {
   frame: FRAME,
   verdict: VERDICT,
   finding: FINDING,
+  findingKind: FINDING_KIND,
   gpsFix: GPS_FIX,
   branch: BRANCH,
   evolutionaryState: EVOLUTIONARY_STATE,

@@ -29,7 +29,9 @@ export function FindingDetail({ finding }: { finding: Finding }) {
     [texts.decide.local, eastNorth(finding.position.east_m, finding.position.north_m)],
     [texts.decide.ellipse, ellipseText(finding)],
     [texts.decide.views, sightingsText(finding)],
+    [texts.decide.kind, texts.names.findingKind[finding.kind]],
     [texts.decide.confidence, likelihood(finding.person_confidence)],
+    [texts.decide.reasons, finding.reasons.length > 0 ? finding.reasons.join("; ") : texts.noData],
     [texts.decide.found, duration(finding.found_at_s)],
     [texts.decide.seen, duration(finding.seen_at_s)],
   ];

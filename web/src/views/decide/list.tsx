@@ -30,7 +30,8 @@ export function FindingList({ findings, filter, chosen, onChoose }: Props) {
               <b>{texts.decide.finding(finding.finding_id)}</b>
               <br />
               <span class={`finding-status is-${finding.status}`}>
-                {STATUS_SIGNS[finding.status]} {texts.decide.status[finding.status]}
+                {STATUS_SIGNS[finding.status]} {texts.decide.status[finding.status]} ·{" "}
+                {texts.names.findingKind[finding.kind]}
               </span>
               <br />
               <span class="small">

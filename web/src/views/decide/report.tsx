@@ -58,13 +58,15 @@ export function Report({ mission, onClose }: Props) {
 }
 
 function ReportedFinding({ finding }: { finding: Finding }) {
-  const { finding_id: id, status, position, person_confidence, comment, assignee, operator } = finding;
+  const { finding_id: id, status, position, person_confidence, kind, reasons, comment, assignee, operator } = finding;
   const facts: [string, string][] = [
     ...notations(finding).map(([name, text]): [string, string] => [texts.decide.notation[name], text]),
     [texts.decide.local, eastNorth(position.east_m, position.north_m)],
     [texts.decide.ellipse, ellipseText(finding)],
     [texts.decide.views, sightingsText(finding)],
+    [texts.decide.kind, texts.names.findingKind[kind]],
     [texts.decide.confidence, likelihood(person_confidence)],
+    [texts.decide.reasons, reasons.join("; ")],
     [texts.decide.found, duration(finding.found_at_s)],
     [texts.decide.seen, duration(finding.seen_at_s)],
     [texts.report.decidedBy, operator],

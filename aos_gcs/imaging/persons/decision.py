@@ -1,0 +1,82 @@
+"""The one decision: what something is that a swarm has seen, how probably a person, and why.
+
+Missions, their findings and notices, the score of simulated missions, and the study of effectiveness all call
+:func:`decide` on :class:`~aos_gcs.imaging.persons.evidence.Evidence`; none has a rule of its own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from aos_gcs.imaging.persons.classifier import MAX_CONTRAST_K, PersonModel, person_confidence
+from aos_gcs.imaging.persons.evidence import Evidence
+
+DECISION = 0.5
+"""Probability from which a body counts as a person."""
+_FUR_SPREAD_K = 2.5
+"""Contrast of the warmest parts above the middle from which a warm body is rather an animal (head and legs are warmer
+than fur) than a stone (warm all over)."""
+
+
+class FindingKind(StrEnum):
+    """What something that was seen is taken for."""
+
+    UNDECIDED = "undecided"
+    """Not decided yet, or marked by an operator."""
+    PERSON = "person"
+    ANIMAL = "animal"
+    WARM_OBJECT = "warm_object"
+    OBJECT = "object"
+    """Unlike its surroundings, but no warmer."""
+    ANOMALY = "anomaly"
+    """Unlike its surroundings, in frames without temperatures, which cannot tell what it is."""
+
+
+CLAIMED = frozenset({FindingKind.PERSON, FindingKind.ANOMALY})
+"""Kinds that searchers are told of as a find: what cannot be judged counts as a person would."""
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """Decision about one body."""
+
+    kind: FindingKind
+    probability: float | None
+    """Probability, 0 to 1, that it is a person; None where no temperatures tell."""
+    reasons: tuple[str, ...]
+    """What it rests on, in words."""
+
+
+def decide(evidence: Evidence, model: PersonModel | None = None) -> Verdict:
+    """Return what a body is taken for; ``model`` None: the one that comes with the program."""
+    if not evidence.radiometric:
+        return Verdict(FindingKind.ANOMALY, None, ("no temperatures to judge it by",))
+    if evidence.views == 0:
+        return Verdict(FindingKind.OBJECT, 0.0, (f"not warmer than its surroundings in {evidence.frames} frames",))
+    probability = person_confidence(evidence, model)
+    return Verdict(_kind(evidence, probability), probability, _reasons(evidence))
+
+
+def _kind(evidence: Evidence, probability: float) -> FindingKind:
+    if probability >= DECISION:
+        return FindingKind.PERSON
+    peak_k = evidence.contrast_peak_k
+    is_animal = peak_k - evidence.contrast_median_k >= _FUR_SPREAD_K and peak_k <= MAX_CONTRAST_K
+    return FindingKind.ANIMAL if is_animal else FindingKind.WARM_OBJECT
+
+
+def _reasons(evidence: Evidence) -> tuple[str, ...]:
+    peak_k = evidence.contrast_peak_k
+    limit = ", hotter than any skin" if peak_k > MAX_CONTRAST_K else ""
+    views = _of(evidence.views, evidence.frames, "frame")
+    return (
+        f"{evidence.contrast_median_k:.0f} K warmer than its surroundings, {peak_k:.0f} K at its warmest{limit}",
+        f"seen by {_of(evidence.vehicles, evidence.swarm, 'vehicle')}, in {views}",
+        f"{evidence.area_m2:.2f} m² visible, {evidence.extent_m:.1f} m long",
+    )
+
+
+def _of(count: int, among: int, noun: str) -> str:
+    total = f"{count} of {max(count, among)}" if among else str(count)
+    return f"{total} {noun}{'' if max(count, among) == 1 else 's'}"

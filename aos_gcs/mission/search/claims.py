@@ -1,0 +1,147 @@
+"""Claims: when a target is announced as a possible person, and when it is left as something else."""
+
+from __future__ import annotations
+
+from aos_gcs.imaging.persons.decision import CLAIMED, FindingKind
+from aos_gcs.mission.context import FlightContext
+from aos_gcs.mission.model.findings import KIND_NAMES, FindingStatus, TargetEstimate
+from aos_gcs.mission.search.findings import Findings
+from aos_gcs.mission.search.looks import Looks
+from aos_gcs.mission.search.targeting import TargetTracker
+from aos_gcs.ports import Severity
+
+
+class Claims:
+    """Announces possible persons, and settles what has been looked at. Operators' verdicts overrule it.
+
+    Args:
+        context: context of the flight.
+        tracker: tracks, with the latest decisions about them.
+        findings: findings of the mission, with operators' verdicts.
+    """
+
+    def __init__(self, context: FlightContext, tracker: TargetTracker, findings: Findings) -> None:
+        self._context = context
+        self._tracker = tracker
+        self._findings = findings
+        self._looks = Looks()
+        self.first_at_s: float | None = None
+        """Mission time of the first claim; None before it."""
+
+    @property
+    def settled_enu_m(self) -> tuple[tuple[float, float], ...]:
+        """Places that the swarm does not converge on again: looked at, or judged by operators."""
+        target = self._tracker.estimate()
+        judged = [
+            finding.position_enu_m[:2]
+            for finding in self._findings.all()
+            if finding.status is FindingStatus.REJECTED
+            or (
+                finding.status is FindingStatus.CONFIRMED
+                and (target is None or finding is not self._findings.at(target, FindingStatus.CONFIRMED))
+            )
+        ]
+        return (*self._looks.settled_enu_m, *judged)
+
+    def follow(self) -> None:
+        """Move the places with their tracks, after each step's observation."""
+        self._looks.follow(self._tracker.places_enu_m())
+
+    def announce(self) -> int | None:
+        """Announce all targets that the latest decisions agree to be persons; return the track to be watched, if any.
+
+        A target known already is watched again when it is the present one, without another announcement.
+        """
+        present = self._tracker.estimate()
+        watched: int | None = None
+        for target in self._tracker.estimates():
+            is_present = present is not None and target.track_id == present.track_id
+            if not self._is_person(target, is_present=is_present):
+                continue
+            if self._is_new(target):
+                self._claim(target)
+            elif not is_present:
+                continue
+            if watched is None or is_present:
+                watched = target.track_id
+        kept = {watched} if present is None else {watched, present.track_id}
+        for target in self._tracker.estimates():
+            if target.kind in CLAIMED and target.track_id not in kept:
+                self._looks.settle(target.track_id, target.position_enu_m)
+        return watched
+
+    def is_look_over(self) -> bool:
+        """Count a step of converging on the present target; return whether it has been looked at for long enough."""
+        target = self._tracker.estimate()
+        if target is None or self._findings.at(target, FindingStatus.REJECTED):
+            return True
+        return self._looks.count(target.track_id, target.position_enu_m) >= self._context.settings.detection.look_steps
+
+    def is_rejected(self) -> bool:
+        """Whether operators have rejected the present target."""
+        target = self._tracker.estimate()
+        return target is not None and self._findings.at(target, FindingStatus.REJECTED) is not None
+
+    def settle_target(self) -> None:
+        """Leave the present target for good; one that is not decided yet is decided by what was seen of it last."""
+        target = self._tracker.estimate()
+        if target is None:
+            return
+        self._decide(target)
+        self._looks.settle(target.track_id, target.position_enu_m)
+
+    def conclude_lost(self) -> None:
+        """Decide about a target that was lost, if it was a person when it was last seen; it may be looked at again."""
+        target = self._tracker.estimate()
+        verdict = None if target is None else self._tracker.verdict(target.track_id)
+        if target is not None and verdict is not None and verdict.kind is FindingKind.PERSON:
+            self._decide(target)
+
+    def _is_person(self, target: TargetEstimate, *, is_present: bool) -> bool:
+        if not target.confirmed or self._findings.at(target, FindingStatus.REJECTED):
+            return False
+        if self._tracker.agrees(target.track_id):
+            return True
+        return is_present and self._findings.at(target, FindingStatus.CONFIRMED) is not None
+
+    def _is_new(self, target: TargetEstimate) -> bool:
+        if target.kind in CLAIMED:
+            return False
+        known = self._findings.claimed_at(target, set(self._tracker.places_enu_m()))
+        if known is not None:
+            self._tracker.settle(target.track_id, known.kind)
+            return False
+        return True
+
+    def _decide(self, target: TargetEstimate) -> None:
+        """Decide for good what a target is, by the latest decision about it, unless that is known."""
+        verdict = self._tracker.verdict(target.track_id)
+        if verdict is None or target.kind is not FindingKind.UNDECIDED or not target.confirmed:
+            return
+        is_rejected = self._findings.at(target, FindingStatus.REJECTED) is not None
+        if verdict.kind is FindingKind.PERSON:
+            if not is_rejected and self._is_new(target):
+                self._claim(target)
+        elif verdict.kind not in CLAIMED:
+            self._tracker.settle(target.track_id, verdict.kind)
+            if not is_rejected:
+                self._context.journal.notice(Severity.INFO, f"{describe(target, verdict.kind)}. The search goes on")
+
+    def _claim(self, target: TargetEstimate) -> None:
+        verdict, journal = self._tracker.verdict(target.track_id), self._context.journal
+        kind = FindingKind.PERSON if verdict is None or verdict.kind not in CLAIMED else verdict.kind
+        self._tracker.settle(target.track_id, kind)
+        journal.notice(Severity.NEWS, describe(target, kind))
+        if self.first_at_s is None:
+            self.first_at_s = journal.elapsed_s()
+
+
+def describe(target: TargetEstimate, kind: FindingKind) -> str:
+    """Return what was seen, where, how sure that is, and why."""
+    confidence, (east_m, north_m, _) = target.person_confidence, target.position_enu_m
+    likely = (
+        "" if confidence is None else f" ({100 * confidence:.0f} %{'' if kind is FindingKind.PERSON else ' a person'})"
+    )
+    precision = "" if target.sigma_m is None else f", ± {target.sigma_m:.1f} m"
+    reasons = f": {'; '.join(target.reasons)}" if target.reasons else ""
+    return f"{KIND_NAMES[kind]}{likely} at {east_m:.1f} m east, {north_m:.1f} m north{precision}{reasons}"

@@ -1,0 +1,59 @@
+"""Looks: where the swarm has converged, for how many steps, and which places it need not look at again."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.geometry.geodesy import EnuPoint
+from aos_gcs.imaging.step.judgement import SETTLED_M
+
+
+@dataclass(slots=True)
+class _Look:
+    """One place that the swarm has converged on."""
+
+    place_enu_m: tuple[float, float]
+    track_id: int
+    steps: int = 0
+    is_settled: bool = False
+
+
+class Looks:
+    """Places that the swarm has looked at, by place: a track that is lost and seen again is not looked at anew."""
+
+    def __init__(self) -> None:
+        self._looks: list[_Look] = []
+
+    @property
+    def settled_enu_m(self) -> tuple[tuple[float, float], ...]:
+        """Places that the swarm does not converge on again."""
+        return tuple(look.place_enu_m for look in self._looks if look.is_settled)
+
+    def follow(self, places_enu_m: Mapping[int, NDArray[np.float64]]) -> None:
+        """Move the places with their tracks, whose positions, shape (2,), are given by id."""
+        for look in self._looks:
+            if (place_enu_m := places_enu_m.get(look.track_id)) is not None:
+                look.place_enu_m = float(place_enu_m[0]), float(place_enu_m[1])
+
+    def count(self, track_id: int, position_enu_m: EnuPoint) -> int:
+        """Count a step of converging on a target, and return the number of such steps."""
+        look = self._at(track_id, position_enu_m)
+        look.steps += 1
+        return look.steps
+
+    def settle(self, track_id: int, position_enu_m: EnuPoint) -> None:
+        """Converge on a target no more."""
+        self._at(track_id, position_enu_m).is_settled = True
+
+    def _at(self, track_id: int, position_enu_m: EnuPoint) -> _Look:
+        for look in self._looks:
+            if look.track_id == track_id or math.dist(look.place_enu_m, position_enu_m[:2]) <= SETTLED_M:
+                look.track_id = track_id
+                return look
+        self._looks.append(_Look(position_enu_m[:2], track_id))
+        return self._looks[-1]
