@@ -128,7 +128,7 @@ def _visibilities(reader: MissionReader, world: Mapping[str, Any], persons_enu_m
     for step in steps:
         frames = [to_frame(entry.load(), frame) for entry in reader.frames(step.step)]
         views.append([(image.pose, image.camera) for image in frames])
-    areas_m2 = _truth()(world["seed"], world["trees_per_ha"], views)
+    areas_m2 = _truth()(world, views)
     visibilities = []
     for step, area_m2 in zip(steps, areas_m2, strict=True):
         own = step.target_enu_m is not None and bool(

@@ -14,21 +14,28 @@ from aos_gcs.errors import ConfigurationError
 from aos_sim.errors.model import error_model
 from aos_sim.report import write_report
 from aos_sim.swarm import SimulatedSwarm, SwarmOptions
-from aos_sim.world.scene import SceneParameters, build_scene
-from aos_sim.world_file import World, write_world_file
+from aos_sim.world.scene import build_scene
+from aos_sim.world_file import World, scene_parameters, write_world_file
 from aos_sim.world_options import (
     Animals,
     Cloths,
+    ConditionsOption,
+    Dressed,
     Errors,
     ExitWithParent,
     FieldOfView,
     HttpPort,
     ImageSize,
+    InPairs,
     NoRender,
+    PersonPosture,
+    Persons,
     ReportFile,
     Seed,
     Stones,
+    Stumps,
     TreesPerHa,
+    Waters,
     WindSpeed,
     image_source,
     parse_origin,
@@ -68,6 +75,13 @@ def sim(
     animals: Animals = 0,
     stones: Stones = 0,
     cloths: Cloths = 0,
+    stumps: Stumps = 0,
+    waters: Waters = 0,
+    persons: Persons = 1,
+    posture: PersonPosture = "standing",
+    dressed: Dressed = False,
+    in_pairs: InPairs = False,
+    conditions: ConditionsOption = "cool",
     image_size: ImageSize = 512,
     fov: FieldOfView = 50.0,
     wind: WindSpeed = None,
@@ -117,7 +131,22 @@ def sim(
         factory_settings=factory_settings,
     )
     scene = build_scene(
-        SceneParameters(seed=seed, trees_per_ha=trees_per_ha, animals=animals, stones=stones, cloths=cloths)
+        scene_parameters(
+            {
+                "seed": seed,
+                "trees_per_ha": trees_per_ha,
+                "animals": animals,
+                "stones": stones,
+                "cloths": cloths,
+                "stumps": stumps,
+                "waters": waters,
+                "persons": persons,
+                "posture": posture,
+                "dressed": dressed,
+                "in_pairs": in_pairs,
+                "conditions": conditions,
+            }
+        )
     )
     swarm = SimulatedSwarm(options, image_source(scene, model, no_render))
     asyncio.run(_simulate(swarm, world_of(scene), _Files(world_file, report_file), exit_with_parent))

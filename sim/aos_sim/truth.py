@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import cv2
 import numpy as np
@@ -11,16 +12,18 @@ from numpy.typing import NDArray
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
 from aos_sim.world.person import person_mesh
-from aos_sim.world.scene import SceneParameters, build_scene
+from aos_sim.world.scene import build_scene
+from aos_sim.world_file import scene_parameters
 
 CELL_M = 0.02
+_WITHOUT_DISTRACTORS = {"animals": 0, "stones": 0, "cloths": 0}
 HALF_WIDTH_M = 6.0
 """Side of the square around a person for its outlines; the outline of a standing one that is seen 70 degrees
 off the nadir still fits in."""
 
 
 def unoccluded_areas_m2(
-    seed: int, trees_per_ha: float, steps: Sequence[Sequence[tuple[Pose, CameraModel]]], plane_height_m: float = 0.0
+    world: Mapping[str, Any], steps: Sequence[Sequence[tuple[Pose, CameraModel]]], plane_height_m: float = 0.0
 ) -> list[float]:
     """Return per step the area on the focal plane that the views of its cameras would cover of the persons together.
 
@@ -28,12 +31,11 @@ def unoccluded_areas_m2(
     camera's position. Views that do not show a person's position do not count for it.
 
     Args:
-        seed: seed of the world, as given to the simulator.
-        trees_per_ha: tree density of the world, on which the persons' positions depend.
+        world: fields of the world file; of those that are missing, the defaults.
         steps: the cameras of each step.
         plane_height_m: height of the focal plane, below the cameras.
     """
-    persons = build_scene(SceneParameters(seed=seed, trees_per_ha=trees_per_ha)).persons
+    persons = build_scene(scene_parameters({**_WITHOUT_DISTRACTORS, **world})).persons
     meshes = [person_mesh(person).triangles_enu_m.astype(np.float64) for person in persons]
     return [
         sum(

@@ -6,13 +6,18 @@ import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 from aos_gcs.errors import InputDataError
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_sim.report import write_json
+from aos_sim.world.conditions import Conditions
+from aos_sim.world.person import Posture
 from aos_sim.world.scene import SceneParameters
 
 _SCENE_KEYS = ("seed", "trees_per_ha", "animals", "stones", "cloths")
+_LATER_KEYS = ("stumps", "waters", "persons", "posture", "conditions", "dressed", "in_pairs")
+"""Fields that files of older versions lack; they had their defaults."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +41,24 @@ class World:
     animals: int = 0
     stones: int = 0
     cloths: int = 0
+    stumps: int = 0
+    waters: int = 0
+    persons: int = 1
+    posture: str = Posture.STANDING
+    conditions: str = Conditions.COOL
+    dressed: bool = False
+    in_pairs: bool = False
+
+
+def scene_parameters(fields: Mapping[str, Any]) -> SceneParameters:
+    """Return the parameters of a world from the fields of its file.
+
+    Raises:
+        KeyError: a field is missing.
+        ConfigurationError: a value is out of its range.
+    """
+    scene = {key: fields[key] for key in _SCENE_KEYS}
+    return SceneParameters(**scene, **{key: fields[key] for key in _LATER_KEYS if key in fields})
 
 
 def write_world_file(
@@ -62,11 +85,10 @@ def read_world_file(path: Path) -> tuple[SceneParameters, GeodeticPosition]:
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
         origin = GeodeticPosition(**{key: float(value) for key, value in content["origin"].items()})
-        scene = {key: content[key] for key in _SCENE_KEYS}
+        return scene_parameters(content), origin
     except OSError as error:
         raise InputDataError(f"The world file {path} cannot be read: {error.strerror}.") from error
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise InputDataError(
             f"{path} is no world file ({error}); aos-gcs sim and aos-gcs sim-camera write one with --world-file."
         ) from error
-    return SceneParameters(**scene), origin

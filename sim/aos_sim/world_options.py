@@ -31,6 +31,15 @@ TreesPerHa = Annotated[float, typer.Option(help="Density of the forest.")]
 Animals = Annotated[int, typer.Option(help="Deer and boars in the forest, which distract the search.")]
 Stones = Annotated[int, typer.Option(help="Sun-warmed stones in the forest.")]
 Cloths = Annotated[int, typer.Option(help="Bright cloths in the forest, as warm as the air.")]
+Stumps = Annotated[int, typer.Option(help="Sun-warmed stumps in the forest.")]
+Waters = Annotated[int, typer.Option(help="Puddles in the forest, colder than the ground.")]
+Persons = Annotated[int, typer.Option(help="Persons in the forest.")]
+PersonPosture = Annotated[str, typer.Option("--posture", help="Their posture: standing, sitting, lying or walking.")]
+Dressed = Annotated[bool, typer.Option("--dressed", help="Draw hoods, gloves and blankets for them.")]
+InPairs = Annotated[bool, typer.Option("--in-pairs", help="Have every second person keep company to another.")]
+ConditionsOption = Annotated[
+    str, typer.Option("--conditions", help="Weather and time of day: cool, clear, overcast, night or warm.")
+]
 ImageSize = Annotated[int, typer.Option(help="Width and height of the images in pixels.")]
 FieldOfView = Annotated[float, typer.Option(help="Field of view of the cameras in degrees.")]
 Errors = Annotated[
@@ -99,6 +108,13 @@ def world_of(scene: Scene) -> World:
         animals=parameters.animals,
         stones=parameters.stones,
         cloths=parameters.cloths,
+        stumps=parameters.stumps,
+        waters=parameters.waters,
+        persons=parameters.persons,
+        posture=str(parameters.posture),
+        conditions=str(parameters.conditions),
+        dressed=parameters.dressed,
+        in_pairs=parameters.in_pairs,
     )
 
 

@@ -117,7 +117,7 @@ async def record(
     folder: Path, person_enu_m: np.ndarray, shares: tuple[float, float], blobs: list[EnuPoint]
 ) -> Recorded:
     pose = nadir_pose(person_enu_m + np.array([2.0, 0.0, 40.0]))
-    (pictured_m2,) = unoccluded_areas_m2(SEED, TREES_PER_HA, [[(pose, CAMERA)]])
+    (pictured_m2,) = unoccluded_areas_m2({"seed": SEED, "trees_per_ha": TREES_PER_HA}, [[(pose, CAMERA)]])
     async with MissionRecorder.create(folder, "m", {}, notify=lambda _: None) as recorder:
         for number, (share, blob_enu_m) in enumerate(zip(shares, blobs, strict=True), start=1):
             capture = Capture(

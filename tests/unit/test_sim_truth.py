@@ -24,7 +24,7 @@ def person_enu_m() -> np.ndarray:
 
 def areas_m2(*steps: list[Pose], plane_height_m: float = 0.0) -> list[float]:
     views = [[(pose, CAMERA) for pose in poses] for poses in steps]
-    return unoccluded_areas_m2(SEED, TREES_PER_HA, views, plane_height_m)
+    return unoccluded_areas_m2({"seed": SEED, "trees_per_ha": TREES_PER_HA}, views, plane_height_m)
 
 
 def above(person_enu_m: np.ndarray, east_m: float = 0.0, north_m: float = 0.0, height_m: float = 40.0) -> Pose:

@@ -13,21 +13,28 @@ import typer
 from aos_sim.attached.service import AttachedCameras, AttachedOptions
 from aos_sim.errors.model import error_model
 from aos_sim.report import write_report
-from aos_sim.world.scene import SceneParameters, build_scene
-from aos_sim.world_file import World, read_world_file, write_world_file
+from aos_sim.world.scene import build_scene
+from aos_sim.world_file import World, read_world_file, scene_parameters, write_world_file
 from aos_sim.world_options import (
     Animals,
     Cloths,
+    ConditionsOption,
+    Dressed,
     Errors,
     ExitWithParent,
     FieldOfView,
     HttpPort,
     ImageSize,
+    InPairs,
     NoRender,
+    PersonPosture,
+    Persons,
     ReportFile,
     Seed,
     Stones,
+    Stumps,
     TreesPerHa,
+    Waters,
     image_source,
     parse_origin,
     stop_on_signals,
@@ -62,7 +69,7 @@ def sim_camera(
         Path | None,
         typer.Option(
             help="Show the world of this file, which --world-file of this command or of aos-gcs sim has written, "
-            "instead of that of --origin, --seed, --trees-per-ha, --animals, --stones and --cloths.",
+            "instead of that of --origin, --seed and the options of what stands in it.",
             dir_okay=False,
         ),
     ] = None,
@@ -78,6 +85,13 @@ def sim_camera(
     animals: Animals = 0,
     stones: Stones = 0,
     cloths: Cloths = 0,
+    stumps: Stumps = 0,
+    waters: Waters = 0,
+    persons: Persons = 1,
+    posture: PersonPosture = "standing",
+    dressed: Dressed = False,
+    in_pairs: InPairs = False,
+    conditions: ConditionsOption = "cool",
     image_size: ImageSize = 512,
     fov: FieldOfView = 50.0,
     errors: Errors = None,
@@ -90,7 +104,22 @@ def sim_camera(
     exit_with_parent: ExitWithParent = False,
 ) -> None:
     """Attach a simulated camera to each autopilot that is heard, so that it can fly a search."""
-    parameters = SceneParameters(seed=seed, trees_per_ha=trees_per_ha, animals=animals, stones=stones, cloths=cloths)
+    parameters = scene_parameters(
+        {
+            "seed": seed,
+            "trees_per_ha": trees_per_ha,
+            "animals": animals,
+            "stones": stones,
+            "cloths": cloths,
+            "stumps": stumps,
+            "waters": waters,
+            "persons": persons,
+            "posture": posture,
+            "dressed": dressed,
+            "in_pairs": in_pairs,
+            "conditions": conditions,
+        }
+    )
     place = parse_origin(origin) if origin is not None else None
     if world is not None:
         parameters, place = read_world_file(world)

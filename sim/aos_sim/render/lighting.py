@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_sim.render.raycaster import RayCaster
+from aos_sim.world.conditions import CLIMATES, Climate
 from aos_sim.world.ground import Ground
-from aos_sim.world.mesh import FloatArray, Material, Mesh
+from aos_sim.world.mesh import FloatArray, Mesh
 from aos_sim.world.scene import Scene
 
 _SUN_AZIMUTH_RAD = math.radians(200.0)
@@ -27,19 +28,16 @@ TO_SUN = np.array(
     ],
     np.float32,
 )
-"""Unit vector to the sun: a hazy day, in which the sky gives as much light as the sun."""
+"""Unit vector to the sun."""
 
-_SUN = 0.75
-_SKY = 0.9
 _FLOOR_SKY_SHARE = 0.45
 """Part of the sky's light that reaches the ground."""
 _CANOPY_TOP_M = 18.0
-_SUN_WARMING_K = 0.6
 _SURFACE_OFFSET_M = 0.01
 _SHADOW_CELL_M = 0.1
 
 
-def shade_mesh(mesh: Mesh, occluders: RayCaster) -> FloatArray:
+def shade_mesh(mesh: Mesh, occluders: RayCaster, climate: Climate) -> FloatArray:
     """Return red, green, blue (0 to 255) and °C per triangle, shape (n, 4), as seen from any side."""
     if len(mesh) == 0:
         return np.empty((0, 4), np.float32)
@@ -50,11 +48,10 @@ def shade_mesh(mesh: Mesh, occluders: RayCaster) -> FloatArray:
     facing = 0.4 + 0.6 * np.abs(normal @ TO_SUN) / np.maximum(length, 1e-12)
     centre = (a + b + c) / 3
     sunlit = occluders.is_free(centre + _SURFACE_OFFSET_M * TO_SUN, np.broadcast_to(TO_SUN, centre.shape).copy())
-    light = _SKY * mesh.sky_share + _SUN * facing * sunlit
-    warming = np.where(mesh.material <= Material.BARK, _SUN_WARMING_K * sunlit, 0.0)
+    light = climate.sky * mesh.sky_share + climate.sun * facing * sunlit
     shaded = np.empty((len(mesh), 4), np.float32)
     shaded[:, :3] = np.minimum(mesh.albedo_rgb * light[:, None], 255.0)
-    shaded[:, 3] = mesh.temperature_celsius + warming
+    shaded[:, 3] = climate.temperatures(mesh.temperature_celsius, mesh.material, sunlit)
     return shaded
 
 
@@ -67,6 +64,7 @@ class LitGround:
     """Raster of ``_SHADOW_CELL_M``, row 0 in the south, with a border in full sun that stands for all beyond."""
     west_m: float
     south_m: float
+    climate: Climate
 
     def sample(self, east_m: NDArray[np.floating], north_m: NDArray[np.floating]) -> FloatArray:
         """Return red, green, blue (0 to 255) and °C at points of the plane z = 0, shape (n, 4)."""
@@ -75,8 +73,8 @@ class LitGround:
         column = np.clip((east_m - self.west_m) / _SHADOW_CELL_M, 0, columns - 1).astype(np.intp)
         sunlit = self.sunlit[row, column]
         samples = self.ground.sample(east_m, north_m)
-        samples[:, :3] *= (_SKY * _FLOOR_SKY_SHARE + _SUN * TO_SUN[2] * sunlit)[:, None]
-        samples[:, 3] += _SUN_WARMING_K * sunlit
+        samples[:, :3] *= (self.climate.sky * _FLOOR_SKY_SHARE + self.climate.sun * TO_SUN[2] * sunlit)[:, None]
+        samples[:, 3] += self.climate.ambient_k + self.climate.sun_warming_k * sunlit
         return samples
 
 
@@ -89,4 +87,5 @@ def light_ground(scene: Scene, occluders: RayCaster) -> LitGround:
     east, north = np.meshgrid(west + centre, south + centre)
     points = np.column_stack([east.ravel(), north.ravel(), np.zeros(cells * cells)]).astype(np.float32)
     sunlit = occluders.is_free(points, np.broadcast_to(TO_SUN, points.shape).copy()).reshape(cells, cells)
-    return LitGround(scene.ground, sunlit, float(west), float(south))
+    climate = CLIMATES[scene.parameters.conditions]
+    return LitGround(scene.ground, sunlit, float(west), float(south), climate)

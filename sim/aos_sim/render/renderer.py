@@ -18,6 +18,7 @@ from aos_sim.render.lighting import light_ground, shade_mesh
 from aos_sim.render.raycaster import NO_HIT, RayCaster
 from aos_sim.render.rays import pixels_around, ray_directions
 from aos_sim.render.sway import Sway
+from aos_sim.world.conditions import CLIMATES
 from aos_sim.world.distractors import distractor_mesh
 from aos_sim.world.mesh import FloatArray, concatenate
 from aos_sim.world.person import Person, person_mesh
@@ -71,7 +72,8 @@ class LitForest:
         self.ground = light_ground(scene, self.caster)
         sky = np.array([[*SKY_RGB, SKY_TEMPERATURE_CELSIUS]], np.float32)
         # Sky comes last: the index of a miss, -1, picks it.
-        self.appearance = np.concatenate([shade_mesh(mesh, self.caster), sky])
+        climate = CLIMATES[scene.parameters.conditions]
+        self.appearance = np.concatenate([shade_mesh(mesh, self.caster, climate), sky])
 
 
 class _Bodies:
@@ -82,7 +84,7 @@ class _Bodies:
         meshes += [distractor_mesh(distractor) for distractor in scene.distractors]
         mesh = concatenate(meshes)
         self.caster = RayCaster(mesh.triangles_enu_m)
-        self.appearance = shade_mesh(mesh, forest)
+        self.appearance = shade_mesh(mesh, forest, CLIMATES[scene.parameters.conditions])
         sizes = np.array([len(part) for part in meshes], dtype=np.intp)
         self.body_of_triangle = np.repeat(np.arange(len(meshes)), sizes)
         self.corners_enu_m = [_bounding_box(part.triangles_enu_m) for part in meshes]

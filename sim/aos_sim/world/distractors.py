@@ -1,8 +1,8 @@
-"""Distractors: warm animals, sun-warmed stones, bright cloth.
+"""Distractors: warm animals, sun-warmed stones and stumps, bright cloth, puddles.
 
 Sizes and temperatures are assumptions for a cool morning (ground 10.8 °C, clothed persons 24-28 °C with bare skin at
 31-33 °C): fur insulates, so that an animal looks cooler than a person but for its head and legs; a stone is warmest on
-its top; cloth has the temperature of the air and only its colour stands out.
+its top, as is the cut of a stump; cloth has the temperature of the air and only its colour stands out; water is cold.
 """
 
 from __future__ import annotations
@@ -30,6 +30,8 @@ class DistractorKind(StrEnum):
     BOAR = "boar"
     STONE = "stone"
     CLOTH = "cloth"
+    STUMP = "stump"
+    WATER = "water"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,6 +66,10 @@ def make_distractor(
     elif kind is DistractorKind.CLOTH:
         colour = _CLOTH_COLOURS[int(rng.integers(len(_CLOTH_COLOURS)))]
         celsius, bare_celsius = float(rng.uniform(9.5, 12.5)), math.nan
+    elif kind is DistractorKind.STUMP:
+        colour, celsius, bare_celsius = (150, 118, 82), float(rng.uniform(14.0, 24.0)), math.nan
+    elif kind is DistractorKind.WATER:
+        colour, celsius, bare_celsius = (58, 68, 74), float(rng.uniform(6.0, 10.0)), math.nan
     else:
         colour, celsius = _FUR_COLOURS[kind], float(rng.uniform(15.5, 22.5))
         bare_celsius = celsius + float(rng.uniform(3.0, 6.0))
@@ -77,6 +83,11 @@ def _draw_size(rng: np.random.Generator, kind: DistractorKind) -> tuple[float, f
         return length, length * float(rng.uniform(0.5, 1.0)), length * float(rng.uniform(0.3, 0.5))
     if kind is DistractorKind.CLOTH:
         return float(rng.uniform(0.8, 1.8)), float(rng.uniform(0.4, 0.9)), 0.06
+    if kind is DistractorKind.STUMP:
+        length = float(rng.uniform(0.4, 0.8))
+        return length, length * float(rng.uniform(0.85, 1.0)), float(rng.uniform(0.3, 0.6))
+    if kind is DistractorKind.WATER:
+        return float(rng.uniform(1.0, 3.0)), float(rng.uniform(0.6, 1.6)), 0.02
     length = float(rng.uniform(1.1, 1.8))
     if kind is DistractorKind.DEER:
         return length, 0.28 * length, 0.72 * length
@@ -100,6 +111,10 @@ def _mound(distractor: Distractor) -> Mesh:
     if distractor.kind is DistractorKind.CLOTH:
         celsius = np.full(len(triangles), distractor.temperature_celsius)
         return uniform_mesh(triangles, Material.FABRIC, distractor.colour_rgb, celsius, _SKY_SHARE)
+    if distractor.kind is DistractorKind.WATER:
+        return uniform_mesh(
+            triangles, Material.WATER, distractor.colour_rgb, distractor.temperature_celsius, _SKY_SHARE
+        )
     below_top = 1.0 - np.clip(triangles[..., 2].mean(axis=1), 0.0, 1.0)
     celsius = distractor.temperature_celsius - _STONE_TOP_K * below_top
     return uniform_mesh(triangles, Material.STONE, distractor.colour_rgb, celsius, _SKY_SHARE)

@@ -22,6 +22,7 @@ class Material(IntEnum):
     FUR = 4
     STONE = 5
     FABRIC = 6
+    WATER = 7
 
 
 @dataclass(frozen=True, slots=True, eq=False)

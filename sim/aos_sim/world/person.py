@@ -15,6 +15,11 @@ _TROUSERS_SHADE = 0.55
 """Brightness of the trousers relative to the jacket."""
 _SKIN_RGB = (205.0, 160.0, 130.0)
 _HAIR_RGB = (60.0, 45.0, 35.0)
+_HOOD_M = 0.012
+"""Thickness of a hood, in statures."""
+_BLANKET_K = 9.0
+"""By how much the outside of a blanket is cooler than that of clothes."""
+_BLANKET_SHADE = 0.7
 _SIDES = 10
 _SKY_SHARE = 0.5
 
@@ -25,6 +30,8 @@ class Posture(StrEnum):
     STANDING = "standing"
     SITTING = "sitting"
     LYING = "lying"
+    WALKING = "walking"
+    """In mid-stride."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,6 +49,10 @@ class Person:
     clothing_rgb: tuple[int, int, int]
     skin_temperature_celsius: float
     clothing_temperature_celsius: float
+    hooded: bool = False
+    gloved: bool = False
+    blanket: bool = False
+    """Covered from the shoulders to the knees by a blanket that insulates."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,11 +73,15 @@ class _Body:
     limbs: tuple[_Limb, ...]
     torso_centre: tuple[float, float, float]
     head_centre: tuple[float, float, float]
+    blanket_size: tuple[float, float, float] = (0.16, 0.12, 0.34)
+    """Half axes of a blanket, and its middle relative to the torso's."""
+    blanket_front: float = 0.0
+    blanket_up: float = -0.12
 
 
 def person_mesh(person: Person) -> Mesh:
     """Build the body: trousers, jacket, hands and head, about a thousand triangles."""
-    body = _SITTING if person.posture is Posture.SITTING else _STANDING
+    body = _BODIES.get(person.posture, _STANDING)
     clothing = np.asarray(person.clothing_rgb, dtype=np.float64)
     clothing_celsius, skin_celsius = person.clothing_temperature_celsius, person.skin_temperature_celsius
 
@@ -77,10 +92,19 @@ def person_mesh(person: Person) -> Mesh:
         return uniform_mesh(triangles, Material.SKIN, _SKIN_RGB, skin_celsius, _SKY_SHARE)
 
     hair = uniform_mesh(_hair(body.head_centre), Material.SKIN, _HAIR_RGB, skin_celsius - 3.0, _SKY_SHARE)
+    if person.hooded:
+        hair = clothed(_hair(body.head_centre, _HOOD_M))
+    hand = clothed if person.gloved else bare
     parts = [clothed(ellipsoid(body.torso_centre, (0.125, 0.08, 0.19)))]
     parts += [clothed(_tube(limb), _TROUSERS_SHADE if limb.is_leg else 1.0) for limb in body.limbs]
     parts += [bare(ellipsoid(body.head_centre, (0.045, 0.056, 0.066))), hair]
-    parts += [bare(ellipsoid(limb.end, (0.025, 0.025, 0.045))) for limb in body.limbs if not limb.is_leg]
+    parts += [hand(ellipsoid(limb.end, (0.025, 0.025, 0.045))) for limb in body.limbs if not limb.is_leg]
+    if person.blanket:
+        right, front, up = body.torso_centre
+        centre = (right, front + body.blanket_front, up + body.blanket_up)
+        cover_celsius = clothing_celsius - _BLANKET_K
+        cover = ellipsoid(centre, body.blanket_size)
+        parts.append(uniform_mesh(cover, Material.FABRIC, clothing * _BLANKET_SHADE, cover_celsius, _SKY_SHARE))
     mesh = concatenate(parts)
     placed = _placed(mesh.triangles_enu_m.astype(np.float64), person)
     return replace(mesh, triangles_enu_m=placed.astype(np.float32))
@@ -90,9 +114,9 @@ def _tube(limb: _Limb) -> FloatArray:
     return tubes([limb.start], [limb.end], [limb.start_radius], [limb.end_radius], sides=_SIDES)
 
 
-def _hair(head_centre: tuple[float, float, float]) -> FloatArray:
+def _hair(head_centre: tuple[float, float, float], thicker: float = 0.0) -> FloatArray:
     right, front, up = head_centre
-    return ellipsoid((right, front - 0.012, up + 0.012), (0.046, 0.052, 0.058))
+    return ellipsoid((right, front - 0.012, up + 0.012), (0.046 + thicker, 0.052 + thicker, 0.058 + thicker))
 
 
 def _placed(points: NDArray[np.float64], person: Person) -> NDArray[np.float64]:
@@ -127,4 +151,20 @@ _SITTING = _Body(
     ),
     torso_centre=(0.0, -0.01, 0.19),
     head_centre=(0.0, 0.02, 0.47),
+    blanket_size=(0.18, 0.26, 0.22),
+    blanket_front=0.12,
+    blanket_up=0.0,
 )
+
+_WALKING = _Body(
+    limbs=(
+        _Limb((-0.055, 0.17, 0.0), (-0.055, 0.0, 0.5), 0.035, 0.055, is_leg=True),
+        _Limb((0.055, -0.17, 0.02), (0.055, 0.0, 0.5), 0.035, 0.055, is_leg=True),
+        _Limb((-0.125, 0.0, 0.79), (-0.16, -0.14, 0.48), 0.036, 0.026, is_leg=False),
+        _Limb((0.125, 0.0, 0.79), (0.16, 0.16, 0.5), 0.036, 0.026, is_leg=False),
+    ),
+    torso_centre=(0.0, 0.01, 0.65),
+    head_centre=(0.0, 0.03, 0.93),
+)
+
+_BODIES = {Posture.SITTING: _SITTING, Posture.WALKING: _WALKING}

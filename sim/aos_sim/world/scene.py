@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.errors import ConfigurationError
+from aos_sim.world.conditions import Conditions
 from aos_sim.world.distractors import Distractor, DistractorKind, make_distractor
 from aos_sim.world.forest import Forest, grow_forest
 from aos_sim.world.ground import Ground, make_ground
@@ -29,6 +30,10 @@ _TRUNK_CLEARANCE_M = 2.0
 _DISTRACTOR_CLEARANCE_M = 8.0
 """Distance that distractors keep from persons and from one another where there is room for it."""
 _PLACE_CANDIDATES = 256
+_COMPANY_M = (0.8, 2.0)
+"""Least and greatest distance of two persons who keep company."""
+_DRESS_SHARES = np.array([0.4, 0.4, 0.3])
+"""Share of persons with a hood, with gloves and, of those who sit or lie, with a blanket."""
 _CLOTHING_COLOURS = ((196, 44, 40), (226, 108, 28), (40, 84, 190), (214, 190, 40), (170, 50, 130))
 
 
@@ -54,6 +59,14 @@ class SceneParameters:
     """Deer and boars, from 0 to 100, as are stones and cloths."""
     stones: int = 0
     cloths: int = 0
+    stumps: int = 0
+    waters: int = 0
+    conditions: Conditions = Conditions.COOL
+    """Weather and time of day."""
+    dressed: bool = False
+    """Whether hoods, gloves and blankets are drawn; without, nobody wears any."""
+    in_pairs: bool = False
+    """Whether every second person keeps company to the one before."""
 
     def __post_init__(self) -> None:
         if self.seed < 0:
@@ -62,11 +75,13 @@ class SceneParameters:
             raise ConfigurationError(f"trees_per_ha must lie within 0 and 2000, got {self.trees_per_ha}.")
         if not 10.0 <= self.side_m <= 300.0:
             raise ConfigurationError(f"side_m must lie within 10 and 300 metres, got {self.side_m}.")
-        for name in ("persons", "animals", "stones", "cloths"):
+        for name in ("persons", "animals", "stones", "cloths", "stumps", "waters"):
             if not 0 <= getattr(self, name) <= _MAX_BODIES:
                 raise ConfigurationError(f"{name} must lie within 0 and {_MAX_BODIES}, got {getattr(self, name)}.")
         if self.posture not in tuple(Posture):
             raise ConfigurationError(f"posture must be one of {', '.join(Posture)}, got {self.posture!r}.")
+        if self.conditions not in tuple(Conditions):
+            raise ConfigurationError(f"conditions must be one of {', '.join(Conditions)}, got {self.conditions!r}.")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,11 +107,15 @@ def build_scene(parameters: SceneParameters) -> Scene:
 
     The persons' places do not depend on their posture or on distractors, nor the ground on the forest's density.
     """
-    forest_rng, person_rng, ground_rng, distractor_rng = np.random.default_rng(parameters.seed).spawn(4)
+    forest_rng, person_rng, ground_rng, distractor_rng, dress_rng = np.random.default_rng(parameters.seed).spawn(5)
     side = parameters.side_m
     west = -side / 2
     forest = grow_forest(forest_rng, (west, FOREST_SOUTH_M), side, parameters.trees_per_ha, parameters.species)
     persons = tuple(_make_person(person_rng, index, parameters, forest) for index in range(1, parameters.persons + 1))
+    if parameters.in_pairs:
+        persons = _paired(dress_rng, persons)
+    if parameters.dressed:
+        persons = tuple(_dressed(dress_rng, person) for person in persons)
     return Scene(
         parameters=parameters,
         persons=persons,
@@ -122,12 +141,29 @@ def _make_person(rng: np.random.Generator, index: int, parameters: SceneParamete
     )
 
 
+def _paired(rng: np.random.Generator, persons: tuple[Person, ...]) -> tuple[Person, ...]:
+    """Return the persons with every second one beside the one before."""
+    placed = list(persons)
+    for index in range(1, len(placed), 2):
+        direction_rad, away_m = rng.uniform(0.0, 2 * math.pi), rng.uniform(*_COMPANY_M)
+        offset_m = away_m * np.array([math.sin(direction_rad), math.cos(direction_rad), 0.0])
+        placed[index] = replace(placed[index], position_enu_m=placed[index - 1].position_enu_m + offset_m)
+    return tuple(placed)
+
+
+def _dressed(rng: np.random.Generator, person: Person) -> Person:
+    hooded, gloved, covered = rng.random(3) < _DRESS_SHARES
+    rests = person.posture in (Posture.SITTING, Posture.LYING)
+    return replace(person, hooded=bool(hooded), gloved=bool(gloved), blanket=bool(covered) and rests)
+
+
 def _make_distractors(
     rng: np.random.Generator, parameters: SceneParameters, forest: Forest, persons: tuple[Person, ...]
 ) -> tuple[Distractor, ...]:
     animals = (DistractorKind.DEER, DistractorKind.BOAR)
     kinds = [animals[int(rng.integers(2))] for _ in range(parameters.animals)]
     kinds += [DistractorKind.STONE] * parameters.stones + [DistractorKind.CLOTH] * parameters.cloths
+    kinds += [DistractorKind.STUMP] * parameters.stumps + [DistractorKind.WATER] * parameters.waters
     taken_enu_m = [person.position_enu_m[:2] for person in persons]
     distractors = []
     for index, kind in enumerate(kinds, start=1):
