@@ -20,7 +20,7 @@ from aos_gcs.swarm.line import line_by_index, line_by_projection
 FloatArray = NDArray[np.float64]
 
 AOS_PSO, STABILISED = "aos-pso(projection_line=true)", "aos-pso-stabilised(projection_line=true)"
-TUNED, UNTUNED = "aos-apso", "aos-apso-untuned"
+TUNED, UNTUNED = "aos-apso-paper", "aos-apso-untuned"
 PAPER_STRATEGIES = (AOS_PSO, STABILISED, TUNED, UNTUNED)
 """The paper's four: AOS-PSO has the projection-based line there, too."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -48,7 +49,7 @@ def run_strategy(
         # Rasters move with the target: frames of a walking one are laid on each other where it is.
         shown, unoccluded = shown | sighting.seen, unoccluded | sighting.unoccluded
         shown_cells, unoccluded_cells = int(np.count_nonzero(shown)), int(np.count_nonzero(unoccluded))
-        state = strategy.tell(state, sighting.observation)
+        state = strategy.tell(state, replace(sighting.observation, time_s=time_s))
         following_m, state = strategy.ask(state, strategy_rng)
         diagnostics = strategy.diagnostics(state)
         path_m += float(np.linalg.norm(positions_m - previous_m, axis=1).mean())

@@ -8,25 +8,36 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from aos_gcs.swarm.evolution import FractionalFactors
-from aos_gcs.swarm.factors import ApsoRule, FractionalRule
+from aos_gcs.swarm.archive.parameters import AosApsoParameters
+from aos_gcs.swarm.archive.strategy import ViewKeeping, view_keeping
+from aos_gcs.swarm.factors import ApsoRule, fractional_rule
 from aos_gcs.swarm.follow import LeaderFollowing
-from aos_gcs.swarm.parameters import AosApsoParameters, AosApsoUntunedParameters, parse_parameters
+from aos_gcs.swarm.parameters import AosApsoPaperParameters, AosApsoUntunedParameters, parse_parameters
 
 NAME = "aos-apso"
+PAPER_NAME = "aos-apso-paper"
 UNTUNED_NAME = "aos-apso-untuned"
 
 
-def make_aos_apso(parameters: Mapping[str, object]) -> LeaderFollowing:
+def make_aos_apso(parameters: Mapping[str, object]) -> ViewKeeping:
     """Return AOS-APSO with the parameters given (:class:`AosApsoParameters`) and defaults for the rest.
+
+    Its adaptive step keeps every view of the target and holds those that show most of it together.
 
     Raises:
         ConfigurationError: a parameter is unknown or violates its constraint.
     """
-    chosen = parse_parameters(AosApsoParameters, parameters, NAME)
-    initial = FractionalFactors(chosen.initial_c_s_hat, chosen.initial_c_c_hat)
-    rule = FractionalRule(chosen.c4_m, initial, chosen.gamma, chosen.min_factor, chosen.max_factor)
-    return LeaderFollowing(NAME, chosen, rule)
+    return view_keeping(NAME, parse_parameters(AosApsoParameters, parameters, NAME))
+
+
+def make_aos_apso_paper(parameters: Mapping[str, object]) -> LeaderFollowing:
+    """Return AOS-APSO with the paper's step, with the parameters given (:class:`AosApsoPaperParameters`).
+
+    Raises:
+        ConfigurationError: a parameter is unknown or violates its constraint.
+    """
+    chosen = parse_parameters(AosApsoPaperParameters, parameters, PAPER_NAME)
+    return LeaderFollowing(PAPER_NAME, chosen, fractional_rule(chosen))
 
 
 def make_aos_apso_untuned(parameters: Mapping[str, object]) -> LeaderFollowing:

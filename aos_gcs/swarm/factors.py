@@ -19,6 +19,7 @@ from aos_gcs.optimisers.evolution import (
     fuzzy_state,
 )
 from aos_gcs.swarm.evolution import FractionalFactors, adapt, next_state
+from aos_gcs.swarm.parameters import AosApsoPaperParameters
 from aos_gcs.swarm.state import Adaptation
 
 
@@ -86,6 +87,12 @@ class FractionalRule:
         """See :meth:`FactorRule.in_metres`."""
         factors = FractionalFactors(adaptation.social, adaptation.cognitive)
         return factors.c_s_m(self.c4_m), factors.c_c_m(self.c4_m)
+
+
+def fractional_rule(parameters: AosApsoPaperParameters) -> FractionalRule:
+    """Return the paper's rule with these parameters."""
+    initial = FractionalFactors(parameters.initial_c_s_hat, parameters.initial_c_c_hat)
+    return FractionalRule(parameters.c4_m, initial, parameters.gamma, parameters.min_factor, parameters.max_factor)
 
 
 @dataclass(frozen=True, slots=True)

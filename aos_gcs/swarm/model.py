@@ -47,6 +47,8 @@ class Observation:
     """Heights of the vehicles above the focal plane, shape (n,), for strategies that reason about lines of sight."""
     masks: TargetMasks | None = None
     """Part of the target that each vehicle sees, when in view; the row of a vehicle without a frame is all False."""
+    time_s: float | None = None
+    """Time of the frames since an arbitrary start, for strategies that fit their steps to the time they take."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -112,8 +112,8 @@ class AosApsoUntunedParameters(SwarmParameters):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class AosApsoParameters(SwarmParameters):
-    """Parameters of AOS-APSO; those that begin with initial are of the paper's ``eq:aso-apso-reset``."""
+class AosApsoPaperParameters(SwarmParameters):
+    """Parameters of the paper's AOS-APSO; those that begin with initial are of its ``eq:aso-apso-reset``."""
 
     leader_stabilised: bool = True
     projection_line: bool = True

@@ -62,7 +62,7 @@ def test_the_document_is_written_with_its_figures_and_renewed_between_its_marks(
     assert capsys.readouterr().out.strip() == str(path)
     text = path.read_text(encoding="utf-8")
     assert text.startswith("# Results of the swarm strategies\n")
-    headings = ("### The forest", "### Claims of the paper", "### Goals of aos-archive")
+    headings = ("### The forest", "### Claims of the paper", "### Goals of aos-apso")
     assert all(heading in text for heading in headings)
     assert "| V from 5 s on: +0.15, the interval's lower end above +0.10 | +0.200 (+0.200 to +0.200) | yes |" in text
     pictures = [f"figures/{name}-{figure}.png" for name in names for figure in FIGURES[name]]

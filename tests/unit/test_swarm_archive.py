@@ -1,4 +1,4 @@
-"""The archive strategy on a toy forest: one layer of leaves with holes, a body that is a vertical line."""
+"""AOS-APSO with views kept on a toy forest: one layer of leaves with holes, a body that is a vertical line."""
 
 import json
 from dataclasses import dataclass, replace
@@ -19,8 +19,8 @@ from aos_gcs.swarm.archive.strategy import (
     REPLAN_WAY_M,
     REST_STEPS,
     SEARCH_STEPS,
-    ArchiveState,
-    ArchiveStrategy,
+    ViewKeeping,
+    ViewState,
     make_aos_archive,
 )
 from aos_gcs.swarm.model import Observation, TargetMasks
@@ -99,7 +99,7 @@ class Flight:
     steps_m: FloatArray
     target_error_m: FloatArray
     branches: list[str]
-    state: ArchiveState
+    state: ViewState
 
 
 @cache
@@ -124,8 +124,11 @@ def fly(*, seed: int = 1, steps: int = 40, n: int = 6, speed_m: float = 0.0) -> 
 
 
 class TestFlight:
-    def test_it_is_found_by_its_name(self) -> None:
-        assert isinstance(make_strategy("aos-archive", {}), ArchiveStrategy)
+    def test_both_are_found_by_their_names(self) -> None:
+        for name in ("aos-apso", "aos-archive"):
+            strategy = make_strategy(name, {})
+            assert isinstance(strategy, ViewKeeping)
+            assert strategy.name == name
 
     def test_more_is_visible_than_from_around_the_best_view(self) -> None:
         """AOS-PSO gathers around one drone; the same eyes show more where they complement each other."""
@@ -184,11 +187,33 @@ class TestFlight:
         assert gaps.min() == REPLAN_WAY_M / strategy.parameters.max_step_m
         assert gaps.max() == REST_STEPS
 
+    @pytest.mark.parametrize(
+        ("step_s", "longest_m"),
+        [(None, 1.0), (0.1, 1.0), (1.0, 3.0), (30.0, 8.0)],
+        ids=["untold", "short", "mid", "long"],
+    )
+    def test_steps_fit_the_time_that_they_take(self, step_s: float | None, longest_m: float) -> None:
+        """The way of a step to far views: what 3 m/s make of the time of the last one, from 1 m to 8 m."""
+        forest, positions = ToyForest.grow(1, open_share=0.0), line_of(6, north_m=-14.0)
+        seen = look(ToyForest.grow(1, open_share=1.0), np.zeros(2), positions, layers(6)).observation
+        nothing = look(forest, np.zeros(2), positions, layers(6)).observation
+        ways = {}
+        for name in ("aos-apso", "aos-archive"):
+            strategy = make_strategy(name, {"min_distance_m": 0.1})
+            state = strategy.init(NORTH)
+            for step, observation in enumerate((seen, nothing, nothing)):
+                time_s = None if step_s is None else step * step_s
+                state = strategy.tell(state, replace(observation, time_s=time_s))
+                following, state = strategy.ask(state, np.random.default_rng(0))
+            ways[name] = np.linalg.norm(following - positions, axis=1).max()
+        assert ways["aos-apso"] == pytest.approx(longest_m)
+        assert ways["aos-archive"] == pytest.approx(1.0)
+
 
 class TestState:
     def test_it_survives_json_in_mid_run(self) -> None:
         strategy, state = make_aos_archive({}), fly(steps=15).state
-        loaded = decode(ArchiveState, json.loads(json.dumps(encode(state), allow_nan=False)))
+        loaded = decode(ViewState, json.loads(json.dumps(encode(state), allow_nan=False)))
         positions = line_of(6, north_m=-2.0)
         seen = look(ToyForest.grow(1), np.zeros(2), positions, layers(6)).observation
         results = [strategy.ask(strategy.tell(start, seen), np.random.default_rng(2)) for start in (state, loaded)]
@@ -235,10 +260,10 @@ class TestState:
         assert state.target is not None
         assert np.linalg.norm(state.target.position_enu_m - other) < 0.5
 
-    def test_without_masks_or_heights_it_steps_as_aos_pso(self) -> None:
+    def test_without_masks_or_heights_it_steps_as_the_papers_aos_apso(self) -> None:
         positions = line_of(6, north_m=-2.0)
         seen = look(ToyForest.grow(1), np.zeros(2), positions, layers(6)).observation
-        reference = make_strategy("aos-pso", {"projection_line": True})
+        reference = make_strategy("aos-apso-paper", {})
         told = reference.tell(reference.init(NORTH), seen)
         expected, _ = reference.ask(told, np.random.default_rng(5))
         for poorer in (replace(seen, masks=None), replace(seen, heights_m=None)):
@@ -266,7 +291,8 @@ class TestBadInput:
             ({"min_distance_m": 4.0}, "min_distance_m must be at most view_spacing_m"),
             ({"hysteresis": -0.1}, "hysteresis must be at least 0"),
             ({"body_height_m": 20.0}, "body_height_m must be below canopy_height_m"),
-            ({"c_s_m": 0.5}, "c_s > c_c"),
+            ({"gamma": 1.5}, "gamma must be above 0 and below 1"),
+            ({"max_step_m": 9.0}, "max_step_m must be at most long_step_m"),
             ({"apperture": 3.0}, "has no parameter apperture"),
         ],
     )

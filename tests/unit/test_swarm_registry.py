@@ -9,13 +9,20 @@ import pytest
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.swarm import registry
 from aos_gcs.swarm.follow import LeaderFollowing
-from aos_gcs.swarm.parameters import AosApsoParameters
+from aos_gcs.swarm.parameters import AosApsoPaperParameters
 from aos_gcs.swarm.registry import available_strategies, make_strategy
 from aos_gcs.swarm.state import dump_rng, load_rng
 
 
 def test_the_strategies_of_the_paper_are_registered() -> None:
-    papers = {"blind-sequential", "blind-parallel", "aos-pso", "aos-pso-stabilised", "aos-apso", "aos-apso-untuned"}
+    papers = {
+        "blind-sequential",
+        "blind-parallel",
+        "aos-pso",
+        "aos-pso-stabilised",
+        "aos-apso-paper",
+        "aos-apso-untuned",
+    }
     assert papers <= set(available_strategies())
     for name in papers:
         assert make_strategy(name, {}).name == name
@@ -34,9 +41,9 @@ def test_a_strategy_whose_package_is_missing_is_reported(monkeypatch: pytest.Mon
 
 
 def test_parameters_reach_the_strategy() -> None:
-    strategy = make_strategy("aos-apso", {"c4_m": 5, "gamma": 0.8, "leader_stabilised": False})
+    strategy = make_strategy("aos-apso-paper", {"c4_m": 5, "gamma": 0.8, "leader_stabilised": False})
     assert isinstance(strategy, LeaderFollowing)
-    assert isinstance(strategy.parameters, AosApsoParameters)
+    assert isinstance(strategy.parameters, AosApsoPaperParameters)
     assert (strategy.parameters.c4_m, strategy.parameters.gamma) == (5.0, 0.8)
     assert not strategy.parameters.leader_stabilised
     assert strategy.spacing_m == 5.0

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from aos_gcs.swarm.aos_apso import make_aos_apso, make_aos_apso_untuned
+from aos_gcs.swarm.aos_apso import make_aos_apso_paper, make_aos_apso_untuned
 from aos_gcs.swarm.aos_pso import make_aos_pso, make_aos_pso_stabilised
 from aos_gcs.swarm.blind import make_parallel
 from aos_gcs.swarm.follow import LeaderFollowing
@@ -132,7 +132,7 @@ REMOTE = replace(CENTRAL, fitness=np.array([1.0, 9.0, 1.0, 1.0, 1.0]))
 
 
 def test_adaptation_runs_in_the_pso_branch_and_is_reset_by_the_default_one() -> None:
-    strategy = make_aos_apso({})
+    strategy = make_aos_apso_paper({})
     diagnostics, state = decide(strategy, strategy.init(NORTH), CENTRAL)
     assert (diagnostics.evolutionary_factor, diagnostics.evolutionary_state) == (0.0, "convergence")
     # Both slightly up: 1 - 0.95 * 0.5 = 0.525.
@@ -181,7 +181,7 @@ def test_the_stabilised_form_differs_in_two_switches_only() -> None:
 
 def test_a_state_of_another_strategy_is_refused() -> None:
     with pytest.raises(ValueError, match="aos-apso"):
-        make_aos_apso({}).diagnostics(make_parallel({}).init(NORTH))
+        make_aos_apso_paper({}).diagnostics(make_parallel({}).init(NORTH))
 
 
 def visibility(positions: FloatArray, peak: FloatArray, occlusion_seed: int) -> FloatArray:
@@ -194,7 +194,7 @@ def visibility(positions: FloatArray, peak: FloatArray, occlusion_seed: int) -> 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_aos_apso_gathers_around_the_peak(seed: int) -> None:
-    strategy, rng = make_aos_apso({}), np.random.default_rng(seed)
+    strategy, rng = make_aos_apso_paper({}), np.random.default_rng(seed)
     peak = np.array([8.0, 45.0])
     positions = np.column_stack([4.2 * (np.arange(10) - 4.5), np.zeros(10)])
     state = strategy.init(NORTH)

@@ -126,6 +126,7 @@ class Decider:
             self._context.roster.positions_enu_m(swarm),
             analysis,
             None if estimate is None else np.array(estimate.position_enu_m[:2]),
+            self._context.journal.elapsed_s(),
         )
         self._state = self._strategy.tell(self._state, observation)
         next_enu_m, self._state = self._strategy.ask(self._state, self._rng)

@@ -16,6 +16,7 @@ def make_observation(
     positions_enu_m: NDArray[np.float64],
     analysis: StepAnalysis,
     target_enu_m: NDArray[np.float64] | None,
+    time_s: float | None = None,
 ) -> Observation:
     """Return a step's observation.
 
@@ -24,6 +25,7 @@ def make_observation(
         positions_enu_m: their positions, shape (n, 3).
         analysis: result of the frames.
         target_enu_m: position of the target in view, shape (2,); None when no target is in view.
+        time_s: time of the step since the start of the mission.
     """
     row_of = {vehicle_id: row for row, vehicle_id in enumerate(analysis.vehicle_ids)}
     rows = [row_of.get(vehicle_id) for vehicle_id in vehicle_ids]
@@ -37,6 +39,7 @@ def make_observation(
         leader_id=analysis.leader_id,
         heights_m=positions_enu_m[:, 2] - analysis.grid.height_m,
         masks=_target_masks(analysis.masks, rows) if in_view and analysis.masks is not None else None,
+        time_s=time_s,
     )
 
 

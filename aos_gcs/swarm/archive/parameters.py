@@ -1,4 +1,4 @@
-"""Parameters of the archive strategy."""
+"""Parameters of AOS-APSO with views kept, and of the archive strategy."""
 
 from __future__ import annotations
 
@@ -7,18 +7,20 @@ from dataclasses import dataclass
 from aos_gcs.errors import ParameterError
 from aos_gcs.swarm.archive.looks import Canopy
 from aos_gcs.swarm.declaration import declared
-from aos_gcs.swarm.parameters import AosPsoParameters
+from aos_gcs.swarm.parameters import AosApsoPaperParameters
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ArchiveParameters(AosPsoParameters):
-    """Parameters of AOS-PSO, which scans until the target is in view and takes over without masks, and its own.
+class AosApsoParameters(AosApsoPaperParameters):
+    """Parameters of the paper's AOS-APSO, which scans and takes over without masks, and those of the views kept.
 
     Raises:
         ParameterError: one of them violates its constraint; the text names it.
     """
 
-    projection_line: bool = True
+    timed_steps: bool = declared(
+        True, "The time that steps take decides how long they are, between the shortest and the longest."
+    )
     aperture_radius_m: float = declared(
         15.0, "Radius of the circle about the target that is looked from, at the mean height of the swarm.", above=0.0
     )
@@ -31,8 +33,13 @@ class ArchiveParameters(AosPsoParameters):
     min_distance_m: float = declared(2.6, "Horizontal distance that waypoints keep from each other.", above=0.0)
     max_step_m: float = declared(
         1.0,
-        "Longest way of a step once the target was seen, beside the target's own. Short ones take more frames per "
-        "metre; where a step costs time of its own, 8 m are better.",
+        "Longest way of a step once the target was seen, beside the target's own, where steps take only the time of "
+        "their way: short ones take more frames per metre.",
+        above=0.0,
+    )
+    long_step_m: float = declared(
+        8.0,
+        "The same where steps cost time of their own, to brake, to expose and to compute; timed steps only.",
         above=0.0,
     )
     optimism: float = declared(
@@ -61,7 +68,12 @@ class ArchiveParameters(AosPsoParameters):
     body_radius_m: float = declared(0.15, "Half of its width.", above=0.0)
 
     def __post_init__(self) -> None:
-        AosPsoParameters.__post_init__(self)
+        AosApsoPaperParameters.__post_init__(self)
+        if self.max_step_m > self.long_step_m:
+            raise ParameterError(
+                f"max_step_m must be at most long_step_m, {self.long_step_m:g}, but is {self.max_step_m:g}.",
+                "max_step_m",
+            )
         if self.min_distance_m > self.view_spacing_m:
             raise ParameterError(
                 f"min_distance_m must be at most view_spacing_m, {self.view_spacing_m:g}, "
@@ -79,3 +91,10 @@ class ArchiveParameters(AosPsoParameters):
     def canopy(self) -> Canopy:
         """Return the layer of leaves."""
         return Canopy(self.canopy_height_m, self.canopy_half_depth_m)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ArchiveParameters(AosApsoParameters):
+    """Parameters of the archive strategy, whose steps have one length."""
+
+    timed_steps: bool = False

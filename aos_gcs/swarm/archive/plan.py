@@ -18,7 +18,7 @@ from aos_gcs.swarm.archive.body import learnt_body, voxel_cells
 from aos_gcs.swarm.archive.exploration import KNOWN, expected_masks, kernel, lattice, likeness
 from aos_gcs.swarm.archive.looks import Canopy, Looks, Sightlines, joined_lines
 from aos_gcs.swarm.archive.moves import assigned
-from aos_gcs.swarm.archive.parameters import ArchiveParameters
+from aos_gcs.swarm.archive.parameters import AosApsoParameters
 from aos_gcs.swarm.archive.raster import CELL_M, BoolArray, FloatArray, IntArray, anchor_of
 from aos_gcs.swarm.archive.selection import Views, choose_views, still_held
 from aos_gcs.swarm.archive.target import TargetEstimate
@@ -49,7 +49,7 @@ class Prospect:
     """Confidence in the masks, below 1 for lines that the target's motion has turned, shape (k,)."""
 
     @classmethod
-    def of(cls, looks: Looks, target: TargetEstimate, height_m: float, parameters: ArchiveParameters) -> Prospect:
+    def of(cls, looks: Looks, target: TargetEstimate, height_m: float, parameters: AosApsoParameters) -> Prospect:
         """Return the prospect of an archive."""
         target_enu_m = target.position_enu_m + target.next_way_m
         canopy = parameters.canopy
@@ -71,7 +71,7 @@ def choose_lines(
     target: TargetEstimate,
     heights_m: FloatArray,
     held_enu_m: FloatArray | None,
-    parameters: ArchiveParameters,
+    parameters: AosApsoParameters,
 ) -> FloatArray:
     """Return the crossings with the canopy of the lines along which to look, at most one per drone, shape (k, 2).
 
@@ -123,7 +123,7 @@ def _spots(radius_m: float, pitch_m: float, height_m: float) -> tuple[FloatArray
     return slopes, voxel_cells(slopes, height_m, np.zeros(2))
 
 
-def _candidates(looks: Looks, prospect: Prospect, parameters: ArchiveParameters) -> tuple[Sightlines, Views]:
+def _candidates(looks: Looks, prospect: Prospect, parameters: AosApsoParameters) -> tuple[Sightlines, Views]:
     """Return the lines that drones may look along, and what is expected of them: the best looks, and open spots."""
     canopy, height_m = parameters.canopy, prospect.height_m
     best = prospect.best_looks(parameters.aperture_radius_m)

@@ -1,9 +1,10 @@
-"""The archive strategy: remember every view of the target, and hold those that show most of it together.
+"""AOS-APSO with views kept: remember every view of the target, and hold those that show most of it together.
 
-The swarm scans as AOS-PSO does until the target is in view. From then on every frame goes into an archive, with its
+The swarm scans as the paper's AOS-APSO does until the target is in view. From then on every frame is archived with its
 line of sight and its own mask of the target. The drones look along the lines that are expected to show most *together*:
-lines that are known to be good, and lines that nobody has looked along, of which more is hoped for than is likely.
-See docs/strategies.md.
+lines that are known to be good, and lines that nobody has looked along, of which more is hoped for than is likely. The
+length of a step fits the time that steps take; the archive strategy is the same with steps of one length. See
+docs/strategies.md.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 from aos_gcs.swarm import motion
 from aos_gcs.swarm.archive.looks import SAME_LINE_M, Looks, no_looks, with_looks
 from aos_gcs.swarm.archive.moves import HOLDS_WITHIN_M, kept_apart, stepped
-from aos_gcs.swarm.archive.parameters import ArchiveParameters
+from aos_gcs.swarm.archive.parameters import AosApsoParameters, ArchiveParameters
 from aos_gcs.swarm.archive.plan import choose_lines, goals_along
 from aos_gcs.swarm.archive.raster import CELLS, anchor_of, resampled
 from aos_gcs.swarm.archive.target import (
@@ -28,7 +29,7 @@ from aos_gcs.swarm.archive.target import (
     is_elsewhere,
     out_of_view,
 )
-from aos_gcs.swarm.factors import FixedFactors
+from aos_gcs.swarm.factors import fractional_rule
 from aos_gcs.swarm.follow import LeaderFollowing
 from aos_gcs.swarm.model import Diagnostics, Observation, TargetMasks
 from aos_gcs.swarm.parameters import parse_parameters
@@ -42,12 +43,14 @@ SEARCH_STEPS = 15
 """The same for one that stands still."""
 REPLAN_WAY_M = 3.0
 """Way that drones may fly until views are chosen anew, above a still target."""
+BRISK_MPS = 3.0
+"""Mean speed of steps below which longer ones pay, as most of their time is not spent on the way."""
 REST_STEPS = 8
 """Steps until views are chosen anew while all drones hold theirs."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ArchiveState:
+class ViewState:
     """Everything that is carried from step to step."""
 
     swarm: SwarmState
@@ -63,33 +66,36 @@ class ArchiveState:
     """Steps since they were chosen."""
     is_resting: bool = False
     """Whether all drones held their places in the last step."""
+    told_at_s: float | None = None
+    """Time of the latest observation, if it tells one."""
+    step_s: float | None = None
+    """Time from the observation before to the latest one."""
 
 
 @dataclass(frozen=True, slots=True)
-class ArchiveStrategy:
+class ViewKeeping:
     """See the module."""
 
-    parameters: ArchiveParameters
+    name: str
+    """The name in the registry."""
+    parameters: AosApsoParameters
     follower: LeaderFollowing
-
-    @property
-    def name(self) -> str:
-        """The name in the registry."""
-        return NAME
+    """Strategy that scans, and that takes over without masks."""
 
     @property
     def spacing_m(self) -> float:
         """See :attr:`aos_gcs.swarm.model.Strategy.spacing_m`."""
         return self.parameters.c4_m
 
-    def init(self, scan_direction_enu: NDArray[np.float64]) -> ArchiveState:
+    def init(self, scan_direction_enu: NDArray[np.float64]) -> ViewState:
         """See :meth:`aos_gcs.swarm.model.Strategy.init`."""
-        return ArchiveState(self.follower.init(scan_direction_enu), no_looks())
+        return ViewState(self.follower.init(scan_direction_enu), no_looks())
 
-    def tell(self, state: ArchiveState, observation: Observation) -> ArchiveState:
+    def tell(self, state: ViewState, observation: Observation) -> ViewState:
         """See :meth:`aos_gcs.swarm.model.Strategy.tell`."""
         swarm = self.follower.tell(state.swarm, observation)
         heights_m, masks = _checked_heights(observation), observation.masks
+        state = _with_time(state, observation.time_s)
         if heights_m is None:
             return self._without_sight(replace(state, swarm=swarm, heights_m=None), FORGET_STEPS)
         state = replace(state, swarm=swarm, heights_m=heights_m[np.argsort(observation.vehicle_ids)])
@@ -97,7 +103,7 @@ class ArchiveStrategy:
             return self._with_nothing_seen(state, observation, heights_m)
         return self._with_sight(state, observation, heights_m, masks)
 
-    def ask(self, state: ArchiveState, rng: np.random.Generator) -> tuple[NDArray[np.float64], ArchiveState]:
+    def ask(self, state: ViewState, rng: np.random.Generator) -> tuple[NDArray[np.float64], ViewState]:
         """See :meth:`aos_gcs.swarm.model.Strategy.ask`."""
         situation = motion.check_told(state.swarm)
         if not _knows_target(state) or state.target is None or state.heights_m is None:
@@ -105,35 +111,39 @@ class ArchiveStrategy:
             return positions_m, replace(state, swarm=swarm)
         positions_m, order, _ = motion.sorted_positions(situation)
         target, heights_m = state.target, state.heights_m
+        parameters, step_m = self.parameters, self._step_m(state)
         held_m, plan_age = state.held_enu_m, state.plan_age
-        if held_m is None or not self._is_planned(state, target, len(positions_m)):
-            held_m, plan_age = choose_lines(state.looks, target, heights_m, held_m, self.parameters), 0
-        goals_m = goals_along(held_m, target, positions_m, heights_m, self.parameters.canopy)
+        if held_m is None or not _is_planned(state, target, len(positions_m), step_m):
+            held_m, plan_age = choose_lines(state.looks, target, heights_m, held_m, parameters), 0
+        goals_m = goals_along(held_m, target, positions_m, heights_m, parameters.canopy)
         # All drones go along with the target, those that hold too.
         moved_m = positions_m + target.next_way_m
         holds = np.linalg.norm(goals_m - moved_m, axis=1) < HOLDS_WITHIN_M
-        stepped_m = stepped(moved_m, goals_m, self.parameters.max_step_m)
-        apart_m = kept_apart(stepped_m, moved_m, holds, self.parameters.min_distance_m, rng)
+        stepped_m = stepped(moved_m, goals_m, step_m)
+        apart_m = kept_apart(stepped_m, moved_m, holds, parameters.min_distance_m, rng)
         asked = replace(state.swarm, awaits_ask=False)
         return motion.in_told_order(apart_m, order), replace(
             state, swarm=asked, held_enu_m=held_m, plan_age=plan_age + 1, is_resting=bool(holds.all())
         )
 
-    def diagnostics(self, state: ArchiveState) -> Diagnostics:
+    def diagnostics(self, state: ViewState) -> Diagnostics:
         """See :meth:`aos_gcs.swarm.model.Strategy.diagnostics`."""
         if not _knows_target(state) or state.swarm.situation is None:
             return self.follower.diagnostics(state.swarm)
         return Diagnostics(branch="archive", leader_id=state.swarm.situation.leader_id)
 
-    def _is_planned(self, state: ArchiveState, target: TargetEstimate, drones: int) -> bool:
-        """Return whether the lines chosen a few steps before are flown along still, as little has happened since."""
-        if state.held_enu_m is None or len(state.held_enu_m) != drones or target.is_moving or target.lost_steps > 0:
-            return False
-        if state.is_resting:
-            return state.plan_age < REST_STEPS
-        return state.plan_age * self.parameters.max_step_m < REPLAN_WAY_M
+    def _step_m(self, state: ViewState) -> float:
+        """Return the longest way of a step: what a brisk vehicle flies in the time that the last one took.
 
-    def _without_sight(self, state: ArchiveState, patience: int) -> ArchiveState:
+        Where a step takes only the time of its way, that makes ever shorter steps, and longer ones where it also takes
+        time to brake, to expose and to compute.
+        """
+        shortest_m, longest_m = self.parameters.max_step_m, self.parameters.long_step_m
+        if not self.parameters.timed_steps or state.step_s is None:
+            return shortest_m
+        return min(max(BRISK_MPS * state.step_s, shortest_m), longest_m)
+
+    def _without_sight(self, state: ViewState, patience: int) -> ViewState:
         if state.target is None:
             return state
         target = out_of_view(state.target)
@@ -142,8 +152,8 @@ class ArchiveStrategy:
         return replace(state, target=target)
 
     def _with_nothing_seen(
-        self, state: ArchiveState, observation: Observation, heights_m: NDArray[np.float64]
-    ) -> ArchiveState:
+        self, state: ViewState, observation: Observation, heights_m: NDArray[np.float64]
+    ) -> ViewState:
         """Return the state with empty looks along the lines that nobody has looked along before.
 
         A still target must be there and only has to be seen: without them the swarm would stay where it sees nothing.
@@ -169,8 +179,8 @@ class ArchiveStrategy:
         return replace(state, looks=looks)
 
     def _with_sight(
-        self, state: ArchiveState, observation: Observation, heights_m: NDArray[np.float64], masks: TargetMasks
-    ) -> ArchiveState:
+        self, state: ViewState, observation: Observation, heights_m: NDArray[np.float64], masks: TargetMasks
+    ) -> ViewState:
         """Return the state with the looks of this step in the archive."""
         positions_m, body_height_m = observation.positions_enu_m, self.parameters.body_height_m
         guess_m = positions_m.mean(axis=0) if observation.target_enu_m is None else observation.target_enu_m
@@ -200,17 +210,33 @@ class ArchiveStrategy:
         return np.asarray((np.linalg.norm(slopes, axis=1) <= reach) & ~np.isnan(observation.fitness))
 
 
-def make_aos_archive(parameters: Mapping[str, object]) -> ArchiveStrategy:
+def view_keeping(name: str, parameters: AosApsoParameters) -> ViewKeeping:
+    """Return the strategy under a name."""
+    return ViewKeeping(name, parameters, LeaderFollowing(name, parameters, fractional_rule(parameters)))
+
+
+def make_aos_archive(parameters: Mapping[str, object]) -> ViewKeeping:
     """Return the archive strategy with the parameters given (:class:`ArchiveParameters`) and defaults for the rest.
 
     Raises:
         ConfigurationError: a parameter is unknown or violates its constraint.
     """
-    parsed = parse_parameters(ArchiveParameters, parameters, NAME)
-    return ArchiveStrategy(parsed, LeaderFollowing(NAME, parsed, FixedFactors(parsed.c_s_m, parsed.c_c_m)))
+    return view_keeping(NAME, parse_parameters(ArchiveParameters, parameters, NAME))
 
 
-def _knows_target(state: ArchiveState) -> bool:
+def _is_planned(state: ViewState, target: TargetEstimate, drones: int, step_m: float) -> bool:
+    """Return whether the lines chosen a few steps before are flown along still, as little has happened since."""
+    if state.held_enu_m is None or len(state.held_enu_m) != drones or target.is_moving or target.lost_steps > 0:
+        return False
+    return state.plan_age < REST_STEPS if state.is_resting else state.plan_age * step_m < REPLAN_WAY_M
+
+
+def _with_time(state: ViewState, time_s: float | None) -> ViewState:
+    step_s = None if time_s is None or state.told_at_s is None else time_s - state.told_at_s
+    return replace(state, told_at_s=time_s, step_s=step_s)
+
+
+def _knows_target(state: ViewState) -> bool:
     return state.target is not None and state.heights_m is not None and len(state.looks) > 0
 
 
