@@ -27,8 +27,6 @@ MAX_SWEEPS = 50
 """Limit of the exchanges over all layers; each one improves the result, so that a few suffice."""
 
 
-RADIUS_M = 12.0
-"""Radius of the disc around the target for the vehicles; views from farther out pass more leaves."""
 PITCH_M = 1.0
 """Spacing of the lattice, well below the distance over which views stop being alike."""
 
@@ -61,14 +59,24 @@ def find_oracle(
     heights_m: Sequence[float],
     spacing_m: float,
     *,
+    radius_m: float,
     objective: OracleObjective = OracleObjective.RATIO,
 ) -> Oracle:
     """Return the best positions about a target for nadir cameras, one per height above the ground.
 
+    Args:
+        world: world of the target.
+        camera: camera of all vehicles.
+        target: target to look at.
+        heights_m: heights of the vehicles above the ground.
+        spacing_m: least horizontal distance of two vehicles.
+        radius_m: radius of the disc around the target for the vehicles.
+        objective: see :class:`OracleObjective`.
+
     Raises:
         ValueError: there is no room for so many vehicles at that spacing.
     """
-    places_enu_m = _disc(RADIUS_M, PITCH_M) + target.position_enu_m
+    places_enu_m = _disc(radius_m, PITCH_M) + target.position_enu_m
     views = [
         world.view_target([nadir_pose([*place, height_m]) for place in places_enu_m], camera, target)
         for height_m in heights_m

@@ -137,7 +137,7 @@ def test_beats_random_choices_in_the_simulated_forest() -> None:
     target = Target(tuple(world.area_enu_m.mean(axis=0)))
     camera = CameraModel.from_fov(256, 256, math.radians(50.0))
     heights_m = [35.0, 36.0, 37.0, 38.0]
-    oracle = find_oracle(world, camera, target, heights_m, 4.2)
+    oracle = find_oracle(world, camera, target, heights_m, 4.2, radius_m=12.0)
     rng = np.random.default_rng(0)
     for _ in range(20):
         positions = target.position_enu_m + rng.uniform(-8.0, 8.0, (4, 2))
