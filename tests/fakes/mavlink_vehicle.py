@@ -117,6 +117,12 @@ class FakeVehicle:
     def ekf(self, flags: int = EKF_READY) -> bytes:
         return self.encoder.pack(mavlink.MAVLink_ekf_status_report_message(flags, 0, 0, 0, 0, 0))
 
+    def estimator(self, flags: int) -> bytes:
+        """Return the state of PX4's estimator."""
+        return self.encoder.pack(
+            mavlink.MAVLink_estimator_status_message(self.boot_ms * 1000, flags, 0, 0, 0, 0, 0, 0, 0.3, 0.3)
+        )
+
     def extended_state(self) -> bytes:
         return self.encoder.pack(mavlink.MAVLink_extended_sys_state_message(0, self.landed))
 

@@ -108,6 +108,20 @@ def test_ready_needs_every_condition_and_fresh_positions() -> None:
         assert session.records[1].state(1.0).ready_to_arm is False
 
 
+@pytest.mark.parametrize(("flags", "age_s"), [(1023, 0.0), (1023 & ~mavlink.ESTIMATOR_POS_HORIZ_ABS, 2.0)])
+def test_px4_that_stands_still_has_a_position_although_it_calls_it_constant(flags: int, age_s: float) -> None:
+    vehicle = FakeVehicle(autopilot=mavlink.MAV_AUTOPILOT_PX4)
+    session = new_session()
+    session.feed(vehicle.heartbeat() + vehicle.gps() + vehicle.home() + vehicle.sys_status(), A, 1.0)
+    session.feed(vehicle.estimator(flags), A, 1.0)
+    for now_s in (1.0, 2.0, 3.0):
+        vehicle.boot_ms += 1000
+        session.feed(vehicle.position(), A, now_s)
+    state = session.records[1].state(3.0)
+    assert state.position_at_s == 3.0 - age_s
+    assert state.ready_to_arm is (age_s == 0.0)
+
+
 @pytest.mark.parametrize(
     ("main", "sub", "mode", "name"),
     [

@@ -116,10 +116,10 @@ class Telemetry:
         """Whether the autopilot has a position that it measures. Without one it goes on to send the last."""
         if self.gps_fix is not None and self.gps_fix < mavlink.GPS_FIX_TYPE_3D_FIX:
             return False
-        flags = self.estimator_flags if self.ekf_flags is None else self.ekf_flags
-        # The bits mean the same in EKF_STATUS_REPORT and ESTIMATOR_STATUS.
-        is_absolute = flags is None or bool(flags & mavlink.EKF_POS_HORIZ_ABS)
-        return is_absolute and not (flags or 0) & mavlink.EKF_CONST_POS_MODE
+        if self.ekf_flags is not None:
+            return bool(self.ekf_flags & mavlink.EKF_POS_HORIZ_ABS) and not self.ekf_flags & mavlink.EKF_CONST_POS_MODE
+        # PX4 sets its bit of a constant position while it stands still, too.
+        return self.estimator_flags is None or bool(self.estimator_flags & mavlink.ESTIMATOR_POS_HORIZ_ABS)
 
     def take_position(self, position: GeodeticPosition | None, now_s: float) -> None:
         """Take in a reported position; one that is only repeated keeps its age."""

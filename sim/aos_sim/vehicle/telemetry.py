@@ -290,10 +290,11 @@ def ekf_status_report(readings: Readings) -> mavlink.MAVLink_message:
 
 
 def estimator_status(readings: Readings) -> mavlink.MAVLink_message:
-    """ESTIMATOR_STATUS (PX4)."""
+    """ESTIMATOR_STATUS (PX4); the bit of a constant position is set while the vehicle stands on the ground, too."""
+    flags = estimator_flags(readings) | (0 if readings.airborne else mavlink.ESTIMATOR_CONST_POS_MODE)
     accuracies_m = readings.kinematics.errors.accuracy_m if readings.position_known else (100.0, 100.0)
     return mavlink.MAVLink_estimator_status_message(
-        readings.now.boot_us, estimator_flags(readings), 0.05, 0.05, 0.05, 0.05, 0.0, 0.0, *accuracies_m
+        readings.now.boot_us, flags, 0.05, 0.05, 0.05, 0.05, 0.0, 0.0, *accuracies_m
     )
 
 
