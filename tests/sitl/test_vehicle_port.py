@@ -167,7 +167,7 @@ async def test_a_return_height_is_kept_and_set_back(driver: str, autopilot: str)
             await vehicle.execute(Arm(), after(30.0))
             try:
                 await vehicle.execute(Takeoff(HEIGHT_M), after(90.0))
-                with pytest.raises(CommandRefusedError, match="motors"):
+                with pytest.raises(CommandRefusedError, match="is armed"):
                     await vehicle.set_return_height(2.0 * RETURN_HEIGHT_M, after(5.0))
                 await vehicle.execute(Goto(frame.to_geodetic(AWAY_ENU_M), 5.0), after(15.0))
                 await until(clock, lambda: distance_m(vehicle, frame, AWAY_ENU_M) < 1.5, 60.0)

@@ -1,0 +1,183 @@
+"""What is flown: each scenario flies a mission and says what came of it, or raises FlightError."""
+
+from __future__ import annotations
+
+import socket
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any, TypeAlias
+
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from tests.sitl.flights.autopilots import ALTITUDE_AMSL_M, LATITUDE_DEG, LONGITUDE_DEG, Autopilots, Offsets
+from tests.sitl.flights.station import VEHICLES, FlightError, Station, all_down, describe, failures
+
+State: TypeAlias = dict[str, Any]
+Scenario: TypeAlias = Callable[[Autopilots, Station], str]
+
+LAUNCH_S = 300.0
+FLIGHT_S = 600.0
+SPOOFING_S = 20.0
+SPOOFED_PER_S = 20.0
+RECEIVER_OFFSET_M = 6.0
+BAROMETER_DRIFT_MPS = 0.05
+
+
+def whole_mission(autopilots: Autopilots, station: Station) -> str:
+    """Nothing goes wrong."""
+    _start(autopilots)
+    with station:
+        return _to_the_end(station)
+
+
+def killed_and_taken_up(autopilots: Autopilots, station: Station) -> str:
+    """The service is killed while it scans, and started again at once."""
+    _start(autopilots)
+    with station:
+        _wait_for_the_search(station)
+        station.kill()
+        killed_s = time.monotonic()
+        station.start(auto_start=False)
+        state = station.wait_for("taken up", lambda state: state["suspension"] == "held", 60.0)
+        taken_up = f"taken up after {time.monotonic() - killed_s:.0f} s ({_modes(state)})"
+        refused = station.act("resume")
+        if refused:
+            station.wait_for("landing", all_down, FLIGHT_S)
+            return f"{taken_up}, not resumed ({'; '.join(refused)}), all landed by themselves"
+        return f"{taken_up}, resumed, {_to_the_end(station)}"
+
+
+def spoofed(autopilots: Autopilots, station: Station) -> str:
+    """Another program on the station's machine speaks for all vehicles: disarmed, on the ground, somewhere else."""
+    _start(autopilots)
+    with station:
+        _wait_for_the_search(station)
+        believed = 0
+        with _spoofer(station) as count:
+            end_s = time.monotonic() + SPOOFING_S
+            while time.monotonic() < end_s:
+                state = station.state()
+                believed += state is not None and any(
+                    v["task"] == "landed" or v["armed"] is False or v["landed"] == "on_ground"
+                    for v in state["vehicles"]
+                )
+                time.sleep(0.5)
+        if believed:
+            raise FlightError(f"a forged report was believed in {believed} of {2 * SPOOFING_S:.0f} looks")
+        return f"{count[0]} forged packets believed by nobody, {_to_the_end(station)}"
+
+
+def twin_on_the_ground(autopilots: Autopilots, station: Station) -> str:
+    """A fourth vehicle with the first one's id is there before the launch."""
+    _start(autopilots)
+    autopilots.start(system_id=1)
+    with station:
+        return _refused(station, "system id")
+
+
+def twin_in_flight(autopilots: Autopilots, station: Station) -> str:
+    """A fourth vehicle with the first one's id is switched on during the search."""
+    _start(autopilots)
+    with station:
+        _wait_for_the_search(station)
+        autopilots.start(system_id=1)
+        return _to_the_end(station)
+
+
+def receiver_offset(autopilots: Autopilots, station: Station) -> str:
+    """The second vehicle's receiver measures 6 m too high."""
+    _start(autopilots, {1: Offsets(receiver_m=RECEIVER_OFFSET_M)})
+    with station:
+        return _refused(station, "home altitude")
+
+
+def barometer_drift(autopilots: Autopilots, station: Station) -> str:
+    """The second vehicle's barometer drifts by 5 cm/s, and with it the height that it flies."""
+    _start(autopilots, {1: Offsets(barometer_drift_mps=BAROMETER_DRIFT_MPS)})
+    with station:
+        return _to_the_end(station)
+
+
+SCENARIOS: dict[str, Scenario] = {
+    "mission": whole_mission,
+    "kill": killed_and_taken_up,
+    "spoof": spoofed,
+    "twin-ground": twin_on_the_ground,
+    "twin-flight": twin_in_flight,
+    "receiver-offset": receiver_offset,
+    "barometer-drift": barometer_drift,
+}
+WITHOUT: dict[str, frozenset[str]] = {"px4": frozenset({"barometer-drift"})}
+"""PX4's simulator has a barometer with a constant offset only, which the estimator takes out on the ground."""
+
+
+def _start(autopilots: Autopilots, offsets: dict[int, Offsets] | None = None) -> None:
+    for instance in range(VEHICLES):
+        autopilots.start(offsets=(offsets or {}).get(instance))
+
+
+def _wait_for_the_search(station: Station) -> State:
+    station.wait_for("launch", lambda state: state["phase"] not in ("connect", "preflight", "ready"), LAUNCH_S)
+    return station.wait_for("search", lambda state: state["phase"] in ("scan", "converge", "found"), LAUNCH_S)
+
+
+def _to_the_end(station: Station) -> str:
+    """Wait for the end of the mission and return its outcome."""
+    station.wait_for("launch", lambda state: state["phase"] not in ("connect", "preflight", "ready"), LAUNCH_S)
+    state = station.wait_for("end", lambda state: state["phase"] == "done", FLIGHT_S)
+    if not all_down(state):
+        raise FlightError(f"ended with a vehicle in the air: {describe(state)}")
+    if state["outcome"] == "failed":
+        raise FlightError(state["message"])
+    return f"{state['outcome']} after {state['elapsed_s']:.0f} s: {state['message']}"
+
+
+def _refused(station: Station, check: str) -> str:
+    """Wait until preflight has been refused by a check, look whether it stays so, and return its words."""
+
+    def fails(state: State) -> bool:
+        return any(row["name"] == check for row in failures(state))
+
+    station.wait_for(f"failure of {check}", fails, LAUNCH_S)
+    time.sleep(20.0)
+    state = station.wait_for("an answer", lambda _: True, 30.0)
+    if not fails(state) or any(v["armed"] for v in state["vehicles"]):
+        raise FlightError(f"not refused for good: {describe(state)}")
+    return "not launched: " + next(row["text"] for row in failures(state) if row["name"] == check)
+
+
+def _modes(state: State) -> str:
+    return ", ".join(v["mode_name"] for v in state["vehicles"])
+
+
+@contextmanager
+def _spoofer(station: Station) -> Iterator[list[int]]:
+    """Send forged packets from a port of our own while the context lasts; the list holds their number."""
+    host, port = station.kind.station_link.removeprefix("udpin://").split(":")
+    is_over, count = threading.Event(), [0]
+    autopilot = mavlink.MAV_AUTOPILOT_PX4 if station.kind.name == "px4" else mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA
+    place = round(LATITUDE_DEG * 1e7), round(LONGITUDE_DEG * 1e7), round(ALTITUDE_AMSL_M * 1e3), 0
+
+    def send() -> None:
+        codecs = [mavlink.MAVLink(None, system_id, 1) for system_id in range(1, VEHICLES + 1)]
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as forger:
+            while not is_over.wait(1.0 / SPOOFED_PER_S):
+                boot_ms = round(time.monotonic() * 1e3) % 2**32
+                for codec in codecs:
+                    for message in (
+                        mavlink.MAVLink_heartbeat_message(mavlink.MAV_TYPE_QUADROTOR, autopilot, 0, 0, 3, 3),
+                        mavlink.MAVLink_extended_sys_state_message(0, mavlink.MAV_LANDED_STATE_ON_GROUND),
+                        mavlink.MAVLink_global_position_int_message(boot_ms, *place, 0, 0, 0, 0),
+                    ):
+                        forger.sendto(message.pack(codec), (host, int(port)))
+                        count[0] += 1
+
+    thread = threading.Thread(target=send, daemon=True)
+    thread.start()
+    try:
+        yield count
+    finally:
+        is_over.set()
+        thread.join()

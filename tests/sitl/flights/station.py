@@ -1,0 +1,196 @@
+"""The ground station and the cameras of one flight, as processes, and what they tell."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import time
+import urllib.error
+import urllib.request
+from collections.abc import Callable
+from dataclasses import dataclass
+from http.cookiejar import CookieJar
+from pathlib import Path
+from typing import Any
+
+from tests.sitl.flights.autopilots import ALTITUDE_AMSL_M, LATITUDE_DEG, LONGITUDE_DEG, PROGRAM, Kind
+
+PORT = 8099
+CODE = "sitl-flights-0000"
+VEHICLES = 3
+ORIGIN = f"{LATITUDE_DEG},{LONGITUDE_DEG},{ALTITUDE_AMSL_M}"
+STOP_S = 30.0
+
+MISSION = """
+[link]
+urls = ["{link}"]
+
+[mission]
+vehicle_ids = [1, 2, 3]
+origin_deg = [{origin}]
+area_enu_m = [[-10.0, 30.0], [10.0, 30.0], [10.0, 75.0], [-10.0, 75.0]]
+auto_start = {auto_start}
+auto_return = true
+
+[flight]
+lowest_layer_m = 35.0
+layer_spacing_m = {spacing_m}
+cruise_speed_mps = 5.0
+
+[preflight]
+upload_fence = true
+
+[record]
+folder = "missions"
+"""
+
+
+class FlightError(Exception):
+    """The flight did not come to what was waited for."""
+
+
+@dataclass
+class Station:
+    """Service and cameras in a folder of their own."""
+
+    kind: Kind
+    folder: Path
+    deadline_s: float
+    """Monotonic time at which the flight is given up."""
+    _service: subprocess.Popen[bytes] | None = None
+    _cameras: subprocess.Popen[bytes] | None = None
+    _starts: int = 0
+
+    def __post_init__(self) -> None:
+        self.folder.mkdir(parents=True, exist_ok=True)
+        self._opener = urllib.request.build_opener(urllib.request.HTTPCookieProcessor(CookieJar()))
+        (self.folder / "code").write_text(CODE, encoding="utf-8")
+
+    def __enter__(self) -> Station:
+        links = [part for link in self.kind.camera_links(VEHICLES) for part in ("--link", link)]
+        files = ["--world-file", "world.json", "--report-file", "report.json"]
+        self._cameras = self._run(
+            "cameras.log", "sim-camera", *links, "--origin", ORIGIN, "--image-size", "256", *files
+        )
+        self.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for process in (self._service, self._cameras):
+            if process is not None:
+                _end(process)
+
+    def start(self, *, auto_start: bool = True) -> None:
+        """Start the service."""
+        self._starts += 1
+        text = MISSION.format(
+            link=self.kind.station_link,
+            origin=ORIGIN.replace(",", ", "),
+            spacing_m=self.kind.layer_spacing_m,
+            auto_start=str(auto_start).lower(),
+        )
+        (self.folder / "mission.toml").write_text(text, encoding="utf-8")
+        arguments = ["mission.toml", "--port", str(PORT), "--operator-code-file", "code"]
+        self._service = self._run(f"service-{self._starts}.log", "run", *arguments)
+
+    def kill(self) -> None:
+        """End the service as a crash would."""
+        if self._service is not None:
+            self._service.kill()
+            self._service.wait()
+
+    def _run(self, log: str, *arguments: str) -> subprocess.Popen[bytes]:
+        with (self.folder / log).open("wb") as output:
+            return subprocess.Popen(  # noqa: S603 - our own program
+                [*PROGRAM, *arguments],
+                cwd=self.folder,
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+            )
+
+    # --- what the service tells ----------------------------------------------------------------------------------
+
+    def state(self) -> dict[str, Any] | None:
+        """Return the mission, or None while the service does not answer."""
+        try:
+            return dict(json.loads(self._request("/api/mission")[0]))
+        except (OSError, ValueError):
+            return None
+
+    def wait_for(self, what: str, condition: Callable[[dict[str, Any]], bool], within_s: float) -> dict[str, Any]:
+        """Return the first state that meets a condition.
+
+        Raises:
+            FlightError: none did in time.
+        """
+        end_s = min(time.monotonic() + within_s, self.deadline_s)
+        state = None
+        while time.monotonic() < end_s:
+            state = self.state()
+            if state is not None and condition(state):
+                return state
+            time.sleep(0.5)
+        raise FlightError(f"{what}: not within {within_s:.0f} s; {describe(state)}")
+
+    def act(self, action: str) -> list[str]:
+        """Carry out an operator's action; return the refusals."""
+        self._request("/api/session", {"code": CODE, "name": "flights"})
+        _, headers = self._request("/api/mission")
+        answer, _ = self._request("/api/mission/actions", {"action": action}, {"X-Seen": headers["X-Seen"]})
+        return [f"{row['vehicle_id']}: {row['text']}" for row in json.loads(answer)["results"] if not row["accepted"]]
+
+    def _request(
+        self, path: str, body: dict[str, str] | None = None, headers: dict[str, str] | None = None
+    ) -> tuple[bytes, Any]:
+        data = None if body is None else json.dumps(body).encode()
+        headers = {"Content-Type": "application/json", **(headers or {})}
+        request = urllib.request.Request(f"http://127.0.0.1:{PORT}{path}", data, headers)
+        try:
+            with self._opener.open(request, timeout=10.0) as answer:
+                return answer.read(), answer.headers
+        except urllib.error.HTTPError as error:
+            raise FlightError(f"{path}: {error.code} {error.read().decode(errors='replace')}") from error
+
+    # --- what the records tell -------------------------------------------------------------------------------------
+
+    def log(self) -> str:
+        """Return what all services of this flight have printed."""
+        return "".join(path.read_text(errors="replace") for path in sorted(self.folder.glob("service-*.log")))
+
+    def smallest_true_distance_m(self) -> float | None:
+        """Return the smallest true distance of two vehicles in the air."""
+        try:
+            report = json.loads((self.folder / "report.json").read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return None
+        return report.get("min_separation_m")
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    process.terminate()
+    try:
+        process.wait(STOP_S)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+
+
+def describe(state: dict[str, Any] | None) -> str:
+    """Return where a mission stands, in a line."""
+    if state is None:
+        return "the service did not answer"
+    failed = [f"{row['name']} ({row['vehicle_id']}): {row['text']}" for row in failures(state)]
+    vehicles = ", ".join(f"{v['vehicle_id']} {v['task']} {v['mode_name']}" for v in state["vehicles"])
+    return f"{state['phase']} {state['suspension']} {state['message']}; {vehicles}; {'; '.join(failed)}"
+
+
+def failures(state: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return the failed checks."""
+    return [row for row in state["preflight"] if row["status"] == "fail"]
+
+
+def all_down(state: dict[str, Any]) -> bool:
+    """Whether every vehicle of the mission reports to stand, disarmed."""
+    flying = [v for v in state["vehicles"] if v["takes_part"]]
+    return bool(flying) and all(v["landed"] == "on_ground" and v["armed"] is False for v in flying)
