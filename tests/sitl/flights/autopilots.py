@@ -44,6 +44,7 @@ class ArduCopter:
     name: str = "arducopter"
     station_link: str = "udpin://127.0.0.1:14560"
     """Where all instances send to."""
+    api_port: int = 8098
     layer_spacing_m: float = 3.0
 
     def camera_links(self, count: int) -> list[str]:
@@ -68,6 +69,7 @@ class Px4:
     build: Path
     name: str = "px4"
     station_link: str = "udpin://127.0.0.1:14550"
+    api_port: int = 8099
     layer_spacing_m: float = 8.0
 
     def camera_links(self, count: int) -> list[str]:

@@ -15,7 +15,6 @@ from typing import Any
 
 from tests.sitl.flights.autopilots import ALTITUDE_AMSL_M, LATITUDE_DEG, LONGITUDE_DEG, PROGRAM, Kind
 
-PORT = 8099
 CODE = "sitl-flights-0000"
 VEHICLES = 3
 ORIGIN = f"{LATITUDE_DEG},{LONGITUDE_DEG},{ALTITUDE_AMSL_M}"
@@ -90,7 +89,7 @@ class Station:
             auto_start=str(auto_start).lower(),
         )
         (self.folder / "mission.toml").write_text(text, encoding="utf-8")
-        arguments = ["mission.toml", "--port", str(PORT), "--operator-code-file", "code"]
+        arguments = ["mission.toml", "--port", str(self.kind.api_port), "--operator-code-file", "code"]
         self._service = self._run(f"service-{self._starts}.log", "run", *arguments)
 
     def kill(self) -> None:
@@ -145,7 +144,7 @@ class Station:
     ) -> tuple[bytes, Any]:
         data = None if body is None else json.dumps(body).encode()
         headers = {"Content-Type": "application/json", **(headers or {})}
-        request = urllib.request.Request(f"http://127.0.0.1:{PORT}{path}", data, headers)
+        request = urllib.request.Request(f"http://127.0.0.1:{self.kind.api_port}{path}", data, headers)
         try:
             with self._opener.open(request, timeout=10.0) as answer:
                 return answer.read(), answer.headers
