@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from aos_drivers.vehicle.autopilots.base import HEIGHT_TOLERANCE_M, Step, command_long
+from aos_drivers.vehicle.autopilots.base import Step, command_long
 from aos_drivers.vehicle.control import Climb
 from aos_drivers.vehicle.record import VehicleRecord
 from aos_drivers.vehicle.transaction import Answer, CommandTransaction, result_text
@@ -78,8 +78,7 @@ class CommandRunner:
             target = command.position if isinstance(command, Goto) else None
             climb = None
             if isinstance(command, Takeoff):
-                top_m = command.height_above_home_m - HEIGHT_TOLERANCE_M
-                climb = Climb(top_m, record.autopilot.modes_after_takeoff)
+                climb = Climb(command.height_above_home_m, record.autopilot.modes_after_takeoff)
             record.control.begin(modes, target, climb)
 
     def _check_vehicle(self, command: Command) -> None:

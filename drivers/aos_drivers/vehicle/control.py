@@ -26,6 +26,11 @@ _FORMER_S = 10.0
 """Time from a confirmed command for which reports of targets before it may arrive, as over a busy link."""
 _FORMER_TARGETS = 4
 """Number of targets before the newest one that are remembered."""
+_ENDS_BELOW_M = 3.0
+"""How far below its top a take-off may seem to end: PX4 ends it 0.8 m below (NAV_MC_ALT_RAD), by a height that its
+reports have been seen to miss by 2 m."""
+_ENDS_BELOW_SHARE = 0.3
+"""The same, as a share of a low take-off's height."""
 _FAILSAFES: Mapping[int, str] = MappingProxyType(
     {
         mavlink.MAV_STATE_CRITICAL: "critical",
@@ -41,6 +46,11 @@ class Climb:
 
     height_above_home_m: float
     modes: frozenset[str]
+
+    def may_end_at(self, height_above_home_m: float) -> bool:
+        """Whether the autopilot may take this reported height for the top."""
+        top_m = self.height_above_home_m
+        return height_above_home_m >= top_m - min(_ENDS_BELOW_M, _ENDS_BELOW_SHARE * top_m)
 
 
 class ControlWatch:
@@ -125,7 +135,7 @@ class ControlWatch:
         climb = self._climb
         if climb is None or height_above_home_m is None:
             return
-        if height_above_home_m >= climb.height_above_home_m:
+        if climb.may_end_at(height_above_home_m):
             self._modes, self._climb = self._modes | climb.modes, None
 
     def _stand_down(self) -> None:
