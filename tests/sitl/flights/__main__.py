@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import signal
 import sys
 import time
 from dataclasses import dataclass
@@ -44,6 +45,7 @@ HEADER = """| flight | 3 of | result | outcome | smallest true distance | real t
 def main() -> int:
     """Fly what is asked for and return the exit code."""
     options = _options()
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # what was started is ended then, too
     kinds: list[Kind] = []
     if options.arducopter is not None:
         kinds.append(ArduCopter(options.arducopter.resolve(strict=True)))

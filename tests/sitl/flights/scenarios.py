@@ -109,8 +109,15 @@ SCENARIOS: dict[str, Scenario] = {
     "receiver-offset": receiver_offset,
     "barometer-drift": barometer_drift,
 }
-WITHOUT: dict[str, frozenset[str]] = {"px4": frozenset({"barometer-drift"})}
-"""PX4's simulator has a barometer with a constant offset only, which the estimator takes out on the ground."""
+WITHOUT: dict[str, frozenset[str]] = {
+    "arducopter": frozenset({"receiver-offset"}),
+    "px4": frozenset({"barometer-drift"}),
+}
+"""Flights that an autopilot's simulator does not allow.
+
+The receivers of ArduCopter's report an RTK fix, from which preflight takes the height of the ground; the barometers
+of PX4's have a constant offset only, which the estimator takes out on the ground.
+"""
 
 
 def _start(autopilots: Autopilots, offsets: dict[int, Offsets] | None = None) -> None:
