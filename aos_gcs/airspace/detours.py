@@ -25,19 +25,19 @@ class Detours:
     """The admissible paths within one set of boundaries.
 
     Args:
-        boundaries: the fence and the no-go zones.
-        margin_m: distance that every path keeps from them; the same that vetting requires of a segment.
+        boundaries: the fence and the no-go zones; every path keeps their margins, which vetting requires of a segment.
         slack_m: distance by which vehicles may miss a corner and still see the next one; their arrival radius.
     """
 
-    def __init__(self, boundaries: Sequence[Boundary], margin_m: float, slack_m: float) -> None:
+    def __init__(self, boundaries: Sequence[Boundary], slack_m: float) -> None:
         self._boundaries = boundaries
-        self._margin_m = margin_m
         self._slack_m = slack_m
         starts, ends = zip(*(edges(boundary.vertices_m) for boundary in boundaries), strict=True)
         self._edge_starts, self._edge_ends = np.concatenate(starts), np.concatenate(ends)
+        self._edge_counts = [len(boundary.vertices_m) for boundary in boundaries]
+        self._margins_m = self._per_edge([boundary.margin_m for boundary in boundaries])
         self._corners_m = self._admissible(
-            np.array([c for b in boundaries for c in _corners(b, margin_m + 2.0 * slack_m)]).reshape(-1, 2)
+            np.array([c for b in boundaries for c in _corners(b, b.margin_m + 2.0 * slack_m)]).reshape(-1, 2)
         )
         self._seen_from: dict[int, NDArray[np.bool_]] = {}
 
@@ -49,7 +49,7 @@ class Detours:
         along = self._edge_ends - self._edge_starts
         feet_m = self._edge_starts + fraction[:, None] * along
         normals = np.column_stack([along[:, 1], -along[:, 0]]) / np.linalg.norm(along, axis=1)[:, None]
-        step_m = (self._margin_m + self._slack_m) * normals
+        step_m = (self._margins_m + self._slack_m)[:, None] * normals
         places_m = self._admissible(np.vstack([feet_m + step_m, feet_m - step_m, self._corners_m]))
         if len(places_m) == 0:
             return point_m
@@ -71,7 +71,7 @@ class Detours:
 
     def reached(self, start_m: FloatArray, ends_m: FloatArray) -> NDArray[np.bool_]:
         """Return which places, shape (k, 2), a path reaches from a point, shape (2,), with the margin kept there."""
-        is_reached = self._sees(start_m, ends_m, self._required_m(self._depth_m(start_m)))
+        is_reached = self._sees(start_m, ends_m, self._required_m(start_m))
         is_reached[is_reached] = self._is_admissible(ends_m[is_reached])
         settled, waiting = {_START}, [_START]
         while waiting and not is_reached.all():
@@ -79,17 +79,17 @@ class Detours:
             here_m = start_m if node == _START else self._corners_m[node]
             if node != _START:
                 unreached = np.flatnonzero(~is_reached)
-                is_reached[unreached] = self._sees(here_m, ends_m[unreached], self._margin_m)
+                is_reached[unreached] = self._sees(here_m, ends_m[unreached], self._margins_m)
             found = set(np.flatnonzero(self._corners_seen(node, here_m)).tolist()) - settled
             settled |= found
             waiting += sorted(found)
         return is_reached
 
     def _is_clear(self, start_m: FloatArray, end_m: FloatArray) -> bool:
-        nearest_edge_m = point_segment_distance(start_m, self._edge_starts, self._edge_ends)[0].min()
-        if nearest_edge_m - math.dist(start_m, end_m) > max(self._margin_m, 2.0 * TOLERANCE_M):
+        edges_m = point_segment_distance(start_m, self._edge_starts, self._edge_ends)[0]
+        if (edges_m - math.dist(start_m, end_m) > np.maximum(self._margins_m, 2.0 * TOLERANCE_M)).all():
             return True  # no edge is within reach
-        return bool(self._sees(start_m, end_m[None], self._required_m(self._depth_m(start_m)))[0])
+        return bool(self._sees(start_m, end_m[None], self._required_m(start_m))[0])
 
     def _search(self, start_m: FloatArray, end_m: FloatArray) -> dict[int, int] | None:
         """Return the predecessor of each corner on the shortest path, by A*; None if there is no path."""
@@ -119,7 +119,7 @@ class Detours:
 
     def _legs(self, node: int, here_m: FloatArray, end_m: FloatArray) -> Iterator[tuple[int, float]]:
         """Yield what is seen from a node, the corners and the end, with the distance."""
-        if node != _START and self._sees(here_m, end_m[None], self._margin_m)[0]:
+        if node != _START and self._sees(here_m, end_m[None], self._margins_m)[0]:
             yield _END, math.dist(here_m, end_m)
         for corner in np.flatnonzero(self._corners_seen(node, here_m)):
             yield int(corner), math.dist(here_m, self._corners_m[corner])
@@ -127,37 +127,41 @@ class Detours:
     def _corners_seen(self, node: int, here_m: FloatArray) -> NDArray[np.bool_]:
         """Return which corners are seen from a node, shape (c,)."""
         if node == _START:
-            return self._sees(here_m, self._corners_m, self._required_m(self._depth_m(here_m)))
+            return self._sees(here_m, self._corners_m, self._required_m(here_m))
         if node not in self._seen_from:
-            self._seen_from[node] = self._sees(here_m, self._corners_m, self._margin_m + self._slack_m)
+            self._seen_from[node] = self._sees(here_m, self._corners_m, self._margins_m + self._slack_m)
         return self._seen_from[node]
 
-    def _depth_m(self, point_m: FloatArray) -> float:
-        return min(boundary.depth_m(point_m) for boundary in self._boundaries)
+    def _per_edge(self, values: Sequence[float]) -> FloatArray:
+        """Return one value per boundary as one per edge."""
+        return np.repeat(np.array(values, dtype=np.float64), self._edge_counts)
 
-    def _required_m(self, depth_m: float) -> float:
-        """Return the distance that a segment from this depth must keep; infinity beyond a boundary."""
-        return min(self._margin_m, depth_m) if depth_m > 0.0 else math.inf
+    def _required_m(self, point_m: FloatArray) -> FloatArray:
+        """Return the distance that a segment from a point, shape (2,), must keep from each edge; infinity beyond it."""
+        depths_m = [(boundary.depth_m(point_m), boundary.margin_m) for boundary in self._boundaries]
+        return self._per_edge([min(margin_m, depth_m) if depth_m > 0.0 else math.inf for depth_m, margin_m in depths_m])
 
-    def _sees(self, here_m: FloatArray, there_m: FloatArray, required_m: float) -> NDArray[np.bool_]:
-        """Return which points, shape (n, 2), a segment reaches that keeps the distance and meets no edge."""
-        least_m = max(required_m - TOLERANCE_M, 2.0 * TOLERANCE_M)
-        if math.isinf(least_m):
+    def _sees(self, here_m: FloatArray, there_m: FloatArray, required_m: FloatArray) -> NDArray[np.bool_]:
+        """Return which points, shape (n, 2), a segment reaches that keeps the distances and meets no edge."""
+        least_m = np.maximum(required_m - TOLERANCE_M, 2.0 * TOLERANCE_M)
+        if np.isinf(least_m).any():
             return np.zeros(len(there_m), dtype=np.bool_)
         starts, ends = self._edge_starts, self._edge_ends
-        there, edge = near_pairs(np.broadcast_to(here_m, there_m.shape), there_m, starts, ends, least_m)
+        nearest_m = float(least_m.max())
+        there, edge = near_pairs(np.broadcast_to(here_m, there_m.shape), there_m, starts, ends, nearest_m)
         gaps_m = segment_distance(here_m, there_m[there], starts[edge], ends[edge])
         is_clear = np.ones(len(there_m), dtype=np.bool_)
-        is_clear[there[gaps_m < least_m]] = False
+        is_clear[there[gaps_m < least_m[edge]]] = False
         return is_clear
 
     def _admissible(self, points_m: FloatArray) -> FloatArray:
-        """Return those of the points, shape (n, 2), that keep the margin from every boundary."""
+        """Return those of the points, shape (n, 2), that keep every boundary's margin."""
         return np.array(points_m[self._is_admissible(points_m)])
 
     def _is_admissible(self, points_m: FloatArray) -> NDArray[np.bool_]:
-        least_m = max(self._margin_m - TOLERANCE_M, 2.0 * TOLERANCE_M)
-        clear = [all(b.depth_m(point_m) >= least_m for b in self._boundaries) for point_m in points_m]
+        least_m = [max(boundary.margin_m - TOLERANCE_M, 2.0 * TOLERANCE_M) for boundary in self._boundaries]
+        bounds = list(zip(self._boundaries, least_m, strict=True))
+        clear = [all(boundary.depth_m(point_m) >= m for boundary, m in bounds) for point_m in points_m]
         return np.array(clear, dtype=np.bool_)
 
 

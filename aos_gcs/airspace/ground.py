@@ -26,13 +26,13 @@ class Ground:
     """The ground within a mission's limits.
 
     Args:
-        limits: geofence, no-go zones, and the margin that is kept from them.
+        limits: geofence, no-go zones, and the margins that are kept from them.
         slack_m: distance by which vehicles may miss their waypoints.
     """
 
     def __init__(self, limits: SafetyLimits, slack_m: float) -> None:
-        self._boundaries, self._margin_m = limits.boundaries(), limits.margin_m
-        self._detours = Detours(self._boundaries, limits.margin_m, slack_m)
+        self._boundaries = limits.boundaries()
+        self._detours = Detours(self._boundaries, slack_m)
 
     def at(self, place_enu_m: FloatArray) -> Obstruction | None:
         """Return why vehicles cannot stand and land at a place, shape (2,); None if they can."""
@@ -42,8 +42,8 @@ class Ground:
                 return Obstruction(f"outside of {boundary.name}", "move it, or widen the geofence")
             if depth_m < 0.0:
                 return Obstruction(f"inside of {boundary.name}", "move one of them")
-            if depth_m < self._margin_m - TOLERANCE_M:
-                text = f"{depth_m:.1f} m from {boundary.name}, within the margin of {self._margin_m:g} m"
+            if depth_m < boundary.margin_m - TOLERANCE_M:
+                text = f"{depth_m:.1f} m from {boundary.name}, within the margin of {boundary.margin_m:g} m"
                 return Obstruction(text, "move it, or lower the margin")
         return None
 

@@ -24,8 +24,9 @@ class SafetyLimits:
     no_go_enu_m: tuple[Polygon, ...] = ()
     """No-go zones, simple polygons, convex or not: no waypoint lies inside and no segment crosses, at any height."""
     margin_m: float = 0.0
-    """Distance to keep from the geofence on the inside and from no-go zones on the outside; the braking distance
-    v^2 / 2a is a good choice."""
+    """Distance to keep from the geofence on the inside."""
+    no_go_margin_m: float | None = None
+    """Distance to keep from no-go zones on the outside; None: ``margin_m``."""
     separation_m: float = 1.5
     """Smallest 3-D distance between the segments of two vehicles. It must stay below the spacing of the altitude layers
     by what heights err, else vehicles in neighbouring layers block each other."""
@@ -44,12 +45,15 @@ class SafetyLimits:
     def __post_init__(self) -> None:
         self.boundaries()
         positive = ("separation_m", "hold_horizontal_m", "hold_vertical_m", "max_link_age_s", "max_position_age_s")
-        for name in (*positive, "margin_m", "floor_m", "ceiling_m", "min_battery_fraction", "battery_per_m"):
+        others = ("margin_m", "no_go_margin_m", "floor_m", "ceiling_m", "min_battery_fraction", "battery_per_m")
+        for name in (*positive, *others):
             value = getattr(self, name)
             if value is not None and not math.isfinite(value):
                 raise ConfigurationError(f"{name} must be a finite number, but is {value}.")
             if name in positive and value <= 0.0:
                 raise ConfigurationError(f"{name} must be above 0, but is {value:g}.")
+            if name.endswith("margin_m") and value is not None and value < 0.0:
+                raise ConfigurationError(f"{name} must not be negative, but is {value:g}.")
         if math.hypot(self.hold_horizontal_m, self.hold_vertical_m) > self.separation_m:
             raise ConfigurationError(
                 f"hold_horizontal_m ({self.hold_horizontal_m:g}) and hold_vertical_m ({self.hold_vertical_m:g}) must "
@@ -58,8 +62,6 @@ class SafetyLimits:
             )
         if self.floor_m >= self.ceiling_m:
             raise ConfigurationError(f"floor_m ({self.floor_m:g}) must be below ceiling_m ({self.ceiling_m:g}).")
-        if self.margin_m < 0.0:
-            raise ConfigurationError(f"margin_m must not be negative, but is {self.margin_m:g}.")
         if not 0.0 <= self.min_battery_fraction < 1.0:
             raise ConfigurationError(
                 f"min_battery_fraction must be 0 or more and below 1, but is {self.min_battery_fraction:g}."
@@ -74,11 +76,15 @@ class SafetyLimits:
 
     def boundaries(self) -> tuple[Boundary, ...]:
         """Return what no segment may cross: the geofence, and every no-go zone."""
+        margin_m = self.margin_m if self.no_go_margin_m is None else self.no_go_margin_m
         zones = [
-            Boundary(as_polygon(zone, f"no_go_enu_m[{row}]"), f"no-go zone {row + 1}", keeps_in=False)
+            Boundary(
+                as_polygon(zone, f"no_go_enu_m[{row}]"), f"no-go zone {row + 1}", keeps_in=False, margin_m=margin_m
+            )
             for row, zone in enumerate(self.no_go_enu_m)
         ]
-        return (Boundary(as_polygon(self.fence_enu_m, "fence_enu_m"), "the geofence", keeps_in=True), *zones)
+        fence_m = as_polygon(self.fence_enu_m, "fence_enu_m")
+        return (Boundary(fence_m, "the geofence", keeps_in=True, margin_m=self.margin_m), *zones)
 
 
 _FAR_M = 1e5
@@ -101,6 +107,7 @@ class SafetyOverrides:
     ceiling_m: float | None = None
     no_go_enu_m: tuple[Polygon, ...] | None = None
     margin_m: float | None = None
+    no_go_margin_m: float | None = None
     separation_m: float | None = None
     hold_horizontal_m: float | None = None
     hold_vertical_m: float | None = None

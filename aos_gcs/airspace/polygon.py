@@ -23,6 +23,8 @@ class Boundary:
     """Shape (m, 2), metres."""
     name: str
     keeps_in: bool
+    margin_m: float = 0.0
+    """Distance to keep from the edge on the allowed side."""
 
     def depth_m(self, point_m: FloatArray) -> float:
         """Return how far a point, shape (2,), lies on the allowed side of the edge; negative on the other."""

@@ -66,7 +66,7 @@ def _vet_segment(
     start = np.array(request.position_enu_m, dtype=np.float64)
     end = np.array(request.requested_enu_m, dtype=np.float64)
     admission = min(
-        *(_within_boundary(start[:2], end[:2], boundary, limits.margin_m) for boundary in boundaries),
+        *(_within_boundary(start[:2], end[:2], boundary) for boundary in boundaries),
         _within_heights(float(start[2]), float(end[2]), limits),
         traffic.admissible(request.vehicle_id, start, end),
         key=lambda admission: admission.fraction,
@@ -110,7 +110,8 @@ def _reason_to_hold(request: WaypointRequest, limits: SafetyLimits) -> str:  # n
     return ""
 
 
-def _within_boundary(start: FloatArray, end: FloatArray, boundary: Boundary, margin_m: float) -> Admission:
+def _within_boundary(start: FloatArray, end: FloatArray, boundary: Boundary) -> Admission:
+    margin_m = boundary.margin_m
     depth_m = boundary.depth_m(start)
     if depth_m <= BACK_OFF_M:
         returns = boundary.depth_m(end) >= margin_m and edges_met(start, end, boundary.vertices_m) <= 1

@@ -8,12 +8,14 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from aos_gcs.airspace.limits import UNLIMITED
-from aos_gcs.airspace.polygon import Polygon, as_polygon, contains, edges_met
+from aos_gcs.airspace.polygon import Polygon, as_polygon, contains, edges_met, signed_depth_m
 from aos_gcs.airspace.raster import PlanRaster
+from aos_gcs.airspace.stopping import StoppingDistance
 from aos_gcs.errors import ConfigurationError, ParameterError
 from aos_gcs.planning.advice import MIN_LAYERS_WITHOUT_RTK_M, forest_aperture
 from aos_gcs.planning.estimate import PlanEstimate, estimate_plan, planned_leg_count, planned_legs
 from aos_gcs.planning.plan import SPACING_PARAMETER, MissionPlan, PlanProblem, apply_plan
+from aos_gcs.planning.proposal import fence_margin_m
 from aos_gcs.planning.settings import GREATEST_FLIGHT_SETTINGS, MAX_HEIGHT_M, MissionSettings
 from aos_gcs.planning.sites import Homes, check_paths, check_points, planned_ground
 from aos_gcs.swarm.declaration import Parameter
@@ -36,6 +38,8 @@ MAX_LEGS = 100
 """Greatest number of legs: far more than batteries last for."""
 
 _DAY_S = 86_400.0
+_ROUNDING_M = 0.1
+"""Margins are entered with one decimal."""
 _GREATEST = {
     **GREATEST_FLIGHT_SETTINGS,
     "endurance_s": _DAY_S,
@@ -58,7 +62,7 @@ def check_plan(plan: MissionPlan, settings: MissionSettings, homes_enu_m: Homes 
     """
     problems = _problems(plan, settings, homes_enu_m or {})
     if not _blocks(problems):
-        problems += _warn(plan, estimate_plan(plan, settings.imaging.plane_height_m))
+        problems += [*_warn(plan, estimate_plan(plan, settings.imaging.plane_height_m)), *_warn_of_margin(plan)]
     return sorted(problems, key=lambda problem: not problem.blocking)
 
 
@@ -167,7 +171,7 @@ def _check_numbers(plan: MissionPlan, settings: MissionSettings) -> Iterator[Pla
         yield PlanProblem("camera_fov_rad", "The field of view must lie between 1 and 170 degrees.")
     if not 0.0 <= plan.min_battery_fraction < 0.9:
         yield PlanProblem("min_battery_fraction", "The battery's reserve must lie between 0 and 90 %.")
-    if not 0.0 <= plan.fence_margin_m < math.inf:
+    if plan.fence_margin_m is not None and not 0.0 <= plan.fence_margin_m < math.inf:
         yield PlanProblem("fence_margin_m", "The distance to the geofence must not be negative.")
     for field, greatest in _GREATEST.items():
         value = getattr(plan, field)
@@ -310,3 +314,25 @@ def _warn(plan: MissionPlan, estimate: PlanEstimate) -> Iterator[PlanProblem]:
             "search ends before its last leg; make the area smaller or the vehicles more.",
             blocking=False,
         )
+
+
+def _warn_of_margin(plan: MissionPlan) -> Iterator[PlanProblem]:
+    stopping = StoppingDistance(plan.cruise_speed_mps)
+    margin_m = fence_margin_m(plan.fence_margin_m, plan.cruise_speed_mps)
+    if margin_m < stopping.total_m - _ROUNDING_M:
+        text = (
+            f"With a margin of {margin_m:g} m a vehicle at full speed may stop outside of the geofence: it needs "
+            f"{stopping}. Leave the margin empty, or fly slower."
+        )
+        yield PlanProblem("fence_margin_m", text, blocking=False)
+    if plan.fence_enu_m is None:
+        return
+    fence_m = as_polygon(plan.fence_enu_m, "fence_enu_m")
+    nearest_m = min(signed_depth_m(np.array(corner_m), fence_m) for corner_m in plan.area_enu_m)
+    if nearest_m < margin_m:
+        text = (
+            f"The search area comes within {max(nearest_m, 0.0):.0f} m of the geofence, whose margin is "
+            f"{margin_m:.1f} m: vehicles do not fly above what lies in the margin. Widen the geofence, fly slower, or "
+            "lower the margin."
+        )
+        yield PlanProblem("fence_enu_m", text, blocking=False)

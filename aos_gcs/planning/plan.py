@@ -46,8 +46,8 @@ class MissionPlan:
     floor_m: float | None = None
     """None: preflight proposes floor and ceiling from the layers."""
     ceiling_m: float | None = None
-    fence_margin_m: float = UNLIMITED.margin_m
-    """Distance to keep from the geofence on the inside."""
+    fence_margin_m: float | None = None
+    """Distance to keep from the geofence on the inside; None: the stopping distance."""
     cruise_speed_mps: float = FlightSettings().cruise_speed_mps
     min_battery_fraction: float = UNLIMITED.min_battery_fraction
     """Battery fraction at which a vehicle flies home."""
@@ -160,7 +160,7 @@ def plan_of(settings: MissionSettings) -> MissionPlan:
         strategy_parameters=parameters,
         floor_m=settings.safety.floor_m,
         ceiling_m=settings.safety.ceiling_m,
-        fence_margin_m=limits.margin_m,
+        fence_margin_m=settings.safety.margin_m,
         cruise_speed_mps=settings.flight.cruise_speed_mps,
         min_battery_fraction=limits.min_battery_fraction,
         search_s=settings.deadlines.search_s,

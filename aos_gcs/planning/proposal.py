@@ -11,14 +11,15 @@ from scipy.spatial import ConvexHull
 
 from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.airspace.polygon import Polygon, as_points, as_polygon
+from aos_gcs.airspace.stopping import StoppingDistance
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.planning.settings import MissionSettings
 
 FloatArray = NDArray[np.float64]
 
-FENCE_MARGIN_M = 30.0
-"""Distance of the proposed geofence from the search area and the launch points. The swarm's line must fit: where it is
-wider than the area, its ends need the room."""
+FREE_GROUND_M = 30.0
+"""Distance from the search area and the launch points to where the margin of the proposed geofence begins. The swarm's
+line must fit: where it is wider than the area, its ends need the room."""
 _LAYER_MARGIN_M = 5.0
 """Distance of the proposed floor and ceiling from the lowest and the highest altitude layer."""
 _CORNERS = 16
@@ -54,12 +55,20 @@ def propose_limits(settings: MissionSettings, homes_enu_m: Sequence[FloatArray])
     ground_enu_m = [home_enu_m[:2] for home_enu_m in homes_enu_m]
     if settings.return_enu_m is not None:
         ground_enu_m.append(np.array(settings.return_enu_m))
+    margin_m = fence_margin_m(settings.safety.margin_m, flight.cruise_speed_mps)
     proposal = SafetyLimits(
-        fence_enu_m=propose_fence(settings.area_enu_m, np.array(ground_enu_m), FENCE_MARGIN_M),
+        fence_enu_m=propose_fence(settings.area_enu_m, np.array(ground_enu_m), FREE_GROUND_M + margin_m),
+        margin_m=margin_m,
+        no_go_margin_m=0.0 if settings.safety.margin_m is None else None,
         floor_m=min(layers_m) - _LAYER_MARGIN_M,
         ceiling_m=max(layers_m) + _LAYER_MARGIN_M,
     )
     return settings.safety.applied_to(proposal)
+
+
+def fence_margin_m(given_m: float | None, cruise_speed_mps: float) -> float:
+    """Return the margin that is kept from the geofence: the given one, or else the stopping distance."""
+    return StoppingDistance(cruise_speed_mps).total_m if given_m is None else given_m
 
 
 def propose_fence(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -14,24 +13,32 @@ from aos_gcs.airspace.ground import Ground, Obstruction
 from aos_gcs.airspace.limits import UNLIMITED
 from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.plan import MissionPlan, PlanProblem
-from aos_gcs.planning.proposal import FENCE_MARGIN_M, propose_fence
+from aos_gcs.planning.proposal import FREE_GROUND_M, fence_margin_m, propose_fence
 
 FloatArray = NDArray[np.float64]
 Homes = Mapping[int, tuple[float, float]]
 """Launch points of vehicles by id, horizontal ENU metres."""
 
+_GREATEST_MARGIN_M = 5000.0
 _Check = Callable[[FloatArray], Obstruction | None]
 
 
 def planned_ground(plan: MissionPlan, homes_enu_m: Homes, slack_m: float) -> Ground:
     """Return the ground of a plan with valid shapes, within the geofence that is proposed if it has none."""
+    margin_m = fence_margin_m(plan.fence_margin_m, plan.cruise_speed_mps)
+    margin_m = margin_m if 0.0 <= margin_m <= _GREATEST_MARGIN_M else 0.0  # else another check refuses the plan
     fence_enu_m = plan.fence_enu_m
     if fence_enu_m is None:
         points = [plan.launch_enu_m, plan.return_enu_m, *homes_enu_m.values()]
         grounds_m = [point for point in points if point is not None]
-        fence_enu_m = propose_fence(plan.area_enu_m, grounds_m, FENCE_MARGIN_M)
-    margin_m = plan.fence_margin_m if 0.0 <= plan.fence_margin_m < math.inf else 0.0
-    limits = replace(UNLIMITED, fence_enu_m=fence_enu_m, no_go_enu_m=plan.no_go_enu_m, margin_m=margin_m)
+        fence_enu_m = propose_fence(plan.area_enu_m, grounds_m, FREE_GROUND_M + margin_m)
+    limits = replace(
+        UNLIMITED,
+        fence_enu_m=fence_enu_m,
+        no_go_enu_m=plan.no_go_enu_m,
+        margin_m=margin_m,
+        no_go_margin_m=0.0 if plan.fence_margin_m is None else None,
+    )
     return Ground(limits, slack_m)
 
 

@@ -1,6 +1,7 @@
 """Ways around no-go zones: by example, and whatever the zones."""
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -13,15 +14,23 @@ from aos_gcs.airspace.detours import Detours
 from aos_gcs.airspace.polygon import Boundary
 from aos_gcs.airspace.separation import segment_distance
 
-FENCE = Boundary(np.array([[-50.0, -50.0], [50.0, -50.0], [50.0, 50.0], [-50.0, 50.0]]), "the geofence", keeps_in=True)
-NOTCHED = Boundary(
-    np.array([[-50.0, -50.0], [50.0, -50.0], [50.0, 50.0], [0.0, -10.0], [-50.0, 50.0]]), "the geofence", keeps_in=True
-)
 MARGIN_M, SLACK_M = 2.0, 0.5
+FENCE = Boundary(
+    np.array([[-50.0, -50.0], [50.0, -50.0], [50.0, 50.0], [-50.0, 50.0]]),
+    "the geofence",
+    keeps_in=True,
+    margin_m=MARGIN_M,
+)
+NOTCHED = Boundary(
+    np.array([[-50.0, -50.0], [50.0, -50.0], [50.0, 50.0], [0.0, -10.0], [-50.0, 50.0]]),
+    "the geofence",
+    keeps_in=True,
+    margin_m=MARGIN_M,
+)
 
 
 def zone(*vertices_m: tuple[float, float]) -> Boundary:
-    return Boundary(np.array(vertices_m), "a zone", keeps_in=False)
+    return Boundary(np.array(vertices_m), "a zone", keeps_in=False, margin_m=MARGIN_M)
 
 
 def fly(detours: Detours, start_m: NDArray[np.float64], end_m: NDArray[np.float64]) -> list[NDArray[np.float64]]:
@@ -38,41 +47,48 @@ WALL = zone((-5.0, -30.0), (5.0, -30.0), (5.0, 40.0), (-5.0, 40.0))
 
 @pytest.mark.parametrize("clockwise", [False, True])
 def test_the_shorter_path_around_a_wall_is_taken(clockwise: bool) -> None:
-    wall = Boundary(WALL.vertices_m[::-1], "a wall", keeps_in=False) if clockwise else WALL
-    detours = Detours([FENCE, wall], MARGIN_M, SLACK_M)
+    wall = Boundary(WALL.vertices_m[::-1], "a wall", keeps_in=False, margin_m=MARGIN_M) if clockwise else WALL
+    detours = Detours([FENCE, wall], SLACK_M)
     path = fly(detours, np.array([-20.0, 30.0]), np.array([20.0, 30.0]))
     assert np.round(path, 6).tolist() == [[-20.0, 30.0], [-8.0, 43.0], [8.0, 43.0], [20.0, 30.0]]
 
 
 def test_a_clear_path_needs_no_corner() -> None:
-    assert (
-        Detours([FENCE, WALL], MARGIN_M, SLACK_M).next_corner(np.array([-20.0, 0.0]), np.array([-20.0, 40.0])) is None
-    )
+    assert Detours([FENCE, WALL], SLACK_M).next_corner(np.array([-20.0, 0.0]), np.array([-20.0, 40.0])) is None
 
 
 def test_a_wall_from_fence_to_fence_cannot_be_passed() -> None:
     wall = zone((-5.0, -60.0), (5.0, -60.0), (5.0, 60.0), (-5.0, 60.0))
-    detours = Detours([FENCE, wall], MARGIN_M, SLACK_M)
+    detours = Detours([FENCE, wall], SLACK_M)
     west_m, east_m = np.array([-20.0, 0.0]), np.array([20.0, 0.0])
     assert detours.next_corner(west_m, east_m) is None
     assert not detours.has_path(west_m, east_m)
     assert detours.has_path(west_m, np.array([-20.0, 40.0]))
-    assert Detours([FENCE, WALL], MARGIN_M, SLACK_M).has_path(west_m, east_m)
+    assert Detours([FENCE, WALL], SLACK_M).has_path(west_m, east_m)
+
+
+def test_each_boundary_has_its_own_margin() -> None:
+    wall = zone((-5.0, -30.0), (5.0, -30.0), (5.0, 40.0), (-5.0, 40.0))
+    fence = replace(FENCE, margin_m=9.0)  # leaves 1 m between the wall and itself
+    west_m, east_m = np.array([-20.0, 30.0]), np.array([20.0, 30.0])
+    path = fly(Detours([fence, replace(wall, margin_m=0.2)], 0.1), west_m, east_m)
+    assert np.round(path, 6).tolist() == [[-20.0, 30.0], [-5.4, 40.4], [5.4, 40.4], [20.0, 30.0]]
+    assert fly(Detours([fence, wall], 0.1), west_m, east_m)[1][1] < -30.0  # 2 m and 9 m do not fit: the other way
 
 
 def test_a_notch_of_the_fence_is_flown_around() -> None:
-    path = fly(Detours([NOTCHED], MARGIN_M, SLACK_M), np.array([-30.0, 10.0]), np.array([30.0, 10.0]))
+    path = fly(Detours([NOTCHED], SLACK_M), np.array([-30.0, 10.0]), np.array([30.0, 10.0]))
     assert [len(path), min(north_m for _, north_m in path) < -12.0] == [4, True]
 
 
 def test_a_place_in_a_zone_is_moved_out_of_it() -> None:
-    detours = Detours([FENCE, WALL], MARGIN_M, SLACK_M)
+    detours = Detours([FENCE, WALL], SLACK_M)
     assert detours.reachable(np.array([3.0, 0.0])) == pytest.approx([7.5, 0.0])
     assert detours.reachable(np.array([20.0, 0.0])) == pytest.approx([20.0, 0.0])
 
 
 def test_who_misses_a_corner_by_the_slack_flies_on() -> None:
-    detours = Detours([FENCE, WALL], MARGIN_M, SLACK_M)
+    detours = Detours([FENCE, WALL], SLACK_M)
     end_m = np.array([20.0, 30.0])
     for angle_rad in np.linspace(0.0, 2.0 * math.pi, 12):
         missed_m = np.array([-8.0, 43.0]) + SLACK_M * np.array([math.cos(angle_rad), math.sin(angle_rad)])
@@ -95,10 +111,11 @@ def test_no_path_comes_nearer_to_a_boundary_than_the_margin(
             centre_m + radius_m * np.array([[math.cos(a), math.sin(a)] for a in (t[0], 2.1 + t[1], 4.2 + t[2])]),
             "a zone",
             keeps_in=False,
+            margin_m=MARGIN_M,
         )
         for centre_m, radius_m, t in drawn
     ]
-    detours = Detours([FENCE, *zones], MARGIN_M, SLACK_M)
+    detours = Detours([FENCE, *zones], SLACK_M)
     start_m, end_m = detours.reachable(start_m), detours.reachable(end_m)
     assume(all(b.depth_m(p) >= MARGIN_M - 1e-6 for b in (FENCE, *zones) for p in (start_m, end_m)))
     path = fly(detours, start_m, end_m)
@@ -117,7 +134,7 @@ def test_no_path_comes_nearer_to_a_boundary_than_the_margin(
 def test_places_reached_are_those_that_a_path_leads_to(data: st.DataObject) -> None:
     coordinate = st.floats(-45.0, 45.0)
     notches = zone((-5.0, -60.0), (5.0, -60.0), (5.0, data.draw(st.floats(0.0, 60.0))), (-5.0, 40.0))
-    detours = Detours([FENCE, notches], MARGIN_M, SLACK_M)
+    detours = Detours([FENCE, notches], SLACK_M)
     start_m = detours.reachable(np.array(data.draw(st.tuples(coordinate, coordinate))))
     places_m = np.array(data.draw(st.lists(st.tuples(coordinate, coordinate), min_size=1, max_size=6)))
     expected = [

@@ -19,15 +19,17 @@ from aos_gcs.planning.legs import ScanLeg
 LEAST_GAIN_M = 0.5
 SPACING_M = 4.0
 NORTHWARD = ScanLeg((0.0, 0.0), (0.0, 1.0), 40.0)
-FENCE = Boundary(np.array([[-50.0, -50.0], [50.0, -50.0], [50.0, 90.0], [-50.0, 90.0]]), "the geofence", keeps_in=True)
+FENCE = Boundary(
+    np.array([[-50.0, -50.0], [50.0, -50.0], [50.0, 90.0], [-50.0, 90.0]]), "the geofence", keeps_in=True, margin_m=1.0
+)
 
 
 def zone(*vertices_m: tuple[float, float]) -> Boundary:
-    return Boundary(np.array(vertices_m), "a zone", keeps_in=False)
+    return Boundary(np.array(vertices_m), "a zone", keeps_in=False, margin_m=1.0)
 
 
 def ahead_m(*zones: Boundary, vehicles: int = 4, leg: ScanLeg = NORTHWARD) -> float | None:
-    detours = Detours([FENCE, *zones], 1.0, 0.5)
+    detours = Detours([FENCE, *zones], 0.5)
 
     def is_free(places_m: NDArray[np.float64]) -> NDArray[np.bool_]:
         return detours.reached(np.array(leg.start_enu_m), places_m)

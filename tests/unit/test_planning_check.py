@@ -24,6 +24,7 @@ FOREST = ForestSettings(canopy_height_m=25.0, crown_base_m=5.0)
 WIDE = ((-70.0, -20.0), (70.0, -20.0), (70.0, 120.0), (-70.0, 120.0))
 WALL = ((-80.0, -10.0), (80.0, -10.0), (80.0, -5.0), (-80.0, -5.0))
 """From one side of the wide fence to the other, south of the square."""
+WALLED = {"no_go_enu_m": (WALL,), "fence_enu_m": WIDE, "fence_margin_m": 0.0}
 
 
 def circle(radius_m: float, count: int) -> tuple[tuple[float, float], ...]:
@@ -56,8 +57,8 @@ def test_a_good_plan_has_no_problem() -> None:
         ({"no_go_enu_m": tuple(circle(20.0, 101) for _ in range(2))}, "no_go_enu_m", "200 in all"),
         ({"area_enu_m": circle(4900.0, 9), "vehicles": 2}, "area_enu_m", "legs, 100 are allowed"),
         ({"fence_margin_m": 5.0, "fence_enu_m": WIDE, "launch_enu_m": (0.0, -16.0)}, "launch_enu_m", "4.0 m from"),
-        ({"no_go_enu_m": (WALL,), "fence_enu_m": WIDE, "launch_enu_m": (0.0, -15.0)}, "launch_enu_m", "cut off"),
-        ({"no_go_enu_m": (WALL,), "fence_enu_m": WIDE, "return_enu_m": (0.0, -15.0)}, "return_enu_m", "cut off"),
+        ({**WALLED, "launch_enu_m": (0.0, -15.0)}, "launch_enu_m", "cut off"),
+        ({**WALLED, "return_enu_m": (0.0, -15.0)}, "return_enu_m", "cut off"),
         ({"vehicles": 1}, "vehicles", "2 to 250"),
         ({"layer_spacing_m": 1.0}, "layer_spacing_m", "too close"),
         ({"layer_spacing_m": math.nan}, "layer_spacing_m", "above 0"),
@@ -103,7 +104,11 @@ def test_vehicles_that_stand_where_they_must_not_are_named() -> None:
 
 def test_a_wall_that_can_be_flown_around_bars_nothing() -> None:
     wall = ((-40.0, -10.0), (40.0, -10.0), (40.0, -5.0), (-40.0, -5.0))
-    assert blocking(replace(PLAN, no_go_enu_m=(wall,), fence_enu_m=WIDE, launch_enu_m=(0.0, -15.0))) == {}
+    launch_enu_m, fence_margin_m = (0.0, -15.0), 0.0
+    plan = replace(
+        PLAN, no_go_enu_m=(wall,), fence_enu_m=WIDE, launch_enu_m=launch_enu_m, fence_margin_m=fence_margin_m
+    )
+    assert blocking(plan) == {}
 
 
 def test_all_problems_are_reported_at_once() -> None:
@@ -134,6 +139,32 @@ def test_a_plan_beyond_the_time_for_searching_is_warned_of() -> None:
 
 def test_an_area_may_touch_its_fence() -> None:
     assert blocking(replace(PLAN, fence_enu_m=SQUARE)) == {}
+
+
+def test_a_margin_in_which_vehicles_do_not_stop_is_warned_of() -> None:
+    (warning,) = check_plan(replace(PLAN, fence_margin_m=30.0), SETTINGS)
+    assert (warning.field, warning.blocking) == ("fence_margin_m", False)
+    assert "32.5 m, the stopping distance at 10 m/s: 10.0 m in 1 s of reaction, 20.0 m of braking" in warning.text
+    assert check_plan(replace(PLAN, fence_margin_m=30.0, cruise_speed_mps=8.0, search_s=3000.0), SETTINGS) == []
+    assert check_plan(replace(PLAN, fence_margin_m=32.5), SETTINGS) == []
+
+
+def test_an_area_within_the_margin_of_its_fence_is_warned_of() -> None:
+    (warning,) = check_plan(replace(PLAN, fence_enu_m=WIDE), SETTINGS)
+    assert (warning.field, warning.blocking) == ("fence_enu_m", False)
+    assert "within 20 m of the geofence, whose margin is 32.5 m" in warning.text
+
+
+def test_a_launch_point_in_the_margin_of_the_fence_is_refused() -> None:
+    found = blocking(replace(PLAN, fence_enu_m=WIDE, launch_enu_m=(0.0, -15.0)))
+    assert "5.0 m from the geofence, within the margin of 32.5 m" in found["launch_enu_m"]
+
+
+def test_no_go_zones_are_kept_as_drawn_unless_a_margin_is_set() -> None:
+    pond = replace(PLAN, no_go_enu_m=(((-5.0, -30.0), (5.0, -30.0), (5.0, -20.0), (-5.0, -20.0)),))
+    beside = replace(pond, launch_enu_m=(10.0, -25.0))
+    assert blocking(beside) == {}
+    assert "within the margin of 40 m" in blocking(replace(beside, fence_margin_m=40.0))["launch_enu_m"]
 
 
 def test_the_estimate_adds_up() -> None:

@@ -5,17 +5,21 @@ from dataclasses import fields
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from aos_gcs.airspace.limits import MIN_LAUNCH_DISTANCE_M, UNLIMITED, SafetyLimits, SafetyOverrides
 from aos_gcs.airspace.polygon import as_polygon, signed_depth_m
+from aos_gcs.airspace.stopping import DECELERATION_MPS2, POSITION_ERROR_M, REACTION_S, StoppingDistance
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.imaging.step.settings import ImagingSettings
-from aos_gcs.planning.proposal import FENCE_MARGIN_M, propose_fence, propose_limits
+from aos_gcs.planning.proposal import FREE_GROUND_M, propose_fence, propose_limits
 from aos_gcs.planning.settings import FlightSettings, MissionSettings
 
 AREA_ENU_M = ((0.0, 40.0), (60.0, 40.0), (60.0, 100.0), (0.0, 100.0))
 HOMES_ENU_M = [np.array([east_m, 0.0, 1.0]) for east_m in (0.0, 5.0, 10.0)]
-DEFAULTS = [entry.name for entry in fields(SafetyLimits) if entry.name not in {"fence_enu_m", "floor_m", "ceiling_m"}]
+PROPOSED = {"fence_enu_m", "floor_m", "ceiling_m", "margin_m", "no_go_margin_m"}
+DEFAULTS = [entry.name for entry in fields(SafetyLimits) if entry.name not in PROPOSED]
 
 
 def limits_with(overrides: SafetyOverrides, return_enu_m: tuple[float, float] | None = None) -> SafetyLimits:
@@ -43,10 +47,32 @@ def test_launch_points_keep_two_metres_and_the_separation() -> None:
     assert limits_with(SafetyOverrides(separation_m=3.0)).launch_distance_m == 3.0
 
 
-def test_area_launch_and_return_points_lie_within_the_fence() -> None:
-    fence_m = as_polygon(limits_with(SafetyOverrides(), return_enu_m=(-200.0, 0.0)).fence_enu_m, "fence")
+@pytest.mark.parametrize("margin_m", [None, 0.0, 12.0])
+def test_area_launch_and_return_points_lie_within_the_fence_and_its_margin(margin_m: float | None) -> None:
+    limits = limits_with(SafetyOverrides(margin_m=margin_m), return_enu_m=(-200.0, 0.0))
+    fence_m = as_polygon(limits.fence_enu_m, "fence")
     for point_m in (*AREA_ENU_M, *(home_enu_m[:2] for home_enu_m in HOMES_ENU_M), (-200.0, 0.0)):
-        assert signed_depth_m(np.array(point_m), fence_m) >= FENCE_MARGIN_M - 1e-6
+        assert signed_depth_m(np.array(point_m), fence_m) >= FREE_GROUND_M + limits.margin_m - 1e-6
+
+
+def test_the_margin_is_the_stopping_distance_unless_it_is_set() -> None:
+    limits = limits_with(SafetyOverrides())
+    assert (limits.margin_m, limits.no_go_margin_m) == (StoppingDistance(10.0).total_m, 0.0)
+    assert limits_with(SafetyOverrides(margin_m=0.0)).margin_m == 0.0
+    assert limits_with(SafetyOverrides(margin_m=2.0)).no_go_margin_m is None  # zones have the same
+
+
+@given(st.floats(0.5, 50.0))
+def test_a_vehicle_at_full_speed_that_is_held_at_the_margin_stops_inside_the_fence(speed_mps: float) -> None:
+    margin_m, step_s = StoppingDistance(speed_mps).total_m, 0.01
+    position_m, velocity_mps, time_s = POSITION_ERROR_M, speed_mps, 0.0
+    while velocity_mps > 0.0:
+        position_m += velocity_mps * step_s
+        time_s += step_s
+        if time_s > REACTION_S:
+            velocity_mps -= DECELERATION_MPS2 * step_s
+    assert position_m <= margin_m + speed_mps * 3.0 * step_s
+    assert position_m >= 0.9 * margin_m - 1.0  # and the margin is not wider than that
 
 
 def test_floor_and_ceiling_lie_around_the_layers() -> None:

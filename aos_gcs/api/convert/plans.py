@@ -9,6 +9,7 @@ from dataclasses import asdict
 from typing import Final
 
 from aos_gcs.airspace.polygon import Polygon
+from aos_gcs.airspace.stopping import StoppingDistance
 from aos_gcs.api.convert.places import scan_leg
 from aos_gcs.api.models import plans as wire
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
@@ -156,6 +157,7 @@ def report(
         proposals=[_proposal(one) for one in proposals],
         estimate=_estimate(estimate, origin) if estimate else None,
         layers_m=list(altitude_layers(plan.vehicles, plan.lowest_layer_m, plan.layer_spacing_m)),
+        stopping_distance=str(StoppingDistance(plan.cruise_speed_mps)),
     )
 
 

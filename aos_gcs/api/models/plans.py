@@ -62,7 +62,9 @@ class PlanModel(_FiniteModel):
     strategy_parameters: dict[str, Any] = Field(default={})
     floor_m: float | None = None
     ceiling_m: float | None = None
-    fence_margin_m: Annotated[float, Field(ge=0.0)] = 0.0
+    fence_margin_m: Annotated[float, Field(ge=0.0)] | None = Field(
+        default=None, description="Null: the stopping distance at the cruise speed."
+    )
     cruise_speed_mps: Annotated[float, Field(gt=0.0)] = 10.0
     battery_reserve_percent: Annotated[float, Field(ge=0.0, lt=90.0)] = 20.0
     endurance_min: Annotated[float, Field(gt=0.0)] = Field(default=25.0, description="Flight time of a full battery.")
@@ -136,6 +138,7 @@ class PlanReportModel(WireModel):
     proposals: list[PlanProposalModel]
     estimate: PlanEstimateModel | None = Field(description="Null while a problem is blocking.")
     layers_m: list[float] = Field(description="Height of each vehicle's layer.")
+    stopping_distance: str = Field(description="Geofence margin where the plan gives none, and how it is made up.")
 
 
 class ImportedShapeModel(WireModel):

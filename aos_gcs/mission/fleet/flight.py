@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from aos_gcs.airspace.accuracy import Accuracy, beside_errors_m
 from aos_gcs.airspace.detours import Detours
 from aos_gcs.airspace.limits import SafetyLimits
+from aos_gcs.airspace.stopping import DECELERATION_MPS2
 from aos_gcs.airspace.traffic import Obstacle, WaypointRequest
 from aos_gcs.airspace.vetting import vet_waypoints
 from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict, as_enu_point
@@ -29,8 +30,6 @@ _POLL_S = 0.1
 _RETRY_S = 1.0
 """Time between two attempts to send a vehicle that has refused."""
 _SWARM = frozenset({Task.SWARM})
-_DECELERATION_MPS2 = 2.5
-"""Deceleration of a vehicle that is told to stop: the default of ArduCopter; PX4 has 3."""
 
 
 class FlightControl:
@@ -55,7 +54,7 @@ class FlightControl:
     @limits.setter
     def limits(self, limits: SafetyLimits) -> None:
         self._limits = limits
-        self._detours = Detours(limits.boundaries(), limits.margin_m, self._settings.arrival_radius_m)
+        self._detours = Detours(limits.boundaries(), self._settings.arrival_radius_m)
 
     async def command(self, member: Member, command: Command, timeout_s: float | None = None) -> Refusal | None:
         """Have one vehicle do something; return None when it is confirmed, else the refusal, which is also reported."""
@@ -190,7 +189,7 @@ class FlightControl:
         speed_mps = float(np.linalg.norm(velocity_enu_mps))
         if speed_mps <= self._settings.arrival_speed_mps:
             return None
-        braking_s = (self._roster.position_age_s(member) or 0.0) + speed_mps / (2.0 * _DECELERATION_MPS2)
+        braking_s = (self._roster.position_age_s(member) or 0.0) + speed_mps / (2.0 * DECELERATION_MPS2)
         return position_enu_m + braking_s * velocity_enu_mps
 
     def _obstacles(self, moving_ids: set[int]) -> list[Obstacle]:

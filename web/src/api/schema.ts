@@ -1412,9 +1412,9 @@ export interface components {
       fence?: components["schemas"]["PlaceModel"][] | null;
       /**
        * Fence Margin M
-       * @default 0
+       * @description Null: the stopping distance at the cruise speed.
        */
-      fence_margin_m: number;
+      fence_margin_m?: number | null;
       /** Floor M */
       floor_m?: number | null;
       /** @description Forest for the proposals of spacing and number of vehicles. */
@@ -1518,6 +1518,11 @@ export interface components {
       problems: components["schemas"]["PlanProblemModel"][];
       /** Proposals */
       proposals: components["schemas"]["PlanProposalModel"][];
+      /**
+       * Stopping Distance
+       * @description Geofence margin where the plan gives none, and how it is made up.
+       */
+      stopping_distance: string;
     };
     /**
      * PositionModel

@@ -38,6 +38,7 @@ export const plan = {
     search_min: "Maximum flight time",
   },
   automatic: "automatic",
+  stoppingDistance: (text: string) => `Automatic: ${text}`,
   north: "N",
   proposed: "Suggestion",
   take: (value: string) => `Use ${value}`,

@@ -28,7 +28,7 @@ export const PATTERN: readonly [NumberName, NumberRule][] = [
 export const LIMITS: readonly [NumberName, NumberRule][] = [
   ["floor_m", { unit: "m", decimals: 1, step: 1, isOptional: true }],
   ["ceiling_m", { unit: "m", decimals: 1, step: 1, isOptional: true }],
-  ["fence_margin_m", { unit: "m", decimals: 1, step: 1, min: 0 }],
+  ["fence_margin_m", { unit: "m", decimals: 1, step: 1, min: 0, isOptional: true }],
   ["cruise_speed_mps", { unit: "m/s", decimals: 1, step: 0.5, min: 0.1 }],
   ["battery_reserve_percent", { unit: "%", decimals: 0, step: 5, min: 0, max: 89 }],
   ["search_min", { unit: "min", decimals: 1, step: 1, min: 0.5 }],

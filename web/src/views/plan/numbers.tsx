@@ -49,18 +49,24 @@ export function LimitFields({ plan, report, onChange }: Props) {
 function PlanNumber({ name, rule, plan, report, onChange }: Props & { name: NumberName; rule: NumberRule }) {
   const proposal = report?.proposals.find(({ field }) => field === name);
   const change = (value: number | null): void => onChange({ ...plan, [name]: value });
+  const value = plan[name] ?? null;
   return (
     <NumberField
       {...rule}
       label={texts.plan.field[name]}
       id={`plan-${name}`}
-      value={plan[name] ?? null}
+      value={value}
       {...(rule.isOptional ? { placeholder: texts.plan.automatic } : {})}
       problem={problemOf(report, name)}
       advice={adviceOf(report, name)}
       onChange={change}
     >
       {proposal && <Proposal proposal={proposal} rule={rule} onTake={change} />}
+      {name === "fence_margin_m" && value === null && report && (
+        <p class="small" data-testid="fence-margin">
+          {texts.plan.stoppingDistance(report.stopping_distance)}
+        </p>
+      )}
     </NumberField>
   );
 }
