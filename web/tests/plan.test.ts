@@ -120,6 +120,7 @@ test("problems stand beside their own field, advice apart from them", () => {
     proposals: [],
     estimate: null,
     layers_m: [],
+    stopping_distance: "",
   };
   expect(problemOf(report, "area")).toBe("Crosses itself.");
   expect(problemOf(report, "layer_spacing_m")).toBeUndefined();
