@@ -20,7 +20,7 @@ from aos_gcs.mission.fleet.accuracies import accuracy_of
 from aos_gcs.mission.fleet.datum import is_grounded
 from aos_gcs.mission.fleet.roster import Member, Roster
 from aos_gcs.mission.journal import Journal
-from aos_gcs.ports import Clock, Severity, VehicleState
+from aos_gcs.ports import Clock, Severity, Takeoff, VehicleState
 
 _BAROMETER_M: Final = 0.4
 """Standard deviation of a barometer's height in flight: wind and rotors press on it."""
@@ -88,7 +88,9 @@ class AltitudeWatch:
         """Take in what a vehicle reports now."""
         track = self._tracks.setdefault(member.vehicle_id, _Track())
         state, measured_m = member.state, _measured_m(member.state)
-        if is_grounded(state) or not is_airborne:
+        # Over a bad link a vehicle climbs for seconds before it reports that it has left the ground.
+        stands = is_grounded(state) and not isinstance(member.last_command, Takeoff)
+        if stands or not is_airborne:
             track.ground_m, track.difference_m, track.level_s = measured_m, {}, 0.0
             return
         if not state.armed or not self._roster.is_fresh(state.position_at_s):
