@@ -69,7 +69,7 @@ async def test_a_vehicle_that_reboots_in_flight_falls_alone(monkeypatch: pytest.
 
 async def test_who_ignores_commands_is_named_and_the_others_come_home(monkeypatch: pytest.MonkeyPatch) -> None:
     air = Air()
-    hasty = Deadlines(preflight_s=120.0, transfer_s=40.0, move_s=15.0, land_s=30.0)
+    hasty = Deadlines(preflight_s=120.0, transfer_s=40.0, move_s=15.0, land_s=90.0)
     async with flying_over(monkeypatch, air, deadlines=hasty) as flight:
         await flight.until_step(2)
         air.on_datagram = rewriting(lambda message: not message.get_type().startswith("COMMAND_"))
