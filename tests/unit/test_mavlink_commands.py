@@ -111,7 +111,7 @@ async def test_disarming_is_sent_only_on_the_ground() -> None:
                 await network.vehicle().execute(Disarm(), 10.0)
         assert vehicle.sent(ARM) == []
         vehicle.landed = 1
-        await network.clock.sleep(0.5)
+        await network.clock.sleep(2.0)
         await network.vehicle().execute(Disarm(), 10.0)
     assert not vehicle.armed
 

@@ -111,12 +111,12 @@ def test_without_answers_to_timesync_the_time_of_arrival_counts() -> None:
 def test_an_older_position_does_not_replace_a_newer_one() -> None:
     session, vehicle = MavlinkSession(254, 5.0), FakeVehicle()
     session.feed(vehicle.telemetry(), A, 0.0)
-    vehicle.height_m = 10.0
+    vehicle.height_m = 1.0
     late = vehicle.position()
-    vehicle.height_m, vehicle.boot_ms = 20.0, vehicle.boot_ms + 200
+    vehicle.height_m, vehicle.boot_ms = 2.0, vehicle.boot_ms + 200
     session.feed(vehicle.position(), A, 0.2)
     session.feed(late, A, 0.3)
-    assert session.records[1].state(0.4).height_above_home_m == 20.0
+    assert session.records[1].state(0.4).height_above_home_m == 2.0
 
 
 def test_the_stock_streams_of_px4_are_slowed_down_in_one_go() -> None:

@@ -26,6 +26,8 @@ _LAYER_TOLERANCE_M = 1.0
 _IN_AIR = frozenset({LandedState.TAKING_OFF, LandedState.IN_AIR, LandedState.LANDING})
 _FRESH_S = 3.0
 """Age up to which a report counts as fresh: three heartbeats."""
+_STANDING_MPS = 1.0
+"""Speed above which a vehicle has not landed, whatever else it reports."""
 
 FLYING = frozenset({Task.JOINING, Task.SWARM, Task.HELD, Task.RETURNING, Task.LANDING})
 """Tasks of vehicles whose motors we have started and which are still heard."""
@@ -239,9 +241,10 @@ class Roster:
         return [member for member in self._members.values() if self.may_fly(member) and member.task is not Task.LOST]
 
     def is_landed(self, member: Member) -> bool:
-        """Return whether fresh telemetry says both: disarmed, and on the ground. Nothing else counts as landed."""
+        """Return whether fresh telemetry says: disarmed, on the ground, not moving. Nothing else counts as landed."""
         state = member.state
-        is_down = not state.armed and state.landed is LandedState.ON_GROUND
+        is_moving = self.is_fresh(state.position_at_s) and math.hypot(*state.velocity_enu_mps or ()) > _STANDING_MPS
+        is_down = not state.armed and state.landed is LandedState.ON_GROUND and not is_moving
         return is_down and self.is_fresh(state.armed_at_s) and self.is_fresh(state.landed_at_s)
 
     def is_fresh(self, reported_at_s: float | None) -> bool:

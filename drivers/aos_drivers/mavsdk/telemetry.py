@@ -84,8 +84,8 @@ class TelemetryFeed:
 
     def _take_position(self, position: plugin.Position) -> None:
         telemetry = self._record.telemetry
-        telemetry.take_position(geodetic(position), self._sent_at_s())
-        if math.isfinite(position.relative_altitude_m):
+        is_taken = telemetry.take_position(geodetic(position), self._sent_at_s())
+        if is_taken and math.isfinite(position.relative_altitude_m):
             telemetry.relative_altitude_m = position.relative_altitude_m
 
     def _take_velocity(self, velocity: plugin.VelocityNed) -> None:
@@ -102,9 +102,7 @@ class TelemetryFeed:
         telemetry.home = geodetic(home) or telemetry.home
 
     def _take_landed(self, landed: plugin.LandedState) -> None:
-        telemetry = self._record.telemetry
-        telemetry.landed = _LANDED.get(landed, LandedState.UNKNOWN)
-        telemetry.landed_at_s = self._sent_at_s()
+        self._record.telemetry.take_landed(_LANDED.get(landed, LandedState.UNKNOWN), self._sent_at_s())
 
     def _take_battery(self, battery: plugin.Battery) -> None:
         telemetry = self._record.telemetry

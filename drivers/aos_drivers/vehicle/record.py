@@ -132,9 +132,10 @@ class VehicleRecord:
         return Notice(Severity.CRITICAL, text, self.vehicle_id)
 
     def watch_ownership(self, heartbeat: mavlink.MAVLink_heartbeat_message, peer: PeerAddress, now_s: float) -> None:
-        """Give the id to the addresses of an armed vehicle, or up when it is disarmed."""
+        """Give the id to the addresses of an armed vehicle, or up when it is known to be disarmed."""
         if not heartbeat.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED:
-            self.ownership.release()
+            if not self.telemetry.armed:
+                self.ownership.release()
         elif peer == self.route.address:
             self.ownership.claim(peer, now_s)
 
@@ -191,18 +192,18 @@ class VehicleRecord:
         self.requests.want(self.target.component_id, message_id, _PAUSE_S, _ATTEMPTS)
 
     def take_heartbeat(self, heartbeat: mavlink.MAVLink_heartbeat_message, now_s: float) -> None:
-        """Update mode, motors and control from a heartbeat of the autopilot."""
+        """Update mode, motors and control from a heartbeat of the autopilot, unless it is the only one of a landing."""
+        telemetry, was_armed = self.telemetry, self.telemetry.armed
+        is_armed = bool(heartbeat.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED)
+        if not telemetry.take_armed(is_armed, self.delay.sent_at_s(now_s)):
+            return
         autopilot = self.autopilot = dialect_of(heartbeat)
-        telemetry = self.telemetry
         telemetry.mode, telemetry.mode_name = autopilot.mode(heartbeat)
-        was_armed = telemetry.armed
-        telemetry.armed = bool(heartbeat.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED)
         is_old = telemetry.text_at_s is not None and now_s - telemetry.text_at_s > _ARMING_TEXT_S
         if is_about_arming(telemetry.text) and (
             (telemetry.armed and not was_armed) or (telemetry.prearm_healthy and is_old)
         ):
             telemetry.text = ""
-        telemetry.heartbeat_at_s = self.delay.sent_at_s(now_s)
         self.control.take_height(telemetry.height_above_home_m)
         self.control.take_heartbeat(telemetry.mode_name, heartbeat, autopilot.our_modes(), now_s)
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from aos_drivers.vehicle.confirmation import Confirmation, JumpFilter
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.ports import FlightMode, LandedState
 
@@ -80,6 +81,7 @@ class Telemetry:
         self.text = ""
         self.text_at_s: float | None = None
         self.relative_altitude_m: float | None = None
+        self._disarming, self._landing, self._jumps = Confirmation(), Confirmation(), JumpFilter()
 
     @property
     def height_above_home_m(self) -> float | None:
@@ -121,10 +123,30 @@ class Telemetry:
         # PX4 sets its bit of a constant position while it stands still, too.
         return self.estimator_flags is None or bool(self.estimator_flags & mavlink.ESTIMATOR_POS_HORIZ_ABS)
 
-    def take_position(self, position: GeodeticPosition | None, now_s: float) -> None:
-        """Take in a reported position; one that is only repeated keeps its age."""
+    def take_position(self, position: GeodeticPosition | None, now_s: float) -> bool:
+        """Take in a reported position, and return whether it counts; one that is only repeated keeps its age."""
+        if position is not None and not self._jumps.admits(position, now_s, self.position, self.position_at_s):
+            return False
         if position is not None and (self.has_position or self.position is None):
             self.position, self.position_at_s = position, now_s
+        return True
+
+    def take_armed(self, armed: bool, now_s: float) -> bool:
+        """Take in whether the motors run, and return whether the report counts: that they have stopped is confirmed."""
+        if armed or not self.armed:
+            self._disarming.deny()
+        elif not self._disarming.claim(now_s):
+            return False
+        self.armed, self.heartbeat_at_s = armed, now_s
+        return True
+
+    def take_landed(self, landed: LandedState, now_s: float) -> None:
+        """Take in the landed state: that the vehicle is on the ground counts from the second report on."""
+        if landed is not LandedState.ON_GROUND:
+            self._landing.deny()
+        elif not self._landing.claim(now_s):
+            return
+        self.landed, self.landed_at_s = landed, now_s
 
     def update(self, message: mavlink.MAVLink_message, now_s: float) -> None:
         """Update from one message; messages without telemetry are ignored."""
@@ -153,12 +175,13 @@ def _take_global_position(
     is_recent = telemetry.position_at_s is not None and now_s - telemetry.position_at_s < _ORDER_S
     if is_recent and message.time_boot_ms < telemetry.position_boot_ms:
         return  # overtaken by a newer one
+    if not telemetry.take_position(position_from_e7(message.lat, message.lon, message.alt / 1000), now_s):
+        return
     telemetry.position_boot_ms = message.time_boot_ms
     if message.hdg != _UNKNOWN_UINT16:
         telemetry.heading_rad = math.radians(message.hdg / 100 % 360.0)
     telemetry.relative_altitude_m = message.relative_alt / 1000
     telemetry.velocity_enu_mps = (message.vy / 100, message.vx / 100, -message.vz / 100)
-    telemetry.take_position(position_from_e7(message.lat, message.lon, message.alt / 1000), now_s)
 
 
 def _take_attitude(telemetry: Telemetry, message: mavlink.MAVLink_attitude_message, _now_s: float) -> None:
@@ -220,8 +243,7 @@ def _take_home(telemetry: Telemetry, message: mavlink.MAVLink_home_position_mess
 def _take_extended_state(
     telemetry: Telemetry, message: mavlink.MAVLink_extended_sys_state_message, now_s: float
 ) -> None:
-    telemetry.landed = _LANDED.get(message.landed_state, LandedState.UNKNOWN)
-    telemetry.landed_at_s = now_s
+    telemetry.take_landed(_LANDED.get(message.landed_state, LandedState.UNKNOWN), now_s)
 
 
 def _take_ekf(telemetry: Telemetry, message: mavlink.MAVLink_ekf_status_report_message, _now_s: float) -> None:

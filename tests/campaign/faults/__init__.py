@@ -41,7 +41,5 @@ FAULTS: tuple[type[Fault], ...] = (
     Kill,
 )
 
-KNOWN_DEFECTS: Mapping[type[Fault], str] = {
-    Forgery: "one forged report of a landing, from the vehicle's own address, counts until the next genuine one",
-}
+KNOWN_DEFECTS: Mapping[type[Fault], str] = {}
 """Faults that are not drawn, with the defect that they show."""
