@@ -61,7 +61,7 @@ def test_telemetry_becomes_state_in_our_frames_and_units() -> None:
     session = new_session()
     vehicle = FakeVehicle()
     vehicle.height_m = 20.0
-    session.feed(vehicle.extended_state(), A, 4.0)
+    session.feed(vehicle.telemetry(), A, 4.0)
     session.feed(vehicle.telemetry(), A, 5.0)
     state = session.records[1].state(5.0)
     assert state.position is not None
