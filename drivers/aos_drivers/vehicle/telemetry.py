@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_drivers.vehicle.confirmation import Confirmation, JumpFilter
+from aos_drivers.vehicle.frozen import FrozenPosition
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.ports import FlightMode, LandedState
 
@@ -82,6 +83,7 @@ class Telemetry:
         self.text_at_s: float | None = None
         self.relative_altitude_m: float | None = None
         self._disarming, self._landing, self._jumps = Confirmation(), Confirmation(), JumpFilter()
+        self._frozen = FrozenPosition()
 
     @property
     def height_above_home_m(self) -> float | None:
@@ -123,12 +125,21 @@ class Telemetry:
         # PX4 sets its bit of a constant position while it stands still, too.
         return self.estimator_flags is None or bool(self.estimator_flags & mavlink.ESTIMATOR_POS_HORIZ_ABS)
 
-    def take_position(self, position: GeodeticPosition | None, now_s: float) -> bool:
+    def take_position(
+        self,
+        position: GeodeticPosition | None,
+        now_s: float,
+        velocity_enu_mps: tuple[float, float, float] | None = None,
+    ) -> bool:
         """Take in a reported position, and return whether it counts; one that is only repeated keeps its age."""
         if position is not None and not self._jumps.admits(position, now_s, self.position, self.position_at_s):
             return False
         if position is not None and (self.has_position or self.position is None):
-            self.position, self.position_at_s = position, now_s
+            if not self._frozen.is_repeated(
+                position, now_s, velocity_enu_mps or self.velocity_enu_mps, self.pressure_hpa
+            ):
+                self.position_at_s = now_s
+            self.position = position
         return True
 
     def take_armed(self, armed: bool, now_s: float) -> bool:
@@ -175,13 +186,15 @@ def _take_global_position(
     is_recent = telemetry.position_at_s is not None and now_s - telemetry.position_at_s < _ORDER_S
     if is_recent and message.time_boot_ms < telemetry.position_boot_ms:
         return  # overtaken by a newer one
-    if not telemetry.take_position(position_from_e7(message.lat, message.lon, message.alt / 1000), now_s):
+    velocity_enu_mps = message.vy / 100, message.vx / 100, -message.vz / 100
+    position = position_from_e7(message.lat, message.lon, message.alt / 1000)
+    if not telemetry.take_position(position, now_s, velocity_enu_mps):
         return
     telemetry.position_boot_ms = message.time_boot_ms
     if message.hdg != _UNKNOWN_UINT16:
         telemetry.heading_rad = math.radians(message.hdg / 100 % 360.0)
     telemetry.relative_altitude_m = message.relative_alt / 1000
-    telemetry.velocity_enu_mps = (message.vy / 100, message.vx / 100, -message.vz / 100)
+    telemetry.velocity_enu_mps = velocity_enu_mps
 
 
 def _take_attitude(telemetry: Telemetry, message: mavlink.MAVLink_attitude_message, _now_s: float) -> None:
