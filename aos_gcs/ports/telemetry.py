@@ -137,7 +137,7 @@ class VehicleState:
     estimator_problem: str = ""
     """What is wrong with the estimated position, as a clause; empty while nothing is known to be."""
     vibration_mps2: float | None = None
-    """Largest level of vibration of the accelerometers; ArduCopter alone reports it."""
+    """Largest level of vibration of the accelerometers, by the autopilot's own measure."""
     taken_over: str = ""
     """What shows that a pilot, another station or the autopilot itself flies it against our commands; empty if none."""
     failsafe: str = ""

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from aos_gcs.mission.fleet.condition import problems
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.events import NoticeRecord
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.vehicles import Task
-from aos_gcs.ports import FlightMode, Hold, Land, Severity
+from aos_gcs.ports import FlightMode, Hold, Land, Severity, VehicleState
 from tests.fakes.mission_flight import Flight, flying, prepare
 
 pytestmark = pytest.mark.looptime
@@ -87,6 +88,13 @@ async def test_vibration_is_told_once_and_a_short_one_not_at_all() -> None:
     told = [text for text in texts_of(flight, Severity.WARNING) if "it vibrates by 45 m/s²" in text]
     assert len(told) == 1
     assert flight.task(2) is Task.LANDED
+
+
+def test_px4_has_its_own_measure_of_vibration() -> None:
+    def told(autopilot: str) -> bool:
+        return bool(problems(VehicleState(vehicle_id=1, autopilot=autopilot, vibration_mps2=12.0)))
+
+    assert [told("px4"), told("arducopter")] == [True, False]
 
 
 async def test_a_return_of_its_own_that_ends_in_a_hover_is_landed() -> None:

@@ -53,3 +53,7 @@ def test_the_largest_level_of_vibration_counts() -> None:
     telemetry = Telemetry()
     telemetry.update(mavlink.MAVLink_vibration_message(0, 3.0, 41.0, 8.0, 0, 0, 0), 1.0)
     assert telemetry.vibration_mps2 == 41.0
+
+
+def test_px4_is_asked_for_its_vibration() -> None:
+    assert Px4Dialect().stream_rates_hz(5.0)[mavlink.MAVLINK_MSG_ID_VIBRATION] > 0.0

@@ -12,6 +12,8 @@ from aos_gcs.ports import Clock, Severity, VehicleState
 MIN_GPS_FIX = 3
 MAX_VIBRATION_MPS2 = 30.0
 """Level from which ArduPilot's documentation warns of wrong altitudes."""
+MAX_VIBRATION_METRIC_MPS2 = 9.81
+"""Level of PX4's own metric, of differences between samples, from which its flight reviews call vibration too high."""
 MAX_CLOCK_DRIFT = 1e-3
 MAX_BATTERY_AGE_S = 20.0
 """Time without a report of the battery, while the vehicle is heard, after which it has to return."""
@@ -51,11 +53,11 @@ class ConditionWatch:
         self._heard_since_s.setdefault(member.vehicle_id, now_s)
         if member.task not in FLYING:
             return False
-        problems = _problems(member.state)
-        lasting = [name for name in _GOOD_AGAIN if self._has_changed(member.vehicle_id, name, name in problems, now_s)]
+        found = problems(member.state)
+        lasting = [name for name in _GOOD_AGAIN if self._has_changed(member.vehicle_id, name, name in found, now_s)]
         for name in lasting:
-            self._report(member.vehicle_id, name, problems.get(name))
-        return any(name in problems for name in lasting if name in (_POSITION, _FIX))
+            self._report(member.vehicle_id, name, found.get(name))
+        return any(name in found for name in lasting if name in (_POSITION, _FIX))
 
     def battery_silence_s(self, member: Member) -> float | None:
         """Return the seconds without a report of the battery of a vehicle that is heard; None where it has no meter."""
@@ -85,14 +87,15 @@ class ConditionWatch:
             self._journal.notice(Severity.WARNING, problem, vehicle_id)
 
 
-def _problems(state: VehicleState) -> dict[str, str]:
+def problems(state: VehicleState) -> dict[str, str]:
     """Return the present problems in words, by their names."""
     found: dict[str, str] = {}
     if state.estimator_problem:
         found[_POSITION] = state.estimator_problem
     if state.gps_fix is not None and state.gps_fix < MIN_GPS_FIX:
         found[_FIX] = "it has lost its 3D position fix"
-    if state.vibration_mps2 is not None and state.vibration_mps2 > MAX_VIBRATION_MPS2:
+    most_mps2 = MAX_VIBRATION_METRIC_MPS2 if state.autopilot == "px4" else MAX_VIBRATION_MPS2
+    if state.vibration_mps2 is not None and state.vibration_mps2 > most_mps2:
         level = f"{state.vibration_mps2:.0f} m/s²"
         found[_VIBRATION] = f"it vibrates by {level}: its altitude may be wrong. Return it, and check its propellers"
     drift = None if state.link is None else state.link.clock_drift

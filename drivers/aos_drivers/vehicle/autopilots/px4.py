@@ -101,7 +101,8 @@ class Px4Dialect(MulticopterDialect):
 
     def stream_rates_hz(self, position_hz: float) -> dict[int, float]:
         """See the base class."""
-        return {**super().stream_rates_hz(position_hz), mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS: 1.0}
+        own = {mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS: 1.0, mavlink.MAVLINK_MSG_ID_VIBRATION: 0.5}
+        return {**super().stream_rates_hz(position_hz), **own}
 
     def shutter_command(self, target: Target) -> CommandMessage:
         """See the base class. PX4's camera trigger knows the command of the older camera protocol alone."""
