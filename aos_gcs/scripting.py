@@ -28,6 +28,7 @@ from aos_gcs.mission.fleet.flight import FlightControl
 from aos_gcs.mission.fleet.monitor import Monitor
 from aos_gcs.mission.fleet.return_and_land import ReturnAndLand
 from aos_gcs.mission.fleet.roster import Member, Roster
+from aos_gcs.mission.fleet.standing_hold import StandingHold
 from aos_gcs.mission.fleet.vehicle_tasks import VehicleTasks
 from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal
@@ -99,7 +100,12 @@ class Swarm:
         )
         self._vehicle_tasks = VehicleTasks()
         self._return_and_land = ReturnAndLand(context, self._vehicle_tasks)
-        self._monitor = Monitor(lambda: self._return_and_land, publish=lambda: None, on_all_lost=self._give_up)
+        self._monitor = Monitor(
+            lambda: self._return_and_land,
+            publish=lambda: None,
+            on_all_lost=self._give_up,
+            standing_hold=StandingHold(),
+        )
         self._journal = journal
 
     async def watch(self) -> None:

@@ -11,6 +11,7 @@ from aos_gcs.errors import MissionError
 from aos_gcs.mission.context import MissionContext
 from aos_gcs.mission.fleet.flight import FlightControl
 from aos_gcs.mission.fleet.roster import Member
+from aos_gcs.mission.fleet.standing_hold import NONE_HELD, StandingHold
 from aos_gcs.mission.fleet.vehicle_tasks import VehicleTasks
 from aos_gcs.mission.model.actions import Action, ActionRecord, ActionResult, Refusal, Seen
 from aos_gcs.mission.model.phase import Phase, Suspension
@@ -75,10 +76,14 @@ class ActionHandler:
         context: context of the mission.
         vehicle_tasks: runs the procedures of single vehicles.
         flow: order of the phases.
+        standing_hold: takes holds of all for vehicles that are found later.
     """
 
-    def __init__(self, context: MissionContext, vehicle_tasks: VehicleTasks, flow: Flow) -> None:
+    def __init__(
+        self, context: MissionContext, vehicle_tasks: VehicleTasks, flow: Flow, standing_hold: StandingHold
+    ) -> None:
         self._context = context
+        self._standing_hold = standing_hold
         self._vehicle_tasks = vehicle_tasks
         self._flow = flow
         self._on_all: Mapping[Action, Callable[[str], Awaitable[Sequence[ActionResult]]]] = {
@@ -117,6 +122,7 @@ class ActionHandler:
             self._context.order.check(seen, action, vehicle_ids)
             check_action(self._flow.heading, action, anyone_flies=bool(roster.commandable()))
             self._context.order.note(action, vehicle_ids, operator)
+            self._standing_hold.end()
             if action is Action.FOCUS:
                 results = self._set_focus(vehicle_ids, focal_height_m, operator)
             elif action is Action.OVERRIDE:
@@ -199,7 +205,11 @@ class ActionHandler:
         if self._is_under_way():
             self._flow.suspend(Suspension.HELD)
             self._context.journal.set_message("Held: all vehicles stop where they are.")
-        return await self._command_airborne(lambda member: self._flight.command(member, Hold()), _HOLDS)
+        results = await self._command_airborne(lambda member: self._flight.command(member, Hold()), _HOLDS)
+        self._standing_hold.begin(self._context.clock.now_s(), (result.vehicle_id for result in results))
+        if not results and not self._is_under_way():
+            raise MissionError(NONE_HELD)
+        return results
 
     async def _return(self, operator: str) -> Sequence[ActionResult]:
         self._announce(operator, "return all")

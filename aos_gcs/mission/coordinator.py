@@ -19,6 +19,7 @@ from aos_gcs.mission.fleet.launch_columns import in_launch_columns
 from aos_gcs.mission.fleet.monitor import Monitor
 from aos_gcs.mission.fleet.return_heights import ReturnHeights
 from aos_gcs.mission.fleet.roster import Roster
+from aos_gcs.mission.fleet.standing_hold import StandingHold
 from aos_gcs.mission.fleet.vehicle_tasks import VehicleTasks
 from aos_gcs.mission.former_flight import FormerFlight
 from aos_gcs.mission.handler_watch import HandlerWatch
@@ -85,7 +86,10 @@ class Coordinator:
         self._return_heights = ReturnHeights(self._context, settings, unrestored)
         self._inspector = Inspector(self._context, settings, self._return_heights, lambda: self.sortie.context)
         self.sortie = self._make_sortie(settings, None)
-        self._monitor = Monitor(lambda: self.sortie.return_and_land, self.publish_snapshot, self.end_without_vehicles)
+        standing_hold = StandingHold()
+        self._monitor = Monitor(
+            lambda: self.sortie.return_and_land, self.publish_snapshot, self.end_without_vehicles, standing_hold
+        )
         self.phase = Phase.CONNECT
         self.suspension = Suspension.NONE
         self._resumed = asyncio.Event()
@@ -97,9 +101,8 @@ class Coordinator:
         self._handler_watch = HandlerWatch()
         loop_monitor.depend_on(self._handler_watch.is_alive)
         self.view = LiveView(mission_id, self._context, self, self._gallery, self._findings)
-        self.commands = LiveCommands(
-            self._context, self, ActionHandler(self._context, self._vehicle_tasks, self), self.view, self._findings
-        )
+        actions = ActionHandler(self._context, self._vehicle_tasks, self, standing_hold)
+        self.commands = LiveCommands(self._context, self, actions, self.view, self._findings)
 
     def _make_sortie(self, settings: MissionSettings, focus_override_m: float | None) -> Sortie:
         return Sortie(

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from aos_gcs.api.convert.mission import allowed_actions
+from aos_gcs.errors import MissionError
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.model.vehicles import Task
-from aos_gcs.ports import FlightMode, Land, ReturnToLaunch
+from aos_gcs.ports import FlightMode, Hold, Land, ReturnToLaunch
 from tests.fakes.mission_flight import Flight, flying, prepare
 
 pytestmark = pytest.mark.looptime
@@ -46,6 +47,38 @@ async def test_all_are_returned_by_their_autopilots_and_fly_the_mission_afterwar
         await flight.until(lambda: flight.mission.phase is Phase.SCAN)
         assert [flight.task(number) for number in (1, 2, 3, 4)] == [Task.SWARM] * 4
         await flight.commands.act(Action.RETURN, None)
+        await run
+
+
+async def test_a_hold_before_anything_is_heard_is_refused_and_holds_those_found_later() -> None:
+    flight = in_the_air()
+    members = dict(flight.fleet.members)
+    flight.fleet.members.clear()
+    async with flying(flight) as run:
+        await flight.clock.sleep(1.0)
+        with pytest.raises(MissionError, match="No vehicle is known to fly, so none was held"):
+            await flight.commands.act(Action.HOLD, None)
+        flight.fleet.members.update({1: members[1], 2: members[2]})
+        await flight.clock.sleep(3.0)
+        flight.fleet.members.update(members)
+        await flight.clock.sleep(3.0)
+        assert commands_of(flight) == [[Hold]] * 4
+        await flight.commands.act(Action.ABORT, None)
+        await run
+
+
+async def test_another_order_ends_a_standing_hold() -> None:
+    flight = in_the_air()
+    members = dict(flight.fleet.members)
+    flight.fleet.members.pop(4)
+    async with flying(flight) as run:
+        await flight.clock.sleep(1.0)
+        await flight.commands.act(Action.HOLD, None)
+        await flight.commands.act(Action.LAND, None)
+        flight.fleet.members.update(members)
+        await flight.clock.sleep(3.0)
+        assert Hold not in commands_of(flight)[3]
+        await flight.commands.act(Action.ABORT, None)
         await run
 
 

@@ -14,6 +14,7 @@ from aos_gcs.mission.fleet.energy import time_home_s
 from aos_gcs.mission.fleet.proximity import ProximityWatch
 from aos_gcs.mission.fleet.return_and_land import ReturnAndLand
 from aos_gcs.mission.fleet.roster import FLYING, Member
+from aos_gcs.mission.fleet.standing_hold import StandingHold
 from aos_gcs.mission.health import CatchingUp
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.ports import Hold, Severity
@@ -39,9 +40,14 @@ class Monitor:
     """
 
     def __init__(
-        self, returning: Callable[[], ReturnAndLand], publish: Callable[[], None], on_all_lost: Callable[[], None]
+        self,
+        returning: Callable[[], ReturnAndLand],
+        publish: Callable[[], None],
+        on_all_lost: Callable[[], None],
+        standing_hold: StandingHold,
     ) -> None:
         self._returning = returning
+        self._standing_hold = standing_hold
         self._publish = publish
         self._on_all_lost = on_all_lost
         context = self._context
@@ -86,6 +92,10 @@ class Monitor:
                     self._watch_take_over(member)
                     if self._condition.look(member) and member.task in _STOPPED_IF_LOST and member.follows_us:
                         group.create_task(self._hold(member))
+                for member in self._standing_hold.take_due(
+                    self._context.roster.airborne(), self._context.clock.now_s()
+                ):
+                    group.create_task(self._hold_found(member))
                 self._watch_all_lost()
                 for member in self._proximity.look(self._context.flight.limits):
                     group.create_task(self._hold(member))
@@ -211,6 +221,11 @@ class Monitor:
         """Stop one of two vehicles that are too close, whatever it was doing; the operator resumes it."""
         self._returning().stop(member)
         self._context.roster.assign(member, Task.HELD)
+        await self._context.flight.command(member, Hold())
+
+    async def _hold_found(self, member: Member) -> None:
+        """Hold a vehicle that was found in the air after an operator's hold of all."""
+        self._context.journal.notice(Severity.WARNING, "found in the air: held, as all are", member.vehicle_id)
         await self._context.flight.command(member, Hold())
 
     def _watch_take_over(self, member: Member) -> None:
