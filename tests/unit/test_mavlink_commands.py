@@ -8,7 +8,19 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_gcs.errors import CommandRefusedError, CommandTimeoutError
 from aos_gcs.geometry.geodesy import GeodeticPosition
-from aos_gcs.ports import Arm, Command, Disarm, FlightMode, Goto, Hold, Land, ReturnToLaunch, Severity, Takeoff
+from aos_gcs.ports import (
+    Arm,
+    Command,
+    Disarm,
+    FlightMode,
+    Geofence,
+    Goto,
+    Hold,
+    Land,
+    ReturnToLaunch,
+    Severity,
+    Takeoff,
+)
 from tests.fakes.mavlink_fleet import open_network
 from tests.fakes.mavlink_vehicle import HOME, FakeVehicle
 
@@ -114,6 +126,16 @@ async def test_disarming_is_sent_only_on_the_ground() -> None:
         await network.clock.sleep(2.0)
         await network.vehicle().execute(Disarm(), 10.0)
     assert not vehicle.armed
+
+
+async def test_a_ceiling_below_home_is_refused_before_anything_is_written() -> None:
+    vehicle = copter()
+    async with open_network(vehicle) as network:
+        before = len(vehicle.commands)
+        fence = Geofence(((48.0, 14.0), (48.0, 14.1), (48.1, 14.1)), ceiling_above_home_m=-3.0)
+        with pytest.raises(CommandRefusedError, match="3 m below the home of vehicle 1: nothing was written"):
+            await network.vehicle().upload_fence(fence, 10.0)
+        assert len(vehicle.commands) == before
 
 
 @pytest.mark.parametrize(

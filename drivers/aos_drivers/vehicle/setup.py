@@ -64,6 +64,12 @@ class SetupRunner:
         setup, record = self._setup(), self._record
         if not fence.inclusion_deg:
             raise CommandRefusedError(f"the geofence for vehicle {record.vehicle_id} has no inclusion polygon")
+        ceiling_m = fence.ceiling_above_home_m
+        if ceiling_m is not None and not ceiling_m > 0.0:
+            raise CommandRefusedError(
+                f"the ceiling of the geofence is {-ceiling_m:.0f} m below the home of vehicle {record.vehicle_id}: "
+                "nothing was written; check the altitude of the mission's origin"
+            )
         upload = FenceUpload(record.target, items_of(fence, record.target), self._our_system_id)
         await self._run(upload, deadline_s)
         found = await self._read(setup, deadline_s)
