@@ -6,6 +6,8 @@ axes but the last, which holds the coordinates.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,8 +16,8 @@ FloatArray = NDArray[np.float64]
 TOLERANCE_M = 1e-7
 """Shortfalls below this are rounding, not conflicts."""
 
-_BISECTIONS = 45
-"""Number of bisections that resolves a segment of a thousand kilometres to less than the tolerance."""
+_RESOLUTION_M = 0.1 * TOLERANCE_M
+"""Length to which bisection resolves a segment."""
 
 
 def minimum_separation(positions_enu_m: FloatArray) -> tuple[float, tuple[int, int]]:
@@ -114,8 +116,9 @@ def point_segment_distance(point: FloatArray, b0: FloatArray, b1: FloatArray) ->
     """Return the distances of points to segments (...), metres, and the fractions (...) along b0-b1."""
     along = b1 - b0
     length2 = _dot(along, along)
-    fraction = np.clip(_dot(point - b0, along) / np.where(length2 > 0.0, length2, 1.0), 0.0, 1.0)
-    offset = point - b0 - fraction[..., None] * along
+    from_b0 = point - b0
+    fraction = np.minimum(np.maximum(_dot(from_b0, along) / np.where(length2 > 0.0, length2, 1.0), 0.0), 1.0)
+    offset = from_b0 - fraction[..., None] * along
     return np.sqrt(_dot(offset, offset)), fraction
 
 
@@ -143,15 +146,36 @@ def admissible_fraction(
     if not short.any():
         return fractions
     start_m, end_m = (np.broadcast_to(point_m, b0.shape)[short] for point_m in (start_m, end_m))
-    b0, b1, required_m = b0[short], b1[short], required_m[short]
-    low, high = np.zeros(len(b0)), closest_fraction[short]
-    for _ in range(_BISECTIONS):
-        middle = 0.5 * (low + high)
-        distances_m, _ = point_segment_distance(start_m + middle[:, None] * (end_m - start_m), b0, b1)
-        clear = distances_m >= required_m
-        low, high = np.where(clear, middle, low), np.where(clear, high, middle)
-    fractions[short] = low
+    b0, along = b0[short], (b1 - b0)[short]
+    fractions[short] = _bisect(end_m - start_m, start_m - b0, along, required_m[short], closest_fraction[short])
     return fractions
+
+
+def _bisect(
+    way: FloatArray, offset: FloatArray, along: FloatArray, required_m: FloatArray, high: FloatArray
+) -> FloatArray:
+    """Return the largest fractions of ways, up to ``high``, that keep the required distances to other segments.
+
+    Args:
+        way: vectors from the start of a way to its end, shape (m, d), metres.
+        offset: vectors from the start of the other segment to the start of the way.
+        along: vectors from the start of the other segment to its end.
+        required_m: shape (m,), metres; at most the distance at the start.
+        high: fraction of the closest approach, shape (m,); the distance falls until there.
+    """
+    length2 = _dot(along, along)
+    length2 = np.where(length2 > 0.0, length2, 1.0)
+    # The closest point of the other segment, as a fraction of it, and how it moves with the fraction of the way.
+    closest, moves = _dot(offset, along) / length2, _dot(way, along) / length2
+    required2, low = required_m * required_m, np.zeros_like(high)
+    longest_m = float(np.sqrt(_dot(way, way).max()))
+    for _ in range(math.ceil(math.log2(max(2.0, longest_m / _RESOLUTION_M)))):
+        middle = 0.5 * (low + high)
+        fraction = np.minimum(np.maximum(closest + middle * moves, 0.0), 1.0)
+        distance = offset + middle[:, None] * way - fraction[:, None] * along
+        clear = _dot(distance, distance) >= required2
+        low, high = np.where(clear, middle, low), np.where(clear, high, middle)
+    return low
 
 
 def _inner_approach(a0: FloatArray, a1: FloatArray, b0: FloatArray, b1: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -168,4 +192,4 @@ def _inner_approach(a0: FloatArray, a1: FloatArray, b0: FloatArray, b1: FloatArr
 
 
 def _dot(x: FloatArray, y: FloatArray) -> FloatArray:
-    return np.asarray(np.einsum("...i,...i->...", x, y))
+    return np.asarray(np.vecdot(x, y))

@@ -168,6 +168,10 @@ class Traffic:
             return ALL_ADMITTED
         # A path that is outside of either ellipsoid keeps the separation. From inside of both it recedes from both.
         low_fractions, is_in_low = self._fractions(rows, low, start, end)
+        met = is_in_low | (low_fractions < 1.0)
+        if not met.any():
+            return ALL_ADMITTED
+        rows, low_fractions, is_in_low = rows[met], low_fractions[met], is_in_low[met]
         narrow_fractions, is_in_narrow = self._fractions(rows, narrow, start, end)
         fractions = np.select(
             [is_in_low & is_in_narrow, is_in_low, is_in_narrow],
@@ -198,6 +202,8 @@ class Traffic:
         now_m = point_segment_distance(own_starts, starts, ends)[0]
         fractions = admissible_fraction(own_starts, own_ends, starts, ends, np.minimum(wide_m, now_m))
         too_close = now_m < wide_m - 2.0 * TOLERANCE_M
+        if not too_close.any():
+            return fractions, too_close
         # The distance is convex along the segment, so where it grows at first it grows to the end.
         share = min(1.0, MIN_MOVE_M / float(np.linalg.norm(end - start)))
         after_first_move = own_starts + share * (own_ends - own_starts)
