@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import astuple, dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -80,20 +80,32 @@ class FakeErrors:
         rng = np.random.default_rng([self.seed, 0xE5])
         return rng.standard_normal((2, 3)), rng.uniform(0.0, math.tau, (2, 3))
 
+    @cached_property
+    def _axes_m(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Constants, and amplitudes of the swing; one row for the estimate, one for the receiver."""
+        bias_m, swing_m = (np.array([h_m, h_m, v_m]) for h_m, v_m in (self.bias_m, self.swing_m))
+        return self._drawn[0] * bias_m, math.sqrt(2.0) * np.array([swing_m, swing_m])
+
     def _error_enu_m(self, row: int, now_s: float) -> NDArray[np.float64]:
-        factors, phases = self._drawn
-        axes_bias_m, axes_swing_m = (np.array([h_m, h_m, v_m]) for h_m, v_m in (self.bias_m, self.swing_m))
-        swing = math.sqrt(2.0) * np.sin(math.tau * now_s / self.period_s + phases[row])
-        return np.asarray(factors[row] * axes_bias_m + swing * axes_swing_m)
+        constants_m, amplitudes_m = self._axes_m
+        swing = np.sin(math.tau * now_s / self.period_s + self._drawn[1][row])
+        return np.asarray(constants_m[row] + swing * amplitudes_m[row])
 
     def estimate_enu_m(self, now_s: float) -> NDArray[np.float64]:
         """What the vehicle believes minus where it is."""
         climbed_m = self.climb_mps * max(0.0, now_s - self.climb_from_s)
-        return self._error_enu_m(0, now_s) + np.array([0.0, 0.0, climbed_m])
+        error_enu_m = self._error_enu_m(0, now_s)
+        error_enu_m[2] += climbed_m
+        return error_enu_m
 
     def receiver_up_m(self, now_s: float) -> float:
         """Altitude that the satellite receiver measures minus the true one."""
         return float(self._error_enu_m(1, now_s)[2])
+
+
+@lru_cache(maxsize=256)
+def _home(east_m: float, north_m: float, up_m: float) -> GeodeticPosition:
+    return FRAME.to_geodetic((east_m, north_m, up_m))
 
 
 @dataclass
@@ -154,7 +166,7 @@ class FakeVehicle:
         """Return where the vehicle believes to be."""
         now_s = self.clock.now_s() if self.silent_since_s is None else self.silent_since_s
         way_m = self.goal_enu_m - self.start_enu_m
-        length_m = float(np.linalg.norm(way_m))
+        length_m = math.hypot(*way_m)
         flown_m = self.speed_mps * (now_s - self.started_s)
         # There to the last bit: who misses it by a rounding error would never arrive.
         return self.goal_enu_m if flown_m >= length_m else self.start_enu_m + way_m * flown_m / length_m
@@ -181,15 +193,15 @@ class FakeVehicle:
 
     def _compute_state(self) -> VehicleState:
         now_s = self.clock.now_s()
-        position_enu_m, true_up_m = self.position_enu_m(), float(self.true_enu_m()[2])
+        position_enu_m = self.position_enu_m()
+        true_up_m = float(position_enu_m[2] - self.errors.estimate_enu_m(now_s)[2])
         on_ground = bool(position_enu_m[2] <= self.home_enu_m[2] + 0.01)
         if on_ground and self.mode in {FlightMode.LAND, FlightMode.RETURN}:
             self.armed = False
         heard_at_s = now_s if self.silent_since_s is None else self.silent_since_s
         heading = self.goal_enu_m - self.start_enu_m
-        velocity = (
-            heading / max(float(np.linalg.norm(heading)), 1e-9) * self.speed_mps if self.is_moving() else heading * 0
-        )
+        is_moving = not np.array_equal(position_enu_m, self.goal_enu_m)
+        velocity = heading / max(math.hypot(*heading), 1e-9) * self.speed_mps if is_moving else heading * 0
         return VehicleState(
             vehicle_id=self.vehicle_id,
             autopilot="arducopter",
@@ -205,7 +217,7 @@ class FakeVehicle:
             height_above_home_m=float(position_enu_m[2] - self.home_enu_m[2]),
             velocity_enu_mps=(float(velocity[0]), float(velocity[1]), float(velocity[2])),
             heading_rad=0.0,
-            home=FRAME.to_geodetic(self.home_enu_m),
+            home=_home(*self.home_enu_m.tolist()),
             battery_fraction=self.battery_fraction,
             battery_at_s=heard_at_s if self.battery_silent_since_s is None else self.battery_silent_since_s,
             gps_fix=self.gps_fix,
