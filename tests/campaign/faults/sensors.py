@@ -31,8 +31,7 @@ class WindRises(Fault):
         return cls(draw_time(rng), round(float(rng.uniform(2.0, 10.0)), 1), round(float(rng.uniform(0.0, 6.28)), 2))
 
     async def act(self, world: World) -> None:
-        east_mps, north_mps = -self.speed_mps * math.sin(self.from_rad), -self.speed_mps * math.cos(self.from_rad)
-        world.swarm._wind = Wind(math.hypot(east_mps, north_mps), math.atan2(east_mps, north_mps))
+        world.swarm._wind = Wind(self.speed_mps, (self.from_rad + math.pi) % math.tau)
 
 
 @dataclass(frozen=True)
