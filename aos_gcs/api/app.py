@@ -16,7 +16,7 @@ from aos_gcs.api.access.peer_limits import PeerLimitMiddleware, PeerLimits
 from aos_gcs.api.access.plan_check_turns import PlanChecks
 from aos_gcs.api.access.request_checks import OperatorsOnlyMiddleware, SameOriginMiddleware, SecurityHeadersMiddleware
 from aos_gcs.api.errors import add_error_handlers
-from aos_gcs.api.events.hub import EventHub, loop_time_s
+from aos_gcs.api.events.hub import EventHub, Upstream, loop_time_s
 from aos_gcs.api.models.service import CapabilitiesModel
 from aos_gcs.api.openapi import add_routes, make_document
 from aos_gcs.api.page import add_page
@@ -46,6 +46,7 @@ def create_app(
     viewer: ViewControl | None = None,
     plans_folder: Path = Path("plans"),
     basemap_file: Path | None = None,
+    upstream: Upstream | None = None,
     now_s: Callable[[], float] = loop_time_s,
 ) -> FastAPI:
     """Make the application for one mission.
@@ -61,6 +62,7 @@ def create_app(
         viewer: viewer of its frames; None where they are not recorded.
         plans_folder: folder of saved plans.
         basemap_file: a PMTiles file to show below the mission; without one the page has a metric grid.
+        upstream: process in which the mission flies; None: this one.
         now_s: clock in real seconds, for the mission's silence and the wait after wrong codes.
     """
     # The interactive documentation of FastAPI loads scripts from the internet, which a field laptop has not.
@@ -75,7 +77,7 @@ def create_app(
     capabilities = CapabilitiesModel(
         planning=commands is not None, viewer=viewer is not None, findings=commands is not None
     )
-    app.state.hub = EventHub(mission, replay=replay, capabilities=capabilities, now_s=now_s)
+    app.state.hub = EventHub(mission, replay, capabilities, now_s, upstream)
     app.state.access = Access(operator_code, now_s, operator_file)
     app.state.limits = PeerLimits(now_s)
     app.add_middleware(BodyLimitMiddleware, streaming_paths=[IMPORT_PATH])

@@ -71,7 +71,11 @@ class MalformedMessageError(AosError):
 
 def pack(name: str, *values: object) -> bytes:
     """Return a message, with its length in front."""
-    payload = name.encode() + b"\n" + _adapter(name).dump_json(values)
+    return framed(name.encode() + b"\n" + _adapter(name).dump_json(values))
+
+
+def framed(payload: bytes) -> bytes:
+    """Return a payload with its length in front."""
     return _LENGTH.pack(len(payload)) + payload
 
 

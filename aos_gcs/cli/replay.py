@@ -32,7 +32,8 @@ def replay(
 
 async def _show(folder: Path, config: ApiConfig) -> None:
     from aos_gcs.clock import LoopClock  # noqa: PLC0415 - heavy, only for this command
-    from aos_gcs.runtime.dashboard import open_dashboard, operator_secrets  # noqa: PLC0415
+    from aos_gcs.runtime.dashboard import open_dashboard  # noqa: PLC0415
+    from aos_gcs.runtime.sign_in import operator_secrets  # noqa: PLC0415
     from aos_gcs.runtime.viewer import open_viewer  # noqa: PLC0415
     from aos_gcs.store.reader import MissionReader  # noqa: PLC0415
     from aos_gcs.store.replay import MissionReplay  # noqa: PLC0415

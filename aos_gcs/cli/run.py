@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Protocol, TypeVar
 
 import typer
 
-from aos_gcs.cli.display.background_log import background_log
+from aos_gcs.background_log import background_log
 from aos_gcs.errors import ConfigurationError
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""The service: driver, coordinator, record and dashboard of one mission, put together and run."""
+"""The service: driver, coordinator, record and dashboard's process of one mission, put together and run."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import asyncio
 import platform
 import shutil
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, nullcontext
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
@@ -20,10 +20,11 @@ from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.ports import DriverContext
-from aos_gcs.runtime.dashboard import open_dashboard, operator_secrets
+from aos_gcs.runtime.api_start import ApiStart
+from aos_gcs.runtime.api_supervisor import open_api_process
 from aos_gcs.runtime.drivers import load_driver
-from aos_gcs.runtime.viewer import Viewer
-from aos_gcs.runtime.workers import ANALYSIS, DECODING, VIEWS
+from aos_gcs.runtime.sign_in import operator_secrets
+from aos_gcs.runtime.workers import ANALYSIS, DECODING
 from aos_gcs.store.last_mission import former_flight, unfinished_mission
 from aos_gcs.store.recorder import MissionRecorder
 from aos_gcs.store.return_settings import unrestored_settings
@@ -76,12 +77,13 @@ async def open_service(config: ServiceConfig) -> AsyncIterator[Service]:
     unfinished = None if settings.any_vehicles else unfinished_mission(config.record.folder)
     former = former_flight(config.record.folder, clock.utc_s())
     unrestored = unrestored_settings(config.record.folder)
+    start = ApiStart(config.api, secrets.code, config.record.folder, folder)
     opened = False
     try:
         async with (
+            open_api_process(start, journal.take) as api,
             open_worker(ANALYSIS) as imaging,
             open_worker(DECODING) as decoding,
-            open_worker(VIEWS) as views,
             MissionRecorder.create(
                 config.record.folder, mission_id, _manifest(config, started), notify=journal.take
             ) as recorder,
@@ -96,7 +98,7 @@ async def open_service(config: ServiceConfig) -> AsyncIterator[Service]:
                 decoding=decoding,
             )
             # Before the links: once they are open the mission runs, and with it the heartbeat.
-            await asyncio.gather(imaging.ready(), decoding.ready(), views.ready())
+            await asyncio.gather(imaging.ready(), decoding.ready())
             async with open_driver(config.link.urls, context) as fleet:
                 mission = Coordinator(
                     mission_id,
@@ -113,8 +115,7 @@ async def open_service(config: ServiceConfig) -> AsyncIterator[Service]:
                 )
                 if unfinished is not None:
                     mission.auto_start.cancel(f"the last mission, {unfinished}, did not end: vehicles may still fly")
-                viewer = Viewer(folder, settings.imaging, settings.autofocus.reach_m, views)
-                async with open_dashboard(mission.view, config.api, secrets, commands=mission.commands, viewer=viewer):
+                async with nullcontext() if api is None else api.showing(mission.view, mission.commands):
                     opened = True
                     yield Service(mission, folder, journal, recorder)
     finally:

@@ -88,13 +88,14 @@ class Fleet:
 
 
 def cpu_s(pid: int) -> float:
-    """Return the processor time of a process so far."""
+    """Return the processor time of a process and those that it has started, so far."""
+    children = Path(f"/proc/{pid}/task/{pid}/children").read_text(encoding="utf-8").split()
     fields = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK") + sum(map(cpu_s, map(int, children)))
 
 
 async def load_percent(pid: int, seconds: float) -> float:
-    """Return the share of a core that a process takes."""
+    """Return the share of a core that a service with its processes takes."""
     before_s, start_s = cpu_s(pid), time.monotonic()
     await asyncio.sleep(seconds)
     return 100.0 * (cpu_s(pid) - before_s) / (time.monotonic() - start_s)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 from pathlib import Path
 
@@ -80,7 +81,7 @@ async def test_a_demo_goes_on_when_its_image_workers_are_killed(tmp_path: Path) 
     async with running(tmp_path, "demo", *SMALL, "--headless", "--json") as program:
         await program.until_logged(UNDER_WAY, START_TIMEOUT_S)
         workers = await program.children("aos_gcs.workers.child")
-        assert len(workers) == 3, "image analysis, image decoding and views"
+        assert len(workers) == 2, "image analysis and image decoding"
         for pid in workers:
             kill(pid)
         await program.until_logged("has ended (SIGKILL)", START_TIMEOUT_S)
@@ -91,6 +92,22 @@ async def test_a_demo_goes_on_when_its_image_workers_are_killed(tmp_path: Path) 
     assert "Traceback" not in program.log
     assert "link lost" not in program.log
     check_readable(program.mission_folder, Outcome.ABORTED)
+
+
+async def test_a_demo_flies_on_and_lands_when_its_dashboards_process_is_killed_and_then_stopped(tmp_path: Path) -> None:
+    async with running(tmp_path, "demo", *SMALL, "--port", "0", "--exit-when-done", "--json") as program:
+        await program.until_logged(UNDER_WAY, START_TIMEOUT_S)
+        (pid,) = await program.children("runtime.api_process")
+        kill(pid)
+        await program.until_logged("has ended (SIGKILL) and is replaced. The mission goes on", START_TIMEOUT_S)
+        (successor,) = await program.children("runtime.api_process")
+        os.kill(successor, signal.SIGSTOP)
+        assert await program.ended(120) == 0, program.log
+        assert not await is_running(successor)
+    assert program.result()["landed"] == 2
+    assert "Traceback" not in program.log
+    assert "link lost" not in program.log
+    check_readable(program.mission_folder, Outcome.FOUND)
 
 
 async def test_a_demo_told_to_end_in_flight_sends_all_home_first(tmp_path: Path) -> None:

@@ -11,7 +11,8 @@ from aos_gcs.api.basemap_file import check_basemap
 from aos_gcs.clock import LoopClock
 from aos_gcs.config.model import ApiConfig
 from aos_gcs.errors import ConfigurationError
-from aos_gcs.runtime.dashboard import OperatorSecrets, open_dashboard
+from aos_gcs.runtime.dashboard import open_dashboard
+from aos_gcs.runtime.sign_in import OperatorSecrets
 from tests.fakes.app import app_of
 from tests.fakes.mission import ScriptedMission
 from tests.fakes.tiles import MVT, PNG, pmtiles

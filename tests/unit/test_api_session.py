@@ -9,13 +9,14 @@ import httpx
 import pytest
 
 from aos_gcs.api.access.guess_throttle import FORGET_AFTER_S, FREE_GUESSES, GUESSES_PER_MINUTE, GuessThrottle
+from aos_gcs.api.access.operator_code import read_code
 from aos_gcs.api.access.operator_file import FILE_NAME, OperatorFile
-from aos_gcs.api.access.operators import MAX_OPERATORS, Access, Role, WrongCodeError, read_code
+from aos_gcs.api.access.operators import MAX_OPERATORS, Access, Role, WrongCodeError
 from aos_gcs.clock import LoopClock
 from aos_gcs.config.model import ApiConfig
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.mission.model.actions import Action
-from aos_gcs.runtime.dashboard import operator_secrets
+from aos_gcs.runtime.sign_in import operator_secrets
 from tests.fakes.app import OperatorClient, app_of
 from tests.fakes.mission import ScriptedMission
 

@@ -14,20 +14,17 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from enum import StrEnum
-from pathlib import Path
 from typing import Final
 
 from starlette.requests import HTTPConnection
 
 from aos_gcs.api.access.guess_throttle import GuessThrottle
 from aos_gcs.api.access.operator_file import OperatorFile, digest
-from aos_gcs.errors import AosError, ConfigurationError
+from aos_gcs.errors import AosError
 
-MIN_CODE_LENGTH: Final = 8
 MAX_OPERATORS: Final = 32
 """Largest number of operators signed in at a time; another one replaces the earliest."""
 
-_CODE_BYTES: Final = 12
 _WRITTEN_WITHIN_S: Final = 1.0
 """Time for which a sign-in waits for the disk."""
 
@@ -143,25 +140,3 @@ class Access:
 def cookie_name(connection: HTTPConnection) -> str:
     """Return the cookie's name. Browsers share cookies between the ports of a host, services must not."""
     return f"aos_gcs_{connection.url.port or 80}"
-
-
-def random_code() -> str:
-    """Return a code that cannot be guessed."""
-    return secrets.token_urlsafe(_CODE_BYTES)
-
-
-def read_code(path: Path) -> str:
-    """Return the code in a file, without the blanks around it.
-
-    Raises:
-        ConfigurationError: the file cannot be read, or the code is too short.
-    """
-    try:
-        code = path.read_text(encoding="utf-8").strip()
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigurationError(f"The operator code cannot be read from {path}: {error}.") from error
-    if len(code) < MIN_CODE_LENGTH:
-        raise ConfigurationError(
-            f"The operator code in {path} must have {MIN_CODE_LENGTH} or more characters, but has {len(code)}."
-        )
-    return code

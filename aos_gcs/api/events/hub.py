@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from typing import Protocol
 
 from aos_gcs.api.convert.mission import MissionConverter
 from aos_gcs.api.convert.notices import notice as notice_model
@@ -41,6 +42,25 @@ def loop_time_s() -> float:
     return asyncio.get_running_loop().time()
 
 
+class Upstream(Protocol):
+    """Another process, in which the mission flies: what it had told before this one listened."""
+
+    @property
+    def seq(self) -> int:
+        """Number of its latest event; clients may know all until then from a former process."""
+        ...
+
+    @property
+    def notices(self) -> Sequence[NoticeRecord]:
+        """Notices so far."""
+        ...
+
+    @property
+    def heard_at_s(self) -> float:
+        """Time at which the mission last published its state, by the clock of ``now_s``."""
+        ...
+
+
 class EventHub:
     """The mission's one subscriber on behalf of all clients: everything is converted once for all of them.
 
@@ -52,6 +72,7 @@ class EventHub:
         replay: replay of the mission; None for a live one.
         capabilities: capabilities that the service offers to clients.
         now_s: clock in real seconds, for the age of the mission's last sign of life.
+        upstream: process in which the mission flies; None: this one.
     """
 
     def __init__(
@@ -60,8 +81,10 @@ class EventHub:
         replay: ReplayControl | None = None,
         capabilities: CapabilitiesModel = NO_CAPABILITIES,
         now_s: Callable[[], float] = loop_time_s,
+        upstream: Upstream | None = None,
     ) -> None:
         self._mission = mission
+        self._upstream = upstream
         self._replay = replay
         self._outboxes: set[Outbox] = set()
         self._state = MissionState()
@@ -82,9 +105,12 @@ class EventHub:
 
     async def run(self) -> None:
         """Distribute events until cancelled."""
-        self._heard_at_s = self._now_s()
         previous_seq: int | None = None
         with self._mission.subscribe() as events:
+            self._hear()
+            if self._upstream is not None:
+                previous_seq = self._seq = self._upstream.seq
+                self._notices = list(map(notice_model, self._upstream.notices))
             async for event in events:
                 if previous_seq is not None and event.seq > previous_seq + 1:
                     # Events were lost before they arrived here. A skipped number makes clients request the whole state.
@@ -177,7 +203,7 @@ class EventHub:
 
     def _distribute(self, event: Event) -> None:
         if isinstance(event.data, MissionSnapshot):
-            self._heard_at_s = self._now_s()
+            self._hear()
             self._acknowledged_ids = frozenset(each.notice_id for each in event.data.acknowledgements)
             if self._outboxes:
                 self._shown = event.data
@@ -192,6 +218,9 @@ class EventHub:
         text = message.model_dump_json() if self._outboxes else ""
         for outbox in self._outboxes:
             outbox.put(message.seq, text)
+
+    def _hear(self) -> None:
+        self._heard_at_s = self._now_s() if self._upstream is None else self._upstream.heard_at_s
 
     def _start_over(self, jump: JumpRecord) -> None:
         self._notices = list(map(notice_model, jump.notices))

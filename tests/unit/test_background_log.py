@@ -8,8 +8,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from aos_gcs.cli.display import background_log
-from aos_gcs.cli.display.background_log import BackgroundHandler
+from aos_gcs import background_log
+from aos_gcs.background_log import BackgroundHandler
 
 _log = logging.getLogger("flight")
 

@@ -1,0 +1,50 @@
+"""Life of a process that another one has started: it ends with its parent, and gives way to it until then."""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import os
+import resource
+import signal
+import socket
+import threading
+from pathlib import Path
+
+_NICENESS = 5
+"""The flight loop comes first."""
+_OOM_SCORE = "500"
+"""When the machine runs out of memory, the kernel ends this process rather than the flight."""
+
+
+def end_with_parent(lifeline_fd: int) -> None:
+    """End this process when its parent has gone, whatever either of them is doing.
+
+    The kernel signals the end of the lifeline, a socket of which the parent holds the other end, and the signal's
+    default action ends the process.
+    """
+    # The service's own signals are its own business; it ends us by the lifeline.
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)
+    lifeline = socket.socket(fileno=lifeline_fd)
+    fcntl.fcntl(lifeline, fcntl.F_SETOWN, os.getpid())
+    fcntl.fcntl(lifeline, fcntl.F_SETFL, fcntl.fcntl(lifeline, fcntl.F_GETFL) | os.O_ASYNC)
+    # Where the signal does nothing (macOS), and for a parent that has ended before.
+    threading.Thread(target=_wait_for_end, args=(lifeline,), daemon=True).start()
+
+
+def _wait_for_end(lifeline: socket.socket) -> None:
+    lifeline.recv(1)
+    os._exit(0)
+
+
+def step_back(memory_bytes: int) -> None:
+    """Limit the memory of this process, and let others go first."""
+    _, hard = resource.getrlimit(resource.RLIMIT_DATA)
+    limit = memory_bytes if hard == resource.RLIM_INFINITY else min(memory_bytes, hard)
+    # The hard limit stays: a process that this one starts may have a higher one.
+    resource.setrlimit(resource.RLIMIT_DATA, (limit, hard))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    os.nice(_NICENESS)
+    with contextlib.suppress(OSError):
+        Path("/proc/self/oom_score_adj").write_text(_OOM_SCORE, encoding="ascii")
