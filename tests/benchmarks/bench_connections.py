@@ -1,0 +1,190 @@
+"""The flight loop while thousands of hostile connections stand at the dashboard: its lag, and the heartbeats' gaps.
+
+The service runs with its real driver and the dashboard's process; a vehicle and the attackers are other processes. A
+third of the connections reads nothing of what it asks for, a third sends half a request, a third asks without end;
+they come from many addresses, beyond what one may have.
+
+Run: python tests/benchmarks/bench_connections.py [--connections 5000] [--seconds 15]
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import itertools
+import multiprocessing
+import os
+import resource
+import socket
+import sys
+import tempfile
+import time
+from contextlib import suppress
+from multiprocessing.queues import Queue
+from multiprocessing.synchronize import Event
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+import httpx
+
+from aos_gcs.config.file import parse_config
+from aos_gcs.mission.health import LoopMonitor
+from aos_gcs.runtime.service import open_service
+from tests.benchmarks.bench_flood import HOST, fly
+from tests.benchmarks.figures import report
+
+ATTACKERS = 5
+ADDRESSES = 200
+"""Addresses on the loopback network that each attacker uses."""
+SETTLE_S = 3.0
+_NICENESS = 10
+"""Attackers stand for other machines, which take no processor of this one."""
+HOLD_AFTER_S = 8.0
+CODE = "larch-and-spruce"
+ASK = b"GET /api/mission HTTP/1.1\r\nHost: localhost\r\n\r\n"
+HALF = b"GET /api/mission HTTP/1.1\r\nHost: localhost\r\nX-Slow: "
+FOLLOW = (
+    b"GET /api/events HTTP/1.1\r\nHost: localhost\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n"
+    b"Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n"
+)
+FIRST_WORDS = (FOLLOW, HALF, ASK)
+
+
+def attack(port: int, number: int, connections: int, begin: Event, answers: Queue[str]) -> None:
+    """Hold connections open until killed; those that are refused are opened again."""
+    os.nice(_NICENESS)
+    _, most = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (most, most))
+    held: list[socket.socket | None] = [None] * connections
+    begin.wait()
+    for rounds in itertools.count(1):
+        for index in range(connections):
+            held[index] = assail(held[index], index, port, number)
+        if rounds == 1:
+            answers.put(f"attacker {number}: {sum(one is not None for one in held)} connections opened")
+
+
+def assail(link: socket.socket | None, index: int, port: int, number: int) -> socket.socket | None:
+    """Send more on a connection, or open it; None where it is refused."""
+    try:
+        if link is None:
+            link = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+            link.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+            link.settimeout(0.2)
+            link.bind((f"127.{number + 1}.0.{index % ADDRESSES + 1}", 0))
+            link.connect((HOST, port))
+            link.sendall(FIRST_WORDS[index % len(FIRST_WORDS)])
+            link.setblocking(False)
+        elif FIRST_WORDS[index % len(FIRST_WORDS)] is ASK:
+            with suppress(BlockingIOError):
+                link.send(ASK * 8)
+    except OSError:
+        if link is not None:
+            link.close()
+        return None
+    return link
+
+
+async def main(connections: int, duration_s: float, folder: Path) -> None:
+    """Print the figures without and with the attack."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind((HOST, 0))
+        link_port = probe.getsockname()[1]
+    with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as probe:
+        probe.bind((HOST, 0))
+        port = probe.getsockname()[1]
+    (folder / "code.txt").write_text(CODE, encoding="utf-8")
+    config = parse_config(
+        {
+            "link": {"urls": [f"udpin://{HOST}:{link_port}"]},
+            "mission": {
+                "vehicles": 2,
+                "any_vehicles": True,
+                "origin_deg": (48.3, 14.3, 260.0),
+                "area_enu_m": ((-50, 0), (50, 0), (50, 100), (-50, 100)),
+            },
+            "api": {"port": port, "operator_code_file": folder / "code.txt", "plans_folder": folder / "plans"},
+            "deadlines": {"connect_s": 3600},
+            "record": {"folder": folder / "missions"},
+        },
+        source="benchmark",
+    )
+    # Processes are started before the service: forking stops this process, in which the flight loop runs.
+    begin, answers = multiprocessing.Event(), multiprocessing.Queue()
+    others = [multiprocessing.Process(target=operate, args=(port, begin, answers), daemon=True)]
+    for number in range(ATTACKERS):
+        share = connections // ATTACKERS
+        others.append(multiprocessing.Process(target=attack, args=(port, number, share, begin, answers), daemon=True))
+    vehicles = [fly_later(link_port, span_s) for span_s in (duration_s / 3, duration_s)]
+    for other in others:
+        other.start()
+    async with open_service(config) as service, asyncio.TaskGroup() as group:
+        flying = group.create_task(service.run())
+        await asyncio.sleep(SETTLE_S)
+        await measure("without connections", *vehicles[0])
+        begin.set()
+        gap_s, lag_ms = await measure(f"with {connections} connections", *vehicles[1])
+        while not answers.empty():
+            print(answers.get())
+        for other in others:
+            other.kill()
+        report("connections.lag", lag_ms)
+        report("connections.gap", gap_s)
+        flying.cancel()
+
+
+def fly_later(link_port: int, duration_s: float) -> tuple[Event, Queue[list[float]]]:
+    """Start a process that is a vehicle once its event is set; return the event and where the gaps come."""
+    begin, gaps = multiprocessing.Event(), multiprocessing.Queue()
+    multiprocessing.Process(target=fly_when, args=(begin, link_port, duration_s, gaps), daemon=True).start()
+    return begin, gaps
+
+
+def fly_when(begin: Event, link_port: int, duration_s: float, gaps: Queue[list[float]]) -> None:
+    """Be a vehicle once an event is set."""
+    begin.wait()
+    fly(link_port, duration_s, gaps)
+
+
+async def measure(name: str, begin: Event, gaps: Queue[list[float]]) -> tuple[float, float]:
+    """Return the largest gap between heartbeats at a vehicle, and the 99th percentile of the loop's lag."""
+    monitor = LoopMonitor()
+    lagging = asyncio.create_task(monitor.run(lambda _: None))
+    begin.set()
+    gap_s = max(await asyncio.to_thread(gaps.get))
+    lagging.cancel()
+    lag_ms, most_ms = monitor.lag_p99_ms(), max(monitor._lags_ms)
+    print(f"{name}: heartbeats at most {gap_s:.2f} s apart, lag p99 {lag_ms:.1f} ms, max {most_ms:.1f} ms")
+    return gap_s, lag_ms
+
+
+def operate(port: int, begin: Event, answers: Queue[str]) -> None:
+    """Sign in before the attack, and hold all in the middle of it."""
+    with httpx.Client(base_url=f"http://{HOST}:{port}", timeout=30.0) as client:
+        while True:
+            try:
+                client.post("/api/session", json={"code": CODE, "name": "Ada"}).raise_for_status()
+                break
+            except httpx.TransportError:
+                time.sleep(0.2)
+        begin.wait()
+        client.get("/api/mission")  # as the page does all the time: an operator's address is known by then
+        time.sleep(HOLD_AFTER_S)
+        start_s = time.perf_counter()
+        try:
+            answer = client.post("/api/mission/actions", json={"action": "hold"})
+        except httpx.TransportError as error:
+            answers.put(f"an operator's hold was not answered: {error!r}")
+        else:
+            waited_ms = 1e3 * (time.perf_counter() - start_s)
+            answers.put(f"an operator's hold was answered ({answer.status_code}) after {waited_ms:.0f} ms")
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--connections", type=int, default=5000)
+    parser.add_argument("--seconds", type=float, default=15.0)
+    arguments = parser.parse_args()
+    with tempfile.TemporaryDirectory() as directory:
+        asyncio.run(main(arguments.connections, arguments.seconds, Path(directory)))
