@@ -272,6 +272,14 @@ class TestState:
             assert np.array_equal(moved, expected)
             assert strategy.diagnostics(state).branch == "pso"
 
+    def test_masks_of_something_else_than_the_target_are_left_alone(self) -> None:
+        seen = look(ToyForest.grow(1, open_share=1.0), np.zeros(2), line_of(6, north_m=-2.0), layers(6)).observation
+        strategy = make_aos_archive({})
+        state = strategy.tell(strategy.init(NORTH), replace(seen, target_enu_m=np.array([12.0, 0.0])))
+        _, state = strategy.ask(state, np.random.default_rng(0))
+        assert state.target is None
+        assert strategy.diagnostics(state).branch == "pso"
+
     def test_a_vehicle_without_a_frame_is_not_archived(self) -> None:
         positions = line_of(6, north_m=-2.0)
         seen = look(ToyForest.grow(1), np.zeros(2), positions, layers(6)).observation

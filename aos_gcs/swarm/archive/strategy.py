@@ -22,6 +22,7 @@ from aos_gcs.swarm.archive.parameters import AosApsoParameters, ArchiveParameter
 from aos_gcs.swarm.archive.plan import choose_lines, goals_along
 from aos_gcs.swarm.archive.raster import CELLS, anchor_of, resampled
 from aos_gcs.swarm.archive.target import (
+    JUMP_M,
     TargetEstimate,
     after_sighting,
     first_sighting,
@@ -185,7 +186,9 @@ class ViewKeeping:
         positions_m, body_height_m = observation.positions_enu_m, self.parameters.body_height_m
         guess_m = positions_m.mean(axis=0) if observation.target_enu_m is None else observation.target_enu_m
         ground_m = ground_point(masks, positions_m, heights_m, guess_m, body_height_m)
-        if state.target is not None and is_elsewhere(state.target, ground_m):
+        # The masks are of the largest anomaly, which may be another one than the target that the mission follows.
+        is_other = observation.target_enu_m is not None and np.linalg.norm(ground_m - guess_m) > JUMP_M
+        if is_other or (state.target is not None and is_elsewhere(state.target, ground_m)):
             return self._without_sight(state, FORGET_STEPS)
         target = first_sighting(ground_m) if state.target is None else after_sighting(state.target, ground_m)
         slopes = (positions_m - target.position_enu_m) / heights_m[:, None]
