@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import shutil
 import signal
 import sys
 import time
@@ -68,6 +69,7 @@ def main() -> int:
 
 def _fly(kind: Kind, name: str, logs: Path, limit_s: float) -> Row:
     folder = logs / f"{kind.name}-{name}"
+    shutil.rmtree(folder, ignore_errors=True)  # a former mission that did not end would be taken up
     start_s = time.monotonic()
     station = Station(kind, folder, start_s + limit_s)
     with Autopilots(kind, folder) as autopilots:

@@ -153,10 +153,6 @@ class Station:
 
     # --- what the records tell -------------------------------------------------------------------------------------
 
-    def log(self) -> str:
-        """Return what all services of this flight have printed."""
-        return "".join(path.read_text(errors="replace") for path in sorted(self.folder.glob("service-*.log")))
-
     def smallest_true_distance_m(self) -> float | None:
         """Return the smallest true distance of two vehicles in the air."""
         try:
