@@ -54,7 +54,7 @@ class FakeVehicle:
         self.height_m = 0.0
         self.latitude_deg, self.longitude_deg = HOME.latitude_deg, HOME.longitude_deg
         self.target: tuple[int, int, float] | None = None
-        self.velocity_ned_cmps = (100, 200, -50)
+        self.velocity_ned_cmps = (0, 0, 0)
         self.uid = 1000 + system_id
         self.boot_ms = 10_000
         self.encoder = Encoder(system_id, 1)

@@ -60,8 +60,9 @@ def test_messages_of_newer_dialects_are_no_loss() -> None:
 def test_telemetry_becomes_state_in_our_frames_and_units() -> None:
     session = new_session()
     vehicle = FakeVehicle()
-    vehicle.height_m = 20.0
+    vehicle.height_m, vehicle.velocity_ned_cmps = 20.0, (100, 200, -50)
     session.feed(vehicle.telemetry(), A, 4.0)
+    vehicle.longitude_deg += 1e-5
     session.feed(vehicle.telemetry(), A, 5.0)
     state = session.records[1].state(5.0)
     assert state.position is not None
