@@ -8,6 +8,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
+from aos_gcs.token_bucket import TokenBucket
+
 FREE_GUESSES: Final = 5
 """Wrong codes without a wait, per address; each further one doubles the wait."""
 FIRST_WAIT_S: Final = 1.0
@@ -37,14 +39,13 @@ class GuessThrottle:
     def __init__(self, now_s: Callable[[], float]) -> None:
         self._now_s = now_s
         self._by_address: OrderedDict[str, _Guesses] = OrderedDict()
-        self._budget = GUESSES_PER_MINUTE
-        self._budget_at_s: float | None = None
+        self._budget = TokenBucket(GUESSES_PER_MINUTE / 60.0, GUESSES_PER_MINUTE)
 
     def wait_s(self, address: str) -> float:
         """Return how long an address has to wait before its next code; 0: not at all."""
         now_s, guesses = self._now_s(), self._by_address.get(group_of(address))
         own_s = 0.0 if guesses is None else guesses.open_at_s - now_s
-        shared_s = 0.0 if _is_here(address) else (1.0 - self._refilled(now_s)) * 60.0 / GUESSES_PER_MINUTE
+        shared_s = 0.0 if _is_here(address) else (1.0 - self._budget.left(now_s)) / self._budget.per_s
         return max(0.0, own_s, shared_s)
 
     def note_wrong(self, address: str) -> None:
@@ -59,17 +60,12 @@ class GuessThrottle:
         if len(self._by_address) > ADDRESSES_KEPT:
             self._by_address.popitem(last=False)
         if not _is_here(address):
-            self._budget = self._refilled(now_s) - 1.0
-            self._budget_at_s = now_s
+            self._budget.left(now_s)
+            self._budget.spend(1.0)
 
     def note_right(self, address: str) -> None:
         """Forget the wrong codes of an address."""
         self._by_address.pop(group_of(address), None)
-
-    def _refilled(self, now_s: float) -> float:
-        """Return the number of codes that all addresses together may try now."""
-        since_s = 0.0 if self._budget_at_s is None else now_s - self._budget_at_s
-        return min(GUESSES_PER_MINUTE, self._budget + since_s * GUESSES_PER_MINUTE / 60.0)
 
 
 def _is_here(address: str) -> bool:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections import Counter, OrderedDict
 from collections.abc import Callable
-from dataclasses import dataclass
 from http import HTTPStatus
 from typing import Final
 
@@ -18,6 +17,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 from aos_gcs.api.access.guess_throttle import group_of
 from aos_gcs.api.access.operators import Access, Role
 from aos_gcs.api.errors import error_response
+from aos_gcs.token_bucket import TokenBucket
 
 CONNECTIONS_PER_PEER: Final = 64
 """Several browsers on one machine, each of which opens six."""
@@ -33,12 +33,6 @@ PEERS_KEPT: Final = 4096
 _TRY_LATER: Final = 1013
 
 
-@dataclass(slots=True)
-class _Budget:
-    left: float
-    at_s: float
-
-
 class PeerLimits:
     """Counts connections, event streams and requests per address.
 
@@ -48,7 +42,7 @@ class PeerLimits:
 
     def __init__(self, now_s: Callable[[], float]) -> None:
         self._now_s = now_s
-        self._budgets: OrderedDict[str, _Budget] = OrderedDict()
+        self._budgets: OrderedDict[str, TokenBucket] = OrderedDict()
         self._followers: Counter[str] = Counter()
         self._connections: Counter[str] = Counter()
         self._known: OrderedDict[str, None] = OrderedDict()
@@ -62,13 +56,11 @@ class PeerLimits:
     def take_request(self, address: str) -> bool:
         """Return whether an address may send a request now, and count it."""
         now_s, peer = self._now_s(), group_of(address)
-        budget = self._budgets.pop(peer, None) or _Budget(BURST, now_s)
-        left = min(BURST, budget.left + (now_s - budget.at_s) * REQUESTS_PER_S)
-        may_pass = left >= 1.0
-        self._budgets[peer] = _Budget(left - 1.0 if may_pass else left, now_s)
+        budget = self._budgets.pop(peer, None) or TokenBucket(REQUESTS_PER_S, BURST)
+        self._budgets[peer] = budget
         if len(self._budgets) > PEERS_KEPT:
             self._budgets.popitem(last=False)
-        return may_pass
+        return budget.take(1.0, now_s)
 
     def begin_following(self, address: str) -> bool:
         """Return whether an address may follow the events once more, and count it until ``end_following``."""
