@@ -7,7 +7,15 @@ import re
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from aos_drivers.links.packet import LAZY_KINDS, LazyMessage
+
 _MARKER = re.compile(rb"[\xfd\xfe]")
+_V2, _SIGNED, _SIGNATURE_SIZE = (
+    mavlink.PROTOCOL_MARKER_V2,
+    mavlink.MAVLINK_IFLAG_SIGNED,
+    mavlink.MAVLINK_SIGNATURE_BLOCK_LEN,
+)
+_UNKNOWN_FLAGS = 0xFF & ~_SIGNED
 _HEADER_SIZE = {mavlink.PROTOCOL_MARKER_V1: 6, mavlink.PROTOCOL_MARKER_V2: 10}
 _CRC_SIZE = 2
 _CRC_START = 0xFFFF
@@ -29,37 +37,43 @@ class FrameParser:
 
     def feed(self, data: bytes) -> list[mavlink.MAVLink_message]:
         """Return the packets that ``data`` completes; anything else is dropped and counted."""
-        data = self._tail + data
+        if self._tail:
+            data = self._tail + data
+            self._tail = b""
         messages: list[mavlink.MAVLink_message] = []
-        index = 0
-        while match := _MARKER.search(data, index):
-            start = match.start()
-            self.dropped_bytes += start - index
-            index = start
-            end = _frame_end(data, start)
-            if end is None or end > len(data):
-                self._tail = data[start:]
-                return messages
-            message = self._decode(data, start, end)
+        index, size = 0, len(data)
+        while index < size:
+            if data[index] not in _HEADER_SIZE:
+                match = _MARKER.search(data, index)
+                start = match.start() if match else size
+                self.dropped_bytes += start - index
+                index = start
+                continue
+            end = _frame_end(data, index)
+            if end is None or end > size:
+                self._tail = data[index:]
+                break
+            message = self._decode(data, index, end)
             if message is None:
                 self.dropped_bytes += 1
-                index = start + 1
+                index += 1
             else:
                 messages.append(message)
                 index = end
-        self.dropped_bytes += len(data) - index
-        self._tail = b""
         return messages
 
     def _decode(self, data: bytes, start: int, end: int) -> mavlink.MAVLink_message | None:
-        if data[start] == mavlink.PROTOCOL_MARKER_V2 and data[start + 2] & ~mavlink.MAVLINK_IFLAG_SIGNED:
+        is_v2 = data[start] == _V2
+        if is_v2 and data[start + 2] & _UNKNOWN_FLAGS:
             return None
-        message_id = _message_id(data, start)
-        kind = mavlink.mavlink_map.get(message_id)
-        if kind is not None and not (
-            _has_credible_length(data, start, kind) and _is_intact(data, start, end, kind.crc_extra)
-        ):
-            return None
+        message_id = data[start + 7] | data[start + 8] << 8 | data[start + 9] << 16 if is_v2 else data[start + 5]
+        kind = LAZY_KINDS.get(message_id) or mavlink.mavlink_map.get(message_id)
+        if kind is not None:
+            # MAVLink 2 cuts and extends messages, MAVLink 1 cannot have longer ones.
+            if not ((is_v2 or data[start + 1] <= kind.unpacker.size) and _is_intact(data, start, kind.crc_extra)):
+                return None
+            if issubclass(kind, LazyMessage):
+                return kind(data[start:end])
         try:
             message = self._decoder.decode(bytearray(data[start:end]))
         except mavlink.MAVError:
@@ -72,29 +86,16 @@ class FrameParser:
         return message
 
 
-def _message_id(data: bytes, start: int) -> int:
-    if data[start] == mavlink.PROTOCOL_MARKER_V1:
-        return data[start + 5]
-    return int.from_bytes(data[start + 7 : start + 10], "little")
-
-
-def _has_credible_length(data: bytes, start: int, kind: type[mavlink.MAVLink_message]) -> bool:
-    """Return whether MAVLink 1 can have a message of that length; MAVLink 2 cuts and extends messages."""
-    return data[start] == mavlink.PROTOCOL_MARKER_V2 or bool(data[start + 1] <= kind.unpacker.size)
-
-
-def _is_intact(data: bytes, start: int, end: int, crc_extra: int) -> bool:
+def _is_intact(data: bytes, start: int, crc_extra: int) -> bool:
     """Return whether the checksum of a packet is right.
 
     It is computed in C, unlike pymavlink's: whoever reaches the port can send any number of packets that only seem to
     be some. The library has the checksum of X.25 with the bits the other way round.
     """
-    stop = end - (mavlink.MAVLINK_SIGNATURE_BLOCK_LEN if is_signed(data, start) else 0) - _CRC_SIZE
-    covered = data[start + 1 : stop] + bytes((crc_extra,))
-    low, high = (
-        binascii.crc_hqx(covered.translate(_REVERSED_BITS), _CRC_START).to_bytes(2, "big").translate(_REVERSED_BITS)
-    )
-    return data[stop] == low and data[stop + 1] == high
+    stop = start + _HEADER_SIZE[data[start]] + data[start + 1]
+    reversed_bits = data[start + 1 : stop].translate(_REVERSED_BITS)
+    checksum = binascii.crc_hqx(_REVERSED_BITS[crc_extra : crc_extra + 1], binascii.crc_hqx(reversed_bits, _CRC_START))
+    return data[stop] == _REVERSED_BITS[checksum >> 8] and data[stop + 1] == _REVERSED_BITS[checksum & 0xFF]
 
 
 def _fill_in_sender(message: mavlink.MAVLink_unknown) -> None:
@@ -106,13 +107,13 @@ def _fill_in_sender(message: mavlink.MAVLink_unknown) -> None:
 
 def is_signed(data: bytes | bytearray, start: int = 0) -> bool:
     """Whether the packet at ``start``, of three bytes or more, says that a signature ends it."""
-    return data[start] == mavlink.PROTOCOL_MARKER_V2 and bool(data[start + 2] & mavlink.MAVLINK_IFLAG_SIGNED)
+    return bool(data[start] == _V2 and data[start + 2] & _SIGNED != 0)
 
 
 def without_signature(message: mavlink.MAVLink_message) -> bytes:
     """Return the packet without its signature, which differs from link to link."""
     packet = bytes(message.get_msgbuf())
-    return packet[: -mavlink.MAVLINK_SIGNATURE_BLOCK_LEN] if is_signed(packet) else packet
+    return packet[:-_SIGNATURE_SIZE] if is_signed(packet) else packet
 
 
 def _frame_end(data: bytes, start: int) -> int | None:
@@ -120,6 +121,4 @@ def _frame_end(data: bytes, start: int) -> int | None:
     if len(data) < start + 3:
         return None
     end = start + _HEADER_SIZE[data[start]] + data[start + 1] + _CRC_SIZE
-    if is_signed(data, start):
-        end += mavlink.MAVLINK_SIGNATURE_BLOCK_LEN
-    return end
+    return end + _SIGNATURE_SIZE if is_signed(data, start) else end

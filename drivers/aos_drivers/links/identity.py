@@ -113,7 +113,9 @@ class Identity:
     def hear_boot_time(self, address: PeerAddress, boot_ms: int, now_s: float) -> bool:
         """Return whether the time since boot shows that the vehicle at ``address`` has restarted."""
         sighting = self._sightings[address]
-        same = [entry for key, entry in self._sightings.items() if self.is_same_vehicle(address, key)]
+        same = [sighting]
+        if len(self._sightings) > 1:
+            same = [entry for key, entry in self._sightings.items() if self.is_same_vehicle(address, key)]
         if not sighting.boot.hear(boot_ms, now_s):
             return self._has_moved_by_restart(address, sighting, now_s)
         for entry in same:

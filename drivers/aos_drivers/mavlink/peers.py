@@ -17,6 +17,7 @@ from aos_drivers.mavlink.signing.signer import LinkSigner, SignatureCheck
 
 _MAX_PEERS = 512
 _FORGOTTEN_S = 60.0
+_GOOD = SignatureCheck.GOOD
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,5 +148,8 @@ class PeerTable:
 
 def _checked(message: mavlink.MAVLink_message, entry: _Peer, signer: LinkSigner) -> Received:
     check = signer.check(message)
+    if check is _GOOD:
+        entry.is_late = False
+        return Received(message, None, True)
     entry.is_late = check is SignatureCheck.REPLAYED
-    return Received(message, None if signer.accepts(check, message) else check, check is SignatureCheck.GOOD)
+    return Received(message, None if signer.accepts(check, message) else check, False)

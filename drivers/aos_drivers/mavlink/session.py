@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import NamedTuple
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
@@ -30,11 +31,10 @@ _REFUSALS = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class PacketReceived:
+class PacketReceived(NamedTuple):
     """A valid packet arrived."""
 
-    packet: bytearray
+    packet: bytes
     vehicle_id: int | None
     """The vehicle it belongs to, None for those of other ground stations and strangers."""
 
@@ -219,30 +219,30 @@ class MavlinkSession:
     def _on_vehicle_packet(
         self, record: VehicleRecord, message: mavlink.MAVLink_message, peer: PeerAddress, now_s: float, is_moved: bool
     ) -> None:
-        component_id = message.get_srcComponent()
+        message_id, component_id = message.get_msgId(), message.get_srcComponent()
         is_autopilot = component_id == record.target.component_id
         if is_autopilot:
             self._peers.note_vehicle(peer)
             if is_moved:
                 record.streams.restart()  # rates are a matter of each of the vehicle's links
                 self._events.append(Notice(Severity.INFO, f"is now reached at {peer}", record.vehicle_id))
-        if is_autopilot:
-            self._watch_boot_time(record, message, peer, now_s)
+            if message_id in BOOT_TIMED_IDS:
+                self._watch_boot_time(record, message, peer, now_s)
             record.take_telemetry(message, now_s)
-            record.streams.on_message(message.get_msgId())
+            record.streams.on_message(message_id)
             for exchange in record.exchanges:
                 exchange.on_message(message)
-        record.requests.on_message(component_id, message.get_msgId())
+        record.requests.on_message(component_id, message_id)
         record.take_payload(message, now_s)
-        if message.get_msgId() == mavlink.MAVLINK_MSG_ID_COMMAND_ACK:
+        if message_id == mavlink.MAVLINK_MSG_ID_COMMAND_ACK:
             self._on_ack(record, message, now_s)
-        elif is_autopilot and message.get_msgId() in self._handlers:
-            self._handlers[message.get_msgId()](record, message, peer, now_s)
+        elif is_autopilot and message_id in self._handlers:
+            self._handlers[message_id](record, message, peer, now_s)
 
     def _watch_boot_time(
         self, record: VehicleRecord, message: mavlink.MAVLink_message, peer: PeerAddress, now_s: float
     ) -> None:
-        if message.get_msgId() in BOOT_TIMED_IDS and record.identity.hear_boot_time(peer, message.time_boot_ms, now_s):
+        if record.identity.hear_boot_time(peer, message.time_boot_ms, now_s):
             record.restart()
             self._events.append(Notice(Severity.WARNING, "has restarted", record.vehicle_id))
 

@@ -38,6 +38,7 @@ _MAX_COMPONENTS = 16
 _STRANGER_PAUSE_S = 60.0
 _ARMING_TEXT_S = 10.0
 """Time for which the reason of a refusal to arm is kept although the vehicle's own checks pass."""
+_HEARTBEAT, _CAMERA_INFORMATION = mavlink.MAVLINK_MSG_ID_HEARTBEAT, mavlink.MAVLINK_MSG_ID_CAMERA_INFORMATION
 _CAMERA_IDS = range(mavlink.MAV_COMP_ID_CAMERA, mavlink.MAV_COMP_ID_CAMERA6 + 1)
 
 
@@ -149,12 +150,17 @@ class VehicleRecord:
         """Count a packet; return whether the address of its component has changed."""
         self._packets += 1
         if component_id == self.target.component_id:
-            self.heard_at_s = max(self.delay.sent_at_s(now_s), self.heard_at_s or -math.inf)
+            sent_at_s = self.delay.sent_at_s(now_s)
+            if self.heard_at_s is None or sent_at_s > self.heard_at_s:
+                self.heard_at_s = sent_at_s
             self.identity.hear(peer, now_s, is_signed=is_signed)
-        if component_id not in self._routes and len(self._routes) >= _MAX_COMPONENTS:
-            return False
-        route = self._routes.setdefault(component_id, ComponentRoute())
-        return route.hear(peer, sequence, now_s, self.identity.is_same_vehicle(peer, route.address))
+        route = self._routes.get(component_id)
+        if route is None:
+            if len(self._routes) >= _MAX_COMPONENTS:
+                return False
+            route = self._routes[component_id] = ComponentRoute()
+        is_same = peer == route.address or self.identity.is_same_vehicle(peer, route.address)
+        return route.hear(peer, sequence, now_s, is_same)
 
     def watch_delay(self, message: mavlink.MAVLink_message, now_s: float) -> None:
         """Find out how long the autopilot's messages are on their way; call it before ``hear``."""
@@ -209,14 +215,13 @@ class VehicleRecord:
 
     def take_telemetry(self, message: mavlink.MAVLink_message, now_s: float) -> None:
         """Update telemetry and control from a message of the autopilot."""
-        telemetry, sent_at_s = self.telemetry, self.delay.sent_at_s(now_s)
+        message_id, telemetry, sent_at_s = message.get_msgId(), self.telemetry, self.delay.sent_at_s(now_s)
         telemetry.update(message, sent_at_s)
-        match message.get_msgId():
-            case mavlink.MAVLINK_MSG_ID_POSITION_TARGET_GLOBAL_INT:
-                if telemetry.target is not None and telemetry.target.at_s == sent_at_s:
-                    self.control.take_target(telemetry.target.position, now_s)
-            case mavlink.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED if has_no_position(message):
-                self.control.take_target(None, now_s)
+        if message_id == mavlink.MAVLINK_MSG_ID_POSITION_TARGET_GLOBAL_INT:
+            if telemetry.target is not None and telemetry.target.at_s == sent_at_s:
+                self.control.take_target(telemetry.target.position, now_s)
+        elif message_id == mavlink.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED and has_no_position(message):
+            self.control.take_target(None, now_s)
 
     def take_warning(self, text: str, now_s: float) -> None:
         """Update telemetry and control from a status text of severity warning or worse."""
@@ -233,11 +238,9 @@ class VehicleRecord:
 
     def _find_camera(self, message: mavlink.MAVLink_message) -> None:
         """Take the sender of ``message`` as the camera if it is one; the lowest component id wins."""
-        component_id = message.get_srcComponent()
-        is_camera = message.get_msgId() == mavlink.MAVLINK_MSG_ID_CAMERA_INFORMATION or (
-            message.get_msgId() == mavlink.MAVLINK_MSG_ID_HEARTBEAT
-            and message.type == mavlink.MAV_TYPE_CAMERA
-            and component_id in _CAMERA_IDS
+        message_id, component_id = message.get_msgId(), message.get_srcComponent()
+        is_camera = message_id == _CAMERA_INFORMATION or (
+            message_id == _HEARTBEAT and message.type == mavlink.MAV_TYPE_CAMERA and component_id in _CAMERA_IDS
         )
         if is_camera and (self.camera is None or component_id < self.camera.component_id):
             self.camera = CameraRecord(component_id)

@@ -1,0 +1,131 @@
+"""Messages of received packets: pymavlink's, but decoded when somebody reads them.
+
+Most messages of a vehicle are read by nobody, and of most others a few fields. pymavlink's own decoder takes several
+times as long as everything else that is done with a packet.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+_V1, _V2 = mavlink.PROTOCOL_MARKER_V1, mavlink.PROTOCOL_MARKER_V2
+_HEADER_BYTES = {_V1: 6, _V2: 10}
+_CRC_BYTES = 2
+
+
+class LazyMessage(mavlink.MAVLink_message):  # type: ignore[misc]
+    """A message with the interface of pymavlink's; its subclasses, one per kind, are made below.
+
+    The packet must be whole, with a valid checksum and no more bytes than its kind can have.
+    """
+
+    _kind: type[mavlink.MAVLink_message]
+    _names: frozenset[str]
+    _spans: tuple[tuple[str, int, int], ...]
+    """Name of each field, and where its values begin and end among those that are unpacked."""
+    _has_arrays: bool
+    _hides_fields: bool
+    """Whether fields have the names of pymavlink's own attributes, as ``id``: these cannot be found missing."""
+    _message_id: int
+    _signed, _link_id, _instances = False, None, None
+
+    def __init__(self, packet: bytes) -> None:
+        start = 4 if packet[0] == _V2 else 2
+        self._msgbuf = packet
+        self._sequence, self._system, self._component = packet[start], packet[start + 1], packet[start + 2]
+        if self._hides_fields:
+            self._decode()
+
+    def get_msgId(self) -> int:
+        """See pymavlink."""
+        return self._message_id
+
+    def get_srcSystem(self) -> int:
+        """See pymavlink."""
+        return self._system
+
+    def get_srcComponent(self) -> int:
+        """See pymavlink."""
+        return self._component
+
+    def get_seq(self) -> int:
+        """See pymavlink."""
+        return self._sequence
+
+    def __getattr__(self, name: str) -> Any:
+        """Decode the message when a field is read that is not there yet."""
+        if name in self._names:
+            self._decode()
+        elif name == "_header":
+            self._header = self._read_header()
+        elif name == "_crc":
+            self._crc = int.from_bytes(self._msgbuf[self._stop() : self._stop() + _CRC_BYTES], "little")
+        elif name == "_payload":
+            self._payload = self._msgbuf[_HEADER_BYTES[self._msgbuf[0]] : self._stop()]
+        else:
+            raise AttributeError(f"{type(self).__name__} has no {name}")
+        return self.__dict__[name]
+
+    def _stop(self) -> int:
+        """Return where the payload ends."""
+        return _HEADER_BYTES[self._msgbuf[0]] + self._msgbuf[1]
+
+    def _decode(self) -> None:
+        packet, unpacker = self._msgbuf, self._kind.unpacker
+        start = _HEADER_BYTES[packet[0]]
+        payload = packet[start : start + min(packet[1], unpacker.size)]
+        values = unpacker.unpack(payload.ljust(unpacker.size, b"\0"))  # MAVLink 2 cuts zeros off
+        if self._has_arrays:
+            fields = {
+                name: values[first] if last == first + 1 else list(values[first:last])
+                for name, first, last in self._spans
+            }
+        else:
+            fields = dict(zip(self._kind.ordered_fieldnames, values, strict=True))
+        self.__dict__ = {**fields, **self.__dict__}
+
+    def _read_header(self) -> mavlink.MAVLink_header:
+        packet = self._msgbuf
+        flags = (packet[2], packet[3]) if packet[0] == _V2 else (0, 0)
+        return mavlink.MAVLink_header(
+            self._message_id, *flags, packet[1], self._sequence, self._system, self._component
+        )
+
+
+def _lazy_kind(message_id: int, kind: type[mavlink.MAVLink_message]) -> type[LazyMessage] | None:
+    """Return the lazy version of a kind of message; None for those with texts, which pymavlink decodes."""
+    values = struct.unpack(kind.unpacker.format, bytes(kind.unpacker.size))
+    if any(isinstance(value, bytes) for value in values):
+        return None
+    spans, first = [], 0
+    for name, length in zip(kind.ordered_fieldnames, kind.lengths, strict=True):
+        spans.append((name, first, first + length))
+        first += length
+    attributes = {
+        "_kind": kind,
+        "_names": frozenset(kind.fieldnames),
+        "_spans": tuple(spans),
+        "_has_arrays": any(length > 1 for length in kind.lengths),
+        "_hides_fields": any(hasattr(kind, name) for name in kind.fieldnames),
+        "_message_id": message_id,
+        "_type": kind.msgname,
+        "_fieldnames": kind.fieldnames,
+        "_instance_field": kind.instance_field,
+        "_instance_offset": kind.instance_offset,
+    }
+    return type(kind.__name__, (LazyMessage, kind), attributes)
+
+
+LAZY_KINDS: Mapping[int, type[LazyMessage]] = MappingProxyType(
+    {
+        message_id: lazy
+        for message_id, kind in mavlink.mavlink_map.items()
+        if (lazy := _lazy_kind(message_id, kind)) is not None
+    }
+)
+"""Kinds of messages by their numbers."""
