@@ -23,7 +23,8 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.mission.model.actions import Action, ActionRecord
 from aos_gcs.mission.model.events import Event, EventKind, NoticeRecord
-from aos_gcs.mission.model.findings import TargetEstimate
+from aos_gcs.imaging.persons.decision import FindingKind
+from aos_gcs.mission.model.findings import Finding, FindingStatus, TargetEstimate
 from aos_gcs.mission.model.phase import Outcome, OutcomeRecord, Phase, Suspension
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.steps import StepRecord
@@ -50,6 +51,7 @@ def snapshot(number, phase):
     return MissionSnapshot(
         "m", "aos-apso", phase, Suspension.NONE, Outcome.OPEN, "scanning", 2.0 * number, number, ORIGIN, (), (),
         (vehicle,), (), TargetEstimate((3.0, 4.0, 0.0), 0.25, 4), 1.5,
+        findings=(Finding(1, FindingStatus.NEW, (3.0, 4.0, 0.0), 1.0, 2.0, 1, 1, kind=FindingKind.PERSON),),
     )
 
 
@@ -193,7 +195,9 @@ def test_the_estimate_is_judged_by_the_truth_of_a_simulator(
     world = {"origin": origin, "seed": 1, "trees_per_ha": 0.0, "targets": [person]}
     truth.write_text(json.dumps(world), encoding="utf-8")
     assert inspect(finished, "--json", "--truth", truth) == 0
-    assert json.loads(capsys.readouterr().out)["score"]["target_error_m"] == pytest.approx(1.0, abs=0.01)
+    score = json.loads(capsys.readouterr().out)["score"]
+    assert score["target_error_m"] == pytest.approx(1.0, abs=0.01)
+    assert (score["person_found"], score["claims"], score["false_claims"]) == (True, 1, 0)
     assert inspect(finished, "--truth", truth) == 0
     assert "target error m: 1.00" in capsys.readouterr().out
     assert inspect(finished, "--truth", tmp_path / "no.json") == 2
