@@ -21,7 +21,7 @@ from tests.fakes.lab_world import FakeWorld
 START = paper_initialisations()[0]
 
 
-def fly(scenario: Scenario, world: FakeWorld, text: str = "aos-apso") -> list[StepRow]:
+def fly(scenario: Scenario, world: FakeWorld, text: str = "aos-apso-paper") -> list[StepRow]:
     (choice,) = parse_strategies(text)
     return list(run_strategy(world, scenario, START, choice.make(), choice.label))
 
