@@ -27,7 +27,7 @@ from tests.campaign.world import World
 from tests.fakes.air import FIRST_PORT, HOST
 
 SEEDS = range(1, 21)
-CALM = Scenario(0, "arducopter", 2, "exact", 2.5, upload_fence=False, faults=())
+CALM = Scenario(0, "arducopter", 2, "none", 2.5, upload_fence=False, faults=())
 
 
 @pytest.mark.parametrize("seed", SEEDS)
