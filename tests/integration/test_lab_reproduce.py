@@ -27,7 +27,7 @@ def write_runs(results: ResultFolder, advance: Callable[[int], None], **_options
     if results.campaign.oracle:
         labels.append(ORACLE)
     for number, initialisation in enumerate(results.missing()):
-        levels = {label: 0.3 + 0.01 * number + 0.2 * (label == BETTER) for label in labels}
+        levels = {label: 0.3 + 0.01 * number + 0.3 * (label == BETTER) for label in labels}
         results.write(
             initialisation,
             pa.concat_tables([run_at(level, label, initialisation.name) for label, level in levels.items()]),
@@ -64,7 +64,7 @@ def test_the_document_is_written_with_its_figures_and_renewed_between_its_marks(
     assert text.startswith("# Results of the swarm strategies\n")
     headings = ("### The forest", "### Claims of the paper", "### Goals of aos-apso")
     assert all(heading in text for heading in headings)
-    assert "| V from 5 s on: +0.15, the interval's lower end above +0.10 | +0.200 (+0.200 to +0.200) | yes |" in text
+    assert "| V from 5 s on: +0.25, the interval's lower end above +0.20 | +0.300 (+0.300 to +0.300) | yes |" in text
     pictures = [f"figures/{name}-{figure}.png" for name in names for figure in FIGURES[name]]
     assert [picture for picture in pictures if f"({picture})" not in text] == []
     assert all((path.parent / picture).is_file() for picture in pictures)

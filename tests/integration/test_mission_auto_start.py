@@ -10,6 +10,7 @@ import pytest
 
 from aos_gcs.config.file import parse_config
 from aos_gcs.config.model import ServiceConfig
+from aos_gcs.errors import MissionError
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.phase import Outcome, OutcomeRecord, Phase
 from aos_gcs.runtime.service import open_service
@@ -57,7 +58,8 @@ async def test_vehicles_that_were_found_in_the_air_are_not_launched_again_once_t
 async def test_any_action_before_the_start_leaves_that_to_the_operator() -> None:
     flight = prepare(3)
     async with flying(flight) as run:
-        await flight.commands.act(Action.HOLD, None, operator="Ada")
+        with pytest.raises(MissionError, match="No vehicle is known to fly"):
+            await flight.commands.act(Action.HOLD, None, operator="Ada")
         await stays_ready(flight)
         assert "Automatic start cancelled: Ada has acted. Launch by hand" in flight.texts()
         await flight.commands.act(Action.ABORT, None)

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import pytest
 
 from aos_gcs.errors import ParameterError
+from aos_gcs.swarm.archive.parameters import AosApsoParameters
 from aos_gcs.swarm.declaration import Bounds, declared, parameters_of
-from aos_gcs.swarm.parameters import AosApsoParameters, AosPsoParameters, SwarmParameters
+from aos_gcs.swarm.parameters import AosPsoParameters, SwarmParameters
 from aos_gcs.swarm.registry import available_strategies, declared_parameters
 
 
