@@ -107,7 +107,7 @@ async def test_observers_follow_the_events_so_many_times_and_operators_as_they_l
 
 
 async def test_an_operator_is_heard_when_the_requests_of_their_address_are_used_up() -> None:
-    app = app_of(ScriptedMission(LoopClock()), operator_code=CODE)
+    app = app_of(ScriptedMission(LoopClock()), operator_code=CODE, now_s=HandTime())
     transport = httpx.ASGITransport(app)
     async with (
         httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1:8080") as observer,
