@@ -140,5 +140,7 @@ class VehicleState:
     """Largest level of vibration of the accelerometers, by the autopilot's own measure."""
     taken_over: str = ""
     """What shows that a pilot, another station or the autopilot itself flies it against our commands; empty if none."""
+    has_pilot: bool = False
+    """Whether that was ever more than the autopilot's own return or landing, since no command of ours was followed."""
     failsafe: str = ""
     """Status of the autopilot's failsafe while it is active, such as "critical": only return and land are sent."""

@@ -128,6 +128,7 @@ class FakeVehicle:
     mode: FlightMode = FlightMode.GUIDED
     battery_fraction: float = 0.9
     silent_since_s: float | None = None
+    heartbeat_silent_since_s: float | None = None
     camera_works: bool = True
     reported_landed: LandedState | None = None
     """What it says about standing on the ground, where that is not the truth."""
@@ -143,6 +144,7 @@ class FakeVehicle:
     estimator_problem: str = ""
     vibration_mps2: float | None = None
     taken_over: str = ""
+    has_pilot: bool = False
     failsafe: str = ""
     others: tuple[tuple[float, float, float], ...] = ()
     """Other things that its camera sees: east, north, degrees Celsius."""
@@ -208,7 +210,7 @@ class FakeVehicle:
             mode=self.mode,
             mode_name=self.mode.upper(),
             armed=self.armed,
-            armed_at_s=heard_at_s,
+            armed_at_s=heard_at_s if self.heartbeat_silent_since_s is None else self.heartbeat_silent_since_s,
             landed=self.reported_landed or (LandedState.ON_GROUND if on_ground else LandedState.IN_AIR),
             landed_at_s=heard_at_s,
             ready_to_arm=True,
@@ -226,6 +228,7 @@ class FakeVehicle:
             satellites=12,
             heard_at_s=heard_at_s,
             taken_over=self.taken_over,
+            has_pilot=self.has_pilot,
             failsafe=self.failsafe,
             horizontal_accuracy_m=self.horizontal_accuracy_m,
             vertical_accuracy_m=self.vertical_accuracy_m,
@@ -234,7 +237,7 @@ class FakeVehicle:
         )
 
     def reclaim(self) -> None:
-        self.taken_over = ""
+        self.taken_over, self.has_pilot = "", False
 
     async def execute(self, command: Command, deadline_s: float) -> None:
         self.commands.append(command)

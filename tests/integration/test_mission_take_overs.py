@@ -56,6 +56,40 @@ async def test_a_pilot_who_hovers_is_left_alone_until_that_vehicle_is_resumed() 
     assert flight.task(3) is Task.LANDED
 
 
+async def test_a_pilot_who_lands_is_not_stopped_by_a_hold_for_all() -> None:
+    flight = prepare(target=None)
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.view.steps()) == 2)
+        vehicle = flight.fleet.members[3]
+        commands = take_over(vehicle, FlightMode.LAND)
+        vehicle.has_pilot = True
+        held = await flight.commands.act(Action.HOLD, None)
+        assert [result.accepted for result in held] == [True, True, False, True]
+        vehicle.has_pilot = False
+        held = await flight.commands.act(Action.HOLD, None)
+        assert all(result.accepted for result in held), "this landing may be the autopilot's own"
+        assert len(vehicle.commands) == commands + 1
+        await flight.commands.act(Action.LAND, None)
+        assert await run is Outcome.NOT_FOUND
+
+
+async def test_a_vehicle_heard_again_stays_lost_until_its_mode_is_known() -> None:
+    flight = prepare(target=None)
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.view.steps()) == 2)
+        vehicle = flight.fleet.members[3]
+        vehicle.silent_since_s = vehicle.heartbeat_silent_since_s = flight.clock.now_s()
+        await flight.until(lambda: flight.task(3) is Task.LOST)
+        vehicle.silent_since_s = None
+        commands = len(vehicle.commands)
+        await flight.clock.sleep(5.0)
+        assert flight.task(3) is Task.LOST
+        assert vehicle.commands[commands:] == []
+        vehicle.heartbeat_silent_since_s = None
+        await flight.until(lambda: flight.task(3) is not Task.LOST)
+        assert await run is Outcome.NOT_FOUND
+
+
 async def test_a_pilot_who_hovers_is_left_alone_by_the_return_too() -> None:
     flight = prepare()
     async with flying(flight) as run:

@@ -77,6 +77,40 @@ def test_a_mode_that_ends_a_take_off_is_a_take_over_below_its_top(top_m: float, 
     assert control.reason == reason
 
 
+def test_an_older_mode_after_the_vehicle_has_accepted_a_command_is_a_take_over() -> None:
+    """A pilot may stop a take-off before any heartbeat shows it."""
+    control = watch("BRAKE")
+    control.begin(GUIDED, None)
+    watch(*["BRAKE"] * 10, start_s=1.0, control=control)
+    control.take_answer(11.0, is_accepted=True)
+    watch("BRAKE", "BRAKE", "BRAKE", start_s=11.5, control=control)
+    assert control.reason == ""
+    watch("BRAKE", start_s=14.5, control=control)
+    assert control.reason == "its mode changed to BRAKE"
+
+
+def test_a_refusal_after_an_acceptance_leaves_the_vehicle_in_its_older_mode() -> None:
+    control = watch("BRAKE")
+    control.begin(GUIDED, None)
+    control.take_answer(1.0, is_accepted=True)
+    control.take_answer(1.1, is_accepted=False)
+    watch(*["BRAKE"] * 10, start_s=1.0, control=control)
+    assert control.reason == ""
+
+
+def test_a_return_by_the_autopilot_itself_has_no_pilot_and_one_that_a_pilot_began_has() -> None:
+    control = watch("GUIDED")
+    control.begin(GUIDED, HERE)
+    watch("GUIDED", control=control, start_s=1.0)
+    control.take_heartbeat("RTL", heartbeat(), OURS, 9.0, comes_down=True)
+    assert (control.takeovers, control.has_pilot) == (1, False)
+    control.take_heartbeat("LOITER", heartbeat(), OURS, 10.0)
+    control.take_heartbeat("LAND", heartbeat(), OURS, 11.0, comes_down=True)
+    assert (control.takeovers, control.has_pilot) == (3, True)
+    control.begin(frozenset({"LAND"}), None)
+    assert not control.has_pilot
+
+
 def test_a_take_over_ends_with_the_motors() -> None:
     control = watch("LOITER")
     control.take_heartbeat("LOITER", heartbeat(armed=False), OURS, 1.0)

@@ -127,7 +127,8 @@ class Monitor:
                 f"link lost for {age_s:.0f} s: its own failsafe flies it now. Check its link",
                 member.vehicle_id,
             )
-        elif not silent and member.task is Task.LOST:
+        elif not silent and member.task is Task.LOST and context.roster.is_fresh(member.state.armed_at_s):
+            # Before its heartbeat, the mode that is known is the one from before the silence.
             context.roster.assign(member, member.task_when_heard_again)
             context.journal.notice(Severity.WARNING, "link restored", member.vehicle_id)
 

@@ -120,7 +120,8 @@ class Member:
     def has_pilot(self) -> bool:
         """Whether a pilot or another station flies the vehicle, so that only commands by its name reach it."""
         state = self.state
-        is_flown = state.mode is FlightMode.MANUAL or (bool(state.taken_over) and state.mode not in _COMING_DOWN)
+        is_left_alone = state.has_pilot or state.mode not in _COMING_DOWN
+        is_flown = state.mode is FlightMode.MANUAL or (bool(state.taken_over) and is_left_alone)
         return self.airborne and is_flown
 
     @property

@@ -62,7 +62,7 @@ class CommandRunner:
                 raise self._refusal(f"was taken over: {control.reason}. {type(command).__name__} is not repeated")
 
         for step in steps:
-            await self._run_step(step, check, deadline_s)
+            await self._run_step(step, check, deadline_s, is_last=step is steps[-1])
         target = self._record.telemetry.target
         control.confirm(
             target.position if target is not None else None,
@@ -101,7 +101,7 @@ class CommandRunner:
     def _refusal(self, reason: str) -> CommandRefusedError:
         return CommandRefusedError(f"vehicle {self._record.vehicle_id} {reason}")
 
-    async def _run_step(self, step: Step, check: Callable[[], None], deadline_s: float) -> None:
+    async def _run_step(self, step: Step, check: Callable[[], None], deadline_s: float, *, is_last: bool) -> None:
         """Send one step until it is done; ``check`` raises when it must not go on."""
         record = self._record
         started_s = self._clock.now_s()
@@ -110,6 +110,8 @@ class CommandRunner:
 
         def is_done() -> bool:
             check()
+            if is_last and transaction.answer is not Answer.NONE:
+                record.control.take_answer(self._clock.now_s(), is_accepted=transaction.answer is Answer.ACCEPTED)
             is_shown = step.is_done(record.telemetry, self._clock.now_s())
             return is_shown and (transaction.answer is Answer.ACCEPTED or not needs_acceptance)
 

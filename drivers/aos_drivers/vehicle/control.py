@@ -65,6 +65,9 @@ class ControlWatch:
         """What shows that the vehicle was taken over: "its mode changed to LOITER"; empty while it was not."""
         self.takeovers = 0
         """Number of take-overs so far. A command that began before the latest one must not be repeated."""
+        self.has_pilot = False
+        """Whether a pilot or another station has flown it since it was taken over, not only the autopilot's own return
+        or landing; a command of ours ends it."""
         self.failsafe = ""
         """Status of the autopilot's own failsafe, in a word; empty while it has none."""
         self._is_armed = False
@@ -79,6 +82,8 @@ class ControlWatch:
         """Modes before it, and of the commands before it."""
         self._shown_at_s: float | None = None
         """Time at which a mode of the newest command was first reported."""
+        self._accepted_at_s: float | None = None
+        """Time at which the vehicle accepted the newest command."""
         self._climb: Climb | None = None
         """End of the take-off that is in progress."""
         self._forget_target()
@@ -95,11 +100,19 @@ class ControlWatch:
         """Note that a command is sent which explains ``modes``, and flies to ``target``, or on top of a ``climb``."""
         self._older_modes = self._older_modes | self._modes | {self._mode_name}
         self._climb = climb
-        self._modes, self._shown_at_s = modes, None
+        self._modes, self._shown_at_s, self._accepted_at_s = modes, None, None
+        self.has_pilot = False
         former = (*self._former, self._commanded, self._reported)
         self._former = tuple(each for each in former if each is not None)[-_FORMER_TARGETS:]
         self._forget_target()
         self._commanded = target
+
+    def take_answer(self, now_s: float, *, is_accepted: bool) -> None:
+        """Note the vehicle's latest answer to the newest command; once it is accepted, older modes soon end."""
+        if not is_accepted:
+            self._accepted_at_s = None
+        elif self._accepted_at_s is None:
+            self._accepted_at_s = now_s
 
     def confirm(self, reported: GeodeticPosition | None, now_s: float, *, has_target: bool) -> None:
         """Note that the newest command has taken effect; ``reported`` is the target that the vehicle reports now."""
@@ -111,14 +124,25 @@ class ControlWatch:
 
     def reclaim(self) -> None:
         """Count the present mode and target as ours: an operator gives the vehicle back to this station."""
-        self.reason = ""
-        self._modes, self._older_modes, self._shown_at_s = frozenset({self._mode_name}), frozenset(), None
+        self.reason, self.has_pilot = "", False
+        self._modes, self._older_modes = frozenset({self._mode_name}), frozenset()
+        self._shown_at_s = self._accepted_at_s = None
         self._forget_target()
 
     def take_heartbeat(
-        self, mode_name: str, heartbeat: mavlink.MAVLink_heartbeat_message, our_modes: frozenset[str], now_s: float
+        self,
+        mode_name: str,
+        heartbeat: mavlink.MAVLink_heartbeat_message,
+        our_modes: frozenset[str],
+        now_s: float,
+        *,
+        comes_down: bool = False,
     ) -> None:
-        """Judge the mode of a heartbeat; ``our_modes`` are all those that we ever command."""
+        """Judge the mode of a heartbeat.
+
+        ``our_modes`` are all those that we ever command; ``comes_down`` tells whether the mode is a return or a
+        landing, which the autopilot also begins by itself.
+        """
         self._is_armed = is_armed = bool(heartbeat.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED)
         self._mode_name = mode_name
         self.failsafe = _FAILSAFES.get(heartbeat.system_status, "") if is_armed else ""
@@ -127,7 +151,7 @@ class ControlWatch:
         elif mode_name in self._modes:
             self._shown_at_s = now_s if self._shown_at_s is None else self._shown_at_s
         elif not self._is_explained(mode_name, our_modes, now_s):
-            self._take_over(f"its mode changed to {mode_name}")
+            self._take_over(f"its mode changed to {mode_name}", has_pilot=not comes_down)
             self._modes, self._older_modes = frozenset({mode_name}), frozenset()
 
     def take_height(self, height_above_home_m: float | None) -> None:
@@ -140,15 +164,16 @@ class ControlWatch:
 
     def _stand_down(self) -> None:
         """Forget commands and take-overs when the motors stop."""
-        self.reason = ""
+        self.reason, self.has_pilot = "", False
         self._modes = self._older_modes = frozenset()
-        self._shown_at_s = self._climb = None
+        self._shown_at_s = self._accepted_at_s = self._climb = None
         self._forget_target()
 
     def _is_explained(self, mode_name: str, our_modes: frozenset[str], now_s: float) -> bool:
         if not self._modes:
             return mode_name in our_modes
-        is_recent = self._shown_at_s is None or now_s - self._shown_at_s <= _LATE_S
+        since_s = self._accepted_at_s if self._shown_at_s is None else self._shown_at_s
+        is_recent = since_s is None or now_s - since_s <= _LATE_S
         return is_recent and mode_name in self._older_modes
 
     def take_text(self, text: str) -> None:
@@ -169,15 +194,16 @@ class ControlWatch:
         is_ours = position is not None and _distance_m(self._target, position) <= TARGET_MOVED_M
         self._strange_reports = 0 if is_ours else self._strange_reports + 1
         if self._strange_reports == _REPORTS:
-            self._take_over("it flies to a target of another station or pilot")
+            self._take_over("it flies to a target of another station or pilot", has_pilot=True)
 
     def _is_former(self, position: GeodeticPosition) -> bool:
         """Return whether a report may be one of an older command that is late."""
         is_ours = _are_near(self._commanded, position, _OUR_TARGET_M)
         return not is_ours and any(_are_near(former, position, TARGET_MOVED_M) for former in self._former)
 
-    def _take_over(self, reason: str) -> None:
+    def _take_over(self, reason: str, *, has_pilot: bool) -> None:
         self.reason = reason
+        self.has_pilot = self.has_pilot or has_pilot
         self.takeovers += 1
         self._former = ()
         self._forget_target()

@@ -27,7 +27,7 @@ from aos_drivers.vehicle.streams import OneTimeRequests, StreamKeeper
 from aos_drivers.vehicle.telemetry import Telemetry, has_no_position
 from aos_drivers.vehicle.timesync import ClockEstimator
 from aos_drivers.vehicle.transaction import CommandTransaction
-from aos_gcs.ports import ComponentLink, LinkQuality, Notice, Severity, VehicleState
+from aos_gcs.ports import ComponentLink, FlightMode, LinkQuality, Notice, Severity, VehicleState
 
 _HOME_PAUSE_S = 3.0
 _PAUSE_S = 2.0
@@ -38,6 +38,7 @@ _MAX_COMPONENTS = 16
 _STRANGER_PAUSE_S = 60.0
 _ARMING_TEXT_S = 10.0
 """Time for which the reason of a refusal to arm is kept although the vehicle's own checks pass."""
+_COMING_DOWN = frozenset({FlightMode.RETURN, FlightMode.LAND})
 _HEARTBEAT, _CAMERA_INFORMATION = mavlink.MAVLINK_MSG_ID_HEARTBEAT, mavlink.MAVLINK_MSG_ID_CAMERA_INFORMATION
 _CAMERA_IDS = range(mavlink.MAV_COMP_ID_CAMERA, mavlink.MAV_COMP_ID_CAMERA6 + 1)
 
@@ -211,7 +212,13 @@ class VehicleRecord:
         ):
             telemetry.text = ""
         self.control.take_height(telemetry.height_above_home_m)
-        self.control.take_heartbeat(telemetry.mode_name, heartbeat, autopilot.our_modes(), now_s)
+        self.control.take_heartbeat(
+            telemetry.mode_name,
+            heartbeat,
+            autopilot.our_modes(),
+            now_s,
+            comes_down=telemetry.mode in _COMING_DOWN,
+        )
 
     def take_telemetry(self, message: mavlink.MAVLink_message, now_s: float) -> None:
         """Update telemetry and control from a message of the autopilot."""
@@ -334,6 +341,7 @@ class VehicleRecord:
             estimator_problem=self.autopilot.estimator_problem(telemetry),
             vibration_mps2=telemetry.vibration_mps2,
             taken_over=self.control.reason,
+            has_pilot=self.control.has_pilot,
             failsafe=self.control.failsafe,
         )
 
