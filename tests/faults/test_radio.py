@@ -30,8 +30,9 @@ pytestmark = [pytest.mark.looptime, pytest.mark.slow, pytest.mark.timeout(900)]
 async def test_a_bad_radio_link_does_not_keep_a_mission_from_its_end(
     monkeypatch: pytest.MonkeyPatch, faults: Faults
 ) -> None:
-    # A changed length makes a vehicle's parser swallow up to twelve heartbeats: longer than the failsafe's usual 5 s.
-    patience = {"FS_GCS_TIMEOUT": 20.0}
+    # A changed length makes a vehicle's parser swallow up to twelve heartbeats, and two in a row more than twenty:
+    # longer than the failsafe's usual 5 s.
+    patience = {"FS_GCS_TIMEOUT": 60.0}
     async with flying_over(monkeypatch, Air(faults), vehicles=2, parameters=patience) as flight:
         assert await flight.run is Outcome.FOUND
         assert flight.swarm.report().landed == 2
