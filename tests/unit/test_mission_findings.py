@@ -66,16 +66,44 @@ def test_a_target_that_is_lost_and_seen_again_stays_one_finding() -> None:
     assert (finding.track_id, finding.status, finding.comment) == (2, FindingStatus.CONFIRMED, "waves")
 
 
-def test_two_targets_side_by_side_are_two_findings() -> None:
+def test_two_targets_apart_are_two_findings() -> None:
     findings = Findings()
-    findings.observe([target(1, 0.0), target(2, 1.0)], 1, 1.0)
+    findings.observe([target(1, 0.0), target(2, 2.5)], 1, 1.0)
     assert [finding.track_id for finding in findings.all()] == [1, 2]
 
 
-def test_two_tracks_of_one_body_are_one_finding() -> None:
+@pytest.mark.parametrize(
+    ("kinds", "away_m", "sigma_m", "count"),
+    [
+        (("undecided", "undecided"), 0.3, 0.4, 1),
+        (("undecided", "undecided"), 1.2, 0.4, 1),
+        (("person", "person"), 1.2, 0.05, 1),
+        (("person", "undecided"), 1.2, 0.05, 1),
+        (("person", "person"), 1.8, 0.05, 2),
+        (("person", "person"), 1.8, 0.7, 1),
+        (("person", "person"), 3.2, 5.0, 2),
+        (("person", "warm_object"), 1.2, 0.7, 2),
+        (("person", "warm_object"), 0.3, 0.05, 1),
+    ],
+)
+def test_targets_that_may_be_one_body_are_one_finding(
+    kinds: tuple[str, str], away_m: float, sigma_m: float, count: int
+) -> None:
     findings = Findings()
-    findings.observe([target(1, 0.0), target(2, 0.3)], 1, 1.0)
-    assert [finding.track_id for finding in findings.all()] == [1]
+    seen = [
+        replace(target(number, east_m), sigma_m=sigma_m, kind=FindingKind(kind))
+        for number, east_m, kind in ((1, 0.0, kinds[0]), (2, away_m, kinds[1]))
+    ]
+    findings.observe(seen, 1, 1.0)
+    assert len(findings.all()) == count
+
+
+def test_a_second_track_gets_a_finding_once_it_is_something_else() -> None:
+    findings, person, other = Findings(), replace(target(1), kind=FindingKind.PERSON), target(2, 1.2)
+    assert len(findings.observe([person, other], 1, 1.0)) == 1
+    assert findings.claimed_at(other, {1, 2}) is findings.all()[0]
+    (new,) = findings.observe([person, replace(other, kind=FindingKind.WARM_OBJECT)], 2, 2.0)
+    assert (new.finding_id, new.kind) == (2, FindingKind.WARM_OBJECT)
 
 
 def test_what_is_decided_stays_until_there_is_another_decision() -> None:

@@ -18,8 +18,12 @@ MAX_FINDINGS = 500
 SAME_PLACE_M = 3.0
 """Distance within which a new target is a finding whose own target was lost."""
 
-SAME_BODY_M = 0.5
-"""Distance within which two targets are one: parts of a body that was marked in two pieces are located together."""
+PIECES_M = 0.5
+"""Distance within which two targets are one, whatever they are taken for: pieces of a body are located together."""
+SAME_BODY_M = 1.5
+"""Distance within which two targets of one kind are one: pieces of a person who lies stretched out."""
+_CONFIDENCE = 2.0
+"""Factor between the standard deviation of a distance and the error that is reckoned with."""
 
 
 class Findings:
@@ -44,7 +48,7 @@ class Findings:
             if finding.status in statuses
             and (
                 (finding.track_id == target.track_id and finding.track_id is not None)
-                or math.dist(finding.position_enu_m[:2], target.position_enu_m[:2]) <= SETTLED_M
+                or _distance_m(finding, target) <= SETTLED_M
             )
         ]
         return min(own, key=lambda finding: finding.track_id != target.track_id, default=None)
@@ -52,8 +56,10 @@ class Findings:
     def claimed_at(self, target: TargetEstimate, living: AbstractSet[int]) -> Finding | None:
         """Return the announced finding that a target is, if any; ``living`` are the tracks that have not ended."""
         for finding in self._findings.values():
-            distance_m = math.dist(finding.position_enu_m[:2], target.position_enu_m[:2])
-            is_near = distance_m <= (SAME_BODY_M if finding.track_id in living else SETTLED_M)
+            reach_m = _reach_m(finding, target)
+            is_near = _distance_m(finding, target) <= (
+                reach_m if finding.track_id in living else max(SETTLED_M, reach_m)
+            )
             if finding.is_claimed and (finding.track_id == target.track_id or is_near):
                 return finding
         return None
@@ -109,12 +115,11 @@ class Findings:
         return Finding(finding_id, FindingStatus.NEW, position_enu_m, found_at_s=now_s, seen_at_s=now_s, step=step)
 
     def _is_part(self, target: TargetEstimate) -> bool:
-        """Return whether a target is a second track of the body of a finding that is still followed."""
-        return any(
-            finding.track_id is not None
-            and math.dist(finding.position_enu_m[:2], target.position_enu_m[:2]) <= SAME_BODY_M
-            for finding in self._findings.values()
-        )
+        """Return whether a target is a second track of the body of a finding that is still followed.
+
+        It gets a finding of its own as soon as it is taken for something else.
+        """
+        return any(finding.track_id is not None and _is_one(finding, target) for finding in self._findings.values())
 
     def _seen_again(self, target: TargetEstimate, living: set[int]) -> Finding | None:
         """Return the nearest finding at the target's place whose own target is lost."""
@@ -122,9 +127,25 @@ class Findings:
             (distance_m, finding.finding_id)
             for finding in self._findings.values()
             if finding.track_id is not None and finding.track_id not in living
-            if (distance_m := math.dist(finding.position_enu_m[:2], target.position_enu_m[:2])) <= SAME_PLACE_M
+            if (distance_m := _distance_m(finding, target)) <= SAME_PLACE_M
         ]
         return self._findings[min(near)[1]] if near else None
+
+
+def _distance_m(finding: Finding, target: TargetEstimate) -> float:
+    return math.dist(finding.position_enu_m[:2], target.position_enu_m[:2])
+
+
+def _reach_m(finding: Finding, target: TargetEstimate) -> float:
+    """Return the distance up to which a target may be the body of a finding, by its size and by both their errors."""
+    error_m = _CONFIDENCE * math.hypot(finding.sigma_m or 0.0, target.sigma_m or 0.0)
+    return min(max(SAME_BODY_M, error_m), SAME_PLACE_M)
+
+
+def _is_one(finding: Finding, target: TargetEstimate) -> bool:
+    """Return whether a finding and a target that are both in view are one body."""
+    is_same_kind = target.kind is finding.kind or FindingKind.UNDECIDED in {target.kind, finding.kind}
+    return _distance_m(finding, target) <= (_reach_m(finding, target) if is_same_kind else PIECES_M)
 
 
 def _updated(finding: Finding, target: TargetEstimate, step: int) -> Finding:
