@@ -17,6 +17,7 @@ from aos_gcs.mission.model.actions import Action, ActionRecord, ActionResult, Re
 from aos_gcs.mission.model.phase import Phase, Suspension
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.phases import BEFORE_START, ENDING, ON_GROUND, check_action
+from aos_gcs.mission.resuming import check_resume
 from aos_gcs.mission.sortie import Sortie
 from aos_gcs.planning.settings import MIN_SWARM, MissionSettings
 from aos_gcs.ports import Hold, Land, ReturnToLaunch
@@ -183,6 +184,8 @@ class ActionHandler:
         held = roster.members(Task.HELD)
         if self._flow.suspension is Suspension.NONE and not held:
             raise MissionError("Cannot resume: nothing is paused or held.")
+        if self._flow.suspension is not Suspension.NONE and self._flow.heading not in {Phase.ARM, *ENDING}:
+            check_resume(roster)
         self._announce(operator, "resume")
         self._flow.resume()
         resume = _unless_taken_over(self._resume_one)

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from aos_gcs.errors import MissionError
 from aos_gcs.mission.former_flight import FormerFlight
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.events import Event, EventKind
@@ -112,6 +113,30 @@ async def test_one_heard_later_is_attached_too_and_one_in_its_failsafe_is_left_t
         await flight.clock.sleep(5.0)
         assert not flight.fleet.members[3].commands
         await flight.commands.act(Action.RETURN, None)
+        await run
+
+
+@pytest.mark.looptime
+async def test_resume_is_refused_while_all_are_in_failsafes_and_possible_when_they_come_back() -> None:
+    flight = await restarted(await flown_before())
+    vehicles = flight.fleet.members.values()
+    for vehicle in vehicles:
+        vehicle.failsafe = "battery"
+    async with flying(flight) as run:
+        await until_taken_up(flight)
+        for still_out, follow in ((3, 0), (2, 1)):
+            with pytest.raises(
+                MissionError, match=rf"Cannot resume.*and has {follow} .*failsafe is active \(battery"
+            ) as raised:
+                await flight.commands.act(Action.RESUME, None)
+            assert str(raised.value).count("failsafe is active") == still_out
+            assert (flight.mission.phase, flight.view.snapshot().suspension) == (Phase.TAKEOFF, Suspension.HELD)
+            flight.fleet.members[still_out].failsafe = ""
+            await flight.clock.sleep(1.0)
+        results = {one.vehicle_id: one.accepted for one in await flight.commands.act(Action.RESUME, None)}
+        assert results == {1: False, 2: True, 3: True}
+        await flight.until(lambda: flight.mission.phase is Phase.SCAN)
+        await flight.commands.act(Action.ABORT, None)
         await run
 
 
