@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+from collections import deque
 from collections.abc import AsyncIterator, Mapping
 from contextlib import AbstractContextManager, asynccontextmanager
 from typing import Protocol
@@ -32,6 +33,9 @@ DISK_TIMEOUT_S = 1.0
 
 CRITICAL_STALL_S = 3.0
 """Time without heartbeats that is close to the vehicles' own limits, mostly 5 s."""
+
+_STALLS = 100
+"""Number of stalls that are remembered."""
 
 EVENT_BACKLOG = 4096
 """Number of events that may wait for the disk; far more than a mission makes in a minute."""
@@ -86,6 +90,8 @@ class Journal:
         self._unwritten = self._stream.attach(EVENT_BACKLOG)
         self._missing_count = 0
         self._start_s: float | None = None
+        self._stalls: deque[tuple[float, float]] = deque(maxlen=_STALLS)
+        """Time of each of the latest reports of a stall, and its duration."""
         self.steps: list[StepRecord] = []
         self.message = ""
         """Present activity of the mission, in one sentence."""
@@ -126,12 +132,18 @@ class Journal:
 
     def note_stall(self, stall_s: float) -> None:
         """Report that the station stood still: what looks like lost links then is its own fault."""
+        self._stalls.append((self._clock.now_s(), stall_s))
         severity = Severity.CRITICAL if stall_s >= CRITICAL_STALL_S else Severity.WARNING
         self.notice(
             severity,
             f"This station stood still for {stall_s:.1f} s: it neither heard nor commanded the vehicles. "
             "Close other programs on this computer",
         )
+
+    def stalled_s(self, within_s: float) -> float:
+        """Return the longest stall reported within the last clock seconds; 0 if there was none."""
+        since_s = self._clock.now_s() - within_s
+        return max((stall_s for at_s, stall_s in self._stalls if at_s >= since_s), default=0.0)
 
     def step(self, record: StepRecord) -> None:
         """Keep and publish a step."""

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from aos_gcs.errors import MissionFailedError
+from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.phase import Outcome
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.planning.settings import FlightSettings, PreflightSettings
@@ -20,6 +21,7 @@ pytestmark = pytest.mark.looptime
 
 SEPARATION_M = 1.5
 BAD = {"bias_m": (0.5, 2.0), "swing_m": (0.2, 0.1)}
+LONG_AREA = ((-12.0, 10.0), (12.0, 10.0), (12.0, 250.0), (-12.0, 250.0))
 OVERRIDDEN = PreflightSettings(
     upload_fence=True,
     overrides={"home altitude": "measured: the meadow is level", "altitude accuracy": "a test of the datum"},
@@ -98,8 +100,7 @@ async def test_slopes_measured_by_rtk_are_no_errors() -> None:
 
 
 async def test_a_height_that_runs_away_in_flight_is_found_and_the_vehicle_leaves() -> None:
-    area_enu_m = ((-12.0, 10.0), (12.0, 10.0), (12.0, 250.0), (-12.0, 250.0))
-    flight = prepare(5, target=None, flight=FlightSettings(layer_spacing_m=3.0), area_enu_m=area_enu_m)
+    flight = prepare(5, target=None, flight=FlightSettings(layer_spacing_m=3.0), area_enu_m=LONG_AREA)
     async with watched(flight) as run:
         await flight.until(lambda: flight.view.snapshot().phase == "scan")
         vehicle = flight.fleet.members[3]
@@ -112,6 +113,87 @@ async def test_a_height_that_runs_away_in_flight_is_found_and_the_vehicle_leaves
     (text,) = [text for text in flight.texts() if text.startswith("wrong altitude")]
     assert "below the height that it reports, by its satellite receiver and the others" in text
     assert {one: flight.task(one) for one in flight.fleet.members} == dict.fromkeys(flight.fleet.members, Task.LANDED)
+
+
+def degrade(flight: Flight, vehicle_ids: range, **reported: object) -> None:
+    """Have vehicles report another accuracy or fix from now on."""
+    for vehicle_id in vehicle_ids:
+        for name, value in reported.items():
+            setattr(flight.fleet.members[vehicle_id], name, value)
+
+
+def told(flight: Flight) -> list[str]:
+    return [text for text in flight.texts() if text.startswith(("its altitude is accurate to", "it has lost its RTK"))]
+
+
+@pytest.mark.parametrize(
+    ("reported", "words"),
+    [
+        ({"vertical_accuracy_m": 1.5}, "its altitude is accurate to ± 3.0 m only (95 %), layers of 2 m bear ± 0.2 m"),
+        ({"gps_fix": 3}, "it has lost its RTK fix, which layers of 2 m need"),
+    ],
+    ids=["accuracy", "fix"],
+)
+async def test_a_vehicle_whose_altitude_becomes_inaccurate_leaves_and_others_keep_clear(
+    reported: dict[str, object], words: str
+) -> None:
+    flight = prepare(4, target=None, area_enu_m=LONG_AREA)
+    async with watched(flight) as run:
+        await flight.until(lambda: flight.view.snapshot().phase == "scan")
+        member = flight.mission.sortie.context.roster.select([2])[0]
+        before_m = flight.mission.sortie.context.flight.accuracy(member).vertical_m
+        degrade(flight, range(2, 3), **reported)
+        await flight.until(lambda: flight.task(2) is Task.RETURNING)
+        after_m = flight.mission.sortie.context.flight.accuracy(member).vertical_m
+        assert after_m == reported.get("vertical_accuracy_m", before_m)
+        await flight.until(lambda: flight.task(2) is Task.LANDED)
+        assert flight.view.snapshot().phase in {"line", "scan"}
+        await flight.commands.act(Action.RETURN, None)
+        await run
+    (text,) = told(flight)
+    assert text.startswith(words)
+    assert flight.smallest_m >= SEPARATION_M
+
+
+async def test_a_short_loss_of_accuracy_or_of_the_fix_changes_nothing() -> None:
+    flight = prepare(4)
+    async with watched(flight) as run:
+        await flight.until(lambda: flight.view.snapshot().phase == "scan")
+        for bad, good in (
+            ({"vertical_accuracy_m": 5.0}, {"vertical_accuracy_m": 0.03}),
+            ({"gps_fix": 4}, {"gps_fix": 6}),
+        ):
+            degrade(flight, range(1, 5), **bad)
+            await flight.clock.sleep(4.0)
+            degrade(flight, range(1, 5), **good)
+            await flight.clock.sleep(1.0)
+    assert run.result() is Outcome.FOUND
+    assert not told(flight)
+
+
+@pytest.mark.parametrize("phase", ["line", "scan", "converge"])
+async def test_all_fly_home_when_all_lose_their_corrections_at_once(phase: str) -> None:
+    flight = prepare(4)
+    async with watched(flight) as run:
+        await flight.until(lambda: flight.view.snapshot().phase == phase)
+        degrade(flight, range(1, 5), gps_fix=3, horizontal_accuracy_m=1.5, vertical_accuracy_m=3.0)
+        await flight.until(run.done)
+    assert {one: flight.task(one) for one in flight.fleet.members} == dict.fromkeys(flight.fleet.members, Task.LANDED)
+    assert len(told(flight)) == 4
+    assert flight.smallest_m >= SEPARATION_M
+
+
+async def test_an_accuracy_that_was_overridden_on_the_ground_is_not_found_again_in_flight() -> None:
+    flight = prepare(4, target=None, preflight=OVERRIDDEN)
+    report(flight, 3, 0.5, 1.0)
+    async with watched(flight) as run:
+        await flight.until(lambda: flight.view.snapshot().phase == "scan")
+        report(flight, 3, 0.5, 1.4)
+        await flight.clock.sleep(8.0)
+        assert not told(flight)
+        report(flight, 3, 0.5, 1.6)
+        await flight.until(lambda: len(told(flight)) == 4)
+        await flight.until(run.done)
 
 
 async def test_layers_above_two_metres_without_rtk_need_accurate_altitudes_only() -> None:

@@ -9,13 +9,12 @@ from aos_gcs.airspace.waypoints import WaypointVerdict
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.phase import Outcome
 from aos_gcs.mission.model.vehicles import Task
-from aos_gcs.ports import (
-    Hold,
-    ReturnToLaunch,
-)
+from aos_gcs.ports import FlightMode, Goto, Hold, ReturnToLaunch
 from tests.fakes.mission_flight import flying, prepare
 
 pytestmark = pytest.mark.looptime
+
+LONG_AREA = ((-12.0, 10.0), (12.0, 10.0), (12.0, 600.0), (-12.0, 600.0))
 
 
 async def test_of_two_that_come_too_close_the_later_mover_is_held() -> None:
@@ -90,6 +89,67 @@ async def test_a_vehicle_lost_during_the_landing_is_brought_down_when_heard_agai
         await run
     assert flight.task(2) is Task.LANDED
     assert isinstance(lost.commands[-1], ReturnToLaunch)
+
+
+@pytest.mark.parametrize(
+    ("silent_s", "meanwhile", "task", "words"),
+    [
+        (12.0, {}, Task.SWARM, "link restored after 12 s: it goes on in the swarm"),
+        (40.0, {}, Task.HELD, "link restored after 40 s: it waits outside of the swarm. Resume it, or return it"),
+        (
+            12.0,
+            {"mode": FlightMode.RETURN},
+            Task.HELD,
+            "link restored, but it left the swarm: its mode changed to RETURN",
+        ),
+        (
+            12.0,
+            {"mode": FlightMode.MANUAL},
+            Task.HELD,
+            "link restored, but it left the swarm: its mode changed to MANUAL",
+        ),
+        (12.0, {"failsafe": "battery"}, Task.HELD, "link restored, but it left the swarm: its failsafe is active"),
+        (12.0, {"taken_over": "a pilot flies it"}, Task.HELD, "link restored, but it left the swarm: a pilot flies it"),
+    ],
+)
+async def test_a_vehicle_heard_again_rejoins_only_where_nothing_else_can_have_flown_it(
+    silent_s: float, meanwhile: dict[str, object], task: Task, words: str
+) -> None:
+    flight = prepare(target=None, area_enu_m=LONG_AREA)
+    vehicle = flight.fleet.members[2]
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.view.steps()) == 2)
+        vehicle.silent_since_s = flight.clock.now_s()
+        await flight.clock.sleep(silent_s)
+        assert flight.task(2) is Task.LOST
+        for name, value in meanwhile.items():
+            setattr(vehicle, name, value)
+        commands, vehicle.silent_since_s = len(vehicle.commands), None
+        await flight.until(lambda: flight.task(2) is not Task.LOST)
+        await flight.clock.sleep(10.0)
+        assert flight.task(2) is task
+        assert any(isinstance(command, Goto) for command in vehicle.commands[commands:]) is (task is Task.SWARM)
+        await flight.commands.act(Action.ABORT, None)
+        await run
+    assert next(text for text in flight.texts() if "link restored" in text).startswith(words)
+
+
+async def test_a_vehicle_heard_again_gets_nothing_before_its_mode_is_known() -> None:
+    """Its first packets after a loss may be positions: its mode is the one before, whatever has happened since."""
+    flight = prepare(target=None, area_enu_m=LONG_AREA)
+    vehicle = flight.fleet.members[2]
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.view.steps()) == 2)
+        vehicle.silent_since_s = vehicle.heartbeat_silent_since_s = flight.clock.now_s()
+        await flight.until(lambda: flight.task(2) is Task.LOST)
+        commands, vehicle.silent_since_s = len(vehicle.commands), None
+        await flight.clock.sleep(3.0)
+        assert flight.task(2) is Task.LOST
+        vehicle.mode, vehicle.heartbeat_silent_since_s = FlightMode.RETURN, None
+        await flight.until(lambda: flight.task(2) is Task.HELD)
+        assert not vehicle.commands[commands:]
+        await flight.commands.act(Action.ABORT, None)
+        await run
 
 
 async def test_a_vehicle_held_on_its_way_is_not_crossed_by_another() -> None:

@@ -105,6 +105,8 @@ async def test_a_vehicle_that_stays_silent_after_a_stall_is_lost(monkeypatch: py
         assert flight.task(2) is Task.LOST
         assert flight.task(1) is Task.SWARM
         run.cancel()
+    (text,) = [text for text in flight.texts() if text.startswith("link lost")]
+    assert "its own overload may be the cause" in text
 
 
 async def test_the_heartbeat_goes_on_after_the_end_while_a_pilot_flies() -> None:

@@ -29,10 +29,10 @@ def accuracy_in_layers(member: Member, separation_m: float, layer_spacing_m: flo
     """Return the accuracy of a vehicle's position that separation in flight reckons with.
 
     Its vertical part is not more than the layers bear: preflight has found it so, or an operator has overridden that,
-    and vehicles in neighbouring layers would block each other. What a vehicle's altitude was found to be wrong by in
-    flight is added whole.
+    and vehicles in neighbouring layers would block each other. Of a vehicle that was found inaccurate in flight, and
+    leaves, it is taken as reported. What a vehicle's altitude was found to be wrong by in flight is added whole.
     """
     accuracy = accuracy_of(member.state)
     borne_m = max(0.0, greatest_accuracy_m(separation_m, layer_spacing_m))
-    vertical_m = min(accuracy.vertical_m, borne_m) + member.altitude_doubt_m / CONFIDENCE
-    return replace(accuracy, vertical_m=vertical_m)
+    vertical_m = accuracy.vertical_m if member.is_inaccurate else min(accuracy.vertical_m, borne_m)
+    return replace(accuracy, vertical_m=vertical_m + member.altitude_doubt_m / CONFIDENCE)

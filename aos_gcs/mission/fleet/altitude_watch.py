@@ -90,10 +90,10 @@ class AltitudeWatch:
         state, measured_m = member.state, _measured_m(member.state)
         # Over a bad link a vehicle climbs for seconds before it reports that it has left the ground.
         stands = is_grounded(state) and not isinstance(member.last_command, Takeoff)
-        if stands or not is_airborne:
+        if stands:
             track.ground_m, track.difference_m, track.level_s = measured_m, {}, 0.0
             return
-        if not state.armed or not self._roster.is_fresh(state.position_at_s):
+        if not is_airborne or not state.armed or not self._roster.is_fresh(state.position_at_s):
             # It falls, lies somewhere or is not heard: it says nothing of the others' heights.
             track.difference_m, track.level_s = {}, 0.0
             return

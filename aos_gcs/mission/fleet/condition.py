@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
+from aos_gcs.mission.fleet.debounce import Debounce
 from aos_gcs.mission.fleet.roster import FLYING, Member, Roster
 from aos_gcs.mission.journal import Journal
 from aos_gcs.ports import Clock, Severity, VehicleState
@@ -19,7 +20,8 @@ MAX_BATTERY_AGE_S = 20.0
 """Time without a report of the battery, while the vehicle is heard, after which it has to return."""
 _LASTING_S = 3.0
 """Time for which a problem lasts before it is reported, and for which it is gone before that is."""
-_HEARD_AGO_S = 2.0
+HEARD_AGO_S = 2.0
+"""Age up to which what a vehicle reports is judged."""
 _POSITION, _FIX, _VIBRATION, _CLOCK = "position", "fix", "vibration", "clock"
 _GOOD_AGAIN: Mapping[str, str] = MappingProxyType(
     {
@@ -38,25 +40,25 @@ class ConditionWatch:
         self._roster = roster
         self._clock = clock
         self._journal = journal
-        self._since_s: dict[tuple[int, str], float] = {}
-        """Time since which a problem differs from what was reported, by vehicle and problem."""
-        self._reported: set[tuple[int, str]] = set()
+        self._problems = Debounce(_LASTING_S)
+        """Problems by vehicle and name."""
         self._heard_since_s: dict[int, float] = {}
         """Time since which a vehicle has been heard without a gap."""
 
     def look(self, member: Member) -> bool:
         """Report what has changed; return whether the vehicle has to stop, because its position cannot be trusted."""
         now_s, link_age_s = self._clock.now_s(), self._roster.link_age_s(member)
-        if link_age_s is None or link_age_s > _HEARD_AGO_S or not member.airborne:
+        if link_age_s is None or link_age_s > HEARD_AGO_S or not member.airborne:
             self._heard_since_s[member.vehicle_id] = now_s
             return False
         self._heard_since_s.setdefault(member.vehicle_id, now_s)
         if member.task not in FLYING:
             return False
         found = problems(member.state)
-        lasting = [name for name in _GOOD_AGAIN if self._has_changed(member.vehicle_id, name, name in found, now_s)]
+        vehicle_id = member.vehicle_id
+        lasting = [name for name in _GOOD_AGAIN if self._problems.has_changed((vehicle_id, name), name in found, now_s)]
         for name in lasting:
-            self._report(member.vehicle_id, name, found.get(name))
+            self._report(vehicle_id, name, found.get(name))
         return any(name in found for name in lasting if name in (_POSITION, _FIX))
 
     def battery_silence_s(self, member: Member) -> float | None:
@@ -66,17 +68,6 @@ class ConditionWatch:
             return None
         return self._clock.now_s() - max(battery_at_s, heard_since_s)
 
-    def _has_changed(self, vehicle_id: int, name: str, is_bad: bool, now_s: float) -> bool:
-        key = vehicle_id, name
-        if is_bad is (key in self._reported):
-            self._since_s.pop(key, None)
-            return False
-        if now_s - self._since_s.setdefault(key, now_s) < _LASTING_S:
-            return False
-        del self._since_s[key]
-        self._reported.symmetric_difference_update({key})
-        return True
-
     def _report(self, vehicle_id: int, name: str, problem: str | None) -> None:
         if problem is None:
             self._journal.notice(Severity.INFO, _GOOD_AGAIN[name], vehicle_id)
@@ -85,6 +76,11 @@ class ConditionWatch:
             self._journal.notice(Severity.CRITICAL, text, vehicle_id)
         else:
             self._journal.notice(Severity.WARNING, problem, vehicle_id)
+
+
+def has_position(state: VehicleState) -> bool:
+    """Return whether a vehicle reports nothing that puts its position in doubt as a whole."""
+    return not state.estimator_problem and (state.gps_fix is None or state.gps_fix >= MIN_GPS_FIX)
 
 
 def problems(state: VehicleState) -> dict[str, str]:

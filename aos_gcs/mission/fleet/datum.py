@@ -16,6 +16,8 @@ from aos_gcs.ports import LandedState, VehicleState
 
 RTK_FIXED = 6
 """MAVLink's GPS_FIX_TYPE of positions that are known to centimetres."""
+RTK_FLOAT = 5
+"""The same of positions that corrections have improved to decimetres."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,9 +8,11 @@ from collections.abc import Callable
 
 from aos_gcs.airspace.accuracy import Accuracy
 from aos_gcs.mission.context import FlightContext
+from aos_gcs.mission.fleet.accuracy_watch import AccuracyWatch
 from aos_gcs.mission.fleet.altitude_watch import AltitudeWatch
 from aos_gcs.mission.fleet.condition import MAX_BATTERY_AGE_S, ConditionWatch
 from aos_gcs.mission.fleet.energy import time_home_s
+from aos_gcs.mission.fleet.link_watch import LinkWatch
 from aos_gcs.mission.fleet.proximity import ProximityWatch
 from aos_gcs.mission.fleet.return_and_land import ReturnAndLand
 from aos_gcs.mission.fleet.roster import FLYING, Member
@@ -51,10 +53,12 @@ class Monitor:
         self._publish = publish
         self._on_all_lost = on_all_lost
         context = self._context
+        self._links = LinkWatch(context.roster, context.clock, context.journal)
         self._proximity = ProximityWatch(context.roster, context.clock, context.journal, self._accuracy)
         self._altitudes = AltitudeWatch(context.roster, context.clock, context.journal)
+        self._accuracies = AccuracyWatch(context.roster, context.clock, context.journal)
         self._wrong_altitudes: dict[int, str] = {}
-        """Reason to leave by vehicle, for those that are not at the height that they report."""
+        """Reason to leave by vehicle, for those that are or may be at another height than reported."""
         self._condition = ConditionWatch(context.roster, context.clock, context.journal)
         self._catching_up = CatchingUp()
         self._all_lost_since_s: float | None = None
@@ -84,7 +88,7 @@ class Monitor:
                 self._watch_altitudes()
                 for member in self._context.roster.members():
                     if not is_catching_up:
-                        self._watch_link(member)
+                        self._links.look(member, self._context.settings.deadlines.lost_s)
                     self._watch_landing(member)
                     self._measure_battery(member)
                     if (reason := self._must_leave(member)) is not None:
@@ -115,22 +119,6 @@ class Monitor:
         for member in context.roster.members(Task.IDLE):
             if member.home_enu_m is None:
                 member.home_enu_m = context.roster.launch_point_enu_m(member)
-
-    def _watch_link(self, member: Member) -> None:
-        context = self._context
-        age_s = context.roster.link_age_s(member)
-        silent = age_s is not None and age_s > context.settings.deadlines.lost_s
-        if silent and member.task in FLYING:
-            context.roster.assign(member, Task.LOST)
-            context.journal.notice(
-                Severity.CRITICAL,
-                f"link lost for {age_s:.0f} s: its own failsafe flies it now. Check its link",
-                member.vehicle_id,
-            )
-        elif not silent and member.task is Task.LOST and context.roster.is_fresh(member.state.armed_at_s):
-            # Before its heartbeat, the mode that is known is the one from before the silence.
-            context.roster.assign(member, member.task_when_heard_again)
-            context.journal.notice(Severity.WARNING, "link restored", member.vehicle_id)
 
     def _watch_landing(self, member: Member) -> None:
         roster = self._context.roster
@@ -169,7 +157,8 @@ class Monitor:
         context = self._context
         if (limits := context.flight.limits) is not None:
             spacing_m = context.settings.flight.layer_spacing_m
-            self._wrong_altitudes = self._altitudes.look(limits.separation_m, spacing_m)
+            inaccurate = self._accuracies.look(limits.separation_m, spacing_m)
+            self._wrong_altitudes = inaccurate | self._altitudes.look(limits.separation_m, spacing_m)
 
     def _measure_battery(self, member: Member) -> None:
         if not member.airborne:

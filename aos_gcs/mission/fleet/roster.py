@@ -50,6 +50,8 @@ class Member:
     """Altitude that it reports minus the one above the datum that all share; as taken on the ground."""
     altitude_doubt_m: float = 0.0
     """Error of its height that was found in flight; 0 while there is none."""
+    is_inaccurate: bool = False
+    """Whether its altitude was found less accurate in flight than the altitude layers bear."""
     landing_enu_m: NDArray[np.float64] | None = None
     """Place where it lands; None: at home."""
     waypoint_enu_m: NDArray[np.float64] | None = None
