@@ -21,6 +21,11 @@ class LoopClock:
         self._start_loop_s = self._loop.time()
         self._start_utc_s = time.time()
 
+    @property
+    def speed(self) -> float:
+        """Clock seconds per loop second."""
+        return self._speed
+
     def now_s(self) -> float:
         """Return monotonic clock seconds since the clock was made."""
         return (self._loop.time() - self._start_loop_s) * self._speed

@@ -9,6 +9,11 @@ from typing import Protocol
 class Clock(Protocol):
     """The only source of time. Its seconds may pass faster than real ones when the vehicles are simulated."""
 
+    @property
+    def speed(self) -> float:
+        """Clock seconds per real second; links and computers take real ones, however fast the clock."""
+        ...
+
     def now_s(self) -> float:
         """Return monotonic seconds."""
         ...

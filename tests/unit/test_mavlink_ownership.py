@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
@@ -12,7 +14,7 @@ from aos_drivers.vehicle.commands import CommandRunner
 from aos_drivers.vehicle.waiting import Changes
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import CommandError
-from aos_gcs.ports import Command, FlightMode, Hold, Land, LandedState, Notice, ReturnToLaunch, Severity
+from aos_gcs.ports import Arm, Command, FlightMode, Hold, Land, LandedState, Notice, ReturnToLaunch, Severity
 from tests.fakes.mavlink_vehicle import COPTER_GUIDED, FakeVehicle
 
 HOME, STRANGER, NEW_PORT = PeerAddress(0, "10.0.0.1", 1), PeerAddress(0, "10.0.0.66", 2), PeerAddress(0, "10.0.0.1", 3)
@@ -164,3 +166,18 @@ async def test_stop_return_and_land_are_sent_even_while_two_vehicles_use_the_id(
     with pytest.raises(CommandError):
         await runner.run(command, clock.now_s() + 2.0)
     assert sent
+
+
+@pytest.mark.looptime
+@pytest.mark.parametrize(("silent_s", "is_sent"), [(4.0, True), (6.0, False)])
+async def test_silence_is_counted_in_seconds_of_the_link_however_fast_the_clock(silent_s: float, is_sent: bool) -> None:
+    sky = Sky()
+    sky.fly(8.0, {HOME: sky.vehicle})
+    record, clock = sky.session.records[1], LoopClock(speed=10.0)
+    record.heard_at_s = clock.now_s()
+    await asyncio.sleep(silent_s)
+    sent: list[mavlink.MAVLink_message] = []
+    runner = CommandRunner(record, lambda _system, _component, message: sent.append(message), Changes(clock), clock)
+    with pytest.raises(CommandError) as raised:
+        await runner.run(Arm(), clock.now_s() + 5.0)
+    assert ("has been silent for 6 s" in str(raised.value), bool(sent)) == (not is_sent, is_sent)

@@ -18,6 +18,7 @@ from aos_gcs.ports import Arm, Clock, Command, Disarm, Goto, Hold, Land, ReturnT
 REFUSAL_GRACE_S = 0.6
 """Time after a refusal for its reason as status text, for PX4's second answer, or for the effect to show."""
 _SILENCE_S = 5.0
+"""Real seconds: a machine that stands still for one looks like a silence of ten at ten times the speed."""
 _ALWAYS_SENT = (Hold, ReturnToLaunch, Land)
 _SENT_IN_FAILSAFE = (ReturnToLaunch, Land, Disarm)
 """Commands that do not cancel a failsafe of the autopilot, as PX4's is by every waypoint and hold."""
@@ -91,7 +92,8 @@ class CommandRunner:
             raise CommandRefusedError(f"two vehicles use system id {record.vehicle_id}: change the id of one of them")
         if control.reason and isinstance(command, _NOT_SENT_TO_OTHERS):
             raise self._refusal(f"was taken over: {control.reason}. Resume it first")
-        silence_s = self._clock.now_s() - (record.heard_at_s if record.heard_at_s is not None else -math.inf)
+        heard_at_s = record.heard_at_s if record.heard_at_s is not None else -math.inf
+        silence_s = (self._clock.now_s() - heard_at_s) / self._clock.speed
         if silence_s > _SILENCE_S:
             raise CommandRefusedError(
                 f"vehicle {record.vehicle_id} has been silent for {silence_s:.0f} s: "
