@@ -17,6 +17,7 @@ from aos_gcs.mission.model.phase import OutcomeRecord
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.steps import Picture, StepRecord
 from aos_gcs.mission.model.vehicles import SettingsRecord
+from aos_gcs.mission.patience import patience
 from aos_gcs.ports import Capture, Clock, Notice, Severity
 
 _log = logging.getLogger(__name__)
@@ -158,15 +159,20 @@ class Journal:
     async def with_disk_timeout(self, what: str) -> AsyncIterator[None]:
         """Limit the time that the block waits for the disk: neither vehicles nor operators wait for it.
 
-        A full disk is reported by the recorder; a disk that hangs is reported here, with ``what`` may be missing.
+        A full disk is reported by the recorder; a disk that hangs is reported here, with ``what`` may be missing. Where
+        this station itself was late meanwhile, it is that which is reported.
         """
+        wait = None
         try:
-            async with asyncio.timeout(DISK_TIMEOUT_S):
+            async with patience(DISK_TIMEOUT_S) as wait:
                 yield
         except TimeoutError:
-            self.notice(
-                Severity.CRITICAL, f"The disk does not answer: {what} may be missing in the record. Check the disk"
-            )
+            missing = f"{what} may be missing in the record"
+            if wait is not None and wait.is_own_fault:
+                text = f"This station is overloaded: {missing}. Close other programs on this computer"
+            else:
+                text = f"The disk does not answer: {missing}. Check the disk"
+            self.notice(Severity.CRITICAL, text)
         except RecordingError as error:
             _log.debug("not recorded: %s", error)
 
