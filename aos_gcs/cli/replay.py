@@ -20,14 +20,37 @@ def replay(
     host: Annotated[str, typer.Option(help="Network address on which the dashboard listens.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(help="Port of the dashboard.", min=0, max=65535)] = 8080,
     operator_code_file: Annotated[Path | None, typer.Option(help=CODE_FILE_HELP, dir_okay=False)] = None,
+    verify: Annotated[
+        bool,
+        typer.Option(
+            "--verify",
+            help="Open no dashboard: compute every step again from the recorded frames and states, and compare masks, "
+            "places, decisions and waypoints. Exit status 0: identical; 1: the first difference is printed.",
+        ),
+    ] = False,
 ) -> None:
-    """Show a recorded mission on the dashboard, at any time of it.
+    """Show a recorded mission on the dashboard, at any time of it, or verify its decisions.
 
     Operators control the playback for all clients; vehicles cannot be commanded. Ctrl-C ends it.
     """
+    if verify:
+        _verify(mission_dir)
+        return
     from aos_gcs.config.model import ApiConfig  # noqa: PLC0415 - heavy, only for this command
 
     run_until_terminated(_show(mission_dir, ApiConfig(host=host, port=port, operator_code_file=operator_code_file)))
+
+
+def _verify(folder: Path) -> None:
+    from aos_gcs.runtime.verification import verify_mission  # noqa: PLC0415 - heavy, only for this command
+    from aos_gcs.store.reader import MissionReader  # noqa: PLC0415
+
+    with MissionReader(folder) as reader:
+        result = verify_mission(reader)
+    if result.difference is not None:
+        typer.echo(f"different: {result.difference}")
+        raise typer.Exit(1)
+    typer.echo(f"identical: {result.steps} steps computed again")
 
 
 async def _show(folder: Path, config: ApiConfig) -> None:

@@ -202,6 +202,8 @@ class StepAnalysis:
     """Area of the largest blob that the step's own frames mark, without the history."""
     history: tuple[KeptView, ...] = ()
     """Views for the next step to keep."""
+    mark_digests: Mapping[int, str] = field(default_factory=dict)
+    """Digest of the cells that each vehicle's frame marks, by vehicle: equal for equal marks."""
 
     @property
     def visibility_m2(self) -> float:

@@ -12,6 +12,7 @@ from typing import Protocol
 from aos_gcs.errors import RecordingError
 from aos_gcs.mission.events import EventStream
 from aos_gcs.mission.model.actions import ActionRecord
+from aos_gcs.mission.model.decisions import ConclusionRecord, DecisionRecord, SearchRecord
 from aos_gcs.mission.model.events import Event, EventData, EventKind, NoticeRecord
 from aos_gcs.mission.model.phase import OutcomeRecord
 from aos_gcs.mission.model.snapshot import MissionSnapshot
@@ -61,6 +62,18 @@ class Recorder(Protocol):
         """Store a step's decision with what a replay needs to reach it again; a second record of a step replaces it."""
         ...
 
+    async def record_search(self, search: SearchRecord) -> None:
+        """Append what all steps of a search have in common, before the first of them."""
+        ...
+
+    async def record_decision(self, decision: DecisionRecord) -> None:
+        """Store what a step's decision depended on, besides its frames."""
+        ...
+
+    async def record_conclusion(self, conclusion: ConclusionRecord) -> None:
+        """Store what was concluded about a step's targets."""
+        ...
+
     async def record_action(self, action: ActionRecord) -> None:
         """Append an operator's action and its results."""
         ...
@@ -79,6 +92,18 @@ class Recorder(Protocol):
         Raises:
             RecordingError: something recorded since the last flush could not be written.
         """
+        ...
+
+
+class Announcer(Protocol):
+    """What decisions need of a journal."""
+
+    def elapsed_s(self) -> float:
+        """Return the mission time."""
+        ...
+
+    def notice(self, severity: Severity, text: str, vehicle_id: int | None = None) -> None:
+        """Report something to the operators."""
         ...
 
 

@@ -7,10 +7,14 @@ import os
 import sqlite3
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from hashlib import blake2b
 from pathlib import Path
+
+import numpy as np
 
 from aos_gcs.geometry.poses import quaternion_from_R
 from aos_gcs.mission.model.actions import ActionRecord
+from aos_gcs.mission.model.decisions import ConclusionRecord, DecisionRecord, SearchRecord
 from aos_gcs.mission.model.events import Event
 from aos_gcs.mission.model.phase import OutcomeRecord
 from aos_gcs.mission.model.steps import Picture, StepRecord
@@ -84,6 +88,18 @@ class MissionDatabase:
             dump(strategy_state),
         )
 
+    def add_search(self, record: SearchRecord) -> None:
+        """Add a row to the searches."""
+        self._execute("INSERT INTO searches (record)", dump(record))
+
+    def add_decision(self, record: DecisionRecord) -> None:
+        """Add a row to the decisions, or replace the one of the same step."""
+        self._execute("INSERT OR REPLACE INTO decisions (step, record)", record.step, dump(record))
+
+    def add_conclusion(self, record: ConclusionRecord) -> None:
+        """Complete a row of the decisions."""
+        self._connection.execute("UPDATE decisions SET conclusion = ? WHERE step = ?", (dump(record), record.step))
+
     def add_action(self, record: ActionRecord) -> None:
         """Add a row to the audit log."""
         self._execute("INSERT INTO actions (utc_s, record)", record.utc_s, dump(record))
@@ -110,7 +126,7 @@ class MissionDatabase:
         self._has_new_frames = True
         self._execute(
             "INSERT INTO frames (step, vehicle_id, image_index, utc_s, time_sigma_s, latitude_deg, longitude_deg,"
-            " altitude_amsl_m, q_cam2enu_wxyz, R_cam2enu, camera, bands, dtype, path)",
+            " altitude_amsl_m, q_cam2enu_wxyz, R_cam2enu, camera, bands, dtype, path, digest)",
             step,
             frame.vehicle_id,
             frame.image_index,
@@ -125,6 +141,7 @@ class MissionDatabase:
             dump(frame.bands),
             frame.image.dtype.name,
             f"{FRAMES_NAME}/{name}",
+            frame_digest(frame),
         )
 
     def add_picture(self, picture: Picture) -> None:
@@ -140,6 +157,12 @@ class MissionDatabase:
     def _execute(self, insert_into: str, *values: object) -> None:
         marks = ", ".join("?" * len(values))
         self._connection.execute(f"{insert_into} VALUES ({marks})", values)
+
+
+def frame_digest(frame: Capture) -> str:
+    """Return a text that is the same for the same pixels, pose and camera and differs for others, 32 characters."""
+    pose = dump((frame.position, frame.R_cam2enu, frame.camera, frame.bands, frame.image.dtype.str, frame.image.shape))
+    return blake2b(np.ascontiguousarray(frame.image).tobytes() + pose.encode(), digest_size=16).hexdigest()
 
 
 def dump(value: object, indent: int | None = None) -> str:

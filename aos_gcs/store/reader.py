@@ -17,6 +17,7 @@ from aos_gcs.errors import InputDataError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.mission.model.actions import ActionRecord
+from aos_gcs.mission.model.decisions import ConclusionRecord, DecisionRecord, SearchRecord
 from aos_gcs.mission.model.events import Event, EventData, EventKind, NoticeRecord, PicturesRecord, PlanRecord
 from aos_gcs.mission.model.phase import Outcome, OutcomeRecord, Phase
 from aos_gcs.mission.model.snapshot import MissionSnapshot
@@ -26,7 +27,7 @@ from aos_gcs.ports import Capture
 from aos_gcs.store.codec import decode
 from aos_gcs.store.images import EncodedImage, decode_image
 from aos_gcs.store.schema import DATABASE_NAME, MANIFEST_NAME, SCHEMA_VERSION, picture_path
-from aos_gcs.store.upgrade import FIRST_WITH_SETTINGS, OLDEST_VERSION, upgraded
+from aos_gcs.store.upgrade import FIRST_WITH_DECISIONS, FIRST_WITH_SETTINGS, OLDEST_VERSION, upgraded
 
 T = TypeVar("T")
 
@@ -57,6 +58,11 @@ class FrameEntry:
     def time_sigma_s(self) -> float | None:
         """Standard deviation of the pose's time; None where it was not reported, and in older recordings."""
         return self._row["time_sigma_s"] if "time_sigma_s" in self._row.keys() else None  # noqa: SIM118 - no mapping
+
+    @property
+    def digest(self) -> str | None:
+        """Digest of the frame as it was recorded; None in older recordings."""
+        return self._row["digest"] if "digest" in self._row.keys() else None  # noqa: SIM118 - no mapping
 
     def load(self) -> Capture:
         """Return the frame as the mission has seen it.
@@ -227,6 +233,32 @@ class MissionReader:
         if state is None:
             raise InputDataError(f"{self._folder} has no step {step}")
         return state
+
+    @property
+    def has_decisions(self) -> bool:
+        """Whether the record holds what its decisions depended on: older ones do not."""
+        return self._version >= FIRST_WITH_DECISIONS
+
+    def search(self) -> SearchRecord | None:
+        """Return what all steps have in common; None before the first step.
+
+        Raises:
+            InputDataError: the record is damaged, or older than these records.
+        """
+        return self._first("SELECT record FROM searches ORDER BY id DESC LIMIT 1", "record", SearchRecord)
+
+    def decision(self, step: int) -> tuple[DecisionRecord, ConclusionRecord | None] | None:
+        """Return a step's decision and what was concluded after it, each None where it is not in the record.
+
+        Raises:
+            InputDataError: the record is damaged, or older than these records.
+        """
+        for row in self._rows("SELECT record, conclusion FROM decisions WHERE step = ?", step):
+            decision = self._decoded(row["record"], DecisionRecord, f"decision of step {step}")
+            text = row["conclusion"]
+            what = f"conclusion of step {step}"
+            return decision, None if text is None else self._decoded(text, ConclusionRecord, what)
+        return None
 
     def frames(self, step: int | None = None) -> tuple[FrameEntry, ...]:
         """Return the frames of a step or of the whole mission, by step and vehicle; images are read by ``load``."""

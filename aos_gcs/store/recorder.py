@@ -19,6 +19,7 @@ from typing import Final
 
 from aos_gcs.errors import ConfigurationError, RecordingError
 from aos_gcs.mission.model.actions import ActionRecord
+from aos_gcs.mission.model.decisions import ConclusionRecord, DecisionRecord, SearchRecord
 from aos_gcs.mission.model.events import Event
 from aos_gcs.mission.model.phase import OutcomeRecord
 from aos_gcs.mission.model.steps import Picture, StepRecord
@@ -117,6 +118,18 @@ class MissionRecorder:
                 are welcome) and the state of its random generator (``rng.bit_generator.state``).
         """
         await self._queue.put(lambda database: database.add_step(step, strategy_state))
+
+    async def record_search(self, search: SearchRecord) -> None:
+        """Append what all steps of a search have in common."""
+        await self._queue.put(lambda database: database.add_search(search))
+
+    async def record_decision(self, decision: DecisionRecord) -> None:
+        """Record what a step's decision depended on, besides its frames."""
+        await self._queue.put(lambda database: database.add_decision(decision))
+
+    async def record_conclusion(self, conclusion: ConclusionRecord) -> None:
+        """Record what was concluded about a step's targets, after its decision."""
+        await self._queue.put(lambda database: database.add_conclusion(conclusion))
 
     async def record_action(self, action: ActionRecord) -> None:
         """Append an operator's action, and what became of it, to the audit log."""

@@ -10,7 +10,7 @@ FRAMES_NAME: Final = "frames"
 PICTURES_NAME: Final = "pictures"
 MAVLINK_NAME: Final = "mavlink"
 
-SCHEMA_VERSION: Final = 3
+SCHEMA_VERSION: Final = 4
 
 
 def picture_path(step: int, kind: str) -> str:
@@ -30,6 +30,15 @@ CREATE TABLE steps (
     record TEXT NOT NULL,
     strategy_state TEXT NOT NULL
 );
+CREATE TABLE searches (
+    id INTEGER PRIMARY KEY,
+    record TEXT NOT NULL
+);
+CREATE TABLE decisions (
+    step INTEGER PRIMARY KEY,
+    record TEXT NOT NULL,
+    conclusion TEXT
+);
 CREATE TABLE frames (
     id INTEGER PRIMARY KEY,
     step INTEGER NOT NULL,
@@ -45,7 +54,8 @@ CREATE TABLE frames (
     camera TEXT NOT NULL,
     bands TEXT NOT NULL,
     dtype TEXT NOT NULL,
-    path TEXT NOT NULL
+    path TEXT NOT NULL,
+    digest TEXT NOT NULL
 );
 CREATE INDEX frames_of_step ON frames (step, vehicle_id);
 CREATE TABLE actions (

@@ -10,6 +10,8 @@ from aos_gcs.mission.model.events import EventKind
 OLDEST_VERSION: Final = 1
 FIRST_WITH_SETTINGS: Final = 3
 """The version from which changed settings of vehicles are recorded, and the uncertainty of frames' times."""
+FIRST_WITH_DECISIONS: Final = 4
+"""The version from which a record holds what each decision depended on, and digests of the frames."""
 
 
 def upgraded(version: int, kind: EventKind, data: Any) -> Any:

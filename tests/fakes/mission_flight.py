@@ -21,6 +21,7 @@ from aos_gcs.mission.former_flight import FormerFlight
 from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.mission.journal import Journal
 from aos_gcs.mission.model.actions import ActionRecord
+from aos_gcs.mission.model.decisions import ConclusionRecord, DecisionRecord, SearchRecord
 from aos_gcs.mission.model.events import Event
 from aos_gcs.mission.model.phase import Outcome, OutcomeRecord
 from aos_gcs.mission.model.steps import Picture, StepRecord
@@ -55,6 +56,11 @@ class MemoryRecorder:
     frames: list[tuple[int, Capture]] = field(default_factory=list)
     pictures: list[Picture] = field(default_factory=list)
     steps: dict[int, StepRecord] = field(default_factory=dict)
+    states: dict[int, Mapping[str, object]] = field(default_factory=dict)
+    """States of the strategy by step."""
+    searches: list[SearchRecord] = field(default_factory=list)
+    decisions: dict[int, DecisionRecord] = field(default_factory=dict)
+    conclusions: dict[int, ConclusionRecord] = field(default_factory=dict)
     actions: list[ActionRecord] = field(default_factory=list)
     settings: list[SettingsRecord] = field(default_factory=list)
     outcome: OutcomeRecord | None = None
@@ -85,6 +91,19 @@ class MemoryRecorder:
         assert strategy_state
         if self._has_room():
             self.steps[step.step] = step
+            self.states[step.step] = strategy_state
+
+    async def record_search(self, search: SearchRecord) -> None:
+        if self._has_room():
+            self.searches.append(search)
+
+    async def record_decision(self, decision: DecisionRecord) -> None:
+        if self._has_room():
+            self.decisions[decision.step] = decision
+
+    async def record_conclusion(self, conclusion: ConclusionRecord) -> None:
+        if self._has_room():
+            self.conclusions[conclusion.step] = conclusion
 
     async def record_action(self, action: ActionRecord) -> None:
         if self.is_stuck:

@@ -79,6 +79,10 @@ async def test_a_small_demo_finds_the_person_lands_all_and_is_recorded(
     assert [vehicle.task for vehicle in final.vehicles] == [Task.LANDED] * 4
     (traffic,) = program.mission_folder.rglob("*.tlog")
     assert traffic.stat().st_size > 10_000
+    with pytest.raises(SystemExit) as verified:
+        main(["replay", str(program.mission_folder), "--verify"])
+    assert capsys.readouterr().out == f"identical: {result['steps']} steps computed again\n"
+    assert verified.value.code == 0
     report = inspect(program.mission_folder, capsys)
     assert len(report["steps"]) == result["steps"]
     assert [span["phase"] for span in report["phases"]][-1] == "done"

@@ -11,14 +11,30 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from aos_gcs.airspace.limits import UNLIMITED
+from aos_gcs.airspace.plans import TrafficSituation
+from aos_gcs.airspace.traffic import Obstacle, WaypointRequest
 from aos_gcs.errors import ConfigurationError, InputDataError, RecordingError
-from aos_gcs.geometry.poses import R_from_quaternion
+from aos_gcs.geometry.poses import Pose, R_from_quaternion
+from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.model.actions import Action, ActionRecord, ActionResult
+from aos_gcs.mission.model.decisions import (
+    ConclusionRecord,
+    DecisionRecord,
+    FormedLine,
+    SearchRecord,
+    Situation,
+    SwarmPlace,
+)
 from aos_gcs.mission.model.events import Event, EventKind, NoticeRecord, PicturesRecord
-from aos_gcs.mission.model.phase import Outcome, OutcomeRecord
+from aos_gcs.mission.model.findings import Finding, FindingStatus, TargetEstimate
+from aos_gcs.mission.model.phase import Outcome, OutcomeRecord, Phase
 from aos_gcs.mission.model.steps import PictureKind
 from aos_gcs.mission.model.vehicles import SettingsRecord
+from aos_gcs.planning.legs import ScanLeg
+from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.ports import Notice, Severity
+from aos_gcs.store.codec import encode
 from aos_gcs.store.database import MissionDatabase, Write
 from aos_gcs.store.reader import MissionReader
 from aos_gcs.store.recorder import QUEUE_SIZE, MissionRecorder
@@ -108,6 +124,52 @@ async def test_everything_recorded_is_read_back(store: Store) -> None:
         assert reader.settings() == (changed, replace(changed, is_restored=True))
         assert reader.outcome() == outcome
     assert store.notices == []
+
+
+async def test_decisions_are_read_back_with_all_that_they_depended_on(store: Store) -> None:
+    point = np.array([1.0, 2.0, 30.0])
+    request = WaypointRequest(
+        vehicle_id=2,
+        position_enu_m=point,
+        requested_enu_m=point,
+        link_age_s=0.1,
+        position_age_s=None,
+        battery_fraction=0.5,
+    )
+    traffic = TrafficSituation(
+        limits=UNLIMITED, arrival_radius_m=0.5, movable=(request,), left={3: "held"}, obstacles=(Obstacle(4, point),)
+    )
+    leg = ScanLeg((0.0, 1.0), (0.0, 1.0), 20.0)
+    decision = DecisionRecord(
+        step=1,
+        phase=Phase.SCAN,
+        decided=0,
+        concluded=0,
+        focal_height_m=0.5,
+        settled_enu_m=((1.0, 2.0),),
+        situation=Situation(3.0, (SwarmPlace(2, (1.0, 2.0, 30.0), 30.0),), traffic),
+        following=Phase.CONVERGE,
+        marks={2: "0123"},
+        line=FormedLine((leg,), 0, leg),
+        poses={2: Pose(point, np.eye(3))},
+        edits=(Finding(1, FindingStatus.REJECTED, (1.0, 2.0, 0.0), 1.0, 2.0, 1),),
+    )
+    conclusion = ConclusionRecord(1, 4.0, True, Phase.FOUND, (TargetEstimate((1.0, 2.0, 0.0), None, 3),))
+    search = SearchRecord(
+        MissionSettings(2, ((0.0, 0.0), (9.0, 0.0), (0.0, 9.0)), ImagingSettings()), capture().position
+    )
+    async with store.record() as recorder:
+        await recorder.record_search(search)
+        await recorder.record_decision(decision)
+        await recorder.record_decision(replace(decision, step=2))
+        await recorder.record_conclusion(conclusion)
+    with store.read() as reader:
+        assert reader.search() == search
+        (first, concluded), second = reader.decision(1), reader.decision(2)
+        assert reader.decision(3) is None
+    assert encode(first) == encode(decision)
+    assert concluded == conclusion
+    assert second[1] is None
 
 
 async def test_frames_are_read_back_with_their_exact_poses(store: Store) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from hashlib import blake2b
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,11 @@ class Marks:
         """Tell which of some cells are marked, shape (k,)."""
         width = max(int(columns.max(initial=0)), int(self.columns.max(initial=0))) + 1
         return np.asarray(np.isin(rows * width + columns, self.rows * width + self.columns))
+
+    def digest(self) -> str:
+        """Return a text that is the same for the same marks and differs for others, 16 characters."""
+        cells = np.stack([self.rows, self.columns]).astype("<i8")
+        return blake2b(cells.tobytes(), digest_size=8).hexdigest()
 
 
 NO_MARKS = Marks(np.empty(0, dtype=np.intp), np.empty(0, dtype=np.intp))

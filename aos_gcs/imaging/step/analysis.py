@@ -56,4 +56,5 @@ def analyse_step(
         skipped=usable.skipped,
         present_m2=judgement.present_m2,
         history=judgement.history,
+        mark_digests={one.frame.vehicle_id: one.marks.digest() for one in marked},
     )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,10 +11,11 @@ from numpy.typing import NDArray
 from aos_gcs.airspace.accuracy import Accuracy, beside_errors_m
 from aos_gcs.airspace.detours import Detours
 from aos_gcs.airspace.limits import SafetyLimits
+from aos_gcs.airspace.plans import TrafficSituation, vet_plan
 from aos_gcs.airspace.stopping import DECELERATION_MPS2
 from aos_gcs.airspace.traffic import Obstacle, WaypointRequest
 from aos_gcs.airspace.vetting import vet_waypoints
-from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict, as_enu_point
+from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict
 from aos_gcs.errors import CommandError, CommandRefusedError
 from aos_gcs.mission.fleet.accuracies import accuracy_in_layers
 from aos_gcs.mission.fleet.roster import Member, Roster
@@ -111,24 +111,42 @@ class FlightControl:
             tasks: tasks whose vehicles may be moved; one that has got another task since it was planned is held.
             returning: the vehicles return, which a low battery must not prevent.
         """
-        limits, detours = self._limits, self._detours
-        if limits is None or detours is None:
+        return vet_plan(requests, self.situation(requests, tasks, returning=returning), self.detours)
+
+    def situation(
+        self, vehicle_ids: Iterable[int], tasks: frozenset[Task] = _SWARM, *, returning: bool = False
+    ) -> TrafficSituation:
+        """Return the present traffic, in which waypoints of these vehicles can be vetted; arguments as for ``vet``.
+
+        Raises:
+            RuntimeError: there are no limits yet; a defect of the caller.
+        """
+        if self._limits is None:
             raise RuntimeError("no safety limits: preflight has not passed")
-        members = self._roster.select(requests)
-        moving = [
-            self._request(
-                member,
-                position_enu_m,
-                _first_leg(detours, position_enu_m, requests[member.vehicle_id]),
-                returning=returning,
-            )
+        members = self._roster.select(vehicle_ids)
+        movable = tuple(
+            self._request(member, position_enu_m, position_enu_m, returning=returning)
             for member in members
             if _is_ours(member, tasks) and (position_enu_m := self._roster.position_enu_m(member)) is not None
-        ]
-        left = [_left(member, requests[member.vehicle_id]) for member in members if not _is_ours(member, tasks)]
-        moving_ids = {request.vehicle_id for request in moving}
-        vetted = vet_waypoints(moving, self._obstacles(moving_ids), limits)
-        return (*(_as_planned(record, requests[record.vehicle_id]) for record in vetted), *left)
+        )
+        return TrafficSituation(
+            limits=self._limits,
+            arrival_radius_m=self._settings.arrival_radius_m,
+            movable=movable,
+            left={member.vehicle_id: _why_left(member) for member in members if not _is_ours(member, tasks)},
+            obstacles=tuple(self._obstacles({request.vehicle_id for request in movable})),
+        )
+
+    @property
+    def detours(self) -> Detours:
+        """Admissible paths within the limits.
+
+        Raises:
+            RuntimeError: there are no limits yet; a defect of the caller.
+        """
+        if self._detours is None:
+            raise RuntimeError("no safety limits: preflight has not passed")
+        return self._detours
 
     def accuracy(self, member: Member) -> Accuracy:
         """Return the accuracy of a vehicle's position that its separation from others reckons with."""
@@ -218,15 +236,6 @@ class FlightControl:
             )
             obstacles.append(obstacle)
         return obstacles
-
-    def reached(self, members: Iterable[Member], places_m: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return which horizontal places, shape (k, 2), a vehicle can reach past the geofence and no-go zones."""
-        is_reached = np.zeros(len(places_m), dtype=np.bool_)
-        for member in members:
-            position_enu_m = self._roster.position_enu_m(member)
-            if self._detours is not None and position_enu_m is not None and not is_reached.all():
-                is_reached[~is_reached] = self._detours.reached(position_enu_m[:2], places_m[~is_reached])
-        return is_reached
 
     def blocks_path(
         self,
@@ -359,31 +368,8 @@ def _destination_enu_m(member: Member) -> NDArray[np.float64] | None:
     return member.waypoint_enu_m if isinstance(member.last_command, Goto) else None
 
 
-def _first_leg(
-    detours: Detours, position_enu_m: NDArray[np.float64], requested_enu_m: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Return the waypoint itself, or the next corner of the path around what blocks the straight one, at its height."""
-    if not np.isfinite(requested_enu_m).all():
-        return requested_enu_m
-    corner_m = detours.next_corner(position_enu_m[:2], requested_enu_m[:2])
-    return requested_enu_m if corner_m is None else np.array([*corner_m, requested_enu_m[2]])
-
-
-def _as_planned(record: WaypointRecord, planned_enu_m: NDArray[np.float64]) -> WaypointRecord:
-    """Return what became of the planned waypoint, where a corner on the path to it was vetted."""
-    planned = as_enu_point(planned_enu_m)
-    if record.requested_enu_m == planned or not np.isfinite(planned_enu_m).all():
-        return record
-    if record.verdict is not WaypointVerdict.SENT:
-        return replace(record, requested_enu_m=planned)
-    east_m, north_m, _ = record.requested_enu_m
-    reason = f"around the geofence or a no-go zone, by {east_m:.0f} m east, {north_m:.0f} m north"
-    return replace(record, requested_enu_m=planned, verdict=WaypointVerdict.SHORTENED, reason=reason)
-
-
-def _left(member: Member, requested_enu_m: NDArray[np.float64]) -> WaypointRecord:
-    reason = f"held: it left the swarm ({member.task}, mode {member.state.mode_name or member.state.mode})"
-    return WaypointRecord(member.vehicle_id, as_enu_point(requested_enu_m), None, WaypointVerdict.HELD, reason, True)
+def _why_left(member: Member) -> str:
+    return f"held: it left the swarm ({member.task}, mode {member.state.mode_name or member.state.mode})"
 
 
 def _name(command: Command) -> str:

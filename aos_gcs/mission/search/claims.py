@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from aos_gcs.imaging.persons.decision import CLAIMED, FindingKind
-from aos_gcs.mission.context import FlightContext
+from aos_gcs.mission.journal import Announcer
 from aos_gcs.mission.model.findings import KIND_NAMES, FindingStatus, TargetEstimate
 from aos_gcs.mission.search.findings import Findings
 from aos_gcs.mission.search.looks import Looks
 from aos_gcs.mission.search.targeting import TargetTracker
+from aos_gcs.planning.settings import DetectionSettings
 from aos_gcs.ports import Severity
 
 
@@ -15,13 +16,17 @@ class Claims:
     """Announces possible persons, and settles what has been looked at. Operators' verdicts overrule it.
 
     Args:
-        context: context of the flight.
+        detection: settings of the mission.
+        journal: told what is announced.
         tracker: tracks, with the latest decisions about them.
         findings: findings of the mission, with operators' verdicts.
     """
 
-    def __init__(self, context: FlightContext, tracker: TargetTracker, findings: Findings) -> None:
-        self._context = context
+    def __init__(
+        self, detection: DetectionSettings, journal: Announcer, tracker: TargetTracker, findings: Findings
+    ) -> None:
+        self._detection = detection
+        self._journal = journal
         self._tracker = tracker
         self._findings = findings
         self._looks = Looks()
@@ -75,7 +80,7 @@ class Claims:
         target = self._tracker.estimate()
         if target is None or self._findings.at(target, FindingStatus.REJECTED):
             return True
-        return self._looks.count(target.track_id, target.position_enu_m) >= self._context.settings.detection.look_steps
+        return self._looks.count(target.track_id, target.position_enu_m) >= self._detection.look_steps
 
     def is_rejected(self) -> bool:
         """Whether operators have rejected the present target."""
@@ -125,15 +130,15 @@ class Claims:
         elif verdict.kind not in CLAIMED:
             self._tracker.settle(target.track_id, verdict.kind)
             if not is_rejected:
-                self._context.journal.notice(Severity.INFO, f"{describe(target, verdict.kind)}. The search goes on")
+                self._journal.notice(Severity.INFO, f"{describe(target, verdict.kind)}. The search goes on")
 
     def _claim(self, target: TargetEstimate) -> None:
-        verdict, journal = self._tracker.verdict(target.track_id), self._context.journal
+        verdict = self._tracker.verdict(target.track_id)
         kind = FindingKind.PERSON if verdict is None or verdict.kind not in CLAIMED else verdict.kind
         self._tracker.settle(target.track_id, kind)
-        journal.notice(Severity.NEWS, describe(target, kind))
+        self._journal.notice(Severity.NEWS, describe(target, kind))
         if self.first_at_s is None:
-            self.first_at_s = journal.elapsed_s()
+            self.first_at_s = self._journal.elapsed_s()
 
 
 def describe(target: TargetEstimate, kind: FindingKind) -> str:

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from aos_gcs.airspace.detours import Detours
+from aos_gcs.airspace.plans import reached, vet_plan
 from aos_gcs.airspace.waypoints import WaypointRecord
 from aos_gcs.imaging.model import StepAnalysis
-from aos_gcs.mission.context import FlightContext
-from aos_gcs.mission.fleet.roster import Member, in_layers
+from aos_gcs.mission.fleet.roster import in_layers
+from aos_gcs.mission.journal import Announcer
+from aos_gcs.mission.model.decisions import Situation
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.search.claims import Claims
 from aos_gcs.mission.search.findings import Findings
@@ -19,10 +22,9 @@ from aos_gcs.mission.search.observing import make_observation
 from aos_gcs.mission.search.persons import Judgement
 from aos_gcs.mission.search.progress import Advance, ScanProgress
 from aos_gcs.mission.search.stalls import place_ahead_m
-from aos_gcs.mission.search.survey import Survey
 from aos_gcs.mission.search.targeting import TargetTracker
-from aos_gcs.mission.search.vision import Vision
 from aos_gcs.planning.legs import ScanLeg
+from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.ports import Severity
 from aos_gcs.swarm.model import Diagnostics, Strategy
 from aos_gcs.swarm.registry import make_strategy
@@ -42,21 +44,37 @@ class Decision:
 class Decider:
     """Tracks targets, advances the scan, and asks the strategy for waypoints.
 
-    ``decide`` once per step, and ``conclude`` when its frames have been judged.
+    ``decide`` once per step, and ``conclude`` when its frames have been judged. Decisions depend on the arguments, the
+    findings and the decisions before alone, so that a record leads to them again.
+
+    Args:
+        settings: settings of the mission.
+        journal: told what is announced.
+        findings: findings of the mission.
+        forget: discards the views of earlier steps.
+        covered_fraction: returns the share of the area that was in a frame, for a notice.
     """
 
-    def __init__(self, context: FlightContext, vision: Vision, survey: Survey, findings: Findings) -> None:
-        settings = context.settings
-        self._context = context
-        self._vision = vision
-        self._survey = survey
+    def __init__(
+        self,
+        settings: MissionSettings,
+        journal: Announcer,
+        findings: Findings,
+        *,
+        forget: Callable[[], None],
+        covered_fraction: Callable[[], float | None],
+    ) -> None:
+        self._settings = settings
+        self._journal = journal
+        self._forget = forget
+        self._covered_fraction = covered_fraction
         self._rng = np.random.default_rng(settings.seed)
         self._strategy: Strategy[Any] = make_strategy(settings.strategy, settings.strategy_parameters)
         self._state = self._strategy.init(np.array(settings.scan_direction_enu))
         self._steps_found = 0
         self._findings = findings
         self.tracker = TargetTracker(settings)
-        self._claims = Claims(context, self.tracker, findings)
+        self._claims = Claims(settings.detection, journal, self.tracker, findings)
         self.progress = ScanProgress(settings.flight.arrival_radius_m)
 
     @property
@@ -68,6 +86,11 @@ class Decider:
     def settled_enu_m(self) -> tuple[tuple[float, float], ...]:
         """Places that have been looked at, or judged by operators: the swarm does not converge on them again."""
         return self._claims.settled_enu_m
+
+    @property
+    def threshold_m2(self) -> float:
+        """Visibility from which a target is in view."""
+        return self._settings.detection.threshold_m2
 
     @property
     def spacing_m(self) -> float:
@@ -83,14 +106,21 @@ class Decider:
         self._state = self._strategy.init(np.array(leg.direction_enu))
         self.progress.form_line()
 
-    def decide(self, phase: Phase, swarm: list[Member], analysis: StepAnalysis) -> Decision:
-        """Decide what follows from a step's analysis."""
-        in_view = self.tracker.observe(analysis, self._context.journal.elapsed_s())
+    def decide(self, phase: Phase, situation: Situation, detours: Detours, analysis: StepAnalysis) -> Decision:
+        """Decide what follows from a step's analysis.
+
+        Args:
+            phase: phase in which the step was made.
+            situation: state of the flight.
+            detours: those of the situation's traffic.
+            analysis: analysis of the step's frames.
+        """
+        in_view = self.tracker.observe(analysis, situation.now_s)
         self._claims.follow()
         if self.tracker.target_walks:
-            self._vision.forget()
-        following = self._next_phase(phase, swarm, in_view=in_view)
-        diagnostics, waypoints = self._choose_waypoints(following, swarm, analysis, in_view=in_view)
+            self._forget()
+        following = self._next_phase(phase, situation, detours, in_view=in_view)
+        diagnostics, waypoints = self._choose_waypoints(following, situation, detours, analysis, in_view=in_view)
         return Decision(following, diagnostics, waypoints)
 
     def conclude(self, following: Phase, judgements: Mapping[int, Judgement]) -> Phase:
@@ -115,45 +145,44 @@ class Decider:
         return following
 
     def _choose_waypoints(
-        self, following: Phase, swarm: list[Member], analysis: StepAnalysis, *, in_view: bool
+        self, following: Phase, situation: Situation, detours: Detours, analysis: StepAnalysis, *, in_view: bool
     ) -> tuple[Diagnostics, tuple[WaypointRecord, ...]]:
         """Ask the strategy for waypoints and vet them; while a found target is observed, the vehicles hover."""
         if following not in {Phase.SCAN, Phase.CONVERGE}:
             return Diagnostics(branch="hold", leader_id=analysis.leader_id), ()
         estimate = self.tracker.estimate() if in_view else None
         observation = make_observation(
-            [member.vehicle_id for member in swarm],
-            self._context.roster.positions_enu_m(swarm),
+            [one.vehicle_id for one in situation.swarm],
+            situation.positions_enu_m,
             analysis,
             None if estimate is None else np.array(estimate.position_enu_m[:2]),
-            self._context.journal.elapsed_s(),
+            situation.now_s,
         )
         self._state = self._strategy.tell(self._state, observation)
         next_enu_m, self._state = self._strategy.ask(self._state, self._rng)
-        waypoints = self._context.flight.vet(in_layers(swarm, next_enu_m))
+        waypoints = vet_plan(in_layers(situation.swarm, next_enu_m), situation.traffic, detours)
         self.progress.note_waypoints(waypoints)
         return self._strategy.diagnostics(self._state), waypoints
 
-    def _next_phase(self, phase: Phase, swarm: list[Member], *, in_view: bool) -> Phase:
-        settings, journal = self._context.settings, self._context.journal
+    def _next_phase(self, phase: Phase, situation: Situation, detours: Detours, *, in_view: bool) -> Phase:
         if phase is Phase.FOUND:
             return self._watch()
-        if journal.elapsed_s() > settings.deadlines.search_s:
-            journal.notice(Severity.WARNING, "Maximum search time reached: all vehicles return")
+        if situation.now_s > self._settings.deadlines.search_s:
+            self._journal.notice(Severity.WARNING, "Maximum search time reached: all vehicles return")
             return Phase.RETURN
         if in_view:
             return Phase.CONVERGE
         if phase is Phase.CONVERGE:
-            journal.notice(Severity.INFO, "The target is out of view: searching where it was last seen")
+            self._journal.notice(Severity.INFO, "The target is out of view: searching where it was last seen")
             return Phase.SCAN
-        return self._continue_scan(swarm)
+        return self._continue_scan(situation, detours)
 
     def _watch(self) -> Phase:
         """Watch a person that was announced for some steps; then go on, or stay or return where the search ends."""
-        settings, tracker = self._context.settings, self.tracker
+        settings, tracker = self._settings, self.tracker
         self._steps_found += 1
         if tracker.steps_out_of_view >= settings.detection.lost_steps:
-            self._context.journal.notice(Severity.WARNING, "The target is out of view")
+            self._journal.notice(Severity.WARNING, "The target is out of view")
             return Phase.CONVERGE if settings.detection.stop_at_first else self._go_on()
         if self._steps_found <= settings.detection.hold_steps:
             return Phase.FOUND
@@ -165,33 +194,36 @@ class Decider:
         """Leave the target for good, and take up the scan where it was left."""
         self._claims.settle_target()
         self.tracker.give_up()
-        self._vision.forget()
+        self._forget()
         return Phase.LINE
 
-    def _continue_scan(self, swarm: list[Member]) -> Phase:
+    def _continue_scan(self, situation: Situation, detours: Detours) -> Phase:
         """Follow the leg; return to it after a target was lost; after its end take the next one, or fly home."""
         if self.tracker.estimate() is not None:
-            if self.tracker.steps_out_of_view < self._context.settings.detection.reacquire_steps:
+            if self.tracker.steps_out_of_view < self._settings.detection.reacquire_steps:
                 return Phase.SCAN
             self._claims.conclude_lost()
             self.tracker.give_up()
-            self._vision.forget()
+            self._forget()
             return Phase.LINE
-        middle_m = self._context.roster.positions_enu_m(swarm)[:, :2].mean(axis=0)
+        middle_m = situation.positions_enu_m[:, :2].mean(axis=0)
         advance = self.progress.advance(middle_m)
         if advance is Advance.END_OF_LEG:
             return self._begin_next_leg()
-        return self._leave_out(swarm) if advance is Advance.STUCK else Phase.SCAN
+        return self._leave_out(situation, detours) if advance is Advance.STUCK else Phase.SCAN
 
-    def _leave_out(self, swarm: list[Member]) -> Phase:
+    def _leave_out(self, situation: Situation, detours: Detours) -> Phase:
         """Leave out the stretch of the leg in front of which the scan is stuck, and report it."""
-        context, progress = self._context, self.progress
+        progress, positions_enu_m = self.progress, list(situation.positions_enu_m)
         barred, remaining = progress.barred[0], progress.remaining_leg
         ahead_m = place_ahead_m(
-            remaining, len(swarm), self.spacing_m, lambda places_m: context.flight.reached(swarm, places_m)
+            remaining,
+            len(situation.swarm),
+            self.spacing_m,
+            lambda places_m: reached(positions_enu_m, places_m, detours),
         )
         length_m = remaining.length_m if ahead_m is None else ahead_m
-        context.journal.notice(
+        self._journal.notice(
             Severity.WARNING,
             f"Leg {progress.leg + 1} is blocked after {progress.along_m:.0f} of {progress.present_leg.length_m:.0f} m "
             f"(vehicle {barred.vehicle_id}: {barred.reason}). The scan leaves out "
@@ -203,16 +235,16 @@ class Decider:
     def _begin_next_leg(self) -> Phase:
         if self.progress.begin_next_leg():
             return Phase.LINE
-        journal, left_out_m = self._context.journal, self.progress.left_out_m
+        left_out_m = self.progress.left_out_m
         persons = len(self._findings.persons())
         result = {0: "nothing was found", 1: "1 possible person was found"}.get(
             persons, f"{persons} possible persons were found"
         )
         if left_out_m == 0.0:
-            journal.notice(Severity.NEWS, f"Scan complete: the whole area was scanned, {result}")
+            self._journal.notice(Severity.NEWS, f"Scan complete: the whole area was scanned, {result}")
         else:
-            covered = self._survey.covered_fraction or 0.0
-            journal.notice(
+            covered = self._covered_fraction() or 0.0
+            self._journal.notice(
                 Severity.NEWS,
                 f"Scan complete, {result}. {left_out_m:.0f} m of its legs were left out; "
                 f"{100 * covered:.0f} % of the area was in a frame",

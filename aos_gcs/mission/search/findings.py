@@ -31,6 +31,17 @@ class Findings:
 
     def __init__(self) -> None:
         self._findings: dict[int, Finding] = {}
+        self._edits: list[Finding] = []
+        """Findings as operators have changed them, since they were taken."""
+
+    def take_edits(self) -> tuple[Finding, ...]:
+        """Return the findings as operators have changed them since the last call, in order."""
+        edits, self._edits = tuple(self._edits), []
+        return edits
+
+    def adopt(self, edits: Sequence[Finding]) -> None:
+        """Take in findings as operators have changed them, from a record."""
+        self._findings |= {finding.finding_id: finding for finding in edits}
 
     def all(self) -> tuple[Finding, ...]:
         """Return all findings, oldest first."""
@@ -93,6 +104,7 @@ class Findings:
             raise MissionError(f"There are {MAX_FINDINGS} findings already, the most that are kept.")
         finding = replace(self._make(position_enu_m, step, now_s), comment=comment, operator=operator)
         self._findings[finding.finding_id] = finding
+        self._edits.append(finding)
         return finding
 
     def change(self, finding_id: int, change: FindingChange, operator: str) -> Finding:
@@ -108,6 +120,7 @@ class Findings:
             operator=operator,
         )
         self._findings[finding_id] = finding
+        self._edits.append(finding)
         return finding
 
     def _make(self, position_enu_m: EnuPoint, step: int, now_s: float) -> Finding:

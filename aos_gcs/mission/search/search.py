@@ -8,18 +8,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from aos_gcs.airspace.waypoints import WaypointRecord
+from aos_gcs.airspace.waypoints import WaypointRecord, as_enu_point
 from aos_gcs.errors import MissionFailedError, UnusableFramesError, WorkerError
 from aos_gcs.imaging.model import StepAnalysis
 from aos_gcs.mission.context import FlightContext, MissionContext
 from aos_gcs.mission.fleet.roster import Member, in_layers
 from aos_gcs.mission.handler_watch import WORK_S, sign_of_life
+from aos_gcs.mission.model.decisions import DecisionRecord, SearchRecord, Situation, SwarmPlace
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.steps import StepRecord
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.search.deciding import Decider, Decision
 from aos_gcs.mission.search.findings import Findings
 from aos_gcs.mission.search.gallery import Gallery
+from aos_gcs.mission.search.ledger import DecisionLog, step_record
 from aos_gcs.mission.search.sampling import Sample, Sampler
 from aos_gcs.mission.search.survey import Survey
 from aos_gcs.mission.search.vision import Vision
@@ -55,7 +57,14 @@ class Search:
         self._findings = findings
         self._sampler = Sampler(context)
         self.survey = Survey(context, gallery)
-        self.decider = Decider(context, vision, self.survey, findings)
+        self.decider = Decider(
+            context.settings,
+            context.journal,
+            findings,
+            forget=vision.forget,
+            covered_fraction=lambda: self.survey.covered_fraction,
+        )
+        self._log = DecisionLog(self.decider, findings)
         self._blind_steps = 0
         self.step = 0
 
@@ -74,6 +83,7 @@ class Search:
         for member in late:
             context.journal.notice(Severity.WARNING, "did not reach its place in the line in time", member.vehicle_id)
         self.decider.begin_line(leg)
+        self._log.note_line(leg)
         return Phase.SCAN
 
     def _plan_legs(self, swarm: list[Member]) -> tuple[ScanLeg, ...]:
@@ -111,9 +121,8 @@ class Search:
         self._blind_steps = 0
         imaging_ms = _ms_since(received_at_s)
         context.journal.set_message(f"Step {self.step}: moving.")
-        decision = self.decider.decide(phase, swarm, analysis)
-        record = self._record(phase, taken, analysis, decision)
-        work_ms = await self._act(record, received_at_s)
+        decision, record, reasons = self._decide(phase, swarm, taken, analysis)
+        work_ms = await self._act(record, reasons, received_at_s)
         await self._publish(
             replace(
                 record,
@@ -135,7 +144,7 @@ class Search:
     async def _see(self, taken: Sample) -> tuple[Sample, StepAnalysis | None]:
         """Analyse the frames, and count those that cannot be used as missing; None if that leaves none."""
         try:
-            analysis = await self._vision.see(self.step, taken, self.decider.settled_enu_m)
+            analysis = await self._vision.see(self.step, taken, self._log.begin_analysis())
         except UnusableFramesError as error:
             return self._sampler.leave_out(self.step, taken, error.reasons), None
         return self._sampler.leave_out(self.step, taken, analysis.skipped), analysis
@@ -146,38 +155,46 @@ class Search:
             raise MissionFailedError(f"{problem} in {self._blind_steps} steps ({details}).")
         return phase
 
-    def _record(self, phase: Phase, taken: Sample, analysis: StepAnalysis, decision: Decision) -> StepRecord:
-        diagnostics = decision.diagnostics
-        return StepRecord(
-            step=self.step,
-            elapsed_s=self._context.journal.elapsed_s(),
-            phase=phase,
-            visibility_m2=analysis.visibility_m2,
-            visibility_present_m2=analysis.present_m2,
-            threshold_m2=self._context.settings.detection.threshold_m2,
-            branch=diagnostics.branch,
-            evolutionary_factor=diagnostics.evolutionary_factor,
-            evolutionary_state=diagnostics.evolutionary_state,
-            c_s_m=diagnostics.c_s_m,
-            c_c_m=diagnostics.c_c_m,
-            leader_id=analysis.leader_id,
-            target_enu_m=self.decider.tracker.measured_enu_m,
-            fitness=dict(zip(analysis.vehicle_ids, map(float, analysis.fitness), strict=True)),
-            missing=taken.missing,
-            waypoints=decision.waypoints,
-            imaging_ms=0.0,
-            work_ms=0.0,
-            loop_lag_p99_ms=0.0,
-        )
+    def _situation(self, swarm: list[Member]) -> Situation:
+        context = self._context
+        places = [
+            SwarmPlace(member.vehicle_id, as_enu_point(position_enu_m), member.layer_height_m)
+            for member in swarm
+            if (position_enu_m := context.roster.position_enu_m(member)) is not None
+        ]
+        traffic = context.flight.situation([member.vehicle_id for member in swarm])
+        return Situation(context.journal.elapsed_s(), tuple(places), traffic)
 
-    async def _act(self, record: StepRecord, received_at_s: float) -> float:
+    def _decide(
+        self, phase: Phase, swarm: list[Member], taken: Sample, analysis: StepAnalysis
+    ) -> tuple[Decision, StepRecord, DecisionRecord]:
+        """Decide, and return the records of the step and of all that the decision depended on."""
+        situation, edits = self._situation(swarm), self._log.take_edits()
+        decision = self.decider.decide(phase, situation, self._context.flight.detours, analysis)
+        poses = self._vision.corrected_poses()
+        record = self._log.decision(self.step, phase, situation, analysis, decision, poses=poses, edits=edits)
+        step = step_record(
+            self.step,
+            phase,
+            situation.now_s,
+            self.decider,
+            analysis=analysis,
+            decision=decision,
+            missing=taken.missing,
+        )
+        return decision, step, record
+
+    async def _act(self, record: StepRecord, reasons: DecisionRecord, received_at_s: float) -> float:
         """Record the decision, then send it; return the milliseconds from the last frame to the last goto on the link.
 
         Recorded before it is acted on: what the vehicles are commanded is on disk even if we die while commanding them.
         """
         context, recorder = self._context, self._mission.recorder
         async with context.journal.with_disk_timeout(f"step {self.step}"):
+            if reasons.decided == 0:
+                await recorder.record_search(SearchRecord(context.settings, context.roster.local_frame().origin))
             await recorder.record_step(record, self.decider.strategy_state())
+            await recorder.record_decision(reasons)
             await recorder.flush()
         handed_over_ms = [_ms_since(received_at_s)]
         await context.flight.send(record.waypoints, lambda: handed_over_ms.append(_ms_since(received_at_s)))
@@ -193,10 +210,15 @@ class Search:
         """Learn from the step's frames while the vehicles move, decide what was seen, and return the next phase."""
         tracker, journal = self.decider.tracker, self._context.journal
         judgements = await self._vision.learn(self.step, analysis, tracker.places_enu_m())
-        following = self.decider.conclude(decision.following, judgements)
-        for finding in self._findings.observe(tracker.estimates(), self.step, journal.elapsed_s()):
+        edits, now_s = self._log.take_edits(), journal.elapsed_s()
+        following = self.decider.conclude(decision.following, judgements or {})
+        targets = tracker.estimates()
+        for finding in self._findings.observe(targets, self.step, now_s):
             east_m, north_m, _ = finding.position_enu_m
             journal.notice(Severity.INFO, f"Finding {finding.finding_id} at {east_m:.1f} m east, {north_m:.1f} m north")
+        record = self._log.conclusion(self.step, now_s, following, targets, judged=judgements is not None, edits=edits)
+        async with journal.with_disk_timeout(f"conclusion of step {self.step}"):
+            await self._mission.recorder.record_conclusion(record)
         return following
 
     async def _await_arrival(self, waypoints: tuple[WaypointRecord, ...]) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.errors import ImagingError, MissionError, WorkerError
+from aos_gcs.geometry.poses import Pose
 from aos_gcs.imaging.focus.step import follow_focus
 from aos_gcs.imaging.focus.track import FocusTrack, overridden
 from aos_gcs.imaging.model import Frame, KeptView, StepAnalysis
@@ -97,6 +98,12 @@ class Vision:
         self._history = analysis.history
         return analysis
 
+    def corrected_poses(self) -> dict[int, Pose]:
+        """Return the poses by which the step's frames were placed, by vehicle; none where registration is off."""
+        if not self._context.settings.registration.enabled:
+            return {}
+        return {frame.vehicle_id: frame.pose for frame in self._placed()}
+
     def forget(self) -> None:
         """Discard the views of earlier steps: the target has moved."""
         self._history = ()
@@ -104,15 +111,16 @@ class Vision:
 
     async def learn(
         self, step: int, analysis: StepAnalysis, places_enu_m: Mapping[int, NDArray[np.float64]]
-    ) -> dict[int, Judgement]:
+    ) -> dict[int, Judgement] | None:
         """Learn from the step's frames for the next ones; there is time for it while the vehicles move.
 
         Returns:
-            What the targets at the places are taken for, by the same keys; none where it could not be judged.
+            What the targets at the places are taken for, by the same keys; None where the frames could not be judged.
         """
-        settings, judgements = self._context.settings, dict[int, Judgement]()
+        settings, persons = self._context.settings, self._persons
+        judgements: dict[int, Judgement] | None = None
         try:
-            judgements = await self._watch_persons(analysis, places_enu_m)
+            persons, judgements = await self._watch_persons(analysis, places_enu_m)
             if settings.registration.is_due(step):
                 await self._register(analysis)
             if settings.autofocus.is_due(step):
@@ -120,18 +128,17 @@ class Vision:
         except WorkerError as error:
             text = f"Step {step}: not all was learned from its images: {error}"
             self._context.journal.notice(Severity.WARNING, text)
+        # Only now: who ends the step meanwhile ends it without a judgement, as the record has it.
+        self._persons = persons
         self._reported = []
         return judgements
 
     async def _watch_persons(
         self, analysis: StepAnalysis, places_enu_m: Mapping[int, NDArray[np.float64]]
-    ) -> dict[int, Judgement]:
+    ) -> tuple[PersonWatch, dict[int, Judgement]]:
         usable = self._usable(self._placed(), analysis)
         uncertainty = self._context.settings.uncertainty
-        self._persons, judgements = await self._run(
-            watch_persons, self._persons, usable, analysis.grid.height_m, places_enu_m, uncertainty
-        )
-        return judgements
+        return await self._run(watch_persons, self._persons, usable, analysis.grid.height_m, places_enu_m, uncertainty)
 
     async def _run(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
         sign_of_life(WORK_S)

@@ -1,0 +1,90 @@
+"""Vetting of planned waypoints in one situation of the traffic, with paths around what blocks the straight ones."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.airspace.detours import Detours
+from aos_gcs.airspace.limits import SafetyLimits
+from aos_gcs.airspace.traffic import Obstacle, WaypointRequest
+from aos_gcs.airspace.vetting import vet_waypoints
+from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict, as_enu_point
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class TrafficSituation:
+    """What the vetting of waypoints depends on besides the waypoints: plain data that can be recorded."""
+
+    limits: SafetyLimits
+    arrival_radius_m: float
+    """Distance by which vehicles may miss a corner of a path around a boundary."""
+    movable: tuple[WaypointRequest, ...] = ()
+    """Vehicles that may be sent; each requests the place where it is."""
+    left: Mapping[int, str] = field(default_factory=dict)
+    """Reason why a vehicle must not be sent any more, by id."""
+    obstacles: tuple[Obstacle, ...] = ()
+    """All other airborne vehicles."""
+
+    def detours(self) -> Detours:
+        """Return the admissible paths within the limits."""
+        return Detours(self.limits.boundaries(), self.arrival_radius_m)
+
+
+def vet_plan(
+    planned_enu_m: Mapping[int, FloatArray], situation: TrafficSituation, detours: Detours
+) -> tuple[WaypointRecord, ...]:
+    """Check planned waypoints, shape (3,) each, against the limits, each other and all other airborne vehicles.
+
+    Where a boundary blocks the straight path and there is a path around it, the next corner of that is granted.
+
+    Args:
+        planned_enu_m: waypoint by vehicle id, for each vehicle of the situation that may be sent, or has left.
+        situation: state of the traffic.
+        detours: those of the situation.
+    """
+    moving = [
+        replace(one, requested_enu_m=_first_leg(detours, one.position_enu_m, planned_enu_m[one.vehicle_id]))
+        for one in situation.movable
+    ]
+    vetted = vet_waypoints(moving, situation.obstacles, situation.limits)
+    left = [_left(vehicle_id, planned_enu_m[vehicle_id], reason) for vehicle_id, reason in situation.left.items()]
+    return (*(_as_planned(record, planned_enu_m[record.vehicle_id]) for record in vetted), *left)
+
+
+def reached(positions_enu_m: Sequence[FloatArray], places_m: FloatArray, detours: Detours) -> NDArray[np.bool_]:
+    """Return which horizontal places, shape (k, 2), one of several vehicles can reach past the boundaries."""
+    is_reached = np.zeros(len(places_m), dtype=np.bool_)
+    for position_enu_m in positions_enu_m:
+        if not is_reached.all():
+            is_reached[~is_reached] = detours.reached(position_enu_m[:2], places_m[~is_reached])
+    return is_reached
+
+
+def _first_leg(detours: Detours, position_enu_m: FloatArray, planned_enu_m: FloatArray) -> FloatArray:
+    """Return the waypoint itself, or the next corner of the path around what blocks the straight one, at its height."""
+    if not np.isfinite(planned_enu_m).all():
+        return planned_enu_m
+    corner_m = detours.next_corner(position_enu_m[:2], planned_enu_m[:2])
+    return planned_enu_m if corner_m is None else np.array([*corner_m, planned_enu_m[2]])
+
+
+def _as_planned(record: WaypointRecord, planned_enu_m: FloatArray) -> WaypointRecord:
+    """Return what became of the planned waypoint, where a corner on the path to it was vetted."""
+    planned = as_enu_point(planned_enu_m)
+    if record.requested_enu_m == planned or not np.isfinite(planned_enu_m).all():
+        return record
+    if record.verdict is not WaypointVerdict.SENT:
+        return replace(record, requested_enu_m=planned)
+    east_m, north_m, _ = record.requested_enu_m
+    reason = f"around the geofence or a no-go zone, by {east_m:.0f} m east, {north_m:.0f} m north"
+    return replace(record, requested_enu_m=planned, verdict=WaypointVerdict.SHORTENED, reason=reason)
+
+
+def _left(vehicle_id: int, planned_enu_m: FloatArray, reason: str) -> WaypointRecord:
+    return WaypointRecord(vehicle_id, as_enu_point(planned_enu_m), None, WaypointVerdict.HELD, reason, True)

@@ -1,0 +1,148 @@
+"""Decisions of a recorded search, made again by the functions that made them in flight."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from aos_gcs.geometry.geodesy import LocalFrame
+from aos_gcs.imaging.model import Frame, KeptView, StepAnalysis
+from aos_gcs.imaging.step.analysis import analyse_step
+from aos_gcs.mission.model.decisions import ConclusionRecord, DecisionRecord, FormedLine, SearchRecord
+from aos_gcs.mission.model.phase import Phase
+from aos_gcs.mission.model.steps import StepRecord
+from aos_gcs.mission.search.deciding import Decider
+from aos_gcs.mission.search.findings import Findings
+from aos_gcs.mission.search.ledger import step_record
+from aos_gcs.mission.search.persons import Judgement, PersonWatch, watch_persons
+from aos_gcs.mission.search.sampling import to_frame
+from aos_gcs.ports import Capture, Severity
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Retraced:
+    """A step's decision as it was made again."""
+
+    record: StepRecord
+    following: Phase
+    marks: Mapping[int, str]
+    """Digest of the cells that the frame of each vehicle marks."""
+    settled_enu_m: tuple[tuple[float, float], ...]
+    strategy_state: Mapping[str, object]
+
+
+class _Unheard:
+    """Journal that nobody reads; the record says what time it is."""
+
+    now_s = 0.0
+
+    def elapsed_s(self) -> float:
+        return self.now_s
+
+    def notice(self, severity: Severity, text: str, vehicle_id: int | None = None) -> None:
+        pass
+
+
+class Retrace:
+    """A search from its record: ``decide`` and ``conclude`` for each step that has them, in their order.
+
+    Args:
+        search: what all steps have in common.
+    """
+
+    def __init__(self, search: SearchRecord) -> None:
+        self._settings = search.settings
+        self._frame = LocalFrame(search.origin)
+        self._journal = _Unheard()
+        self._findings = Findings()
+        self._decider = Decider(
+            search.settings, self._journal, self._findings, forget=self._forget, covered_fraction=lambda: None
+        )
+        self._history: tuple[KeptView, ...] = ()
+        self._persons = PersonWatch()
+        self._frames: list[Frame] = []
+        self._analysis: StepAnalysis | None = None
+        self._following = Phase.SCAN
+        self.decided = 0
+        """Number of decisions made again."""
+        self.concluded = 0
+        """Number of conclusions made again."""
+
+    def decide(self, record: DecisionRecord, captures: Sequence[Capture]) -> Retraced:
+        """Analyse the frames of a step again, and decide.
+
+        Args:
+            record: what the decision depended on.
+            captures: recorded frames of the step.
+
+        Raises:
+            ImagingError: the frames cannot be analysed.
+        """
+        decider, situation = self._decider, record.situation
+        self._findings.adopt(record.edits_before_analysis)
+        if record.line is not None:
+            self._form_line(record.line)
+        settled_enu_m = decider.settled_enu_m
+        self._frames = [self._placed(capture, record) for capture in captures]
+        imaging = replace(self._settings.imaging, plane_height_m=record.focal_height_m)
+        analysis = analyse_step(self._frames, imaging, self._history, settled_enu_m=settled_enu_m)
+        self._analysis, self._history = analysis, analysis.history
+        self._findings.adopt(record.edits)
+        self._journal.now_s = situation.now_s
+        decision = decider.decide(record.phase, situation, situation.traffic.detours(), analysis)
+        self._following = decision.following
+        self.decided += 1
+        return Retraced(
+            record=step_record(
+                record.step,
+                record.phase,
+                situation.now_s,
+                decider,
+                analysis=analysis,
+                decision=decision,
+                missing=analysis.skipped,
+            ),
+            following=decision.following,
+            marks=analysis.mark_digests,
+            settled_enu_m=settled_enu_m,
+            strategy_state=decider.strategy_state(),
+        )
+
+    def conclude(self, record: ConclusionRecord) -> ConclusionRecord:
+        """Judge the frames of the latest decision again, and conclude.
+
+        Raises:
+            RuntimeError: no decision was made before; a defect of the caller.
+        """
+        if self._analysis is None:
+            raise RuntimeError("nothing has been decided yet")
+        self._findings.adopt(record.edits)
+        self._journal.now_s = record.now_s
+        tracker, judgements = self._decider.tracker, dict[int, Judgement]()
+        if record.judged:
+            usable = [frame for frame in self._frames if frame.vehicle_id in self._analysis.vehicle_ids]
+            self._persons, judgements = watch_persons(
+                self._persons,
+                usable,
+                self._analysis.grid.height_m,
+                tracker.places_enu_m(),
+                self._settings.uncertainty,
+            )
+        following = self._decider.conclude(self._following, judgements)
+        targets = tracker.estimates()
+        self._findings.observe(targets, record.step, record.now_s)
+        self.concluded += 1
+        return replace(record, following=following, targets=targets)
+
+    def _form_line(self, line: FormedLine) -> None:
+        progress = self._decider.progress
+        if not progress.legs:
+            progress.take_up(line.legs, line.leg)
+        self._decider.begin_line(line.formed)
+
+    def _placed(self, capture: Capture, record: DecisionRecord) -> Frame:
+        frame = to_frame(capture, self._frame)
+        return replace(frame, pose=record.poses.get(capture.vehicle_id, frame.pose))
+
+    def _forget(self) -> None:
+        self._history, self._persons = (), PersonWatch()
