@@ -43,6 +43,8 @@ MAX_UTC_S: Final = 1e11
 """Latest time of a record that is believed: the year 5138."""
 _DAMAGE: Final = (ValueError, TypeError, OverflowError, RecursionError)
 """What reading damaged data raises; data that are nested too deeply exhaust the parser's recursion."""
+_SQLITE_DAMAGE: Final = (sqlite3.Error, UnicodeDecodeError)
+"""What SQLite raises; its messages quote what is damaged, which Python may not be able to decode."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -309,7 +311,7 @@ class MissionReader:
     def _rows(self, query: str, *values: object) -> list[sqlite3.Row]:
         try:
             return self._connection.execute(query, values).fetchall()
-        except sqlite3.Error as error:
+        except _SQLITE_DAMAGE as error:
             raise InputDataError(f"{self._folder / DATABASE_NAME} is damaged: {error}") from error
 
     @contextmanager
@@ -334,7 +336,7 @@ def _open(database: Path) -> tuple[sqlite3.Connection, int]:
         # A mission that was not closed keeps a log beside the database, which even a reader must be able to lock.
         text = f"{database} cannot be opened in place ({error}); copy the mission's folder and try there"
         raise InputDataError(text) from error
-    except sqlite3.Error as error:
+    except _SQLITE_DAMAGE as error:
         raise InputDataError(f"{database} is damaged or not a mission: {error}") from error
 
 
@@ -344,7 +346,7 @@ def _checked(connection: sqlite3.Connection) -> tuple[sqlite3.Connection, int]:
     try:
         (version,) = connection.execute("PRAGMA user_version").fetchone()
         (tables,) = connection.execute("SELECT count(*) FROM sqlite_schema WHERE name = 'steps'").fetchone()
-    except sqlite3.Error:
+    except _SQLITE_DAMAGE:
         connection.close()
         raise
     if not OLDEST_VERSION <= version <= SCHEMA_VERSION or not tables:

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from aos_gcs.clock import LoopClock
-from aos_gcs.errors import AosError
+from aos_gcs.errors import AosError, InputDataError
 from aos_gcs.mission.model.steps import PictureKind
 from aos_gcs.store.codec import encode
 from aos_gcs.store.database import MissionDatabase
@@ -97,6 +97,16 @@ async def read_all(folder: Path) -> None:
             encode([replay.snapshot(), replay.timeline(), *replay.steps()])
         for kind in PictureKind:
             replay.picture(kind)
+
+
+def test_a_damaged_schema_that_is_no_text_is_refused_in_words(whole: Path, tmp_path: Path) -> None:
+    folder = shutil.copytree(whole, tmp_path / "mission")
+    database = folder / "mission.sqlite"
+    content = database.read_bytes()
+    assert content.count(b"CREATE TABLE steps") == 1
+    database.write_bytes(content.replace(b"CREATE TABLE steps", b"CREATE \xd3\xd3\xd3\xd3\xd3 steps"))
+    with pytest.raises(InputDataError, match="is damaged"):
+        MissionReader(folder)
 
 
 @pytest.mark.parametrize("count", [100, pytest.param(6000, marks=[pytest.mark.slow, pytest.mark.timeout(3600)])])
