@@ -18,6 +18,7 @@ from aos_gcs.api.access.request_checks import OperatorsOnlyMiddleware, SameOrigi
 from aos_gcs.api.errors import add_error_handlers
 from aos_gcs.api.events.hub import EventHub, Upstream, loop_time_s
 from aos_gcs.api.models.service import CapabilitiesModel
+from aos_gcs.api.once import Once
 from aos_gcs.api.openapi import add_routes, make_document
 from aos_gcs.api.page import add_page
 from aos_gcs.api.routers.plans import IMPORT_PATH
@@ -80,6 +81,7 @@ def create_app(
     app.state.hub = EventHub(mission, replay, capabilities, now_s, upstream)
     app.state.access = Access(operator_code, now_s, operator_file)
     app.state.limits = PeerLimits(now_s)
+    app.state.once = Once()
     app.add_middleware(BodyLimitMiddleware, streaming_paths=[IMPORT_PATH])
     app.add_middleware(OperatorsOnlyMiddleware, access=app.state.access)
     app.add_middleware(SameOriginMiddleware, allowed_hosts=allowed_hosts)

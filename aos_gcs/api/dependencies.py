@@ -13,6 +13,7 @@ from aos_gcs.api.access.plan_check_turns import PlanChecks
 from aos_gcs.api.convert.seen import parse_seen
 from aos_gcs.api.errors import NotFoundError, SeenMissingError
 from aos_gcs.api.events.hub import EventHub
+from aos_gcs.api.once import Once
 from aos_gcs.errors import MissionError
 from aos_gcs.mission.control import MissionCommands, MissionView, ReplayControl
 from aos_gcs.mission.model.actions import Seen
@@ -26,7 +27,12 @@ def _get_mission(connection: HTTPConnection) -> MissionView:
     return cast("MissionView", connection.app.state.mission)
 
 
-def _get_commands(connection: HTTPConnection) -> MissionCommands:
+def commands_of(connection: HTTPConnection) -> MissionCommands:
+    """Return the commands to the mission.
+
+    Raises:
+        MissionError: it is only shown.
+    """
     commands = cast("MissionCommands | None", connection.app.state.commands)
     if commands is None:
         raise MissionError("This service only shows a mission: it cannot be commanded or changed.")
@@ -41,7 +47,8 @@ def _get_access(connection: HTTPConnection) -> Access:
     return cast("Access", connection.app.state.access)
 
 
-def _get_session(connection: HTTPConnection) -> Session:
+def session_of(connection: HTTPConnection) -> Session:
+    """Return the session of a request or WebSocket."""
     return _get_access(connection).session_of(connection)
 
 
@@ -62,8 +69,13 @@ def require_seen(seen: Annotated[Seen | None, Depends(_get_seen)]) -> Seen:
 SeenState = Annotated[Seen, Depends(require_seen)]
 SeenStateIfAny = Annotated[Seen | None, Depends(_get_seen)]
 Mission = Annotated[MissionView, Depends(_get_mission)]
-Commands = Annotated[MissionCommands, Depends(_get_commands)]
+Commands = Annotated[MissionCommands, Depends(commands_of)]
 Hub = Annotated[EventHub, Depends(_get_hub)]
+
+
+def once_of(connection: HTTPConnection) -> Once:
+    """Return what carries out copies of requests once."""
+    return cast("Once", connection.app.state.once)
 
 
 def _get_replay(connection: HTTPConnection) -> ReplayControl:
@@ -93,9 +105,10 @@ def _get_basemap_file(connection: HTTPConnection) -> Path | None:
 
 
 BasemapFile = Annotated[Path | None, Depends(_get_basemap_file)]
+OnceOnly = Annotated[Once, Depends(once_of)]
 Replay = Annotated[ReplayControl, Depends(_get_replay)]
 Viewer = Annotated[ViewControl, Depends(_get_viewer)]
 Checks = Annotated[PlanChecks, Depends(_get_plan_checks)]
 Plans = Annotated[PlanFolder, Depends(_get_plans)]
 OperatorAccess = Annotated[Access, Depends(_get_access)]
-CurrentSession = Annotated[Session, Depends(_get_session)]
+CurrentSession = Annotated[Session, Depends(session_of)]

@@ -10,7 +10,9 @@ from contextlib import AbstractContextManager, asynccontextmanager, nullcontext
 import uvicorn
 from fastapi import FastAPI
 
-from aos_gcs.api.limited_protocol import limited_protocol
+from aos_gcs.api.acceptor import Acceptor
+from aos_gcs.api.access.connection_limits import Admission, ConnectionLimits
+from aos_gcs.api.limited_protocol import LimitedProtocol, LimitedStream
 from aos_gcs.api.listener import ServerAddress, listen
 
 _LARGEST_CLIENT_MESSAGE_BYTES = 4096
@@ -19,15 +21,23 @@ _GRACE_S = 3
 
 
 class _Server(uvicorn.Server):
-    """Server that leaves signals to the program that owns the loop, and reports when it listens."""
+    """Server that limits connections, leaves signals to the program that owns the loop, and reports when it listens."""
 
-    def __init__(self, config: uvicorn.Config) -> None:
+    def __init__(self, config: uvicorn.Config, limits: ConnectionLimits) -> None:
         super().__init__(config)
+        self._limits = limits
         self._listening = asyncio.Event()
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        await super().startup(sockets)
+        await super().startup([])
+        for listener in sockets or []:
+            # It has of asyncio's servers what uvicorn calls.
+            self.servers.append(Acceptor(listener, self._limits, self._make_protocol))  # type: ignore[arg-type]
         self._listening.set()
+
+    def _make_protocol(self, admission: Admission) -> asyncio.Protocol:
+        state, app_state = self.server_state, self.lifespan.state
+        return LimitedProtocol(admission, self._limits, config=self.config, server_state=state, app_state=app_state)
 
     async def wait_until_listening(self, serving: asyncio.Task[None]) -> None:
         """Return when requests are answered, or when ``serving`` has ended before that."""
@@ -56,8 +66,7 @@ async def serve_on(app: FastAPI, listener: socket.socket) -> AsyncIterator[None]
     """Serve ``app`` on a socket that listens for as long as the context is entered."""
     config = uvicorn.Config(
         app,
-        http=limited_protocol(app.state.limits),
-        ws="websockets-sansio",
+        ws=LimitedStream,
         ws_per_message_deflate=False,  # compressing each snapshot would cost more than the network
         ws_max_size=_LARGEST_CLIENT_MESSAGE_BYTES,
         lifespan="on",
@@ -67,7 +76,7 @@ async def serve_on(app: FastAPI, listener: socket.socket) -> AsyncIterator[None]
         proxy_headers=False,  # whoever connects could name any address in them, and guess codes under all of them
         timeout_graceful_shutdown=_GRACE_S,
     )
-    server = _Server(config)
+    server = _Server(config, app.state.limits.connections)
     # Not a TaskGroup: that would wrap the errors of the caller's own body into a group.
     serving = asyncio.create_task(server.serve(sockets=[listener]))
     try:

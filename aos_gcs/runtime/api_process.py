@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import resource
 import socket
 import sys
 from typing import Final, NoReturn
@@ -23,6 +24,8 @@ from aos_gcs.workers.lifeline import end_with_parent, step_back
 from aos_gcs.workers.process import open_worker
 
 _MEMORY_BYTES: Final = 2 * 2**30
+_FILES: Final = 8192
+"""File descriptors: connections of strangers are limited to fewer, those of operators are not."""
 
 
 class _Alive:
@@ -53,6 +56,8 @@ def main(arguments: list[str]) -> None:
     control_fd, lifeline_fd, listener_fd = map(int, arguments)
     end_with_parent(lifeline_fd)
     step_back(_MEMORY_BYTES)
+    _, most = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (most if 0 <= most < _FILES else _FILES, most))
     with socket.socket(fileno=listener_fd) as listener:
         asyncio.run(_serve(socket.socket(fileno=control_fd), listener))
 

@@ -1,8 +1,10 @@
-"""The flight loop while thousands of hostile connections stand at the dashboard: its lag, and the heartbeats' gaps.
+"""The flight loop while thousands of hostile connections stand at the dashboard: its lag, the heartbeats' gaps, holds.
 
-The service runs with its real driver and the dashboard's process; a vehicle and the attackers are other processes. A
-third of the connections reads nothing of what it asks for, a third sends half a request, a third asks without end;
-they come from many addresses, beyond what one may have.
+The service runs with its real driver and the dashboard's process; a vehicle, an operator and the attackers are other
+processes. A third of the connections reads nothing of what it asks for, a third sends half a request, a third asks
+without end; they come from many addresses, beyond what one may have, and some from the operator's own. Those that are
+refused are opened again without a pause. The operator holds all again and again, each time by a new connection and by
+the event stream that was open before.
 
 Run: python tests/benchmarks/bench_connections.py [--connections 5000] [--seconds 15]
 """
@@ -12,13 +14,17 @@ from __future__ import annotations
 import argparse
 import asyncio
 import itertools
+import json
+import math
 import multiprocessing
 import os
 import resource
 import socket
+import statistics
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from multiprocessing.queues import Queue
 from multiprocessing.synchronize import Event
@@ -27,6 +33,8 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import httpx
+from websockets.exceptions import WebSocketException
+from websockets.sync.client import ClientConnection, connect
 
 from aos_gcs.config.file import parse_config
 from aos_gcs.mission.health import LoopMonitor
@@ -38,9 +46,11 @@ ATTACKERS = 5
 ADDRESSES = 200
 """Addresses on the loopback network that each attacker uses."""
 SETTLE_S = 3.0
-_NICENESS = 10
+_NICENESS = 15
 """Attackers stand for other machines, which take no processor of this one."""
-HOLD_AFTER_S = 8.0
+HOLD_EVERY_S = 0.5
+SHARED = 4
+"""One of so many connections of the first attacker comes from the operator's address."""
 CODE = "larch-and-spruce"
 ASK = b"GET /api/mission HTTP/1.1\r\nHost: localhost\r\n\r\n"
 HALF = b"GET /api/mission HTTP/1.1\r\nHost: localhost\r\nX-Slow: "
@@ -49,9 +59,11 @@ FOLLOW = (
     b"Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n"
 )
 FIRST_WORDS = (FOLLOW, HALF, ASK)
+Answer = str | tuple[list[float], list[float]]
+"""What an attacker has opened, or how long an operator's holds have taken by both ways, in milliseconds."""
 
 
-def attack(port: int, number: int, connections: int, begin: Event, answers: Queue[str]) -> None:
+def attack(port: int, number: int, connections: int, begin: Event, answers: Queue[Answer]) -> None:
     """Hold connections open until killed; those that are refused are opened again."""
     os.nice(_NICENESS)
     _, most = resource.getrlimit(resource.RLIMIT_NOFILE)
@@ -72,7 +84,8 @@ def assail(link: socket.socket | None, index: int, port: int, number: int) -> so
             link = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
             link.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
             link.settimeout(0.2)
-            link.bind((f"127.{number + 1}.0.{index % ADDRESSES + 1}", 0))
+            is_behind_operator = number == 0 and index % SHARED == 0
+            link.bind((HOST if is_behind_operator else f"127.{number + 1}.0.{index % ADDRESSES + 1}", 0))
             link.connect((HOST, port))
             link.sendall(FIRST_WORDS[index % len(FIRST_WORDS)])
             link.setblocking(False)
@@ -112,7 +125,7 @@ async def main(connections: int, duration_s: float, folder: Path) -> None:
     )
     # Processes are started before the service: forking stops this process, in which the flight loop runs.
     begin, answers = multiprocessing.Event(), multiprocessing.Queue()
-    others = [multiprocessing.Process(target=operate, args=(port, begin, answers), daemon=True)]
+    others = [multiprocessing.Process(target=operate, args=(port, duration_s / 2, begin, answers), daemon=True)]
     for number in range(ATTACKERS):
         share = connections // ATTACKERS
         others.append(multiprocessing.Process(target=attack, args=(port, number, share, begin, answers), daemon=True))
@@ -126,7 +139,13 @@ async def main(connections: int, duration_s: float, folder: Path) -> None:
         begin.set()
         gap_s, lag_ms = await measure(f"with {connections} connections", *vehicles[1])
         while not answers.empty():
-            print(answers.get())
+            answer = answers.get()
+            if isinstance(answer, str):
+                print(answer)
+                continue
+            for way, held_ms in zip(("hold", "hold_on_stream"), answer, strict=True):
+                print(f"{way}: median {statistics.median(held_ms):.0f} ms, max {max(held_ms):.0f} ms of {len(held_ms)}")
+                report(f"connections.{way}", max(held_ms))
         for other in others:
             other.kill()
         report("connections.lag", lag_ms)
@@ -159,26 +178,53 @@ async def measure(name: str, begin: Event, gaps: Queue[list[float]]) -> tuple[fl
     return gap_s, lag_ms
 
 
-def operate(port: int, begin: Event, answers: Queue[str]) -> None:
-    """Sign in before the attack, and hold all in the middle of it."""
-    with httpx.Client(base_url=f"http://{HOST}:{port}", timeout=30.0) as client:
+def operate(port: int, duration_s: float, begin: Event, answers: Queue[Answer]) -> None:
+    """Sign in before the attack, and hold all in the middle of it, by a request and by the open event stream."""
+    url = f"http://{HOST}:{port}"
+    with httpx.Client(base_url=url, timeout=30.0) as client:
         while True:
             try:
                 client.post("/api/session", json={"code": CODE, "name": "Ada"}).raise_for_status()
                 break
             except httpx.TransportError:
                 time.sleep(0.2)
-        begin.wait()
+        cookies = client.cookies
         client.get("/api/mission")  # as the page does all the time: an operator's address is known by then
-        time.sleep(HOLD_AFTER_S)
-        start_s = time.perf_counter()
-        try:
-            answer = client.post("/api/mission/actions", json={"action": "hold"})
-        except httpx.TransportError as error:
-            answers.put(f"an operator's hold was not answered: {error!r}")
-        else:
-            waited_ms = 1e3 * (time.perf_counter() - start_s)
-            answers.put(f"an operator's hold was answered ({answer.status_code}) after {waited_ms:.0f} ms")
+    cookie = "; ".join(f"{name}={value}" for name, value in cookies.items())
+    by_request_ms, by_stream_ms = list[float](), list[float]()
+    with connect(f"ws://{HOST}:{port}/api/events", additional_headers={"Cookie": cookie}) as stream:
+        begin.wait()
+        end_s = time.perf_counter() + duration_s
+        while time.perf_counter() < end_s:
+            time.sleep(HOLD_EVERY_S)
+            by_stream_ms.append(timed_ms(lambda: hold_by_stream(stream, f"stream-{len(by_stream_ms):04}")))
+            by_request_ms.append(timed_ms(lambda: hold_by_request(url, cookies)))
+            print(f"  by request {by_request_ms[-1]:.0f} ms, by stream {by_stream_ms[-1]:.0f} ms", flush=True)
+    answers.put((by_request_ms, by_stream_ms))
+
+
+def timed_ms(hold: Callable[[], None]) -> float:
+    """Return how long a hold has taken; infinity where it was not answered."""
+    start_s = time.perf_counter()
+    try:
+        hold()
+    except (httpx.HTTPError, WebSocketException, TimeoutError) as error:
+        print(f"a hold was not answered: {error!r}", flush=True)
+        return math.inf
+    return 1e3 * (time.perf_counter() - start_s)
+
+
+def hold_by_request(url: str, cookies: httpx.Cookies) -> None:
+    """Hold by a new connection."""
+    with httpx.Client(base_url=url, cookies=cookies, timeout=10.0) as client:
+        client.post("/api/mission/actions", json={"action": "hold"})
+
+
+def hold_by_stream(stream: ClientConnection, request_id: str) -> None:
+    """Hold by a stream that is open."""
+    stream.send(json.dumps({"kind": "hold", "request_id": request_id}))
+    while json.loads(stream.recv(timeout=10.0)).get("request_id") != request_id:
+        pass
 
 
 if __name__ == "__main__":

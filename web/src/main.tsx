@@ -13,10 +13,9 @@ const root = document.getElementById("app");
 if (root === null) throw new Error("index.html has no element 'app'");
 
 const store = new Store();
-render(<App store={store} />, root);
-
 const scheme = location.protocol === "https:" ? "wss" : "ws";
-new EventSocket(`${scheme}://${location.host}/api/events`, {
+const stream = new EventSocket(`${scheme}://${location.host}/api/events`, {
   onMessage: (message) => store.receive(message),
   onConnection: (connection) => store.setConnection(connection),
 });
+render(<App store={store} stream={stream} />, root);

@@ -1,7 +1,6 @@
 import { afterEach, beforeEach, describe, expect, test, vi } from "vitest";
 import { ProtocolError, parseServerMessage } from "../src/api/check";
-import { backoffMs, type Connection, EventSocket, isGap, type PageMessage } from "../src/api/socket";
-import type { ServerMessage } from "../src/api/types";
+import { backoffMs, type Connection, EventSocket, isGap, type PageMessage, type StateOrEvent } from "../src/api/socket";
 import { CAPABILITIES, mission, step } from "./samples";
 
 const HELLO = {
@@ -36,8 +35,8 @@ describe("parseServerMessage", () => {
 });
 
 test("events count on by one, all other messages repeat the number before them", () => {
-  const heartbeat = (seq: number): ServerMessage => ({ kind: "heartbeat", seq, mission_age_s: 0, seen: "m-1/0/0" });
-  const changes = (seq: number): ServerMessage => ({
+  const heartbeat = (seq: number): StateOrEvent => ({ kind: "heartbeat", seq, mission_age_s: 0, seen: "m-1/0/0" });
+  const changes = (seq: number): StateOrEvent => ({
     kind: "changes",
     seq,
     mission_age_s: 0,
@@ -47,8 +46,8 @@ test("events count on by one, all other messages repeat the number before them",
     vehicles: [],
     preflight: [],
   });
-  const event = (seq: number): ServerMessage => ({ kind: "step", seq, utc_s: 0, step: step(2) });
-  expect(isGap(4, HELLO as unknown as ServerMessage)).toBe(false);
+  const event = (seq: number): StateOrEvent => ({ kind: "step", seq, utc_s: 0, step: step(2) });
+  expect(isGap(4, HELLO as unknown as StateOrEvent)).toBe(false);
   expect([event(5), changes(4), heartbeat(4)].map((message) => isGap(4, message))).toEqual([false, false, false]);
   expect([event(6), changes(5), heartbeat(5)].map((message) => isGap(4, message))).toEqual([true, true, true]);
 });
@@ -65,8 +64,12 @@ class FakeSocket {
   constructor() {
     FakeSocket.opened.push(this);
   }
+  readonly sent: string[] = [];
   close(): void {
     this.isClosed = true;
+  }
+  send(text: string): void {
+    this.sent.push(text);
   }
   say(message: object): void {
     this.onmessage?.({ data: JSON.stringify(message) });
@@ -141,6 +144,24 @@ describe("EventSocket", () => {
     await vi.waitFor(() => expect(FakeSocket.opened).toHaveLength(2));
     expect(FakeSocket.opened[0]?.isClosed).toBe(true);
     expect(connections).toEqual(["open"]);
+  });
+
+  test("sends a hold on the open stream and returns its answer, or that the stream was lost", async () => {
+    expect(events.hold("press-1")).toBeNull();
+    latest().say(HELLO);
+    const [held, refused, lost] = ["press-2", "press-3", "press-4"].map((id) => events.hold(id));
+    expect(latest().sent[0]).toBe('{"kind":"hold","request_id":"press-2"}');
+    const answer = { kind: "answer", request_id: "press-2", status: 200, response: { results: [] }, error: null };
+    latest().say(answer);
+    const error = { id: "operators_only", message: "Observers cannot" };
+    latest().say({ ...answer, request_id: "press-3", status: 403, response: null, error });
+    latest().say({ ...answer, request_id: "of-nobody" });
+    vi.advanceTimersByTime(2000);
+    expect(await held).toEqual({ ok: true, value: { results: [] } });
+    expect(await refused).toEqual({ ok: false, message: "Observers cannot", status: 403 });
+    expect(await lost).toMatchObject({ ok: false });
+    expect(events.hold("press-5")).toBeNull();
+    expect(heard.map((message) => message.kind)).toEqual(["hello"]);
   });
 
   test("stops when the service speaks another version", () => {

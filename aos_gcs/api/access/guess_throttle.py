@@ -6,6 +6,7 @@ import ipaddress
 from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Final
 
 from aos_gcs.token_bucket import TokenBucket
@@ -75,6 +76,7 @@ def _is_here(address: str) -> bool:
         return False
 
 
+@lru_cache(maxsize=ADDRESSES_KEPT)
 def group_of(address: str) -> str:
     """Return the unit that is counted: for IPv6 the network, since one machine may use any address in it."""
     try:

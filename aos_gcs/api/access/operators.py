@@ -33,6 +33,13 @@ class AccessDeniedError(AosError):
     """A request that only operators may make."""
 
 
+class ObserverError(AccessDeniedError):
+    """A command of an observer."""
+
+    def __init__(self) -> None:
+        super().__init__("Observers cannot send commands. Sign in with the operator code.")
+
+
 class WrongCodeError(AccessDeniedError):
     """A wrong operator code."""
 

@@ -21,7 +21,7 @@ from starlette.datastructures import Headers
 from starlette.requests import HTTPConnection
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from aos_gcs.api.access.operators import Access, AccessDeniedError, Role
+from aos_gcs.api.access.operators import Access, ObserverError, Role
 from aos_gcs.api.errors import error_response, status_and_id
 
 _CONTENT_SECURITY_POLICY = (
@@ -130,7 +130,7 @@ class OperatorsOnlyMiddleware:
         if changes_nothing or scope["path"] in _OPEN_PATHS or self._is_operator(scope):
             await self._app(scope, receive, send)
             return
-        refused = AccessDeniedError("Observers cannot send commands. Sign in with the operator code.")
+        refused = ObserverError()
         await error_response(*status_and_id(refused), str(refused))(scope, receive, send)
 
     def _is_operator(self, scope: Scope) -> bool:

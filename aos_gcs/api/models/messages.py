@@ -1,4 +1,4 @@
-"""Messages of the WebSocket ``/api/events``, a union discriminated by ``kind``.
+"""Messages of the WebSocket ``/api/events``, a union discriminated by ``kind``; clients send ``HoldMessage`` only.
 
 A client receives ``hello`` first: the whole state. Then come *events* (``step``, ``notice``, ``pictures``, ``plan``),
 which are never repeated, and the *state*, of which only changes are sent.
@@ -17,8 +17,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, TypeAdapter
 
-from aos_gcs.api.models.base import WireModel
-from aos_gcs.api.models.mission import MissionModel
+from aos_gcs.api.models.base import ErrorModel, WireModel
+from aos_gcs.api.models.mission import ActionResponse, MissionModel
 from aos_gcs.api.models.notices import NoticeModel
 from aos_gcs.api.models.preflight import PreflightCheckModel
 from aos_gcs.api.models.service import CapabilitiesModel
@@ -122,6 +122,26 @@ class HeartbeatMessage(WireModel):
     seen: str = Field(description=SEEN)
 
 
+class AnswerMessage(WireModel):
+    """The answer to a request on this connection; only the client that has sent it gets it."""
+
+    kind: Literal["answer"] = "answer"
+    request_id: str
+    status: int = Field(description="As the status of an answer over HTTP.")
+    response: ActionResponse | None = Field(description="Null where it was refused.")
+    error: ErrorModel | None = Field(description="Reason of a refusal.")
+
+
+class HoldMessage(WireModel):
+    """Sent by clients: hold all vehicles. Operators send it beside ``POST /api/mission/actions``, by the same name.
+
+    Browsers open few connections to one host, and requests wait for them; this one is open already.
+    """
+
+    kind: Literal["hold"]
+    request_id: str = Field(min_length=8, max_length=64)
+
+
 EventMessage = StepMessage | NoticeMessage | PicturesMessage | PlanMessage
 
 ServerMessage = Annotated[
@@ -132,6 +152,7 @@ ServerMessage = Annotated[
     | NoticeMessage
     | PicturesMessage
     | PlanMessage
+    | AnswerMessage
     | HeartbeatMessage,
     Field(discriminator="kind"),
 ]

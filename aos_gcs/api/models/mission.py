@@ -69,6 +69,13 @@ class ActionRequest(WireModel):
     focal_height_m: Annotated[float, Field(allow_inf_nan=False)] | None = Field(
         None, description="For the action focus: metres above the origin, or null for autofocus."
     )
+    request_id: str | None = Field(
+        None,
+        min_length=8,
+        max_length=64,
+        description="Name of this request, which nobody else uses: what arrives again under it, here or on the event "
+        "stream, gets the same answer and is not carried out again.",
+    )
 
 
 class ActionResultModel(WireModel):

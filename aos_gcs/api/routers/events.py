@@ -1,16 +1,24 @@
-"""The event stream."""
+"""The event stream, on which operators can also hold all vehicles."""
 
 from __future__ import annotations
 
 import asyncio
-from typing import Annotated, NoReturn
+from typing import Annotated, Final, NoReturn
 
 from fastapi import APIRouter, Query, WebSocket, WebSocketDisconnect
+from pydantic import ValidationError
 
-from aos_gcs.api.dependencies import Hub
+from aos_gcs.api.access.operators import ObserverError, Role
+from aos_gcs.api.convert.mission import action_results
+from aos_gcs.api.dependencies import Hub, commands_of, once_of, session_of
+from aos_gcs.api.errors import status_and_id
 from aos_gcs.api.events.hub import EventHub
 from aos_gcs.api.events.outbox import Outbox
-from aos_gcs.api.models.messages import MissedEventsModel
+from aos_gcs.api.models.base import ErrorModel
+from aos_gcs.api.models.messages import AnswerMessage, HoldMessage, MissedEventsModel
+from aos_gcs.api.models.mission import ActionResponse
+from aos_gcs.errors import AosError
+from aos_gcs.mission.model.actions import Action
 
 router = APIRouter()
 
@@ -18,6 +26,9 @@ HEARTBEAT_INTERVAL_S = 0.5
 """Longest silence: after less than two seconds without a message the page considers the connection lost."""
 SEND_TIMEOUT_S = 10.0
 """Time after which a client that accepts no data is disconnected."""
+HOLDS_AT_ONCE: Final = 8
+"""Holds of one client in progress; more are not answered."""
+_DONE: Final = 200
 
 
 @router.get("/api/events")
@@ -28,22 +39,52 @@ async def read_missed_events(after: Annotated[int, Query(ge=0)], hub: Hub) -> Mi
 
 @router.websocket("/api/events")
 async def follow_events(websocket: WebSocket, hub: Hub) -> None:
-    """Send ``hello``, then events and changes, until the client leaves or the service ends."""
+    """Send ``hello``, then events and changes, until the client leaves or the service ends; carry out its holds."""
     await websocket.accept()
     try:
         async with asyncio.TaskGroup() as group:
             group.create_task(_send_events(websocket, hub))
-            await _wait_for_disconnect(websocket)
+            await _receive_holds(websocket, group)
     except* (WebSocketDisconnect, TimeoutError):
         pass  # both end a connection normally
 
 
-async def _wait_for_disconnect(websocket: WebSocket) -> NoReturn:
-    """Read and ignore what the client sends."""
+async def _receive_holds(websocket: WebSocket, group: asyncio.TaskGroup) -> NoReturn:
+    """Read what the client sends until it leaves; ignore all but holds."""
+    holding: set[asyncio.Task[None]] = set()
     while True:
         message = await websocket.receive()
         if message["type"] == "websocket.disconnect":
             raise WebSocketDisconnect(message["code"])
+        try:
+            request = HoldMessage.model_validate_json(message.get("text") or "")
+        except ValidationError:
+            continue
+        if len(holding) < HOLDS_AT_ONCE:
+            task = group.create_task(_hold(websocket, request.request_id))
+            holding.add(task)
+            task.add_done_callback(holding.discard)
+
+
+async def _hold(websocket: WebSocket, request_id: str) -> None:
+    """Hold all vehicles, and send the answer."""
+    try:
+        response, error, status = await _hold_all(websocket, request_id), None, _DONE
+    except AosError as refusal:
+        status, error_id = status_and_id(refusal)
+        response, error = None, ErrorModel(id=error_id, message=str(refusal))
+    answer = AnswerMessage(request_id=request_id, status=status, response=response, error=error)
+    await _send(websocket, answer.model_dump_json())
+
+
+async def _hold_all(websocket: WebSocket, request_id: str) -> ActionResponse:
+    session, once = session_of(websocket), once_of(websocket)
+    if session.role is not Role.OPERATOR:
+        raise ObserverError()
+    commands = commands_of(websocket)
+    key = session.name, Action.HOLD, None, request_id
+    results = await once.run(key, lambda: commands.act(Action.HOLD, None, None, operator=session.name, seen=None))
+    return action_results(Action.HOLD, results)
 
 
 async def _send_events(websocket: WebSocket, hub: EventHub) -> NoReturn:

@@ -9,7 +9,16 @@ from fastapi import APIRouter, Header, Response
 
 from aos_gcs.api.convert.mission import action_results
 from aos_gcs.api.convert.preflight import preflight_check
-from aos_gcs.api.dependencies import Commands, CurrentSession, Hub, Mission, SeenState, SeenStateIfAny, require_seen
+from aos_gcs.api.dependencies import (
+    Commands,
+    CurrentSession,
+    Hub,
+    Mission,
+    OnceOnly,
+    SeenState,
+    SeenStateIfAny,
+    require_seen,
+)
 from aos_gcs.api.errors import NotFoundError
 from aos_gcs.api.models.base import ErrorModel
 from aos_gcs.api.models.mission import ActionRequest, ActionResponse, MissionModel
@@ -71,6 +80,7 @@ async def act(
     commands: Commands,
     session: CurrentSession,
     *,
+    once: OnceOnly,
     seen: SeenStateIfAny,
     hub: Hub,
     response: Response,
@@ -82,7 +92,11 @@ async def act(
     if request.action is not Action.HOLD:
         seen = require_seen(seen)
     vehicle_ids = tuple(dict.fromkeys(request.vehicle_ids)) if request.vehicle_ids is not None else None
-    results = await commands.act(request.action, vehicle_ids, request.focal_height_m, operator=session.name, seen=seen)
+    key = None if request.request_id is None else (session.name, request.action, vehicle_ids, request.request_id)
+    results = await once.run(
+        key,
+        lambda: commands.act(request.action, vehicle_ids, request.focal_height_m, operator=session.name, seen=seen),
+    )
     response.headers["X-Seen"] = hub.seen()
     return action_results(request.action, results)
 

@@ -90,6 +90,7 @@ const FIELDS: Record<Kind, Record<string, Check>> = {
   notice: { notice },
   pictures: { pictures: listOf(picture) },
   plan: {},
+  answer: { request_id: isString, status: isNumber, response: orNull(isObject), error: orNull(isObject) },
   heartbeat: AGE,
 };
 
@@ -121,7 +122,7 @@ function checkedMessage(value: unknown): ServerMessage {
       `the service speaks version ${String(value["schema_version"])}, this page ${SCHEMA_VERSION}`,
     );
   }
-  const fields = { seq: isNumber, ...FIELDS[kind] };
+  const fields = kind === "answer" ? FIELDS[kind] : { seq: isNumber, ...FIELDS[kind] };
   for (const [name, check] of Object.entries(fields)) {
     if (!check(value[name])) throw new ProtocolError(`the field '${name}' of a '${kind}' message is not as expected`);
   }

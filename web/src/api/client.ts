@@ -15,6 +15,8 @@ export interface ActionToSend {
   readonly vehicleIds: readonly number[] | null;
   /** Height for the action `focus`; null resets it to automatic. */
   readonly focalHeight_m?: number | null;
+  /** Name of this press, for one that is sent by the event stream as well. */
+  readonly requestId?: string | null;
 }
 
 /** Time after which a request without an answer counts as lost; longer than a busy station needs for any of them. */
@@ -62,8 +64,9 @@ function content(body: unknown): Blob | string | null {
 }
 
 /** Send an operator's action; answers when every vehicle has accepted or refused it. */
-export function postAction({ action, vehicleIds, focalHeight_m = null }: ActionToSend): Promise<ActionAnswer> {
-  const body = { action, vehicle_ids: vehicleIds, focal_height_m: focalHeight_m };
+export function postAction(toSend: ActionToSend): Promise<ActionAnswer> {
+  const { action, vehicleIds, focalHeight_m = null, requestId = null } = toSend;
+  const body = { action, vehicle_ids: vehicleIds, focal_height_m: focalHeight_m, request_id: requestId };
   return request("POST", "/api/mission/actions", isActionResponse, body);
 }
 

@@ -591,6 +591,11 @@ export interface components {
        * @description For the action focus: metres above the origin, or null for autofocus.
        */
       focal_height_m?: number | null;
+      /**
+       * Request Id
+       * @description Name of this request, which nobody else uses: what arrives again under it, here or on the event stream, gets the same answer and is not carried out again.
+       */
+      request_id?: string | null;
       /** Vehicle Ids */
       vehicle_ids?: number[] | null;
     };
@@ -614,6 +619,28 @@ export interface components {
       text: string;
       /** Vehicle Id */
       vehicle_id: number;
+    };
+    /**
+     * AnswerMessage
+     * @description The answer to a request on this connection; only the client that has sent it gets it.
+     */
+    AnswerMessage: {
+      /** @description Reason of a refusal. */
+      error: components["schemas"]["ErrorModel"] | null;
+      /**
+       * @description discriminator enum property added by openapi-typescript
+       * @enum {string}
+       */
+      kind: "answer";
+      /** Request Id */
+      request_id: string;
+      /** @description Null where it was refused. */
+      response: components["schemas"]["ActionResponse"] | null;
+      /**
+       * Status
+       * @description As the status of an answer over HTTP.
+       */
+      status: number;
     };
     /**
      * BasemapModel
@@ -1687,6 +1714,7 @@ export interface components {
       | components["schemas"]["NoticeMessage"]
       | components["schemas"]["PicturesMessage"]
       | components["schemas"]["PlanMessage"]
+      | components["schemas"]["AnswerMessage"]
       | components["schemas"]["HeartbeatMessage"];
     /**
      * SessionModel

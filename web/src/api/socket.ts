@@ -1,14 +1,18 @@
-/** Event stream: one WebSocket that reconnects on its own. */
+/** Event stream: one WebSocket that reconnects on its own. Holds go by it, too. */
 import { applyChanges } from "./changes";
 import { checkedMission, ProtocolError, parseServerMessage } from "./check";
-import { readMissedEvents } from "./client";
+import { texts } from "../texts";
+import { type ActionAnswer, readMissedEvents } from "./client";
+import type { HoldStream } from "./hold";
 import { noteSeen } from "./seen";
-import type { Changes, Mission, ServerMessage } from "./types";
+import type { Changes, Mission, ServerMessage, StreamAnswer } from "./types";
 
 export type Connection = "connecting" | "open" | "lost" | "incompatible";
 
 /** Messages for the page: changes are expanded to the snapshot that results from them. */
-export type PageMessage = Exclude<ServerMessage, Changes>;
+export type PageMessage = Exclude<ServerMessage, Changes | StreamAnswer>;
+/** What every client is sent. */
+export type StateOrEvent = Exclude<ServerMessage, StreamAnswer>;
 
 export interface SocketEvents {
   onMessage(message: PageMessage): void;
@@ -26,10 +30,10 @@ export function backoffMs(attempt: number): number {
   return Math.min(LONGEST_DELAY_MS, FIRST_DELAY_MS * 2 ** attempt);
 }
 
-const STATE_KINDS: ReadonlySet<ServerMessage["kind"]> = new Set(["snapshot", "changes", "heartbeat"]);
+const STATE_KINDS: ReadonlySet<StateOrEvent["kind"]> = new Set(["snapshot", "changes", "heartbeat"]);
 
 /** Whether events before a message are missing. State messages repeat the number of the last event. */
-export function isGap(previousSeq: number, message: ServerMessage): boolean {
+export function isGap(previousSeq: number, message: StateOrEvent): boolean {
   if (message.kind === "hello") return false;
   return message.seq > (STATE_KINDS.has(message.kind) ? previousSeq : previousSeq + 1);
 }
@@ -38,7 +42,7 @@ export function isGap(previousSeq: number, message: ServerMessage): boolean {
  * Follows the service's events until closed. Every (re)connection begins with a hello that brings the whole state; events
  * that are missing afterwards, because this client was too slow, are fetched by their numbers.
  */
-export class EventSocket {
+export class EventSocket implements HoldStream {
   private socket: WebSocket | null = null;
   private attempt = 0;
   private seq: number | null = null;
@@ -46,6 +50,7 @@ export class EventSocket {
   private mission: Mission | null = null;
   private heardAtMs = 0;
   private timer: ReturnType<typeof setTimeout> | undefined;
+  private readonly unanswered = new Map<string, (answer: ActionAnswer) => void>();
   private readonly watch: ReturnType<typeof setInterval>;
 
   constructor(
@@ -60,6 +65,15 @@ export class EventSocket {
     clearInterval(this.watch);
     clearTimeout(this.timer);
     this.drop();
+  }
+
+  hold(requestId: string): Promise<ActionAnswer> | null {
+    const { socket } = this;
+    if (socket === null || this.seq === null) return null;
+    return new Promise((resolve) => {
+      this.unanswered.set(requestId, resolve);
+      socket.send(JSON.stringify({ kind: "hold", request_id: requestId }));
+    });
   }
 
   private connect(): void {
@@ -79,6 +93,11 @@ export class EventSocket {
   }
 
   private take(message: ServerMessage): void {
+    if (message.kind === "answer") {
+      this.unanswered.get(message.request_id)?.(answerOf(message));
+      this.unanswered.delete(message.request_id);
+      return;
+    }
     if ("seen" in message) noteSeen(message.seen);
     if (message.kind === "hello") {
       this.attempt = 0;
@@ -124,7 +143,7 @@ export class EventSocket {
     }
   }
 
-  private expanded(message: ServerMessage): PageMessage {
+  private expanded(message: StateOrEvent): PageMessage {
     if (message.kind !== "changes") {
       if (message.kind === "hello" || message.kind === "snapshot") this.mission = message.mission;
       return message;
@@ -154,5 +173,12 @@ export class EventSocket {
     this.socket.onclose = null;
     this.socket.close();
     this.socket = null;
+    for (const resolve of this.unanswered.values()) resolve({ ok: false, message: texts.requests.notSent });
+    this.unanswered.clear();
   }
+}
+
+function answerOf({ status, response, error }: StreamAnswer): ActionAnswer {
+  if (response !== null) return { ok: true, value: response };
+  return { ok: false, message: error?.message ?? texts.requests.unreadableAnswer, status };
 }

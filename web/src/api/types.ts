@@ -4,6 +4,7 @@ import type { components } from "./schema";
 type Schemas = components["schemas"];
 
 export type ServerMessage = Schemas["ServerMessage"];
+export type StreamAnswer = Schemas["AnswerMessage"];
 export type Changes = Schemas["ChangesMessage"];
 export type Mission = Schemas["MissionModel"];
 export type Vehicle = Schemas["VehicleModel"];

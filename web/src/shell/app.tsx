@@ -1,5 +1,6 @@
 /** Shell: header, tabs, alerts and windows around one view. */
 import { useEffect, useState } from "preact/hooks";
+import type { HoldStream } from "../api/hold";
 import { ReplayBar } from "../replay/bar";
 import { isSilent } from "../state/freshness";
 import { NO_SELECTION, retain, select, typeDigit } from "../state/selection";
@@ -29,7 +30,7 @@ import { useSession } from "./use_session";
 import { VIEWS } from "./views";
 import { storedVoice, storeVoice } from "./voice";
 
-export function App({ store }: { store: Store }) {
+export function App({ store, stream }: { store: Store; stream: HoldStream }) {
   const state = useStoreState(store);
   const access = useSession(state.connection);
   const route = useRoute();
@@ -43,6 +44,7 @@ export function App({ store }: { store: Store }) {
     mission,
     selection,
     isConnected: connection === "open",
+    stream,
     onForbidden: access.refresh,
   });
   const fleet = mission?.vehicles.map((vehicle) => vehicle.vehicle_id) ?? [];

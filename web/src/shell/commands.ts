@@ -1,6 +1,7 @@
 /** Commands under way: the open confirmation, and the results of recent commands. */
 import { useEffect, useRef, useState } from "preact/hooks";
 import { type ActionAnswer, postAction } from "../api/client";
+import { type HoldStream, holdAll } from "../api/hold";
 import type { Action, Mission } from "../api/types";
 import { needsConfirmation, type Command, makeCommand } from "../state/commands";
 import type { Selection } from "../state/selection";
@@ -42,11 +43,13 @@ interface Page {
   readonly mission: Mission | null;
   readonly selection: Selection;
   readonly isConnected: boolean;
+  /** Way of holds beside their requests. */
+  readonly stream: HoldStream;
   /** Called when the station refuses commands from this page. */
   onForbidden(): void;
 }
 
-export function useCommands({ mission, selection, isConnected, onForbidden }: Page): Commands {
+export function useCommands({ mission, selection, isConnected, stream, onForbidden }: Page): Commands {
   const [question, setQuestion] = useState<Command | null>(null);
   const [reports, setReports] = useState<readonly Report[]>([]);
   const nextId = useRef(1);
@@ -65,7 +68,9 @@ export function useCommands({ mission, selection, isConnected, onForbidden }: Pa
     // A hold is sent whatever the connection seems to be like; anything else would arrive when it is not expected.
     const mayArrive = isConnected || command.action === "hold";
     const overdue = setTimeout(() => change({ isOverdue: true }), CONFIRMED_WITHIN_MS);
-    const answer = mayArrive ? await postAction(command) : NOT_SENT;
+    const isHoldOfAll = command.action === "hold" && command.vehicleIds === null;
+    const sent = (): Promise<ActionAnswer> => (isHoldOfAll ? holdAll(stream) : postAction(command));
+    const answer = mayArrive ? await sent() : NOT_SENT;
     clearTimeout(overdue);
     if (!answer.ok && answer.status === FORBIDDEN) onForbidden();
     change({ answer });

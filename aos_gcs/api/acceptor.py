@@ -1,0 +1,87 @@
+"""Takes connections from the socket that listens; for those beyond the limits nothing is made."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+from collections.abc import Callable
+from typing import Final
+
+from aos_gcs.api.access.connection_limits import Admission, ConnectionLimits
+
+BACKLOG: Final = 4096
+"""Connections that wait to be taken; those that find no room are tried again by their clients after a second."""
+_AT_ONCE: Final = 16
+"""Connections that are made in one round of the event loop: each takes it a tenth of a millisecond or two."""
+_REFUSED_AT_ONCE: Final = 256
+"""Connections that are refused in one round, a hundredth of a millisecond each."""
+_AGAIN_S: Final = 0.2
+
+
+class Acceptor:
+    """Accepts connections until closed.
+
+    Args:
+        listener: socket that listens.
+        limits: say which connections are admitted.
+        make_protocol: makes the protocol of an admitted connection.
+    """
+
+    def __init__(
+        self,
+        listener: socket.socket,
+        limits: ConnectionLimits,
+        make_protocol: Callable[[Admission], asyncio.Protocol],
+    ) -> None:
+        self._listener = listener
+        self._limits = limits
+        self._make_protocol = make_protocol
+        self._loop = asyncio.get_running_loop()
+        self._making: set[asyncio.Task[object]] = set()
+        self._pause: asyncio.TimerHandle | None = None
+        listener.setblocking(False)
+        listener.listen(BACKLOG)
+        self._begin()
+
+    def close(self) -> None:
+        """Accept nothing more."""
+        if self._pause is not None:
+            self._pause.cancel()
+        self._loop.remove_reader(self._listener)
+
+    async def wait_closed(self) -> None:
+        """Wait until the connections accepted last have their protocols."""
+        if self._making:
+            await asyncio.wait(self._making)
+
+    def _begin(self) -> None:
+        self._loop.add_reader(self._listener, self._accept)
+
+    def _accept(self) -> None:
+        made = refused = 0
+        while made < _AT_ONCE and refused < _REFUSED_AT_ONCE:
+            try:
+                connection, address = self._listener.accept()
+            except (BlockingIOError, ConnectionAbortedError):
+                return
+            except OSError:  # no file descriptor or no memory is left: others have to end first
+                self._loop.remove_reader(self._listener)
+                self._pause = self._loop.call_later(_AGAIN_S, self._begin)
+                return
+            admission = self._limits.admit(address[0])
+            if admission is None:
+                connection.close()
+                refused += 1
+                continue
+            made += 1
+            connection.setblocking(False)
+            task = self._loop.create_task(self._make(connection, admission))
+            self._making.add(task)
+            task.add_done_callback(self._making.discard)
+
+    async def _make(self, connection: socket.socket, admission: Admission) -> None:
+        try:
+            await self._loop.connect_accepted_socket(lambda: self._make_protocol(admission), connection)
+        except OSError:
+            self._limits.leave(admission)
+            connection.close()
