@@ -373,6 +373,6 @@ async def test_host_that_is_not_ours_is_told(mission: ScriptedMission) -> None:
 def test_document_publishes_the_messages() -> None:
     schemas = make_document()["components"]["schemas"]
     kinds = set(schemas["ServerMessage"]["discriminator"]["mapping"])
-    assert kinds == {"hello", "changes", "heartbeat"} | {str(kind) for kind in EventKind} - {"jump"}
+    assert kinds == {"hello", "changes", "heartbeat", "answer"} | {str(kind) for kind in EventKind} - {"jump"}
     for reference in schemas["ServerMessage"]["oneOf"]:
         assert reference["$ref"].removeprefix("#/components/schemas/") in schemas
