@@ -16,7 +16,6 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import brentq
 
 MAX_ANGLE_RAD = math.radians(75.0)
 """Off the optical axis, beyond which distorted lenses are not used: a pixel there covers 15 times the ground of one at
@@ -141,7 +140,12 @@ def _growing_until(radial: tuple[float, ...], limit: float) -> float:
     slope = np.polynomial.Polynomial(powers)
     samples = np.linspace(0.0, limit, _TABLE_SIZE)
     falling = np.flatnonzero(slope(samples) <= 0.0)
-    return float(brentq(slope, samples[falling[0] - 1], samples[falling[0]])) if falling.size else limit
+    if not falling.size:
+        return limit
+    rising_at, falling_at = samples[falling[0] - 1 : falling[0] + 1].tolist()
+    while rising_at < (middle := 0.5 * (rising_at + falling_at)) < falling_at:
+        rising_at, falling_at = (middle, falling_at) if slope(middle) > 0.0 else (rising_at, middle)
+    return float(rising_at)
 
 
 @lru_cache(maxsize=64)

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial.transform import Rotation
+
+from aos_gcs.geometry.rotations import R_from_quaternion, quaternion_from_R
 
 R_NED2ENU: NDArray[np.float64] = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
 """North-east-down to east-north-up (its own inverse)."""
@@ -29,23 +30,6 @@ class Pose:
 
     R_cam2enu: NDArray[np.float64]
     """Rotation matrix, shape (3, 3)."""
-
-
-def R_from_quaternion(q_wxyz: ArrayLike) -> NDArray[np.float64]:
-    """Return the rotation matrix, shape (3, 3), of a quaternion (w, x, y, z); it need not be normalised.
-
-    Raises:
-        ValueError: if the quaternion is zero or not finite.
-    """
-    quaternion = np.asarray(q_wxyz, dtype=np.float64)
-    if quaternion.shape != (4,) or not np.all(np.isfinite(quaternion)) or not np.any(quaternion):
-        raise ValueError(f"expected a finite non-zero quaternion (w, x, y, z), got {quaternion}")
-    return np.asarray(Rotation.from_quat(quaternion, scalar_first=True).as_matrix())
-
-
-def quaternion_from_R(R: ArrayLike) -> NDArray[np.float64]:
-    """Return the quaternion (w, x, y, z) with w >= 0 of a rotation matrix, shape (3, 3)."""
-    return np.asarray(Rotation.from_matrix(np.asarray(R)).as_quat(canonical=True, scalar_first=True))
 
 
 def R_cam2enu_from_mavlink(q_wxyz: ArrayLike) -> NDArray[np.float64]:

@@ -22,12 +22,12 @@ from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from aos_gcs.errors import InputDataError
 from aos_gcs.extras import load_extra
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import R_CAM2SENSOR_FRD, R_NED2ENU
+from aos_gcs.geometry.rotations import R_from_yaw_pitch_roll
 from aos_gcs.geotags.exif import ExifTags, exif_tags
 from aos_gcs.geotags.xmp import parse_xmp
 
@@ -137,7 +137,7 @@ def _attitude(xmp: Mapping[str, str]) -> NDArray[np.float64]:
         yaw_deg, pitch_deg = _first(xmp, (yaw_name,)), _first(xmp, (pitch_name,))
         if yaw_deg is not None and pitch_deg is not None:
             roll_deg = _first(xmp, (roll_name,)) or 0.0
-            R_body2ned = Rotation.from_euler("ZYX", [yaw_deg, pitch_deg, roll_deg], degrees=True).as_matrix()
+            R_body2ned = R_from_yaw_pitch_roll((math.radians(yaw_deg), math.radians(pitch_deg), math.radians(roll_deg)))
             return np.asarray(R_NED2ENU @ R_body2ned @ R_cam2body)
     raise InputDataError("it has no GimbalYawDegree and GimbalPitchDegree, nor another known attitude of the camera")
 

@@ -1,4 +1,4 @@
-"""The threads that imaging shares; OpenCV, BLAS and SciPy release the interpreter while they work."""
+"""The threads that imaging shares; OpenCV, BLAS and NumPy release the interpreter while they work."""
 
 from __future__ import annotations
 

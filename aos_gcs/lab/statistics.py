@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
 
 FloatArray = NDArray[np.float64]
 
@@ -117,6 +116,9 @@ def holm_correction(p_values: Sequence[float]) -> list[float]:
 
 def _width_per_deviation(runs: int, confidence: float) -> float:
     """Half the interval's width over the standard deviation."""
+    # A second to import, which only what computes intervals and tests should pay, here and below.
+    from scipy import stats  # noqa: PLC0415
+
     return float(stats.t.ppf((1.0 + confidence) / 2.0, runs - 1)) / math.sqrt(runs)
 
 
@@ -127,4 +129,6 @@ def _share_better(difference: FloatArray) -> float:
 def _signed_rank(difference: FloatArray) -> float:
     if not difference.any():
         return 1.0
+    from scipy import stats  # noqa: PLC0415
+
     return float(stats.wilcoxon(difference).pvalue)

@@ -19,7 +19,6 @@ ANALYSIS: Final = WorkerSettings(
         "aos_gcs.imaging.step.analysis",
         "aos_gcs.mission.search.coverage",
         "aos_gcs.mission.search.persons",
-        "scipy.signal",
     ),
 )
 """Analyses the frames of each step; the vehicles hold their positions until it has a result. A call and the start of a
@@ -29,7 +28,7 @@ VIEWS: Final = WorkerSettings(
     name="Viewing of recorded frames",
     memory_bytes=4 * _GIB,
     timeout_s=20.0,
-    modules=("aos_gcs.runtime.step_views", "scipy.signal"),
+    modules=("aos_gcs.runtime.step_views",),
 )
 """Computes what the dashboard asks for beyond the pictures of each step."""
 

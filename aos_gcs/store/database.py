@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from aos_gcs.geometry.poses import quaternion_from_R
+from aos_gcs.geometry.rotations import quaternion_from_R
 from aos_gcs.mission.model.actions import ActionRecord
 from aos_gcs.mission.model.decisions import ConclusionRecord, DecisionRecord, SearchRecord
 from aos_gcs.mission.model.events import Event

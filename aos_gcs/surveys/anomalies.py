@@ -6,11 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from aos_gcs.errors import ImagingError
+from aos_gcs.imaging.connected import connected, within_square
 from aos_gcs.imaging.model import GroundRaster
 from aos_gcs.imaging.views import FocalSurface
 
@@ -62,7 +60,8 @@ def map_blobs(
     if not rows.size:
         return []
     counts, seen = anomaly_count[rows, columns].astype(float), coverage[rows, columns].astype(float)
-    count, labels = _connected(rows, columns, gap_cells + 1)
+    labels = connected(rows, columns, within_square(gap_cells + 1))
+    count = int(labels.max()) + 1
     weights = np.bincount(labels, counts)
     mean_column = np.bincount(labels, counts * columns) / weights
     mean_row = np.bincount(labels, counts * rows) / weights
@@ -76,12 +75,3 @@ def map_blobs(
         MapBlob((float(x_m[i]), float(y_m[i]), float(z_m[i])), float(areas_m2[i]), int(largest[i]), float(agreement[i]))
         for i in np.argsort(-areas_m2, kind="stable")
     ]
-
-
-def _connected(rows: NDArray[np.intp], columns: NDArray[np.intp], reach: int) -> tuple[int, NDArray[np.intp]]:
-    """Return the number of sets of cells that are at most ``reach`` apart on both axes, and the set of each cell."""
-    tree = cKDTree(np.column_stack((rows, columns)))
-    pairs = tree.query_pairs(reach, p=np.inf, output_type="ndarray")
-    graph = coo_array((np.ones(len(pairs), dtype=np.bool), (pairs[:, 0], pairs[:, 1])), shape=(rows.size, rows.size))
-    count, labels = connected_components(graph, directed=False)
-    return int(count), np.asarray(labels, dtype=np.intp)

@@ -5,12 +5,10 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from itertools import combinations, islice
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.distance import pdist
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,11 +37,12 @@ class SeparationMonitor:
         """Take in the positions, shape (N, 3), of one instant, in any Cartesian frame."""
         if len(system_ids) < 2:
             return
-        distances_m = pdist(position_m)
+        first, second = np.triu_indices(len(system_ids), 1)
+        distances_m = np.linalg.norm(position_m[first] - position_m[second], axis=1)
         nearest = int(np.argmin(distances_m))
         if self.smallest_m is None or distances_m[nearest] < self.smallest_m:
             self.smallest_m = float(distances_m[nearest])
-            self.pair = next(islice(combinations(system_ids, 2), nearest, None))
+            self.pair = (system_ids[first[nearest]], system_ids[second[nearest]])
 
 
 @dataclass(frozen=True, slots=True)

@@ -157,6 +157,18 @@ def test_web_frameworks_are_used_by_the_api_only() -> None:
     assert {name for name in importers_of(frameworks) if not is_within(name, {"aos_gcs.api"})} == set()
 
 
+def test_nothing_that_flies_or_is_tested_waits_for_slow_libraries() -> None:
+    """Each takes half a second and more to import, in every process that is started: only what needs it imports it."""
+    slow = {"scipy", "matplotlib", "pyarrow", "dask", "distributed"}
+    loading = {
+        name
+        for name, tree in trees().items()
+        for node in tree.body
+        if isinstance(node, (ast.Import, ast.ImportFrom)) and any(is_within(one, slow) for one in imports(node))
+    }
+    assert loading <= {name for name in PATHS if is_within(name, {"aos_gcs.lab"})}
+
+
 def test_mavlink_is_spoken_by_drivers_and_simulator_only_and_never_through_mavutil() -> None:
     assert importers_of({"pymavlink.mavutil"}) == set()
     assert {name for name in importers_of({"pymavlink", "mavsdk"}) if is_within(name, {"aos_gcs"})} == set()

@@ -104,6 +104,6 @@ def test_an_empty_scene_stays_unmarked_and_a_warm_person_is_marked() -> None:
     assert marked.sum() == 9
 
 
-def test_default_limit_stands_above_the_tail_of_the_chi_square_distribution() -> None:
-    assert default_min_score(4) == pytest.approx(119.7, abs=0.1)
-    assert chi2.sf(default_min_score(1) / 2.5, 1) == pytest.approx(1e-9)
+@pytest.mark.parametrize("channels", range(1, 9))
+def test_default_limit_stands_above_the_tail_of_the_chi_square_distribution(channels: int) -> None:
+    assert default_min_score(channels) == pytest.approx(2.5 * chi2.isf(1e-9, channels), rel=1e-9)

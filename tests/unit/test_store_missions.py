@@ -15,7 +15,8 @@ from aos_gcs.airspace.limits import UNLIMITED
 from aos_gcs.airspace.plans import TrafficSituation
 from aos_gcs.airspace.traffic import Obstacle, WaypointRequest
 from aos_gcs.errors import ConfigurationError, InputDataError, RecordingError
-from aos_gcs.geometry.poses import Pose, R_from_quaternion
+from aos_gcs.geometry.poses import Pose
+from aos_gcs.geometry.rotations import R_from_quaternion
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.model.actions import Action, ActionRecord, ActionResult
 from aos_gcs.mission.model.decisions import (

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from aos_gcs.errors import ImagingError
 from aos_gcs.geometry.projection import Plane, project_points
 from aos_gcs.imaging.focus.measure import CORRELATION_AREA_PX, Agreement, FocusSignal, focus_signal
+from aos_gcs.imaging.focus.peaks import peaks_of
 from aos_gcs.imaging.focus.region import FocusRegion
 from aos_gcs.imaging.model import Frame
 
@@ -269,21 +270,15 @@ def _pixels_per_point(pixels: NDArray[np.float64]) -> float:
 
 def _peaks(heights_m: NDArray[np.float64], curve: FocusCurve) -> list[_Peak]:
     """Return the peaks, the most prominent one first; the ends of the range count as peaks where the curve rises."""
-    # Loads SciPy's statistics, which takes a second: only processes that focus pay for it.
-    from scipy.signal import find_peaks, peak_prominences, peak_widths  # noqa: PLC0415
-
     padded = np.concatenate(([curve.values.min()], curve.values, [curve.values.min()]))
-    indices = find_peaks(padded)[0]
-    if not indices.size:
-        return []
-    prominences = peak_prominences(padded, indices)
-    half_widths = peak_widths(padded, indices, 0.5, prominences)[0] / 2 * float(heights_m[1] - heights_m[0])
-    limits = (1, len(heights_m))
-    peaks = [
-        _Peak(float(heights_m[index - 1]), float(prominence), float(half_width_m), index in limits)
-        for index, prominence, half_width_m in zip(indices, prominences[0], half_widths, strict=True)
+    spacing_m, last = float(heights_m[1] - heights_m[0]), len(heights_m) - 1
+    found = [
+        _Peak(
+            float(heights_m[peak.index - 1]), peak.prominence, peak.width / 2.0 * spacing_m, peak.index - 1 in (0, last)
+        )
+        for peak in peaks_of(padded)
     ]
-    return sorted(peaks, key=lambda peak: -peak.prominence)
+    return sorted(found, key=lambda peak: -peak.prominence)
 
 
 def _result(

@@ -13,14 +13,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from aos_gcs.errors import ImagingError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.geometry.projection import intersect_plane
+from aos_gcs.imaging.connected import connected, within_disc
 from aos_gcs.imaging.model import BlobView, Frame
 
 MIN_CONTRAST_K = 4.0
@@ -148,8 +146,5 @@ def _linked(points_m: NDArray[np.float64], link_m: float) -> NDArray[np.intp]:
     )
     # One integer per cell: rows of numbers are compared under the interpreter's lock, which stops every other thread.
     keys, cell_of_point = np.unique(column * len(north) + row, return_inverse=True)
-    cells = np.column_stack((east[keys // len(north)], north[keys % len(north)]))
-    pairs = cKDTree(cells * _CELL_M).query_pairs(link_m, output_type="ndarray")
-    links = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(cells), len(cells)))
-    group_of_cell = connected_components(links, directed=False)[1]
-    return np.asarray(group_of_cell[cell_of_point], dtype=np.intp)
+    rows, columns = north[keys % len(north)].astype(np.intp), east[keys // len(north)].astype(np.intp)
+    return connected(rows, columns, within_disc(link_m / _CELL_M))[cell_of_point]

@@ -12,13 +12,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
 
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.imaging.registration.ties import Ties
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 POSE_ERRORS = 6
 """Number of errors of a pose: east, north, up (m), yaw (rad, clockwise), turns about east and north (rad)."""
@@ -87,7 +90,7 @@ def adjust(
     reach_m = MAX_HEIGHT_SHARE * float(np.abs(geometry.first.depth_m).min())
     share = patch_spacing**2 / _repetitions(ties, patch)
     # Which ties are of which patch, shape (ties, patches).
-    to_patch = csr_array((np.ones(len(patch)), (np.arange(len(patch)), patch)), shape=(len(patch), len(heights_m)))
+    to_patch = _sparse(np.ones(len(patch)), np.arange(len(patch)), patch, (len(patch), len(heights_m)))
     for _ in range(ITERATIONS):
         predicted_m, J, J_height = geometry.predict(errors - applied, heights_m[patch])
         residual_m = ties.displacement_m - predicted_m
@@ -164,7 +167,7 @@ class _Geometry:
         columns = np.concatenate((_columns(self.first.frame), _columns(self.second.frame)), axis=1)
         column = np.repeat(columns, 2, axis=0)
         row = np.repeat(np.arange(2 * len(height_m)), values.shape[2])
-        J = csr_array((values.ravel(), (row, column.ravel())), shape=(2 * len(height_m), len(errors)))
+        J = _sparse(values.ravel(), row, column.ravel(), (2 * len(height_m), len(errors)))
         return second_m - first_m, J, second_by_height - first_by_height
 
 
@@ -184,11 +187,20 @@ def _columns(frame: NDArray[np.intp]) -> NDArray[np.intp]:
     return np.asarray(POSE_ERRORS * frame[:, np.newaxis] + np.arange(POSE_ERRORS))
 
 
+def _sparse(
+    values: NDArray[np.float64], rows: NDArray[np.intp], columns: NDArray[np.intp], shape: tuple[int, int]
+) -> csr_array:
+    # Half a second to import, in every process that knows of registrations; few of them compute one.
+    from scipy.sparse import csr_array  # noqa: PLC0415
+
+    return csr_array((values, (rows, columns)), shape=shape)
+
+
 def _spread(to_patch: csr_array, rows: NDArray[np.float64]) -> csr_array:
     """Return a sparse matrix, shape (2 k, m), with both entries of tie k, a row of (k, 2), in its patch's column."""
     tie, patch = to_patch.nonzero()
     row = np.column_stack((2 * tie, 2 * tie + 1)).ravel()
-    return csr_array((rows[tie].ravel(), (row, np.repeat(patch, 2))), shape=(2 * len(rows), to_patch.shape[1]))
+    return _sparse(rows[tie].ravel(), row, np.repeat(patch, 2), (2 * len(rows), to_patch.shape[1]))
 
 
 def _repetitions(ties: Ties, patch: NDArray[np.intp]) -> NDArray[np.float64]:

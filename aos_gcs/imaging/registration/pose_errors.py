@@ -13,11 +13,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import block_diag
-from scipy.spatial.transform import Rotation
 
 from aos_gcs.errors import ImagingError
 from aos_gcs.geometry.poses import Pose
+from aos_gcs.geometry.rotations import R_from_rotation_vector
 from aos_gcs.imaging.focal_plane import footprint
 from aos_gcs.imaging.integral import check_frame
 from aos_gcs.imaging.model import Frame
@@ -129,9 +128,9 @@ class Registration:
 
 def corrected(pose: Pose, correction: PoseCorrection) -> Pose:
     """Return a pose with a vehicle's correction applied."""
-    turn = Rotation.from_rotvec([correction.about_east_rad, correction.about_north_rad, -correction.yaw_rad])
+    R_turn = R_from_rotation_vector([correction.about_east_rad, correction.about_north_rad, -correction.yaw_rad])
     offset_m = np.array([correction.east_m, correction.north_m, correction.up_m])
-    return Pose(pose.position_enu_m + offset_m, turn.as_matrix() @ pose.R_cam2enu)
+    return Pose(pose.position_enu_m + offset_m, R_turn @ pose.R_cam2enu)
 
 
 def apply_sure(registration: Registration, frames: Sequence[Frame], min_confidence: float) -> list[Frame]:
@@ -226,9 +225,9 @@ def _with_vehicles(known: Registration, vehicle_ids: Sequence[int]) -> Registrat
         return known
     expected = np.tile(known.budget.lasting.of_one(), len(new))
     mean = np.concatenate((known.errors.mean, np.zeros(len(expected))))
-    # SciPy counts an empty array as one row.
-    blocks = [block for block in (known.errors.covariance, np.diag(expected**2)) if block.size]
-    return replace(known, vehicle_ids=(*known.vehicle_ids, *new), errors=Gaussian(mean, block_diag(*blocks)))
+    covariance = np.diag(np.concatenate((np.zeros(len(known.errors.mean)), expected**2)))
+    covariance[: len(known.errors.mean), : len(known.errors.mean)] = known.errors.covariance
+    return replace(known, vehicle_ids=(*known.vehicle_ids, *new), errors=Gaussian(mean, covariance))
 
 
 def _rows(known: Registration, vehicle_ids: Sequence[int]) -> NDArray[np.intp]:

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy import fft
 
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
@@ -145,10 +144,10 @@ def _correlate(
     if not first.size:
         return seen[:0], seen[:0], np.empty((0, 2))
     window = np.hanning(size.edge_px + 2)[1:-1].astype(np.float32)
-    spectra = fft.rfft2(np.stack([view for view in views if view is not None]) * np.outer(window, window))
+    spectra = np.fft.rfft2(np.stack([view for view in views if view is not None]) * np.outer(window, window))
     # One spectrum per frame serves all of its pairs.
     cross = np.einsum("pcij,pcij->pij", spectra[first].conj(), spectra[second])
-    columns, rows, sure = _peaks(np.asarray(fft.irfft2(cross, (size.edge_px, size.edge_px))))
+    columns, rows, sure = _peaks(np.asarray(np.fft.irfft2(cross, (size.edge_px, size.edge_px))))
     displacement_m = r * np.column_stack((columns, -rows))
     return seen[first[sure]], seen[second[sure]], displacement_m[sure]
 
@@ -159,7 +158,7 @@ def _peaks(
     """Return the columns and rows of the peaks about the middle, and which of them are sure; each of shape (k,)."""
     count, edge, _ = correlation.shape
     reach = math.floor(SEARCH_SHARE * edge)
-    centred = fft.fftshift(correlation, axes=(1, 2))
+    centred = np.fft.fftshift(correlation, axes=(1, 2))
     low = edge // 2 - reach
     searched = centred[:, low : low + 2 * reach + 1, low : low + 2 * reach + 1]
     row, column = np.unravel_index(searched.reshape(count, -1).argmax(axis=1), searched.shape[1:])

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
-from scipy import stats
 
 from aos_gcs.imaging.persons.classifier import MIN_VEHICLES, PersonModel
 from aos_gcs.imaging.persons.decision import FindingKind
@@ -89,6 +88,9 @@ class Share:
         """Return the proportion with its interval; without trials the interval is that of ignorance."""
         if not trials:
             return cls(0, 0, 0.0, 1.0)
+        # A second to import, which only what computes intervals should pay, here and below.
+        from scipy import stats  # noqa: PLC0415
+
         interval = stats.binomtest(hits, trials).proportion_ci(CONFIDENCE, method="wilson")
         return cls(hits, trials, float(interval.low), float(interval.high))
 
@@ -219,6 +221,8 @@ def _summary(decisions: Sequence[Decision]) -> Effectiveness:
 def _median_interval(values: np.ndarray) -> tuple[float, float]:
     if len(values) < _MIN_FOR_INTERVAL:
         return math.nan, math.nan
+    from scipy import stats  # noqa: PLC0415
+
     interval = stats.bootstrap(
         (values,), np.median, n_resamples=_RESAMPLES, confidence_level=CONFIDENCE, method="percentile", rng=0
     ).confidence_interval

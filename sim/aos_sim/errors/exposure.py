@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose, nadir_pose
+from aos_gcs.geometry.rotations import R_from_rotation_vector
 from aos_sim.errors.gimbal import GimbalErrors
 from aos_sim.errors.sizes import FloatArray
 from aos_sim.errors.timing import TimingErrors
@@ -64,7 +64,7 @@ class CameraErrors:
         lag_rad = self._gimbal.lag_s * np.array([pitch_rate, -roll_rate, -yaw_rate])
         position_enu_m = motion.position_enu_m + late_s * motion.velocity_enu_mps
         level = nadir_pose(position_enu_m, motion.heading_rad + late_s * yaw_rate)
-        turn = Rotation.from_rotvec(turn_rad + jitter_rad + lag_rad).as_matrix()
+        turn = R_from_rotation_vector(turn_rad + jitter_rad + lag_rad)
         pose = Pose(level.position_enu_m, level.R_cam2enu @ turn)
         height_m = max(_LEAST_HEIGHT_M, float(position_enu_m[2]))
         right_mps, down_mps, _ = -motion.velocity_enu_mps @ pose.R_cam2enu

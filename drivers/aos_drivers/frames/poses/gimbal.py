@@ -12,9 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
-from aos_gcs.geometry.poses import R_from_quaternion
+from aos_gcs.geometry.rotations import R_from_quaternion, R_from_yaw_pitch_roll
 
 YAW_LOCK, YAW_IN_VEHICLE_FRAME, YAW_IN_EARTH_FRAME = 16, 32, 64
 """Bits of GIMBAL_DEVICE_FLAGS."""
@@ -59,4 +58,4 @@ def heading_of(R_body2ned: NDArray[np.float64]) -> float:
 
 def R_heading2ned(heading_rad: float) -> NDArray[np.float64]:
     """Return the axes of something level, shape (3, 3), that points to a heading."""
-    return np.asarray(Rotation.from_euler("Z", heading_rad).as_matrix())
+    return R_from_yaw_pitch_roll((heading_rad, 0.0, 0.0))

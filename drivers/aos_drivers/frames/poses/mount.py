@@ -8,12 +8,12 @@ from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from aos_drivers.frames.poses.gimbal import R_heading2ned, heading_of
 from aos_drivers.frames.poses.track import PoseTrack
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.geometry.poses import R_CAM2SENSOR_FRD, R_NED2ENU
+from aos_gcs.geometry.rotations import R_from_yaw_pitch_roll
 
 
 class Carrier(StrEnum):
@@ -43,7 +43,7 @@ class CameraMount:
     @property
     def R_cam2carrier(self) -> NDArray[np.float64]:
         """Shape (3, 3); the carrier's axes are forward, right, down."""
-        return np.asarray(Rotation.from_euler("ZYX", self.yaw_pitch_roll_rad).as_matrix() @ R_CAM2SENSOR_FRD)
+        return np.asarray(R_from_yaw_pitch_roll(self.yaw_pitch_roll_rad) @ R_CAM2SENSOR_FRD)
 
     def camera_position(self, vehicle: GeodeticPosition, R_body2ned: NDArray[np.float64]) -> GeodeticPosition:
         """Return the projection centre for a position and an attitude of the vehicle."""

@@ -14,12 +14,11 @@ from typing import Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicHermiteSpline
-from scipy.spatial.transform import Rotation, Slerp
 
 from aos_drivers.frames.errors import FrameRefusedError
 from aos_drivers.frames.poses.gimbal import GimbalAttitude, R_heading2ned, heading_of
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.geometry.rotations import R_from_yaw_pitch_roll, slerp
 
 KEPT_S = 20.0
 _MAX_SAMPLES = 1024
@@ -132,8 +131,11 @@ class PoseTrack:
         end, span_s = frame.to_enu(after.position), after_s - before_s
         if before.velocity_enu_mps is None or after.velocity_enu_mps is None:
             return frame.to_geodetic(start + (at_s - before_s) / span_s * (end - start))
-        curve = CubicHermiteSpline([before_s, after_s], [start, end], [start_v, _velocity(after)])
-        return frame.to_geodetic(curve(at_s))
+        share = (at_s - before_s) / span_s
+        # The cubic Hermite polynomial from the first position, which is the origin.
+        along_m = share**2 * (3.0 - 2.0 * share) * end
+        along_m += span_s * share * (1.0 - share) * ((1.0 - share) * start_v - share * _velocity(after))
+        return frame.to_geodetic(along_m)
 
     def R_body2ned_at(self, at_s: float, max_age_s: float) -> NDArray[np.float64]:
         """Return the attitude of the vehicle, shape (3, 3); raises like :meth:`position_at`."""
@@ -145,16 +147,6 @@ class PoseTrack:
         if not self._gimbal_follows_heading:
             return R_gimbal2level
         return R_heading2ned(heading_of(self.R_body2ned_at(at_s, max_age_s))) @ R_gimbal2level
-
-
-def slerp(share: float, start: NDArray[np.float64], end: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the rotation at ``share`` (0 to 1) of the shortest path between two, shapes (3, 3)."""
-    return np.asarray(Slerp([0.0, 1.0], Rotation.from_matrix(np.stack((start, end))))(share).as_matrix())
-
-
-def R_from_yaw_pitch_roll(angles_rad: tuple[float, float, float]) -> NDArray[np.float64]:
-    """Return ``R_body2ned``, shape (3, 3), of yaw, pitch and roll."""
-    return np.asarray(Rotation.from_euler("ZYX", angles_rad).as_matrix())
 
 
 def _rotation_at(

@@ -13,10 +13,11 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from aos_drivers.frames.poses.clocks import BootClock, ExposureTime
 from aos_drivers.frames.poses.gimbal import gimbal_attitude
 from aos_drivers.frames.poses.mount import Carrier
-from aos_drivers.frames.poses.track import Motion, PoseTrack, R_from_yaw_pitch_roll
+from aos_drivers.frames.poses.track import Motion, PoseTrack
 from aos_drivers.frames.settings import CameraSettings
 from aos_drivers.vehicle.telemetry import position_from_e7
 from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.geometry.rotations import R_from_yaw_pitch_roll
 
 
 @dataclass(frozen=True, slots=True, eq=False)
