@@ -9,7 +9,7 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_gcs.errors import CommandRefusedError
-from aos_gcs.ports import Goto, Hold, Land, ReturnToLaunch, Vehicle
+from aos_gcs.ports import Command, Goto, Hold, Land, ReturnToLaunch, Vehicle
 from aos_sim.vehicle.arducopter import CopterMode
 from aos_sim.vehicle.px4_modes import Px4Mode
 from tests.contract.vehicle_bench import DriverBench, open_driver, pairs
@@ -94,6 +94,26 @@ async def test_a_pilots_mode_is_a_take_over_and_nothing_is_repeated(implementati
             vehicle.reclaim()
             await vehicle.execute(Goto(bench.frame.to_geodetic((0.0, 5.0, 10.0)), 5.0), bench.after(30.0))
             assert vehicle.state.taken_over == ""
+
+
+@each_pair
+@pytest.mark.parametrize("flown_by", [Goto, ReturnToLaunch])
+async def test_a_waypoint_does_not_overrule_a_pilot_whom_no_heartbeat_has_shown_yet(
+    implementation: str, autopilot: str, flown_by: type[Command]
+) -> None:
+    async with open_driver(implementation, autopilot, vehicles=1) as bench:
+        vehicle = await flown_by_us(bench)
+        if flown_by is ReturnToLaunch:
+            await vehicle.execute(ReturnToLaunch(), bench.after(30.0))
+        await bench.clock.sleep(3.0)
+        (mode, *_) = PILOT_MODES[autopilot]
+        select_mode(bench, mode)
+        assert vehicle.state.taken_over == ""
+        with pytest.raises(CommandRefusedError):
+            await vehicle.execute(Goto(bench.frame.to_geodetic((0.0, 5.0, 10.0)), 5.0), bench.after(30.0))
+        await bench.clock.sleep(FOLLOWS_S)
+        assert bench.swarm.vehicle(1).autopilot.custom_mode() == mode
+        assert vehicle.state.taken_over
 
 
 @each_pair

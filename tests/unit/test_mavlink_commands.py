@@ -85,7 +85,7 @@ async def test_goto_is_a_reposition_by_command_int_above_sea_level(make: type) -
     (message,) = vehicle.sent(REPOSITION)
     assert message.get_type() == "COMMAND_INT"
     assert message.frame == mavlink.MAV_FRAME_GLOBAL_INT
-    assert (message.param1, message.param2) == (5.0, 0.0 if make is copter else 1.0)
+    assert (message.param1, message.param2) == (5.0, 0.0), "without a change of mode"
     assert (message.x, message.y, message.z) == (480005000, 140005000, 335.0)
 
 

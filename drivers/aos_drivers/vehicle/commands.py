@@ -107,7 +107,7 @@ class CommandRunner:
         """Send one step until it is done; ``check`` raises when it must not go on."""
         record = self._record
         started_s = self._clock.now_s()
-        transaction = CommandTransaction(step.message, step.repeat_s)
+        transaction = CommandTransaction(step.message, step.repeat_s, ignored_results=step.ignored_results)
         needs_acceptance = step.needs_acceptance or step.is_done(record.telemetry, started_s)
 
         def is_done() -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Set
 from enum import Enum, auto
 from typing import TypeAlias
 
@@ -35,12 +36,19 @@ class CommandTransaction:
     """
 
     def __init__(
-        self, message: CommandMessage, repeat_s: float = math.inf, ack_timeout_s: float = ACK_TIMEOUT_S
+        self,
+        message: CommandMessage,
+        repeat_s: float = math.inf,
+        ack_timeout_s: float = ACK_TIMEOUT_S,
+        *,
+        ignored_results: Set[int] = frozenset(),
     ) -> None:
         """Prepare ``message``; it is sent again after ``ack_timeout_s`` without an answer.
 
-        Once accepted, it is sent again every ``repeat_s`` until polling stops.
+        Once accepted, it is sent again every ``repeat_s`` until polling stops; after one of ``ignored_results`` it is,
+        too, as if it had not been answered.
         """
+        self._ignored_results = ignored_results
         self._message = message
         self._ack_timeout_s = ack_timeout_s
         self._repeat_s = repeat_s
@@ -75,7 +83,7 @@ class CommandTransaction:
             self.due_s = now_s + self._repeat_s
         elif ack.result == mavlink.MAV_RESULT_IN_PROGRESS:
             self.due_s = now_s + PROGRESS_TIMEOUT_S
-        elif ack.result == mavlink.MAV_RESULT_TEMPORARILY_REJECTED:
+        elif ack.result == mavlink.MAV_RESULT_TEMPORARILY_REJECTED or ack.result in self._ignored_results:
             self.due_s = now_s + BUSY_PAUSE_S
         else:
             self.answer = Answer.REFUSED

@@ -280,7 +280,7 @@ class Px4(SimulatedAutopilot):
         answer = int(mavlink.MAV_RESULT_ACCEPTED if changes_mode else mavlink.MAV_RESULT_UNSUPPORTED)
         if not self.position_known or not (request.place_valid() or request.keeps_place()):
             return int(mavlink.MAV_RESULT_DENIED)
-        self._user_took_over = True
+        self._user_took_over = self._user_took_over or changes_mode
         if request.keeps_place():
             return self._pause() if changes_mode else answer
         altitude_amsl_m = request.finite_or_none(7)

@@ -61,6 +61,8 @@ class Step:
     """Time after the acceptance at which the command is sent again, while not done."""
     needs_acceptance: bool = False
     """Whether what telemetry shows counts only once the command has been accepted."""
+    ignored_results: frozenset[int] = frozenset()
+    """Answers that say nothing of whether the vehicle obeys."""
 
 
 class AutopilotDialect(ABC):
@@ -210,6 +212,20 @@ class MulticopterDialect(AutopilotDialect):
         message = self.takeoff(height_above_home_m, target, telemetry.home)
         climb = Step(f"take off to {height_above_home_m:.1f} m", message, is_done)
         return [*self._enter(self.arming_mode, target, telemetry), climb]
+
+
+def ask_mode(target: Target, now_s: float) -> Step:
+    """Return the step that waits for a heartbeat: a change of mode would overrule a pilot who took over since the last.
+
+    Heartbeats come once a second where the request is not understood.
+    """
+
+    def is_done(state: Telemetry, _now_s: float) -> bool:
+        return state.heartbeat_at_s is not None and state.heartbeat_at_s > now_s
+
+    message = command_long(target, mavlink.MAV_CMD_REQUEST_MESSAGE, float(mavlink.MAVLINK_MSG_ID_HEARTBEAT))
+    ignored = frozenset(mavlink.enums["MAV_RESULT"]) - {mavlink.MAV_RESULT_ACCEPTED}
+    return Step("report its mode", message, is_done, REPEAT_S, ignored_results=ignored)
 
 
 def command_long(target: Target, command: int, *params: float) -> mavlink.MAVLink_command_long_message:

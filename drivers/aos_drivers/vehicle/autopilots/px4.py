@@ -14,10 +14,13 @@ from aos_drivers.vehicle.autopilots.base import (
     MulticopterDialect,
     Step,
     Target,
+    ask_mode,
     command_long,
     deviation,
     has_position_and_home,
+    reposition,
 )
+from aos_drivers.vehicle.autopilots.goto import GotoEvidence
 from aos_drivers.vehicle.autopilots.px4_setup import Px4Setup
 from aos_drivers.vehicle.telemetry import Telemetry
 from aos_drivers.vehicle.transaction import CommandMessage
@@ -42,6 +45,7 @@ _AUTO_MODES: dict[int, tuple[FlightMode, str]] = {
     6: (FlightMode.LAND, "AUTO.LAND"),
     9: (FlightMode.LAND, "AUTO.PRECLAND"),
 }
+_HOLD_NAME = _AUTO_MODES[3][1]
 _COMMANDED: dict[FlightMode, int] = {FlightMode.HOLD: 3, FlightMode.RETURN: 5, FlightMode.LAND: 6}
 
 STOPPED_MPS = 1.0
@@ -114,6 +118,20 @@ class Px4Dialect(MulticopterDialect):
         sub = _COMMANDED[mode]
         message = command_long(target, mavlink.MAV_CMD_DO_SET_MODE, flag, _AUTO, sub)
         return Step(f"enter {_AUTO_MODES[sub][1]}", message, lambda state, _now_s: state.mode is mode, REPEAT_S)
+
+    def goto(self, command: Goto, target: Target, telemetry: Telemetry, now_s: float) -> list[Step]:
+        """See the base class.
+
+        In Hold it is sent without the change of mode, which would overrule a pilot who has taken over since the last
+        heartbeat, and cancel a failsafe. PX4 1.14 to 1.16 answer that it is unsupported, and fly there, in Hold and in
+        no other mode; newer ones acknowledge it. In another mode the next heartbeat is waited for.
+        """
+        evidence = GotoEvidence(command.position, telemetry, now_s)
+        if telemetry.mode_name == _HOLD_NAME:
+            ignored = frozenset({mavlink.MAV_RESULT_UNSUPPORTED})
+            message = reposition(command, target, changes_mode=False)
+            return [Step("goto", message, evidence, REPEAT_S, ignored_results=ignored)]
+        return [ask_mode(target, now_s), Step("goto", reposition(command, target), evidence, REPEAT_S)]
 
     def stop(self, target: Target, now_s: float) -> Step:
         """See the base class.
