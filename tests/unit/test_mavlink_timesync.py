@@ -80,6 +80,32 @@ def test_the_best_quarter_beats_the_mean_of_all() -> None:
     assert np.mean(errors_s) < 0.5 * np.mean(means_s)
 
 
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("stalls_at_s", [(40.0,), (30.0, 55.0), (70.0, 71.0, 130.0)])
+def test_a_computer_that_stands_still_for_tenths_of_a_second_is_no_drift(
+    seed: int, stalls_at_s: tuple[float, ...]
+) -> None:
+    rng = np.random.default_rng(seed)
+    estimator, drifts = ClockEstimator(), []
+    for number in range(120):
+        at_s = 2.0 * number
+        lost_s = 0.3 * sum(stall_s <= at_s for stall_s in stalls_at_s)
+        there_s, back_s = 0.001 + rng.exponential(0.02), 0.001 + rng.exponential(0.02)
+        exchange(estimator, at_s, there_s, back_s, offset_s=5.0 - lost_s)
+        drifts.append(estimator.drift)
+    assert len([drift for drift in drifts if drift is not None]) > 50
+    assert max(abs(drift) for drift in drifts if drift is not None) < 0.7e-3
+
+
+@pytest.mark.parametrize("drift", [-5e-3, 2e-3])
+def test_a_clock_that_drifts_for_long_is_still_seen(drift: float) -> None:
+    rng = np.random.default_rng(2)
+    estimator = ClockEstimator()
+    for number in range(60):
+        exchange(estimator, 2.0 * number, *(0.01 + rng.exponential(0.02, 2)), offset_s=5.0, drift=drift)
+    assert estimator.drift == pytest.approx(drift, rel=0.4)
+
+
 def test_what_was_not_asked_for_is_no_sample() -> None:
     estimator = ClockEstimator()
     sent_ns = estimator.poll(10.0)

@@ -35,7 +35,7 @@ class LinkWatch:
             if member.task in FLYING:
                 self._lose(member, heard_at_s, age_s)
         elif member.task is Task.LOST and self._reports_its_mode(member):
-            self._hear_again(member, heard_at_s - self._silent_since_s[member.vehicle_id])
+            self._hear_again(member, self._clock.now_s() - self._silent_since_s[member.vehicle_id])
 
     def _lose(self, member: Member, heard_at_s: float, age_s: float) -> None:
         self._silent_since_s[member.vehicle_id] = heard_at_s

@@ -3,6 +3,9 @@
 Every answer bounds the offset: the vehicle read its clock somewhere between our sending and receiving, so the middle
 of both errs by at most half of the round trip, however asymmetric the delays are. Queues only ever add to a delay;
 hence the answers with the shortest round trips are used alone (the minimum filter of NTP, RFC 5905, section 10).
+
+A drift is a rate that lasts. A computer that stands still for some tenths of a second looks like one over all answers,
+but not in the rates between neighbouring ones; a noisy link the other way round. The lower one of both is reported.
 """
 
 from __future__ import annotations
@@ -11,6 +14,7 @@ from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 PERIOD_S = 2.0
@@ -21,6 +25,8 @@ _OPEN_REQUESTS = 64
 _BEST_SHARE = 0.25
 _DRIFT_SAMPLES = 10
 _DRIFT_SPAN_S = 60.0
+_BLOCK_S = 10.0
+"""Time of which the answer with the shortest round trip stands for all, where rates are compared."""
 _JUMP_S = 1.0
 
 
@@ -86,6 +92,27 @@ class ClockEstimator:
         is_long = np.ptp(at_s[is_best]) >= _DRIFT_SPAN_S and np.count_nonzero(is_best) >= _DRIFT_SAMPLES
         if is_long:
             drift, offset_s = np.polyfit(at_s[is_best] - at_s[-1], offsets_s[is_best], 1)
-            self.drift, self.offset_s = float(drift), float(offset_s)
+            self.offset_s = float(offset_s)
+            self.drift = _lower(float(drift), _lasting_rate(at_s, offsets_s, round_trips_s))
         else:
             self.drift, self.offset_s = None, float(offsets_s[np.argmin(round_trips_s)])
+
+
+def _lasting_rate(
+    at_s: NDArray[np.float64], offsets_s: NDArray[np.float64], round_trips_s: NDArray[np.float64]
+) -> float:
+    """Return the rate that three of four pairs of successive blocks show, by the best answer of each; 0 if they differ.
+
+    Pairs before and after a stall, or with a late answer, are among the fourth.
+    """
+    blocks, best = np.floor((at_s - at_s[0]) / _BLOCK_S), []
+    for block in np.unique(blocks):
+        (members,) = np.nonzero(blocks == block)
+        best.append(members[np.argmin(round_trips_s[members])])
+    low, high = np.quantile(np.diff(offsets_s[best]) / np.diff(at_s[best]), (0.25, 0.75))
+    return _lower(float(low), float(high))
+
+
+def _lower(one: float, other: float) -> float:
+    """Return the one of two rates that is nearer to 0; 0 where they disagree about the direction."""
+    return min(one, other, key=abs) if one * other > 0.0 else 0.0
