@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
-from types import TracebackType
+from types import NoneType, TracebackType
 from typing import Any, Final, Self, TypeVar
 
 import numpy as np
@@ -54,17 +54,11 @@ class FrameEntry:
     step: int
     vehicle_id: int
     path: Path
+    time_sigma_s: float | None
+    """Standard deviation of the pose's time; None where it was not reported, and in older recordings."""
+    digest: str | None
+    """Digest of the frame as it was recorded; None in older recordings."""
     _row: sqlite3.Row
-
-    @property
-    def time_sigma_s(self) -> float | None:
-        """Standard deviation of the pose's time; None where it was not reported, and in older recordings."""
-        return self._row["time_sigma_s"] if "time_sigma_s" in self._row.keys() else None  # noqa: SIM118 - no mapping
-
-    @property
-    def digest(self) -> str | None:
-        """Digest of the frame as it was recorded; None in older recordings."""
-        return self._row["digest"] if "digest" in self._row.keys() else None  # noqa: SIM118 - no mapping
 
     def load(self) -> Capture:
         """Return the frame as the mission has seen it.
@@ -84,11 +78,13 @@ class FrameEntry:
         image = decode_image(encoded, bands, row["dtype"])
         return Capture(
             vehicle_id=self.vehicle_id,
-            image_index=row["image_index"],
-            utc_s=row["utc_s"],
+            image_index=_typed(row, "image_index", int),
+            utc_s=_time_s(row),
             image=image,
             bands=bands,
-            position=GeodeticPosition(row["latitude_deg"], row["longitude_deg"], row["altitude_amsl_m"]),
+            position=GeodeticPosition(
+                *(_typed(row, name, int, float) for name in ("latitude_deg", "longitude_deg", "altitude_amsl_m"))
+            ),
             R_cam2enu=np.array(json.loads(row["R_cam2enu"])),
             camera=decode(CameraModel, json.loads(row["camera"])),
             time_sigma_s=self.time_sigma_s,
@@ -267,7 +263,14 @@ class MissionReader:
         query = "SELECT * FROM frames WHERE ?1 IS NULL OR step = ?1 ORDER BY step, vehicle_id, id"
         rows = self._rows(query, step)
         with self._explained("frames"):
-            return tuple(FrameEntry(row["step"], row["vehicle_id"], self._path(row), row) for row in rows)
+            return tuple(self._frame(row) for row in rows)
+
+    def _frame(self, row: sqlite3.Row) -> FrameEntry:
+        names = row.keys()
+        sigma_s = _typed(row, "time_sigma_s", int, float, NoneType) if "time_sigma_s" in names else None
+        digest = _typed(row, "digest", str) if "digest" in names else None
+        step, vehicle_id = _typed(row, "step", int), _typed(row, "vehicle_id", int)
+        return FrameEntry(step, vehicle_id, self._path(row), sigma_s, digest, row)
 
     def _path(self, row: sqlite3.Row) -> Path:
         """Return the file of a frame, which lies in this folder whatever the row says."""
@@ -322,9 +325,17 @@ class MissionReader:
             raise InputDataError(f"{self._folder / DATABASE_NAME}: {what} cannot be read: {error}") from error
 
 
+def _typed(row: sqlite3.Row, column: str, *kinds: type) -> Any:
+    """Return a value of one of these types; SQLite keeps any value in any column."""
+    value = row[column]
+    if type(value) not in kinds:
+        raise ValueError(f"{column} is {str(value)[:40]!r}")
+    return value
+
+
 def _time_s(row: sqlite3.Row) -> float:
-    utc_s = row["utc_s"]
-    if not isinstance(utc_s, int | float) or not 0.0 <= utc_s <= MAX_UTC_S:
+    utc_s: float = _typed(row, "utc_s", int, float)
+    if not 0.0 <= utc_s <= MAX_UTC_S:
         raise ValueError(f"{utc_s!r} is no time")
     return utc_s
 

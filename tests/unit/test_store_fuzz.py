@@ -109,6 +109,16 @@ def test_a_damaged_schema_that_is_no_text_is_refused_in_words(whole: Path, tmp_p
         MissionReader(folder)
 
 
+@pytest.mark.parametrize("column", ["step", "vehicle_id", "time_sigma_s", "digest"])
+def test_frames_with_values_of_another_type_are_refused_in_words(whole: Path, tmp_path: Path, column: str) -> None:
+    folder = shutil.copytree(whole, tmp_path / "mission")
+    with closing(sqlite3.connect(folder / "mission.sqlite")) as connection:
+        connection.execute(f"UPDATE frames SET {column} = ?", [b"\xff"])
+        connection.commit()
+    with MissionReader(folder) as reader, pytest.raises(InputDataError, match=f"frames cannot be read: {column} is"):
+        summarise(reader)
+
+
 @pytest.mark.parametrize("count", [100, pytest.param(6000, marks=[pytest.mark.slow, pytest.mark.timeout(3600)])])
 def test_no_damage_of_a_mission_folder_breaks_its_readers(whole: Path, tmp_path: Path, count: int) -> None:
     folder = tmp_path / "mission"
