@@ -76,13 +76,13 @@ async def serve_dated(_request: web.Request) -> web.Response:
 async def bench() -> AsyncIterator[Bench]:
     app = web.Application()
     app.router.add_get("/good.png", serve_image)
-    app.router.add_get("/redirect", serve_redirect)
-    app.router.add_get("/large", serve_large)
-    app.router.add_get("/never", serve_never)
-    app.router.add_get("/cut", serve_cut)
-    app.router.add_get("/bomb", serve_bomb)
-    app.router.add_get("/packed", serve_packed)
-    app.router.add_get("/dated", serve_dated)
+    app.router.add_get("/redirect.png", serve_redirect)
+    app.router.add_get("/large.png", serve_large)
+    app.router.add_get("/never.png", serve_never)
+    app.router.add_get("/cut.png", serve_cut)
+    app.router.add_get("/bomb.png", serve_bomb)
+    app.router.add_get("/packed.png", serve_packed)
+    app.router.add_get("/dated.png", serve_dated)
     runner = web.AppRunner(app, shutdown_timeout=0.1)
     await runner.setup()
     site = web.TCPSite(runner, HOST, 0)
@@ -105,12 +105,12 @@ async def test_an_image_of_the_vehicles_own_host_is_fetched(bench: Bench) -> Non
 @pytest.mark.parametrize(
     ("path", "words"),
     [
-        ("/missing", "status 404"),
-        ("/redirect", "status 302"),
-        ("/large", "larger than 1 MiB"),
-        ("/cut", "cannot be fetched"),
-        ("/bomb", "megapixels.*max_image_megapixels"),
-        ("/packed", "compressed"),
+        ("/missing.png", "status 404"),
+        ("/redirect.png", "status 302"),
+        ("/large.png", "larger than 1 MiB"),
+        ("/cut.png", "cannot be fetched"),
+        ("/bomb.png", "megapixels.*max_image_megapixels"),
+        ("/packed.png", "compressed"),
     ],
 )
 async def test_bad_answers_are_named(bench: Bench, path: str, words: str) -> None:
@@ -138,6 +138,25 @@ async def test_hostile_addresses_are_never_called(bench: Bench, url: str, words:
         await bench.fetch(url)
 
 
+@pytest.mark.parametrize(
+    "address",
+    ["/good", "/good.png?delete=all", "/good.png#x", "/admin/good.png/", "/", "/good.png;/x", "/good.png/..%2f"],
+)
+async def test_of_the_station_itself_a_vehicle_behind_a_router_names_files_of_images_only(
+    bench: Bench, address: str
+) -> None:
+    with pytest.raises(CaptureError, match=r"on this machine .* image_hosts"):
+        await bench.fetch(bench.base + address)
+
+
+@pytest.mark.parametrize(
+    "address", [f"http://{HOST}/a.png", f"http://{HOST}:631/a.png", f"http://me@{HOST}:8000/a.png"]
+)
+async def test_services_of_the_system_are_never_asked(bench: Bench, address: str) -> None:
+    with pytest.raises(CaptureError, match="on this machine"):
+        await bench.fetch(address)
+
+
 async def test_localhost_is_a_loopback_vehicle_only(bench: Bench) -> None:
     await bench.fetch(bench.base.replace(HOST, "localhost") + "/good.png")
     with pytest.raises(CaptureError, match="own host"):
@@ -146,17 +165,17 @@ async def test_localhost_is_a_loopback_vehicle_only(bench: Bench) -> None:
 
 async def test_the_deadline_ends_a_slow_download(bench: Bench) -> None:
     with pytest.raises(CaptureError, match="in time"):
-        await bench.fetcher.fetch(f"{bench.base}/never", HOST, bench.clock.now_s() + 0.1)
+        await bench.fetcher.fetch(f"{bench.base}/never.png", HOST, bench.clock.now_s() + 0.1)
 
 
 async def test_the_kind_of_failure_says_whether_another_look_is_worth_it(bench: Bench) -> None:
     with pytest.raises(PendingImageError):
-        await bench.fetch(f"{bench.base}/missing")
+        await bench.fetch(f"{bench.base}/missing.png")
     with pytest.raises(TornFrameError):
-        await bench.fetch(f"{bench.base}/cut")
+        await bench.fetch(f"{bench.base}/cut.png")
 
 
 async def test_the_age_of_a_file_is_that_by_the_servers_clock(bench: Bench) -> None:
     deadline_s = bench.clock.now_s() + 5.0
-    assert (await bench.fetcher.download(f"{bench.base}/dated", HOST, deadline_s)).age_s == 7.0
+    assert (await bench.fetcher.download(f"{bench.base}/dated.png", HOST, deadline_s)).age_s == 7.0
     assert (await bench.fetcher.download(f"{bench.base}/good.png", HOST, deadline_s)).age_s is None

@@ -20,6 +20,10 @@ from aos_gcs.ports import Clock, ThreadWorker, Worker
 T = TypeVar("T")
 
 _CHUNK_BYTES = 64 * 1024
+_IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff")
+_FIRST_USERS_PORT = 1024
+"""Ports below are those of the system's own services."""
+_REMEDY = "list its host in the option image_hosts if that is intended"
 _NOT_THERE = frozenset({404, 410, 425, 503})
 """Answers of a server that may have the file a moment later."""
 
@@ -70,6 +74,12 @@ class ImageFetcher:
         Raises:
             CaptureError: the address is not allowed, or the file is too large, damaged or late.
         """
+        url = self._checked(url_text, vehicle_host)
+        is_here = _is_loopback(vehicle_host) and url.host not in self._allowed_hosts
+        if is_here and not _names_an_image(url):
+            raise CaptureError(
+                f"the image address {url_text!r} is on this machine and does not name a file of an image: {_REMEDY}"
+            )
         download = await self.download(url_text, vehicle_host, deadline_s)
         read = partial(decode_image, max_pixels=self.limits.max_pixels)
         try:
@@ -118,10 +128,11 @@ class ImageFetcher:
             raise CaptureError(f"the image address {url_text!r} cannot be understood") from error
         if url.scheme not in ("http", "https") or not url.host:
             raise CaptureError(f"the image address {url_text!r} is not http or https")
-        if not _is_same_host(url.host, vehicle_host) and url.host not in self._allowed_hosts:
+        if url.host in self._allowed_hosts:
+            return url
+        if not _is_same_host(url.host, vehicle_host):
             raise CaptureError(
-                f"the image address {url_text!r} is not on the vehicle's own host {vehicle_host}: "
-                "list its host in the option image_hosts if that is intended"
+                f"the image address {url_text!r} is not on the vehicle's own host {vehicle_host}: {_REMEDY}"
             )
         return url
 
@@ -150,6 +161,23 @@ def _age_s(date: str | None, last_modified: str | None) -> float | None:
         return (parsedate_to_datetime(date) - parsedate_to_datetime(last_modified)).total_seconds()
     except (TypeError, ValueError):
         return None
+
+
+def _is_loopback(host: str) -> bool:
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+def _names_an_image(url: URL) -> bool:
+    """Return whether an address can only be that of a file: the station's own machine has services of other kinds.
+
+    A vehicle is heard from this machine through a router or a simulator.
+    """
+    is_plain = not (url.raw_query_string or url.raw_fragment or url.user or url.password)
+    port = url.port or 0
+    return is_plain and port >= _FIRST_USERS_PORT and url.path.lower().endswith(_IMAGE_SUFFIXES)
 
 
 def _is_same_host(host: str, vehicle_host: str) -> bool:
