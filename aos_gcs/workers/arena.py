@@ -1,7 +1,8 @@
-"""Memory that two processes share, and objects in it."""
+"""Memory that two processes share, and requests in it, from the process that started the other one."""
 
 from __future__ import annotations
 
+import fcntl
 import mmap
 import os
 import pickle
@@ -30,17 +31,24 @@ class Arena:
     def create(cls) -> Arena:
         """Return an empty arena."""
         if hasattr(os, "memfd_create"):
-            return cls(os.memfd_create("aos-gcs"))
+            fd = os.memfd_create("aos-gcs", os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING)
+            # A process that makes it smaller would end the other one when that reads.
+            fcntl.fcntl(fd, fcntl.F_ADD_SEALS, fcntl.F_SEAL_SHRINK | fcntl.F_SEAL_SEAL)
+            return cls(fd)
         with tempfile.TemporaryFile() as file:
             return cls(os.dup(file.fileno()))
 
     def first(self, size: int) -> NDArray[np.uint8]:
         """Return the first bytes; the arena grows where it is smaller. Former arrays stay valid."""
         if size > len(self._bytes):
-            if os.fstat(self.fd).st_size < size:
+            if self.size() < size:
                 os.ftruncate(self.fd, size + size // 4)
-            self._bytes = np.frombuffer(mmap.mmap(self.fd, os.fstat(self.fd).st_size), np.uint8)
+            self._bytes = np.frombuffer(mmap.mmap(self.fd, self.size()), np.uint8)
         return self._bytes[:size]
+
+    def size(self) -> int:
+        """Return how many bytes there are."""
+        return os.fstat(self.fd).st_size
 
     def close(self) -> None:
         """Give the memory back, once no array refers to it any more."""
@@ -62,7 +70,7 @@ def pack(value: object, arena: Arena) -> bytes:
 
     head = pickle.dumps(value, protocol=5, buffer_callback=keep_inside)
     raws = [np.frombuffer(buffer.raw(), np.uint8) for buffer in buffers]
-    starts, size = _layout([len(raw) for raw in raws])
+    starts, size = layout([len(raw) for raw in raws])
     memory = arena.first(size)
     for start, raw in zip(starts, raws, strict=True):
         # Arrays are copied without the interpreter's lock.
@@ -70,22 +78,21 @@ def pack(value: object, arena: Arena) -> bytes:
     return pickle.dumps((head, [len(raw) for raw in raws]))
 
 
-def unpack(message: bytes, arena: Arena, *, copy: bool) -> Any:
-    """Return the object of a message.
+def unpack(message: bytes, arena: Arena) -> Any:
+    """Return the object of a message of the process that started this one; arrays are valid until the next message.
 
     Args:
         message: what :func:`pack` has returned.
         arena: the other end of its arena.
-        copy: whether arrays are copied; those that are not are valid until the next message.
     """
-    head, sizes = pickle.loads(message)  # noqa: S301 - from our own other half
-    starts, size = _layout(sizes)
+    head, sizes = pickle.loads(message)  # noqa: S301 - the service trusts no worker, but a worker its service
+    starts, size = layout(sizes)
     memory = arena.first(size)
     parts = [memory[start : start + length] for start, length in zip(starts, sizes, strict=True)]
-    return pickle.loads(head, buffers=[part.copy() for part in parts] if copy else parts)  # noqa: S301
+    return pickle.loads(head, buffers=parts)  # noqa: S301
 
 
-def _layout(sizes: list[int]) -> tuple[list[int], int]:
+def layout(sizes: list[int]) -> tuple[list[int], int]:
     """Return where each buffer starts, and the size of all."""
     starts, end = [], 0
     for size in sizes:

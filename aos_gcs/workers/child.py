@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import importlib
-import pickle
 import socket
 import sys
 import traceback
 
 from aos_gcs.errors import AosError
-from aos_gcs.workers.arena import Arena, pack, unpack
+from aos_gcs.workers.answers import pack_error, pack_result
+from aos_gcs.workers.arena import Arena, unpack
 from aos_gcs.workers.lifeline import end_with_parent, step_back
 from aos_gcs.workers.wire import receive, send
 
@@ -39,25 +39,20 @@ def _serve(control: socket.socket, requests: Arena, responses: Arena) -> None:
 
 
 def _answer(request: bytes, requests: Arena, responses: Arena) -> bytes:
-    """Return a packed pair: whether the function has returned, and what it has returned or raised."""
+    """Return the answer to a request: what the function has returned or raised."""
     try:
-        function, args, kwargs = unpack(request, requests, copy=False)
-        return pack((True, function(*args, **kwargs)), responses)
+        function, args, kwargs = unpack(request, requests)
+        return pack_result(function(*args, **kwargs), responses)
     except Exception as error:  # whatever it is: the parent raises it
-        return pack((False, _portable(error)), responses)
+        return pack_error(_told(error), responses)
 
 
-def _portable(error: Exception) -> Exception:
-    """Return the error, or what can be told of it where it cannot be sent."""
+def _told(error: Exception) -> Exception:
+    """Return the error, with its place in a note where it is a defect."""
     if isinstance(error, MemoryError) or getattr(error, "code", None) == _OPENCV_OUT_OF_MEMORY:
         return MemoryError()
     if not isinstance(error, AosError):
         error.add_note("".join(traceback.format_exception(error)))
-    error.__cause__ = error.__context__ = None
-    try:
-        pickle.loads(pickle.dumps(error))  # noqa: S301 - our own
-    except Exception:
-        return RuntimeError(f"{type(error).__name__}: {error}")
     return error
 
 

@@ -17,7 +17,8 @@ from dataclasses import dataclass
 from typing import Any, ParamSpec, TypeVar, cast
 
 from aos_gcs.errors import WorkerError
-from aos_gcs.workers.arena import Arena, pack, unpack
+from aos_gcs.workers.answers import MAX_HEAD_BYTES, MalformedAnswerError, unpack_answer
+from aos_gcs.workers.arena import Arena, pack
 from aos_gcs.workers.wire import receive, send
 
 P = ParamSpec("P")
@@ -155,12 +156,15 @@ class Child:
         """Return whether the function has returned, and what it has returned or raised.
 
         Raises:
-            WorkerError: the process has died, or taken longer than it may.
+            WorkerError: the process has died, taken longer than it may, or sent what is no answer.
         """
         self.await_ready(RESTART_S)
         self._send(pack((function, args, kwargs), self._requests))
-        answer: tuple[bool, Any] = unpack(self._receive(self._settings.timeout_s), self._responses, copy=True)
-        return answer
+        message = self._receive(self._settings.timeout_s)
+        try:
+            return unpack_answer(message, self._responses, self._settings.memory_bytes)
+        except MalformedAnswerError as error:
+            raise MalformedAnswerError(f"{self._settings.name} has sent {error}") from error
 
     def await_ready(self, timeout_s: float) -> None:
         """Wait until the process has imported its modules.
@@ -205,7 +209,9 @@ class Child:
     def _receive(self, timeout_s: float) -> bytes:
         self._control.settimeout(timeout_s)
         try:
-            message = receive(self._control)
+            message = receive(self._control, MAX_HEAD_BYTES)
+        except ValueError as error:
+            raise MalformedAnswerError(f"{self._settings.name} has sent {error}") from error
         except TimeoutError:
             raise WorkerError(f"{self._settings.name} has taken longer than {timeout_s:g} s") from None
         if message is None:

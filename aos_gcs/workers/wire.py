@@ -14,10 +14,19 @@ def send(control: socket.socket, message: bytes) -> None:
     control.sendall(message)
 
 
-def receive(control: socket.socket) -> bytes | None:
-    """Return the next message; None when the other side has gone."""
-    length = _exactly(control, _LENGTH.size)
-    return None if length is None else _exactly(control, _LENGTH.unpack(length)[0])
+def receive(control: socket.socket, max_bytes: int | None = None) -> bytes | None:
+    """Return the next message; None when the other side has gone.
+
+    Raises:
+        ValueError: it is longer than allowed.
+    """
+    head = _exactly(control, _LENGTH.size)
+    if head is None:
+        return None
+    (length,) = _LENGTH.unpack(head)
+    if max_bytes is not None and length > max_bytes:
+        raise ValueError(f"a message of {length} bytes, more than {max_bytes}")
+    return _exactly(control, length)
 
 
 def _exactly(control: socket.socket, size: int) -> bytes | None:

@@ -188,3 +188,21 @@ def test_a_worker_ends_with_a_parent_that_is_killed() -> None:
             assert select.select([watched], [], [], 30.0)[0], "the worker outlives its parent"
         finally:
             os.close(watched)
+
+
+@pytest.mark.parametrize(
+    ("message", "length", "reason"),
+    [
+        (b"\x80\x04cos\nsystem\n(S'true'\ntR.", None, "cannot be read"),
+        (b"[]", None, "cannot be read"),
+        (b'["result",[1000000000000],["bytes",0]]', None, "bytes of arrays"),
+        (b"", 2**40, "1099511627776 bytes"),
+    ],
+)
+async def test_a_worker_that_sends_what_is_no_answer_is_replaced(
+    process: ProcessWorker, message: bytes, length: int | None, reason: str
+) -> None:
+    before = await process.run(work.process_id)
+    with pytest.raises(WorkerError, match=f"Image analysis has sent .*{reason}"):
+        await process.run(work.answer_with, message, length)
+    assert await process.run(work.process_id) != before

@@ -43,10 +43,21 @@ class CoverageMap:
 
     def add(self, footprints: Sequence[Polygon]) -> None:
         """Count the frames of a step by what they show of the ground."""
+        counts = self._counts
         for footprint in footprints:
             if footprint:
-                self._counts = self._counts + self._raster.inside([footprint])
-        self.covered_fraction = self._raster.area_m2(self._inside & (self._counts > 0)) / self._area_m2
+                counts = counts + self._raster.inside([footprint])
+        self.set_counts(counts)
+
+    @property
+    def counts(self) -> NDArray[np.uint16]:
+        """Number of frames that have shown each cell."""
+        return self._counts
+
+    def set_counts(self, counts: NDArray[np.uint16]) -> None:
+        """Replace the counts."""
+        self._counts = counts
+        self.covered_fraction = self._raster.area_m2(self._inside & (counts > 0)) / self._area_m2
 
     def visibility(self) -> NDArray[np.float64] | None:
         """Return the share of the ground that at least one frame has seen, by cell; None without a known forest."""
@@ -80,8 +91,8 @@ class CoverageMap:
 
 def add_footprints(
     coverage: CoverageMap, footprints: Sequence[Polygon]
-) -> tuple[CoverageMap, tuple[RasterPicture, ...]]:
-    """Return the map with the frames of a step counted, and its pictures."""
+) -> tuple[NDArray[np.uint16], tuple[RasterPicture, ...]]:
+    """Return the counts of the map with the frames of a step, for :meth:`CoverageMap.set_counts`, and its pictures."""
     after = copy(coverage)
     after.add(footprints)
-    return after, after.render()
+    return after.counts, after.render()

@@ -43,9 +43,10 @@ class Survey:
         self._uncounted += footprints
         sign_of_life(WORK_S)
         try:
-            self._coverage, pictures = await context.imaging.run(add_footprints, self._coverage, self._uncounted)
+            counts, pictures = await context.imaging.run(add_footprints, self._coverage, self._uncounted)
         except WorkerError as error:
             context.journal.notice(Severity.WARNING, f"Step {step}: the map of coverage is not up to date: {error}")
             return
+        self._coverage.set_counts(counts)
         self._uncounted = []
         await self._gallery.publish(step, pictures)
