@@ -45,6 +45,9 @@ from aos_sim.vehicle.vehicle import SimulatedVehicle
 AUTOPILOTS: Mapping[str, type[SimulatedAutopilot]] = {"arducopter": ArduCopter, "px4": Px4}
 SHUTTERS: Mapping[str, type[ShutterCamera]] = {"arducopter": ArduPilotShutter, "px4": Px4Shutter}
 
+STEPS_TICKS = (1, 2, 5)
+"""Lengths of a step of the dynamics: the checks of the fence are made at multiples of each."""
+
 MAX_VEHICLES = 100
 MAX_SYSTEM_ID = 250
 """Ids above are for ground stations."""
@@ -71,8 +74,10 @@ class SwarmOptions:
     seed: int = 1
     speed: float = 1.0
     """Simulated seconds per real second; less is reached where the machine cannot keep up."""
-    step_ticks: int = 1
-    """Ticks per step of the dynamics, 1, 2 or 5: more cost less and are less exact. No message is sent more often."""
+    step_ticks: int | None = None
+    """Ticks per step of the dynamics, 1, 2 or 5: more cost less and are less exact. No message is sent more often.
+
+    None: as many as the speed has simulated seconds per real one, so that a fast flight fits into the real time."""
     autopilot: str = "arducopter"
     first_system_id: int = 1
     origin: GeodeticPosition = DEFAULT_ORIGIN
@@ -97,7 +102,10 @@ class SwarmOptions:
         _check(1 <= self.vehicles <= MAX_VEHICLES, f"--vehicles must lie within 1 and 100, got {self.vehicles}.")
         _check(self.autopilot in AUTOPILOTS, f"--autopilot must be arducopter or px4, got {self.autopilot}.")
         _check(0.0 < self.speed <= 100.0, f"--speed must lie above 0 and at most 100, got {self.speed}.")
-        _check(self.step_ticks in (1, 2, 5), f"step_ticks must be 1, 2 or 5, got {self.step_ticks}.")
+        _check(
+            self.step_ticks is None or self.step_ticks in STEPS_TICKS,
+            f"step_ticks must be 1, 2 or 5, got {self.step_ticks}.",
+        )
         _check(self.seed >= 0, f"--seed must be 0 or more, got {self.seed}.")
         check_camera_options(self.image_size_px, self.fov_rad, self.http_port)
         _check(
@@ -109,6 +117,12 @@ class SwarmOptions:
             "--image-folder needs cameras on board: leave --no-camera out.",
         )
         _check(bool(self.links), "At least one --link is needed.")
+
+    def ticks_per_step(self) -> int:
+        """Return the ticks per step, chosen by the speed where they are not set."""
+        if self.step_ticks is not None:
+            return self.step_ticks
+        return max((ticks for ticks in STEPS_TICKS if ticks <= self.speed), default=STEPS_TICKS[0])
 
 
 def _publisher(options: SwarmOptions) -> ImageServer | ImageFolder:
@@ -153,7 +167,8 @@ class SimulatedSwarm:
         self._rng = np.random.default_rng(options.seed)
         self._wind = options.errors.wind
         self._limits = AirframeLimits()
-        self._step_s = options.step_ticks * TICK_S
+        self._step_ticks = options.ticks_per_step()
+        self._step_s = self._step_ticks * TICK_S
         homes_enu_m = home_positions_enu_m(options.vehicles)
         self.state = SwarmState.at_rest(homes_enu_m, self._rng.normal(0.0, HEADING_SIGMA_RAD, len(homes_enu_m)))
         self.now = SimTime(0, start_utc_us=time.time_ns() // 1000)
@@ -248,7 +263,7 @@ class SimulatedSwarm:
             await asyncio.sleep(pacer.delay_s(loop.time()))
 
     def _tick(self) -> None:
-        self.now = self.now.later(self.options.step_ticks)
+        self.now = self.now.later(self._step_ticks)
         self.errors.advance(self._step_s)
         self.attitude_errors.advance(self._step_s)
         guidance = _guidance(

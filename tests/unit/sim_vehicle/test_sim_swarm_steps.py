@@ -41,3 +41,9 @@ def test_the_pacer_counts_steps() -> None:
 def test_steps_that_fence_checks_do_not_divide_into_are_refused() -> None:
     with pytest.raises(ConfigurationError, match="step_ticks"):
         SwarmOptions(step_ticks=3)
+
+
+@pytest.mark.parametrize(("speed", "ticks"), [(0.5, 1), (1.0, 1), (2.0, 2), (4.0, 2), (5.0, 5), (20.0, 5)])
+def test_a_fast_flight_is_calculated_in_longer_steps(speed: float, ticks: int) -> None:
+    assert SwarmOptions(speed=speed).ticks_per_step() == ticks
+    assert SwarmOptions(speed=speed, step_ticks=1).ticks_per_step() == 1
