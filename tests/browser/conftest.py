@@ -14,7 +14,7 @@ from typing import NoReturn
 import pytest
 import pytest_asyncio
 from fastapi import FastAPI
-from playwright.async_api import Browser, ConsoleMessage, Page, Request, async_playwright, expect
+from playwright.async_api import Browser, ConsoleMessage, Error, Page, Request, ViewportSize, async_playwright, expect
 
 from aos_gcs.api.app import create_app
 from aos_gcs.api.page import STATIC_FOLDER
@@ -47,6 +47,7 @@ WITHOUT_WEBGL = """const get = HTMLCanvasElement.prototype.getContext;
 HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
     return kind.startsWith("webgl") ? null : get.call(this, kind, ...more);
 };"""
+VIEWPORT_PX: ViewportSize = {"width": 1280, "height": 800}
 _MISSION_SPEED = 8.0
 OPERATOR_CODE = "correct-horse"
 
@@ -99,8 +100,17 @@ class PageRecord:
     def watch(self, page: Page) -> None:
         """Follow a page from now on."""
         page.on("console", self._note_message)
-        page.on("pageerror", lambda error: self.errors.append(str(error)))
+        page.on("pageerror", self._note_error)
         page.on("request", self._note_request)
+
+    def unwatch(self, page: Page) -> None:
+        """Stop following a page."""
+        page.remove_listener("console", self._note_message)
+        page.remove_listener("pageerror", self._note_error)
+        page.remove_listener("request", self._note_request)
+
+    def _note_error(self, error: Error) -> None:
+        self.errors.append(str(error))
 
     def _note_message(self, message: ConsoleMessage) -> None:
         if message.type == "error":
@@ -116,28 +126,59 @@ def page_record() -> PageRecord:
     return PageRecord()
 
 
-@pytest_asyncio.fixture(loop_scope="session")
-async def map_page(browser: Browser, page_record: PageRecord) -> AsyncIterator[Page]:
-    async with _new_page(browser, page_record) as page:
+@pytest_asyncio.fixture(scope="session", loop_scope="session")
+async def map_tab(browser: Browser) -> AsyncIterator[Page]:
+    """The page with a map that all tests share: a page that is opened anew loads and compiles the dashboard again."""
+    async with new_page(browser) as page:
         yield page
 
 
-@pytest_asyncio.fixture(loop_scope="session")
-async def page(browser: Browser, page_record: PageRecord) -> AsyncIterator[Page]:
-    """A page in a browser without WebGL: everything but the map is as it is, and much faster without a GPU."""
-    async with _new_page(browser, page_record) as page:
+@pytest_asyncio.fixture(scope="session", loop_scope="session")
+async def tab(browser: Browser) -> AsyncIterator[Page]:
+    """The page without WebGL that all tests share."""
+    async with new_page(browser) as page:
         await page.add_init_script(WITHOUT_WEBGL)
         yield page
 
 
+@pytest_asyncio.fixture(loop_scope="session")
+async def map_page(map_tab: Page, page_record: PageRecord) -> AsyncIterator[Page]:
+    async with lent(map_tab, page_record):
+        yield map_tab
+
+
+@pytest_asyncio.fixture(loop_scope="session")
+async def page(tab: Page, page_record: PageRecord) -> AsyncIterator[Page]:
+    """A page in a browser without WebGL: everything but the map is as it is, and much faster without a GPU."""
+    async with lent(tab, page_record):
+        yield tab
+
+
 @asynccontextmanager
-async def _new_page(browser: Browser, page_record: PageRecord) -> AsyncIterator[Page]:
-    context = await browser.new_context(viewport={"width": 1280, "height": 800}, reduced_motion="reduce")
+async def new_page(browser: Browser) -> AsyncIterator[Page]:
+    """Open a page of its own, for as long as the context is entered."""
+    context = await browser.new_context(viewport=VIEWPORT_PX, reduced_motion="reduce")
     page = await context.new_page()
     page.set_default_timeout(TIMEOUT_MS)
-    page_record.watch(page)
     yield page
     await context.close()
+
+
+@asynccontextmanager
+async def lent(page: Page, record: PageRecord) -> AsyncIterator[None]:
+    """Follow a shared page; afterwards it is empty, and as it was: nothing is stored, routed, emulated or pressed."""
+    record.watch(page)
+    yield
+    record.unwatch(page)
+    await page.mouse.up()
+    await page.unroute_all(behavior="ignoreErrors")
+    if page.url.startswith("http:"):
+        await page.evaluate("() => localStorage.clear()")
+    await page.goto("about:blank")
+    await page.context.clear_cookies()
+    await page.context.set_offline(False)
+    await page.emulate_media(media="null")
+    await page.set_viewport_size(VIEWPORT_PX)
 
 
 class Service:

@@ -99,7 +99,6 @@ async def test_the_map_lies_on_vectors_at_their_true_places(
     file = tmp_path / "ground.pmtiles"
     file.write_bytes(pmtiles(vector_tile(tile, layers), MVT, tile, list(layers)))
     colours = ground_colours("light")
-    await map_page.add_init_script("localStorage.setItem('aos-gcs-theme', 'light')")
     async with serving(partial(app_of, basemap_file=file)) as service:
         await open_page(map_page, service.url)
         places = await map_places(map_page)

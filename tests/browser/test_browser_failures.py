@@ -4,20 +4,23 @@ from __future__ import annotations
 
 import re
 import signal
+from collections.abc import AsyncIterator
 from pathlib import Path
 
 import pytest
-from playwright.async_api import Page, expect
+import pytest_asyncio
+from playwright.async_api import Browser, Page, expect
 
 from aos_gcs.mission.model.events import EventKind, NoticeRecord
 from aos_gcs.store.reader import MissionReader
+from tests.browser.conftest import WITHOUT_WEBGL, new_page
 from tests.browser.pages import open_page
 from tests.browser.station import FLIGHT_MS, Station, launch, sign_in_as_operator
 from tests.fakes.program import Program
 
 pytestmark = [pytest.mark.asyncio(loop_scope="session"), pytest.mark.usefixtures("dashboard_build")]
 
-WORLD = ("--no-render", "--image-size", "64")
+WORLD = ("--no-render", "--trees-per-ha", "0", "--image-size", "64")
 """There is nothing to be found: the swarm scans until something goes wrong."""
 BESIDE = ("--origin", "48.3,14.3002,260")
 """Of a second simulator, whose vehicles must not stand where those of the first one do."""
@@ -31,6 +34,15 @@ window.OscillatorNode = class extends OscillatorNode {
         window.tones.push(options.frequency);
     }
 };"""
+
+
+@pytest_asyncio.fixture(loop_scope="session")
+async def listening_page(browser: Browser) -> AsyncIterator[Page]:
+    """A page that keeps the tones that it plays."""
+    async with new_page(browser) as page:
+        await page.add_init_script(WITHOUT_WEBGL)
+        await page.add_init_script(HEAR_TONES)
+        yield page
 
 
 async def start(page: Page, station: Station) -> None:
@@ -108,9 +120,11 @@ async def outlive_a_freeze(page: Page, service: Program) -> None:
 
 
 @pytest.mark.timeout(600)
-async def test_the_page_shows_what_fails_in_flight_and_outlives_its_service(page: Page, tmp_path: Path) -> None:
+async def test_the_page_shows_what_fails_in_flight_and_outlives_its_service(
+    listening_page: Page, tmp_path: Path
+) -> None:
     """One mission for all: it takes longer to launch one than to look."""
-    await page.add_init_script(HEAR_TONES)
+    page = listening_page
     banner = page.get_by_test_id("banner")
     station = Station(tmp_path, 3, no_go_enu_m=(NO_GO_ENU_M,))
     async with station.fly(2, *WORLD):
