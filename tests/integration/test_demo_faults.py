@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import os
 import signal
+from collections.abc import AsyncIterator
 from pathlib import Path
 
+import pytest
+import pytest_asyncio
 from pymavlink import mavutil
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
@@ -77,33 +80,38 @@ async def test_a_killed_demo_leaves_a_readable_record_and_no_simulator(tmp_path:
     check_readable(program.mission_folder, None)
 
 
-async def test_a_demo_goes_on_when_its_image_workers_are_killed(tmp_path: Path) -> None:
-    async with running(tmp_path, "demo", *SMALL, "--headless", "--json") as program:
+@pytest_asyncio.fixture(scope="module", loop_scope="module")
+async def beset_demo(tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Program]:
+    """One flight for the tests below: one after the other, they kill what works beside it, until it has landed."""
+    folder = tmp_path_factory.mktemp("beset")
+    async with running(folder, "demo", *SMALL, "--port", "0", "--exit-when-done", "--json") as program:
         await program.until_logged(UNDER_WAY, START_TIMEOUT_S)
-        workers = await program.children("aos_gcs.workers.child")
-        assert len(workers) == 2, "image analysis and image decoding"
-        for pid in workers:
-            kill(pid)
-        await program.until_logged("has ended (SIGKILL)", START_TIMEOUT_S)
-        await program.until_logged("live: step 8", START_TIMEOUT_S)
-        program.stop(signal.SIGTERM)
-        await program.ended(60)
-        assert not [pid for pid in workers if await is_running(pid)]
-    assert "Traceback" not in program.log
-    assert "link lost" not in program.log
-    check_readable(program.mission_folder, Outcome.ABORTED)
+        yield program
 
 
-async def test_a_demo_flies_on_and_lands_when_its_dashboards_process_is_killed_and_then_stopped(tmp_path: Path) -> None:
-    async with running(tmp_path, "demo", *SMALL, "--port", "0", "--exit-when-done", "--json") as program:
-        await program.until_logged(UNDER_WAY, START_TIMEOUT_S)
-        (pid,) = await program.children("runtime.api_process")
+@pytest.mark.asyncio(loop_scope="module")
+async def test_a_demo_goes_on_when_its_image_workers_are_killed(beset_demo: Program) -> None:
+    workers = await beset_demo.children("aos_gcs.workers.child")
+    assert len(workers) == 2, "image analysis and image decoding"
+    for pid in workers:
         kill(pid)
-        await program.until_logged("has ended (SIGKILL) and is replaced. The mission goes on", START_TIMEOUT_S)
-        (successor,) = await program.children("runtime.api_process")
-        os.kill(successor, signal.SIGSTOP)
-        assert await program.ended(120) == 0, program.log
-        assert not await is_running(successor)
+    await beset_demo.until_logged("has ended (SIGKILL)", START_TIMEOUT_S)
+    await beset_demo.until_logged("live: step 8", START_TIMEOUT_S)
+    assert not [pid for pid in workers if await is_running(pid)]
+
+
+@pytest.mark.asyncio(loop_scope="module")
+async def test_a_demo_flies_on_and_lands_when_its_dashboards_process_is_killed_and_then_stopped(
+    beset_demo: Program,
+) -> None:
+    program = beset_demo
+    (pid,) = await program.children("runtime.api_process")
+    kill(pid)
+    await program.until_logged("has ended (SIGKILL) and is replaced. The mission goes on", START_TIMEOUT_S)
+    (successor,) = await program.children("runtime.api_process")
+    os.kill(successor, signal.SIGSTOP)
+    assert await program.ended(120) == 0, program.log
+    assert not await is_running(successor)
     assert program.result()["landed"] == 2
     assert "Traceback" not in program.log
     assert "link lost" not in program.log
