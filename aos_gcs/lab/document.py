@@ -65,10 +65,11 @@ class DocumentFrame:
 
     before: str
     after: str
+    begin_mark: str = BEGIN_MARK
 
     def format(self, body: str) -> str:
         """Return the whole document."""
-        return f"{self.before}{BEGIN_MARK}\n\n{body}\n\n{END_MARK}\n{self.after}"
+        return f"{self.before}{self.begin_mark}\n\n{body}\n\n{END_MARK}\n{self.after}"
 
 
 def write_document(
@@ -103,23 +104,25 @@ def write_document(
     path.write_text(frame.format(body="\n\n".join(sections)), encoding="utf-8")
 
 
-def document_frame(path: Path) -> DocumentFrame:
+def document_frame(
+    path: Path, begin_mark: str = BEGIN_MARK, title: str = "# Results of the swarm strategies"
+) -> DocumentFrame:
     """Return the text around the written part of an existing document, such as a discussion, or that of a new one.
 
     Raises:
         ConfigurationError: the document exists without the marks, so that writing it would lose text.
     """
     if not path.exists():
-        return DocumentFrame("# Results of the swarm strategies\n\n", "")
+        return DocumentFrame(f"{title}\n\n", "", begin_mark)
     text = path.read_text(encoding="utf-8")
-    before, begin, rest = text.partition(BEGIN_MARK)
+    before, begin, rest = text.partition(begin_mark)
     _, end, after = rest.partition(END_MARK)
     if not (begin and end):
         raise ConfigurationError(
-            f"{path} would be overwritten: it lacks the lines '{BEGIN_MARK}' and '{END_MARK}' around the part to be "
+            f"{path} would be overwritten: it lacks the lines '{begin_mark}' and '{END_MARK}' around the part to be "
             "renewed. Add them, or choose another file with --document."
         )
-    return DocumentFrame(before, after.removeprefix("\n"))
+    return DocumentFrame(before, after.removeprefix("\n"), begin_mark)
 
 
 def _report(study: Study, results: ResultFolder) -> Comparison:

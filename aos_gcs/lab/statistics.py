@@ -48,6 +48,32 @@ class PairedDifference:
     """p value after Holm's correction for all variants compared with the reference."""
 
 
+@dataclass(frozen=True, slots=True)
+class Share:
+    """A proportion with Wilson's interval."""
+
+    hits: int
+    trials: int
+    low: float
+    high: float
+
+    @property
+    def value(self) -> float:
+        """The proportion; NaN without trials."""
+        return self.hits / self.trials if self.trials else math.nan
+
+    @classmethod
+    def of(cls, hits: int, trials: int) -> Share:
+        """Return the proportion with its interval; without trials the interval is that of ignorance."""
+        if not trials:
+            return cls(0, 0, 0.0, 1.0)
+        # A second to import, which only what computes intervals should pay, here and below.
+        from scipy import stats  # noqa: PLC0415
+
+        interval = stats.binomtest(hits, trials).proportion_ci(CONFIDENCE, method="wilson")
+        return cls(hits, trials, float(interval.low), float(interval.high))
+
+
 def mean_interval(values: FloatArray, confidence: float = CONFIDENCE) -> Interval:
     """Return the mean over runs with Student's interval; a single run has an interval without bounds.
 

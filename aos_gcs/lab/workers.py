@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError
 from contextlib import AbstractContextManager
 from functools import partial
-from typing import Any
+from typing import Any, TypeVar
 
 import pyarrow as pa
 
@@ -18,8 +18,8 @@ from aos_gcs.lab.results import ResultFolder
 
 MAX_JOBS = 256
 
-Work = Callable[[Initialisation], pa.Table]
-Results = Iterator[tuple[Initialisation, pa.Table]]
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 
 
 def compute(
@@ -41,29 +41,32 @@ def compute(
         ConfigurationError: ``jobs`` is out of its range, or a run cannot be made as asked.
         LinkError: the scheduler cannot be reached, has no workers, or has lost them.
     """
-    if not 1 <= jobs <= MAX_JOBS:
-        raise ConfigurationError(f"jobs must lie within 1 and {MAX_JOBS}, but is {jobs}.")
-    missing = results.missing()
-    work = partial(run_initialisation, results.campaign)
-    for initialisation, table in _computed(work, missing, min(jobs, len(missing)), scheduler):
+    work: Callable[[Initialisation], pa.Table] = partial(run_initialisation, results.campaign)
+    for initialisation, table in compute_each(work, results.missing(), jobs=jobs, scheduler=scheduler):
         results.write(initialisation, table)
         advance(1)
 
 
-def _computed(work: Work, missing: tuple[Initialisation, ...], jobs: int, scheduler: str | None) -> Results:
-    """Yield the results as they are ready."""
+def compute_each(
+    work: Callable[[Item], Result], items: tuple[Item, ...], *, jobs: int = 1, scheduler: str | None = None
+) -> Iterator[tuple[Item, Result]]:
+    """Go through items with their results, as they are ready; arguments and errors as of :func:`compute`."""
+    if not 1 <= jobs <= MAX_JOBS:
+        raise ConfigurationError(f"jobs must lie within 1 and {MAX_JOBS}, but is {jobs}.")
     if scheduler is not None:
-        yield from _on_cluster(work, missing, remote_cluster(scheduler))
-    elif jobs > 1:
-        yield from _on_cluster(work, missing, local_cluster(jobs))
+        yield from _on_cluster(work, items, remote_cluster(scheduler))
+    elif min(jobs, len(items)) > 1:
+        yield from _on_cluster(work, items, local_cluster(min(jobs, len(items))))
     else:
-        yield from ((initialisation, work(initialisation)) for initialisation in missing)
+        yield from ((item, work(item)) for item in items)
 
 
-def _on_cluster(work: Work, missing: tuple[Initialisation, ...], connection: AbstractContextManager[Any]) -> Results:
+def _on_cluster(
+    work: Callable[[Item], Result], items: tuple[Item, ...], connection: AbstractContextManager[Any]
+) -> Iterator[tuple[Item, Result]]:
     distributed = load_distributed()
     with connection as client:
-        tasks = {client.submit(work, initialisation, pure=False): initialisation for initialisation in missing}
+        tasks = {client.submit(work, item, pure=False): item for item in items}
         try:
             for future in distributed.as_completed(list(tasks), loop=client.loop):
                 yield tasks.pop(future), future.result()

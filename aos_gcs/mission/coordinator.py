@@ -63,11 +63,13 @@ class Coordinator:
         imaging: Worker | None = None,
         former: FormerFlight | None = None,
         unrestored: Mapping[int, Mapping[str, float]] | None = None,
+        pictures: bool = True,
     ) -> None:
         """Prepare the mission.
 
         ``imaging`` analyses its images, None: in threads of this process; ``former`` is a flight to take up;
-        ``unrestored`` are the return settings that vehicles had before a mission that did not restore them, by id.
+        ``unrestored`` are the return settings that vehicles had before a mission that did not restore them, by id;
+        ``pictures``: whether to render what operators look at.
         """
         self.auto_start = AutoStart(journal, is_on=settings.auto_start)
         self._context = MissionContext(
@@ -80,7 +82,7 @@ class Coordinator:
             order=CommandOrder(mission_id, asyncio.get_running_loop().time, max_command_age_s),
             imaging=imaging or ThreadWorker(),
         )
-        self._gallery = Gallery(journal, recorder, self._context.imaging)
+        self._gallery = Gallery(journal, recorder, self._context.imaging, is_open=pictures)
         self._findings = Findings()
         self._vehicle_tasks = VehicleTasks()
         self._return_heights = ReturnHeights(self._context, settings, unrestored)

@@ -11,12 +11,12 @@ from pathlib import Path
 
 from aos_gcs.errors import MissionError
 from aos_gcs.mission.model.actions import Action
+from aos_gcs.runtime.virtual_time import run
 from tests.campaign.faults.base import Fault
 from tests.campaign.faults.station import Freeze
 from tests.campaign.oracle import Violation
 from tests.campaign.scenario import LAUNCH_SPACING_M, Scenario
 from tests.campaign.station import Station
-from tests.campaign.virtual_time import run
 from tests.campaign.world import World
 
 _MEMORY = Path("/dev/shm")  # noqa: S108 - the folder's name is random

@@ -12,6 +12,7 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_gcs.mission.model.actions import Action
+from aos_gcs.runtime.virtual_time import run
 from tests.campaign.faults import FAULTS, KNOWN_DEFECTS
 from tests.campaign.faults.base import Fault
 from tests.campaign.faults.people import OperatorActs
@@ -22,7 +23,6 @@ from tests.campaign.oracle import PILOT_GRACE_S, Oracle
 from tests.campaign.runner import describe
 from tests.campaign.scenario import Scenario, draw
 from tests.campaign.shrink import shrink
-from tests.campaign.virtual_time import run
 from tests.campaign.world import World
 from tests.fakes.air import FIRST_PORT, HOST
 

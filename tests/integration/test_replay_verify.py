@@ -26,10 +26,10 @@ from aos_gcs.mission.search.persons import watch_persons
 from aos_gcs.planning.settings import DetectionSettings, RegistrationSettings
 from aos_gcs.ports import ThreadWorker
 from aos_gcs.runtime.verification import verify_mission
+from aos_gcs.runtime.virtual_time import run
 from aos_gcs.store.images import encode_image
 from aos_gcs.store.reader import MissionReader
 from aos_gcs.store.schema import DATABASE_NAME
-from tests.campaign.virtual_time import run
 from tests.fakes.mission_flight import Flight, flying, prepare
 from tests.fakes.recorded_search import write_search
 

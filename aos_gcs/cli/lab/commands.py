@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from aos_gcs.cli.lab.effectiveness import effectiveness, fit_person, parse_densities
+from aos_gcs.cli.lab.missions import missions
 from aos_gcs.cli.lab.reproduce import reproduce
 
 if TYPE_CHECKING:
@@ -139,6 +140,7 @@ def calibrate(
 
 lab.command("effectiveness")(effectiveness)
 lab.command("fit-person")(fit_person)
+lab.command("missions")(missions)
 lab.command("reproduce")(reproduce)
 
 

@@ -16,10 +16,10 @@ from aos_gcs.imaging.persons.decision import decide as decide_body
 from aos_gcs.imaging.persons.evidence import Evidence
 from aos_gcs.lab.effectiveness.study import IN_VIEW_M2, Anomaly, SceneResult
 from aos_gcs.lab.scenes import PositionGrade
+from aos_gcs.lab.statistics import CONFIDENCE, Share
 
 HERE_M = 3.0
 """A claim farther from the person than this is one about something else."""
-CONFIDENCE = 0.95
 _RESAMPLES = 2000
 _MIN_FOR_INTERVAL = 3
 """Position errors below which their median has no interval worth the name."""
@@ -67,32 +67,6 @@ class Decision:
     """Distance of the claim from the person; NaN unless it is a hit."""
     sigma_m: float
     """The estimate's own standard deviation per axis; NaN where it has none."""
-
-
-@dataclass(frozen=True, slots=True)
-class Share:
-    """A proportion with Wilson's interval."""
-
-    hits: int
-    trials: int
-    low: float
-    high: float
-
-    @property
-    def value(self) -> float:
-        """The proportion; NaN without trials."""
-        return self.hits / self.trials if self.trials else math.nan
-
-    @classmethod
-    def of(cls, hits: int, trials: int) -> Share:
-        """Return the proportion with its interval; without trials the interval is that of ignorance."""
-        if not trials:
-            return cls(0, 0, 0.0, 1.0)
-        # A second to import, which only what computes intervals should pay, here and below.
-        from scipy import stats  # noqa: PLC0415
-
-        interval = stats.binomtest(hits, trials).proportion_ci(CONFIDENCE, method="wilson")
-        return cls(hits, trials, float(interval.low), float(interval.high))
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,9 +14,10 @@ from aos_gcs.ports import Severity, Worker
 
 
 class Gallery:
-    """Has a step's rasters rendered and keeps the latest of each kind."""
+    """Has a step's rasters rendered and keeps the latest of each kind; one that is not open does nothing."""
 
-    def __init__(self, journal: Journal, recorder: Recorder, imaging: Worker) -> None:
+    def __init__(self, journal: Journal, recorder: Recorder, imaging: Worker, *, is_open: bool = True) -> None:
+        self._is_open = is_open
         self._imaging = imaging
         self._journal = journal
         self._recorder = recorder
@@ -24,6 +25,8 @@ class Gallery:
 
     async def render(self, step: int, analysis: StepAnalysis, bands: tuple[str, ...]) -> None:
         """Render the rasters of a step and publish them."""
+        if not self._is_open:
+            return
         try:
             rasters = await self._imaging.run(render_pictures, analysis, bands)
         except WorkerError as error:
@@ -33,6 +36,8 @@ class Gallery:
 
     async def publish(self, step: int, rasters: Sequence[RasterPicture]) -> None:
         """Keep rasters that share their bounds, announce them on the event stream, and record them."""
+        if not self._is_open:
+            return
         pictures = [
             Picture(
                 PictureKind(raster.kind), step, raster.png, raster.west_m, raster.south_m, raster.east_m, raster.north_m

@@ -1,11 +1,12 @@
-"""An event loop whose time passes only when nothing is left to do: it waits for nothing outside of itself."""
+"""An event loop whose time passes only when nothing is left to do: whole missions in seconds, the same in every run."""
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Coroutine
-from typing import Any, TypeVar
+from collections.abc import Callable, Coroutine
+from typing import Any, ParamSpec, TypeVar
 
+P = ParamSpec("P")
 T = TypeVar("T")
 
 _RESOLUTION_S = 1e-6
@@ -39,6 +40,14 @@ class VirtualTimeLoop(asyncio.SelectorEventLoop):
         if self._idle_rounds > _MAX_ROUNDS:
             raise RuntimeError("something runs for ever without waiting")
         return []
+
+
+class InlineWorker:
+    """Worker (``aos_gcs.ports.Worker``) that computes at once: no virtual time passes meanwhile."""
+
+    async def run(self, function: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> T:
+        """See ``aos_gcs.ports.Worker``."""
+        return function(*args, **kwargs)
 
 
 def run(main: Coroutine[Any, Any, T]) -> T:

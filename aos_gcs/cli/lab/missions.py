@@ -1,0 +1,80 @@
+"""``aos-gcs lab missions``: how often the claims of whole missions are right."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from aos_gcs.cli.lab.effectiveness import parse_densities
+
+
+def missions(
+    *,
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the study; an existing study continues.")],
+    document: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Markdown file to write or renew, such as docs/missions.md.")
+    ] = None,
+    with_person: Annotated[
+        int, typer.Option("--missions", help="Missions with a person, per density, condition and grade of errors.")
+    ] = 100,
+    without_person: Annotated[
+        int, typer.Option("--no-person", help="Missions without a person, per density, condition and grade of errors.")
+    ] = 100,
+    densities: Annotated[str, typer.Option(help="Trees per hectare, separated by commas.")] = "300",
+    conditions: Annotated[
+        str, typer.Option(help="Weather and time of day, separated by commas: cool, clear, overcast, night or warm.")
+    ] = "cool",
+    errors: Annotated[
+        str, typer.Option(help="Grades of errors of vehicles and cameras, separated by commas: none, rtk or gnss.")
+    ] = "rtk",
+    seed: Annotated[int, typer.Option(help="Random seed of the first mission; the others count up from it.")] = 0,
+    strategy: Annotated[str, typer.Option(help="Name of the swarm's strategy.")] = "aos-apso",
+    vehicles: Annotated[int, typer.Option(help="Number of drones.")] = 10,
+    side: Annotated[float, typer.Option(metavar="M", help="Side of the search area, a square forest.")] = 60.0,
+    image_size: Annotated[int, typer.Option(metavar="PX", help="Edge of the square images.")] = 192,
+    jobs: Annotated[int, typer.Option(help="Number of processes on this machine.")] = 1,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Address of a Dask scheduler, such as tcp://10.0.0.1:8786.")
+    ] = None,
+) -> None:
+    """Fly whole missions in virtual time, and report how many claims are right, what they cost, and how safe it is.
+
+    Coordinator, safety checks, strategy and imaging are those of real missions; vehicles, cameras and forest are
+    simulated in the same process, with animals, stones, stumps, cloths and puddles. Results are written after each
+    mission: the same command goes on where it was stopped. See docs/missions.md.
+    """
+    from functools import partial  # noqa: PLC0415 - keeps the other commands' help fast
+    from importlib.metadata import version  # noqa: PLC0415
+
+    from aos_gcs.cli.output import progress  # noqa: PLC0415
+    from aos_gcs.lab.missions.model import MissionsSettings, missing, mission_keys  # noqa: PLC0415
+    from aos_gcs.lab.missions.report import as_markdown, missions_frame, summarise, write_document  # noqa: PLC0415
+    from aos_gcs.lab.missions.store import MissionsFolder  # noqa: PLC0415
+    from aos_gcs.lab.workers import compute_each  # noqa: PLC0415
+    from aos_gcs.runtime.mission_study import fly_mission  # noqa: PLC0415
+
+    keys = mission_keys(
+        parse_densities(densities),
+        conditions.split(","),
+        errors.split(","),
+        seed,
+        with_person=with_person,
+        without_person=without_person,
+    )
+    settings = MissionsSettings(strategy, vehicles, side, image_size, version("aos-gcs"))
+    # Before hours of work: a document that cannot be renewed is refused at once.
+    frame = None if document is None else missions_frame(document)
+    folder = MissionsFolder(out, settings)
+    todo = missing(keys, folder.results())
+    with progress("Missions", len(todo)) as advance:
+        for _, result in compute_each(partial(fly_mission, settings), todo, jobs=jobs, scheduler=scheduler):
+            folder.append(result)
+            advance(1)
+    chosen = set(keys)
+    groups = summarise([result for result in folder.results() if result.key in chosen], vehicles)
+    folder.write_summary(as_markdown(groups))
+    if document is not None and frame is not None:
+        write_document(document, frame, settings, groups)
+    typer.echo(as_markdown(groups), nl=False)

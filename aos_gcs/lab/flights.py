@@ -1,0 +1,95 @@
+"""Port of the laboratory to simulated flights, found through the entry points ``aos_gcs.flights``.
+
+A flight is a forest with or without a person and with things that may be taken for one, and the vehicles of a swarm by
+the port of drivers (:mod:`aos_gcs.ports`), all in this process: their time is that of a clock, which may be virtual.
+Frame: ENU metres, the ground is the plane z = 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.metadata import entry_points
+from typing import Protocol
+
+from aos_gcs.errors import ConfigurationError
+from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.ports import Clock, Fleet
+
+GROUP = "aos_gcs.flights"
+Place = tuple[float, float]
+"""East and north."""
+
+
+@dataclass(frozen=True, slots=True)
+class FlightSettings:
+    """Parameters of a simulated flight; equal ones give equal flights of equal missions."""
+
+    seed: int
+    vehicles: int
+    trees_per_ha: float
+    has_person: bool
+    errors: str = "rtk"
+    """Grade of the errors of vehicles and cameras: ``none``, ``rtk`` or ``gnss``."""
+    conditions: str = "cool"
+    """Weather and time of day, in the simulator's words."""
+    side_m: float = 60.0
+    """Side of the forest, which is a square and the search area."""
+    image_size_px: int = 192
+
+
+class Flight(Protocol):
+    """A simulated world with its swarm."""
+
+    @property
+    def origin(self) -> GeodeticPosition:
+        """Origin of the frame."""
+        ...
+
+    @property
+    def area_enu_m(self) -> tuple[Place, ...]:
+        """Corners of the search area."""
+        ...
+
+    @property
+    def persons_enu_m(self) -> Sequence[Place]:
+        """Places of the persons."""
+        ...
+
+    @property
+    def min_separation_m(self) -> float | None:
+        """Smallest true 3-D distance of two vehicles so far; None with a single one."""
+        ...
+
+    @property
+    def landed(self) -> int:
+        """Number of vehicles that stand on the ground, disarmed."""
+        ...
+
+    def fleet(self, clock: Clock) -> Fleet:
+        """Switch the vehicles on and return them; once per flight."""
+        ...
+
+
+class FlightBuilder(Protocol):
+    """Entry point of the group: it builds a flight."""
+
+    def __call__(self, settings: FlightSettings) -> Flight:
+        """Return the flight of these settings; takes seconds.
+
+        Raises:
+            ConfigurationError: a value is out of its range.
+        """
+        ...
+
+
+def build_flight(settings: FlightSettings) -> Flight:
+    """Return the flight that the installed simulator builds.
+
+    Raises:
+        ConfigurationError: no simulator is installed, or it refuses the settings.
+    """
+    for point in sorted(entry_points(group=GROUP), key=lambda point: point.name):
+        build: FlightBuilder = point.load()
+        return build(settings)
+    raise ConfigurationError("No simulator is installed that could fly a mission; install aos-gcs[lab].")

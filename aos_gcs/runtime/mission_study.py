@@ -1,0 +1,100 @@
+"""A mission of the study of missions: flown in virtual time, and judged by the truth."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import pairwise
+
+from aos_gcs.airspace.polygon import as_polygon, signed_area_m2
+from aos_gcs.imaging.persons.decision import CLAIMED
+from aos_gcs.lab.flights import Flight, FlightSettings, Place, build_flight
+from aos_gcs.lab.missions.model import HERE_M, MissionKey, MissionResult, MissionsSettings
+from aos_gcs.mission.model.decisions import ConclusionRecord
+from aos_gcs.mission.model.phase import Phase
+from aos_gcs.mission.model.steps import StepRecord
+from aos_gcs.runtime.virtual_mission import FlownMission, fly
+
+
+def fly_mission(settings: MissionsSettings, key: MissionKey) -> MissionResult:
+    """Fly one mission of a study. Equal arguments give equal results but for the processor time."""
+    flight = build_flight(
+        FlightSettings(
+            seed=key.seed,
+            vehicles=settings.vehicles,
+            trees_per_ha=key.trees_per_ha,
+            has_person=key.has_person,
+            errors=key.errors,
+            conditions=key.conditions,
+            side_m=settings.side_m,
+            image_size_px=settings.image_size_px,
+        )
+    )
+    begin_s = time.process_time()
+    mission = fly(flight, settings.vehicles, settings.strategy, key.seed)
+    return judge(key, flight, mission, time.process_time() - begin_s)
+
+
+def judge(key: MissionKey, flight: Flight, mission: FlownMission, processor_s: float) -> MissionResult:
+    """Return what a mission has come to."""
+    snapshot, persons_enu_m = mission.snapshot, flight.persons_enu_m
+    claims_enu_m = [one.position_enu_m[:2] for one in snapshot.findings if one.is_claimed and one.stands]
+    nearest_m = [_nearest_m(place, claims_enu_m) for place in persons_enu_m]
+    found = [place for place, error_m in zip(persons_enu_m, nearest_m, strict=True) if error_m <= HERE_M]
+    times_s = [_claimed_after_s(place, mission.conclusions) for place in found]
+    false_convergences, false_convergence_s = false_approaches(mission.steps, persons_enu_m)
+    return MissionResult(
+        key=key,
+        persons=len(persons_enu_m),
+        claims=len(claims_enu_m),
+        true_claims=sum(_nearest_m(claim, persons_enu_m) <= HERE_M for claim in claims_enu_m),
+        persons_found=len(found),
+        errors_m=tuple(error_m for error_m in nearest_m if error_m <= HERE_M),
+        claimed_after_s=tuple(time_s for time_s in times_s if time_s is not None),
+        coverage=snapshot.covered_fraction or 0.0,
+        area_ha=abs(signed_area_m2(as_polygon(flight.area_enu_m, "area_enu_m"))) / 1e4,
+        false_convergences=false_convergences,
+        false_convergence_s=false_convergence_s,
+        min_separation_m=flight.min_separation_m,
+        landed=flight.landed,
+        outcome=str(snapshot.outcome),
+        duration_s=snapshot.elapsed_s,
+        steps=len(mission.steps),
+        processor_s=processor_s,
+    )
+
+
+def false_approaches(steps: Sequence[StepRecord], persons_enu_m: Sequence[Place]) -> tuple[int, float]:
+    """Return how often a swarm converged on something that is no person, and for how many seconds in all.
+
+    A step of converging counts to the next step. Where its target is out of view, it is that of the step before; one
+    farther than 3 m from the one before is another.
+    """
+    count, cost_s = 0, 0.0
+    target_enu_m: Place | None = None
+    for step, following in pairwise(steps):
+        if step.phase is not Phase.CONVERGE:
+            target_enu_m = None
+            continue
+        place = target_enu_m if step.target_enu_m is None else step.target_enu_m[:2]
+        if place is None or _nearest_m(place, persons_enu_m) <= HERE_M:
+            target_enu_m = None
+            continue
+        count += target_enu_m is None or math.dist(place, target_enu_m) > HERE_M
+        cost_s += following.elapsed_s - step.elapsed_s
+        target_enu_m = place
+    return count, cost_s
+
+
+def _nearest_m(place_enu_m: Place, others_enu_m: Iterable[Place]) -> float:
+    return min((math.dist(place_enu_m, other) for other in others_enu_m), default=math.inf)
+
+
+def _claimed_after_s(place_enu_m: Place, conclusions: Mapping[int, ConclusionRecord]) -> float | None:
+    """Return when a target near a place was first taken for a person for good."""
+    for _, conclusion in sorted(conclusions.items()):
+        claimed = [target.position_enu_m[:2] for target in conclusion.targets if target.kind in CLAIMED]
+        if _nearest_m(place_enu_m, claimed) <= HERE_M:
+            return conclusion.now_s
+    return None

@@ -1,0 +1,125 @@
+"""A whole mission in virtual time, by the coordinator, its safety checks and imaging, over a simulated flight."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from aos_gcs.clock import LoopClock
+from aos_gcs.imaging.step.settings import ImagingSettings
+from aos_gcs.lab.flights import Flight
+from aos_gcs.mission.coordinator import Coordinator
+from aos_gcs.mission.health import LoopMonitor
+from aos_gcs.mission.journal import Journal
+from aos_gcs.mission.model.actions import ActionRecord
+from aos_gcs.mission.model.decisions import ConclusionRecord, DecisionRecord, SearchRecord
+from aos_gcs.mission.model.events import Event
+from aos_gcs.mission.model.phase import OutcomeRecord
+from aos_gcs.mission.model.snapshot import MissionSnapshot
+from aos_gcs.mission.model.steps import Picture, StepRecord
+from aos_gcs.mission.model.vehicles import SettingsRecord
+from aos_gcs.planning.settings import DetectionSettings, MissionSettings, PreflightSettings
+from aos_gcs.ports import Capture
+from aos_gcs.runtime.virtual_time import InlineWorker, run
+
+
+@dataclass(slots=True)
+class StepTrace:
+    """Recorder (``aos_gcs.mission.journal.Recorder``) that keeps steps and conclusions in memory, nothing else."""
+
+    steps: dict[int, StepRecord] = field(default_factory=dict)
+    conclusions: dict[int, ConclusionRecord] = field(default_factory=dict)
+
+    async def record_event(self, event: Event) -> None:
+        """Drop an event."""
+
+    async def record_frame(self, step: int, frame: Capture) -> None:
+        """Drop a frame."""
+
+    async def record_picture(self, picture: Picture) -> None:
+        """Drop a raster."""
+
+    async def record_step(self, step: StepRecord, strategy_state: Mapping[str, object]) -> None:  # noqa: ARG002
+        """Keep a step."""
+        self.steps[step.step] = step
+
+    async def record_search(self, search: SearchRecord) -> None:
+        """Drop the settings."""
+
+    async def record_decision(self, decision: DecisionRecord) -> None:
+        """Drop what a decision depended on."""
+
+    async def record_conclusion(self, conclusion: ConclusionRecord) -> None:
+        """Keep a conclusion."""
+        self.conclusions[conclusion.step] = conclusion
+
+    async def record_action(self, action: ActionRecord) -> None:
+        """Drop an action."""
+
+    async def record_settings(self, settings: SettingsRecord) -> None:
+        """Drop the settings of a vehicle."""
+
+    async def record_outcome(self, outcome: OutcomeRecord) -> None:
+        """Drop the outcome."""
+
+    async def flush(self) -> None:
+        """Return at once."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FlownMission:
+    """A mission that has ended."""
+
+    snapshot: MissionSnapshot
+    """The state at its end."""
+    steps: tuple[StepRecord, ...]
+    conclusions: Mapping[int, ConclusionRecord]
+    """What was concluded, by step."""
+
+
+def fly(flight: Flight, vehicles: int, strategy: str, seed: int) -> FlownMission:
+    """Fly the search of a simulated area with the settings of missions, from the launch to the last landing.
+
+    Args:
+        flight: the world; it can be flown once.
+        vehicles: number of vehicles.
+        strategy: name of the swarm's strategy.
+        seed: of the strategy's draws.
+
+    Raises:
+        ConfigurationError: the settings do not fit together.
+    """
+    settings = MissionSettings(
+        vehicles=vehicles,
+        any_vehicles=True,
+        area_enu_m=flight.area_enu_m,
+        imaging=ImagingSettings(),
+        origin=flight.origin,
+        strategy=strategy,
+        seed=seed,
+        detection=DetectionSettings(),
+        preflight=PreflightSettings(upload_fence=True),
+        auto_start=True,
+        auto_return=True,
+    )
+    return run(_fly(flight, settings))
+
+
+async def _fly(flight: Flight, settings: MissionSettings) -> FlownMission:
+    clock = LoopClock()
+    journal, trace = Journal(clock), StepTrace()
+    mission = Coordinator(
+        f"virtual-{settings.seed}",
+        settings,
+        fleet=flight.fleet(clock),
+        clock=clock,
+        journal=journal,
+        recorder=trace,
+        loop_monitor=LoopMonitor(period_s=0.5),
+        imaging=InlineWorker(),
+        pictures=False,
+    )
+    async with journal.recorded(trace):
+        await mission.run()
+    steps = tuple(trace.steps[number] for number in sorted(trace.steps))
+    return FlownMission(mission.view.snapshot(), steps, trace.conclusions)

@@ -1,0 +1,128 @@
+"""Flights of the laboratory (``aos_gcs.lab.flights``): a forest with bodies in it, and a swarm above it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.errors import ConfigurationError
+from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.geometry.poses import Pose
+from aos_gcs.lab.flights import FlightSettings, Place
+from aos_gcs.ports import Clock, Vehicle
+from aos_sim.errors.cameras import ErringCameras
+from aos_sim.errors.model import error_model
+from aos_sim.flights.swarm import FlownSwarm
+from aos_sim.flights.vehicle import FlownVehicle
+from aos_sim.render.renderer import Renderer
+from aos_sim.swarm import DEFAULT_ORIGIN, MAX_VEHICLES, home_positions_enu_m
+from aos_sim.world.conditions import Conditions
+from aos_sim.world.person import Posture
+from aos_sim.world.scene import SceneParameters, build_scene
+
+FOV_RAD = math.radians(50.0)
+MAX_OF_A_KIND = 2
+"""Animals, stones, cloths, stumps and puddles: none to so many of each."""
+BACKDROP_STRIDE = 2
+"""Forest is rendered in every second pixel where no body is; its statistics are those of full frames."""
+
+
+class FlownFleet:
+    """The vehicles of a flight (``aos_gcs.ports.Fleet``)."""
+
+    def __init__(self, vehicles: Sequence[FlownVehicle]) -> None:
+        self._vehicles = {vehicle.vehicle_id: vehicle for vehicle in vehicles}
+
+    def vehicles(self) -> Mapping[int, Vehicle]:
+        """Return all vehicles by id."""
+        return self._vehicles
+
+
+class SimulatedFlight:
+    """See :class:`aos_gcs.lab.flights.Flight`."""
+
+    def __init__(self, settings: FlightSettings) -> None:
+        if not 2 <= settings.vehicles <= MAX_VEHICLES:
+            raise ConfigurationError(f"vehicles must lie within 2 and {MAX_VEHICLES}, got {settings.vehicles}.")
+        self._settings = settings
+        self._errors = error_model(settings.errors)
+        self._scene = build_scene(_scene_parameters(settings))
+        self._renderer = Renderer(self._scene, wind=self._errors.wind)
+        self._swarm: FlownSwarm | None = None
+
+    @property
+    def origin(self) -> GeodeticPosition:
+        """See :attr:`aos_gcs.lab.flights.Flight.origin`."""
+        return DEFAULT_ORIGIN
+
+    @property
+    def area_enu_m(self) -> tuple[Place, ...]:
+        """See :attr:`aos_gcs.lab.flights.Flight.area_enu_m`."""
+        return tuple(map(_place, self._scene.area_enu_m))
+
+    @property
+    def persons_enu_m(self) -> Sequence[Place]:
+        """See :attr:`aos_gcs.lab.flights.Flight.persons_enu_m`."""
+        return [_place(person.position_enu_m) for person in self._scene.persons]
+
+    @property
+    def min_separation_m(self) -> float | None:
+        """See :attr:`aos_gcs.lab.flights.Flight.min_separation_m`."""
+        return None if self._swarm is None else self._swarm.min_separation_m
+
+    @property
+    def landed(self) -> int:
+        """See :attr:`aos_gcs.lab.flights.Flight.landed`."""
+        return self._settings.vehicles if self._swarm is None else self._swarm.landed
+
+    def fleet(self, clock: Clock) -> FlownFleet:
+        """See :meth:`aos_gcs.lab.flights.Flight.fleet`."""
+        settings, frame = self._settings, LocalFrame(self.origin)
+        camera = CameraModel.from_fov(settings.image_size_px, settings.image_size_px, FOV_RAD)
+        homes_enu_m = home_positions_enu_m(settings.vehicles)
+        swarm = self._swarm = FlownSwarm(clock, frame, homes_enu_m, self._errors, settings.seed)
+        cameras = ErringCameras(self._errors, camera, settings.seed)
+        return FlownFleet(
+            [
+                FlownVehicle(swarm, row, clock, frame, cameras=cameras, view=self._view, seed=settings.seed)
+                for row in range(settings.vehicles)
+            ]
+        )
+
+    def _view(self, pose: Pose, camera: CameraModel, at_s: float) -> NDArray[np.float32]:
+        return self._renderer.view(pose, camera, at_s, BACKDROP_STRIDE)
+
+
+def build_simulated_flight(settings: FlightSettings) -> SimulatedFlight:
+    """Build a flight; see :class:`aos_gcs.lab.flights.FlightBuilder`."""
+    return SimulatedFlight(settings)
+
+
+def _scene_parameters(settings: FlightSettings) -> SceneParameters:
+    """Draw what lies in the forest; a person's posture does not hang on whether there is one."""
+    rng = np.random.default_rng([settings.seed, 0xF1])
+    animals, stones, cloths, stumps, waters = (int(count) for count in rng.integers(0, MAX_OF_A_KIND + 1, 5))
+    if settings.conditions not in tuple(Conditions):
+        raise ConfigurationError(f"conditions must be one of {', '.join(Conditions)}, but are {settings.conditions!r}.")
+    return SceneParameters(
+        seed=settings.seed,
+        trees_per_ha=settings.trees_per_ha,
+        side_m=settings.side_m,
+        persons=int(settings.has_person),
+        posture=list(Posture)[int(rng.integers(len(Posture)))],
+        animals=animals,
+        stones=stones,
+        cloths=cloths,
+        stumps=stumps,
+        waters=waters,
+        conditions=Conditions(settings.conditions),
+        dressed=True,
+    )
+
+
+def _place(position_enu_m: NDArray[np.float64]) -> Place:
+    return float(position_enu_m[0]), float(position_enu_m[1])

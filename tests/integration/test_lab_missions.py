@@ -1,0 +1,64 @@
+"""``aos-gcs lab missions``: tiny missions over an open meadow, in virtual time."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from aos_gcs.airspace.limits import UNLIMITED
+from aos_gcs.cli import main
+from aos_gcs.lab.missions.store import MISSIONS_FILE
+
+SMALL = ("--densities", "20", "--vehicles", "3", "--side", "25", "--image-size", "128", "--errors", "none")
+STUDY = ("--missions", "1", "--no-person", "1", "--seed", "4")
+
+
+def command(*arguments: str) -> int:
+    with pytest.raises(SystemExit) as ended:
+        main(["--log-level", "error", "lab", "missions", *arguments])
+    return int(ended.value.code or 0)
+
+
+@pytest.mark.timeout(600)
+def test_missions_are_flown_judged_and_written_down(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out, document = tmp_path / "study", tmp_path / "missions.md"
+    options = ("--out", str(out), "--document", str(document), *SMALL, *STUDY)
+    assert command(*options) == 0
+    table = capsys.readouterr().out
+    lines = (out / MISSIONS_FILE).read_text(encoding="utf-8").splitlines()
+    found, empty = sorted(map(json.loads, lines), key=lambda line: line["key"]["has_person"], reverse=True)
+    for result in (found, empty):
+        assert result["landed"] == 3
+        assert result["coverage"] > 0.95
+        assert result["min_separation_m"] >= UNLIMITED.separation_m
+        assert result["duration_s"] > 60.0
+    assert (found["persons_found"], found["claims"], empty["claims"]) == (1, 1, 0)
+    assert found["errors_m"][0] < 0.5
+    assert 0.0 < found["claimed_after_s"][0] < found["duration_s"]
+    assert "| 20 | cool | none | 1, 1 | 1 of 1: 100 %" in table
+    assert document.read_text(encoding="utf-8").endswith(f"{table.rstrip()}\n\n<!-- End of the written part -->\n")
+
+    # What is there is not flown again.
+    assert command(*options) == 0
+    assert capsys.readouterr().out == table
+    assert (out / MISSIONS_FILE).read_text(encoding="utf-8").splitlines() == lines
+
+
+@pytest.mark.parametrize(
+    ("options", "expected"),
+    [
+        (("--errors", "perfect"), "--errors must be one of none, rtk, gnss, got 'perfect'"),
+        (("--conditions", "hail"), "conditions must be one of"),
+        (("--vehicles", "1"), "vehicles must lie within 2 and 100"),
+        (("--missions", "0", "--no-person", "0"), "--seed, --missions and --no-person"),
+        (("--jobs", "0"), "jobs must lie within 1 and 256"),
+        (("--densities", "many"), "--densities must be numbers"),
+    ],
+)
+def test_wrong_options_are_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], options: tuple[str, str], expected: str
+) -> None:
+    assert command("--out", str(tmp_path / "study"), *SMALL, *STUDY, *options) == 2
+    assert expected in " ".join(capsys.readouterr().err.split())

@@ -1,0 +1,143 @@
+"""The study of missions: keys, false convergences, figures, and its folder."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from aos_gcs.errors import ConfigurationError, InputDataError
+from aos_gcs.lab.missions.model import MissionKey, MissionResult, MissionsSettings, missing, mission_keys
+from aos_gcs.lab.missions.report import BEGIN_MARK, as_markdown, missions_frame, summarise, write_document
+from aos_gcs.lab.missions.store import MISSIONS_FILE, MissionsFolder
+from aos_gcs.mission.model.phase import Phase
+from aos_gcs.runtime.mission_study import false_approaches
+from tests.fakes.records import step_record
+
+PERSON = (0.0, 0.0)
+FOUND = MissionResult(
+    key=MissionKey(300.0, "cool", "rtk", True, 1),
+    persons=1,
+    claims=2,
+    true_claims=1,
+    persons_found=1,
+    errors_m=(0.2,),
+    claimed_after_s=(90.0,),
+    coverage=0.5,
+    area_ha=0.4,
+    false_convergences=1,
+    false_convergence_s=30.0,
+    min_separation_m=2.1,
+    landed=3,
+    outcome="found",
+    duration_s=300.0,
+    steps=40,
+    processor_s=9.0,
+)
+EMPTY = replace(
+    FOUND,
+    key=replace(FOUND.key, has_person=False),
+    persons=0,
+    claims=1,
+    true_claims=0,
+    persons_found=0,
+    errors_m=(),
+    claimed_after_s=(),
+    min_separation_m=1.9,
+    landed=2,
+)
+
+
+def test_every_kind_has_the_same_seeds() -> None:
+    keys = mission_keys([300.0, 400.0], ["cool"], ["rtk", "gnss"], 7, with_person=2, without_person=1)
+    assert len(keys) == len(set(keys)) == 12
+    assert [(key.has_person, key.seed) for key in keys[:3]] == [(True, 7), (True, 8), (False, 7)]
+    assert missing(keys, [replace(FOUND, key=keys[0])]) == keys[1:]
+
+
+@pytest.mark.parametrize(("with_person", "without_person", "seed"), [(0, 0, 0), (-1, 2, 0), (1, 1, -1)])
+def test_studies_of_nothing_are_refused(with_person: int, without_person: int, seed: int) -> None:
+    with pytest.raises(ConfigurationError, match="--seed, --missions and --no-person"):
+        mission_keys([300.0], ["cool"], ["rtk"], seed, with_person=with_person, without_person=without_person)
+
+
+@pytest.mark.parametrize("values", [{"vehicles": 1}, {"side_m": 5.0}, {"image_size_px": 8}])
+def test_settings_out_of_range_name_the_field(values: dict[str, float]) -> None:
+    with pytest.raises(ConfigurationError, match=next(iter(values))):
+        MissionsSettings(**values)
+
+
+def approach(number: int, phase: Phase, place: tuple[float, float] | None) -> object:
+    target = None if place is None else (*place, 0.0)
+    return replace(step_record(number), phase=phase, target_enu_m=target, elapsed_s=10.0 * number)
+
+
+def test_convergences_on_what_is_no_person_are_counted_with_their_time() -> None:
+    steps = [
+        approach(1, Phase.SCAN, None),
+        approach(2, Phase.CONVERGE, (20.0, 0.0)),
+        approach(3, Phase.CONVERGE, None),  # out of view: the same
+        approach(4, Phase.CONVERGE, (21.0, 0.0)),
+        approach(5, Phase.CONVERGE, (0.5, 0.0)),  # the person
+        approach(6, Phase.CONVERGE, (-20.0, 0.0)),
+        approach(7, Phase.CONVERGE, (30.0, 0.0)),
+        approach(8, Phase.SCAN, None),
+        approach(9, Phase.CONVERGE, (30.0, 0.0)),  # the last step lasts for no time
+    ]
+    assert false_approaches(steps, [PERSON]) == (3, 50.0)
+    assert false_approaches(steps, []) == (4, 60.0)
+
+
+def test_figures_have_their_intervals() -> None:
+    (group,) = summarise([FOUND, EMPTY, replace(EMPTY, key=replace(EMPTY.key, seed=2), claims=0)], vehicles=3)
+    assert (group.with_person, group.without_person) == (1, 2)
+    assert (group.precision.hits, group.precision.trials) == (1, 3)
+    assert (group.recall.hits, group.recall.trials) == (1, 1)
+    assert group.recall.low == pytest.approx(0.2065, abs=1e-3)  # Wilson
+    assert (group.false_per_ha.events, group.false_per_ha.hectares) == (1, pytest.approx(0.4))
+    assert group.false_per_ha.low == pytest.approx(0.0253 / 0.4, rel=0.01)  # exact Poisson
+    assert group.false_per_ha.high == pytest.approx(5.572 / 0.4, rel=0.01)
+    assert group.error_m.value == 0.2
+    assert group.coverage.low == group.coverage.high == 0.5
+    assert (group.min_separation_m, group.not_landed) == (1.9, 2)
+    text = as_markdown([group])
+    assert "| 300 | cool | rtk | 1, 2 | 1 of 3: 33 % (6 to 79) | 1 of 1: 100 % (21 to 100) |" in text
+    assert "1 in 0.40 ha: 2.50 (0.06 to 13.93) | 0.20 | 90 |" in text
+
+
+def test_nothing_claimed_and_nothing_searched_are_dashes() -> None:
+    (group,) = summarise([replace(FOUND, claims=0, persons_found=0, errors_m=(), claimed_after_s=())], vehicles=3)
+    assert "| 1, 0 | - | 0 of 1: 0 % (0 to 79) | - | - | - |" in as_markdown([group])
+
+
+def test_a_study_goes_on_where_it_was_cut(tmp_path: Path) -> None:
+    settings = MissionsSettings(vehicles=3)
+    folder = MissionsFolder(tmp_path, settings)
+    folder.append(FOUND)
+    folder.append(EMPTY)
+    with (tmp_path / MISSIONS_FILE).open("a", encoding="utf-8") as file:
+        file.write('{"key": {"tre')
+    folder = MissionsFolder(tmp_path, settings)
+    assert folder.results() == [EMPTY, FOUND]
+    with pytest.raises(ConfigurationError, match="other settings"):
+        MissionsFolder(tmp_path, MissionsSettings(vehicles=4))
+    (tmp_path / MISSIONS_FILE).write_text('{"key": {}}\n', encoding="utf-8")
+    with pytest.raises(InputDataError, match=r"Line 1 of .* is damaged"):
+        folder.results()
+
+
+def test_the_document_keeps_what_stands_around_the_figures(tmp_path: Path) -> None:
+    path = tmp_path / "missions.md"
+    groups = summarise([FOUND, EMPTY], vehicles=3)
+    write_document(path, missions_frame(path), MissionsSettings(vehicles=3), groups)
+    first = path.read_text(encoding="utf-8")
+    assert first.startswith(f"# Missions\n\n{BEGIN_MARK}\n\nn = 2 missions of 3 vehicles")
+    path.write_text(f"Before\n{first}After\n", encoding="utf-8")
+    write_document(path, missions_frame(path), MissionsSettings(vehicles=3), groups)
+    text = path.read_text(encoding="utf-8")
+    assert text.startswith("Before\n# Missions")
+    assert text.endswith("After\n")
+    path.write_text("By hand\n", encoding="utf-8")
+    with pytest.raises(ConfigurationError, match="lacks the lines"):
+        missions_frame(path)
