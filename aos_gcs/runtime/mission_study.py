@@ -14,7 +14,7 @@ from aos_gcs.lab.missions.model import HERE_M, MissionKey, MissionResult, Missio
 from aos_gcs.mission.model.decisions import ConclusionRecord
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.steps import StepRecord
-from aos_gcs.runtime.virtual_mission import FlownMission, fly
+from aos_gcs.runtime.virtual_mission import FlownMission, fly, mission_settings
 
 
 def fly_mission(settings: MissionsSettings, key: MissionKey) -> MissionResult:
@@ -32,7 +32,7 @@ def fly_mission(settings: MissionsSettings, key: MissionKey) -> MissionResult:
         )
     )
     begin_s = time.process_time()
-    mission = fly(flight, settings.vehicles, settings.strategy, key.seed)
+    mission = fly(flight, mission_settings(flight, settings.vehicles, settings.strategy, key.seed))
     return judge(key, flight, mission, time.process_time() - begin_s)
 
 

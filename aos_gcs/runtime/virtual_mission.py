@@ -18,7 +18,7 @@ from aos_gcs.mission.model.phase import OutcomeRecord
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.steps import Picture, StepRecord
 from aos_gcs.mission.model.vehicles import SettingsRecord
-from aos_gcs.planning.settings import DetectionSettings, MissionSettings, PreflightSettings
+from aos_gcs.planning.settings import MissionSettings, PreflightSettings
 from aos_gcs.ports import Capture
 from aos_gcs.runtime.virtual_time import InlineWorker, run
 
@@ -77,19 +77,16 @@ class FlownMission:
     """What was concluded, by step."""
 
 
-def fly(flight: Flight, vehicles: int, strategy: str, seed: int) -> FlownMission:
-    """Fly the search of a simulated area with the settings of missions, from the launch to the last landing.
+def mission_settings(flight: Flight, vehicles: int, strategy: str, seed: int) -> MissionSettings:
+    """Return the settings of an unattended search of a simulated area; what is not named is as in every mission.
 
     Args:
-        flight: the world; it can be flown once.
+        flight: the world.
         vehicles: number of vehicles.
         strategy: name of the swarm's strategy.
         seed: of the strategy's draws.
-
-    Raises:
-        ConfigurationError: the settings do not fit together.
     """
-    settings = MissionSettings(
+    return MissionSettings(
         vehicles=vehicles,
         any_vehicles=True,
         area_enu_m=flight.area_enu_m,
@@ -97,11 +94,18 @@ def fly(flight: Flight, vehicles: int, strategy: str, seed: int) -> FlownMission
         origin=flight.origin,
         strategy=strategy,
         seed=seed,
-        detection=DetectionSettings(),
         preflight=PreflightSettings(upload_fence=True),
         auto_start=True,
         auto_return=True,
     )
+
+
+def fly(flight: Flight, settings: MissionSettings) -> FlownMission:
+    """Fly a mission from the launch to the last landing; a flight can be flown once.
+
+    Raises:
+        ConfigurationError: the settings do not fit together.
+    """
     return run(_fly(flight, settings))
 
 

@@ -1,45 +1,59 @@
-"""A mission over the simulated forest with animals and stones in it: what it announces is the person, in virtual time.
+"""Missions over the simulated forest with animals and stones in it: what they announce are persons, in virtual time.
 
-The world is that of ``aos-gcs sim --vehicles 5 --seed 1 --animals 3 --stones 3``, the area the strip of it in which two
-deer lie nearer to the launch site than the person.
+The world of the first is that of ``aos-gcs sim --vehicles 5 --seed 1 --animals 3 --stones 3``, the area the strip of it
+in which two deer lie nearer to the launch site than the person.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from aos_gcs.imaging.step.settings import ImagingSettings
+from aos_gcs.airspace.limits import UNLIMITED
 from aos_gcs.mission.model.phase import Outcome
 from aos_gcs.planning.settings import DetectionSettings
 from aos_gcs.runtime.evaluation import HERE_M
-from aos_sim.render import Renderer
-from aos_sim.world.scene import SceneParameters, build_scene
-from tests.fakes.air import Air
-from tests.fakes.air_flight import flying_over
+from aos_gcs.runtime.virtual_mission import FlownMission, fly, mission_settings
+from aos_sim.errors.model import USUAL
+from aos_sim.flights.world import SimulatedFlight
+from aos_sim.world.scene import Scene, SceneParameters, build_scene
 
-pytestmark = [pytest.mark.looptime, pytest.mark.timeout(600)]
+pytestmark = pytest.mark.timeout(600)
 
 STRIP_ENU_M = ((-20.0, 30.0), (20.0, 30.0), (20.0, 50.0), (-20.0, 50.0))
 
 
-async def test_deer_on_the_way_are_no_persons_and_the_person_behind_them_is_found(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def search_strip(scene: Scene, detection: DetectionSettings) -> FlownMission:
+    flight = SimulatedFlight(scene, USUAL, vehicles=5, image_size_px=192, seed=1)
+    settings = mission_settings(flight, vehicles=5, strategy="aos-apso", seed=0)
+    mission = fly(flight, replace(settings, area_enu_m=STRIP_ENU_M, detection=detection))
+    assert flight.landed == 5
+    assert flight.min_separation_m is not None
+    assert flight.min_separation_m >= UNLIMITED.separation_m
+    return mission
+
+
+def test_deer_on_the_way_are_no_persons_and_the_person_behind_them_is_found() -> None:
     scene = build_scene(SceneParameters(seed=1, animals=3, stones=3))
     (person,) = scene.persons
-    changes = {"area_enu_m": STRIP_ENU_M, "imaging": ImagingSettings(), "image_size_px": 192}
-    detection = DetectionSettings(look_steps=6, stop_at_first=True)
-    async with flying_over(monkeypatch, Air(), 5, scene=Renderer(scene), detection=detection, **changes) as flight:
-        assert await flight.run is Outcome.FOUND
-    findings = flight.mission.view.snapshot().findings
+    mission = search_strip(scene, DetectionSettings(look_steps=6, stop_at_first=True))
+    findings = mission.snapshot.findings
+    assert mission.snapshot.outcome is Outcome.FOUND
     (claim,) = (finding for finding in findings if finding.is_claimed)
     assert math.dist(claim.position_enu_m[:2], person.position_enu_m[:2]) < 1.0
-    assert len([text for text in flight.texts() if text.startswith("Possible person")]) == 1
     others_enu_m = np.array([other.position_enu_m[:2] for other in scene.distractors])
     for finding in findings:
         offsets_m = np.linalg.norm(others_enu_m - np.array(finding.position_enu_m[:2]), axis=1)
         assert finding is claim or offsets_m.min() < HERE_M
         assert finding.stands is (finding is claim)
+
+
+def test_without_a_person_nothing_is_announced() -> None:
+    scene = build_scene(SceneParameters(seed=1, persons=0, animals=3, stones=3))
+    mission = search_strip(scene, DetectionSettings(look_steps=6))
+    assert mission.snapshot.outcome is Outcome.NOT_FOUND
+    assert mission.snapshot.covered_fraction == 1.0
+    assert not any(finding.stands for finding in mission.snapshot.findings)

@@ -110,11 +110,13 @@ class FlownSwarm:
     @property
     def min_separation_m(self) -> float | None:
         """Smallest true 3-D distance of two vehicles so far."""
+        self.advance()
         return self._separation.smallest_m
 
     @property
     def landed(self) -> int:
         """Number of vehicles that stand on the ground, disarmed."""
+        self.advance()
         return sum(one.on_ground and not pilot.armed for one, pilot in zip(self.kinematics, self.pilots, strict=True))
 
     def motion(self, row: int) -> Motion:

@@ -15,14 +15,14 @@ from aos_gcs.geometry.poses import Pose
 from aos_gcs.lab.flights import FlightSettings, Place
 from aos_gcs.ports import Clock, Vehicle
 from aos_sim.errors.cameras import ErringCameras
-from aos_sim.errors.model import error_model
+from aos_sim.errors.model import ErrorModel, error_model
 from aos_sim.flights.swarm import FlownSwarm
 from aos_sim.flights.vehicle import FlownVehicle
 from aos_sim.render.renderer import Renderer
 from aos_sim.swarm import DEFAULT_ORIGIN, MAX_VEHICLES, home_positions_enu_m
 from aos_sim.world.conditions import Conditions
 from aos_sim.world.person import Posture
-from aos_sim.world.scene import SceneParameters, build_scene
+from aos_sim.world.scene import Scene, SceneParameters, build_scene
 
 FOV_RAD = math.radians(50.0)
 MAX_OF_A_KIND = 2
@@ -43,15 +43,28 @@ class FlownFleet:
 
 
 class SimulatedFlight:
-    """See :class:`aos_gcs.lab.flights.Flight`."""
+    """See :class:`aos_gcs.lab.flights.Flight`.
 
-    def __init__(self, settings: FlightSettings) -> None:
-        if not 2 <= settings.vehicles <= MAX_VEHICLES:
-            raise ConfigurationError(f"vehicles must lie within 2 and {MAX_VEHICLES}, got {settings.vehicles}.")
-        self._settings = settings
-        self._errors = error_model(settings.errors)
-        self._scene = build_scene(_scene_parameters(settings))
-        self._renderer = Renderer(self._scene, wind=self._errors.wind)
+    Args:
+        scene: the world.
+        errors: errors of vehicles and cameras, and the wind.
+        vehicles: number of vehicles.
+        image_size_px: edge of the square images.
+        seed: of all errors.
+
+    Raises:
+        ConfigurationError: a value is out of its range.
+    """
+
+    def __init__(self, scene: Scene, errors: ErrorModel, vehicles: int, image_size_px: int, seed: int) -> None:
+        if not 2 <= vehicles <= MAX_VEHICLES:
+            raise ConfigurationError(f"vehicles must lie within 2 and {MAX_VEHICLES}, got {vehicles}.")
+        self._scene = scene
+        self._errors = errors
+        self._vehicles = vehicles
+        self._camera = CameraModel.from_fov(image_size_px, image_size_px, FOV_RAD)
+        self._seed = seed
+        self._renderer = Renderer(scene, wind=errors.wind)
         self._swarm: FlownSwarm | None = None
 
     @property
@@ -77,19 +90,17 @@ class SimulatedFlight:
     @property
     def landed(self) -> int:
         """See :attr:`aos_gcs.lab.flights.Flight.landed`."""
-        return self._settings.vehicles if self._swarm is None else self._swarm.landed
+        return self._vehicles if self._swarm is None else self._swarm.landed
 
     def fleet(self, clock: Clock) -> FlownFleet:
         """See :meth:`aos_gcs.lab.flights.Flight.fleet`."""
-        settings, frame = self._settings, LocalFrame(self.origin)
-        camera = CameraModel.from_fov(settings.image_size_px, settings.image_size_px, FOV_RAD)
-        homes_enu_m = home_positions_enu_m(settings.vehicles)
-        swarm = self._swarm = FlownSwarm(clock, frame, homes_enu_m, self._errors, settings.seed)
-        cameras = ErringCameras(self._errors, camera, settings.seed)
+        frame, homes_enu_m = LocalFrame(self.origin), home_positions_enu_m(self._vehicles)
+        swarm = self._swarm = FlownSwarm(clock, frame, homes_enu_m, self._errors, self._seed)
+        cameras = ErringCameras(self._errors, self._camera, self._seed)
         return FlownFleet(
             [
-                FlownVehicle(swarm, row, clock, frame, cameras=cameras, view=self._view, seed=settings.seed)
-                for row in range(settings.vehicles)
+                FlownVehicle(swarm, row, clock, frame, cameras=cameras, view=self._view, seed=self._seed)
+                for row in range(self._vehicles)
             ]
         )
 
@@ -99,7 +110,9 @@ class SimulatedFlight:
 
 def build_simulated_flight(settings: FlightSettings) -> SimulatedFlight:
     """Build a flight; see :class:`aos_gcs.lab.flights.FlightBuilder`."""
-    return SimulatedFlight(settings)
+    errors = error_model(settings.errors)
+    scene = build_scene(_scene_parameters(settings))
+    return SimulatedFlight(scene, errors, settings.vehicles, settings.image_size_px, settings.seed)
 
 
 def _scene_parameters(settings: FlightSettings) -> SceneParameters:
