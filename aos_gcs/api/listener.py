@@ -6,6 +6,7 @@ import errno
 import socket
 from dataclasses import dataclass
 
+from aos_gcs.api.port_holder import find_holder
 from aos_gcs.errors import LinkError
 
 
@@ -34,9 +35,9 @@ def listen(host: str, port: int) -> socket.socket:
         listener = socket.create_server((host, port), family=family)
     except OSError as error:
         if error.errno == errno.EADDRINUSE:
-            raise LinkError(
-                f"port {port} is in use: stop the other program or choose another port with --port"
-            ) from error
+            holder = find_holder(port)
+            by = ": stop the other program" if holder is None else f" by {holder.describe()}"
+            raise LinkError(f"port {port} is in use{by} or choose another port with --port") from error
         raise LinkError(f"cannot listen on {host} port {port}: {error.strerror or error}") from error
     # Connections inherit it. Without, the kernel holds back what follows an answer's head for some 40 ms; asyncio would
     # switch that off itself only on sockets that name their protocol.

@@ -5,12 +5,15 @@ from __future__ import annotations
 import asyncio
 import functools
 import json
+import os
 import socket
 from collections.abc import Callable
 from typing import Any
+from unittest.mock import create_autospec
 
 import httpx
 import pytest
+from fastapi import WebSocket
 from hypothesis import given
 from hypothesis import strategies as st
 from websockets.asyncio.client import ClientConnection, connect
@@ -24,6 +27,7 @@ from aos_gcs.api.events.state import REVISIONS_KEPT, MissionState
 from aos_gcs.api.models.messages import SERVER_MESSAGE
 from aos_gcs.api.models.mission import MissionModel
 from aos_gcs.api.openapi import make_document
+from aos_gcs.api.routers.events import follow_events
 from aos_gcs.api.server import serve
 from aos_gcs.clock import LoopClock
 from aos_gcs.errors import LinkError
@@ -359,9 +363,21 @@ async def test_server_ends_with_open_connections_and_frees_its_port(mission: Scr
 async def test_port_in_use_is_told_before_anything_starts(mission: ScriptedMission) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
-        with pytest.raises(LinkError, match=f"port {port} is in use: stop the other program or choose another port"):
+        with pytest.raises(
+            LinkError, match=rf"port {port} is in use by process {os.getpid()} \(.*\): stop it or choose"
+        ):
             async with serve(app_of(mission), port=port):
                 pass
+
+
+async def test_a_connection_that_the_server_has_closed_ends_quietly(mission: ScriptedMission) -> None:
+    """The server closes connections when it ends, also between two messages."""
+    websocket = create_autospec(WebSocket, instance=True)
+    websocket.send_text.side_effect = RuntimeError('Cannot call "send" once a close message has been sent.')
+    websocket.receive.side_effect = asyncio.Event().wait
+    async with asyncio.timeout(5.0):
+        await follow_events(websocket, EventHub(mission))
+    websocket.send_text.assert_called_once()
 
 
 async def test_host_that_is_not_ours_is_told(mission: ScriptedMission) -> None:

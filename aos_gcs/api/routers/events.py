@@ -29,6 +29,8 @@ SEND_TIMEOUT_S = 10.0
 HOLDS_AT_ONCE: Final = 8
 """Holds of one client in progress; more are not answered."""
 _DONE: Final = 200
+_GONE: Final = 1006
+"""Code of connections that have ended without a word."""
 
 
 @router.get("/api/events")
@@ -103,4 +105,7 @@ async def _next_message(outbox: Outbox) -> str:
 
 async def _send(websocket: WebSocket, text: str) -> None:
     async with asyncio.timeout(SEND_TIMEOUT_S):
-        await websocket.send_text(text)
+        try:
+            await websocket.send_text(text)
+        except RuntimeError as error:  # the server has closed the connection meanwhile, as it does when it ends
+            raise WebSocketDisconnect(_GONE) from error
