@@ -76,7 +76,7 @@ class CameraState:
     failed: int = 0
     """Frames that failed otherwise: the camera did not expose, or the file cannot be used."""
     problem: str = ""
-    """Reason why the latest missing frame is missing."""
+    """Reason why the latest missing frame is missing; empty once a frame has been delivered since."""
 
 
 @dataclass(frozen=True, slots=True)

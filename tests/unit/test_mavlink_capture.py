@@ -232,6 +232,20 @@ async def test_a_mute_camera_fails_at_the_deadline_and_a_missing_one_at_once() -
         assert network.clock.now_s() == pytest.approx(5.0, abs=0.01)
 
 
+async def test_a_camera_that_is_found_later_takes_back_that_there_is_none() -> None:
+    async with open_network(CameraVehicle(), fetcher=RecordedFetcher()) as network:
+        network.vehicle()._record.camera = None
+        for _ in range(3):
+            with pytest.raises(CaptureError, match="no camera"):
+                await network.vehicle().capture(5.0)
+        await settle(network)
+        for _ in range(2):
+            await network.vehicle().capture(network.clock.now_s() + 10.0)
+        told = [notice.text for notice in network.notices if "camera" in notice.text]
+        assert told == [*["no image from vehicle 1: no camera detected"] * 2, "its camera delivers images"]
+        assert network.vehicle().state.camera.problem == ""
+
+
 def gap_requests(vehicle: CameraVehicle) -> list[tuple[float, float]]:
     """Return the parameters 2 and 3 of what was asked of lost messages about images."""
     return [

@@ -30,10 +30,14 @@ class FrameCounts:
         self._frames = 0
         self._missed = {"refused": 0, "late": 0, "torn": 0, "failed": 0}
         self._problem = ""
+        self._is_told = False
+        """Whether a missing frame was notified of since the last one that was used."""
 
-    def count_used(self) -> None:
-        """Count a frame that was used."""
+    def count_used(self) -> bool:
+        """Count a frame that was used; return whether to notify: the problem that was told is over."""
         self._frames += 1
+        is_over, self._is_told, self._problem = self._is_told, False, ""
+        return is_over
 
     def count_missed(self, error: CaptureError) -> bool:
         """Count a missed frame; return whether to notify: for the first, second, fourth … of its kind."""
@@ -41,7 +45,9 @@ class FrameCounts:
         self._missed[kind] += 1
         self._problem = str(error)
         count = self._missed[kind]
-        return count & (count - 1) == 0
+        is_told = count & (count - 1) == 0
+        self._is_told = self._is_told or is_told
+        return is_told
 
     def state(self) -> CameraState:
         """Return the snapshot that crosses the port."""

@@ -50,7 +50,8 @@ class CaptureRunner:
             raise
         finally:
             self._is_busy = False
-        record.frames.count_used()
+        if record.frames.count_used():
+            self._tools.notify(Notice(Severity.INFO, "its camera delivers images", record.vehicle_id))
         return capture
 
     def _check(self, capture: Capture) -> None:
