@@ -8,7 +8,7 @@ from aos_drivers.links.framing import FrameParser
 from aos_drivers.mavlink.peers import Outgoing
 from aos_drivers.mavlink.session import Event, MavlinkSession
 from aos_gcs.ports import FlightMode, LandedState, Notice, Severity
-from tests.fakes.mavlink_vehicle import HOME, Encoder, FakeVehicle
+from tests.fakes.mavlink_vehicle import COPTER_GUIDED, HOME, Encoder, FakeVehicle
 
 A, B = PeerAddress(0, "10.0.0.1", 5001), PeerAddress(0, "10.0.0.2", 5002)
 
@@ -503,3 +503,24 @@ def test_a_camera_is_found_by_its_heartbeat_and_asked_about_itself() -> None:
     session.poll(0.1)
     asked = requested(session.take_outgoing(), mavlink.MAV_CMD_REQUEST_MESSAGE)
     assert {mavlink.MAVLINK_MSG_ID_CAMERA_INFORMATION, mavlink.MAVLINK_MSG_ID_CAMERA_CAPTURE_STATUS} <= set(asked)
+
+
+@pytest.mark.parametrize(
+    ("type_mask", "is_taken_over"),
+    [(0b1101_1111_1000, False), (0b1100_0000_0111, True), (0b1100_0011_1111, True)],
+    ids=["its position", "velocity", "acceleration"],
+)
+def test_targets_of_arducopter_that_are_no_position_are_those_of_another_station(
+    type_mask: int, is_taken_over: bool
+) -> None:
+    """Masks as ArduCopter in software has sent them in GUIDED; meanwhile it reports no global target."""
+    session, vehicle = new_session(), FakeVehicle()
+    vehicle.armed, vehicle.custom_mode = True, COPTER_GUIDED
+    session.feed(vehicle.heartbeat(), A, 0.0)
+    control = session.records[1].control
+    control.begin(frozenset({"GUIDED"}), HOME)
+    control.confirm(HOME, 1.0, has_target=True)
+    target = mavlink.MAVLink_position_target_local_ned_message(0, mavlink.MAV_FRAME_LOCAL_NED, type_mask, *[1.0] * 11)
+    for second in range(3, 6):
+        session.feed(vehicle.heartbeat() + vehicle.encoder.pack(target), A, float(second))
+    assert bool(session.records[1].state(6.0).taken_over) is is_taken_over
