@@ -124,6 +124,7 @@ class FakeVehicle:
     gps_fix: int = 6
     horizontal_accuracy_m: float | None = 0.015
     vertical_accuracy_m: float | None = 0.03
+    altitude_test_ratio: float | None = None
     armed: bool = False
     mode: FlightMode = FlightMode.GUIDED
     battery_fraction: float = 0.9
@@ -232,6 +233,7 @@ class FakeVehicle:
             failsafe=self.failsafe,
             horizontal_accuracy_m=self.horizontal_accuracy_m,
             vertical_accuracy_m=self.vertical_accuracy_m,
+            altitude_test_ratio=self.altitude_test_ratio,
             gps_altitude_amsl_m=ORIGIN.altitude_amsl_m + true_up_m + self.errors.receiver_up_m(now_s),
             pressure_hpa=1013.25 * (1.0 - (ORIGIN.altitude_amsl_m + true_up_m) / 44330.77) ** 5.25588,
         )

@@ -123,7 +123,8 @@ def degrade(flight: Flight, vehicle_ids: range, **reported: object) -> None:
 
 
 def told(flight: Flight) -> list[str]:
-    return [text for text in flight.texts() if text.startswith(("its altitude is accurate to", "it has lost its RTK"))]
+    beginnings = "its altitude is accurate to", "it has lost its RTK", "its estimator rejects"
+    return [text for text in flight.texts() if text.startswith(beginnings)]
 
 
 @pytest.mark.parametrize(
@@ -131,8 +132,9 @@ def told(flight: Flight) -> list[str]:
     [
         ({"vertical_accuracy_m": 1.5}, "its altitude is accurate to ± 3.0 m only (95 %), layers of 2 m bear ± 0.2 m"),
         ({"gps_fix": 3}, "it has lost its RTK fix, which layers of 2 m need"),
+        ({"altitude_test_ratio": 1.2}, "its estimator rejects the heights that it measures (120% of what it accepts)"),
     ],
-    ids=["accuracy", "fix"],
+    ids=["accuracy", "fix", "estimator"],
 )
 async def test_a_vehicle_whose_altitude_becomes_inaccurate_leaves_and_others_keep_clear(
     reported: dict[str, object], words: str

@@ -17,6 +17,8 @@ from aos_gcs.ports import Clock, Severity, Takeoff
 
 _LASTING_S: Final = 5.0
 """Time for which an altitude is less accurate than the layers bear before it counts: spikes are shorter."""
+_REJECTED_RATIO: Final = 1.0
+"""Test ratio of the altitude from which estimators of both autopilots ignore what they measure."""
 _WORSE: Final = 1.5
 """Factor by which an accuracy that was accepted on the ground may get worse."""
 
@@ -94,4 +96,7 @@ class AccuracyWatch:
             return f"its altitude is accurate to ± {CONFIDENCE * vertical_m:.1f} m only (95 %), {layers}"
         if layer_spacing_m < MIN_LAYERS_WITHOUT_RTK_M and accepted.has_rtk and fix is not None and fix < RTK_FLOAT:
             return f"it has lost its RTK fix, which layers of {layer_spacing_m:g} m need"
+        ratio = member.state.altitude_test_ratio
+        if ratio is not None and ratio >= _REJECTED_RATIO:
+            return f"its estimator rejects the heights that it measures ({ratio:.0%} of what it accepts)"
         return ""
