@@ -1,0 +1,117 @@
+"""Missions of a study, and what each of them has come to."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+from aos_gcs.errors import ConfigurationError
+
+HERE_M = 3.0
+"""A claim farther from every person than this is a false one."""
+
+
+@dataclass(frozen=True, slots=True)
+class MissionsSettings:
+    """Settings that all missions of a study have in common.
+
+    Raises:
+        ConfigurationError: a value is out of its range; the text names it.
+    """
+
+    strategy: str = "aos-apso"
+    vehicles: int = 10
+    side_m: float = 60.0
+    """Side of the forest, which is the search area."""
+    image_size_px: int = 192
+    version: str = ""
+    """Version of the program: results of another one belong to another study."""
+
+    def __post_init__(self) -> None:
+        for name, low, high in (("vehicles", 2, 100), ("side_m", 20, 300), ("image_size_px", 64, 4096)):
+            if not low <= getattr(self, name) <= high:
+                raise ConfigurationError(f"{name} must lie within {low} and {high}, but is {getattr(self, name):g}.")
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class MissionKey:
+    """One mission."""
+
+    trees_per_ha: float
+    conditions: str
+    """Weather and time of day."""
+    errors: str
+    """Grade of the errors of vehicles and cameras."""
+    has_person: bool
+    seed: int
+
+
+@dataclass(frozen=True, slots=True)
+class MissionResult:
+    """What a mission has claimed and cost, judged by the truth."""
+
+    key: MissionKey
+    persons: int
+    """Persons in the forest."""
+    claims: int
+    """Findings that were announced as possible persons."""
+    true_claims: int
+    """Those of them that lie within 3 m of a person."""
+    persons_found: int
+    """Persons with such a claim."""
+    errors_m: tuple[float, ...]
+    """Horizontal distance of each person found from the nearest claim."""
+    claimed_after_s: tuple[float, ...]
+    """Time from the start to the claim of each person found."""
+    coverage: float
+    """Share of the search area that was in a frame."""
+    area_ha: float
+    """Search area."""
+    false_convergences: int
+    """Times that the swarm converged on something more than 3 m from every person."""
+    false_convergence_s: float
+    """Time that this took."""
+    min_separation_m: float | None
+    """Smallest true 3-D distance of two vehicles."""
+    landed: int
+    """Vehicles that stand on the ground, disarmed, at the end."""
+    outcome: str
+    duration_s: float
+    """Time from the start to the end, in the mission's own time."""
+    steps: int
+    processor_s: float
+    """Processor time of the flight, without its forest."""
+
+
+def mission_keys(
+    densities: Sequence[float],
+    conditions: Sequence[str],
+    errors: Sequence[str],
+    seed: int,
+    *,
+    with_person: int,
+    without_person: int,
+) -> tuple[MissionKey, ...]:
+    """Return the missions of a study: so many of both kinds for each density, condition and grade of errors.
+
+    Raises:
+        ConfigurationError: there is none.
+    """
+    if seed < 0 or min(with_person, without_person) < 0 or with_person + without_person < 1:
+        raise ConfigurationError(
+            f"--seed, --missions and --no-person must be at least 0, one of the latter at least 1, but are {seed}, "
+            f"{with_person} and {without_person}."
+        )
+    kinds = ((True, with_person), (False, without_person))
+    return tuple(
+        MissionKey(trees_per_ha, condition, grade, has_person, seed + number)
+        for trees_per_ha, condition, grade, (has_person, count) in product(densities, conditions, errors, kinds)
+        for number in range(count)
+    )
+
+
+def missing(keys: Iterable[MissionKey], results: Iterable[MissionResult]) -> tuple[MissionKey, ...]:
+    """Return the missions that are still to be flown."""
+    done = {result.key for result in results}
+    return tuple(key for key in keys if key not in done)

@@ -1,0 +1,243 @@
+"""Figures of the study of missions, with their intervals, and docs/missions.md."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.lab.document import DocumentFrame, document_frame
+from aos_gcs.lab.missions.model import MissionResult, MissionsSettings
+from aos_gcs.lab.report import markdown_table
+from aos_gcs.lab.statistics import CONFIDENCE, Share
+
+BEGIN_MARK = "<!-- Written by aos-gcs lab missions; do not edit below -->"
+_TITLE = "# Missions"
+_RESAMPLES = 2000
+_MIN_FOR_INTERVAL = 3
+"""Values below which a figure has no interval worth the name."""
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """A figure of several values with its bootstrap interval; NaN where there are too few."""
+
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, slots=True)
+class Rate:
+    """Events per hectare with their exact Poisson interval."""
+
+    events: int
+    hectares: float
+    low: float
+    high: float
+
+    @property
+    def value(self) -> float:
+        """Events per hectare; NaN without an area."""
+        return self.events / self.hectares if self.hectares else math.nan
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """Figures of the missions of one density, condition and grade of errors."""
+
+    trees_per_ha: float
+    conditions: str
+    errors: str
+    with_person: int
+    """Missions with a person."""
+    without_person: int
+    precision: Share
+    """Claims that were right, over all missions of the group."""
+    recall: Share
+    """Persons that were found."""
+    false_per_ha: Rate
+    """False claims per searched hectare of the missions without a person."""
+    claimed_after_s: Figure
+    """Median time from the start to the claim of a person."""
+    error_m: Figure
+    """Median position error."""
+    coverage: Figure
+    """Mean share of the area that was in a frame."""
+    false_convergences: Figure
+    """Mean number per mission."""
+    false_convergence_min: Figure
+    """Mean time that they cost a mission, minutes."""
+    duration_min: Figure
+    """Mean duration of a mission, minutes."""
+    min_separation_m: float
+    """Smallest of all missions; NaN without any."""
+    not_landed: int
+    """Vehicles that did not stand on the ground at the end."""
+    processor_s: float
+    """Mean processor time of a mission."""
+
+
+def summarise(results: Iterable[MissionResult], vehicles: int) -> list[Group]:
+    """Return the figures per density, condition and grade of errors, in this order."""
+    groups: dict[tuple[float, str, str], list[MissionResult]] = {}
+    for result in results:
+        key = result.key
+        groups.setdefault((key.trees_per_ha, key.conditions, key.errors), []).append(result)
+    return [_group(groups[key], vehicles) for key in sorted(groups)]
+
+
+def _group(results: Sequence[MissionResult], vehicles: int) -> Group:
+    key = results[0].key
+    empty = [one for one in results if not one.key.has_person]
+    separations_m = [one.min_separation_m for one in results if one.min_separation_m is not None]
+    return Group(
+        trees_per_ha=key.trees_per_ha,
+        conditions=key.conditions,
+        errors=key.errors,
+        with_person=len(results) - len(empty),
+        without_person=len(empty),
+        precision=Share.of(sum(one.true_claims for one in results), sum(one.claims for one in results)),
+        recall=Share.of(sum(one.persons_found for one in results), sum(one.persons for one in results)),
+        false_per_ha=_rate(sum(one.claims for one in empty), sum(one.coverage * one.area_ha for one in empty)),
+        claimed_after_s=_figure([time_s for one in results for time_s in one.claimed_after_s], np.median),
+        error_m=_figure([error_m for one in results for error_m in one.errors_m], np.median),
+        coverage=_figure([one.coverage for one in results], np.mean),
+        false_convergences=_figure([one.false_convergences for one in results], np.mean),
+        false_convergence_min=_figure([one.false_convergence_s / 60.0 for one in results], np.mean),
+        duration_min=_figure([one.duration_s / 60.0 for one in results], np.mean),
+        min_separation_m=min(separations_m, default=math.nan),
+        not_landed=sum(vehicles - one.landed for one in results),
+        processor_s=float(np.mean([one.processor_s for one in results])),
+    )
+
+
+def _figure(values: Sequence[float], statistic: Callable[[NDArray[np.float64]], np.floating]) -> Figure:
+    sample = np.array(values, dtype=np.float64)
+    value = float(statistic(sample)) if len(sample) else math.nan
+    if len(sample) < _MIN_FOR_INTERVAL:
+        return Figure(value, math.nan, math.nan)
+    if np.ptp(sample) == 0.0:
+        return Figure(value, value, value)
+    # A second to import, which only what computes intervals should pay, here and below.
+    from scipy import stats  # noqa: PLC0415
+
+    interval = stats.bootstrap(
+        (sample,), statistic, n_resamples=_RESAMPLES, confidence_level=CONFIDENCE, method="percentile", rng=0
+    ).confidence_interval
+    return Figure(value, float(interval.low), float(interval.high))
+
+
+def _rate(events: int, hectares: float) -> Rate:
+    if hectares == 0.0:
+        return Rate(events, 0.0, 0.0, math.inf)
+    from scipy import stats  # noqa: PLC0415
+
+    tail = (1.0 - CONFIDENCE) / 2.0
+    low = float(stats.chi2.ppf(tail, 2 * events)) / 2.0 if events else 0.0
+    high = float(stats.chi2.ppf(1.0 - tail, 2 * events + 2)) / 2.0
+    return Rate(events, hectares, low / hectares, high / hectares)
+
+
+def as_markdown(groups: Sequence[Group]) -> str:
+    """Return the figures as two tables: what was claimed, and what it cost."""
+    claims = markdown_table(
+        [
+            "trees/ha",
+            "conditions",
+            "errors",
+            "missions with, without a person",
+            "precision of claims",
+            "recall of persons",
+            "false claims per searched ha without a person",
+            "median error, m",
+            "median time to a person's claim, s",
+        ],
+        (
+            [
+                *_name(one),
+                f"{one.with_person}, {one.without_person}",
+                _share(one.precision),
+                _share(one.recall),
+                _per_hectare(one.false_per_ha),
+                _text(one.error_m, 2),
+                _text(one.claimed_after_s, 0),
+            ]
+            for one in groups
+        ),
+    )
+    costs = markdown_table(
+        [
+            "trees/ha",
+            "conditions",
+            "errors",
+            "mean coverage, %",
+            "false convergences per mission",
+            "minutes they cost",
+            "duration, min",
+            "smallest separation, m",
+            "vehicles not landed",
+            "processor time per mission, s",
+        ],
+        (
+            [
+                *_name(one),
+                _text(one.coverage, 1, 100.0),
+                _text(one.false_convergences, 1),
+                _text(one.false_convergence_min, 1),
+                _text(one.duration_min, 1),
+                f"{one.min_separation_m:.2f}",
+                str(one.not_landed),
+                f"{one.processor_s:.0f}",
+            ]
+            for one in groups
+        ),
+    )
+    return f"{claims}\n\n{costs}\n"
+
+
+def missions_frame(path: Path) -> DocumentFrame:
+    """Return the text around the written part of the document; see ``aos_gcs.lab.document``."""
+    return document_frame(path, BEGIN_MARK, _TITLE)
+
+
+def write_document(path: Path, frame: DocumentFrame, settings: MissionsSettings, groups: Sequence[Group]) -> None:
+    """Write the document, or renew its written part."""
+    flown = sum(one.with_person + one.without_person for one in groups)
+    body = (
+        f"n = {flown} missions of {settings.vehicles} vehicles with {settings.strategy} over "
+        f"{settings.side_m:g} x {settings.side_m:g} m, images of {settings.image_size_px} x {settings.image_size_px} "
+        f"pixels. In brackets: intervals of {100 * CONFIDENCE:.0f} % (shares by Wilson, rates by Poisson, the others "
+        f"by bootstrap; none below {_MIN_FOR_INTERVAL} values).\n\n{as_markdown(groups).rstrip()}"
+    )
+    path.write_text(frame.format(body=body), encoding="utf-8")
+
+
+def _name(group: Group) -> tuple[str, str, str]:
+    return f"{group.trees_per_ha:g}", group.conditions, group.errors
+
+
+def _share(share: Share) -> str:
+    if not share.trials:
+        return "-"
+    low, high = 100 * share.low, 100 * share.high
+    return f"{share.hits} of {share.trials}: {100 * share.value:.0f} % ({low:.0f} to {high:.0f})"
+
+
+def _per_hectare(rate: Rate) -> str:
+    if not rate.hectares:
+        return "-"
+    return f"{rate.events} in {rate.hectares:.2f} ha: {rate.value:.2f} ({rate.low:.2f} to {rate.high:.2f})"
+
+
+def _text(figure: Figure, digits: int, factor: float = 1.0) -> str:
+    if math.isnan(figure.value):
+        return "-"
+    value = f"{factor * figure.value:.{digits}f}"
+    if math.isnan(figure.low):
+        return value
+    return f"{value} ({factor * figure.low:.{digits}f} to {factor * figure.high:.{digits}f})"

@@ -1,0 +1,42 @@
+"""The study of missions in a folder: a line per mission that has ended."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from aos_gcs.lab.missions.model import MissionKey, MissionResult, MissionsSettings
+from aos_gcs.lab.study_folder import ResultLines, read_lines
+
+MISSIONS_FILE = "missions.jsonl"
+SUMMARY_FILE = "summary.md"
+
+
+class MissionsFolder(ResultLines):
+    """Settings, missions and figures of a study; a mission of which a crash has cut the line is flown again."""
+
+    def __init__(self, path: Path, settings: MissionsSettings) -> None:
+        """Open a folder, or make it; see :class:`~aos_gcs.lab.study_folder.ResultLines`."""
+        super().__init__(path, settings, MISSIONS_FILE)
+
+    def append(self, result: MissionResult) -> None:
+        """Write down a mission that has ended."""
+        self.append_line(result)
+
+    def results(self) -> list[MissionResult]:
+        """Return the missions so far, in the order of their keys.
+
+        Raises:
+            InputDataError: a line is damaged.
+        """
+        results = read_lines(self.path / MISSIONS_FILE, _parse, lambda result: result.key)
+        return sorted(results.values(), key=lambda result: result.key)
+
+    def write_summary(self, text: str) -> None:
+        """Write the table of figures."""
+        (self.path / SUMMARY_FILE).write_text(text, encoding="utf-8")
+
+
+def _parse(table: dict[str, Any]) -> MissionResult:
+    lists = {name: tuple(table[name]) for name in ("errors_m", "claimed_after_s")}
+    return MissionResult(**{**table, **lists, "key": MissionKey(**table["key"])})
