@@ -12,7 +12,7 @@ import math
 import re
 import types
 import typing
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import MISSING, fields, is_dataclass
 from enum import Enum
 from typing import Any, Final, TypeVar, cast
@@ -23,6 +23,9 @@ T = TypeVar("T")
 
 _ARRAY_TYPES: Final = re.compile(r"[<>|=]?(b1|[iu][1248]|f[248])")
 """NumPy's names of the types that arrays of the mission have."""
+
+Decoder = Callable[[Any], object]
+"""Reads a value of one type; raises ValueError where the data do not fit."""
 
 Json = None | bool | int | float | str | list["Json"] | dict[str, "Json"]
 
@@ -65,57 +68,89 @@ def decode(hint: type[T], data: object) -> T:
     Raises:
         ValueError: the data do not fit the type; the text names the field.
     """
-    return cast("T", _decode(hint, data))
+    return cast("T", _decoder(cast("Any", hint))(data))
 
 
-def _decode(hint: Any, data: object) -> object:  # noqa: PLR0911 (one return per type)
+@functools.cache
+def _decoder(hint: Any) -> Decoder:  # noqa: PLR0911 (one return per type)
+    """Return what reads a type. Made once: asking annotations for every value takes longer than reading them."""
     origin = typing.get_origin(hint) or hint
     if origin in (typing.Union, types.UnionType):
-        return _decode_optional(hint, data)
+        return _optional_decoder(hint)
     if origin in (Any, object):
-        return data
+        return _unchanged
     if origin is float:
-        return _decode_float(data)
+        return _decode_float
     if origin in (bool, int, str):
-        # bool is an int in Python, but true is not a number in JSON
-        _require(type(data) is origin, hint, data)
-        return data
+        return functools.partial(_decode_plain, origin)
     if origin is tuple:
-        return _decode_tuple(hint, data)
+        return _tuple_decoder(hint)
     if origin is np.ndarray:
-        return _decode_array(data)
+        return _decode_array
     if isinstance(origin, type) and issubclass(origin, Mapping):
-        key_hint, value_hint = typing.get_args(hint)
-        return {_decode_key(key_hint, key): _decode(value_hint, item) for key, item in _mapping(hint, data).items()}
+        return functools.partial(_decode_mapping, hint)
     if isinstance(origin, type) and issubclass(origin, Enum):
-        return origin(data)
+        return origin
     if is_dataclass(origin):
-        return _decode_dataclass(origin, _mapping(hint, data))
-    raise ValueError(f"cannot read a {hint}")
+        return functools.partial(_decode_dataclass, origin)
+    return functools.partial(_refuse, f"cannot read a {hint}")
 
 
-def _decode_optional(hint: Any, data: object) -> object:
+def _refuse(text: str, _data: object) -> object:
+    raise ValueError(text)
+
+
+def _unchanged(data: object) -> object:
+    return data
+
+
+def _decode_plain(hint: type, data: object) -> object:
+    # bool is an int in Python, but true is not a number in JSON
+    _require(type(data) is hint, hint, data)
+    return data
+
+
+def _optional_decoder(hint: Any) -> Decoder:
     members = [member for member in typing.get_args(hint) if member is not type(None)]
-    if data is None and len(members) < len(typing.get_args(hint)):
-        return None
     if len(members) != 1:
-        raise ValueError(f"cannot tell the types of {hint} apart")
-    return _decode(members[0], data)
+        decode_member: Decoder = functools.partial(_refuse, f"cannot tell the types of {hint} apart")
+    else:
+        decode_member = _decoder(members[0])
+    if len(members) == len(typing.get_args(hint)):
+        return decode_member
+    return lambda data: None if data is None else decode_member(data)
 
 
 def _decode_float(data: object) -> float:
-    is_number = isinstance(data, int | float) and not isinstance(data, bool)
+    if type(data) is float:
+        return data
+    is_number = isinstance(data, int) and not isinstance(data, bool)
     _require(is_number or data in ("nan", "inf", "-inf"), float, data)
     return float(cast("float", data))
 
 
-def _decode_tuple(hint: Any, data: object) -> tuple[object, ...]:
-    _require(isinstance(data, list), hint, data)
-    items, members = cast("list[object]", data), typing.get_args(hint)
+def _tuple_decoder(hint: Any) -> Decoder:
+    members = typing.get_args(hint)
     if len(members) == 2 and members[1] is Ellipsis:
-        return tuple(_decode(members[0], item) for item in items)
-    _require(len(items) == len(members), hint, data)
-    return tuple(_decode(member, item) for member, item in zip(members, items, strict=True))
+        return functools.partial(_decode_sequence, hint, _decoder(members[0]))
+    return functools.partial(_decode_tuple, hint, tuple(_decoder(member) for member in members))
+
+
+def _decode_sequence(hint: Any, decode_item: Decoder, data: object) -> tuple[object, ...]:
+    _require(isinstance(data, list), hint, data)
+    return tuple([decode_item(item) for item in cast("list[object]", data)])
+
+
+def _decode_tuple(hint: Any, decoders: tuple[Decoder, ...], data: object) -> tuple[object, ...]:
+    _require(isinstance(data, list) and len(data) == len(decoders), hint, data)
+    return tuple(decode_item(item) for decode_item, item in zip(decoders, cast("list[object]", data), strict=True))
+
+
+def _decode_mapping(hint: Any, data: object) -> dict[object, object]:
+    key_hint, value_hint = typing.get_args(hint)
+    decode_key: Callable[[str], object] = int if key_hint is int else _decoder(key_hint)
+    decode_value = _decoder(value_hint)
+    return {decode_key(key): decode_value(item) for key, item in _mapping(hint, data).items()}
 
 
 def _decode_array(data: object) -> object:
@@ -131,32 +166,29 @@ def _decode_array(data: object) -> object:
         raise ValueError(str(error)) from error
 
 
-def _decode_key(hint: Any, key: str) -> object:
-    return int(key) if hint is int else _decode(hint, key)
-
-
-def _decode_dataclass(cls: Any, data: Mapping[str, object]) -> object:
-    hints = _hints(cls)
-    missing = [
-        field.name
-        for field in fields(cls)
-        if field.name not in data and field.default is MISSING and field.default_factory is MISSING
-    ]
-    if missing or data.keys() - hints.keys():
-        names = ", ".join(missing or sorted(data.keys() - hints.keys()))
-        raise ValueError(f"{cls.__name__}: {'missing' if missing else 'unknown'} {names}")
-    values = {}
-    for name, item in data.items():
+def _decode_dataclass(cls: Any, data: object) -> object:
+    decoders, required = _fields(cls)
+    values = _mapping(cls, data)
+    if missing := [name for name in required if name not in values]:
+        raise ValueError(f"{cls.__name__}: missing {', '.join(missing)}")
+    if unknown := values.keys() - decoders.keys():
+        raise ValueError(f"{cls.__name__}: unknown {', '.join(sorted(unknown))}")
+    arguments = {}
+    for name, item in values.items():
         try:
-            values[name] = _decode(hints[name], item)
+            arguments[name] = decoders[name](item)
         except ValueError as error:
             raise ValueError(f"{cls.__name__}.{name}: {error}") from error
-    return cls(**values)
+    return cls(**arguments)
 
 
 @functools.cache
-def _hints(cls: type) -> dict[str, Any]:
-    return typing.get_type_hints(cls)
+def _fields(cls: Any) -> tuple[dict[str, Decoder], tuple[str, ...]]:
+    """Return what reads each field of a dataclass, and the fields that have no default."""
+    return (
+        {name: _decoder(hint) for name, hint in typing.get_type_hints(cls).items()},
+        tuple(one.name for one in fields(cls) if one.default is MISSING and one.default_factory is MISSING),
+    )
 
 
 def _mapping(hint: Any, data: object) -> Mapping[str, object]:
