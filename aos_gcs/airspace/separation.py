@@ -7,6 +7,7 @@ axes but the last, which holds the coordinates.
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,10 +33,17 @@ def minimum_separation(positions_enu_m: FloatArray) -> tuple[float, tuple[int, i
     positions_m = np.asarray(positions_enu_m, dtype=np.float64)
     if len(positions_m) < 2:
         raise ValueError(f"a distance needs two or more vehicles, but there are {len(positions_m)}")
-    first, second = np.triu_indices(len(positions_m), k=1)
+    first, second = _pairs(len(positions_m))
     distances_m = np.linalg.norm(positions_m[first] - positions_m[second], axis=1)
     closest = int(distances_m.argmin())
     return float(distances_m[closest]), (int(first[closest]), int(second[closest]))
+
+
+@lru_cache(maxsize=16)
+def _pairs(n: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return the rows of the first and the second vehicle of each pair; the monitor asks for them at every tick."""
+    first, second = np.triu_indices(n, k=1)
+    return first, second
 
 
 def segment_distance(a0: FloatArray, a1: FloatArray, b0: FloatArray, b1: FloatArray) -> FloatArray:

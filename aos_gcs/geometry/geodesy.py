@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-import pymap3d
 from numpy.typing import ArrayLike, NDArray
 
 EnuPoint = tuple[float, float, float]
 """East, north and up in metres."""
 
-_WGS84 = pymap3d.Ellipsoid.from_name("wgs84")
-_EQUATORIAL_M, _POLAR_M = float(_WGS84.semimajor_axis), float(_WGS84.semiminor_axis)
+_EQUATORIAL_M = 6378137.0
+_POLAR_M = _EQUATORIAL_M * (1.0 - 1.0 / 298.257223563)
+"""Half axes of the WGS84 ellipsoid."""
 _ECCENTRICITY_SQUARED = 1.0 - (_POLAR_M / _EQUATORIAL_M) ** 2
 _SECOND_ECCENTRICITY_SQUARED = (_EQUATORIAL_M / _POLAR_M) ** 2 - 1.0
 
@@ -40,17 +40,17 @@ class LocalFrame:
 
     def to_enu(self, position: GeodeticPosition) -> NDArray[np.float64]:
         """Return the position as ENU metres, shape (3,)."""
-        origin = self.origin
+        latitude, longitude = math.radians(self.origin.latitude_deg), math.radians(self.origin.longitude_deg)
+        x_m, y_m, z_m = (
+            here - there for here, there in zip(_ecef_m(position), _cached_ecef_m(self.origin), strict=True)
+        )
+        outward_m = math.cos(longitude) * x_m + math.sin(longitude) * y_m
         return np.array(
-            pymap3d.geodetic2enu(
-                position.latitude_deg,
-                position.longitude_deg,
-                position.altitude_amsl_m,
-                origin.latitude_deg,
-                origin.longitude_deg,
-                origin.altitude_amsl_m,
-            ),
-            dtype=np.float64,
+            (
+                math.cos(longitude) * y_m - math.sin(longitude) * x_m,
+                math.cos(latitude) * z_m - math.sin(latitude) * outward_m,
+                math.cos(latitude) * outward_m + math.sin(latitude) * z_m,
+            )
         )
 
     def to_geodetic(self, position_enu_m: ArrayLike) -> GeodeticPosition:
@@ -58,7 +58,7 @@ class LocalFrame:
         east_m, north_m, up_m = map(float, np.asarray(position_enu_m, dtype=np.float64))
         latitude, longitude = math.radians(self.origin.latitude_deg), math.radians(self.origin.longitude_deg)
         outward_m = math.cos(latitude) * up_m - math.sin(latitude) * north_m
-        x_m, y_m, z_m = _ecef_m(self.origin)
+        x_m, y_m, z_m = _cached_ecef_m(self.origin)
         return _geodetic(
             x_m + math.cos(longitude) * outward_m - math.sin(longitude) * east_m,
             y_m + math.sin(longitude) * outward_m + math.cos(longitude) * east_m,
@@ -66,11 +66,17 @@ class LocalFrame:
         )
 
 
-@lru_cache(maxsize=64)
 def _ecef_m(position: GeodeticPosition) -> EnuPoint:
     """Return x, y and z from the centre of the Earth."""
-    x_m, y_m, z_m = pymap3d.geodetic2ecef(position.latitude_deg, position.longitude_deg, position.altitude_amsl_m)
-    return float(x_m), float(y_m), float(z_m)
+    latitude, longitude = math.radians(position.latitude_deg), math.radians(position.longitude_deg)
+    to_axis_m = _EQUATORIAL_M / math.sqrt(1.0 - _ECCENTRICITY_SQUARED * math.sin(latitude) ** 2)
+    radius_m = (to_axis_m + position.altitude_amsl_m) * math.cos(latitude)
+    z_m = (to_axis_m * (1.0 - _ECCENTRICITY_SQUARED) + position.altitude_amsl_m) * math.sin(latitude)
+    return radius_m * math.cos(longitude), radius_m * math.sin(longitude), z_m
+
+
+_cached_ecef_m = lru_cache(maxsize=64)(_ecef_m)
+"""For origins, which are asked for again and again."""
 
 
 def _geodetic(x_m: float, y_m: float, z_m: float) -> GeodeticPosition:

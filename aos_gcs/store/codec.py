@@ -30,7 +30,7 @@ Decoder = Callable[[Any], object]
 Json = None | bool | int | float | str | list["Json"] | dict[str, "Json"]
 
 
-def encode(value: object) -> Json:  # noqa: PLR0911 (one return per type)
+def encode(value: object) -> Json:
     """Return plain data for ``json.dumps(..., allow_nan=False)``.
 
     Takes dataclasses, enums, mappings, sequences, NumPy arrays and scalars, nested as they like.
@@ -38,24 +38,42 @@ def encode(value: object) -> Json:  # noqa: PLR0911 (one return per type)
     Raises:
         TypeError: a value has none of these types.
     """
-    match value:
-        case Enum():
-            return cast("Json", value.value)
-        case None | bool() | int() | str():
-            return value
-        case float():
-            return float(value) if math.isfinite(value) else repr(float(value))
-        case Mapping():
-            return {_key(key): encode(item) for key, item in value.items()}
-        case list() | tuple():
-            return [encode(item) for item in value]
-        case np.ndarray():
-            return {"dtype": value.dtype.str, "shape": list(value.shape), "values": encode(value.ravel().tolist())}
-        case np.generic():
-            return encode(value.item())
-    if is_dataclass(value) and not isinstance(value, type):
-        return {field.name: encode(getattr(value, field.name)) for field in fields(value)}
-    raise TypeError(f"cannot record a {type(value).__name__}")
+    return _encoder(cast("Any", type(value)))(value)
+
+
+@functools.cache
+def _encoder(kind: type) -> Callable[[Any], Json]:  # noqa: PLR0911 (one return per type)
+    """Return what makes plain data of a type's values."""
+    if issubclass(kind, Enum):
+        return _encode_enum
+    if issubclass(kind, types.NoneType | bool | int | str):
+        return _unchanged
+    if issubclass(kind, float):
+        return _encode_float
+    if issubclass(kind, Mapping):
+        return lambda value: {_key(key): encode(item) for key, item in value.items()}
+    if issubclass(kind, list | tuple):
+        return lambda value: [encode(item) for item in value]
+    if issubclass(kind, np.ndarray):
+        return _encode_array
+    if issubclass(kind, np.generic):
+        return lambda value: encode(value.item())
+    if is_dataclass(kind):
+        names = [field.name for field in fields(kind)]
+        return lambda value: {name: encode(getattr(value, name)) for name in names}
+    raise TypeError(f"cannot record a {kind.__name__}")
+
+
+def _encode_enum(value: Enum) -> Json:
+    return cast("Json", value.value)
+
+
+def _encode_float(value: float) -> Json:
+    return float(value) if math.isfinite(value) else repr(float(value))
+
+
+def _encode_array(value: np.ndarray) -> Json:
+    return {"dtype": value.dtype.str, "shape": list(value.shape), "values": encode(value.ravel().tolist())}
 
 
 def _key(key: object) -> str:
@@ -100,7 +118,7 @@ def _refuse(text: str, _data: object) -> object:
     raise ValueError(text)
 
 
-def _unchanged(data: object) -> object:
+def _unchanged(data: Any) -> Any:
     return data
 
 

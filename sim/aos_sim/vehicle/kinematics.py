@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import pymap3d
 from numpy.typing import NDArray
 
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
@@ -18,23 +17,16 @@ EnuPoint = tuple[float, float, float]
 
 
 class GeodeticTable:
-    """Geodetic positions of all vehicles at one instant, calculated together when the first is asked for.
-
-    Most ticks need none; the conversion costs as much as the rest of a tick.
-    """
+    """Geodetic positions of all vehicles at one instant, each calculated when it is asked for: most ticks need none."""
 
     def __init__(self, position_enu_m: NDArray[np.float64], frame: LocalFrame) -> None:
         self._position_enu_m = position_enu_m
-        self._origin = frame.origin
-        self._rows: list[GeodeticPosition] | None = None
+        self._frame = frame
+        self._rows: dict[int, GeodeticPosition] = {}
 
     def __getitem__(self, row: int) -> GeodeticPosition:
-        if self._rows is None:
-            origin = self._origin
-            columns = pymap3d.enu2geodetic(
-                *self._position_enu_m.T, origin.latitude_deg, origin.longitude_deg, origin.altitude_amsl_m
-            )
-            self._rows = [GeodeticPosition(*row) for row in np.column_stack(columns).tolist()]
+        if row not in self._rows:
+            self._rows[row] = self._frame.to_geodetic(self._position_enu_m[row])
         return self._rows[row]
 
 
