@@ -59,7 +59,7 @@ bench: web $(HAS_DEV) ## Measure, and write docs/performance.md; ARGS="imaging r
 lint: $(HAS_DEV) ## Check style and types of the Python code
 	$(VENV)/bin/ruff check
 	$(VENV)/bin/ruff format --check
-	$(VENV)/bin/mypy
+	$(VENV)/bin/mypy --num-workers auto
 
 web: $(PY) ## Build the dashboard where its sources have changed
 	@$(PY) scripts/build_dashboard.py
