@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +27,12 @@ class SwarmReport:
     """Images delivered by all cameras."""
 
 
+@lru_cache(maxsize=16)
+def _pairs(n: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    first, second = np.triu_indices(n, 1)
+    return first, second
+
+
 class SeparationMonitor:
     """Remembers how near two vehicles have come."""
 
@@ -37,8 +44,9 @@ class SeparationMonitor:
         """Take in the positions, shape (N, 3), of one instant, in any Cartesian frame."""
         if len(system_ids) < 2:
             return
-        first, second = np.triu_indices(len(system_ids), 1)
-        distances_m = np.linalg.norm(position_m[first] - position_m[second], axis=1)
+        first, second = _pairs(len(system_ids))
+        offsets_m = position_m[first] - position_m[second]
+        distances_m = np.sqrt(np.einsum("ij,ij->i", offsets_m, offsets_m))
         nearest = int(np.argmin(distances_m))
         if self.smallest_m is None or distances_m[nearest] < self.smallest_m:
             self.smallest_m = float(distances_m[nearest])

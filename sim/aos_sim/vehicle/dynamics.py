@@ -100,13 +100,15 @@ def step(
     Lifting vehicles fly a straight line to their target: they accelerate and brake within ``limits`` and never exceed
     the speeds in ``guidance`` by more than what gusts add.
     """
+    gust = _next_gust(state.gust_enu_mps, wind, dt_s, rng)
+    if not guidance.lifting.any() and _stands_still(state, ground_up_m):
+        return replace(state, gust_enu_mps=gust)
     lifting = guidance.lifting[:, np.newaxis]
     commanded = np.where(
         lifting,
         _follow_target(state, guidance, dt_s, limits),
         state.commanded_velocity_enu_mps + np.array([0.0, 0.0, -GRAVITY_MPS2 * dt_s]),
     )
-    gust = _next_gust(state.gust_enu_mps, wind, dt_s, rng)
     velocity = commanded + np.where(lifting, wind.response * gust, 0.0)
     position = state.position_enu_m + velocity * dt_s
     acceleration = (commanded - state.commanded_velocity_enu_mps) / dt_s
@@ -131,13 +133,23 @@ def step(
     )
 
 
+def _stands_still(state: SwarmState, ground_up_m: float) -> bool:
+    """Return whether all vehicles are level and at rest on the ground, where only lifting changes anything."""
+    at_rest = (state.commanded_velocity_enu_mps, state.velocity_enu_mps, state.attitude_rates_radps)
+    return bool(
+        state.on_ground.all()
+        and (state.position_enu_m[:, 2] == ground_up_m).all()
+        and not state.attitude_rad[:, :2].any()
+        and not any(values.any() for values in at_rest)
+    )
+
+
 def _follow_target(state: SwarmState, guidance: Guidance, dt_s: float, limits: AirframeLimits) -> FloatArray:
     """Return the velocity commanded next, shape (N, 3)."""
     error = guidance.target_enu_m - state.position_enu_m
-    distance = np.linalg.norm(error, axis=1)
+    distance = np.sqrt(np.einsum("ij,ij->i", error, error))
     direction = error / np.maximum(distance, 1e-9)[:, np.newaxis]
-    horizontal = np.linalg.norm(direction[:, :2], axis=1)
-    vertical = np.abs(direction[:, 2])
+    horizontal, vertical = _sizes(direction).T
     vertical_limit = np.where(direction[:, 2] > 0.0, guidance.climb_mps, guidance.descent_mps)
     speed_limit = np.minimum(
         guidance.speed_mps / np.maximum(horizontal, 1e-9), vertical_limit / np.maximum(vertical, 1e-9)
@@ -148,10 +160,10 @@ def _follow_target(state: SwarmState, guidance: Guidance, dt_s: float, limits: A
     )
     speed = np.minimum(speed_limit, approach_speed(distance, braking))
     current = state.commanded_velocity_enu_mps
-    along = np.sum(current * direction, axis=1)[:, np.newaxis] * direction
+    along = np.einsum("ij,ij->i", current, direction)[:, np.newaxis] * direction
     budget = dt_s * np.array([limits.horizontal_acceleration_mps2, limits.vertical_acceleration_mps2])
     # Motion across the line is stopped first: a vehicle still climbing must not leave its layer when sent sideways.
-    stopped = _within_budget(along - current, np.broadcast_to(budget, (len(current), 2)))
+    stopped = _within_budget(along - current, budget)
     hurried = _within_budget(direction * speed[:, np.newaxis] - along, budget - _sizes(stopped))
     return np.asarray(current + stopped + hurried)
 
@@ -168,11 +180,14 @@ def approach_speed(distance_m: FloatArray, braking_mps2: FloatArray) -> FloatArr
 
 def _sizes(vectors: FloatArray) -> FloatArray:
     """Return the horizontal and the vertical size of vectors (N, 3), shape (N, 2)."""
-    return np.column_stack([np.linalg.norm(vectors[:, :2], axis=1), np.abs(vectors[:, 2])])
+    sizes = np.empty((len(vectors), 2))
+    np.hypot(vectors[:, 0], vectors[:, 1], out=sizes[:, 0])
+    np.abs(vectors[:, 2], out=sizes[:, 1])
+    return sizes
 
 
 def _within_budget(change: FloatArray, budget: FloatArray) -> FloatArray:
-    """Shorten changes of velocity (N, 3) to horizontal and vertical budgets (N, 2), keeping their direction."""
+    """Shorten changes of velocity (N, 3) to budgets, horizontal and vertical, (N, 2) or (2,), in their direction."""
     share = np.min(np.maximum(budget, 0.0) / np.maximum(_sizes(change), 1e-12), axis=1)
     return np.asarray(change * np.minimum(1.0, share)[:, np.newaxis])
 
