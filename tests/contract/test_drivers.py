@@ -156,7 +156,7 @@ async def test_an_autopilot_keeps_to_its_fence_and_returns_at_its_return_height(
             await outside
         assert bench.motion(1).position_enu_m[1] < 5.0
         await vehicle.execute(Goto(bench.frame.to_geodetic((0.0, 30.0, 10.0)), 5.0), bench.after(30.0))
-        await bench.until(lambda: bench.motion(1).position_enu_m[1] > 20.0)
+        await bench.until(lambda: bench.motion(1).position_enu_m[1] > 8.0)
         await vehicle.execute(ReturnToLaunch(), bench.after(30.0))
         highest_m = 0.0
         while vehicle.state.armed:

@@ -143,7 +143,7 @@ async def test_an_image_that_takes_too_much_memory_costs_one_frame(process: Proc
 
 
 async def test_a_worker_that_spins_is_stopped() -> None:
-    async with open_worker(WorkerSettings("Image analysis", 2**30, 1.0)) as worker:
+    async with open_worker(WorkerSettings("Image analysis", 2**30, 1.0, ("tests.fakes.work",))) as worker:
         await worker.ready()
         with pytest.raises(WorkerError, match="has taken longer than 1 s"):
             await worker.run(work.spin)

@@ -36,6 +36,7 @@ from aos_gcs.mission.model.steps import PictureKind
 from aos_gcs.ports import Severity
 from tests.fakes.app import app_of
 from tests.fakes.mission import ScriptedMission
+from tests.timing import scaled_s
 
 
 @pytest.fixture
@@ -205,8 +206,8 @@ async def test_a_client_that_was_away_fetches_what_it_has_missed(mission: Script
     async with serve(app_of(mission), port=0) as address, httpx.AsyncClient(base_url=address.url) as client:
         for number in range(5):
             mission.notify(Severity.INFO, f"notice {number}")
-        await asyncio.sleep(0.05)
-        missed = (await client.get("/api/events", params={"after": 3})).json()
+        while (missed := (await client.get("/api/events", params={"after": 3})).json())["seq"] < 5:
+            pass  # the events are on their way
         assert [event["notice"]["text"] for event in missed["events"]] == ["notice 3", "notice 4"]
         assert [event["seq"] for event in missed["events"]] == [4, 5]
         assert (missed["seq"], missed["hello"], missed["mission_id"]) == (5, None, "scripted-1")
@@ -236,6 +237,7 @@ async def test_whoever_comes_back_gets_exactly_what_it_has_missed(mission: Scrip
     assert (missed["hello"], missed["mission_id"]) == (None, hello["mission"]["mission_id"])
 
 
+@pytest.mark.looptime
 async def test_after_a_gap_beyond_the_store_the_whole_state_comes(mission: ScriptedMission) -> None:
     hub = EventHub(mission)
     running = asyncio.create_task(hub.run())
@@ -249,6 +251,7 @@ async def test_after_a_gap_beyond_the_store_the_whole_state_comes(mission: Scrip
     running.cancel()
 
 
+@pytest.mark.looptime
 async def test_a_reloaded_page_shows_an_alert_that_250_texts_followed(mission: ScriptedMission) -> None:
     hub = EventHub(mission)
     running = asyncio.create_task(hub.run())
@@ -299,7 +302,7 @@ async def test_slow_client_does_not_hold_up_the_others(mission: ScriptedMission)
                 assert latest["notice"]["text"].startswith(f"notice {number} ")
                 assert latest["seq"] == number + 1
             numbers = []
-            async with asyncio.timeout(30):
+            async with asyncio.timeout(scaled_s(30.0)):
                 while not numbers or numbers[-1] < message_count:
                     numbers.append((await receive(slow))["seq"])
             assert len(numbers) < message_count, "the slow client must have lost some"

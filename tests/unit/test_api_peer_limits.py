@@ -43,7 +43,9 @@ class HandTime:
 
 
 @pytest.fixture
-async def address() -> AsyncIterator[ServerAddress]:
+async def address(monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[ServerAddress]:
+    """A server that waits for first requests for as long as the test takes."""
+    monkeypatch.setattr(limited_protocol, "FIRST_REQUEST_WITHIN_S", 3600.0)
     async with serve(app_of(ScriptedMission(LoopClock()), operator_code=CODE), port=0) as address:
         yield address
 
