@@ -31,6 +31,9 @@ from tests.fakes.mission_flight import InlineExecutor
 START_UTC_S = 1_750_000_000.0
 """Time of day at which the vehicles are switched on: that of the machine would make missions differ."""
 
+IMAGE_PORT = 8090
+"""Port in the addresses of images; nothing listens there."""
+
 Middleman = Callable[[bytes, Address, Address], bytes | None]
 
 
@@ -212,7 +215,7 @@ class World:
         world = self
 
         def publish(_server: ImageServer, system_id: int, index: int, data: bytes) -> str:
-            url = f"http://{HOST}/{system_id}/{index}.tiff"
+            url = f"http://{HOST}:{IMAGE_PORT}/{system_id}/{index}.tiff"
             world._images[url] = data
             return url
 
