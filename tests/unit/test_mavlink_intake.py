@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 import random
 import socket
@@ -102,6 +103,36 @@ def test_a_datagram_larger_than_any_bundle_of_packets_is_dropped() -> None:
     for size in (MAX_DATAGRAM_BYTES, MAX_DATAGRAM_BYTES + 1, 65_000):
         endpoint.datagram_received(os.urandom(size), ("10.6.6.6", 1))
     assert [len(data) for data in received] == [MAX_DATAGRAM_BYTES]
+
+
+async def test_datagrams_that_wait_are_read_together_and_not_without_end() -> None:
+    received: list[tuple[bytes, PeerAddress]] = []
+    rounds = list[int]()
+    loop = asyncio.get_running_loop()
+
+    class Noting(UdpEndpoint):
+        def datagram_received(self, data: bytes, addr: tuple[str, int]) -> None:
+            before = len(received)
+            super().datagram_received(data, addr)
+            rounds.append(len(received) - before)
+
+    transport, _ = await loop.create_datagram_endpoint(
+        lambda: Noting(3, lambda data, peer: received.append((data, peer)), is_connected=False),
+        local_addr=("127.0.0.1", 0),
+    )
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        sender.connect(transport.get_extra_info("sockname"))
+        for number in range(40):
+            sender.send(bytes([number]))
+        sender.send(bytes(MAX_DATAGRAM_BYTES + 1))
+        sender.send(b"last")
+        while len(received) < 41:  # noqa: ASYNC110 - nothing announces it
+            await asyncio.sleep(0)
+        peer = PeerAddress(3, *sender.getsockname())
+    transport.close()
+    await asyncio.sleep(0)
+    assert received == [*((bytes([number]), peer) for number in range(40)), (b"last", peer)]
+    assert rounds == [33, 8]
 
 
 def test_an_overload_is_reported_as_the_stations_at_most_once_a_minute() -> None:

@@ -19,6 +19,8 @@ _PEER_BYTES_PER_S = 150_000.0
 _PEER_BURST_BYTES = 500_000.0
 _ALL_BYTES_PER_S = 150_000.0
 _ALL_BURST_BYTES = 1_500_000.0
+_LUMP_BYTES = 1400
+"""Clean bytes of one address that are booked together: booking takes longer than reading a packet's header."""
 _NEW_PEERS_PER_S = 50.0
 _NEW_PEERS_BURST = 1024.0
 
@@ -29,15 +31,25 @@ class PeerIntake:
     def __init__(self) -> None:
         self._garbage = TokenBucket(_GARBAGE_BYTES_PER_S, _GARBAGE_BURST_BYTES)
         self._bytes = TokenBucket(_PEER_BYTES_PER_S, _PEER_BURST_BYTES)
+        self._is_settled = False
+        """Whether both budgets were in credit when they were last booked: less than a lump has come since."""
+        self._unbooked = 0
 
     def admits(self, now_s: float) -> bool:
         """Return whether bytes of this address are to be read now."""
-        return self._garbage.left(now_s) > 0.0 and self._bytes.left(now_s) > 0.0
+        if not self._is_settled:
+            self._is_settled = self._garbage.left(now_s) > 0.0 and self._bytes.left(now_s) > 0.0
+        return self._is_settled
 
-    def spend(self, received: int, dropped: int) -> None:
-        """Note how many bytes were read and how many of them were noise."""
-        self._garbage.spend(2 * dropped - received if dropped < received else dropped)
-        self._bytes.spend(received)
+    def spend(self, received: int, dropped: int) -> int:
+        """Note how many bytes were read and how many of them were noise; return how many were booked now."""
+        booked = self._unbooked = self._unbooked + received
+        if not dropped and booked < _LUMP_BYTES:
+            return 0
+        self._garbage.spend(2 * dropped - booked if dropped < booked else dropped)
+        self._bytes.spend(booked)
+        self._unbooked, self._is_settled = 0, False
+        return booked
 
 
 class Intake:
@@ -46,6 +58,7 @@ class Intake:
     def __init__(self) -> None:
         self._bytes = TokenBucket(_ALL_BYTES_PER_S, _ALL_BURST_BYTES)
         self._new_peers = TokenBucket(_NEW_PEERS_PER_S, _NEW_PEERS_BURST)
+        self._is_settled = False
         self.protected: Collection[PeerAddress] = frozenset()
         """Addresses that vehicles in flight own: they are always read."""
         self.refused_bytes = 0
@@ -54,7 +67,9 @@ class Intake:
         """Return whether to read ``size`` bytes of an address; ``budget`` is None for one that is new."""
         if peer in self.protected:
             return True
-        is_admitted = self._bytes.left(now_s) > 0.0 and (
+        if not self._is_settled:
+            self._is_settled = self._bytes.left(now_s) > 0.0
+        is_admitted = self._is_settled and (
             self._new_peers.take(1.0, now_s) if budget is None else budget.admits(now_s)
         )
         if not is_admitted:
@@ -64,5 +79,7 @@ class Intake:
     def spend(self, peer: PeerAddress, budget: PeerIntake, received: int, dropped: int) -> None:
         """Note what was read from an address, and how much of it was noise."""
         if peer not in self.protected:
-            budget.spend(received, dropped)
-            self._bytes.spend(received)
+            booked = budget.spend(received, dropped)
+            if booked:
+                self._bytes.spend(booked)
+                self._is_settled = False

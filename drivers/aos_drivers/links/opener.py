@@ -20,6 +20,8 @@ from aos_gcs.ports import Clock
 _RECEIVE_BUFFER_BYTES = 1024 * 1024
 """About a second of a hundred vehicles: a station that cannot keep up loses packets, and shows no old ones."""
 _SEND_BUFFER_BYTES = 256 * 1024
+_MORE_AT_ONCE = 32
+"""Datagrams that are read behind one; then other work has its turn."""
 _RECONNECT_PAUSE_S = 2.0
 _CONNECT_TIMEOUT_S = 5.0
 
@@ -36,22 +38,46 @@ class Endpoint(Protocol):
 
 
 class UdpEndpoint(asyncio.DatagramProtocol):
-    """A bound (``udpin``) or connected (``udpout``) UDP socket."""
+    """A bound (``udpin``) or connected (``udpout``) UDP socket.
+
+    asyncio goes round the event loop for each datagram, which takes as long as reading its packets, while those of a
+    large fleet overflow the socket. What waits behind a datagram is therefore read at once.
+    """
 
     def __init__(self, link: int, receive: Receiver, is_connected: bool) -> None:
         self._link = link
         self._receive = receive
         self._is_connected = is_connected
         self._transport: asyncio.DatagramTransport | None = None
+        self._socket: socket.socket | None = None
 
     def connection_made(self, transport: asyncio.DatagramTransport) -> None:  # type: ignore[override]
         """See asyncio."""
         self._transport = transport
+        # asyncio lends its socket for its options only; a copy can be read.
+        copy = getattr(transport.get_extra_info("socket"), "dup", None)
+        self._socket = None if copy is None else copy()
+
+    def connection_lost(self, exc: Exception | None) -> None:  # noqa: ARG002 - asyncio's own
+        """See asyncio."""
+        if self._socket is not None:
+            self._socket.close()
+            self._socket = None
 
     def datagram_received(self, data: bytes, addr: tuple[str, int]) -> None:
-        """See asyncio. Datagrams larger than any bundle of packets are dropped."""
+        """See asyncio."""
+        self._take(data, addr)
+        for _ in range(_MORE_AT_ONCE if self._socket is not None else 0):
+            try:
+                data, addr = self._socket.recvfrom(MAX_DATAGRAM_BYTES + 1)  # type: ignore[union-attr]
+            except OSError:
+                return  # nothing waits, or a peer is unreachable: the next datagram comes as this one did
+            self._take(data, addr)
+
+    def _take(self, data: bytes, address: tuple[str, int]) -> None:
+        """Pass on a datagram; those larger than any bundle of packets are dropped."""
         if len(data) <= MAX_DATAGRAM_BYTES:
-            self._receive(data, PeerAddress(self._link, addr[0], addr[1]))
+            self._receive(data, PeerAddress(self._link, address[0], address[1]))
 
     def error_received(self, exc: Exception) -> None:
         """Ignore an unreachable peer: it may not have started yet."""

@@ -105,6 +105,7 @@ class LinkSigner:
     ) -> None:
         self._link_id = link % 256
         self._key = key
+        self._keyed = hashlib.sha256(key)
         self._clock = clock
         self._accepts_unsigned = accepts_unsigned
         self._memory = memory or StreamMemory()
@@ -123,7 +124,10 @@ class LinkSigner:
 
     def check(self, message: mavlink.MAVLink_message) -> SignatureCheck:
         """Check the signature of a packet, and count the result."""
-        check = self.verify(bytes(message.get_msgbuf()), (message.get_srcSystem(), message.get_srcComponent()))
+        packet = message.get_msgbuf()
+        if type(packet) is not bytes:
+            packet = bytes(packet)
+        check = self.verify(packet, (message.get_srcSystem(), message.get_srcComponent()))
         self.counts[check] += 1
         return check
 
@@ -139,7 +143,9 @@ class LinkSigner:
         if not is_signed(packet):
             return SignatureCheck.UNSIGNED
         body, signature = packet[:-_SIGNATURE_BYTES], packet[-_SIGNATURE_BYTES:]
-        if not hmac.compare_digest(hashlib.sha256(self._key + body).digest()[:_SIGNATURE_BYTES], signature):
+        digest = self._keyed.copy()
+        digest.update(body)
+        if not hmac.compare_digest(digest.digest()[:_SIGNATURE_BYTES], signature):
             return SignatureCheck.WRONG_KEY
         ticks = int.from_bytes(body[-_STAMP_BYTES:], "little")
         if ticks > FAR_TICKS:
