@@ -46,6 +46,8 @@ class LinkQuality:
     """The vehicle's clock minus ours; errs by at most half of the round trip."""
     clock_drift: float | None = None
     """Seconds that the vehicle's clock gains on ours per second."""
+    telemetry_delay_s: float = 0.0
+    """Age that its messages have when they are read, by its own clock; 0 where that is usual or not known."""
 
 
 @dataclass(frozen=True, slots=True)

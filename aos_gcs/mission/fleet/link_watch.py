@@ -12,6 +12,8 @@ from aos_gcs.ports import Clock, Severity
 REJOIN_S: Final = 30.0
 """Longest silence after which a vehicle goes on in the swarm by itself; by then most failsafes have acted."""
 
+_LATE_S: Final = 2.0
+"""Delay of messages from which the station, or the link, is too slow for them."""
 _AFTERWARDS_S: Final = 5.0
 """Time before the last message within which a stall of the station may have to do with it."""
 
@@ -43,6 +45,9 @@ class LinkWatch:
         text = f"link lost for {age_s:.0f} s: its own failsafe flies it now. Check its link"
         if stall_s := self._journal.stalled_s(age_s + _AFTERWARDS_S):
             text += f". This station stood still for {stall_s:.1f} s meanwhile: its own overload may be the cause"
+        elif (link := member.state.link) is not None and link.telemetry_delay_s > _LATE_S:
+            late_s = link.telemetry_delay_s
+            text += f". Its messages arrive {late_s:.0f} s late: this station or the link may be overloaded"
         self._journal.notice(Severity.CRITICAL, text, member.vehicle_id)
 
     def _reports_its_mode(self, member: Member) -> bool:

@@ -48,7 +48,12 @@ class TelemetryDelay:
 
     def sent_at_s(self, now_s: float) -> float:
         """Return when a message that is processed now was sent."""
-        return now_s - self._present_s(now_s)
+        return now_s - self.present_s(now_s)
+
+    def present_s(self, now_s: float) -> float:
+        """Return the present delay."""
+        is_known = self._told_at_s is not None and now_s - self._told_at_s <= _LIFE_S
+        return self._delay_s if is_known else 0.0
 
     def change(self, now_s: float) -> str | None:
         """Return a sentence when telemetry begins to come late, or in time again."""
@@ -65,7 +70,3 @@ class TelemetryDelay:
             self.is_late = False
             return "telemetry arrives in time again"
         return None
-
-    def _present_s(self, now_s: float) -> float:
-        is_known = self._told_at_s is not None and now_s - self._told_at_s <= _LIFE_S
-        return self._delay_s if is_known else 0.0

@@ -287,6 +287,7 @@ class VehicleRecord:
             round_trip_s=self.clock.round_trip_s,
             clock_offset_s=self.clock.offset_s,
             clock_drift=self.clock.drift,
+            telemetry_delay_s=self.delay.present_s(now_s),
         )
 
     def state(self, now_s: float) -> VehicleState:
