@@ -11,16 +11,20 @@ Offsets = list[tuple[int, int]]
 """Rows and columns from a cell to those that it is connected with; of two opposite ones one only."""
 
 
-def connected(rows: NDArray[np.intp], columns: NDArray[np.intp], offsets: Offsets) -> NDArray[np.intp]:
+def connected(
+    rows: NDArray[np.intp] | NDArray[np.float64], columns: NDArray[np.intp] | NDArray[np.float64], offsets: Offsets
+) -> NDArray[np.intp]:
     """Return the number of the set that each cell belongs to, shape (n,); sets are numbered by their first cells.
 
     Args:
-        rows: of cells of which none is there twice, shape (n,).
+        rows: whole numbers, of cells of which none is there twice, shape (n,).
         columns: of the cells, shape (n,).
         offsets: as :func:`within_square` and :func:`within_disc` return them.
     """
-    width = int(np.ptp(columns)) + 1 + max(abs(column) for _, column in offsets)
-    keys = (rows - rows.min()) * width + (columns - columns.min())
+    reach = max(max(abs(row), abs(column)) for row, column in offsets)
+    near_rows, near_columns = _without_gaps(rows, reach), _without_gaps(columns, reach)
+    width = int(near_columns.max()) + 1 + reach
+    keys = near_rows * width + near_columns
     order = np.argsort(keys, kind="stable")
     sorted_keys = keys[order]
     pairs = [_neighbours(sorted_keys, row * width + column) for row, column in offsets]
@@ -36,6 +40,16 @@ def within_square(reach: int) -> Offsets:
 def within_disc(radius: float) -> Offsets:
     """Return the offsets to cells that are at most so far away, in cells."""
     return [offset for offset in within_square(math.floor(radius)) if math.hypot(*offset) <= radius]
+
+
+def _without_gaps(numbers: NDArray[np.intp] | NDArray[np.float64], reach: int) -> NDArray[np.intp]:
+    """Return numbers from 0 on with the same distances up to ``reach``, and with larger ones shortened.
+
+    Cells may be anywhere: a row and a column of a few huge ones would not fit into one integer.
+    """
+    used, index = np.unique(numbers, return_inverse=True)
+    steps = np.minimum(np.diff(used, prepend=used[:1]), reach + 1)
+    return np.cumsum(steps).astype(np.intp)[index]
 
 
 def _neighbours(keys: NDArray[np.intp], offset: int) -> NDArray[np.intp]:

@@ -40,3 +40,8 @@ def test_a_long_winding_line_is_one_set(order: int) -> None:
     places = np.unique(np.rint(np.column_stack((np.cos(angle_rad), np.sin(angle_rad))).T * 5.0 * angle_rad).T, axis=0)
     rows, columns = places[::order].astype(np.intp).T
     assert connected(rows, columns, within_square(1)).max() == 0
+
+
+def test_cells_near_the_horizon_are_sets_of_their_own() -> None:
+    rows, columns = np.array([0.0, 1e18, 1.0, 1e18]), np.array([0.0, 1e18, 1.0, -1e18])
+    assert connected(rows, columns, within_square(1)).tolist() == [0, 1, 0, 2]

@@ -146,5 +146,5 @@ def _linked(points_m: NDArray[np.float64], link_m: float) -> NDArray[np.intp]:
     )
     # One integer per cell: rows of numbers are compared under the interpreter's lock, which stops every other thread.
     keys, cell_of_point = np.unique(column * len(north) + row, return_inverse=True)
-    rows, columns = north[keys % len(north)].astype(np.intp), east[keys // len(north)].astype(np.intp)
+    rows, columns = north[keys % len(north)], east[keys // len(north)]
     return connected(rows, columns, within_disc(link_m / _CELL_M))[cell_of_point]
