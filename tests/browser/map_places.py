@@ -13,7 +13,7 @@ from PIL import Image
 from playwright.async_api import Locator, Page, expect
 
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
-from tests.fakes.mission import ORIGIN
+from tests.fakes.scripted_vehicle import ORIGIN
 from tests.fakes.tiles import mercator
 from tests.timing import scaled_s
 

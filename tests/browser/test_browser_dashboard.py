@@ -17,7 +17,7 @@ from tests.browser.pages import (
     start_mission,
     wait_for_visibility,
 )
-from tests.fakes.mission import REFUSING_ID, SILENT_ID
+from tests.fakes.scripted_vehicle import REFUSING_ID, SILENT_ID
 
 pytestmark = pytest.mark.asyncio(loop_scope="session")
 

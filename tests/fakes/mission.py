@@ -6,14 +6,12 @@ import asyncio
 import math
 from collections.abc import AsyncIterator, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
-import cv2
 import numpy as np
 
-from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict
 from aos_gcs.errors import MissionError
-from aos_gcs.geometry.geodesy import EnuPoint, GeodeticPosition, LocalFrame
+from aos_gcs.geometry.geodesy import EnuPoint
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.acknowledgements import Acknowledgements
 from aos_gcs.mission.command_order import CommandOrder
@@ -25,54 +23,21 @@ from aos_gcs.mission.model.findings import ErrorEllipse, Finding, FindingChange,
 from aos_gcs.mission.model.phase import Outcome, Phase, Suspension
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.steps import FocusSnapshot, FocusSource, Picture, PictureKind, StepRecord
-from aos_gcs.mission.model.vehicles import CameraSnapshot, Task, VehicleSnapshot
+from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.phases import check_action
 from aos_gcs.mission.preflight.checks import failed, passed
 from aos_gcs.mission.search.findings import Findings
 from aos_gcs.planning.plan import MissionPlan, apply_plan
 from aos_gcs.planning.settings import MissionSettings
-from aos_gcs.ports import Clock, FlightMode, LandedState, LinkQuality, Severity, VehicleState
+from aos_gcs.ports import Clock, FlightMode, Severity
+from tests.fakes.pictures import paint
+from tests.fakes.scripted_vehicle import ORIGIN, SILENT_ID, TARGET_ENU_M, ScriptedVehicle
 
-ORIGIN = GeodeticPosition(48.3358, 14.3263, 262.0)
 AREA_ENU_M = ((-60.0, -20.0), (60.0, -20.0), (60.0, 110.0), (-60.0, 110.0))
 FENCE_ENU_M = ((-80.0, -50.0), (80.0, -50.0), (80.0, 130.0), (-80.0, 130.0))
-TARGET_ENU_M = (18.0, 72.0, 0.0)
 THRESHOLD_M2 = 0.3
-SPEED_MPS = 5.0
 STEP_INTERVAL_S = 2.0
-REFUSING_ID = 4
-"""Refuses to return and to land, to show a failure."""
-SILENT_ID = 7
-"""Was never heard."""
 _PICTURE_HALF_WIDTH_M = 25.0
-_PICTURE_SIZE_PX = 256
-_TASK_AND_MODE = {
-    Action.HOLD: (Task.HELD, FlightMode.HOLD),
-    Action.RETURN: (Task.RETURNING, FlightMode.RETURN),
-    Action.LAND: (Task.LANDING, FlightMode.LAND),
-    Action.RESUME: (Task.SWARM, FlightMode.GUIDED),
-    Action.START: (Task.SWARM, FlightMode.TAKEOFF),
-    Action.PAUSE: (Task.SWARM, FlightMode.GUIDED),
-    Action.ABORT: (Task.RETURNING, FlightMode.RETURN),
-}
-
-
-@dataclass
-class _Body:
-    """One vehicle's own state."""
-
-    vehicle_id: int
-    home_enu_m: EnuPoint
-    position_enu_m: EnuPoint
-    layer_height_m: float
-    waypoint_enu_m: EnuPoint | None = None
-    heading_rad: float = 0.0
-    speed_mps: float = 0.0
-    task: Task = Task.IDLE
-    mode: FlightMode = FlightMode.GUIDED
-    refusal: str | None = None
-    battery: float = 0.97
-    camera: CameraSnapshot = field(default_factory=CameraSnapshot)
 
 
 class ScriptedMission:
@@ -80,7 +45,7 @@ class ScriptedMission:
 
     Args:
         clock: stamps the events.
-        vehicles: ids from 1; ``SILENT_ID`` is never heard, ``REFUSING_ID`` refuses to return.
+        vehicles: ids from 1; one is never heard, one refuses to return.
     """
 
     def __init__(self, clock: Clock, vehicles: int = 8) -> None:
@@ -105,10 +70,10 @@ class ScriptedMission:
         self._chosen = frozenset(range(1, vehicles + 1))
         self._steps: list[StepRecord] = []
         self._pictures: dict[PictureKind, Picture] = {}
-        self._bodies: list[_Body] = []
+        self._vehicles: list[ScriptedVehicle] = []
         for index in range(vehicles):
             home = (-21.0 + 6.0 * index, -38.0, 0.0)
-            self._bodies.append(_Body(index + 1, home, home, 30.0 + 2.0 * index))
+            self._vehicles.append(ScriptedVehicle(index + 1, home, home, 30.0 + 2.0 * index))
 
     async def run(self, interval_s: float = 0.25, speed: float = 1.0) -> None:
         """Let time pass until cancelled, ``speed`` times as fast as real time."""
@@ -132,7 +97,10 @@ class ScriptedMission:
             origin=ORIGIN,
             area_enu_m=self._settings.area_enu_m,
             fence_enu_m=FENCE_ENU_M,
-            vehicles=tuple(self._vehicle(body) for body in self._bodies),
+            vehicles=tuple(
+                vehicle.snapshot(self.phase, self.elapsed_s, is_chosen=vehicle.vehicle_id in self._chosen)
+                for vehicle in self._vehicles
+            ),
             preflight=self._preflight(),
             target=self._target(),
             targets=tuple(filter(None, [self._target()])),
@@ -164,7 +132,7 @@ class ScriptedMission:
         """Carry out an action at once."""
         self.order.check(seen, action, vehicle_ids)
         check_action(self.phase, action)
-        known = {body.vehicle_id for body in self._bodies}
+        known = {vehicle.vehicle_id for vehicle in self._vehicles}
         unknown = sorted(set(vehicle_ids or ()) - known)
         if unknown:
             raise MissionError(f"There is no vehicle {unknown[0]} in this mission.")
@@ -187,7 +155,9 @@ class ScriptedMission:
             self._chosen = frozenset(vehicle_ids)
             return tuple(ActionResult(number, accepted=True, text="flies the mission") for number in vehicle_ids)
         results = tuple(
-            self._act_on(body, action) for body in self._bodies if vehicle_ids is None or body.vehicle_id in vehicle_ids
+            vehicle.act(action)
+            for vehicle in self._vehicles
+            if vehicle_ids is None or vehicle.vehicle_id in vehicle_ids
         )
         self.notify(Severity.INFO, f"Operator: {action}.")
         self._publish_snapshot()
@@ -252,8 +222,8 @@ class ScriptedMission:
             self.elapsed_s += duration_s
             self._phase_s += duration_s
             self._change_phase()
-            for body in self._bodies:
-                self._move(body, duration_s)
+            for vehicle in self._vehicles:
+                vehicle.move(self.phase, duration_s)
             if self.suspension is Suspension.NONE and self.phase in {Phase.SCAN, Phase.CONVERGE, Phase.FOUND}:
                 self._since_step_s += duration_s
                 if self._since_step_s >= STEP_INTERVAL_S:
@@ -281,17 +251,19 @@ class ScriptedMission:
             c_c_m=2.0,
             leader_id=3 if in_view else None,
             target_enu_m=self._sighting(number) if in_view else None,
-            fitness={body.vehicle_id: visibility_m2 / (1 + index) for index, body in enumerate(self._bodies)},
-            missing={SILENT_ID: "no frame before the deadline"} if len(self._bodies) >= SILENT_ID else {},
-            waypoints=tuple(self._plan(index, body, number, in_view) for index, body in enumerate(self._bodies)),
+            fitness={vehicle.vehicle_id: visibility_m2 / (1 + index) for index, vehicle in enumerate(self._vehicles)},
+            missing={SILENT_ID: "no frame before the deadline"} if len(self._vehicles) >= SILENT_ID else {},
+            waypoints=tuple(
+                vehicle.plan(index, number, in_view=in_view) for index, vehicle in enumerate(self._vehicles)
+            ),
             imaging_ms=61.0,
             work_ms=84.0,
             loop_lag_p99_ms=3.0,
         )
         self._steps.append(record)
         self.findings.observe(tuple(filter(None, [self._target()])), number, self.elapsed_s)
-        for body in self._bodies:
-            body.camera = _exposed(body, number)
+        for vehicle in self._vehicles:
+            vehicle.expose(number)
         self.stream.publish(EventKind.STEP, record)
         self._publish_pictures(number, visibility_m2)
 
@@ -307,10 +279,10 @@ class ScriptedMission:
     def _enter(self, phase: Phase) -> None:
         self.phase = phase
         self._phase_s = 0.0
-        for index, body in enumerate(self._bodies):
-            if phase is Phase.LINE and body.task is Task.SWARM:
-                body.mode = FlightMode.GUIDED
-                body.waypoint_enu_m = (-42.0 + 12.0 * index, -15.0, body.layer_height_m)
+        for index, vehicle in enumerate(self._vehicles):
+            if phase is Phase.LINE and vehicle.task is Task.SWARM:
+                vehicle.mode = FlightMode.GUIDED
+                vehicle.waypoint_enu_m = (-42.0 + 12.0 * index, -15.0, vehicle.layer_height_m)
 
     def _act_on_mission(self, action: Action) -> None:
         suspensions = {
@@ -325,52 +297,6 @@ class ScriptedMission:
             self.suspension = Suspension.NONE
         elif action is Action.ABORT:
             self._enter(Phase.RETURN)
-
-    def _act_on(self, body: _Body, action: Action) -> ActionResult:
-        if body.vehicle_id == SILENT_ID:
-            return ActionResult(body.vehicle_id, accepted=False, text="has not been heard yet")
-        if body.vehicle_id == REFUSING_ID and action in {Action.RETURN, Action.LAND}:
-            return ActionResult(body.vehicle_id, accepted=False, text="refused by the autopilot: mode change failed")
-        body.task, body.mode = _TASK_AND_MODE[action]
-        return ActionResult(body.vehicle_id, accepted=True, text=f"{body.task}, mode {body.mode}")
-
-    def _move(self, body: _Body, duration_s: float) -> None:
-        goals: dict[Task, EnuPoint | None] = {
-            Task.SWARM: body.waypoint_enu_m or (*body.home_enu_m[:2], body.layer_height_m),
-            Task.RETURNING: (*body.home_enu_m[:2], body.layer_height_m),
-            Task.LANDING: (*body.position_enu_m[:2], 0.0),
-        }
-        goal = goals.get(body.task)
-        if self.phase is Phase.ARM or goal is None or body.vehicle_id == SILENT_ID:
-            body.speed_mps = 0.0
-            return
-        here = np.array(body.position_enu_m)
-        way = np.array(goal) - here
-        distance_m = float(np.linalg.norm(way))
-        travelled_m = min(distance_m, SPEED_MPS * duration_s)
-        if distance_m > 1e-6:
-            east_m, north_m, up_m = here + way * (travelled_m / distance_m)
-            body.position_enu_m = (float(east_m), float(north_m), float(up_m))
-        if float(np.linalg.norm(way[:2])) > 0.05:
-            body.heading_rad = math.atan2(way[0], way[1]) % (2 * math.pi)
-        body.speed_mps = travelled_m / duration_s
-        body.battery = max(0.05, body.battery - 0.0006 * duration_s * body.vehicle_id)
-
-    def _plan(self, index: int, body: _Body, number: int, in_view: bool) -> WaypointRecord:
-        if in_view:
-            angle = 2.4 * index + 0.35 * number
-            radius_m = max(6.0, 24.0 - number)
-            east_m = TARGET_ENU_M[0] + radius_m * math.cos(angle)
-            north_m = TARGET_ENU_M[1] + radius_m * math.sin(angle)
-        else:
-            east_m, north_m = -42.0 + 12.0 * index, -15.0 + 8.0 * number
-        requested = (east_m, north_m, body.layer_height_m)
-        if body.vehicle_id == 2 and number % 5 == 0:
-            body.refusal = "held: vehicle 3 would come closer than 5.0 m"
-            return WaypointRecord(body.vehicle_id, requested, None, WaypointVerdict.HELD, body.refusal)
-        body.refusal = None
-        body.waypoint_enu_m = requested
-        return WaypointRecord(body.vehicle_id, requested, requested, WaypointVerdict.SENT, "")
 
     # --- what is shown
 
@@ -402,60 +328,13 @@ class ScriptedMission:
             (float(east_m), float(north_m), float(up_m)), sigma_m, len(seen), track_id=1, ellipse=ellipse
         )
 
-    def _vehicle(self, body: _Body) -> VehicleSnapshot:
-        if body.vehicle_id == SILENT_ID:
-            is_chosen = SILENT_ID in self._chosen
-            state = VehicleState(SILENT_ID)
-            return VehicleSnapshot(state, Task.IDLE, None, None, None, None, None, takes_part=is_chosen)
-        position = LocalFrame(ORIGIN).to_geodetic(body.position_enu_m)
-        flying = body.position_enu_m[2] > 0.5
-        state = VehicleState(
-            vehicle_id=body.vehicle_id,
-            autopilot="arducopter" if body.vehicle_id % 2 else "px4",
-            mode=body.mode,
-            mode_name=body.mode.upper(),
-            armed=self.phase not in {Phase.READY, Phase.DONE},
-            landed=LandedState.IN_AIR if flying else LandedState.ON_GROUND,
-            ready_to_arm=True,
-            position=position,
-            position_at_s=self.elapsed_s,
-            height_above_home_m=body.position_enu_m[2],
-            velocity_enu_mps=(
-                body.speed_mps * math.sin(body.heading_rad),
-                body.speed_mps * math.cos(body.heading_rad),
-                0.0,
-            ),
-            heading_rad=body.heading_rad,
-            home=LocalFrame(ORIGIN).to_geodetic(body.home_enu_m),
-            battery_fraction=body.battery,
-            battery_voltage_v=14.0 + 2.6 * body.battery,
-            gps_fix=3 if body.vehicle_id != 5 else 6,
-            satellites=14 + body.vehicle_id % 4,
-            heard_at_s=self.elapsed_s,
-            packet_loss_fraction=0.004 * body.vehicle_id,
-            link=LinkQuality(f"udp://10.0.0.{body.vehicle_id}:14550", 2, 0.02 * body.vehicle_id, 0.004, 2e-6),
-            text="EKF variance" if body.vehicle_id == 6 else "",
-        )
-        link_age_s = 7.5 if body.vehicle_id == 6 else 0.2
-        return VehicleSnapshot(
-            state,
-            body.task,
-            body.layer_height_m,
-            body.position_enu_m,
-            link_age_s,
-            body.waypoint_enu_m,
-            body.refusal,
-            body.camera,
-            body.vehicle_id in self._chosen,
-        )
-
     def _preflight(self) -> tuple[PreflightCheck, ...]:
         names = ("link", "position", "battery", "home", "camera")
         checks = [
-            failed(body.vehicle_id, name, "never heard", "check its power and radio")
-            if body.vehicle_id == SILENT_ID
-            else passed(body.vehicle_id, name, "within limits")
-            for body in self._bodies
+            failed(vehicle.vehicle_id, name, "never heard", "check its power and radio")
+            if vehicle.vehicle_id == SILENT_ID
+            else passed(vehicle.vehicle_id, name, "within limits")
+            for vehicle in self._vehicles
             for name in names
         ]
         return tuple(replace(check, overridden=self.overrides.get((check.vehicle_id, check.name))) for check in checks)
@@ -470,41 +349,6 @@ class ScriptedMission:
             north_m + _PICTURE_HALF_WIDTH_M,
         )
         for kind in PictureKind:
-            png = paint(kind, number, bounds, visibility_m2)
+            png = paint(kind, number, bounds, TARGET_ENU_M, visibility_m2)
             self._pictures[kind] = Picture(kind, number, png, *bounds)
         self.stream.publish(EventKind.PICTURES, PicturesRecord(number, tuple(PictureKind), *bounds))
-
-
-def _exposed(body: _Body, step: int) -> CameraSnapshot:
-    """Return what is known of a camera that has just looked straight down."""
-    east_m, north_m, up_m = body.position_enu_m
-    half_m = 0.5 * up_m
-    corners = ((-half_m, half_m), (half_m, half_m), (half_m, -half_m), (-half_m, -half_m))
-    return CameraSnapshot(step, 0, step, tuple((east_m + dx_m, north_m + dy_m) for dx_m, dy_m in corners))
-
-
-def paint(kind: PictureKind, seed: int, bounds: tuple[float, float, float, float], visibility_m2: float) -> bytes:
-    """Return a PNG with blurred foliage and a person that shows the better the higher the visibility is."""
-    size = _PICTURE_SIZE_PX
-    rng = np.random.default_rng(seed)
-    foliage = cv2.GaussianBlur(rng.random((size, size), np.float32), (0, 0), 5)
-    foliage = (foliage - foliage.min()) / float(np.ptp(foliage))
-    row, column = np.mgrid[0:size, 0:size].astype(np.float32)
-    west_m, _, east_m, north_m = bounds
-    scale_px_per_m = size / (east_m - west_m)
-    east_px, north_px = (TARGET_ENU_M[0] - west_m) * scale_px_per_m, (north_m - TARGET_ENU_M[1]) * scale_px_per_m
-    person = np.exp(-((column - east_px) ** 2 + (row - north_px) ** 2) / (2 * 5.0**2)) * min(1.0, visibility_m2 + 0.1)
-    colours = {
-        PictureKind.INTEGRAL: np.stack([30 + 50 * foliage, 60 + 90 * foliage, 40 + 60 * foliage + 190 * person], -1),
-        PictureKind.THERMAL: np.repeat((40 + 60 * foliage + 155 * person)[..., None], 3, axis=-1),
-        PictureKind.ANOMALY: np.stack([0 * person, 180 * person, 255 * person], -1),
-        PictureKind.COVERAGE: np.stack([60 + 0 * person, 80 + 120 * foliage, 140 + 0 * person], -1),
-        PictureKind.VISIBILITY: np.stack([60 + 160 * foliage, 80 + 120 * foliage, 60 + 0 * person], -1),
-    }[kind]
-    covered = np.hypot(column - size / 2, row - size / 2) < 0.48 * size
-    visible = covered & (person > 0.15) if kind is PictureKind.ANOMALY else covered
-    rgba = np.dstack([colours, 255.0 * visible]).clip(0, 255).astype(np.uint8)
-    done, data = cv2.imencode(".png", rgba)
-    if not done:
-        raise RuntimeError("the picture could not be encoded")
-    return data.tobytes()
