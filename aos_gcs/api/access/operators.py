@@ -36,8 +36,8 @@ class AccessDeniedError(AosError):
 class ObserverError(AccessDeniedError):
     """A command of an observer."""
 
-    def __init__(self) -> None:
-        super().__init__("Observers cannot send commands. Sign in with the operator code.")
+    def __init__(self, text: str = "Observers cannot send commands. Sign in with the operator code.") -> None:
+        super().__init__(text)
 
 
 class WrongCodeError(AccessDeniedError):
