@@ -16,7 +16,7 @@ from tests.browser.pages import confirm, sign_in
 from tests.fakes.program import Program, running
 from tests.timing import scaled_s
 
-SPEED = 4.0
+SPEED = 5.0
 """Simulated seconds per second: slow enough for the operator to act in flight on a machine that is busy."""
 START_TIMEOUT_S = scaled_s(60.0)
 FLIGHT_MS = 1000 * scaled_s(90.0)

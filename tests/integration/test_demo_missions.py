@@ -32,7 +32,7 @@ KEYS = {
     "mission_dir",
 }
 SEPARATION_M = UNLIMITED.separation_m
-SMALL = ("--vehicles", "4", "--image-size", "192", "--trees-per-ha", "30", "--seed", "2", "--speed", "10")
+SMALL = ("--vehicles", "4", "--image-size", "128", "--trees-per-ha", "30", "--seed", "2", "--speed", "10")
 """Few trees, so that the person is seen whatever way the swarm takes."""
 
 
@@ -69,7 +69,7 @@ async def test_a_small_demo_finds_the_person_lands_all_and_is_recorded(
     with MissionReader(program.mission_folder) as reader:
         steps, outcome, final = reader.steps(), reader.outcome(), reader.last_snapshot()
         frames = reader.frames(steps[-1].step)
-        assert frames[0].load().image.shape == (192, 192, 4)
+        assert frames[0].load().image.shape == (128, 128, 4)
         assert reader.manifest()["configuration"]["mission"]["seed"] == 2
     assert len(steps) == result["steps"]
     assert outcome is not None

@@ -21,7 +21,7 @@ pytestmark = pytest.mark.looptime
 
 SEPARATION_M = 1.5
 BAD = {"bias_m": (0.5, 2.0), "swing_m": (0.2, 0.1)}
-LONG_AREA = ((-12.0, 10.0), (12.0, 10.0), (12.0, 250.0), (-12.0, 250.0))
+LONG_AREA = ((-12.0, 10.0), (12.0, 10.0), (12.0, 130.0), (-12.0, 130.0))
 OVERRIDDEN = PreflightSettings(
     upload_fence=True,
     overrides={"home altitude": "measured: the meadow is level", "altitude accuracy": "a test of the datum"},

@@ -80,6 +80,7 @@ async def flying(
         links=(f"udpout://{HOST}:{gcs_port}", f"udpout://{HOST}:{camera_port}"),
         autopilot=autopilot,
         speed=speed,
+        step_ticks=5,
         start_up_s=0.2 * speed,
         cameras=False,
     )
