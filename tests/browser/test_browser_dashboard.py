@@ -189,6 +189,8 @@ async def test_observers_see_the_same_and_cannot_command_until_they_sign_in(page
     await sign_in(page, "Ada")
     await start_mission(page)
     assert guarded_service.mission.operators == ["Ada"]
+    await page.get_by_test_id("hold-all").click()
+    await expect(page.get_by_test_id("result-1")).to_have_attribute("data-accepted", "true")
     assert OPERATOR_CODE not in page.url
     await page.reload()
     await expect(page.get_by_test_id("hold-all")).to_be_visible()

@@ -136,6 +136,19 @@ describe("EventSocket", () => {
     expect(FakeSocket.opened).toHaveLength(1);
   });
 
+  test("is opened anew without a loss of the connection, where it is open", () => {
+    latest().say(HELLO);
+    const former = latest();
+    events.renew();
+    expect(former.isClosed).toBe(true);
+    expect(FakeSocket.opened).toHaveLength(2);
+    latest().say(HELLO);
+    expect(connections).not.toContain("lost");
+    events.close();
+    events.renew();
+    expect(FakeSocket.opened).toHaveLength(2);
+  });
+
   test("connects again when what was missed is no longer kept", async () => {
     const missed = { mission_id: "m1", seq: 900, events: [], hello: HELLO };
     vi.stubGlobal("fetch", vi.fn().mockResolvedValue(new Response(JSON.stringify(missed))));

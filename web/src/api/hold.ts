@@ -5,6 +5,8 @@ import { type ActionAnswer, postAction } from "./client";
 export interface HoldStream {
   /** Send a hold; null while the stream is not open. */
   hold(requestId: string): Promise<ActionAnswer> | null;
+  /** Open the stream anew where it is open: it keeps the role that its client had when it was opened. */
+  renew(): void;
 }
 
 const ID_BYTES = 16;
@@ -15,7 +17,7 @@ export function newRequestId(): string {
   return [...bytes].map((byte) => byte.toString(16).padStart(2, "0")).join("");
 }
 
-export function holdAll(stream: HoldStream): Promise<ActionAnswer> {
+export function holdAll(stream: Pick<HoldStream, "hold">): Promise<ActionAnswer> {
   const requestId = newRequestId();
   const byStream = stream.hold(requestId);
   const byRequest = postAction({ action: "hold", vehicleIds: null, requestId });

@@ -76,6 +76,12 @@ export class EventSocket implements HoldStream {
     });
   }
 
+  renew(): void {
+    if (this.socket === null) return;
+    this.drop();
+    this.connect();
+  }
+
   private connect(): void {
     this.seq = null;
     this.isCatchingUp = false;
@@ -126,8 +132,7 @@ export class EventSocket implements HoldStream {
     if (answer.ok && answer.value.hello === null) {
       this.guard(() => answer.value.events.forEach((event) => this.take(event)));
     } else {
-      this.drop();
-      this.connect();
+      this.renew();
     }
   }
 

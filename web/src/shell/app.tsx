@@ -32,7 +32,7 @@ import { storedVoice, storeVoice } from "./voice";
 
 export function App({ store, stream }: { store: Store; stream: HoldStream }) {
   const state = useStoreState(store);
-  const access = useSession(state.connection);
+  const access = useSession(state.connection, () => stream.renew());
   const route = useRoute();
   const [theme, setTheme] = useTheme();
   const [voice, setVoice] = useState(storedVoice);

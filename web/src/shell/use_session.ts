@@ -32,7 +32,8 @@ function takeCode(): string {
   return code;
 }
 
-export function useSession(connection: Connection): Access {
+/** The role of this screen; `onChange` is called after each sign-in and sign-out. */
+export function useSession(connection: Connection, onChange: () => void): Access {
   const [session, setSession] = useState<Session | null>(null);
   const [isExpired, setExpired] = useState(false);
   const [code, setCode] = useState(takeCode);
@@ -65,6 +66,7 @@ export function useSession(connection: Connection): Access {
       setCode("");
       setExpired(false);
       setSession(answer.value);
+      onChange();
       return null;
     },
     async signOut() {
@@ -72,6 +74,7 @@ export function useSession(connection: Connection): Access {
       if (!answer.ok) return;
       supersede();
       setSession(answer.value);
+      onChange();
     },
     refresh,
   };
