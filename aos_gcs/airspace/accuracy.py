@@ -88,13 +88,20 @@ def _enclosing(
     separation_m: float, wide_error_m: FloatArray, high_error_m: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return the half axes of ellipsoids that are hardly higher than what they enclose."""
+    is_exact = (wide_error_m < _EXACT_M) & (high_error_m < _EXACT_M)
+    if is_exact.all():
+        exact_m = np.full(len(wide_error_m), separation_m)
+        return exact_m, exact_m
+    if len(wide_error_m) > 1 and (wide_error_m == wide_error_m[0]).all() and (high_error_m == high_error_m[0]).all():
+        # A fleet of one kind: one pair stands for all.
+        wide_m, high_m = _enclosing(separation_m, wide_error_m[:1], high_error_m[:1])
+        return np.repeat(wide_m, len(wide_error_m)), np.repeat(high_m, len(wide_error_m))
     high_m = separation_m + high_error_m + _OVERSHOOT_M
     slope = _SLOPES[:, None]
     # Distance of the tangent plane of each slope from the centre: sphere and cylinder together, then the ellipsoid.
     reach_m = separation_m + np.sqrt(slope) * wide_error_m + np.sqrt(1.0 - slope) * high_error_m
     wide_m2 = ((reach_m**2 - (1.0 - slope) * high_m**2) / slope).max(axis=0)
     wide_m = np.maximum(separation_m + wide_error_m, _ROUNDING * np.sqrt(np.maximum(wide_m2, 0.0)))
-    is_exact = (wide_error_m < _EXACT_M) & (high_error_m < _EXACT_M)
     return np.where(is_exact, separation_m, wide_m), np.where(is_exact, separation_m, high_m)
 
 
