@@ -1,7 +1,9 @@
 """Commands to many vehicles: a waypoint for 50, silent ones among healthy ones, hold for 20, memory with 100.
 
-Run: python tests/benchmarks/bench_fleet.py [goto|silent|hold|memory ...] [--rounds 10] [--minutes 1]
+Run: python tests/benchmarks/bench_fleet.py [goto|silent|hold|click|memory ...] [--rounds 10] [--minutes 1] [--busy]
 
+``click`` is a hold from the request of an operator to the dashboard's process. With ``--busy`` each core of the machine
+analyses images meanwhile, at the priority of the service's workers.
 ``silent`` sets mavsdk.asyncio beside the driver, as it is delivered: it waits for answers in a pool of threads.
 """
 
@@ -11,13 +13,16 @@ import argparse
 import asyncio
 import math
 import multiprocessing
+import os
 import socket
 import sys
+import tempfile
 import time
 from collections.abc import AsyncIterator, Callable, Iterator
-from contextlib import asynccontextmanager, contextmanager, suppress
+from contextlib import ExitStack, asynccontextmanager, contextmanager, suppress
 from pathlib import Path
 
+import httpx
 import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
@@ -25,8 +30,10 @@ from aos_drivers.links.opener import UdpEndpoint
 from aos_drivers.mavlink import open_mavlink
 from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.clock import LoopClock
+from aos_gcs.config.model import ApiConfig
 from aos_gcs.errors import CommandError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.imaging.step.analysis import analyse_step
 from aos_gcs.mission.coordinator import Coordinator
 from aos_gcs.mission.fleet.flight import FlightControl
 from aos_gcs.mission.fleet.roster import Roster
@@ -37,6 +44,8 @@ from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.planning.settings import Deadlines, FlightSettings, PreflightSettings
 from aos_gcs.ports import Clock, DriverContext, Fleet, Goto, LandedState
+from aos_gcs.runtime.api_start import ApiStart
+from aos_gcs.runtime.api_supervisor import open_api_process
 from aos_gcs.swarm.model import Observation
 from aos_gcs.swarm.registry import make_strategy
 from aos_sim.camera.synthetic import CheckerboardGround
@@ -46,12 +55,15 @@ from tests.fakes.mission_flight import MemoryRecorder, settings
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
+from tests.benchmarks.bench_imaging import SETTINGS, make_frames
 from tests.benchmarks.figures import report
 
 HOST = "127.0.0.1"
 PERIOD_S = 0.2
 ANSWER_S = 0.3
 """After which a vehicle acknowledges, in the comparison with mavsdk."""
+CODE = "larch-and-spruce"
+WORKERS_NICENESS = 5
 LAYER_M, SPACING_M = 8.0, 2.0
 COMMANDS = (mavlink.MAVLINK_MSG_ID_COMMAND_LONG, mavlink.MAVLINK_MSG_ID_COMMAND_INT)
 MOVING = frozenset({mavlink.MAV_CMD_DO_REPOSITION, mavlink.MAV_CMD_DO_SET_MODE})
@@ -227,9 +239,8 @@ async def goto(rounds: int, count: int = 50) -> None:
                     await sending
     report("fleet.goto", float(np.median(spent_ms)))
     print(
-        f"goto: ask to the last of {sent_count} waypoints on the wire, {count} vehicles: "
-        f"best {min(spent_ms):.1f} ms, median {np.median(spent_ms):.1f} ms, worst {max(spent_ms):.1f} ms "
-        f"of {rounds} rounds; of the processor, median {np.median(cpu_ms):.1f} ms"
+        f"goto: ask to the last of {sent_count} waypoints on the wire, {count} vehicles: {_told(spent_ms)}; "
+        f"of the processor, median {np.median(cpu_ms):.1f} ms"
     )
 
 
@@ -322,10 +333,56 @@ async def hold(rounds: int, count: int = 20) -> None:
                 await asyncio.sleep(2.0)
     report("fleet.hold", float(np.median(wire_ms)))
     print(
-        f"hold: request to the last of {count} holds on the wire, median {np.median(wire_ms):.1f} ms, worst "
-        f"{max(wire_ms):.1f} ms; to the last mode shown, median {np.median(shown_ms):.0f} ms, worst "
-        f"{max(shown_ms):.0f} ms ({rounds} rounds)"
+        f"hold: request to the last of {count} holds on the wire, {_told(wire_ms)}; "
+        f"to the last mode shown, {_told(shown_ms)}"
     )
+
+
+async def click(rounds: int, count: int = 20) -> None:
+    """Time from an operator's request to the dashboard, in its own process, to the last hold on the wire."""
+    port = free_port()
+    with other_process(simulate, port, count), tempfile.TemporaryDirectory() as folder:
+        config = ApiConfig(port=0, plans_folder=Path(folder) / "plans")
+        start = ApiStart(config, CODE, Path(folder), Path(folder) / "m")
+        async with open_api_process(start, print) as api, _mission(port, count, auto_start=True) as (mission, _):
+            assert api is not None
+            async with api.showing(mission.view, mission.commands):
+                await _until(lambda: mission.phase is Phase.LINE)
+                await asyncio.sleep(2.0)
+                with httpx.Client(base_url=api.address.url, timeout=30.0) as client:
+                    wire_ms = [await _click(client, mission, count) for _ in range(rounds)]
+    report("fleet.click", float(np.median(wire_ms)))
+    print(f"click: request to the last of {count} holds on the wire, {_told(wire_ms)}")
+
+
+async def _click(client: httpx.Client, mission: Coordinator, count: int) -> float:
+    def hold() -> float:
+        """Return when the operator pressed; the page has a connection and a session by then."""
+        client.post("/api/session", json={"code": CODE, "name": "Ada"}).raise_for_status()
+        start_s = time.perf_counter()
+        client.post("/api/mission/actions", json={"action": "hold"}).raise_for_status()
+        return start_s
+
+    with commands_on_the_wire() as sent:
+        start_s = await asyncio.to_thread(hold)
+    if len(sent) < count:
+        raise RuntimeError(f"only {len(sent)} of {count} were told to hold")
+    await mission.commands.act(Action.RESUME, None)
+    await asyncio.sleep(2.0)
+    return 1e3 * (max(sent.values()) - start_s)
+
+
+def _told(values_ms: list[float]) -> str:
+    median_ms, p99_ms = np.percentile(values_ms, (50, 99))
+    return f"median {median_ms:.1f} ms, p99 {p99_ms:.1f} ms, worst {max(values_ms):.1f} ms ({len(values_ms)} rounds)"
+
+
+def analyse_images() -> None:
+    """Analyse the frames of ten vehicles until killed, as the service's worker does."""
+    os.nice(WORKERS_NICENESS)
+    frames = make_frames(4.2, np.float32, 10)
+    while True:
+        analyse_step(frames, SETTINGS)
 
 
 async def memory(minutes: float, count: int = 100, rate_hz: float = 20.0) -> None:
@@ -361,7 +418,7 @@ async def _mission(port: int, count: int, *, auto_start: bool) -> AsyncIterator[
         area_enu_m=((-60.0, 40.0), (60.0, 40.0), (60.0, 400.0), (-60.0, 400.0)),
         flight=FlightSettings(lowest_layer_m=LAYER_M, layer_spacing_m=SPACING_M, cruise_speed_mps=3.0),
         deadlines=Deadlines(preflight_s=120.0),
-        preflight=PreflightSettings(upload_fence=True),
+        preflight=PreflightSettings(upload_fence=True, set_return_height=True),
         auto_start=auto_start,
     )
     async with open_mavlink([f"udpin://{HOST}:{port}"], context) as fleet, journal.recorded(recorder):
@@ -383,12 +440,16 @@ def _resident_mib() -> float:
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", nargs="*", default=["goto", "silent", "hold", "memory"])
+    parser.add_argument("what", nargs="*", default=["goto", "silent", "hold", "click", "memory"])
     parser.add_argument("--rounds", type=int, default=10)
     parser.add_argument("--minutes", type=float, default=1.0)
+    parser.add_argument("--busy", action="store_true")
     chosen = parser.parse_args()
-    for name in chosen.what:
-        if name == "memory":
-            asyncio.run(memory(chosen.minutes))
-        else:
-            asyncio.run({"goto": goto, "silent": silent, "hold": hold}[name](chosen.rounds))
+    with ExitStack() as busy:
+        for _ in range((os.cpu_count() or 1) if chosen.busy else 0):
+            busy.enter_context(other_process(analyse_images))
+        for name in chosen.what:
+            if name == "memory":
+                asyncio.run(memory(chosen.minutes))
+            else:
+                asyncio.run({"goto": goto, "silent": silent, "hold": hold, "click": click}[name](chosen.rounds))
