@@ -26,11 +26,11 @@ pytestmark = pytest.mark.timeout(600)
 STRIP_ENU_M = ((-20.0, 30.0), (20.0, 30.0), (20.0, 50.0), (-20.0, 50.0))
 
 
-def search_strip(scene: Scene, detection: DetectionSettings) -> FlownMission:
-    flight = SimulatedFlight(scene, USUAL, vehicles=5, image_size_px=192, seed=1)
-    settings = mission_settings(flight, vehicles=5, strategy="aos-apso", seed=0)
+def search_strip(scene: Scene, vehicles: int, detection: DetectionSettings) -> FlownMission:
+    flight = SimulatedFlight(scene, USUAL, vehicles, image_size_px=192, seed=1)
+    settings = mission_settings(flight, vehicles, strategy="aos-apso", seed=0)
     mission = fly(flight, replace(settings, area_enu_m=STRIP_ENU_M, detection=detection))
-    assert flight.landed == 5
+    assert flight.landed == vehicles
     assert flight.min_separation_m is not None
     assert flight.min_separation_m >= UNLIMITED.separation_m
     return mission
@@ -39,7 +39,7 @@ def search_strip(scene: Scene, detection: DetectionSettings) -> FlownMission:
 def test_deer_on_the_way_are_no_persons_and_the_person_behind_them_is_found() -> None:
     scene = build_scene(SceneParameters(seed=1, animals=3, stones=3))
     (person,) = scene.persons
-    mission = search_strip(scene, DetectionSettings(look_steps=6, stop_at_first=True))
+    mission = search_strip(scene, 10, DetectionSettings(look_steps=6, stop_at_first=True))
     findings = mission.snapshot.findings
     assert mission.snapshot.outcome is Outcome.FOUND
     (claim,) = (finding for finding in findings if finding.is_claimed)
@@ -53,7 +53,7 @@ def test_deer_on_the_way_are_no_persons_and_the_person_behind_them_is_found() ->
 
 def test_without_a_person_nothing_is_announced() -> None:
     scene = build_scene(SceneParameters(seed=1, persons=0, animals=3, stones=3))
-    mission = search_strip(scene, DetectionSettings(look_steps=6))
+    mission = search_strip(scene, 5, DetectionSettings(look_steps=6))
     assert mission.snapshot.outcome is Outcome.NOT_FOUND
     assert mission.snapshot.covered_fraction == 1.0
     assert not any(finding.stands for finding in mission.snapshot.findings)

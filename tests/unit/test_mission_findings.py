@@ -121,6 +121,17 @@ def test_what_is_decided_stays_until_there_is_another_decision() -> None:
     assert len(findings.persons()) == 1
 
 
+def test_a_finding_stays_where_its_target_was_seen_last() -> None:
+    findings = Findings()
+    findings.observe([replace(target(1), seen_at_s=1.0)], 1, 1.0)
+    findings.observe([replace(target(1, 40.0), seen_at_s=1.0, sigma_m=9.0)], 2, 30.0)  # out of view, gone on
+    (finding,) = findings.all()
+    assert (finding.position_enu_m, finding.sigma_m) == (target(1).position_enu_m, target(1).sigma_m)
+    findings.observe([replace(target(1, 5.0), seen_at_s=60.0)], 3, 60.0)
+    (finding,) = findings.all()
+    assert (finding.position_enu_m, finding.step) == (target(1, 5.0).position_enu_m, 3)
+
+
 def test_a_change_leaves_alone_what_it_does_not_name() -> None:
     findings = Findings()
     findings.add((1.0, 2.0, 0.0), "a jacket", "Ann", 3, 30.0)

@@ -162,17 +162,21 @@ def _is_one(finding: Finding, target: TargetEstimate) -> bool:
 
 
 def _updated(finding: Finding, target: TargetEstimate, step: int) -> Finding:
-    """Return a finding updated by its target; the step stays while the target is out of view."""
+    """Return a finding updated by its target; place and step stay while the target is out of view.
+
+    The track of a target that has moved goes on with its speed: after a minute that says nothing about where it is.
+    """
     seen_at_s = finding.seen_at_s if target.seen_at_s is None else target.seen_at_s
     is_new = finding.track_id is None
+    is_seen = is_new or target.seen_at_s is None or target.seen_at_s > finding.seen_at_s
     is_decided = finding.kind is not FindingKind.UNDECIDED and target.kind in {FindingKind.UNDECIDED, finding.kind}
     knows_no_better = is_decided or target.person_confidence is None
     return replace(
         finding,
         track_id=target.track_id,
-        position_enu_m=target.position_enu_m,
-        sigma_m=target.sigma_m,
-        ellipse=target.ellipse,
+        position_enu_m=target.position_enu_m if is_seen else finding.position_enu_m,
+        sigma_m=target.sigma_m if is_seen else finding.sigma_m,
+        ellipse=target.ellipse if is_seen else finding.ellipse,
         sightings=target.sightings,
         person_confidence=finding.person_confidence if knows_no_better else target.person_confidence,
         kind=finding.kind if is_decided else target.kind,
