@@ -278,7 +278,7 @@ def _error(name: str, arguments: tuple[object, ...], state: dict[str, object], n
     kind: type[Exception] = _BUILTIN_ERRORS.get(name) or _loaded(name)
     if not issubclass(kind, AosError) and name not in _BUILTIN_ERRORS:
         raise TypeError(f"{name} is no error")
-    error = Exception.__new__(kind)
+    error = kind.__new__(kind)
     error.args = tuple(arguments)
     for attribute, value in state.items():
         if attribute.startswith("_") or not isinstance(attribute, str):
