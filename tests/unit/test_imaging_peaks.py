@@ -1,7 +1,6 @@
 import numpy as np
 from hypothesis import example, given
 from hypothesis import strategies as st
-from scipy.signal import find_peaks, peak_prominences, peak_widths
 
 from aos_gcs.imaging.focus.peaks import Peak, peaks_of
 
@@ -9,6 +8,9 @@ values = st.lists(st.integers(0, 4) | st.floats(0.0, 4.0, width=32), min_size=1,
 
 
 def by_scipy(curve: np.ndarray) -> list[tuple[float, ...]]:
+    # Seconds to import, which only the process that runs this test should pay.
+    from scipy.signal import find_peaks, peak_prominences, peak_widths  # noqa: PLC0415
+
     indices = find_peaks(curve)[0]
     prominences = peak_prominences(curve, indices)
     widths = peak_widths(curve, indices, 0.5, prominences)[0]
