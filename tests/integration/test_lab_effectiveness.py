@@ -73,14 +73,14 @@ def test_bad_options_are_named(option: str, value: str, named: str, tmp_path: Pa
     assert not (tmp_path / "study").exists()
 
 
-def test_the_command_fits_a_model_of_persons_to_a_study(tmp_path: Path) -> None:
-    study, model = tmp_path / "study", tmp_path / "model.json"
+def test_the_command_fits_a_model_of_persons_to_several_studies(tmp_path: Path) -> None:
+    studies, model = (tmp_path / "day", tmp_path / "night"), tmp_path / "model.json"
     person, deer = Evidence(9, 8, 0.6, 0.8, 15.0, 20.0), Evidence(3, 2, 2.5, 0.1, 12.0, 14.0)
-    folder = StudyFolder(study, SMALL)
+    folders = [StudyFolder(study, SMALL) for study in studies]
     for seed in range(6):
         place = (float(seed), 2.0)
         bodies = (WarmBody(person, place, 0.5), WarmBody(deer, (place[0] + 20.0, 2.0), 0.5))
-        folder.append(
+        folders[seed % 2].append(
             SceneResult(
                 key=SceneKey(300.0, seed, has_person=True),
                 bodies=(Body("person standing", place), Body("deer", (place[0] + 20.0, 2.0))),
@@ -89,10 +89,12 @@ def test_the_command_fits_a_model_of_persons_to_a_study(tmp_path: Path) -> None:
                 warm={PositionGrade.GNSS: (), PositionGrade.RTK: bodies},
             )
         )
-    command = ["fit-person", "--study", str(study), "--out", str(model)]
+    command = ["fit-person", *(word for study in studies for word in ("--study", str(study))), "--out", str(model)]
     done = CliRunner().invoke(lab, command, catch_exceptions=False)
     assert done.stdout == f"{model}: fitted to 6 persons and 6 other bodies\n"
     fitted = read_model(model)
+    assert fitted.fitted_to == "6 scenes at 300 trees/ha, seeds 0 to 5"
+    assert fitted.fitted_on
     assert person_confidence(person, fitted) > 0.8
     assert person_confidence(deer, fitted) < 0.2
 

@@ -1,6 +1,7 @@
 """Telling persons from other warm bodies."""
 
 from dataclasses import replace
+from datetime import date
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from aos_gcs.errors import InputDataError
 from aos_gcs.imaging.persons.classifier import (
     PersonModel,
+    default_model,
     fit_person_model,
     person_confidence,
     read_model,
@@ -84,8 +86,15 @@ def test_something_as_hot_as_an_engine_is_no_person() -> None:
 
 
 def test_models_survive_a_file(model: PersonModel, tmp_path: Path) -> None:
-    write_model(tmp_path / "model.json", model)
-    assert read_model(tmp_path / "model.json") == model
+    for one in (model, replace(model, fitted_to="80 scenes", fitted_on="2026-11-21")):
+        write_model(tmp_path / "model.json", one)
+        assert read_model(tmp_path / "model.json") == one
+
+
+def test_the_programs_own_model_names_its_data_and_date() -> None:
+    model = default_model()
+    assert "scenes" in model.fitted_to
+    assert date.fromisoformat(model.fitted_on)
 
 
 @pytest.mark.parametrize(

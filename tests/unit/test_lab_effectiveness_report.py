@@ -7,7 +7,18 @@ import pytest
 
 from aos_gcs.imaging.persons.classifier import PersonModel
 from aos_gcs.imaging.persons.evidence import Evidence
-from aos_gcs.lab.effectiveness.report import ClaimResult, Rule, Share, as_markdown, decide, labelled_bodies, summarise
+from aos_gcs.lab.effectiveness.report import (
+    ClaimResult,
+    Rule,
+    Share,
+    as_markdown,
+    calibration_as_text,
+    calibration_error,
+    decide,
+    describe,
+    labelled_bodies,
+    summarise,
+)
 from aos_gcs.lab.effectiveness.study import Anomaly, SceneKey, SceneResult, WarmBody
 from aos_gcs.lab.scenes import Body, PositionGrade
 
@@ -111,3 +122,24 @@ def test_bodies_are_labelled_by_what_they_lie_nearest_to() -> None:
     assert is_person == [True, False, True, False, False, False]
     assert len(evidence) == 6
     assert labelled_bodies([scene(warm(0.0, 15.0, vehicles=1))]) == ([], [])
+
+
+def test_calibration_compares_probabilities_with_shares_and_persons_weigh_as_much_as_all_others() -> None:
+    """At 12 K the model of these tests says one half."""
+    person, other = warm(0.0, 12.0), warm(10.0, 12.0)
+    honest = [scene(person, other)]
+    assert calibration_error(honest, PositionGrade.RTK, MODEL) == pytest.approx(0.0)
+    assert calibration_error([*honest, scene(other, other)], PositionGrade.RTK, MODEL) == pytest.approx(0.0)
+    sure = [scene(warm(0.0, 0.0), warm(10.0, 0.0))]
+    assert calibration_error(sure, PositionGrade.GNSS, MODEL) == pytest.approx(0.5, abs=1e-4)
+    assert calibration_as_text(sure, MODEL).endswith(": 0.500 (gnss), 0.500 (rtk)\n")
+
+
+def test_calibration_is_unknown_without_persons() -> None:
+    assert math.isnan(calibration_error([scene(warm(10.0, 8.0), has_person=False)], PositionGrade.GNSS, MODEL))
+    assert calibration_as_text([]).endswith(": unknown (gnss), unknown (rtk)\n")
+
+
+def test_scenes_are_described_by_densities_and_seeds() -> None:
+    assert describe([scene(seed=7), scene(seed=3, density=500.0)]) == "2 scenes at 300, 500 trees/ha, seeds 3 to 7"
+    assert describe([]) == "no scenes"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated
 
@@ -31,7 +33,13 @@ def effectiveness(
     """
     from aos_gcs.cli.output import progress  # noqa: PLC0415 - keeps the other commands' help fast
     from aos_gcs.imaging.persons.classifier import read_model  # noqa: PLC0415
-    from aos_gcs.lab.effectiveness.report import Rule, as_markdown, decide, summarise  # noqa: PLC0415
+    from aos_gcs.lab.effectiveness.report import (  # noqa: PLC0415
+        Rule,
+        as_markdown,
+        calibration_as_text,
+        decide,
+        summarise,
+    )
     from aos_gcs.lab.effectiveness.store import StudyFolder, missing  # noqa: PLC0415
     from aos_gcs.lab.effectiveness.study import StudySettings, scene_keys, study_scenes  # noqa: PLC0415
     from aos_gcs.lab.scenes import PositionGrade  # noqa: PLC0415
@@ -52,7 +60,7 @@ def effectiveness(
     chosen = set(keys)
     results = [result for result in folder.results() if result.key in chosen]
     decisions = [decide(result, grade, rule, persons) for rule in Rule for grade in PositionGrade for result in results]
-    summary = as_markdown(summarise(decisions))
+    summary = f"{as_markdown(summarise(decisions))}\n{calibration_as_text(results, persons)}"
     folder.write_decisions(decisions)
     folder.write_summary(summary)
     typer.echo(summary, nl=False)
@@ -60,21 +68,27 @@ def effectiveness(
 
 def fit_person(
     *,
-    study: Annotated[Path, typer.Option(metavar="DIR", help="Folder of a study (aos-gcs lab effectiveness).")],
+    study: Annotated[
+        list[Path],
+        typer.Option(metavar="DIR", help="Folder of a study (aos-gcs lab effectiveness); repeat it for more."),
+    ],
     out: Annotated[Path, typer.Option(metavar="FILE", help="File for the model, as JSON.")],
 ) -> None:
-    """Fit the model that tells persons from other warm bodies to the scenes of a study.
+    """Fit the model that tells persons from other warm bodies to the scenes of one study or several.
 
+    The model's file names its scenes and the day.
     Judge it on scenes of other seeds: aos-gcs lab effectiveness --model FILE --seed N.
     """
     from aos_gcs.exports.files import check_writable  # noqa: PLC0415 - keeps the other commands' help fast
     from aos_gcs.imaging.persons.classifier import fit_person_model, write_model  # noqa: PLC0415
-    from aos_gcs.lab.effectiveness.report import labelled_bodies  # noqa: PLC0415
+    from aos_gcs.lab.effectiveness.report import describe, labelled_bodies  # noqa: PLC0415
     from aos_gcs.lab.effectiveness.store import read_results  # noqa: PLC0415
 
     check_writable(out)
-    evidence, is_person = labelled_bodies(read_results(study))
-    write_model(out, fit_person_model(evidence, is_person))
+    results = [result for folder in study for result in read_results(folder)]
+    evidence, is_person = labelled_bodies(results)
+    today = datetime.now(UTC).date().isoformat()
+    write_model(out, replace(fit_person_model(evidence, is_person), fitted_to=describe(results), fitted_on=today))
     typer.echo(f"{out}: fitted to {sum(is_person)} persons and {len(is_person) - sum(is_person)} other bodies")
 
 

@@ -42,6 +42,10 @@ class PersonModel:
     scales: tuple[float, ...]
     weights: tuple[float, ...]
     bias: float
+    fitted_to: str = ""
+    """Data that it is fitted to, in words; empty where nobody has said."""
+    fitted_on: str = ""
+    """Day of the fit, YYYY-MM-DD."""
 
 
 def person_confidence(evidence: Evidence, model: PersonModel | None = None) -> float:
@@ -122,7 +126,8 @@ def _parse(text: str, name: str) -> PersonModel:
         centres, scales, weights = (
             tuple(float(value) for value in table[key]) for key in ("centres", "scales", "weights")
         )
-        model = PersonModel(centres, scales, weights, float(table["bias"]))
+        origin = (str(table.get(key, "")) for key in ("fitted_to", "fitted_on"))
+        model = PersonModel(centres, scales, weights, float(table["bias"]), *origin)
     except (ValueError, KeyError, TypeError) as error:
         raise InputDataError(f"The model of persons {name} is damaged ({error}); fit it anew.") from error
     if any(len(values) != len(FEATURES) for values in (centres, scales, weights)):

@@ -10,7 +10,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from aos_gcs.imaging.persons.classifier import MIN_VEHICLES, PersonModel
+from aos_gcs.imaging.persons.classifier import MIN_VEHICLES, PersonModel, person_confidence
 from aos_gcs.imaging.persons.decision import FindingKind
 from aos_gcs.imaging.persons.decision import decide as decide_body
 from aos_gcs.imaging.persons.evidence import Evidence
@@ -20,6 +20,8 @@ from aos_gcs.lab.statistics import CONFIDENCE, Share
 
 HERE_M = 3.0
 """A claim farther from the person than this is one about something else."""
+_CALIBRATION_BINS = 10
+"""Ranges of probability, equally wide, within which it is compared with the share of persons."""
 _RESAMPLES = 2000
 _MIN_FOR_INTERVAL = 3
 """Position errors below which their median has no interval worth the name."""
@@ -121,19 +123,54 @@ def summarise(decisions: Iterable[Decision]) -> list[Effectiveness]:
     return [_summary(groups[group]) for group in sorted(groups, key=lambda group: (group[0] != Rule.PERSON, *group))]
 
 
-def labelled_bodies(results: Iterable[SceneResult]) -> tuple[list[Evidence], list[bool]]:
-    """Return the evidence on warm bodies, and whether each is the person: to fit a model with.
+def labelled_bodies(
+    results: Iterable[SceneResult], grades: Sequence[PositionGrade] = tuple(PositionGrade)
+) -> tuple[list[Evidence], list[bool]]:
+    """Return the evidence on warm bodies, and whether each is the person: to fit a model with, or to judge one.
 
     A warm body is what it lies nearest to. What too few vehicles have seen is left out, as the model does not judge it.
     """
     evidence, is_person = [], []
     for result in results:
-        for warm in itertools.chain.from_iterable(result.warm.values()):
+        for warm in itertools.chain.from_iterable(result.warm[grade] for grade in grades):
             if warm.evidence.vehicles >= MIN_VEHICLES:
                 evidence.append(warm.evidence)
                 nearest = min(result.bodies, key=lambda body: math.dist(body.position_enu_m, warm.position_enu_m))
                 is_person.append(nearest is result.bodies[0] and result.key.has_person)
     return evidence, is_person
+
+
+def calibration_error(results: Iterable[SceneResult], grade: PositionGrade, model: PersonModel | None = None) -> float:
+    """Return the expected calibration error of the probability that bodies are persons; NaN without either kind.
+
+    It is the difference of probability and share of persons, averaged over bodies. All persons weigh as much as all
+    other bodies together, since the probability holds for a body that is as likely a person as not.
+    """
+    evidence, is_person = labelled_bodies(results, (grade,))
+    persons = sum(is_person)
+    if not 0 < persons < len(is_person):
+        return math.nan
+    labels = np.array(is_person, dtype=np.float64)
+    weights = np.where(labels == 1.0, 0.5 / persons, 0.5 / (len(labels) - persons))
+    probabilities = np.array([person_confidence(one, model) for one in evidence])
+    bins = np.minimum((probabilities * _CALIBRATION_BINS).astype(np.intp), _CALIBRATION_BINS - 1)
+    return float(np.abs(np.bincount(bins, weights * (probabilities - labels))).sum())
+
+
+def describe(results: Sequence[SceneResult]) -> str:
+    """Return which scenes these are, in words: what a model that is fitted to them says of its data."""
+    if not results:
+        return "no scenes"
+    densities = ", ".join(f"{density:g}" for density in sorted({result.key.trees_per_ha for result in results}))
+    seeds = [result.key.seed for result in results]
+    return f"{len(results)} scenes at {densities} trees/ha, seeds {min(seeds)} to {max(seeds)}"
+
+
+def calibration_as_text(results: Sequence[SceneResult], model: PersonModel | None = None) -> str:
+    """Return the calibration errors of all grades as a line of text."""
+    errors = {grade: calibration_error(results, grade, model) for grade in PositionGrade}
+    parts = (f"{'unknown' if math.isnan(error) else f'{error:.3f}'} ({grade})" for grade, error in errors.items())
+    return f"Expected calibration error of the probability that a warm body is a person: {', '.join(parts)}\n"
 
 
 def as_markdown(figures: Sequence[Effectiveness]) -> str:
