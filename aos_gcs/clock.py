@@ -1,9 +1,10 @@
-"""The clock of the service."""
+"""The clock of the service, and the date."""
 
 from __future__ import annotations
 
 import asyncio
 import time
+from datetime import UTC, datetime
 
 
 class LoopClock:
@@ -41,3 +42,8 @@ class LoopClock:
     def timeout_at(self, deadline_s: float) -> asyncio.Timeout:
         """Return a context manager that raises ``TimeoutError`` when the clock passes ``deadline_s``."""
         return asyncio.timeout_at(self._start_loop_s + deadline_s / self._speed)
+
+
+def today_utc() -> str:
+    """Return the day in UTC, YYYY-MM-DD."""
+    return datetime.fromtimestamp(time.time(), UTC).date().isoformat()

@@ -97,6 +97,16 @@ def test_the_command_fits_a_model_of_persons_to_several_studies(tmp_path: Path) 
     assert fitted.fitted_on
     assert person_confidence(person, fitted) > 0.8
     assert person_confidence(deer, fitted) < 0.2
+    judged = CliRunner().invoke(lab, [*command, "--folds", "3"], catch_exceptions=False)
+    assert judged.stdout.startswith(done.stdout)
+    assert "| person | 300 | rtk | 6, 0 | 100.0 %" in judged.stdout
+
+
+@pytest.mark.parametrize("folds", ["1", "-2"])
+def test_one_part_alone_has_no_others_to_be_judged_by(folds: str, tmp_path: Path) -> None:
+    command = ["fit-person", "--study", str(tmp_path), "--out", str(tmp_path / "model.json"), "--folds", folds]
+    with pytest.raises(ConfigurationError, match="--folds"):
+        CliRunner().invoke(lab, command, catch_exceptions=False)
 
 
 def test_no_model_is_fitted_to_a_study_without_scenes(tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ from aos_gcs.lab.effectiveness.report import (
     calibration_as_text,
     calibration_error,
     decide,
+    decide_by_others,
     describe,
     labelled_bodies,
     summarise,
@@ -143,3 +144,13 @@ def test_calibration_is_unknown_without_persons() -> None:
 def test_scenes_are_described_by_densities_and_seeds() -> None:
     assert describe([scene(seed=7), scene(seed=3, density=500.0)]) == "2 scenes at 300, 500 trees/ha, seeds 3 to 7"
     assert describe([]) == "no scenes"
+
+
+def test_scenes_are_judged_by_models_of_the_others() -> None:
+    """The person of the odd scene is cooler than the animals of the others: its own model would know it."""
+    usual = [scene(warm(0.0, 15.0), warm(10.0, 8.0), seed=seed) for seed in (3, 5, 7, 9)]
+    odd = scene(warm(0.0, 4.0), warm(10.0, 2.0), seed=1)
+    decisions = {(one.seed, one.grade): one.claim_result for one in decide_by_others([*usual, odd], 5)}
+    assert len(decisions) == 10
+    assert all(decisions[seed, PositionGrade.RTK] is ClaimResult.HIT for seed in (3, 5, 7, 9))
+    assert decisions[1, PositionGrade.RTK] is ClaimResult.MISS

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated
 
@@ -73,23 +72,36 @@ def fit_person(
         typer.Option(metavar="DIR", help="Folder of a study (aos-gcs lab effectiveness); repeat it for more."),
     ],
     out: Annotated[Path, typer.Option(metavar="FILE", help="File for the model, as JSON.")],
+    folds: Annotated[
+        int, typer.Option(help="Report figures, too, with each of so many parts judged by a model of the others.")
+    ] = 0,
 ) -> None:
     """Fit the model that tells persons from other warm bodies to the scenes of one study or several.
 
     The model's file names its scenes and the day.
     Judge it on scenes of other seeds: aos-gcs lab effectiveness --model FILE --seed N.
     """
-    from aos_gcs.exports.files import check_writable  # noqa: PLC0415 - keeps the other commands' help fast
+    from aos_gcs.clock import today_utc  # noqa: PLC0415 - keeps the other commands' help fast
+    from aos_gcs.exports.files import check_writable  # noqa: PLC0415
     from aos_gcs.imaging.persons.classifier import fit_person_model, write_model  # noqa: PLC0415
-    from aos_gcs.lab.effectiveness.report import describe, labelled_bodies  # noqa: PLC0415
+    from aos_gcs.lab.effectiveness.report import (  # noqa: PLC0415
+        as_markdown,
+        decide_by_others,
+        describe,
+        labelled_bodies,
+        summarise,
+    )
     from aos_gcs.lab.effectiveness.store import read_results  # noqa: PLC0415
 
+    if folds < 0 or folds == 1:
+        raise ConfigurationError(f"--folds must be 0 or at least 2, but is {folds}.")
     check_writable(out)
     results = [result for folder in study for result in read_results(folder)]
     evidence, is_person = labelled_bodies(results)
-    today = datetime.now(UTC).date().isoformat()
-    write_model(out, replace(fit_person_model(evidence, is_person), fitted_to=describe(results), fitted_on=today))
+    write_model(out, replace(fit_person_model(evidence, is_person), fitted_to=describe(results), fitted_on=today_utc()))
     typer.echo(f"{out}: fitted to {sum(is_person)} persons and {len(is_person) - sum(is_person)} other bodies")
+    if folds:
+        typer.echo(as_markdown(summarise(decide_by_others(results, folds))), nl=False)
 
 
 def parse_densities(text: str) -> list[float]:

@@ -10,7 +10,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from aos_gcs.imaging.persons.classifier import MIN_VEHICLES, PersonModel, person_confidence
+from aos_gcs.imaging.persons.classifier import MIN_VEHICLES, PersonModel, fit_person_model, person_confidence
 from aos_gcs.imaging.persons.decision import FindingKind
 from aos_gcs.imaging.persons.decision import decide as decide_body
 from aos_gcs.imaging.persons.evidence import Evidence
@@ -138,6 +138,25 @@ def labelled_bodies(
                 nearest = min(result.bodies, key=lambda body: math.dist(body.position_enu_m, warm.position_enu_m))
                 is_person.append(nearest is result.bodies[0] and result.key.has_person)
     return evidence, is_person
+
+
+def decide_by_others(results: Sequence[SceneResult], folds: int) -> list[Decision]:
+    """Judge each scene by a model that is fitted to the others: cross-validation.
+
+    Scenes with and without a person of one draw lie in one fold, at all densities.
+
+    Raises:
+        InputDataError: the scenes of the other folds do not show bodies of both kinds.
+    """
+    draws = sorted({result.key.seed // 2 for result in results})
+    fold_of_draw = {draw: rank % folds for rank, draw in enumerate(draws)}
+    decisions = []
+    for fold in range(folds):
+        judged = [result for result in results if fold_of_draw[result.key.seed // 2] == fold]
+        others = [result for result in results if fold_of_draw[result.key.seed // 2] != fold]
+        model = fit_person_model(*labelled_bodies(others))
+        decisions += [decide(result, grade, Rule.PERSON, model) for grade in PositionGrade for result in judged]
+    return decisions
 
 
 def calibration_error(results: Iterable[SceneResult], grade: PositionGrade, model: PersonModel | None = None) -> float:
