@@ -39,6 +39,8 @@ FRAME = LocalFrame(ORIGIN)
 CAMERA = CameraModel.from_fov(96, 96, math.radians(50.0))
 BANDS = ("red", "green", "blue", "thermal")
 TARGET_RADIUS_M = 0.7
+_MEANS, _DEVIATIONS = np.array([70.0, 90.0, 50.0, 12.0]), np.array([6.0, 6.0, 6.0, 0.5])
+"""Bands of the ground: red, green, blue, degrees Celsius."""
 SILENCE_S = 5.0
 """Age of the last message after which only commands that make a flight safer are sent."""
 MAX_FENCE_POINTS = 100
@@ -382,12 +384,14 @@ class FakeVehicle:
     def _look(self) -> NDArray[np.float32]:
         rng = np.random.default_rng([self.vehicle_id, self.images])
         shape = CAMERA.height_px, CAMERA.width_px
-        image = rng.normal([70.0, 90.0, 50.0, 12.0], [6.0, 6.0, 6.0, 0.5], (*shape, 4)).astype(np.float32)
+        # Twice as fast as rng.normal with these means and deviations, and the same numbers.
+        noise = rng.standard_normal((*shape, 4))
+        image = (_MEANS + noise * _DEVIATIONS).astype(np.float32)
         things = [] if self.target_enu_m is None else [(*self.target_enu_m, 28.0)]
         for at_east_m, at_north_m, celsius in (*things, *self.others):
             east_m, north_m, up_m = self.true_enu_m()
-            rows, columns = np.indices(shape)
             ground_m = up_m / CAMERA.fx_px
+            rows, columns = np.indices(shape, sparse=True)
             east_of_target_m = east_m + (columns - CAMERA.cx_px) * ground_m - at_east_m
             north_of_target_m = north_m - (rows - CAMERA.cy_px) * ground_m - at_north_m
             image[np.hypot(east_of_target_m, north_of_target_m) < TARGET_RADIUS_M] = [200.0, 40.0, 160.0, celsius]
