@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 
 import cv2
@@ -11,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.imaging.model import StepAnalysis
+from aos_gcs.imaging.workers import parallel_map
 
 COLOUR_BANDS = ("red", "green", "blue")
 
@@ -60,8 +60,7 @@ def render_pictures(
         kinds: some of :data:`KINDS`.
     """
     images = shade_step(analysis, bands, kinds)
-    with ThreadPoolExecutor(max(1, len(images))) as pool:
-        encoded = list(pool.map(encode_png, images.values()))
+    encoded = parallel_map(encode_png, images.values())
     grid = analysis.grid
     return tuple(
         RasterPicture(
