@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from aos_gcs.errors import ImagingError
 from aos_gcs.geometry.camera import CameraModel
@@ -187,7 +187,7 @@ def test_errors_are_as_large_as_their_sigmas_say(formation: Callable[[int], NDAr
         squares.append(((left_over(registration, errors) / registration.sigmas()) ** 2)[:, [0, 1, 3]])
     # Errors relative to the fleet: three per vehicle, less the three means.
     freedom = fleets * 3 * (N - 1)
-    low, high = chi2.ppf([0.0005, 0.9995], freedom) / freedom
+    low, high = chdtri(freedom, [0.9995, 0.0005]) / freedom
     assert low < np.mean(squares) < high
 
 

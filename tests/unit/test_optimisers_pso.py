@@ -10,7 +10,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from scipy.stats import ortho_group
 
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.optimisers.apso import Apso
@@ -125,6 +124,9 @@ def turned(drawn: Draw, rotation: FloatArray) -> Draw:
 
 def fly_in_both_worlds(randomness: Randomness, dim: int, seed: int) -> tuple[FloatArray, FloatArray]:
     """Return the trajectory in a turned world and the turned trajectory, shape (steps, n, dim) each."""
+    # A second to import, which only the process that runs these tests should pay.
+    from scipy.stats import ortho_group  # noqa: PLC0415
+
     rotation = ortho_group.rvs(dim, random_state=seed)
     parameters = converging(Schedule(2.0), randomness)
     rng, start = np.random.default_rng(seed), swarm(12, dim, seed)

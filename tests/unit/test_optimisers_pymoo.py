@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy.stats import mannwhitneyu, ortho_group
 
 from aos_gcs.optimisers.apso import Apso
 from aos_gcs.optimisers.model import Optimiser, Schedule
@@ -52,6 +51,9 @@ FUNCTIONS: dict[str, tuple[Objective, float]] = {
 
 
 def rotated(objective: Objective) -> Objective:
+    # A second to import, which only the process that runs these tests should pay.
+    from scipy.stats import ortho_group  # noqa: PLC0415
+
     rotation = ortho_group.rvs(DIM, random_state=1)
     return lambda x: objective(x @ rotation)
 
@@ -132,5 +134,7 @@ def test_results_are_not_worse_than_those_of_pymoo(name: str, adaptive: bool, ro
     inside = walled(objective, half_width)
     ours = [best_of(optimiser, inside, half_width, steps, seed) for seed in seeds]
     theirs = [pymoo_best(objective, half_width, steps, seed, **options) for seed in seeds]
+    from scipy.stats import mannwhitneyu  # noqa: PLC0415
+
     significance = mannwhitneyu(ours, theirs, alternative="greater").pvalue
     assert significance > 0.001, f"median {np.median(ours):g} against {np.median(theirs):g}, p = {significance:.2g}"
