@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.airspace.polygon import Polygon, as_points, as_polygon, convex_hull
-from aos_gcs.airspace.stopping import StoppingDistance
+from aos_gcs.airspace.stopping import POSITION_ERROR_M, StoppingDistance
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.planning.settings import MissionSettings
 
@@ -58,7 +58,7 @@ def propose_limits(settings: MissionSettings, homes_enu_m: Sequence[FloatArray])
     proposal = SafetyLimits(
         fence_enu_m=propose_fence(settings.area_enu_m, np.array(ground_enu_m), FREE_GROUND_M + margin_m),
         margin_m=margin_m,
-        no_go_margin_m=0.0 if settings.safety.margin_m is None else None,
+        no_go_margin_m=no_go_margin_m(settings.safety.margin_m),
         floor_m=min(layers_m) - _LAYER_MARGIN_M,
         ceiling_m=max(layers_m) + _LAYER_MARGIN_M,
     )
@@ -68,6 +68,16 @@ def propose_limits(settings: MissionSettings, homes_enu_m: Sequence[FloatArray])
 def fence_margin_m(given_m: float | None, cruise_speed_mps: float) -> float:
     """Return the margin that is kept from the geofence: the given one, or else the stopping distance."""
     return StoppingDistance(cruise_speed_mps).total_m if given_m is None else given_m
+
+
+def no_go_margin_m(fence_margin_m: float | None) -> float | None:
+    """Return the margin that is proposed for no-go zones; None: the margin of the geofence, which was given.
+
+    Zones are drawn with the distance that is wanted, and vehicles approach them by the short segments of a scan: the
+    stopping distance is not kept. Without any margin a vehicle that hovers at the edge of an uploaded zone would cross
+    it by the error of its position alone, and its autopilot would return, or refuse its next waypoint.
+    """
+    return POSITION_ERROR_M if fence_margin_m is None else None
 
 
 def propose_fence(

@@ -13,7 +13,7 @@ from aos_gcs.airspace.ground import Ground, Obstruction
 from aos_gcs.airspace.limits import UNLIMITED
 from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.plan import MissionPlan, PlanProblem
-from aos_gcs.planning.proposal import FREE_GROUND_M, fence_margin_m, propose_fence
+from aos_gcs.planning.proposal import FREE_GROUND_M, fence_margin_m, no_go_margin_m, propose_fence
 
 FloatArray = NDArray[np.float64]
 Homes = Mapping[int, tuple[float, float]]
@@ -37,7 +37,7 @@ def planned_ground(plan: MissionPlan, homes_enu_m: Homes, slack_m: float) -> Gro
         fence_enu_m=fence_enu_m,
         no_go_enu_m=plan.no_go_enu_m,
         margin_m=margin_m,
-        no_go_margin_m=0.0 if plan.fence_margin_m is None else None,
+        no_go_margin_m=no_go_margin_m(plan.fence_margin_m),
     )
     return Ground(limits, slack_m)
 

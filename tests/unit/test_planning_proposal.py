@@ -57,7 +57,7 @@ def test_area_launch_and_return_points_lie_within_the_fence_and_its_margin(margi
 
 def test_the_margin_is_the_stopping_distance_unless_it_is_set() -> None:
     limits = limits_with(SafetyOverrides())
-    assert (limits.margin_m, limits.no_go_margin_m) == (StoppingDistance(10.0).total_m, 0.0)
+    assert (limits.margin_m, limits.no_go_margin_m) == (StoppingDistance(10.0).total_m, POSITION_ERROR_M)
     assert limits_with(SafetyOverrides(margin_m=0.0)).margin_m == 0.0
     assert limits_with(SafetyOverrides(margin_m=2.0)).no_go_margin_m is None  # zones have the same
 
