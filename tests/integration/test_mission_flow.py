@@ -7,14 +7,14 @@ import asyncio
 import numpy as np
 import pytest
 
-from aos_gcs.errors import MissionError
+from aos_gcs.errors import CaptureError, MissionError
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.events import NoticeRecord
 from aos_gcs.mission.model.phase import Outcome, Phase, Suspension
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.phases import PHASE_NAMES
 from aos_gcs.planning.settings import Deadlines, PreflightSettings
-from aos_gcs.ports import Arm, Goto, Hold, Land, ReturnToLaunch, Severity
+from aos_gcs.ports import Arm, Capture, Goto, Hold, Land, ReturnToLaunch, Severity
 from tests.fakes.mission_flight import TARGET, flying, prepare
 
 pytestmark = pytest.mark.looptime
@@ -78,6 +78,37 @@ async def test_a_silent_vehicle_is_left_out_and_the_swarm_goes_on() -> None:
     last = flight.view.steps()[-1]
     assert set(last.fitness) == {1, 3, 4}
     assert any("link lost" in text for text in flight.texts())
+
+
+async def test_the_image_of_a_vehicle_that_is_lost_is_not_awaited() -> None:
+    flight = prepare(deadlines=Deadlines(capture_s=300.0))
+    silent = flight.fleet.members[2]
+
+    async def fall_silent(deadline_s: float) -> Capture:
+        silent.silent_since_s = flight.clock.now_s()
+        await flight.clock.sleep(deadline_s - flight.clock.now_s())
+        raise CaptureError("the camera delivers nothing")
+
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.view.steps()) == 1)
+        silent.capture = fall_silent  # type: ignore[method-assign]
+        await flight.until(lambda: flight.task(2) is Task.LOST)
+        lost_s, steps = flight.clock.now_s(), len(flight.view.steps())
+        await flight.until(lambda: len(flight.view.steps()) == steps + 2)
+        assert flight.clock.now_s() - lost_s < 30.0
+        await flight.commands.act(Action.ABORT, None)
+        await run
+    assert any("its link was lost before its image came" in text for text in flight.texts())
+
+
+async def test_a_vehicle_that_refuses_its_waypoint_keeps_no_other_waiting() -> None:
+    flight = prepare()
+    async with flying(flight) as run:
+        await flight.until(lambda: flight.mission.phase is Phase.SCAN)
+        flight.fleet.members[2].refuses = frozenset({Goto})
+        assert await run is Outcome.FOUND
+    assert any("Goto denied" in text for text in flight.texts())
+    assert "has not reached its waypoint in time" not in flight.texts()
 
 
 async def test_a_camera_that_delivers_nothing_is_named_and_the_step_goes_on() -> None:

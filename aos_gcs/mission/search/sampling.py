@@ -15,9 +15,11 @@ from aos_gcs.imaging.model import Frame
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.fleet.roster import Member
 from aos_gcs.mission.handler_watch import WORK_S, sign_of_life
+from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.ports import Capture, Severity
 
 _POLL_S = 0.5
+_LOST = "its link was lost before its image came"
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +32,7 @@ class Sample:
 
 
 async def sample(members: Sequence[Member], deadline_s: float) -> Sample:
-    """Expose one frame per vehicle and fetch it, until all are there or the deadline passes."""
+    """Expose one frame per vehicle and fetch it, until the deadline; a vehicle lost meanwhile is not awaited."""
 
     async def capture(member: Member) -> Capture | str:
         try:
@@ -40,7 +42,13 @@ async def sample(members: Sequence[Member], deadline_s: float) -> Sample:
 
     async with asyncio.TaskGroup() as group:
         tasks = {member.vehicle_id: group.create_task(capture(member)) for member in members}
-    results = {vehicle_id: task.result() for vehicle_id, task in tasks.items()}
+        pending = set(tasks.values())
+        while pending:
+            _, pending = await asyncio.wait(pending, timeout=_POLL_S)
+            for member in members:
+                if member.task is Task.LOST:
+                    tasks[member.vehicle_id].cancel()
+    results = {vehicle_id: _LOST if task.cancelled() else task.result() for vehicle_id, task in tasks.items()}
     return Sample(
         captures=tuple(result for result in results.values() if isinstance(result, Capture)),
         missing={vehicle_id: result for vehicle_id, result in results.items() if isinstance(result, str)},

@@ -27,7 +27,7 @@ from aos_gcs.mission.search.survey import Survey
 from aos_gcs.mission.search.vision import Vision
 from aos_gcs.planning.legs import ScanLeg, leg_formation, scan_legs
 from aos_gcs.planning.settings import MIN_SWARM
-from aos_gcs.ports import Severity
+from aos_gcs.ports import Goto, Severity
 
 _POLL_S = 0.5
 
@@ -226,7 +226,9 @@ class Search:
         context = self._context
 
         def travelling() -> list[Member]:
-            return [member for member in context.roster.members(Task.SWARM) if member.vehicle_id in sent_ids]
+            swarm = context.roster.members(Task.SWARM)
+            # A vehicle that has refused its waypoint stays where it is.
+            return [one for one in swarm if one.vehicle_id in sent_ids and isinstance(one.last_command, Goto)]
 
         late = await context.flight.wait_until(
             travelling, context.flight.has_arrived, context.settings.deadlines.move_s
