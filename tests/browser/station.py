@@ -77,6 +77,7 @@ class Station:
     folder: Path
     vehicles: int
     no_go_enu_m: tuple[tuple[tuple[float, float], ...], ...] = ()
+    area_enu_m: tuple[tuple[float, float], ...] = AREA_ENU_M
     port: int = field(default_factory=lambda: _free_port(socket.SOCK_STREAM))
     link_port: int = field(default_factory=lambda: _free_port(socket.SOCK_DGRAM))
     _starts: int = 0
@@ -125,7 +126,7 @@ class Station:
             link_port=self.link_port,
             vehicles=self.vehicles,
             origin_deg=list(ORIGIN_DEG),
-            area_enu_m=[list(corner) for corner in AREA_ENU_M],
+            area_enu_m=[list(corner) for corner in self.area_enu_m],
             no_go_enu_m=[[list(corner) for corner in zone] for zone in self.no_go_enu_m],
             patience_s=600.0 * SPEED,
             capture_s=60.0 * SPEED,

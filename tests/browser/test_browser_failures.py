@@ -24,6 +24,8 @@ WORLD = ("--no-render", "--trees-per-ha", "0", "--image-size", "64")
 """There is nothing to be found: the swarm scans until something goes wrong."""
 BESIDE = ("--origin", "48.3,14.3002,260")
 """Of a second simulator, whose vehicles must not stand where those of the first one do."""
+LONG_AREA_ENU_M = ((-25.0, 8.0), (25.0, 8.0), (25.0, 408.0), (-25.0, 408.0))
+"""The scan does not come to its end, however long a busy machine takes to show the page."""
 NO_GO_ENU_M = ((-12.5, 30.0), (12.5, 30.0), (12.5, 70.0), (-12.5, 70.0))
 """Before one of the two vehicles on either leg: the other one goes on for a while, then the area is left behind."""
 CRITICAL_TONES_HZ = [880, 660, 880]
@@ -126,7 +128,7 @@ async def test_the_page_shows_what_fails_in_flight_and_outlives_its_service(
     """One mission for all: it takes longer to launch one than to look."""
     page = listening_page
     banner = page.get_by_test_id("banner")
-    station = Station(tmp_path, 3, no_go_enu_m=(NO_GO_ENU_M,))
+    station = Station(tmp_path, 3, no_go_enu_m=(NO_GO_ENU_M,), area_enu_m=LONG_AREA_ENU_M)
     async with station.fly(2, *WORLD):
         async with (
             station.fly(1, *WORLD, *BESIDE, "--first-system-id", "3", name="another") as another,
