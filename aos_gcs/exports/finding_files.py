@@ -45,6 +45,7 @@ class PlacedFinding:
             "seen_at_s": _rounded(finding.seen_at_s, 1),
             "comment": finding.comment or None,
             "assignee": finding.assignee or None,
+            "same_as": finding.merged_into,
         }
         return {name: value for name, value in values.items() if value is not None}
 

@@ -1,7 +1,7 @@
 import { expect, test } from "vitest";
 import { likelihood } from "../src/format";
 import { notations } from "../src/views/decide/detail";
-import { ellipseText, listed, reported, sightingsText } from "../src/views/decide/findings";
+import { ellipseText, listed, reported, sightingsText, statusText } from "../src/views/decide/findings";
 import { findingsLayer } from "../src/views/decide/findings_layer";
 import { drawn, scene } from "./fake_map";
 import { finding, mission } from "./samples";
@@ -22,6 +22,21 @@ test("what waits for a decision comes first, the latest seen before the others",
 
 test("the report begins with what is confirmed", () => {
   expect(ids(reported(FINDINGS))).toEqual([1, 4, 2, 3]);
+});
+
+test("a finding that is an earlier one points to it, and counts no more", () => {
+  const all = [finding(1), finding(2, { merged_into: 1, status: "confirmed" })];
+  expect(ids(listed(all, "all"))).toEqual([1, 2]);
+  expect(ids(listed(all, "open"))).toEqual([1]);
+  expect(ids(listed(all, "confirmed"))).toEqual([]);
+  expect(ids(reported(all))).toEqual([1]);
+  expect(all.map(statusText)).toEqual(["? undecided", "Same as finding 1"]);
+  const layer = findingsLayer(
+    () => null,
+    () => undefined,
+  );
+  const features = drawn(layer, scene({ mission: mission({ findings: all }) }));
+  expect(features.map((feature) => feature.properties?.["name"])).toEqual(["Finding 1 ?"]);
 });
 
 test("what is not known is told as such, never as a zero", () => {

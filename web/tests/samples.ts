@@ -118,6 +118,7 @@ export function finding(id: number, changes: Partial<Finding> = {}): Finding {
     comment: "",
     assignee: "",
     operator: "",
+    merged_into: null,
     ...changes,
   };
 }

@@ -63,6 +63,7 @@ def finding(found: Finding, origin: GeodeticPosition | None) -> FindingModel:
         comment=found.comment,
         assignee=found.assignee,
         operator=found.operator,
+        merged_into=found.merged_into,
     )
 
 

@@ -59,6 +59,7 @@ class FindingModel(WireModel):
     comment: str
     assignee: str
     operator: str = Field(description="Operator who judged it last, or marked it.")
+    merged_into: int | None = Field(description="Earlier finding that it turned out to be, and that counts instead.")
 
 
 Comment = Annotated[str, Field(max_length=2000)]

@@ -96,6 +96,8 @@ def _finding(finding: Finding) -> str:
     status = "" if finding.status is FindingStatus.NEW else f", {finding.status} by {finding.operator or 'an operator'}"
     reasons = f" ({'; '.join(finding.reasons)})" if finding.reasons else ""
     name = KIND_NAMES[finding.kind]
+    if finding.merged_into is not None:
+        return f"finding {finding.finding_id}: the same as finding {finding.merged_into}"
     return f"finding {finding.finding_id}: {name} at {_point(finding.position_enu_m)} m ENU{likely}{status}{reasons}"
 
 

@@ -95,6 +95,8 @@ class Finding:
     """Person or team that it is assigned to."""
     operator: str = ""
     """Operator who has judged it last, or marked it."""
+    merged_into: int | None = None
+    """The earlier finding that it has turned out to be, and that counts instead; None for one of its own."""
 
     @property
     def is_claimed(self) -> bool:
@@ -103,8 +105,9 @@ class Finding:
 
     @property
     def stands(self) -> bool:
-        """Whether it counts as a person: announced or confirmed, and not rejected."""
-        return self.status is FindingStatus.CONFIRMED or (self.is_claimed and self.status is not FindingStatus.REJECTED)
+        """Whether it counts as a person: announced or confirmed, not rejected, and no other finding's person."""
+        counts = self.merged_into is None and self.status is not FindingStatus.REJECTED
+        return counts and (self.is_claimed or self.status is FindingStatus.CONFIRMED)
 
 
 @dataclass(frozen=True, slots=True)

@@ -43,6 +43,7 @@ class Claims:
             if finding.status is FindingStatus.REJECTED
             or (
                 finding.status is FindingStatus.CONFIRMED
+                and finding.merged_into is None
                 and (target is None or finding is not self._findings.at(target, FindingStatus.CONFIRMED))
             )
         ]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import replace
@@ -12,18 +11,19 @@ from aos_gcs.geometry.geodesy import EnuPoint
 from aos_gcs.imaging.persons.decision import FindingKind
 from aos_gcs.imaging.step.judgement import SETTLED_M
 from aos_gcs.mission.model.findings import Finding, FindingChange, FindingStatus, TargetEstimate
+from aos_gcs.mission.search.same_body import (
+    SAME_PLACE_M,
+    completed,
+    distance_m,
+    is_apart,
+    is_one,
+    is_to_be_merged,
+    reach_m,
+    with_evidence,
+)
 
 MAX_FINDINGS = 500
 """Largest number of findings: with more, detection is far too sensitive."""
-SAME_PLACE_M = 3.0
-"""Distance within which a new target is a finding whose own target was lost."""
-
-PIECES_M = 0.5
-"""Distance within which two targets are one, whatever they are taken for: pieces of a body are located together."""
-SAME_BODY_M = 1.5
-"""Distance within which two targets of one kind are one: pieces of a person who lies stretched out."""
-_CONFIDENCE = 2.0
-"""Factor between the standard deviation of a distance and the error that is reckoned with."""
 
 
 class Findings:
@@ -53,24 +53,21 @@ class Findings:
 
     def at(self, target: TargetEstimate, *statuses: FindingStatus) -> Finding | None:
         """Return the finding of a target, or else one at its place, that has one of these statuses."""
+        own_id = self._followed_by(target)
         own = [
             finding
             for finding in self._findings.values()
             if finding.status in statuses
-            and (
-                (finding.track_id == target.track_id and finding.track_id is not None)
-                or _distance_m(finding, target) <= SETTLED_M
-            )
+            and finding.merged_into is None
+            and (finding.finding_id == own_id or distance_m(finding, target) <= SETTLED_M)
         ]
-        return min(own, key=lambda finding: finding.track_id != target.track_id, default=None)
+        return min(own, key=lambda finding: finding.finding_id != own_id, default=None)
 
     def claimed_at(self, target: TargetEstimate, living: AbstractSet[int]) -> Finding | None:
         """Return the announced finding that a target is, if any; ``living`` are the tracks that have not ended."""
         for finding in self._findings.values():
-            reach_m = _reach_m(finding, target)
-            is_near = _distance_m(finding, target) <= (
-                reach_m if finding.track_id in living else max(SETTLED_M, reach_m)
-            )
+            reach = reach_m(finding, target)
+            is_near = distance_m(finding, target) <= (reach if finding.track_id in living else max(SETTLED_M, reach))
             if finding.is_claimed and (finding.track_id == target.track_id or is_near):
                 return finding
         return None
@@ -98,6 +95,43 @@ class Findings:
             self._findings[finding.finding_id] = _updated(finding, target, step)
         return tuple(self._findings[finding_id] for finding_id in new)
 
+    def merge(self, targets: Sequence[TargetEstimate]) -> tuple[Finding, ...]:
+        """Merge findings whose places have come together, the later into the earlier, and part those that are two.
+
+        To be called after each :meth:`observe`, with the same targets. A merged finding stays in the list, follows its
+        target and points to the other one, which alone counts.
+
+        Returns:
+            Findings that are merged, or are no longer.
+        """
+        before = dict(self._findings)
+        living = {target.track_id for target in targets if target.confirmed}
+        followed = [finding for finding in before.values() if finding.track_id in living]
+        for finding in followed:
+            if finding.merged_into is not None:
+                self._follow_merged(finding, finding.merged_into)
+        for finding in followed:
+            for other_id in before.keys() - {finding.finding_id}:
+                self._merge_if_one(*sorted((finding.finding_id, other_id)))
+        return tuple(one for one in self.all() if one.merged_into != before[one.finding_id].merged_into)
+
+    def _follow_merged(self, later: Finding, earlier_id: int) -> None:
+        """Let the finding that another was merged into have its new evidence, or part them."""
+        earlier = self._findings[earlier_id]
+        if is_apart(earlier, later):
+            self._findings[later.finding_id] = replace(later, merged_into=None)
+        else:
+            self._findings[earlier_id] = with_evidence(earlier, later)
+
+    def _merge_if_one(self, earlier_id: int, later_id: int) -> None:
+        earlier, later = self._findings[earlier_id], self._findings[later_id]
+        if earlier.merged_into is not None or later.merged_into is not None or not is_to_be_merged(earlier, later):
+            return
+        self._findings[earlier_id] = completed(earlier, later)
+        for finding in self.all():
+            if later_id in {finding.finding_id, finding.merged_into}:
+                self._findings[finding.finding_id] = replace(finding, merged_into=earlier_id)
+
     def add(self, position_enu_m: EnuPoint, comment: str, operator: str, step: int, now_s: float) -> Finding:
         """Mark a place by hand; see ``MissionCommands.add_finding``."""
         if len(self._findings) >= MAX_FINDINGS:
@@ -112,6 +146,11 @@ class Findings:
         finding = self._findings.get(finding_id)
         if finding is None:
             raise MissionError(f"There is no finding {finding_id}.")
+        if change.status is not None and (same := finding.merged_into) is not None:
+            raise MissionError(
+                f"Finding {finding_id} is the same as finding {same}: judge finding {same}, "
+                "or mark the position of a second person."
+            )
         finding = replace(
             finding,
             status=finding.status if change.status is None else change.status,
@@ -132,33 +171,24 @@ class Findings:
 
         It gets a finding of its own as soon as it is taken for something else.
         """
-        return any(finding.track_id is not None and _is_one(finding, target) for finding in self._findings.values())
+        return any(finding.track_id is not None and is_one(finding, target) for finding in self._findings.values())
+
+    def _followed_by(self, target: TargetEstimate) -> int | None:
+        """Return the id of the finding that a target belongs to, by its track."""
+        for finding in self._findings.values():
+            if finding.track_id == target.track_id:
+                return finding.finding_id if finding.merged_into is None else finding.merged_into
+        return None
 
     def _seen_again(self, target: TargetEstimate, living: set[int]) -> Finding | None:
         """Return the nearest finding at the target's place whose own target is lost."""
         near = [
-            (distance_m, finding.finding_id)
+            (away_m, finding.finding_id)
             for finding in self._findings.values()
-            if finding.track_id is not None and finding.track_id not in living
-            if (distance_m := _distance_m(finding, target)) <= SAME_PLACE_M
+            if finding.track_id is not None and finding.track_id not in living and finding.merged_into is None
+            if (away_m := distance_m(finding, target)) <= SAME_PLACE_M
         ]
         return self._findings[min(near)[1]] if near else None
-
-
-def _distance_m(finding: Finding, target: TargetEstimate) -> float:
-    return math.dist(finding.position_enu_m[:2], target.position_enu_m[:2])
-
-
-def _reach_m(finding: Finding, target: TargetEstimate) -> float:
-    """Return the distance up to which a target may be the body of a finding, by its size and by both their errors."""
-    error_m = _CONFIDENCE * math.hypot(finding.sigma_m or 0.0, target.sigma_m or 0.0)
-    return min(max(SAME_BODY_M, error_m), SAME_PLACE_M)
-
-
-def _is_one(finding: Finding, target: TargetEstimate) -> bool:
-    """Return whether a finding and a target that are both in view are one body."""
-    is_same_kind = target.kind is finding.kind or FindingKind.UNDECIDED in {target.kind, finding.kind}
-    return _distance_m(finding, target) <= (_reach_m(finding, target) if is_same_kind else PIECES_M)
 
 
 def _updated(finding: Finding, target: TargetEstimate, step: int) -> Finding:

@@ -131,6 +131,7 @@ class Retrace:
         following = self._decider.conclude(self._following, judgements)
         targets = tracker.estimates()
         self._findings.observe(targets, record.step, record.now_s)
+        self._findings.merge(targets)
         self.concluded += 1
         return replace(record, following=following, targets=targets)
 

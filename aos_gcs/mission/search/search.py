@@ -216,6 +216,10 @@ class Search:
         for finding in self._findings.observe(targets, self.step, now_s):
             east_m, north_m, _ = finding.position_enu_m
             journal.notice(Severity.INFO, f"Finding {finding.finding_id} at {east_m:.1f} m east, {north_m:.1f} m north")
+        for finding in self._findings.merge(targets):
+            same = finding.merged_into
+            change = "is no longer the same as another one" if same is None else f"is the same as finding {same}"
+            journal.notice(Severity.INFO, f"Finding {finding.finding_id} {change}")
         record = self._log.conclusion(self.step, now_s, following, targets, judged=judgements is not None, edits=edits)
         async with journal.with_disk_timeout(f"conclusion of step {self.step}"):
             await self._mission.recorder.record_conclusion(record)

@@ -814,6 +814,11 @@ export interface components {
       found_at_s: number;
       /** @description What it is taken for, once that is decided. */
       kind: components["schemas"]["FindingKind"];
+      /**
+       * Merged Into
+       * @description Earlier finding that it turned out to be, and that counts instead.
+       */
+      merged_into: number | null;
       /** Mgrs */
       mgrs: string | null;
       /**

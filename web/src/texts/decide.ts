@@ -5,6 +5,7 @@ export const decide = {
   panel: "Findings",
   finding: (id: number) => `Finding ${id}`,
   status: names.finding,
+  sameAs: (id: number) => `Same as finding ${id}`,
   filter: "Filter",
   filters: { open: "Undecided", confirmed: "Confirmed", rejected: "Rejected", all: "All" },
   none: {

@@ -6,7 +6,7 @@ import { duration, eastNorth, latLon, likelihood } from "../../format";
 import { useShell } from "../../shell/context";
 import { texts } from "../../texts";
 import { Panel } from "../../ui/panel";
-import { ellipseText, sightingsText, STATUS_SIGNS } from "./findings";
+import { ellipseText, sightingsText, STATUS_SIGNS, statusText } from "./findings";
 import { Thumbnail } from "./thumbnail";
 
 /** Position in the notations that search teams use; unknown ones are left out. */
@@ -42,7 +42,7 @@ export function FindingDetail({ finding }: { finding: Finding }) {
       class="finding-detail scroll"
       aside={
         <span class={`badge finding-status is-${finding.status}`} data-testid="finding-status" role="status">
-          {STATUS_SIGNS[finding.status]} {texts.decide.status[finding.status]}
+          {statusText(finding)}
           {finding.operator !== "" && ` · ${finding.operator}`}
         </span>
       }
@@ -50,7 +50,7 @@ export function FindingDetail({ finding }: { finding: Finding }) {
       <div class="finding-pictures">
         <Thumbnail finding={finding} kind="integral" />
         <Thumbnail finding={finding} kind="thermal" />
-        {mayDecide && <Decision finding={finding} />}
+        {mayDecide && finding.merged_into === null && <Decision finding={finding} />}
       </div>
       <ul class="notations">
         {notations(finding).map(([name, text]) => (

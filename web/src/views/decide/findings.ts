@@ -10,16 +10,24 @@ export type Filter = (typeof FILTERS)[number];
 
 type Ranks = Readonly<Record<FindingStatus, number>>;
 
-/** Findings in the order of the list: undecided first, then the latest seen. */
+/** Findings in the order of the list: undecided first, then the latest seen; merged ones are among all only. */
 export function listed(findings: readonly Finding[], filter: Filter): Finding[] {
   const wanted = filter === "open" ? "new" : filter;
-  const shown = wanted === "all" ? findings : findings.filter(({ status }) => status === wanted);
+  const shown = wanted === "all" ? findings : counting(findings).filter(({ status }) => status === wanted);
   return ranked(shown, { new: 0, confirmed: 1, rejected: 2 });
 }
 
-/** Findings in the order of the report: confirmed first. */
+/** Findings in the order of the report: confirmed first; merged ones are left out. */
 export const reported = (findings: readonly Finding[]): Finding[] =>
-  ranked(findings, { confirmed: 0, new: 1, rejected: 2 });
+  ranked(counting(findings), { confirmed: 0, new: 1, rejected: 2 });
+
+/** Findings that have not turned out to be an earlier one. */
+export const counting = (findings: readonly Finding[]): Finding[] =>
+  findings.filter(({ merged_into }) => merged_into === null);
+
+/** Operators' judgement, or the finding that counts instead. */
+export const statusText = ({ status, merged_into: same }: Finding): string =>
+  same === null ? `${STATUS_SIGNS[status]} ${texts.decide.status[status]}` : texts.decide.sameAs(same);
 
 const ranked = (findings: readonly Finding[], ranks: Ranks): Finding[] =>
   [...findings].sort(

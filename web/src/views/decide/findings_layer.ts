@@ -5,7 +5,7 @@ import { ellipse } from "../../geometry";
 import { enu, feature, point, polygon } from "../../map/geojson";
 import { featureLayer, type MapLayer } from "../../map/layer";
 import { texts } from "../../texts";
-import { STATUS_SIGNS } from "./findings";
+import { counting, STATUS_SIGNS } from "./findings";
 
 /** Make the layer, once: `chosen` is read at every update. */
 export function findingsLayer(chosen: () => number | null, onChoose: (id: number) => void): MapLayer {
@@ -41,7 +41,7 @@ export function findingsLayer(chosen: () => number | null, onChoose: (id: number
       },
     ],
     inputs: ({ origin, mission }) => [JSON.stringify([origin, mission.findings]), chosen()],
-    features: ({ origin, mission }) => mission.findings.flatMap((one) => featuresOf(origin, one, chosen())),
+    features: ({ origin, mission }) => counting(mission.findings).flatMap((one) => featuresOf(origin, one, chosen())),
     onClick: onChoose,
   });
 }

@@ -2,7 +2,7 @@
 import type { Finding } from "../../api/types";
 import { duration, likelihood } from "../../format";
 import { texts } from "../../texts";
-import { type Filter, sightingsText, STATUS_SIGNS } from "./findings";
+import { type Filter, sightingsText, statusText } from "./findings";
 import { Thumbnail } from "./thumbnail";
 
 interface Props {
@@ -30,8 +30,7 @@ export function FindingList({ findings, filter, chosen, onChoose }: Props) {
               <b>{texts.decide.finding(finding.finding_id)}</b>
               <br />
               <span class={`finding-status is-${finding.status}`}>
-                {STATUS_SIGNS[finding.status]} {texts.decide.status[finding.status]} ·{" "}
-                {texts.names.findingKind[finding.kind]}
+                {statusText(finding)} · {texts.names.findingKind[finding.kind]}
               </span>
               <br />
               <span class="small">
