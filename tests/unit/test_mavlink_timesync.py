@@ -106,6 +106,27 @@ def test_a_clock_that_drifts_for_long_is_still_seen(drift: float) -> None:
     assert estimator.drift == pytest.approx(drift, rel=0.4)
 
 
+@pytest.mark.parametrize("lost_s", [0.8, 0.3, 0.1, -0.3])
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("stalled_at", [20, 110])
+def test_the_offset_is_right_a_few_answers_after_a_stall(lost_s: float, seed: int, stalled_at: int) -> None:
+    rng = np.random.default_rng(seed)
+    estimator = ClockEstimator()
+    for number in range(stalled_at + 40):
+        offset_s = 5.0 if number < stalled_at else 5.0 - lost_s
+        there_s, back_s = rng.uniform(0.005, 0.02, 2)
+        exchange(estimator, 2.0 * number, there_s, back_s, offset_s=offset_s)
+        if number != stalled_at:
+            assert estimator.offset_s == pytest.approx(offset_s, abs=0.01), number
+
+
+def test_an_answer_that_contradicts_all_others_changes_nothing() -> None:
+    estimator = ClockEstimator()
+    for number in range(90):
+        exchange(estimator, 2.0 * number, 0.01, 0.01, offset_s=4.7 if number in {30, 50, 80} else 5.0)
+        assert estimator.offset_s == pytest.approx(5.0, abs=1e-6)
+
+
 def test_what_was_not_asked_for_is_no_sample() -> None:
     estimator = ClockEstimator()
     sent_ns = estimator.poll(10.0)

@@ -6,12 +6,15 @@ hence the answers with the shortest round trips are used alone (the minimum filt
 
 A drift is a rate that lasts. A computer that stands still for some tenths of a second looks like one over all answers,
 but not in the rates between neighbouring ones; a noisy link the other way round. The lower one of both is reported.
+
+Two answers in a row whose bounds exclude what the clock has read until then show that it has stood still or was set.
+The offset is that of the answers since then; the drift, which outlasts a stall, is still found in all.
 """
 
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +31,13 @@ _DRIFT_SPAN_S = 60.0
 _BLOCK_S = 10.0
 """Time of which the answer with the shortest round trip stands for all, where rates are compared."""
 _JUMP_S = 1.0
+"""Change of the offset that makes it another clock, of which nothing is known."""
+_FASTEST_DRIFT = 0.01
+"""Seconds per second that a clock may gain; one that seems to gain more was set, or has stood still."""
+_NEIGHBOURS = 5
+"""Latest answers that bound the next ones."""
+_SLACK_S = 0.002
+"""Error of an answer's bounds: the clocks' resolution."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +45,8 @@ class _Sample:
     at_s: float
     offset_s: float
     round_trip_s: float
+    run: int
+    """Counts the times that the clock has stood still or was set before."""
 
 
 class ClockEstimator:
@@ -46,6 +58,13 @@ class ClockEstimator:
     def __init__(self) -> None:
         self._open: deque[int] = deque(maxlen=_OPEN_REQUESTS)
         self._samples: deque[_Sample] = deque(maxlen=_SAMPLES)
+        self._run = 0
+        self._contradiction: _Sample | None = None
+        """The latest answer, if it contradicts those before it: with the next one, the beginning of another run."""
+        self._slope = 0.0
+        """Seconds per second that the answers' offsets change, to the best of our knowledge."""
+        self._error_s = np.inf
+        """Largest error of the offset and slope."""
         self._due_s = -np.inf
         self.last_round_trip_s: float | None = None
         self.round_trip_s: float | None = None
@@ -72,11 +91,40 @@ class ClockEstimator:
             self._open.popleft()  # requests before it have been lost, or their answers have
         sent_s = message.ts1 / 1e9
         self.last_round_trip_s = max(0.0, now_s - sent_s)
-        sample = _Sample(now_s, message.tc1 / 1e9 - (sent_s + now_s) / 2, max(0.0, now_s - sent_s))
-        if self.offset_s is not None and abs(sample.offset_s - self.offset_s) > _JUMP_S + sample.round_trip_s / 2:
+        round_trip_s = self.last_round_trip_s
+        sample = _Sample(now_s, message.tc1 / 1e9 - (sent_s + now_s) / 2, round_trip_s, self._run)
+        if self.offset_s is not None and abs(sample.offset_s - self.offset_s) > _JUMP_S + round_trip_s / 2:
             self._samples.clear()
-        self._samples.append(sample)
-        self._estimate()
+            self._contradiction = None
+        if self._takes(sample):
+            self._estimate()
+
+    def _takes(self, sample: _Sample) -> bool:
+        """Take an answer, unless it contradicts those before: two such answers in a row begin another run."""
+        former, by_s = self._contradiction, self._contradicts_by_s(sample)
+        self._contradiction = None
+        if by_s == 0.0:
+            self._samples.append(sample)
+            return True
+        if former is None or self._contradicts_by_s(former) * by_s < 0.0:
+            self._contradiction = sample
+            return False
+        self._run += 1
+        self._samples.extend(replace(one, run=self._run) for one in (former, sample))
+        return True
+
+    def _contradicts_by_s(self, sample: _Sample) -> float:
+        """Return by how much an answer differs from what those before it allow; 0 if it does not."""
+        bounds = []
+        for known in list(self._samples)[-_NEIGHBOURS:]:
+            if known.run == self._run:
+                error_s = (known.round_trip_s + sample.round_trip_s) / 2 + _FASTEST_DRIFT * (sample.at_s - known.at_s)
+                bounds.append((known.offset_s, error_s))
+        if self.offset_s is not None and self._samples:
+            expected_s = self.offset_s + self._slope * (sample.at_s - self._samples[-1].at_s)
+            bounds.append((expected_s, sample.round_trip_s / 2 + self._error_s))
+        excess_s = [sample.offset_s - middle_s for middle_s, error_s in bounds if _is_beyond(sample, middle_s, error_s)]
+        return max(excess_s, key=abs, default=0.0)
 
     def longest_delay_s(self, now_s: float) -> float:
         """Return how long a message of the vehicle can have been on its way: as long as the answer to a request."""
@@ -84,18 +132,38 @@ class ClockEstimator:
         return max(self.last_round_trip_s or 0.0, waiting_s)
 
     def _estimate(self) -> None:
-        at_s, offsets_s, round_trips_s = np.array(
-            [(sample.at_s, sample.offset_s, sample.round_trip_s) for sample in self._samples]
+        at_s, offsets_s, round_trips_s, runs = np.array(
+            [(sample.at_s, sample.offset_s, sample.round_trip_s, sample.run) for sample in self._samples]
         ).T
         self.round_trip_s = float(np.median(round_trips_s[-10:]))
         is_best = round_trips_s <= np.quantile(round_trips_s, _BEST_SHARE)
+        is_present = runs == self._run
         is_long = np.ptp(at_s[is_best]) >= _DRIFT_SPAN_S and np.count_nonzero(is_best) >= _DRIFT_SAMPLES
         if is_long:
-            drift, offset_s = np.polyfit(at_s[is_best] - at_s[-1], offsets_s[is_best], 1)
-            self.offset_s = float(offset_s)
-            self.drift = _lower(float(drift), _lasting_rate(at_s, offsets_s, round_trips_s))
+            self._slope = _common_slope(at_s[is_best], offsets_s[is_best], runs[is_best])
+            self.drift = _lower(self._slope, _lasting_rate(at_s, offsets_s, round_trips_s))
+            used = is_present & (round_trips_s <= np.quantile(round_trips_s[is_present], _BEST_SHARE))
+            self.offset_s = float(np.mean(offsets_s[used] - self._slope * (at_s[used] - at_s[-1])))
+            self._error_s = float(round_trips_s[is_best | used].max())
         else:
-            self.drift, self.offset_s = None, float(offsets_s[np.argmin(round_trips_s)])
+            best = np.argmin(np.where(is_present, round_trips_s, np.inf))
+            self.drift, self.offset_s = None, float(offsets_s[best])
+            self._slope, self._error_s = 0.0, np.inf
+
+
+def _is_beyond(sample: _Sample, middle_s: float, error_s: float) -> bool:
+    return abs(sample.offset_s - middle_s) > error_s + _SLACK_S
+
+
+def _common_slope(at_s: NDArray[np.float64], offsets_s: NDArray[np.float64], runs: NDArray[np.float64]) -> float:
+    """Return the slope of the parallel lines that fit the answers of all runs best."""
+    times_s, values_s = at_s.copy(), offsets_s.copy()
+    for run in np.unique(runs):
+        members = runs == run
+        times_s[members] -= at_s[members].mean()
+        values_s[members] -= offsets_s[members].mean()
+    span = float(times_s @ times_s)
+    return float(times_s @ values_s) / span if span > 0.0 else 0.0
 
 
 def _lasting_rate(
