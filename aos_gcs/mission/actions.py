@@ -279,7 +279,8 @@ class ActionHandler:
 
     def _lost_results(self) -> list[ActionResult]:
         """Return the lost vehicles as refused: an action on all has not reached them."""
-        return [_result(member.vehicle_id, _LOST, "") for member in self._context.roster.members(Task.LOST)]
+        lost = self._context.roster.members(Task.LOST)
+        return [_result(member.vehicle_id, _LOST, "") for member in lost if not member.is_reachable]
 
     async def _command_airborne(self, act: VehicleAction, done: str) -> Sequence[ActionResult]:
         """Have all airborne vehicles do something at the same time, except those that a pilot flies."""
@@ -293,7 +294,7 @@ class ActionHandler:
 
     def _reachable(self) -> list[Member]:
         """Return the vehicles of the mission that are heard, but for those that prove that they have landed."""
-        members = [m for m in self._context.roster.members() if m.takes_part and m.task is not Task.LOST]
+        members = [m for m in self._context.roster.members() if m.takes_part and m.is_reachable]
         return [m for m in members if m.task is not Task.LANDED or m.airborne]
 
     # --- single vehicles ----------------------------------------------------------------------------------------------
@@ -318,7 +319,7 @@ class ActionHandler:
         return tuple(await asyncio.gather(*(self._result(self._on_one[action], member, done) for member in members)))
 
     async def _result(self, act: VehicleAction, member: Member, done: str) -> ActionResult:
-        if member.task is Task.LOST:
+        if not member.is_reachable:
             return _result(member.vehicle_id, _LOST, done)
         if not self._context.roster.may_fly(member):
             return _result(member.vehicle_id, _NOT_FLYING, done)

@@ -19,6 +19,10 @@ _STALL_REPEAT_S = 10.0
 _CATCH_UP_S = 1.0
 """Time after a stall within which the links are read up to the present."""
 
+_PUNCTUALITY_S = 10.0
+"""Clock seconds of which the punctuality is judged."""
+_POOR_SHARE = 0.25
+
 
 class LoopMonitor:
     """Measures the lag of the running loop, in real milliseconds.
@@ -98,3 +102,30 @@ class CatchingUp:
         if stalled and now_s >= self._until_s + 4 * _CATCH_UP_S:
             self._until_s = now_s + _CATCH_UP_S
         return now_s < self._until_s
+
+
+class Punctuality:
+    """Tells whether this station has been late for much of the last seconds, without standing still for long at once.
+
+    Args:
+        period_s: clock seconds between two looks, if they are on time.
+    """
+
+    def __init__(self, period_s: float) -> None:
+        self._period_s = period_s
+        self._looks: deque[tuple[float, float]] = deque()
+        """Time of each look of the last seconds, and by how much it was late."""
+        self._looked_at_s: float | None = None
+
+    @property
+    def is_poor(self) -> bool:
+        """Whether the looks were late by a quarter of the time or more."""
+        return sum(late_s for _, late_s in self._looks) >= _POOR_SHARE * _PUNCTUALITY_S
+
+    def look(self, now_s: float) -> None:
+        """Note that it is the time of a look."""
+        late_s = 0.0 if self._looked_at_s is None else max(0.0, now_s - self._looked_at_s - self._period_s)
+        self._looked_at_s = now_s
+        self._looks.append((now_s, late_s))
+        while self._looks[0][0] < now_s - _PUNCTUALITY_S:
+            self._looks.popleft()

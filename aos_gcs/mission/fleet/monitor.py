@@ -17,7 +17,7 @@ from aos_gcs.mission.fleet.proximity import ProximityWatch
 from aos_gcs.mission.fleet.return_and_land import ReturnAndLand
 from aos_gcs.mission.fleet.roster import FLYING, Member
 from aos_gcs.mission.fleet.standing_hold import StandingHold
-from aos_gcs.mission.health import CatchingUp
+from aos_gcs.mission.health import CatchingUp, Punctuality
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.ports import Hold, Severity
 
@@ -53,7 +53,8 @@ class Monitor:
         self._publish = publish
         self._on_all_lost = on_all_lost
         context = self._context
-        self._links = LinkWatch(context.roster, context.clock, context.journal)
+        self._punctuality = Punctuality(_PERIOD_S)
+        self._links = LinkWatch(context.roster, context.clock, context.journal, self._punctuality)
         self._proximity = ProximityWatch(context.roster, context.clock, context.journal, self._accuracy)
         self._altitudes = AltitudeWatch(context.roster, context.clock, context.journal)
         self._accuracies = AccuracyWatch(context.roster, context.clock, context.journal)
@@ -83,6 +84,7 @@ class Monitor:
         async with asyncio.TaskGroup() as group:
             while True:
                 is_catching_up = self._catching_up.look(self._context.clock.now_s())
+                self._punctuality.look(self._context.clock.now_s())
                 self._take_in_newcomers()
                 self._context.roster.settle_altitudes()
                 self._watch_altitudes()
@@ -238,7 +240,8 @@ class Monitor:
         context = self._context
         now_s = context.clock.now_s()
         lost = context.roster.members(Task.LOST)
-        if not lost or context.roster.members(*FLYING, Task.LANDED):
+        is_any_heard = any(member.is_reachable for member in lost)
+        if not lost or is_any_heard or context.roster.members(*FLYING, Task.LANDED):
             self._all_lost_since_s = None
         elif self._all_lost_since_s is None:
             self._all_lost_since_s = now_s

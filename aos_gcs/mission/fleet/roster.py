@@ -62,6 +62,8 @@ class Member:
     sent_at_s: float = -math.inf
     """Time of the latest command to move."""
     battery: BatteryMeter = field(default_factory=BatteryMeter)
+    heard_again_at_s: float | None = None
+    """Time since which the link of a lost vehicle is good, with its mode known; None while it is not."""
 
     @property
     def task(self) -> Task:
@@ -78,6 +80,11 @@ class Member:
         if task is Task.LOST and self._task is not Task.LOST:
             self._next_task = task_when_heard_again(self._task)
         self._task = task
+
+    @property
+    def is_reachable(self) -> bool:
+        """Whether commands reach it: it is not lost, or it is heard again, though not for long enough yet."""
+        return self._task is not Task.LOST or self.heard_again_at_s is not None
 
     @property
     def takes_part(self) -> bool:
@@ -241,8 +248,8 @@ class Roster:
         return [member for member in self._members.values() if member.airborne and member.task is not Task.LOST]
 
     def commandable(self) -> list[Member]:
-        """Return the members to hold, return or land with all others: those that may fly and are still heard."""
-        return [member for member in self._members.values() if self.may_fly(member) and member.task is not Task.LOST]
+        """Return the members to hold, return or land with all others: those that may fly and are heard."""
+        return [member for member in self._members.values() if self.may_fly(member) and member.is_reachable]
 
     def is_landed(self, member: Member) -> bool:
         """Return whether fresh telemetry says: disarmed, on the ground, not moving. Nothing else counts as landed."""
