@@ -193,10 +193,10 @@ class FlightController:
     def hold(self, kinematics: Kinematics, now_s: float) -> None:
         """Stop as soon as possible and hover."""
         velocity = kinematics.velocity_enu_mps
-        speed_mps = math.hypot(*velocity)
-        reach_s = speed_mps / (2 * BRAKING_MPS2)
-        east, north, up = (p + v * reach_s for p, v in zip(kinematics.position_enu_m, velocity, strict=True))
-        self._target_enu_m = (east, north, up)
+        # Beside and above it brakes on its own, as autopilots do: a fast climb forward ends where a slow one does.
+        along_s, up_s = (math.hypot(*part) / (2 * BRAKING_MPS2) for part in (velocity[:2], velocity[2:]))
+        east, north, up = kinematics.position_enu_m
+        self._target_enu_m = (east + velocity[0] * along_s, north + velocity[1] * along_s, up + velocity[2] * up_s)
         self._enter(Manoeuvre.POSITION, now_s)
 
     def return_home(self, kinematics: Kinematics, now_s: float) -> None:

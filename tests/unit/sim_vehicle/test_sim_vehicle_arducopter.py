@@ -181,6 +181,21 @@ def test_return_climbs_flies_home_lands_and_disarms(flying):
     assert flying.long(ARM, 1) == [FAILED], "RTL is not armable"
 
 
+def test_return_from_a_climb_forward_stays_at_a_return_height_that_leaves_room_to_brake(flying):
+    flying.set_parameter("RTL_ALT", 1250.0)
+    flying.reposition(0, 0, 5)
+    flying.advance(20)
+    flying.reposition(0, 100, 30)
+    flying.advance(3)
+    assert (flying.state.velocity_enu_mps[0, 2], flying.height_m) == pytest.approx((2.5, 8.9), abs=0.2)
+    flying.long(SET_MODE, 1, RTL)
+    heights = []
+    for _ in range(40):
+        flying.advance(0.2)
+        heights.append(flying.height_m)
+    assert max(heights) == pytest.approx(12.5, abs=0.1)
+
+
 def test_return_from_above_the_return_height_keeps_the_layer(flying):
     flying.reposition(0, 40, 45)
     flying.advance(20)
