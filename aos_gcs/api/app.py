@@ -80,7 +80,7 @@ def create_app(
     )
     app.state.hub = EventHub(mission, replay, capabilities, now_s, upstream)
     app.state.access = Access(operator_code, now_s, operator_file)
-    app.state.limits = PeerLimits(now_s)
+    app.state.limits = PeerLimits(now_s, app.state.access.addresses)
     app.state.once = Once()
     app.add_middleware(BodyLimitMiddleware, streaming_paths=[IMPORT_PATH])
     app.add_middleware(OperatorsOnlyMiddleware, access=app.state.access)

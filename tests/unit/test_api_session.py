@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
 
 import httpx
 import pytest
+from fastapi import FastAPI
 
 from aos_gcs.api.access.guess_throttle import FORGET_AFTER_S, FREE_GUESSES, GUESSES_PER_MINUTE, GuessThrottle
 from aos_gcs.api.access.operator_code import read_code
 from aos_gcs.api.access.operator_file import FILE_NAME, OperatorFile
-from aos_gcs.api.access.operators import MAX_OPERATORS, Access, Role, WrongCodeError
+from aos_gcs.api.access.operators import MAX_ADDRESSES, MAX_OPERATORS, Access, Role, WrongCodeError
 from aos_gcs.clock import LoopClock
 from aos_gcs.config.model import ApiConfig
 from aos_gcs.errors import ConfigurationError
@@ -238,6 +240,31 @@ async def test_code_and_sign_ins_outlast_a_restart(tmp_path: Path) -> None:
     path = tmp_path / FILE_NAME
     assert path.stat().st_mode & 0o077 == 0
     assert staying not in path.read_text()
+
+
+async def test_addresses_of_operators_outlast_the_process(tmp_path: Path) -> None:
+    def serving(code: str) -> tuple[FastAPI, httpx.AsyncClient]:
+        app = app_of(ScriptedMission(LoopClock()), operator_code=code, operator_file=OperatorFile(file))
+        transport = httpx.ASGITransport(app, client=("10.0.0.7", 5000))
+        return app, OperatorClient(transport=transport, base_url=BASE_URL)
+
+    file = tmp_path / FILE_NAME
+    app, client = serving(CODE)
+    async with client:
+        await sign_in(client)
+        assert not app.state.limits.connections.is_known("10.0.0.7")
+        await client.get("/api/session")
+        await asyncio.gather(*asyncio.all_tasks() - {asyncio.current_task()})
+    app, client = serving(CODE)
+    await client.aclose()
+    assert app.state.limits.connections.is_known("10.0.0.7")
+    access = app.state.access
+    assert not access.note_address("10.0.0.7")
+    for number in range(MAX_ADDRESSES):
+        assert access.note_address(f"10.1.0.{number}")
+    assert len(access.addresses) == MAX_ADDRESSES
+    assert "10.0.0.7" not in access.addresses
+    assert OperatorFile(file).addresses("another code") == ()
 
 
 async def test_another_code_ends_all_sessions(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ import json
 import logging
 import os
 import threading
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -26,6 +26,8 @@ class _Content(BaseModel):
     """Digest of the code by which the operators have signed in: another code ends their sessions."""
     sessions: dict[str, str] = {}
     """Names of the operators by the digests of their tokens, in the order of their sign-in."""
+    addresses: list[str] = []
+    """Addresses that operators have sent requests from, the latest last."""
 
 
 class OperatorFile:
@@ -51,10 +53,16 @@ class OperatorFile:
         """Return the names of those who have signed in by this code, by the digests of their tokens."""
         return dict(self._content.sessions) if self._content.valid_for == digest(code) else {}
 
-    def keep(self, code: str, sessions: Mapping[str, str]) -> None:
-        """Write down who is signed in."""
+    def addresses(self, code: str) -> tuple[str, ...]:
+        """Return the addresses that operators by this code have sent requests from, the latest last."""
+        return tuple(self._content.addresses) if self._content.valid_for == digest(code) else ()
+
+    def keep(self, code: str, sessions: Mapping[str, str], addresses: Sequence[str]) -> None:
+        """Write down who is signed in, and where."""
         with self._lock:
-            self._content = _Content(code=self._content.code, valid_for=digest(code), sessions=dict(sessions))
+            self._content = _Content(
+                code=self._content.code, valid_for=digest(code), sessions=dict(sessions), addresses=list(addresses)
+            )
             self._write()
 
     def _read(self) -> _Content:

@@ -18,13 +18,15 @@ from typing import Final
 
 from starlette.requests import HTTPConnection
 
-from aos_gcs.api.access.guess_throttle import GuessThrottle
+from aos_gcs.api.access.guess_throttle import GuessThrottle, group_of
 from aos_gcs.api.access.operator_file import OperatorFile, digest
 from aos_gcs.errors import AosError
 
 MAX_OPERATORS: Final = 32
 """Largest number of operators signed in at a time; another one replaces the earliest."""
 
+MAX_ADDRESSES: Final = 64
+"""Largest number of operators' addresses that are remembered."""
 _WRITTEN_WITHIN_S: Final = 1.0
 """Time for which a sign-in waits for the disk."""
 
@@ -88,6 +90,23 @@ class Access:
         known = {} if file is None or operator_code is None else file.sessions(operator_code)
         self._sessions = {token_digest: Session(Role.OPERATOR, name) for token_digest, name in known.items()}
         """By the digests of their tokens, which are kept nowhere."""
+        noted = () if file is None or operator_code is None else file.addresses(operator_code)
+        self._addresses = {group_of(address): address for address in noted}
+        """Addresses of operators by the group that counts as one, the latest last."""
+
+    @property
+    def addresses(self) -> tuple[str, ...]:
+        """Addresses that operators have sent requests from, also before the process was replaced."""
+        return tuple(self._addresses.values())
+
+    def note_address(self, address: str) -> bool:
+        """Note that an operator is at this address; return whether that is new, and has to be written down."""
+        if (group := group_of(address)) in self._addresses:
+            return False
+        if len(self._addresses) >= MAX_ADDRESSES:
+            del self._addresses[next(iter(self._addresses))]
+        self._addresses[group] = address
+        return True
 
     @property
     def is_required(self) -> bool:
@@ -125,13 +144,13 @@ class Access:
         self._sessions.pop(digest(token or ""), None)
 
     async def write_down(self) -> None:
-        """Remember who is signed in; a disk that hangs keeps nobody from it."""
+        """Remember who is signed in, and where; a disk that hangs keeps nobody from it."""
         if self._file is None or self._code is None:
             return
         names = {token_digest: session.name for token_digest, session in self._sessions.items()}
         with suppress(TimeoutError):
             async with asyncio.timeout(_WRITTEN_WITHIN_S):
-                await asyncio.to_thread(self._file.keep, self._code, names)
+                await asyncio.to_thread(self._file.keep, self._code, names, self.addresses)
 
     def session(self, token: str | None) -> Session:
         """Return the session behind a token."""

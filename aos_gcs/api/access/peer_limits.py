@@ -7,8 +7,9 @@ those of operators never wait behind many.
 
 from __future__ import annotations
 
+import asyncio
 from collections import Counter, OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from http import HTTPStatus
 from typing import Final
 
@@ -38,13 +39,16 @@ class PeerLimits:
 
     Args:
         now_s: clock in real seconds.
+        known: addresses of operators.
     """
 
-    def __init__(self, now_s: Callable[[], float]) -> None:
+    def __init__(self, now_s: Callable[[], float], known: Iterable[str] = ()) -> None:
         self._now_s = now_s
         self._budgets: OrderedDict[str, TokenBucket] = OrderedDict()
         self._followers: Counter[str] = Counter()
         self.connections = ConnectionLimits(now_s)
+        for address in known:
+            self.connections.know(address)
 
     def take_request(self, address: str) -> bool:
         """Return whether an address may send a request now, and count it."""
@@ -81,6 +85,7 @@ class PeerLimitMiddleware:
         self._limits = limits
         self._access = access
         self._turns = Turns()
+        self._writing: set[asyncio.Task[None]] = set()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Check, then pass on."""
@@ -90,7 +95,7 @@ class PeerLimitMiddleware:
         address = scope["client"][0] if scope.get("client") else ""
         admission: Admission | None = scope.get("state", {}).get(ADMISSION)
         if self._access.is_required and self._is_operator(scope):
-            self._limits.connections.know(address)
+            self._know(address)
             if admission is not None:
                 self._limits.connections.trust(admission)
             await self._app(scope, receive, send)
@@ -99,6 +104,14 @@ class PeerLimitMiddleware:
         else:
             await self._turns.wait()
             await self._pass_on(address, scope, receive, send)
+
+    def _know(self, address: str) -> None:
+        """Note that an operator is at this address, also for a process that replaces this one, without waiting."""
+        self._limits.connections.know(address)
+        if self._access.note_address(address):
+            task = asyncio.get_running_loop().create_task(self._access.write_down())
+            self._writing.add(task)
+            task.add_done_callback(self._writing.discard)
 
     async def _pass_on(self, address: str, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass on what is no operator's, within the limits."""
