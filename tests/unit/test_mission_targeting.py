@@ -13,10 +13,14 @@ from aos_gcs.geometry.poses import nadir_pose
 from aos_gcs.imaging.geolocation import Geolocation, Uncertainty
 from aos_gcs.imaging.model import Blob, BlobView, FocalGrid, Sighting, StepAnalysis
 from aos_gcs.imaging.persons.decision import FindingKind, Verdict
+from aos_gcs.imaging.step.judgement import SETTLED_M
 from aos_gcs.imaging.step.settings import ImagingSettings
+from aos_gcs.mission.search.claims import Claims
+from aos_gcs.mission.search.findings import Findings
 from aos_gcs.mission.search.persons import Judgement
 from aos_gcs.mission.search.targeting import TargetTracker, error_ellipse
 from aos_gcs.planning.settings import DetectionSettings, MissionSettings
+from aos_gcs.ports import Severity
 
 SETTINGS = MissionSettings(
     vehicles=2,
@@ -266,3 +270,28 @@ def test_a_target_that_stays_is_where_its_warm_body_is_known_best() -> None:
     assert estimate is not None
     assert estimate.position_enu_m == (5.2, 20.0, 0.0)
     assert estimate.sigma_m == pytest.approx(0.2)
+
+
+class _Unheard:
+    """Journal that nobody reads."""
+
+    def elapsed_s(self) -> float:
+        return 0.0
+
+    def notice(self, severity: Severity, text: str, vehicle_id: int | None = None) -> None:
+        pass
+
+
+def test_the_blob_of_a_settled_target_is_settled_even_where_it_lies_beside_its_place() -> None:
+    """Erring poses displace blobs from what is located by all views; the swarm would turn to the same thing for ever."""
+    follower = Follower(FindingKind.WARM_OBJECT)
+    claims = Claims(SETTINGS.detection, _Unheard(), follower.tracker, Findings())
+    beside = seen(5.0, 20.0)
+    beside = replace(beside, blob=replace(beside.blob, centroid_enu_m=(5.0 + 1.5 * SETTLED_M, 20.0, 0.0)))
+    follower.observe(beside)
+    claims.settle_target()
+    for east_m in (5.0, 5.0 + 1.5 * SETTLED_M):
+        assert min(math.dist(place, (east_m, 20.0)) for place in claims.settled_enu_m) < 0.5
+    settled = claims.settled_enu_m
+    claims.settle_target()
+    assert claims.settled_enu_m == settled

@@ -95,6 +95,8 @@ class Claims:
             return
         self._decide(target)
         self._looks.settle(target.track_id, target.position_enu_m)
+        if self._tracker.blob_enu_m is not None:
+            self._looks.leave(self._tracker.blob_enu_m)
 
     def conclude_lost(self) -> None:
         """Decide about a target that was lost, if it was a person when it was last seen; it may be looked at again."""

@@ -28,11 +28,12 @@ class Looks:
 
     def __init__(self) -> None:
         self._looks: list[_Look] = []
+        self._left_enu_m: list[tuple[float, float]] = []
 
     @property
     def settled_enu_m(self) -> tuple[tuple[float, float], ...]:
         """Places that the swarm does not converge on again."""
-        return tuple(look.place_enu_m for look in self._looks if look.is_settled)
+        return (*(look.place_enu_m for look in self._looks if look.is_settled), *self._left_enu_m)
 
     def follow(self, places_enu_m: Mapping[int, NDArray[np.float64]]) -> None:
         """Move the places with their tracks, whose positions, shape (2,), are given by id."""
@@ -49,6 +50,15 @@ class Looks:
     def settle(self, track_id: int, position_enu_m: EnuPoint) -> None:
         """Converge on a target no more."""
         self._at(track_id, position_enu_m).is_settled = True
+
+    def leave(self, blob_enu_m: EnuPoint) -> None:
+        """Converge no more on the blob that showed a settled target.
+
+        Where poses err, or another thing adds to it, its middle lies beside the place of the target; without this, the
+        swarm would turn to it in the next step again.
+        """
+        if all(math.dist(blob_enu_m[:2], place_enu_m) > SETTLED_M for place_enu_m in self.settled_enu_m):
+            self._left_enu_m.append(blob_enu_m[:2])
 
     def _at(self, track_id: int, position_enu_m: EnuPoint) -> _Look:
         for look in self._looks:

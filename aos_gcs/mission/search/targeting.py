@@ -67,6 +67,8 @@ class TargetTracker:
         self._target: Track | None = None
         self.measured_enu_m: EnuPoint | None = None
         """Position of the target by the latest step alone; None when it is out of view."""
+        self.blob_enu_m: EnuPoint | None = None
+        """Middle on the focal plane of the blob that shows it; None when it is out of view."""
         self.steps_out_of_view = 0
 
     @property
@@ -96,11 +98,12 @@ class TargetTracker:
             self._seen[track_id] = latest
             self._up_m[track_id] = float(place.position_enu_m[2])
         if not sightings or sightings[0].settled:
-            self.measured_enu_m = None
+            self.measured_enu_m = self.blob_enu_m = None
             self.steps_out_of_view += 1
             self._target = self._tracks.find(self._target.track_id) or self._target if self._target else None
             return False
         self.measured_enu_m = _point(places[0].position_enu_m)
+        self.blob_enu_m = sightings[0].blob.centroid_enu_m
         self.steps_out_of_view = 0
         self._target = self._tracks.find(track_ids[0])
         return True
