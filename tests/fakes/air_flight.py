@@ -37,12 +37,12 @@ from tests.fakes.mission_flight import InlineExecutor, MemoryRecorder, settings
 IMAGE_SIZE_PX = 96
 SEPARATION_M = UNLIMITED.separation_m
 TARGET_ENU_M = (2.0, 30.0)
-_TARGET_RADIUS_M = 0.7
+_TARGET_RADIUS_M, _SKIN_RADIUS_M = 0.7, 0.3
 AREA_ENU_M = ((-8.0, 10.0), (8.0, 10.0), (8.0, 45.0), (-8.0, 45.0))
 
 
 class WarmSpot:
-    """Cool ground with one warm disc."""
+    """Cool ground with one warm disc, whose middle is warmer."""
 
     def view(self, pose: Pose, camera: CameraModel, at_s: float) -> NDArray[np.float32]:
         """Return what a camera that looks straight down sees; the ground's pattern differs from image to image."""
@@ -52,11 +52,13 @@ class WarmSpot:
         rays = np.stack([(columns - camera.cx_px) / camera.fx_px, (rows - camera.cy_px) / camera.fy_px], axis=-1)
         rays_enu = np.dstack([rays, np.ones(shape)]) @ pose.R_cam2enu.T
         ground_m = pose.position_enu_m[:2] - rays_enu[..., :2] * (pose.position_enu_m[2] / rays_enu[..., 2:])
-        warm = np.hypot(*np.moveaxis(ground_m - np.array(TARGET_ENU_M), -1, 0)) < _TARGET_RADIUS_M
+        distance_m = np.hypot(*np.moveaxis(ground_m - np.array(TARGET_ENU_M), -1, 0))
+        warm = distance_m < _TARGET_RADIUS_M
         rgb = rng.normal([70.0, 90.0, 50.0], 6.0, (*shape, 3))
         rgb[warm] = [200.0, 40.0, 160.0]
         thermal = rng.normal(12.0, 0.5, shape)
         thermal[warm] = 28.0
+        thermal[distance_m < _SKIN_RADIUS_M] = 33.0
         return np.dstack([rgb, thermal]).astype(np.float32)
 
 

@@ -39,6 +39,9 @@ FRAME = LocalFrame(ORIGIN)
 CAMERA = CameraModel.from_fov(96, 96, math.radians(50.0))
 BANDS = ("red", "green", "blue", "thermal")
 TARGET_RADIUS_M = 0.7
+CLOTHES_C = 24.0
+"""Temperature from which a thing is a person, whose middle shows skin."""
+SKIN_RADIUS_M, SKIN_K = 0.3, 5.0
 _MEANS, _DEVIATIONS = np.array([70.0, 90.0, 50.0, 12.0]), np.array([6.0, 6.0, 6.0, 0.5])
 """Bands of the ground: red, green, blue, degrees Celsius."""
 SILENCE_S = 5.0
@@ -394,7 +397,10 @@ class FakeVehicle:
             rows, columns = np.indices(shape, sparse=True)
             east_of_target_m = east_m + (columns - CAMERA.cx_px) * ground_m - at_east_m
             north_of_target_m = north_m - (rows - CAMERA.cy_px) * ground_m - at_north_m
-            image[np.hypot(east_of_target_m, north_of_target_m) < TARGET_RADIUS_M] = [200.0, 40.0, 160.0, celsius]
+            distance_m = np.hypot(east_of_target_m, north_of_target_m)
+            image[distance_m < TARGET_RADIUS_M] = [200.0, 40.0, 160.0, celsius]
+            if celsius >= CLOTHES_C:
+                image[distance_m < SKIN_RADIUS_M, 3] += SKIN_K
         return image
 
 

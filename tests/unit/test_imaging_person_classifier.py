@@ -63,6 +63,19 @@ def test_rare_classes_weigh_as_much_as_common_ones() -> None:
     assert all(person_confidence(one, model) > DECISION for one in persons)
 
 
+def test_a_person_in_the_open_is_one_as_well() -> None:
+    behind_blur = replace(PERSON, contrast_median_k=10.0, contrast_peak_k=15.5, area_m2=0.1)
+    in_the_open = replace(behind_blur, contrast_median_k=13.0, contrast_peak_k=20.0, area_m2=0.8, extent_m=1.7)
+    assert person_confidence(behind_blur) > 0.8
+    assert person_confidence(in_the_open) > 0.8
+
+
+def test_what_no_stone_reaches_is_a_person_even_without_skin() -> None:
+    """A coarse camera shows clothes only; tops of stones are up to 15 K warmer than the ground, clothes up to 17."""
+    clothes_only = replace(PERSON, contrast_median_k=16.5, contrast_peak_k=17.0, vehicles=4)
+    assert person_confidence(clothes_only) > DECISION
+
+
 def test_a_model_needs_both_classes() -> None:
     for is_person in (True, False):
         with pytest.raises(InputDataError, match="both kinds"):

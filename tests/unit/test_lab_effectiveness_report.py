@@ -24,8 +24,8 @@ from aos_gcs.lab.effectiveness.study import Anomaly, SceneKey, SceneResult, Warm
 from aos_gcs.lab.scenes import Body, PositionGrade
 
 PERSON_ENU_M, DEER_ENU_M = (0.0, 30.0), (10.0, 30.0)
-MODEL = PersonModel((0.0,) * 5, (1.0,) * 5, (1.0, 0.0, 0.0, 0.0, 0.0), -12.0)
-"""Whatever is warmer than 12 K is a person."""
+MODEL = PersonModel((math.log(7.0), 0.0, 0.0, 0.0), (1.0,) * 4, (12.0, 0.0, 0.0, 0.0), 0.0)
+"""Whatever is warmer than 7 K is a person."""
 
 
 ANOMALIES = (Anomaly(0.3, (10.0, 30.0)), Anomaly(0.2, (0.0, 30.0)))
@@ -50,13 +50,13 @@ def scene(*bodies: WarmBody, has_person: bool = True, seed: int = 1, density: fl
 @pytest.mark.parametrize(
     ("result", "claim_result", "seen"),
     [
-        (scene(warm(0.4, 15.0), warm(10.0, 8.0)), ClaimResult.HIT, True),
-        (scene(warm(0.4, 10.0), warm(10.0, 8.0)), ClaimResult.MISS, True),
-        (scene(warm(10.0, 8.0)), ClaimResult.MISS, False),
+        (scene(warm(0.4, 9.0), warm(10.0, 5.0)), ClaimResult.HIT, True),
+        (scene(warm(0.4, 6.0), warm(10.0, 5.0)), ClaimResult.MISS, True),
+        (scene(warm(10.0, 5.0)), ClaimResult.MISS, False),
         (scene(), ClaimResult.MISS, False),
-        (scene(warm(0.4, 10.0), warm(10.0, 16.0)), ClaimResult.WRONG_PLACE, True),
-        (scene(warm(10.0, 16.0), has_person=False), ClaimResult.FALSE_ALARM, False),
-        (scene(warm(10.0, 8.0), has_person=False), ClaimResult.CLEAR, False),
+        (scene(warm(0.4, 6.0), warm(10.0, 9.5)), ClaimResult.WRONG_PLACE, True),
+        (scene(warm(10.0, 9.5), has_person=False), ClaimResult.FALSE_ALARM, False),
+        (scene(warm(10.0, 5.0), has_person=False), ClaimResult.CLEAR, False),
         (scene(has_person=False), ClaimResult.CLEAR, False),
     ],
 )
@@ -68,7 +68,7 @@ def test_verdicts(result: SceneResult, claim_result: ClaimResult, seen: bool) ->
 
 
 def test_of_bodies_like_persons_the_one_seen_most_is_the_claim() -> None:
-    decision = decide(scene(warm(10.0, 17.0), warm(0.3, 16.0, 30.4, views=9)), PositionGrade.RTK, Rule.PERSON, MODEL)
+    decision = decide(scene(warm(10.0, 9.9), warm(0.3, 9.5, 30.4, views=9)), PositionGrade.RTK, Rule.PERSON, MODEL)
     assert decision.claim_result is ClaimResult.HIT
     assert decision.error_m == pytest.approx(0.5)
 
@@ -91,10 +91,10 @@ def test_anomalies_alone_are_claimed_whatever_they_are(
 
 
 def test_figures_of_many_scenes() -> None:
-    results = [scene(warm(0.1 * i, 15.0), seed=i) for i in range(1, 10)]
-    results += [scene(warm(10.0, 16.0), seed=20), scene(seed=21)]
-    results += [scene(warm(10.0, 16.0), has_person=False, seed=30), scene(has_person=False, seed=31)]
-    results += [scene(warm(0.2, 15.0), seed=40, density=500.0)]
+    results = [scene(warm(0.1 * i, 9.0), seed=i) for i in range(1, 10)]
+    results += [scene(warm(10.0, 9.5), seed=20), scene(seed=21)]
+    results += [scene(warm(10.0, 9.5), has_person=False, seed=30), scene(has_person=False, seed=31)]
+    results += [scene(warm(0.2, 9.0), seed=40, density=500.0)]
     dense, sparse = sorted(
         summarise(decide(result, PositionGrade.GNSS, Rule.PERSON, MODEL) for result in results),
         key=lambda one: -one.trees_per_ha,
@@ -118,16 +118,16 @@ def test_wilsons_interval_and_ignorance() -> None:
 
 def test_bodies_are_labelled_by_what_they_lie_nearest_to() -> None:
     evidence, is_person = labelled_bodies(
-        [scene(warm(1.0, 15.0), warm(9.0, 8.0)), scene(warm(0.0, 9.0), has_person=False)]
+        [scene(warm(1.0, 9.0), warm(9.0, 5.0)), scene(warm(0.0, 5.5), has_person=False)]
     )
     assert is_person == [True, False, True, False, False, False]
     assert len(evidence) == 6
-    assert labelled_bodies([scene(warm(0.0, 15.0, vehicles=1))]) == ([], [])
+    assert labelled_bodies([scene(warm(0.0, 9.0, vehicles=1))]) == ([], [])
 
 
 def test_calibration_compares_probabilities_with_shares_and_persons_weigh_as_much_as_all_others() -> None:
-    """At 12 K the model of these tests says one half."""
-    person, other = warm(0.0, 12.0), warm(10.0, 12.0)
+    """At 7 K the model of these tests says one half."""
+    person, other = warm(0.0, 7.0), warm(10.0, 7.0)
     honest = [scene(person, other)]
     assert calibration_error(honest, PositionGrade.RTK, MODEL) == pytest.approx(0.0)
     assert calibration_error([*honest, scene(other, other)], PositionGrade.RTK, MODEL) == pytest.approx(0.0)
@@ -137,7 +137,7 @@ def test_calibration_compares_probabilities_with_shares_and_persons_weigh_as_muc
 
 
 def test_calibration_is_unknown_without_persons() -> None:
-    assert math.isnan(calibration_error([scene(warm(10.0, 8.0), has_person=False)], PositionGrade.GNSS, MODEL))
+    assert math.isnan(calibration_error([scene(warm(10.0, 5.0), has_person=False)], PositionGrade.GNSS, MODEL))
     assert calibration_as_text([]).endswith(": unknown (gnss), unknown (rtk)\n")
 
 
@@ -148,8 +148,8 @@ def test_scenes_are_described_by_densities_and_seeds() -> None:
 
 def test_scenes_are_judged_by_models_of_the_others() -> None:
     """The person of the odd scene is no warmer than the animals of the others: only its own model would know it."""
-    usual = [scene(warm(0.0, 15.0, vehicles=seed), warm(10.0, 8.0, vehicles=seed), seed=seed) for seed in (3, 5, 7, 9)]
-    odd = scene(warm(0.0, 8.0, vehicles=60), warm(10.0, 8.0), seed=1)
+    usual = [scene(warm(0.0, 9.0, vehicles=seed), warm(10.0, 5.0, vehicles=seed), seed=seed) for seed in (3, 5, 7, 9)]
+    odd = scene(warm(0.0, 5.0, vehicles=60), warm(10.0, 5.0), seed=1)
     decisions = {(one.seed, one.grade): one.claim_result for one in decide_by_others([*usual, odd], 5)}
     own = fit_person_model(*labelled_bodies([*usual, odd]))
     assert decide(odd, PositionGrade.RTK, Rule.PERSON, own).claim_result is ClaimResult.HIT

@@ -1,8 +1,9 @@
 """Classifier of warm bodies: the probability that one is a person.
 
-A logistic regression on what frames show of a body: how warm it is in the middle and at its warmest, how large its
-visible part, from how many vehicles it is seen. What a single vehicle sees is no evidence, and what is hotter than any
-skin is no person.
+A logistic regression on what frames show of a body: how warm it is in the middle, and how much warmer at its warmest
+(skin above clothes; a stone is warm all over); how large its visible part, from how many vehicles it is seen. The area
+counts up to where blur no longer takes from the contrast: a person in the open is no less one. What a single vehicle
+sees is no evidence, and what is hotter than any skin is no person.
 
 The weights are fitted to simulated scenes by ``aos-gcs lab fit-person`` (docs/effectiveness.md); a model for another
 season, camera or quarry is another file.
@@ -24,12 +25,22 @@ from numpy.typing import NDArray
 from aos_gcs.errors import InputDataError
 from aos_gcs.imaging.persons.evidence import Evidence
 
-FEATURES = ("median contrast", "peak contrast", "log area", "log extent", "log vehicles")
+FEATURES = (
+    "log median contrast",
+    "log spread of contrast",
+    "log area",
+    "log vehicles",
+)
 MAX_CONTRAST_K = 40.0
 """Skin is at most 37 °C warm, and surroundings in which people are searched for seldom colder than -3 °C."""
 MIN_VEHICLES = 2
 """Vehicles that must agree; one alone may see a defective pixel, or a piece of another body beside its place."""
-_MIN_EXTENT_M = 0.1
+_MIN_CONTRAST_K = 1.0
+"""Smallest difference of temperatures that says more than noise and shading."""
+_SKIN_K = 5.0
+"""Peak above the median from which a body shows skin; the median of simulated persons is 5.3 K. More is no more."""
+_AREA_M2 = 0.3
+"""Visible area beyond which a body's middle pixels show its own temperature."""
 _RIDGE = 1e-3
 """Penalty on the squares of the standardised weights, per observation: keeps them finite where classes separate."""
 
@@ -136,12 +147,12 @@ def _parse(text: str, name: str) -> PersonModel:
 
 
 def _features(evidence: Evidence) -> NDArray[np.float64]:
+    spread_k = evidence.contrast_peak_k - evidence.contrast_median_k
     return np.array(
         [
-            evidence.contrast_median_k,
-            evidence.contrast_peak_k,
-            math.log(evidence.area_m2),
-            math.log(max(evidence.extent_m, _MIN_EXTENT_M)),
+            math.log(max(evidence.contrast_median_k, _MIN_CONTRAST_K)),
+            math.log(min(max(spread_k, _MIN_CONTRAST_K), _SKIN_K)),
+            math.log(min(evidence.area_m2, _AREA_M2)),
             math.log(evidence.vehicles),
         ]
     )
