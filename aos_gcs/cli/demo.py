@@ -36,12 +36,10 @@ def demo(
     trees_per_ha: Annotated[float, typer.Option(help="Trees per hectare of the simulated forest.")] = 300.0,
     image_size: Annotated[int, typer.Option(help="Width and height of the images in pixels.")] = 512,
     errors: Annotated[
-        str | None,
-        typer.Option(
-            help="Errors of simulated vehicles, cameras and wind: none, rtk or gnss. "
-            "[default: positions err as of rtk, nothing else]"
-        ),
-    ] = None,
+        str, typer.Option(help="Errors of simulated vehicles, cameras and wind: none, rtk or gnss.")
+    ] = "rtk",
+    animals: Annotated[int, typer.Option(help="Deer and boars in the forest, which distract the search.")] = 2,
+    stones: Annotated[int, typer.Option(help="Sun-warmed stones in the forest.")] = 2,
     folder: Annotated[Path, typer.Option(help="Folder for recorded missions.")] = Path("missions"),
     wait: Annotated[bool, typer.Option("--wait", help="Leave launch and return to the operator.")] = False,
 ) -> None:
@@ -63,6 +61,8 @@ def demo(
         trees_per_ha=trees_per_ha,
         image_size_px=image_size,
         errors=errors,
+        animals=animals,
+        stones=stones,
         folder=folder,
         wait=wait,
     )

@@ -35,7 +35,7 @@ class FlightSettings:
     """Weather and time of day, in the simulator's words."""
     side_m: float = 60.0
     """Side of the forest, which is a square and the search area."""
-    image_size_px: int = 192
+    image_size_px: int = 512
 
 
 class Flight(Protocol):

@@ -70,7 +70,7 @@ class Scenario:
     """T: normalised visibility from which the target is in view."""
     leader_criterion: LeaderCriterion = LeaderCriterion.CONTRIBUTION
     fidelity: Fidelity = Fidelity.GEOMETRIC
-    errors: ErrorGrade = ErrorGrade.NONE
+    errors: ErrorGrade = ErrorGrade.RTK
     """Errors of vehicles and cameras; only images show them."""
     time_model: TimeModel = TimeModel.PAPER
     speed_mps: float = 10.0

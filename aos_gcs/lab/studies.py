@@ -13,6 +13,7 @@ from aos_gcs.lab.initialisation import draw_initialisations, paper_initialisatio
 from aos_gcs.lab.results import ResultFolder, create_results
 from aos_gcs.lab.scenario import Fidelity, Scenario, TimeModel, parse_scenario
 from aos_gcs.lab.strategies import parse_strategies
+from aos_gcs.lab.worlds import ErrorGrade
 
 HELD_OUT_SEED = 0
 """Seed of the initialisations that strategies are judged on; they are developed on other seeds."""
@@ -88,7 +89,7 @@ STUDIES = (
         "imaging",
         "Rendered images through the imaging engine",
         RIVALS,
-        {"fidelity": str(Fidelity.IMAGING), "image_size_px": 256, "duration_s": 10.0},
+        {"fidelity": str(Fidelity.IMAGING), "errors": str(ErrorGrade.NONE), "image_size_px": 256, "duration_s": 10.0},
         at_most=FEW,
     ),
 )

@@ -61,7 +61,7 @@ class WorldParameters:
     terrain: Terrain = Terrain.FLAT
     side_m: float = 100.0
     """Side of the forest square."""
-    errors: ErrorGrade = ErrorGrade.NONE
+    errors: ErrorGrade = ErrorGrade.RTK
     """Errors in rendered images; what a camera sees of the target by rays has none."""
 
 

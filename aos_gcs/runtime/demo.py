@@ -53,8 +53,10 @@ class DemoOptions:
     autopilot: str = "arducopter"
     trees_per_ha: float = 300.0
     image_size_px: int = 512
-    errors: str | None = None
-    """Grade of the simulator's errors; None: its usual ones."""
+    errors: str = "rtk"
+    """Grade of the simulator's errors."""
+    animals: int = 2
+    stones: int = 2
     folder: Path = Path("missions")
     wait: bool = False
     """Leave start and return to the operator."""
@@ -193,7 +195,9 @@ def _simulator_command(options: DemoOptions, link_port: int, world_file: Path, r
         *("--origin", ",".join(map(str, ORIGIN_DEG))),
         *("--trees-per-ha", str(options.trees_per_ha)),
         *("--image-size", str(options.image_size_px)),
-        *(() if options.errors is None else ("--errors", options.errors)),
+        *("--errors", options.errors),
+        *("--animals", str(options.animals)),
+        *("--stones", str(options.stones)),
         *("--world-file", str(world_file)),
         *("--report-file", str(report_file)),
         "--exit-with-parent",

@@ -85,7 +85,7 @@ def sim(
     image_size: ImageSize = 512,
     fov: FieldOfView = 50.0,
     wind: WindSpeed = None,
-    errors: Errors = None,
+    errors: Errors = "rtk",
     no_render: NoRender = False,
     no_camera: Annotated[
         bool, typer.Option("--no-camera", help="No cameras on board; aos-gcs sim-camera can attach some.")

@@ -30,7 +30,7 @@ from aos_sim.camera.shutter import ArduPilotShutter, Px4Shutter, ShutterCamera
 from aos_sim.clock import TICK_S, Pacer, SimTime
 from aos_sim.errors.attitude import AttitudeProcess
 from aos_sim.errors.exposure import Motion
-from aos_sim.errors.model import USUAL, ErrorModel
+from aos_sim.errors.model import RTK, ErrorModel
 from aos_sim.errors.position import PositionProcess
 from aos_sim.links import Address, Endpoint, LinkAddress, open_endpoint
 from aos_sim.report import SeparationMonitor, SwarmReport
@@ -83,7 +83,7 @@ class SwarmOptions:
     origin: GeodeticPosition = DEFAULT_ORIGIN
     image_size_px: int = 512
     fov_rad: float = math.radians(50.0)
-    errors: ErrorModel = USUAL
+    errors: ErrorModel = RTK
     """Errors of the vehicles and their cameras, and the wind."""
     cameras: bool = True
     """Whether the vehicles have cameras of their own."""

@@ -43,10 +43,10 @@ ConditionsOption = Annotated[
 ImageSize = Annotated[int, typer.Option(help="Width and height of the images in pixels.")]
 FieldOfView = Annotated[float, typer.Option(help="Field of view of the cameras in degrees.")]
 Errors = Annotated[
-    str | None,
+    str,
     typer.Option(
         help="Errors of vehicles and cameras: none, rtk (as in the field, with corrected positions) or gnss (with "
-        "positions by satellites alone). [default: positions err as of rtk, nothing else]"
+        "positions by satellites alone)."
     ),
 ]
 WindSpeed = Annotated[

@@ -96,6 +96,7 @@ class Station:
         """Simulate vehicles in a process of their own."""
         link = f"udpout://127.0.0.1:{self.link_port}"
         program = ("sim", "--vehicles", str(vehicles), "--link", link, "--speed", str(SPEED))
+        program += ("--errors", "none")
         return running(self.folder / name, *program, *_PATIENT, *options)
 
     @asynccontextmanager

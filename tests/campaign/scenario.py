@@ -15,7 +15,7 @@ from aos_gcs.planning.settings import (
     MissionSettings,
     PreflightSettings,
 )
-from aos_sim.errors.model import GRADES, USUAL
+from aos_sim.errors.model import GRADES, NONE
 from aos_sim.swarm import DEFAULT_ORIGIN, SwarmOptions
 from tests.campaign.faults import FAULTS, KNOWN_DEFECTS
 from tests.campaign.faults.base import Basis, Fault
@@ -70,7 +70,7 @@ class Scenario:
             image_size_px=IMAGE_SIZE_PX,
             start_up_s=1.0,
             parameters=QUICK[self.autopilot],
-            errors=replace(USUAL, position=GRADES[self.errors].position),
+            errors=replace(NONE, position=GRADES[self.errors].position),
             step_ticks=STEP_TICKS,
         )
 

@@ -24,6 +24,7 @@ from aos_sim.swarm import SimulatedSwarm, SwarmOptions
 from tests.fakes.air import GCS, HOST, Air
 from tests.fakes.air_flight import IMAGE_SIZE_PX, simulated
 from tests.fakes.fleet import FRAME, FakeFleet, FakeVehicle
+from tests.fakes.sim_errors import POSITIONS_ERR
 
 MAVLINK, MAVSDK = "mavlink", "mavsdk"
 FAKE = "fake"
@@ -227,7 +228,13 @@ async def _connect_over_udp(
     link = f"udpout://{HOST}:{port}"
     patient = PATIENT[options["autopilot"]]
     swarm_options = SwarmOptions(
-        links=(link,), speed=SPEED, image_size_px=IMAGE_SIZE_PX, start_up_s=2.0, parameters=patient, **options
+        links=(link,),
+        speed=SPEED,
+        image_size_px=IMAGE_SIZE_PX,
+        start_up_s=2.0,
+        parameters=patient,
+        errors=POSITIONS_ERR,
+        **options,
     )
     async with (
         load_driver(MAVSDK)([f"udpin://{HOST}:{port}"], context) as fleet,

@@ -28,11 +28,11 @@ from aos_gcs.ports import DriverContext
 from aos_sim.camera.image import ImageSource
 from aos_sim.camera.server import ImageServer
 from aos_sim.clock import Pacer
-from aos_sim.errors.model import USUAL
 from aos_sim.swarm import SimulatedSwarm, SwarmOptions
 from tests.fakes.air import GCS, Air, targets
 from tests.fakes.frozen import StationLoop, station
 from tests.fakes.mission_flight import InlineExecutor, MemoryRecorder, settings
+from tests.fakes.sim_errors import POSITIONS_ERR
 
 IMAGE_SIZE_PX = 96
 SEPARATION_M = UNLIMITED.separation_m
@@ -193,7 +193,7 @@ async def flying_over(
         "vehicles": vehicles + late_vehicles,
         "autopilot": autopilot,
         "parameters": changes.pop("parameters", {}),
-        "errors": changes.pop("errors", USUAL),
+        "errors": changes.pop("errors", POSITIONS_ERR),
         "scene": changes.pop("scene", None),
         "image_size_px": changes.pop("image_size_px", IMAGE_SIZE_PX),
     }

@@ -17,7 +17,10 @@ from aos_gcs.mission.model.phase import Outcome
 from aos_gcs.store.reader import MissionReader
 from tests.fakes.program import Program, is_running, kill, running
 
-SMALL = ("--vehicles", "2", "--image-size", "64", "--trees-per-ha", "0", "--seed", "2", "--speed", "6")
+SMALL = (
+    *("--vehicles", "2", "--image-size", "64", "--trees-per-ha", "0", "--seed", "2", "--speed", "6"),
+    *("--errors", "none", "--animals", "0", "--stones", "0"),
+)
 UNDER_WAY = "live: step 3"
 START_TIMEOUT_S = 60
 

@@ -32,7 +32,10 @@ KEYS = {
     "mission_dir",
 }
 SEPARATION_M = UNLIMITED.separation_m
-SMALL = ("--vehicles", "4", "--image-size", "128", "--trees-per-ha", "30", "--seed", "2", "--speed", "6")
+SMALL = (
+    *("--vehicles", "4", "--image-size", "128", "--trees-per-ha", "30", "--seed", "2", "--speed", "6"),
+    *("--errors", "none", "--animals", "0", "--stones", "0"),
+)
 """Few trees, so that the person is seen whatever way the swarm takes."""
 
 

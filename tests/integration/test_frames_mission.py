@@ -57,7 +57,7 @@ async def test_a_mission_flies_on_reported_exposures_and_files_in_a_folder(tmp_p
     missions = (tmp_path / "missions").as_posix()
     file.write_text(CONFIGURATION.format(speed=SPEED, port=port, images=images.as_posix(), missions=missions))
     simulator = ("--link", f"udpout://127.0.0.1:{port}", "--speed", str(SPEED), "--autopilot", autopilot)
-    world = ("--vehicles", "3", "--trees-per-ha", "30", "--seed", "2", "--image-size", "192")
+    world = ("--vehicles", "3", "--trees-per-ha", "30", "--seed", "2", "--image-size", "192", "--errors", "none")
     async with (
         running(tmp_path / "sim", "sim", *simulator, *world, "--image-folder", str(images)) as swarm,
         running(tmp_path, "run", str(file)) as program,

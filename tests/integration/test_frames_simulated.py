@@ -17,6 +17,7 @@ from aos_sim.camera.synthetic import CheckerboardGround
 from aos_sim.swarm import SimulatedSwarm, SwarmOptions
 from tests.fakes.air import Air
 from tests.fakes.air_flight import simulated
+from tests.fakes.sim_errors import POSITIONS_ERR
 
 SPEED = 4.0
 
@@ -77,6 +78,7 @@ async def test_mavsdk_takes_them_too(autopilot: str, tmp_path: Path) -> None:
         image_size_px=64,
         start_up_s=2.0,
         image_folder=tmp_path,
+        errors=POSITIONS_ERR,
     )
     clock = LoopClock(SPEED)
     async with (

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.lab import Fidelity, Scenario, draw_initialisations, open_world, parse_strategies, run_strategy
 from aos_gcs.lab.sensing import make_sensor
-from aos_gcs.lab.worlds import Posture, Target, World, WorldParameters, build_world
+from aos_gcs.lab.worlds import ErrorGrade, Posture, Target, World, WorldParameters, build_world
 
 SCENARIO = Scenario(
     trees_per_ha=200.0,
@@ -24,7 +24,7 @@ TARGET = Target((0.0, 28.0))
 
 @pytest.fixture(scope="module")
 def forest() -> World:
-    return build_world(WorldParameters(seed=4, trees_per_ha=200.0, side_m=40.0))
+    return build_world(WorldParameters(seed=4, trees_per_ha=200.0, side_m=40.0, errors=ErrorGrade.NONE))
 
 
 def positions_m(seed: int) -> NDArray[np.float64]:

@@ -15,6 +15,7 @@ from aos_gcs.clock import LoopClock
 from aos_gcs.ports import DriverContext
 from aos_sim.camera.synthetic import CheckerboardGround
 from aos_sim.swarm import SimulatedSwarm, SwarmOptions
+from tests.fakes.sim_errors import POSITIONS_ERR
 from tests.timing import scaled_s
 
 SPEED = 10.0
@@ -38,7 +39,12 @@ async def test_a_lost_message_about_an_image_is_asked_for_again(monkeypatch: pyt
         port = probe.getsockname()[1]
     clock = LoopClock(SPEED)
     options = SwarmOptions(
-        vehicles=1, links=(f"udpout://127.0.0.1:{port}",), speed=SPEED, image_size_px=32, start_up_s=2.0
+        vehicles=1,
+        links=(f"udpout://127.0.0.1:{port}",),
+        speed=SPEED,
+        image_size_px=32,
+        start_up_s=2.0,
+        errors=POSITIONS_ERR,
     )
     context = DriverContext(clock, lambda: True, lambda _: None)
     async with (

@@ -103,7 +103,7 @@ async def test_told_to_end_it_does_so_quietly(tmp_path: Path, free_port: int) ->
 @pytest.mark.slow
 async def test_a_simulated_swarm_is_led_like_any_other(tmp_path: Path, free_port: int) -> None:
     link, speed = f"udpout://127.0.0.1:{free_port}", 10.0
-    world = ("--trees-per-ha", "30", "--seed", "2", "--image-size", "192")
+    world = ("--trees-per-ha", "30", "--seed", "2", "--image-size", "192", "--errors", "none")
     service_file = write_file(tmp_path, free_port, connect_s=60.0 * speed, speed=speed)
     async with (
         running(tmp_path / "sim", "sim", "--vehicles", "3", "--link", link, "--speed", str(speed), *world),
@@ -159,6 +159,7 @@ async def searching(folder: Path) -> AsyncIterator[Search]:
     port, witness_port = unused_port(), unused_port()
     simulator = (
         *("sim", "--vehicles", "3", "--speed", str(SLOW_SPEED), "--trees-per-ha", "0", "--image-size", "64"),
+        *("--errors", "none"),
         *("--link", f"udpout://127.0.0.1:{port}", "--link", f"udpout://127.0.0.1:{witness_port}"),
         *("--param", f"FS_GCS_TIMEOUT={FAILSAFE_S}", "--param", "RTL_ALT=6000"),
         *("--report-file", str(folder / "report.json")),

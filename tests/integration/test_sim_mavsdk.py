@@ -26,6 +26,7 @@ from mavsdk.asyncio.plugins.param import ParamAsync
 from mavsdk.asyncio.plugins.telemetry import TelemetryAsync
 from mavsdk.component_type import ComponentType
 
+from tests.fakes.sim_errors import POSITIONS_ERR
 from tests.timing import scaled_s
 
 pytestmark = pytest.mark.timeout(60)
@@ -79,6 +80,7 @@ async def flight(flavour: str, vehicles: int):
         image_size_px=64,
         start_up_s=3.0,
         parameters=PATIENT[flavour],
+        errors=POSITIONS_ERR,
     )
     configuration = Configuration.create_with_component_type(ComponentType.GROUND_STATION)
     async with SimulatedSwarm(options, CheckerboardGround()) as swarm, Mavsdk(configuration) as client:

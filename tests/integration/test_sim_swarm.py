@@ -19,6 +19,7 @@ from aos_sim.__main__ import main
 from aos_sim.camera.synthetic import CheckerboardGround
 from aos_sim.packets import Parser
 from aos_sim.swarm import SimulatedSwarm, SwarmOptions
+from tests.fakes.sim_errors import POSITIONS_ERR
 from tests.timing import scaled_s
 
 HOST = "127.0.0.1"
@@ -33,7 +34,7 @@ def udp_socket() -> socket.socket:
 
 def small(link: str, **changes) -> SwarmOptions:
     values = {"vehicles": 2, "links": (link,), "speed": 10.0, "image_size_px": 32, "start_up_s": 0.0}
-    return SwarmOptions(**{**values, **changes})
+    return SwarmOptions(**{**values, "errors": POSITIONS_ERR, **changes})
 
 
 def packed(message) -> bytes:

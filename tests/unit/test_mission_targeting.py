@@ -283,7 +283,7 @@ class _Unheard:
 
 
 def test_the_blob_of_a_settled_target_is_settled_even_where_it_lies_beside_its_place() -> None:
-    """Erring poses displace blobs from what is located by all views; the swarm would turn to the same thing for ever."""
+    """Erring poses displace blobs from what all views locate; the swarm would turn to the same thing for ever."""
     follower = Follower(FindingKind.WARM_OBJECT)
     claims = Claims(SETTINGS.detection, _Unheard(), follower.tracker, Findings())
     beside = seen(5.0, 20.0)

@@ -33,7 +33,7 @@ def missions(
     strategy: Annotated[str, typer.Option(help="Name of the swarm's strategy.")] = "aos-apso",
     vehicles: Annotated[int, typer.Option(help="Number of drones.")] = 10,
     side: Annotated[float, typer.Option(metavar="M", help="Side of the search area, a square forest.")] = 60.0,
-    image_size: Annotated[int, typer.Option(metavar="PX", help="Edge of the square images.")] = 192,
+    image_size: Annotated[int, typer.Option(metavar="PX", help="Edge of the square images.")] = 512,
     jobs: Annotated[int, typer.Option(help="Number of processes on this machine.")] = 1,
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Address of a Dask scheduler, such as tcp://10.0.0.1:8786.")

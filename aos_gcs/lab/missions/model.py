@@ -24,7 +24,7 @@ class MissionsSettings:
     vehicles: int = 10
     side_m: float = 60.0
     """Side of the forest, which is the search area."""
-    image_size_px: int = 192
+    image_size_px: int = 512
     version: str = ""
     """Version of the program: results of another one belong to another study."""
 

@@ -94,7 +94,7 @@ def sim_camera(
     conditions: ConditionsOption = "cool",
     image_size: ImageSize = 512,
     fov: FieldOfView = 50.0,
-    errors: Errors = None,
+    errors: Errors = "rtk",
     no_render: NoRender = False,
     http_port: HttpPort = 0,
     world_file: Annotated[

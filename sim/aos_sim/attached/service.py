@@ -25,7 +25,7 @@ from aos_sim.camera.image import ImageSource
 from aos_sim.camera.options import check_camera_options
 from aos_sim.camera.server import ImageServer
 from aos_sim.errors.exposure import Motion
-from aos_sim.errors.model import USUAL, ErrorModel
+from aos_sim.errors.model import RTK, ErrorModel
 from aos_sim.links import Address, Endpoint, LinkAddress, LinkKind, open_endpoint
 from aos_sim.report import AttachedCamerasReport, SeparationMonitor
 
@@ -61,7 +61,7 @@ class AttachedOptions:
     fov_rad: float = math.radians(50.0)
     http_port: int = 0
     """Port of the image server; 0: any free one."""
-    errors: ErrorModel = USUAL
+    errors: ErrorModel = RTK
     """Errors of the cameras; those of positions, attitudes and the wind that moves vehicles are the vehicles' own."""
 
     def __post_init__(self) -> None:

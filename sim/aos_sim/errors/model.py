@@ -99,23 +99,19 @@ GNSS = replace(
         barometer_m=0.3,
     ),
 )
-USUAL = ErrorModel(position=RTK.position)
-"""Model where no grade is chosen: positions err as with corrections, and nothing else does."""
 GRADES: Mapping[str, ErrorModel] = {Grade.NONE: NONE, Grade.RTK: RTK, Grade.GNSS: GNSS}
 
 
-def error_model(grade: str | None, option: str = "--errors") -> ErrorModel:
+def error_model(grade: str, option: str = "--errors") -> ErrorModel:
     """Return the model of a grade.
 
     Args:
-        grade: value of :class:`Grade`; None for the usual errors.
+        grade: value of :class:`Grade`.
         option: name of the field that it comes from, for messages.
 
     Raises:
         ConfigurationError: there is no such grade.
     """
-    if grade is None:
-        return USUAL
     if grade not in GRADES:
         raise ConfigurationError(f"{option} must be one of {', '.join(Grade)}, got {grade!r}.")
     return GRADES[grade]
