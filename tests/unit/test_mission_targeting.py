@@ -272,20 +272,23 @@ def test_a_target_that_stays_is_where_its_warm_body_is_known_best() -> None:
     assert estimate.sigma_m == pytest.approx(0.2)
 
 
-class _Unheard:
-    """Journal that nobody reads."""
+class _Notices:
+    """Journal that keeps the texts."""
+
+    def __init__(self) -> None:
+        self.texts: list[str] = []
 
     def elapsed_s(self) -> float:
         return 0.0
 
-    def notice(self, severity: Severity, text: str, vehicle_id: int | None = None) -> None:
-        pass
+    def notice(self, severity: Severity, text: str, vehicle_id: int | None = None) -> None:  # noqa: ARG002
+        self.texts.append(text)
 
 
 def test_the_blob_of_a_settled_target_is_settled_even_where_it_lies_beside_its_place() -> None:
     """Erring poses displace blobs from what all views locate; the swarm would turn to the same thing for ever."""
     follower = Follower(FindingKind.WARM_OBJECT)
-    claims = Claims(SETTINGS.detection, _Unheard(), follower.tracker, Findings())
+    claims = Claims(SETTINGS.detection, _Notices(), follower.tracker, Findings())
     beside = seen(5.0, 20.0)
     beside = replace(beside, blob=replace(beside.blob, centroid_enu_m=(5.0 + 1.5 * SETTLED_M, 20.0, 0.0)))
     follower.observe(beside)
@@ -295,3 +298,17 @@ def test_the_blob_of_a_settled_target_is_settled_even_where_it_lies_beside_its_p
     settled = claims.settled_enu_m
     claims.settle_target()
     assert claims.settled_enu_m == settled
+
+
+def test_two_tracks_of_one_body_are_announced_once() -> None:
+    tracker, journal = TargetTracker(SETTINGS), _Notices()
+    claims = Claims(SETTINGS.detection, journal, tracker, Findings())
+    place = Geolocation(np.array([1.0, 20.0, 0.0]), 0.1 * np.eye(3), 0.1 * np.eye(3))
+    person = Judgement(Verdict(FindingKind.PERSON, 0.9, ()), place)
+    for step in range(5):
+        tracker.observe(analysis(seen(0.0, 20.0), seen(2.0, 20.0)), STEP_S * (step + 1))
+        tracker.judge(dict.fromkeys(tracker.places_enu_m(), person))
+    assert len(tracker.places_enu_m()) == 2
+    claims.announce()
+    assert len([text for text in journal.texts if text.startswith("Possible person")]) == 1
+    assert [target.kind for target in tracker.estimates()] == [FindingKind.PERSON] * 2

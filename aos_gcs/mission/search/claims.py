@@ -7,6 +7,7 @@ from aos_gcs.mission.journal import Announcer
 from aos_gcs.mission.model.findings import KIND_NAMES, FindingStatus, TargetEstimate
 from aos_gcs.mission.search.findings import Findings
 from aos_gcs.mission.search.looks import Looks
+from aos_gcs.mission.search.same_body import PIECES_M, distance_m
 from aos_gcs.mission.search.targeting import TargetTracker
 from aos_gcs.planning.settings import DetectionSettings
 from aos_gcs.ports import Severity
@@ -115,11 +116,19 @@ class Claims:
     def _is_new(self, target: TargetEstimate) -> bool:
         if target.kind in CLAIMED:
             return False
-        known = self._findings.claimed_at(target, set(self._tracker.places_enu_m()))
+        known = self._findings.claimed_at(target, set(self._tracker.places_enu_m())) or self._twin(target)
         if known is not None:
             self._tracker.settle(target.track_id, known.kind)
             return False
         return True
+
+    def _twin(self, target: TargetEstimate) -> TargetEstimate | None:
+        """Return a target that has been announced in this step and is the same body, if any."""
+        for other in self._tracker.estimates():
+            is_one = other.track_id != target.track_id and distance_m(other, target) <= PIECES_M
+            if is_one and other.kind in CLAIMED:
+                return other
+        return None
 
     def _decide(self, target: TargetEstimate) -> None:
         """Decide for good what a target is, by the latest decision about it, unless that is known."""
