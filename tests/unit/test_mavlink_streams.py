@@ -215,3 +215,23 @@ def test_targets_of_arducopter_that_are_no_position_are_those_of_another_station
     for second in range(3, 6):
         session.feed(vehicle.heartbeat() + vehicle.encoder.pack(target), A, float(second))
     assert bool(session.records[1].state(6.0).taken_over) is is_taken_over
+
+
+def test_an_arducopter_in_guided_that_reports_no_target_is_asked_for_it_and_then_taken_over() -> None:
+    session, vehicle = new_session(), FakeVehicle()
+    vehicle.armed, vehicle.custom_mode = True, COPTER_GUIDED
+    session.feed(vehicle.heartbeat(), A, 0.0)
+    record = session.records[1]
+    record.control.begin(frozenset({record.telemetry.mode_name}), HOME)
+    its_position = mavlink.MAVLink_position_target_local_ned_message(
+        0, mavlink.MAV_FRAME_LOCAL_NED, 0b1101_1111_1000, *[1.0] * 11
+    )
+    session.feed(vehicle.encoder.pack(its_position), A, 1.0)
+    asked: list[int] = []
+    for second in range(2, 12):
+        assert record.state(float(second)).taken_over == ""
+        session.feed(vehicle.heartbeat(), A, float(second))
+        session.poll(float(second))
+        asked += requested(session.take_outgoing(), mavlink.MAV_CMD_REQUEST_MESSAGE)
+    assert mavlink.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED in asked
+    assert "no target" in record.state(12.0).taken_over

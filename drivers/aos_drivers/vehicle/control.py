@@ -31,6 +31,10 @@ _ENDS_BELOW_M = 3.0
 reports have been seen to miss by 2 m."""
 _ENDS_BELOW_SHARE = 0.3
 """The same, as a share of a low take-off's height."""
+_SILENT_BEATS = 6
+"""Heartbeats without a reported target after which it is asked for."""
+_UNANSWERED_BEATS = 4
+"""Further heartbeats without one after which the vehicle has none."""
 _FAILSAFES: Mapping[int, str] = MappingProxyType(
     {
         mavlink.MAV_STATE_CRITICAL: "critical",
@@ -86,6 +90,8 @@ class ControlWatch:
         """Time at which the vehicle accepted the newest command."""
         self._climb: Climb | None = None
         """End of the take-off that is in progress."""
+        self._beats_without_target: int | None = None
+        """Heartbeats since a target was reported; None before the first one, and in modes without targets."""
         self._forget_target()
 
     def _forget_target(self) -> None:
@@ -124,7 +130,7 @@ class ControlWatch:
 
     def reclaim(self) -> None:
         """Count the present mode and target as ours: an operator gives the vehicle back to this station."""
-        self.reason, self.has_pilot = "", False
+        self.reason, self.has_pilot, self._beats_without_target = "", False, None
         self._modes, self._older_modes = frozenset({self._mode_name}), frozenset()
         self._shown_at_s = self._accepted_at_s = None
         self._forget_target()
@@ -137,11 +143,13 @@ class ControlWatch:
         now_s: float,
         *,
         comes_down: bool = False,
+        reports_targets: bool = False,
     ) -> None:
-        """Judge the mode of a heartbeat.
+        """Judge the mode of a heartbeat, and whether the vehicle still has a target.
 
         ``our_modes`` are all those that we ever command; ``comes_down`` tells whether the mode is a return or a
-        landing, which the autopilot also begins by itself.
+        landing, which the autopilot also begins by itself; ``reports_targets`` whether the autopilot reports its
+        target in this mode all the time.
         """
         self._is_armed = is_armed = bool(heartbeat.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED)
         self._mode_name = mode_name
@@ -150,9 +158,28 @@ class ControlWatch:
             self._stand_down()
         elif mode_name in self._modes:
             self._shown_at_s = now_s if self._shown_at_s is None else self._shown_at_s
+            self._count_beat(reports_targets=reports_targets)
         elif not self._is_explained(mode_name, our_modes, now_s):
             self._take_over(f"its mode changed to {mode_name}", has_pilot=not comes_down)
             self._modes, self._older_modes = frozenset({mode_name}), frozenset()
+
+    @property
+    def misses_target(self) -> bool:
+        """Whether the vehicle has ceased to report its target, just now: it is to be asked for it."""
+        return self._beats_without_target == _SILENT_BEATS
+
+    def _count_beat(self, *, reports_targets: bool) -> None:
+        """Count the heartbeats since the last target, across commands: ours end attitudes for a moment only."""
+        if self._beats_without_target is None or not reports_targets:
+            self._beats_without_target = None
+            return
+        self._beats_without_target += 1
+        if self._beats_without_target >= _SILENT_BEATS + _UNANSWERED_BEATS:
+            self._take_over("it reports no target any more, as when another station sets its attitude", has_pilot=True)
+
+    def hear_target(self) -> None:
+        """Note that the vehicle reports a target, in whatever message."""
+        self._beats_without_target = 0
 
     def take_height(self, height_above_home_m: float | None) -> None:
         """Expect the modes that end a take-off once the vehicle is high enough; call it before ``take_heartbeat``."""
@@ -164,7 +191,7 @@ class ControlWatch:
 
     def _stand_down(self) -> None:
         """Forget commands and take-overs when the motors stop."""
-        self.reason, self.has_pilot = "", False
+        self.reason, self.has_pilot, self._beats_without_target = "", False, None
         self._modes = self._older_modes = frozenset()
         self._shown_at_s = self._accepted_at_s = self._climb = None
         self._forget_target()
@@ -206,6 +233,7 @@ class ControlWatch:
         self.has_pilot = self.has_pilot or has_pilot
         self.takeovers += 1
         self._former = ()
+        self._beats_without_target = None
         self._forget_target()
 
 

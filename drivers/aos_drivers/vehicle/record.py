@@ -38,6 +38,7 @@ _MAX_COMPONENTS = 16
 _STRANGER_PAUSE_S = 60.0
 _ARMING_TEXT_S = 10.0
 """Time for which the reason of a refusal to arm is kept although the vehicle's own checks pass."""
+_TARGET_IDS = (mavlink.MAVLINK_MSG_ID_POSITION_TARGET_GLOBAL_INT, mavlink.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED)
 _COMING_DOWN = frozenset({FlightMode.RETURN, FlightMode.LAND})
 _HEARTBEAT, _CAMERA_INFORMATION = mavlink.MAVLINK_MSG_ID_HEARTBEAT, mavlink.MAVLINK_MSG_ID_CAMERA_INFORMATION
 _CAMERA_IDS = range(mavlink.MAV_COMP_ID_CAMERA, mavlink.MAV_COMP_ID_CAMERA6 + 1)
@@ -218,12 +219,18 @@ class VehicleRecord:
             autopilot.our_modes(),
             now_s,
             comes_down=telemetry.mode in _COMING_DOWN,
+            reports_targets=telemetry.mode in autopilot.modes_with_target,
         )
+        if self.control.misses_target:  # unless another station has changed the rates, it has none
+            message_id = mavlink.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED
+            self.requests.want(self.target.component_id, message_id, 1.0, _ATTEMPTS)
 
     def take_telemetry(self, message: mavlink.MAVLink_message, now_s: float) -> None:
         """Update telemetry and control from a message of the autopilot."""
         message_id, telemetry, sent_at_s = message.get_msgId(), self.telemetry, self.delay.sent_at_s(now_s)
         telemetry.update(message, sent_at_s)
+        if message_id in _TARGET_IDS:
+            self.control.hear_target()
         if message_id == mavlink.MAVLINK_MSG_ID_POSITION_TARGET_GLOBAL_INT:
             if telemetry.target is not None and telemetry.target.at_s == sent_at_s:
                 self.control.take_target(telemetry.target.position, now_s)

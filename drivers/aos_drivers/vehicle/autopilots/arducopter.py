@@ -55,6 +55,7 @@ class ArduCopterDialect(MulticopterDialect):
     name = "arducopter"
     setup = ArduCopterSetup()
     arming_mode: ClassVar[FlightMode] = FlightMode.GUIDED
+    modes_with_target: ClassVar[frozenset[FlightMode]] = frozenset({FlightMode.GUIDED})
     modes_by_command: ClassVar[Mapping[type[Command], frozenset[str]]] = MappingProxyType(
         {
             **dict.fromkeys((Arm, Takeoff, Goto), frozenset({"GUIDED"})),

@@ -75,6 +75,8 @@ class AutopilotDialect(ABC):
     """Modes, by the autopilot's own names, that each command leads to."""
     modes_after_takeoff: ClassVar[frozenset[str]] = frozenset()
     """Modes that the autopilot enters by itself at the top of a take-off; below, only a pilot does."""
+    modes_with_target: ClassVar[frozenset[FlightMode]] = frozenset()
+    """Modes in which it sends POSITION_TARGET_LOCAL_NED all the time, unless it flies an attitude."""
     quiet_message_ids: ClassVar[tuple[int, ...]] = ()
     """Unneeded streams that are on by default."""
 
