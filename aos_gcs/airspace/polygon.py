@@ -90,7 +90,7 @@ def convex_hull(points_m: FloatArray) -> FloatArray:
 
 def edges(vertices_m: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the starts and the ends of the edges, shape (m, 2) each."""
-    return vertices_m, np.roll(vertices_m, -1, axis=0)
+    return vertices_m, np.concatenate((vertices_m[1:], vertices_m[:1]))
 
 
 def signed_depth_m(point_m: FloatArray, vertices_m: FloatArray) -> float:

@@ -147,7 +147,29 @@ class Traffic:
         accuracies = {request.vehicle_id: request.accuracy for request in requests}
         accuracies |= {obstacle.vehicle_id: obstacle.accuracy for obstacle in obstacles}
         rows = [(accuracies[each].horizontal_m, accuracies[each].vertical_m) for each in self._ids.tolist()]
-        self._accuracies_m = np.array(rows).reshape(-1, 2)
+        self._set_clearances(np.array(rows).reshape(-1, 2))
+
+    def _set_clearances(self, accuracies_m: FloatArray) -> None:
+        """Compute the clearances between all kinds of accuracies at once, from those of the rows, shape (n, 2)."""
+        kinds_m, self._kinds = np.unique(accuracies_m, axis=0, return_inverse=True)
+        self._kinds = self._kinds.reshape(-1)
+        errors_m = CONFIDENCE * np.hypot(kinds_m[:, None], kinds_m[None]).reshape(-1, 2)
+        shape = (len(kinds_m), len(kinds_m))
+        self._low, self._narrow = (
+            Clearance(one.wide_m.reshape(shape), one.high_m.reshape(shape))
+            for one in clearances(self._separation_m, errors_m[:, 0], errors_m[:, 1])
+        )
+
+    def _of_rows(self, between_kinds: Clearance, own_row: int) -> Clearance:
+        """Return the clearances of a vehicle from all rows, shape (n,)."""
+        pairs = (self._kinds[own_row], self._kinds)
+        return Clearance(between_kinds.wide_m[pairs], between_kinds.high_m[pairs])
+
+    def _near(self, start: FloatArray, end: FloatArray, low: Clearance, narrow: Clearance) -> NDArray[np.bool_]:
+        """Return which rows a segment may come too near to; all others are outside of the boxes of the ellipsoids."""
+        lowest, highest = np.minimum(self._starts, self._ends), np.maximum(self._starts, self._ends)
+        gaps_m = np.maximum(lowest - np.maximum(start, end), np.minimum(start, end) - highest)
+        return np.asarray((gaps_m[:, :2].max(axis=1) < narrow.wide_m) & (gaps_m[:, 2] < low.high_m))
 
     def admit(self, vehicle_id: int, end: FloatArray) -> None:
         """Occupy the segment to ``end``, shape (3,), for a vehicle that is sent there, in place of the one before."""
@@ -158,10 +180,8 @@ class Traffic:
         """Return how much of a vehicle's segment, ends of shape (3,), keeps the distance to all others."""
         own_row = int(np.flatnonzero(self._ids == vehicle_id)[0])
         length_m = float(np.linalg.norm(end - start))
-        errors_m = CONFIDENCE * np.hypot(self._accuracies_m, self._accuracies_m[own_row])
-        low, narrow = clearances(self._separation_m, errors_m[:, 0], errors_m[:, 1])
-        reach_m = length_m + np.linalg.norm(self._ends - self._starts, axis=1) + np.maximum(low.wide_m, low.high_m)
-        near = np.linalg.norm(self._starts - start, axis=1) <= reach_m
+        low, narrow = self._of_rows(self._low, own_row), self._of_rows(self._narrow, own_row)
+        near = self._near(start, end, low, narrow)
         near[self._ids == vehicle_id] = False
         rows = np.flatnonzero(near)
         if len(rows) == 0 or length_m == 0.0:

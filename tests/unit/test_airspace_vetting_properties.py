@@ -4,14 +4,16 @@ from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from aos_gcs.airspace.accuracy import EXACT, Accuracy
 from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.airspace.polygon import as_polygon, signed_depth_m
 from aos_gcs.airspace.separation import segment_distance
-from aos_gcs.airspace.traffic import Obstacle, WaypointRequest
+from aos_gcs.airspace.traffic import Obstacle, Traffic, WaypointRequest
 from aos_gcs.airspace.vetting import vet_waypoints
 from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict
 from tests.fakes.waypoints import request
@@ -131,3 +133,27 @@ def test_a_hundred_vehicles_in_their_own_cells_all_fly() -> None:
     limits = SafetyLimits(fence_enu_m=SQUARE, floor_m=20.0, ceiling_m=60.0)
     vehicles = [request(row, tuple(starts[row]), tuple(ends[row])) for row in range(100)]
     assert {record.verdict for record in vet_waypoints(vehicles, [], limits)} == {WaypointVerdict.SENT}
+
+
+errors = st.sampled_from([EXACT, Accuracy(0.02, 0.03), Accuracy(1.5, 0.4), Accuracy(0.5, 2.0)])
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.lists(st.tuples(segments, errors), min_size=1, max_size=6),
+    st.lists(st.tuples(points, errors, st.none() | points), max_size=3),
+)
+def test_vehicles_that_are_passed_over_as_too_far_would_change_nothing(
+    drawn: list[tuple[tuple[tuple[float, float, float], tuple[float, float, float], float], Accuracy]],
+    drawn_obstacles: list[tuple[tuple[float, float, float], Accuracy, tuple[float, float, float] | None]],
+) -> None:
+    moving = airborne([segment for segment, _ in drawn])
+    moving = [replace(one, accuracy=accuracy) for one, (_, accuracy) in zip(moving, drawn, strict=True)]
+    obstacles = [
+        Obstacle(row, np.array(at), accuracy=accuracy, waypoint_enu_m=None if end is None else np.array(end))
+        for row, (at, accuracy, end) in enumerate(drawn_obstacles)
+    ]
+    vetted = vet_waypoints(moving, obstacles, FREE)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Traffic, "_near", lambda traffic, *_: np.ones(len(traffic._ids), dtype=np.bool_))
+        assert vet_waypoints(moving, obstacles, FREE) == vetted
