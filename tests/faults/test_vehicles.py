@@ -17,8 +17,6 @@ from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.planning.settings import Deadlines
 from aos_sim.swarm import SimulatedSwarm
-from aos_sim.vehicle.arducopter import ArduCopter
-from aos_sim.vehicle.vehicle import SimulatedVehicle
 from tests.fakes.air import FIRST_PORT, GCS, Address, Air
 from tests.fakes.air_flight import WarmSpot, flying_over
 
@@ -50,21 +48,6 @@ def rewriting(change: Callable[[mavlink.MAVLink_message], bool]) -> Callable[[by
 
 
 # --- one vehicle ----------------------------------------------------------------------------------------------------
-
-
-async def test_a_vehicle_that_reboots_in_flight_falls_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    async with flying_over(monkeypatch, Air()) as flight:
-        await flight.until_step(2)
-        old = flight.swarm.vehicle(2)
-        flight.swarm.vehicles[1] = SimulatedVehicle(
-            ArduCopter(old.autopilot.identity, flight.swarm.kinematics(2)), old.camera
-        )
-        assert await flight.run is Outcome.FOUND
-        flight.assert_nobody_was_endangered()
-        assert any("motors have stopped" in text for text in flight.texts())
-        assert {vehicle_id: flight.task(vehicle_id) for vehicle_id in (1, 2, 3)} == dict.fromkeys(
-            (1, 2, 3), Task.LANDED
-        )
 
 
 async def test_who_ignores_commands_is_named_and_the_others_come_home(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -69,7 +69,7 @@ class Station:
         links = [part for link in self.kind.camera_links(VEHICLES) for part in ("--link", link)]
         files = ["--world-file", "world.json", "--report-file", "report.json"]
         self._cameras = self._run(
-            "cameras.log", "sim-camera", *links, "--origin", ORIGIN, "--image-size", "256", *files
+            "cameras.log", "sim-camera", *links, "--origin", ORIGIN, "--image-size", "256", "--errors", "none", *files
         )
         self.start()
         return self
