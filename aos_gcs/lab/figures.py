@@ -10,19 +10,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from textwrap import wrap
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib import colormaps
-from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
-from matplotlib.collections import LineCollection
-from matplotlib.colors import Normalize
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from aos_gcs.lab.runs import Trace
 from aos_gcs.lab.statistics import Interval, mean_band
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 FloatArray = NDArray[np.float64]
 
@@ -71,7 +69,7 @@ def curves(
         bound: the oracle's value, if the report has one.
         marks: published results.
     """
-    figure, axes = _figure(8.0, 4.2)
+    figure, axes = _figure_with_axes(8.0, 4.2)
     for name, values in runs.items():
         mean, low, high = mean_band(values)
         axes.plot(time_s, mean, color=palette[name], label=_wrapped(name), linewidth=1.8)
@@ -89,7 +87,7 @@ def curves(
 
 def differences(intervals: Mapping[str, Interval], *, xlabel: str, palette: Mapping[str, str]) -> Figure:
     """Paired differences to the reference, one line per variant, with their confidence intervals."""
-    figure, axes = _figure(7.0, 1.2 + 0.5 * len(intervals))
+    figure, axes = _figure_with_axes(7.0, 1.2 + 0.5 * len(intervals))
     for row, (name, interval) in enumerate(list(intervals.items())[::-1]):
         axes.errorbar(
             interval.mean,
@@ -110,7 +108,7 @@ def histograms(factors: Mapping[str, FloatArray], *, palette: Mapping[str, str])
     """Histogram of the evolutionary factors, one panel per variant; NaN values are left out."""
     columns = min(len(factors), 4)
     rows = -(-len(factors) // columns)
-    figure = Figure(figsize=(2.6 * columns, 2.3 * rows), layout="constrained")
+    figure = _figure(2.6 * columns, 2.3 * rows)
     grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     for axes, (name, values) in zip(grid.flat, factors.items(), strict=False):
         finite = values[np.isfinite(values)]
@@ -128,7 +126,13 @@ def histograms(factors: Mapping[str, FloatArray], *, palette: Mapping[str, str])
 
 def trajectories(trace: Trace, *, title: str, trunks_enu_m: FloatArray | None = None) -> Figure:
     """Paths of the drones from above, coloured by time from dark to light; a star marks the leader of each step."""
-    figure = Figure(figsize=(6.4, 5.6), layout="constrained")
+    from matplotlib import colormaps  # noqa: PLC0415 - see _figure
+    from matplotlib.cm import ScalarMappable  # noqa: PLC0415
+    from matplotlib.collections import LineCollection  # noqa: PLC0415
+    from matplotlib.colors import Normalize  # noqa: PLC0415
+    from matplotlib.lines import Line2D  # noqa: PLC0415
+
+    figure = _figure(6.4, 5.6)
     axes = figure.subplots()
     followers, leaders = colormaps["viridis"], colormaps["autumn"]
     steps = len(trace.time_s)
@@ -170,7 +174,7 @@ def trajectories(trace: Trace, *, title: str, trunks_enu_m: FloatArray | None = 
 def run_panel(trace: Trace, *, title: str, colour: str) -> Figure:
     """One run: visibility, evolutionary factor with the state as the marker's shape, social and cognitive factor."""
     has_factors = bool(np.isfinite(trace.c_s).any())
-    figure = Figure(figsize=(7.0, 5.4 if has_factors else 3.8), layout="constrained")
+    figure = _figure(7.0, 5.4 if has_factors else 3.8)
     panels = figure.subplots(3 if has_factors else 2, 1, sharex=True)
     panels[0].plot(trace.time_s, trace.visibility, color=colour)
     panels[0].set(ylabel="visibility", ylim=(0.0, 1.0))
@@ -199,7 +203,7 @@ def run_panel(trace: Trace, *, title: str, colour: str) -> Figure:
 
 def distributions(values: Mapping[str, FloatArray], *, xlabel: str, palette: Mapping[str, str]) -> Figure:
     """Distribution of one number per run: box, median and every run, one line per variant."""
-    figure, axes = _figure(7.0, 1.2 + 0.5 * len(values))
+    figure, axes = _figure_with_axes(7.0, 1.2 + 0.5 * len(values))
     names = list(values)[::-1]
     rng = np.random.default_rng(0)
     for row, name in enumerate(names):
@@ -221,8 +225,15 @@ def save(figure: Figure, folder: Path, name: str) -> None:
         figure.savefig(folder / f"{name}.{suffix}", dpi=DPI, metadata=metadata)
 
 
-def _figure(width_in: float, height_in: float) -> tuple[Figure, Axes]:
-    figure = Figure(figsize=(width_in, height_in), layout="constrained")
+def _figure(width_in: float, height_in: float) -> Figure:
+    """Return an empty figure; Matplotlib is imported with the first one, since it takes longer than the other work."""
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
+    return Figure(figsize=(width_in, height_in), layout="constrained")
+
+
+def _figure_with_axes(width_in: float, height_in: float) -> tuple[Figure, Axes]:
+    figure = _figure(width_in, height_in)
     axes = figure.subplots()
     axes.grid(color=GRID_COLOUR)
     axes.set_axisbelow(True)

@@ -7,10 +7,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pyarrow as pa
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from aos_gcs.errors import ConfigurationError, InputDataError
@@ -29,6 +29,9 @@ from aos_gcs.lab.figures import (
 from aos_gcs.lab.runs import LOOK_S, METRICS, SETTLED_S, Run, RunMetrics, common_times, split_runs
 from aos_gcs.lab.scenario import Scenario
 from aos_gcs.lab.statistics import Interval, PairedDifference, mean_interval, paired_differences
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 FloatArray = NDArray[np.float64]
 

@@ -1,8 +1,8 @@
 """Surveys on a cluster: the same to the last bit as in one process."""
 
-import logging
 import math
 from collections.abc import Iterator
+from importlib.util import find_spec
 from pathlib import Path
 
 import cv2
@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from aos_gcs import extras
-from aos_gcs.cluster import local_cluster, remote_cluster
+from aos_gcs.cluster import load_distributed, local_cluster, remote_cluster
 from aos_gcs.errors import ConfigurationError, InputDataError, LinkError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import nadir_pose
@@ -23,7 +23,7 @@ from aos_gcs.surveys.model import SurveyImage
 from aos_gcs.surveys.rasters import SurveyRasters, assemble
 from aos_gcs.surveys.tiles import MapTile, map_tiles
 
-distributed = pytest.importorskip("distributed", reason="dask (the extra 'lab') is not installed")
+pytestmark = pytest.mark.skipif(find_spec("distributed") is None, reason="dask (the extra 'lab') is not installed")
 
 CAMERA = CameraModel.from_fov(60, 60, math.radians(60.0))
 
@@ -48,8 +48,7 @@ def tiles(work: Work) -> list[MapTile]:
 @pytest.fixture(scope="module")
 def address() -> Iterator[str]:
     """A cluster of threads in this process."""
-    logging.getLogger("distributed").setLevel(logging.ERROR)
-    with distributed.LocalCluster(
+    with load_distributed().LocalCluster(
         n_workers=2, threads_per_worker=1, processes=False, dashboard_address="127.0.0.1:0", protocol="inproc"
     ) as cluster:
         yield cluster.scheduler_address
@@ -85,7 +84,7 @@ def test_an_error_of_a_worker_comes_back_as_it_is(work: Work, tiles: list[MapTil
 
 def test_a_scheduler_without_workers_is_named() -> None:
     with (
-        distributed.LocalCluster(
+        load_distributed().LocalCluster(
             n_workers=0, processes=False, dashboard_address="127.0.0.1:0", protocol="inproc"
         ) as idle,
         pytest.raises(LinkError, match="has no workers: start 'dask worker"),
@@ -95,7 +94,7 @@ def test_a_scheduler_without_workers_is_named() -> None:
 
 
 def lose_connection(*_: object) -> None:
-    raise distributed.comm.CommClosedError("the wire is cut")
+    raise load_distributed().comm.CommClosedError("the wire is cut")
 
 
 def test_a_cluster_that_is_lost_is_named(

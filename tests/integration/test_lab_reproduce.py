@@ -5,7 +5,6 @@ from pathlib import Path
 
 import pyarrow as pa
 import pytest
-from matplotlib.figure import Figure
 
 from aos_gcs.cli import main
 from aos_gcs.cli.lab import reproduce as command
@@ -42,7 +41,9 @@ def _nothing_is_flown_or_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(command, "_DENSITIES", (0.0,))
     monkeypatch.setattr(command, "_WORLDS", 2)
     monkeypatch.setattr(command, "_VIEWS", 2)
-    monkeypatch.setattr(Figure, "savefig", lambda _figure, path, **_options: Path(path).write_bytes(b"picture"))
+    monkeypatch.setattr(
+        "matplotlib.figure.Figure.savefig", lambda _figure, path, **_options: Path(path).write_bytes(b"picture")
+    )
 
 
 def reproduce(*options: object) -> int:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import re
+from functools import cache
 from pathlib import Path
 from urllib.parse import quote
 
@@ -30,10 +31,24 @@ async def application() -> FastAPI:
     return app_of(ScriptedMission(LoopClock()))
 
 
-DOCUMENT = make_document()
-TARGETS = [(method, path) for path, methods in DOCUMENT["paths"].items() for method in methods if method in _WRITING]
-NAMES = sorted({name for schema in DOCUMENT["components"]["schemas"].values() for name in schema.get("properties", {})})
-WORDS = sorted({word for schema in DOCUMENT["components"]["schemas"].values() for word in schema.get("enum", [])})
+document = cache(make_document)
+
+
+@cache
+def targets() -> list[tuple[str, str]]:
+    """Return method and path of every request that changes something."""
+    return [(method, path) for path, methods in document()["paths"].items() for method in methods if method in _WRITING]
+
+
+def readable() -> list[str]:
+    """Return the paths that can be read."""
+    return [path for path, methods in document()["paths"].items() if "get" in methods]
+
+
+def words_of(key: str) -> list[str]:
+    """Return what all schemas have under a key: ``properties`` or ``enum``."""
+    return sorted({word for schema in document()["components"]["schemas"].values() for word in schema.get(key, [])})
+
 
 scalars = (
     st.none()
@@ -41,14 +56,14 @@ scalars = (
     | st.integers(-(2**70), 2**70)
     | st.floats()
     | st.text(max_size=20)
-    | st.sampled_from(WORDS)
+    | st.deferred(lambda: st.sampled_from(words_of("enum")))
     | st.sampled_from(["../../etc/passwd", "\x00", "1e999", "a" * 5000])
 )
 values = st.recursive(
     scalars,
     lambda inner: (
         st.lists(inner, max_size=4)
-        | st.dictionaries(st.sampled_from(NAMES), inner, max_size=5)
+        | st.dictionaries(st.deferred(lambda: st.sampled_from(words_of("properties"))), inner, max_size=5)
         | st.dictionaries(st.text(max_size=5), inner, max_size=2)
     ),
     max_leaves=20,
@@ -60,7 +75,7 @@ bodies = values.map(lambda value: json.dumps(value).encode()) | st.binary(max_si
 @settings(max_examples=60, deadline=None)
 @example(target=("post", "/api/mission/actions"), body=b"[" * 50_000, name="x")
 @example(target=("post", "/api/mission/actions"), body=b'{"action": "hold", "vehicle_ids": [1e400]}', name="x")
-@given(st.sampled_from(TARGETS), bodies, st.text(min_size=1, max_size=10))
+@given(st.deferred(lambda: st.sampled_from(targets())), bodies, st.text(min_size=1, max_size=10))
 def test_no_request_breaks_the_server(target: tuple[str, str], body: bytes, name: str) -> None:
     method, path = target
 
@@ -76,7 +91,6 @@ def test_no_request_breaks_the_server(target: tuple[str, str], body: bytes, name
         assert response.json()
 
 
-READING = [path for path, methods in DOCUMENT["paths"].items() if "get" in methods]
 GOOD_BODIES = (
     b'{"action": "return", "vehicle_ids": [1, 2]}',
     b'{"code": "larch-and-spruce", "name": "Ada"}',
@@ -104,7 +118,7 @@ GOOD_HEADERS: tuple[tuple[str, bytes], ...] = (
 async def request_of(client: httpx.AsyncClient, rng: np.random.Generator) -> httpx.Response:
     """Send a request that is like a good one in some parts."""
     is_reading = rng.random() < 0.4
-    paths = READING if is_reading else [path for _, path in TARGETS]
+    paths = readable() if is_reading else [path for _, path in targets()]
     path = paths[rng.integers(len(paths))]
     if rng.random() < 0.2:
         path = damage(path.encode(), rng).decode("latin-1")

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pyarrow as pa
 import pytest
-from distributed import LocalCluster
 
 from aos_gcs.errors import AosError, ConfigurationError, InputDataError, LinkError
 from aos_gcs.lab import workers
@@ -82,6 +81,8 @@ def test_results_do_not_depend_on_the_number_of_workers(tmp_path: Path, expected
 
 @pytest.mark.slow
 def test_a_scheduler_elsewhere_gives_the_same_results(tmp_path: Path, expected: pa.Table) -> None:
+    from distributed import LocalCluster  # noqa: PLC0415 - takes a second
+
     results = create_results(tmp_path, campaign())
     with LocalCluster(
         n_workers=1, threads_per_worker=1, dashboard_address="127.0.0.1:0", silence_logs=logging.ERROR
