@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -140,6 +141,7 @@ def holm_correction(p_values: Sequence[float]) -> list[float]:
     return [float(value) for value in corrected]
 
 
+@cache
 def _width_per_deviation(runs: int, confidence: float) -> float:
     """Half the interval's width over the standard deviation."""
     # A second to import, which only what computes intervals and tests should pay, here and below.

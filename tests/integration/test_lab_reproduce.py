@@ -8,7 +8,7 @@ import pytest
 
 from aos_gcs.cli import main
 from aos_gcs.cli.lab import reproduce as command
-from aos_gcs.lab import document, studies, workers
+from aos_gcs.lab import document, report, studies, workers
 from aos_gcs.lab.bound import ORACLE
 from aos_gcs.lab.document import BEGIN_MARK, END_MARK, FIGURES
 from aos_gcs.lab.results import ResultFolder
@@ -41,9 +41,9 @@ def _nothing_is_flown_or_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(command, "_DENSITIES", (0.0,))
     monkeypatch.setattr(command, "_WORLDS", 2)
     monkeypatch.setattr(command, "_VIEWS", 2)
-    monkeypatch.setattr(
-        "matplotlib.figure.Figure.savefig", lambda _figure, path, **_options: Path(path).write_bytes(b"picture")
-    )
+    for figure in ("curves", "differences", "distributions", "histograms", "run_panel", "trajectories"):
+        monkeypatch.setattr(report, figure, lambda *_arguments, **_options: None)
+    monkeypatch.setattr(report, "save", lambda _figure, folder, name: (folder / f"{name}.png").write_bytes(b"picture"))
 
 
 def reproduce(*options: object) -> int:
