@@ -11,6 +11,11 @@ from hypothesis import settings
 
 from tests import schedule, timing
 
+# Tests run side by side on all cores: further threads of each process would only wait for one another. Processes that
+# tests start inherit this; it is too late once NumPy and OpenCV are imported.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("OPENCV_FOR_THREADS_NUM", "1")
+
 # A property that fails must fail for everybody; HYPOTHESIS_PROFILE=explore looks for new examples.
 settings.register_profile("repeatable", derandomize=True, deadline=None)
 settings.register_profile("explore", deadline=None)
