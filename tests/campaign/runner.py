@@ -25,7 +25,7 @@ def repeat(seed: int, *, is_shrunk: bool) -> int:
     _be_quiet()
     verdict = fly(draw(seed))
     _print(describe(shrink(verdict) if is_shrunk and verdict.violations else verdict))
-    return 1 if verdict.violations else 0
+    return _status(failed=bool(verdict.violations), launched=0 if verdict.refused else 1)
 
 
 def fly_all(seeds: Iterable[int], jobs: int, is_shrunk: bool) -> int:
@@ -50,7 +50,14 @@ def fly_all(seeds: Iterable[int], jobs: int, is_shrunk: bool) -> int:
     _print(f"{len(failed)} failed{': ' if failed else ''}{_counts(kinds)}")
     if failed:
         _print("seeds: " + " ".join(str(verdict.scenario.seed) for verdict in failed))
-    return 1 if failed else 0
+    return _status(failed=bool(failed), launched=flown - results["refused"])
+
+
+def _status(*, failed: bool, launched: int) -> int:
+    """Return the exit status: a campaign of which nothing was launched has tested nothing."""
+    if not launched:
+        _print("No mission was launched: preflight has refused them all")
+    return 1 if failed or not launched else 0
 
 
 def _be_quiet() -> None:

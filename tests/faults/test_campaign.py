@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import logging
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,6 +16,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.runtime.virtual_time import run
+from tests.campaign import runner
 from tests.campaign.faults import FAULTS, KNOWN_DEFECTS
 from tests.campaign.faults.base import Fault
 from tests.campaign.faults.people import OperatorActs
@@ -46,6 +49,16 @@ def test_a_random_mission_with_random_faults_ends_safely(seed: int) -> None:
 def test_a_seed_repeats_its_mission_exactly() -> None:
     first, again = flown(11), fly(draw(11))
     assert (first.smallest_m, first.duration_s, first.trace) == (again.smallest_m, again.duration_s, again.trace)
+
+
+@pytest.mark.parametrize(("refused", "status"), [("preflight", 1), ("", 0)])
+def test_a_campaign_that_launches_nothing_fails(monkeypatch: pytest.MonkeyPatch, refused: str, status: int) -> None:
+    monkeypatch.setattr(runner, "fly", lambda scenario: Verdict(scenario, (), refused, "found"))
+    monkeypatch.setattr(runner, "_be_quiet", lambda: None)
+    in_this_process = SimpleNamespace(Pool=lambda *_, **__: nullcontext(SimpleNamespace(imap_unordered=map)))
+    monkeypatch.setattr("multiprocessing.get_context", lambda _: in_this_process)
+    assert runner.repeat(1, is_shrunk=False) == status
+    assert runner.fly_all(range(1, 4), 2, is_shrunk=False) == status
 
 
 def test_every_fault_is_drawn_unless_a_reason_is_given() -> None:
