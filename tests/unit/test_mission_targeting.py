@@ -312,3 +312,16 @@ def test_two_tracks_of_one_body_are_announced_once() -> None:
     claims.announce()
     assert len([text for text in journal.texts if text.startswith("Possible person")]) == 1
     assert [target.kind for target in tracker.estimates()] == [FindingKind.PERSON] * 2
+
+
+def test_what_may_be_a_person_is_not_left_for_something_larger() -> None:
+    tracker = TargetTracker(SETTINGS)
+    claims = Claims(SETTINGS.detection, _Notices(), tracker, Findings())
+    person, deer = Judgement(Verdict(FindingKind.PERSON, 0.7, ())), Judgement(Verdict(FindingKind.ANIMAL, 0.1, ()))
+    tracker.observe(analysis(seen(20.0, 20.0, 0.9), seen(0.0, 20.0)), STEP_S)
+    (of_deer,) = (key for key, place in tracker.places_enu_m().items() if place[0] > 10.0)
+    assert claims.settled_enu_m == ()
+    tracker.judge({key: deer if key == of_deer else person for key in tracker.places_enu_m()})
+    assert claims.settled_enu_m == (pytest.approx((20.0, 20.0), abs=0.5),)
+    tracker.observe(analysis(seen(20.0, 20.0, 0.9)), 2 * STEP_S)
+    assert claims.settled_enu_m == ()

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
+
 from aos_gcs.imaging.persons.decision import CLAIMED, FindingKind
+from aos_gcs.imaging.step.judgement import SETTLED_M
 from aos_gcs.mission.journal import Announcer
 from aos_gcs.mission.model.findings import KIND_NAMES, FindingStatus, TargetEstimate
 from aos_gcs.mission.search.findings import Findings
@@ -48,7 +52,28 @@ class Claims:
                 and (target is None or finding is not self._findings.at(target, FindingStatus.CONFIRMED))
             )
         ]
-        return (*self._looks.settled_enu_m, *judged)
+        settled_enu_m = (*self._looks.settled_enu_m, *judged)
+        return (*settled_enu_m, *self._rivals_enu_m(settled_enu_m))
+
+    def _rivals_enu_m(self, settled_enu_m: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+        """Return the places of what is no person while something in view may be one.
+
+        The swarm gathers above the largest blob; without this it would leave a person for a larger animal beside it.
+        """
+        places_enu_m = {key: (float(place[0]), float(place[1])) for key, place in self._tracker.places_enu_m().items()}
+        likely = self._tracker.likely_persons()
+        persons_enu_m = [
+            place
+            for key, place in places_enu_m.items()
+            if key in likely and not _is_within(place, settled_enu_m, SETTLED_M)
+        ]
+        if not persons_enu_m:
+            return []
+        return [
+            place
+            for key, place in places_enu_m.items()
+            if key not in likely and not _is_within(place, persons_enu_m, 2.0 * SETTLED_M)
+        ]
 
     def follow(self) -> None:
         """Move the places with their tracks, after each step's observation."""
@@ -151,6 +176,10 @@ class Claims:
         self._journal.notice(Severity.NEWS, describe(target, kind))
         if self.first_at_s is None:
             self.first_at_s = self._journal.elapsed_s()
+
+
+def _is_within(place: tuple[float, float], others: Sequence[tuple[float, float]], distance_m: float) -> bool:
+    return any(math.dist(place, other) <= distance_m for other in others)
 
 
 def describe(target: TargetEstimate, kind: FindingKind) -> str:

@@ -126,6 +126,16 @@ class TargetTracker:
             stays = track.walking_share <= 0.5
             self._judged[track.track_id] = judgement if former is None or not stays else _updated(former, judgement)
 
+    def likely_persons(self) -> frozenset[int]:
+        """Return the tracks in view that are taken for a person by their latest sighting, and not decided for good."""
+        return frozenset(
+            track_id
+            for track_id, latest in self._seen.items()
+            if latest[-1].verdict is not None
+            and latest[-1].verdict.kind is FindingKind.PERSON
+            and track_id not in self._kinds
+        )
+
     def attend(self, track_id: int) -> None:
         """Report this target from now on."""
         self._target = self._tracks.find(track_id) or self._target
