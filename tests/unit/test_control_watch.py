@@ -160,40 +160,48 @@ def test_a_velocity_of_another_station_is_a_take_over() -> None:
     assert control.takeovers == 1
 
 
-def beat(control: ControlWatch, count: int, mode: str = "GUIDED", *, reports_targets: bool = True) -> None:
-    for second in range(count):
-        control.take_heartbeat(mode, heartbeat(), OURS, 10.0 + second, reports_targets=reports_targets)
+def beat(control: ControlWatch, seconds: range, mode: str = "GUIDED", *, reports_targets: bool = True) -> None:
+    for second in seconds:
+        control.take_heartbeat(mode, heartbeat(), OURS, float(second), reports_targets=reports_targets)
 
 
 def test_a_vehicle_that_has_no_target_any_more_is_flown_by_attitudes_of_another_station() -> None:
     control = flying_to_here()
     control.hear_target()
-    beat(control, 6)
+    beat(control, range(10, 16))
     assert control.misses_target
-    beat(control, 1)
+    beat(control, range(16, 17))
     assert not control.misses_target, "it is asked once"
     control.begin(GUIDED, THERE)  # a waypoint of ours does not begin the count anew
-    beat(control, 2)
+    beat(control, range(17, 19))
     assert control.takeovers == 0
-    beat(control, 1)
+    beat(control, range(19, 20))
     assert control.reason == "it reports no target any more, as when another station sets its attitude"
     assert control.has_pilot
-    beat(control, 30)
+    beat(control, range(20, 50))
     assert control.takeovers == 1
     control.reclaim()
-    beat(control, 30)
+    beat(control, range(50, 80))
     assert control.reason == ""
+
+
+def test_heartbeats_that_come_at_once_are_no_time_without_a_target() -> None:
+    control = flying_to_here()
+    control.hear_target()
+    for _ in range(40):
+        control.take_heartbeat("GUIDED", heartbeat(), OURS, 10.0, reports_targets=True)
+    assert control.takeovers == 0
 
 
 def test_a_target_that_is_reported_now_and_then_never_was_or_not_in_this_mode_is_no_take_over() -> None:
     control = flying_to_here()
-    beat(control, 30)
+    beat(control, range(10, 40))
     assert control.takeovers == 0, "its version may report none"
-    for _ in range(5):
+    for start in range(40, 90, 10):
         control.hear_target()
-        beat(control, 9)
+        beat(control, range(start, start + 9))
     control.begin(BRAKE, None)
-    beat(control, 30, "BRAKE", reports_targets=False)
+    beat(control, range(90, 120), "BRAKE", reports_targets=False)
     assert control.takeovers == 0
 
 

@@ -35,6 +35,8 @@ _SILENT_BEATS = 6
 """Heartbeats without a reported target after which it is asked for."""
 _UNANSWERED_BEATS = 4
 """Further heartbeats without one after which the vehicle has none."""
+_BEAT_S = 0.8
+"""Least time between two heartbeats that are counted: those from a queue come at once."""
 _FAILSAFES: Mapping[int, str] = MappingProxyType(
     {
         mavlink.MAV_STATE_CRITICAL: "critical",
@@ -92,6 +94,9 @@ class ControlWatch:
         """End of the take-off that is in progress."""
         self._beats_without_target: int | None = None
         """Heartbeats since a target was reported; None before the first one, and in modes without targets."""
+        self._counted_at_s = -math.inf
+        self.misses_target = False
+        """Whether the vehicle has ceased to report its target, by the latest heartbeat: it is to be asked for it."""
         self._forget_target()
 
     def _forget_target(self) -> None:
@@ -158,22 +163,22 @@ class ControlWatch:
             self._stand_down()
         elif mode_name in self._modes:
             self._shown_at_s = now_s if self._shown_at_s is None else self._shown_at_s
-            self._count_beat(reports_targets=reports_targets)
+            self._count_beat(now_s, reports_targets=reports_targets)
         elif not self._is_explained(mode_name, our_modes, now_s):
             self._take_over(f"its mode changed to {mode_name}", has_pilot=not comes_down)
             self._modes, self._older_modes = frozenset({mode_name}), frozenset()
 
-    @property
-    def misses_target(self) -> bool:
-        """Whether the vehicle has ceased to report its target, just now: it is to be asked for it."""
-        return self._beats_without_target == _SILENT_BEATS
-
-    def _count_beat(self, *, reports_targets: bool) -> None:
+    def _count_beat(self, now_s: float, *, reports_targets: bool) -> None:
         """Count the heartbeats since the last target, across commands: ours end attitudes for a moment only."""
+        self.misses_target = False
         if self._beats_without_target is None or not reports_targets:
             self._beats_without_target = None
             return
+        if now_s - self._counted_at_s < _BEAT_S:
+            return
+        self._counted_at_s = now_s
         self._beats_without_target += 1
+        self.misses_target = self._beats_without_target == _SILENT_BEATS
         if self._beats_without_target >= _SILENT_BEATS + _UNANSWERED_BEATS:
             self._take_over("it reports no target any more, as when another station sets its attitude", has_pilot=True)
 
