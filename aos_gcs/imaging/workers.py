@@ -22,12 +22,16 @@ def parallel_map(function: Callable[[Item], Result], items: Iterable[Item]) -> l
     ``parallel_map`` itself, as its inner call could wait for the threads that the outer ones hold.
     """
     items = list(items)
-    if len(items) < 2:
+    if len(items) < 2 or _count() < 2:
         return [function(item) for item in items]
     return list(_pool().map(function, items))
+
+
+def _count() -> int:
+    return min(os.cpu_count() or 1, MAX_WORKERS)
 
 
 @cache
 def _pool() -> ThreadPoolExecutor:
     # One for the process: starting threads for every integral would cost a tenth of it.
-    return ThreadPoolExecutor(min(os.cpu_count() or 1, MAX_WORKERS), thread_name_prefix="imaging")
+    return ThreadPoolExecutor(_count(), thread_name_prefix="imaging")

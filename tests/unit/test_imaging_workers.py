@@ -1,0 +1,32 @@
+"""Threads of imaging: results come in the order of the items, whether there are threads or not."""
+
+from __future__ import annotations
+
+import threading
+
+import pytest
+
+from aos_gcs.imaging import workers
+
+
+def test_several_items_are_in_flight_at_once_and_come_back_in_their_order(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("os.cpu_count", lambda: 2)
+    workers._pool.cache_clear()
+    all_there = threading.Barrier(2, timeout=60.0)
+
+    def wait_for_other(item: int) -> int:
+        all_there.wait()
+        return 10 * item
+
+    assert workers.parallel_map(wait_for_other, [2, 1]) == [20, 10]
+    workers._pool().shutdown()
+    workers._pool.cache_clear()
+
+
+@pytest.mark.parametrize("items", [[], [3], [3, 1, 2]])
+def test_one_core_needs_no_threads(items: list[int], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("os.cpu_count", lambda: 1)
+    monkeypatch.setattr(workers, "_pool", lambda: pytest.fail("threads on one core"))
+    assert workers.parallel_map(lambda item: (item, threading.current_thread()), items) == [
+        (item, threading.main_thread()) for item in items
+    ]
