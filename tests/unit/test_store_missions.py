@@ -4,7 +4,6 @@ import os
 import sqlite3
 import threading
 from collections.abc import AsyncIterator, Callable, Sequence
-from contextlib import AbstractAsyncContextManager
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,7 +13,7 @@ import pytest
 from aos_gcs.airspace.limits import UNLIMITED
 from aos_gcs.airspace.plans import TrafficSituation
 from aos_gcs.airspace.traffic import Obstacle, WaypointRequest
-from aos_gcs.errors import ConfigurationError, InputDataError, RecordingError
+from aos_gcs.errors import RecordingError
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.geometry.rotations import R_from_quaternion
 from aos_gcs.imaging.step.settings import ImagingSettings
@@ -34,26 +33,12 @@ from aos_gcs.mission.model.steps import PictureKind
 from aos_gcs.mission.model.vehicles import SettingsRecord
 from aos_gcs.planning.legs import ScanLeg
 from aos_gcs.planning.settings import MissionSettings
-from aos_gcs.ports import Notice, Severity
+from aos_gcs.ports import Severity
 from aos_gcs.store.codec import encode
 from aos_gcs.store.database import MissionDatabase, Write
-from aos_gcs.store.reader import MissionReader
 from aos_gcs.store.recorder import QUEUE_SIZE, MissionRecorder
+from tests.fakes.mission_store import Store
 from tests.fakes.records import capture, notice_event, snapshot, step_record
-
-
-class Store:
-    """Opens recorders under one root and keeps their notices."""
-
-    def __init__(self, root: Path) -> None:
-        self.root = root
-        self.notices: list[Notice] = []
-
-    def record(self, mission_id: str = "m", **manifest: object) -> AbstractAsyncContextManager[MissionRecorder]:
-        return MissionRecorder.create(self.root, mission_id, manifest, notify=self.notices.append)
-
-    def read(self, mission_id: str = "m") -> MissionReader:
-        return MissionReader(self.root / mission_id)
 
 
 @pytest.fixture
@@ -280,6 +265,28 @@ async def test_the_audit_log_cannot_be_changed(store: Store, change: str) -> Non
     connection.close()
 
 
+def test_frames_are_on_the_disk_before_the_rows_that_name_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    database = MissionDatabase(tmp_path / "m", {})
+    done: list[object] = []
+    sync = os.fsync
+
+    def note_sync(descriptor: int) -> None:
+        done.append(os.fstat(descriptor).st_ino)
+        sync(descriptor)
+
+    monkeypatch.setattr(os, "fsync", note_sync)
+    database._connection.set_trace_callback(done.append)
+    database.write([lambda database: database.add_frame(1, capture(3))])
+    database.write([lambda database: database.add_event(notice_event(1))])
+    database._connection.set_trace_callback(None)
+    database.close()
+    frames = tmp_path / "m" / "frames"
+    (frame,) = frames.iterdir()
+    inodes = [entry for entry in done if isinstance(entry, int)]
+    assert inodes == [frame.stat().st_ino, frames.stat().st_ino]
+    assert done.index(frames.stat().st_ino) < done.index("COMMIT")
+
+
 # --- storage that fails or is slow ----------------------------------------------------------------------------------
 
 
@@ -357,103 +364,3 @@ async def test_a_slow_disk_makes_the_caller_wait_and_loses_nothing(
     await recorder.flush()
     with store.read() as reader:
         assert len(list(reader.events())) == 2 * QUEUE_SIZE + 1
-
-
-# --- folders that cannot be used ------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("mission_id", ["../m", "a/b", "", ".."])
-async def test_a_mission_id_is_a_folder_name(store: Store, mission_id: str) -> None:
-    with pytest.raises(ConfigurationError, match="not a valid folder name"):
-        async with store.record(mission_id):
-            pass
-
-
-async def test_a_mission_is_never_written_over_another(store: Store) -> None:
-    async with store.record():
-        pass
-    with pytest.raises(ConfigurationError, match="exists already"):
-        async with store.record():
-            pass
-
-
-async def test_a_root_that_is_a_file_is_refused(store: Store) -> None:
-    store.root.write_text("")
-    with pytest.raises(ConfigurationError, match="cannot be made"):
-        async with store.record():
-            pass
-
-
-def test_a_folder_without_a_mission_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputDataError, match=r"not a mission folder: it contains no mission\.sqlite"):
-        MissionReader(tmp_path)
-
-
-@pytest.mark.parametrize("content", [b"", b"not a database, but long enough to be taken for one" * 50])
-def test_a_file_that_is_no_mission_is_refused(tmp_path: Path, content: bytes) -> None:
-    (tmp_path / "mission.sqlite").write_bytes(content)
-    with pytest.raises(InputDataError, match="damaged or not a mission"):
-        MissionReader(tmp_path)
-
-
-@pytest.mark.parametrize(
-    ("damage", "reading", "reason"),
-    [
-        ("UPDATE steps SET record = '{'", MissionReader.steps, "step 1 cannot be read"),
-        ("UPDATE steps SET record = '{}'", MissionReader.steps, "StepRecord: missing"),
-        ("UPDATE events SET kind = 'song'", lambda reader: list(reader.events()), "event 1 cannot be read"),
-        ("DROP TABLE frames", MissionReader.frames, "no such table"),
-    ],
-)
-async def test_damaged_rows_name_themselves(
-    store: Store, damage: str, reading: Callable[[MissionReader], object], reason: str
-) -> None:
-    async with store.record() as recorder:
-        await recorder.record_event(notice_event(1))
-        await recorder.record_step(step_record(1), {})
-    connection = sqlite3.connect(store.root / "m" / "mission.sqlite")
-    connection.execute(damage)
-    connection.commit()
-    connection.close()
-    with store.read() as reader, pytest.raises(InputDataError, match=reason):
-        reading(reader)
-
-
-async def test_damaged_files_name_themselves(store: Store) -> None:
-    async with store.record() as recorder:
-        await recorder.record_frame(1, capture())
-    with store.read() as reader:
-        (entry,) = reader.frames()
-        entry.path.write_bytes(entry.path.read_bytes()[:50])
-        with pytest.raises(InputDataError, match=entry.path.name):
-            entry.load()
-        entry.path.unlink()
-        with pytest.raises(InputDataError, match=entry.path.name):
-            entry.load()
-        (reader.folder / "manifest.json").write_text("[]")
-        with pytest.raises(InputDataError, match=r"manifest\.json: it is not a JSON object"):
-            reader.manifest()
-        with pytest.raises(InputDataError, match="no step 7"):
-            reader.strategy_state(7)
-
-
-def test_frames_are_on_the_disk_before_the_rows_that_name_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    database = MissionDatabase(tmp_path / "m", {})
-    done: list[object] = []
-    sync = os.fsync
-
-    def note_sync(descriptor: int) -> None:
-        done.append(os.fstat(descriptor).st_ino)
-        sync(descriptor)
-
-    monkeypatch.setattr(os, "fsync", note_sync)
-    database._connection.set_trace_callback(done.append)
-    database.write([lambda database: database.add_frame(1, capture(3))])
-    database.write([lambda database: database.add_event(notice_event(1))])
-    database._connection.set_trace_callback(None)
-    database.close()
-    frames = tmp_path / "m" / "frames"
-    (frame,) = frames.iterdir()
-    inodes = [entry for entry in done if isinstance(entry, int)]
-    assert inodes == [frame.stat().st_ino, frames.stat().st_ino]
-    assert done.index(frames.stat().st_ino) < done.index("COMMIT")
