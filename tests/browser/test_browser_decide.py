@@ -12,7 +12,7 @@ from playwright.async_api import Page, expect
 
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.model.actions import Action
-from aos_gcs.mission.model.findings import FindingStatus
+from aos_gcs.mission.model.findings import FindingStatus, TargetEstimate
 from aos_gcs.runtime.viewer import Viewer
 from tests.browser.conftest import OPERATOR_CODE, PageRecord, Service, serving
 from tests.browser.pages import open_page, sign_in, with_thumbnails
@@ -76,6 +76,33 @@ async def test_a_finding_is_confirmed_with_a_remark_and_seen_by_observers(
     await expect(page.get_by_test_id("report-print")).to_be_hidden()
     await expect(page.get_by_test_id("connection")).to_be_hidden()
     assert page_record.errors == []
+
+
+async def test_a_finding_that_is_an_earlier_one_points_to_it(page: Page, found_service: Service) -> None:
+    mission = found_service.mission
+    (finding,) = mission.findings.all()
+    assert finding.track_id is not None
+    east_m, north_m, up_m = finding.position_enu_m
+    for away_m in (4.0, 1.0):
+        places = {finding.track_id: east_m, finding.track_id + 1: east_m + away_m}
+        seen = [
+            TargetEstimate((place_m, north_m, up_m), 0.1, 4, track_id, kind=finding.kind)
+            for track_id, place_m in places.items()
+        ]
+        mission.findings.observe(seen, STEPS_UNTIL_FOUND, mission.elapsed_s)
+        mission.findings.merge(seen)
+    mission.make_step()
+    await with_thumbnails(page)
+    await page.goto(f"{found_service.url}#code={OPERATOR_CODE}")
+    await sign_in(page, "Ada")
+    await open_page(page, found_service.url, "decide")
+    await page.get_by_test_id("finding-1").click()
+    await expect(page.get_by_test_id("judge-confirmed")).to_be_visible()
+    await page.get_by_test_id("finding-2").click()
+    await expect(page.get_by_test_id("finding-status")).to_have_text("Same as finding 1")
+    await expect(page.get_by_test_id("judge-confirmed")).to_have_count(0)
+    await page.get_by_test_id("filter-open").click()
+    await expect(page.get_by_test_id("finding-2")).to_have_count(0)
 
 
 @pytest.mark.slow
