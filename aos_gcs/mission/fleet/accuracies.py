@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Final
 
 from aos_gcs.airspace.accuracy import CONFIDENCE, Accuracy, greatest_accuracy_m
@@ -35,4 +34,4 @@ def accuracy_in_layers(member: Member, separation_m: float, layer_spacing_m: flo
     accuracy = accuracy_of(member.state)
     borne_m = max(0.0, greatest_accuracy_m(separation_m, layer_spacing_m))
     vertical_m = accuracy.vertical_m if member.is_inaccurate else min(accuracy.vertical_m, borne_m)
-    return replace(accuracy, vertical_m=vertical_m + member.altitude_doubt_m / CONFIDENCE)
+    return Accuracy(accuracy.horizontal_m, vertical_m + member.altitude_doubt_m / CONFIDENCE)

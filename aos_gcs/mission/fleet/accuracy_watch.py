@@ -90,13 +90,14 @@ class AccuracyWatch:
         """Return what is wrong with a vehicle's accuracy, as a clause; empty if nothing."""
         accepted = self._accepted.get(member.vehicle_id, _UNKNOWN)
         borne_m = max(0.0, greatest_accuracy_m(separation_m, layer_spacing_m))
-        vertical_m, fix = accuracy_of(member.state).vertical_m, member.state.gps_fix
+        state = member.state
+        vertical_m, fix = accuracy_of(state).vertical_m, state.gps_fix
         if vertical_m > max(borne_m, _WORSE * accepted.vertical_m):
             layers = f"layers of {layer_spacing_m:g} m bear ± {CONFIDENCE * borne_m:.1f} m"
             return f"its altitude is accurate to ± {CONFIDENCE * vertical_m:.1f} m only (95 %), {layers}"
         if layer_spacing_m < MIN_LAYERS_WITHOUT_RTK_M and accepted.has_rtk and fix is not None and fix < RTK_FLOAT:
             return f"it has lost its RTK fix, which layers of {layer_spacing_m:g} m need"
-        ratio = member.state.altitude_test_ratio
+        ratio = state.altitude_test_ratio
         if ratio is not None and ratio >= _REJECTED_RATIO:
             return f"its estimator rejects the heights that it measures ({ratio:.0%} of what it accepts)"
         return ""

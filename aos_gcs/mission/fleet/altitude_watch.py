@@ -87,10 +87,11 @@ class AltitudeWatch:
     def _follow(self, member: Member, is_airborne: bool, elapsed_s: float) -> None:
         """Take in what a vehicle reports now."""
         track = self._tracks.setdefault(member.vehicle_id, _Track())
-        state, measured_m = member.state, _measured_m(member.state)
+        state = member.state
         # Over a bad link a vehicle climbs for seconds before it reports that it has left the ground.
         stands = is_grounded(state) and not isinstance(member.last_command, Takeoff)
         if stands:
+            measured_m = _measured_m(state)
             track.ground_m, track.difference_m, track.level_s = measured_m, {}, 0.0
             return
         if not is_airborne or not state.armed or not self._roster.is_fresh(state.position_at_s):
@@ -107,6 +108,7 @@ class AltitudeWatch:
         track.level_s += elapsed_s
         height_m = float(position_enu_m[2] - member.home_enu_m[2])
         share = 1.0 - math.exp(-elapsed_s / _SMOOTHING_S)
+        measured_m = _measured_m(state)
         for reference in track.ground_m.keys() & measured_m.keys():
             difference_m = height_m - (measured_m[reference] - track.ground_m[reference])
             average_m = track.difference_m.get(reference, difference_m)

@@ -220,8 +220,8 @@ class Roster:
         if self.ground is None:
             return
         for member in self._members.values():
-            home_m = home_altitude_m(member.state)
-            if home_m is not None and is_grounded(member.state):
+            state = member.state
+            if is_grounded(state) and (home_m := home_altitude_m(state)) is not None:
                 member.altitude_offset_m = home_m - self.ground.altitude_amsl_m(member.vehicle_id)
 
     def launch_point_enu_m(self, member: Member) -> NDArray[np.float64] | None:
@@ -237,7 +237,8 @@ class Roster:
         """Return a position that a vehicle or its camera reports, above the datum that all share."""
         if member.altitude_offset_m == 0.0:
             return position
-        return replace(position, altitude_amsl_m=position.altitude_amsl_m - member.altitude_offset_m)
+        altitude_amsl_m = position.altitude_amsl_m - member.altitude_offset_m
+        return GeodeticPosition(position.latitude_deg, position.longitude_deg, altitude_amsl_m)
 
     def members(self, *tasks: Task) -> list[Member]:
         """Return the members with one of ``tasks``, or all of them."""
