@@ -16,7 +16,7 @@ from aos_gcs.imaging.persons.classifier import (
     read_model,
     write_model,
 )
-from aos_gcs.imaging.persons.decision import DECISION
+from aos_gcs.imaging.persons.decision import DECISION, decide
 from aos_gcs.imaging.persons.evidence import Evidence
 
 PERSON = Evidence(
@@ -128,3 +128,12 @@ def test_damaged_models_are_named(text: str, reason: str, tmp_path: Path) -> Non
 def test_a_missing_model_is_named(tmp_path: Path) -> None:
     with pytest.raises(InputDataError, match=r"nowhere\.json"):
         read_model(tmp_path / "nowhere.json")
+
+
+@pytest.mark.parametrize(
+    ("vehicles", "swarm", "sure"), [(9, 10, True), (6, 10, True), (5, 10, False), (2, 2, False), (3, 3, True)]
+)
+def test_no_person_is_sure_once_most_vehicles_see_it(vehicles: int, swarm: int, sure: bool) -> None:
+    boar = replace(DEER, contrast_median_k=6.0, contrast_peak_k=9.0, vehicles=vehicles, swarm=swarm)
+    assert decide(boar).is_surely_other is sure
+    assert not decide(replace(PERSON, vehicles=vehicles, swarm=swarm)).is_surely_other

@@ -325,3 +325,19 @@ def test_what_may_be_a_person_is_not_left_for_something_larger() -> None:
     assert claims.settled_enu_m == (pytest.approx((20.0, 20.0), abs=0.5),)
     tracker.observe(analysis(seen(20.0, 20.0, 0.9)), 2 * STEP_S)
     assert claims.settled_enu_m == ()
+
+
+@pytest.mark.parametrize("sure", [True, False])
+def test_what_most_vehicles_see_to_be_no_person_needs_no_longer_look(*, sure: bool) -> None:
+    follower, journal = Follower(), _Notices()
+    claims = Claims(SETTINGS.detection, journal, follower.tracker, Findings())
+    follower.verdict = Verdict(FindingKind.WARM_OBJECT, 0.01, (), sure)
+    over = []
+    for _ in range(5):
+        follower.observe(seen(5.0, 20.0), seen(20.0, 20.0, 0.15))
+        claims.announce()
+        over.append(claims.is_look_over())
+    assert over == [False, False, sure, sure, sure]
+    # The other one is settled in passing, once it is confirmed; nobody has to fly there.
+    assert (len(claims.settled_enu_m) == 1) == sure
+    assert journal.texts[0].startswith("Warm object?") if sure else journal.texts == []

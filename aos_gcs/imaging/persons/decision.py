@@ -14,6 +14,12 @@ from aos_gcs.imaging.persons.evidence import Evidence
 
 DECISION = 0.5
 """Probability from which a body counts as a person."""
+SURELY_OTHER = 0.05
+"""Probability up to which a body that most vehicles see needs no longer look."""
+MOST = 0.6
+"""Share of the vehicles that are most of them."""
+ENOUGH = 3
+"""Vehicles that must see it for that."""
 _FUR_SPREAD_K = 2.5
 """Contrast of the warmest parts above the middle from which a warm body is rather an animal (head and legs are warmer
 than fur) than a stone (warm all over)."""
@@ -46,6 +52,8 @@ class Verdict:
     """Probability, 0 to 1, that it is a person; None where no temperatures tell."""
     reasons: tuple[str, ...]
     """What it rests on, in words."""
+    is_surely_other: bool = False
+    """Whether it is no person by what most of the vehicles see: nothing that leaves hide could change that."""
 
 
 def decide(evidence: Evidence, model: PersonModel | None = None) -> Verdict:
@@ -55,7 +63,9 @@ def decide(evidence: Evidence, model: PersonModel | None = None) -> Verdict:
     if evidence.views == 0:
         return Verdict(FindingKind.OBJECT, 0.0, (f"not warmer than its surroundings in {evidence.frames} frames",))
     probability = person_confidence(evidence, model)
-    return Verdict(_kind(evidence, probability), probability, _reasons(evidence))
+    share = evidence.vehicles / max(evidence.swarm, evidence.vehicles)
+    is_surely_other = probability <= SURELY_OTHER and share >= MOST and evidence.vehicles >= ENOUGH
+    return Verdict(_kind(evidence, probability), probability, _reasons(evidence), is_surely_other)
 
 
 def _kind(evidence: Evidence, probability: float) -> FindingKind:

@@ -98,16 +98,25 @@ class Claims:
                 watched = target.track_id
         kept = {watched} if present is None else {watched, present.track_id}
         for target in self._tracker.estimates():
-            if target.kind in CLAIMED and target.track_id not in kept:
+            if target.track_id in kept:
+                continue
+            if self._tracker.is_surely_other(target.track_id):
+                self._decide(target)
+                self._looks.settle(target.track_id, target.position_enu_m)
+            elif target.kind in CLAIMED:
                 self._looks.settle(target.track_id, target.position_enu_m)
         return watched
 
     def is_look_over(self) -> bool:
-        """Count a step of converging on the present target; return whether it has been looked at for long enough."""
+        """Count a step of converging on the present target; return whether it has been looked at for long enough.
+
+        What is surely no person has been.
+        """
         target = self._tracker.estimate()
         if target is None or self._findings.at(target, FindingStatus.REJECTED):
             return True
-        return self._looks.count(target.track_id, target.position_enu_m) >= self._detection.look_steps
+        steps = self._looks.count(target.track_id, target.position_enu_m)
+        return steps >= self._detection.look_steps or self._tracker.is_surely_other(target.track_id)
 
     def is_rejected(self) -> bool:
         """Whether operators have rejected the present target."""
