@@ -300,18 +300,21 @@ def test_the_blob_of_a_settled_target_is_settled_even_where_it_lies_beside_its_p
     assert claims.settled_enu_m == settled
 
 
-def test_two_tracks_of_one_body_are_announced_once() -> None:
+@pytest.mark.parametrize(
+    ("kind", "text"), [(FindingKind.PERSON, "Possible person"), (FindingKind.WARM_OBJECT, "Warm object?")]
+)
+def test_two_tracks_of_one_body_are_announced_once(kind: FindingKind, text: str) -> None:
     tracker, journal = TargetTracker(SETTINGS), _Notices()
     claims = Claims(SETTINGS.detection, journal, tracker, Findings())
     place = Geolocation(np.array([1.0, 20.0, 0.0]), 0.1 * np.eye(3), 0.1 * np.eye(3))
-    person = Judgement(Verdict(FindingKind.PERSON, 0.9, ()), place)
+    judgement = Judgement(Verdict(kind, 0.0, (), kind is not FindingKind.PERSON), place)
     for step in range(5):
-        tracker.observe(analysis(seen(0.0, 20.0), seen(2.0, 20.0)), STEP_S * (step + 1))
-        tracker.judge(dict.fromkeys(tracker.places_enu_m(), person))
-    assert len(tracker.places_enu_m()) == 2
+        tracker.observe(analysis(seen(30.0, 0.0, 0.9), seen(0.0, 20.0), seen(2.0, 20.0)), STEP_S * (step + 1))
+        tracker.judge({key: judgement for key, at in tracker.places_enu_m().items() if at[0] < 20.0})
     claims.announce()
-    assert len([text for text in journal.texts if text.startswith("Possible person")]) == 1
-    assert [target.kind for target in tracker.estimates()] == [FindingKind.PERSON] * 2
+    assert len([one for one in journal.texts if one.startswith(text)]) == 1
+    kinds = [target.kind for target in tracker.estimates() if target.position_enu_m[0] < 20.0]
+    assert kinds == [kind] * 2
 
 
 def test_what_may_be_a_person_is_not_left_for_something_larger() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from collections.abc import Set as AbstractSet
 
 from aos_gcs.imaging.persons.decision import CLAIMED, FindingKind
 from aos_gcs.imaging.step.judgement import SETTLED_M
@@ -15,6 +16,9 @@ from aos_gcs.mission.search.same_body import PIECES_M, distance_m
 from aos_gcs.mission.search.targeting import TargetTracker
 from aos_gcs.planning.settings import DetectionSettings
 from aos_gcs.ports import Severity
+
+_OTHERS = frozenset(FindingKind) - CLAIMED - {FindingKind.UNDECIDED}
+"""Kinds of what is decided to be no person."""
 
 
 class Claims:
@@ -150,17 +154,17 @@ class Claims:
     def _is_new(self, target: TargetEstimate) -> bool:
         if target.kind in CLAIMED:
             return False
-        known = self._findings.claimed_at(target, set(self._tracker.places_enu_m())) or self._twin(target)
+        known = self._findings.claimed_at(target, set(self._tracker.places_enu_m())) or self._twin(target, CLAIMED)
         if known is not None:
             self._tracker.settle(target.track_id, known.kind)
             return False
         return True
 
-    def _twin(self, target: TargetEstimate) -> TargetEstimate | None:
-        """Return a target that has been announced in this step and is the same body, if any."""
+    def _twin(self, target: TargetEstimate, kinds: AbstractSet[FindingKind]) -> TargetEstimate | None:
+        """Return another target that is the same body and has been decided to be one of some kinds, if any."""
         for other in self._tracker.estimates():
             is_one = other.track_id != target.track_id and distance_m(other, target) <= PIECES_M
-            if is_one and other.kind in CLAIMED:
+            if is_one and other.kind in kinds:
                 return other
         return None
 
@@ -174,8 +178,9 @@ class Claims:
             if not is_rejected and self._is_new(target):
                 self._claim(target)
         elif verdict.kind not in CLAIMED:
+            is_known = self._twin(target, _OTHERS) is not None
             self._tracker.settle(target.track_id, verdict.kind)
-            if not is_rejected:
+            if not (is_rejected or is_known):
                 self._journal.notice(Severity.INFO, f"{describe(target, verdict.kind)}. The search goes on")
 
     def _claim(self, target: TargetEstimate) -> None:
