@@ -1,4 +1,6 @@
-"""Take the pictures of docs/operator-guide.md again that a recorded mission can show: not of the start and the flight.
+"""Take the pictures of docs/operator-guide.md again that a recorded mission can show.
+
+Those of the start and the flight are taken by scripts/flight_screenshots.py.
 
     aos-gcs demo --vehicles 5 --seed 2 --headless --exit-when-done
     python scripts/guide_screenshots.py missions/FOLDER
@@ -45,9 +47,7 @@ async def main() -> None:
     parser.add_argument("--folder", type=Path, default=IMAGES, help="where the pictures go")
     parser.add_argument("--tablet", action="store_true", help="as a tablet held upright shows them")
     options = parser.parse_args()
-    chromium = os.environ.get("AOS_GCS_CHROMIUM") or shutil.which("chromium") or shutil.which("google-chrome")
-    if chromium is None:
-        sys.exit("no Chromium found: install it, or name it in AOS_GCS_CHROMIUM")
+    chromium = find_chromium()
     options.folder.mkdir(parents=True, exist_ok=True)
     with MissionReader(options.mission) as reader:
         mission = MissionReplay(reader, LoopClock())
@@ -67,6 +67,12 @@ async def main() -> None:
             await shoot_all(page, options.folder)
             playing.cancel()
             await browser.close()
+
+
+def find_chromium() -> str:
+    """Return the browser's program, or end this one."""
+    chromium = os.environ.get("AOS_GCS_CHROMIUM") or shutil.which("chromium") or shutil.which("google-chrome")
+    return chromium or sys.exit("no Chromium found: install it, or name it in AOS_GCS_CHROMIUM")
 
 
 async def play(mission: MissionReplay, page: Page, from_s: float) -> None:
