@@ -72,22 +72,6 @@ def signed_area_m2(vertices_m: FloatArray) -> float:
     return 0.5 * float(east_m @ np.roll(north_m, -1) - north_m @ np.roll(east_m, -1))
 
 
-def convex_hull(points_m: FloatArray) -> FloatArray:
-    """Return the corners of the smallest convex polygon around points, shape (n, 2), counter-clockwise, shape (m, 2).
-
-    Source: Andrew, *Another efficient algorithm for convex hulls in two dimensions*, Information Processing Letters
-    9(5), 1979.
-    """
-    lower: list[tuple[float, float]] = []
-    upper: list[tuple[float, float]] = []
-    for east_m, north_m in sorted(map(tuple, points_m.tolist())):
-        for chain, side in ((lower, 1.0), (upper, -1.0)):
-            while len(chain) > 1 and side * _turn_m2(chain[-2], chain[-1], (east_m, north_m)) <= 0.0:
-                chain.pop()
-            chain.append((east_m, north_m))
-    return np.array(lower[:-1] + upper[:0:-1])
-
-
 def edges(vertices_m: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the starts and the ends of the edges, shape (m, 2) each."""
     return vertices_m, np.concatenate((vertices_m[1:], vertices_m[:1]))
@@ -113,11 +97,6 @@ def edges_met(start_m: FloatArray, end_m: FloatArray, vertices_m: FloatArray) ->
     """Return how many edges the straight segment between two points meets."""
     starts, ends = edges(vertices_m)
     return int(np.count_nonzero(segment_distance(start_m, end_m, starts, ends) < TOLERANCE_M))
-
-
-def _turn_m2(first: tuple[float, float], second: tuple[float, float], third: tuple[float, float]) -> float:
-    """Return twice the area between three points, positive when they turn left."""
-    return (second[0] - first[0]) * (third[1] - first[1]) - (second[1] - first[1]) * (third[0] - first[0])
 
 
 def _has_crossing_edges(vertices_m: FloatArray) -> bool:

@@ -7,9 +7,9 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import map_coordinates
 
 from aos_gcs.geometry.camera import CameraModel
-from aos_gcs.imaging.bilinear import bilinear
 from aos_gcs.imaging.model import Pixels
 from aos_gcs.imaging.undistort import seen_pixels
 
@@ -74,7 +74,14 @@ def warp_exactly(
         pixels = camera.to_pixels(camera.ideal().from_pixels(ideal_pixels))
         seen = seen_pixels(pixels, camera)
         rows, columns, pixels = rows[seen], columns[seen], pixels[seen]
-    samples = bilinear(image, pixels[:, 1], pixels[:, 0])
+    # OpenCV's warps quantise coordinates to 1/32 pixel before version 5; this function does not.
+    samples = np.stack(
+        [
+            map_coordinates(image[:, :, channel], pixels[:, ::-1].T, output=np.float64, order=1, mode="nearest")
+            for channel in range(image.shape[2])
+        ],
+        axis=1,
+    )
     finite = np.isfinite(samples).all(axis=1)
     rows, columns = rows[finite], columns[finite]
     shape = (window[0].stop - window[0].start, window[1].stop - window[1].start)

@@ -11,8 +11,9 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
 
-from aos_gcs.airspace.polygon import convex_hull, signed_depth_m
+from aos_gcs.airspace.polygon import signed_depth_m
 
 FloatArray = NDArray[np.float64]
 
@@ -28,7 +29,8 @@ def passes(area_enu_m: Sequence[Sequence[float]], homes_m: FloatArray, clearance
     area_m = np.array(area_enu_m, dtype=np.float64)
     found = np.zeros((len(homes_m), len(homes_m)), dtype=np.bool_)
     for row, home_m in enumerate(homes_m):
-        ways_m = convex_hull(np.vstack([area_m, home_m]))
+        points_m = np.vstack([area_m, home_m])
+        ways_m = points_m[ConvexHull(points_m).vertices]
         found[row] = [signed_depth_m(other_m, ways_m) > -clearance_m for other_m in homes_m]
     np.fill_diagonal(found, False)
     return found

@@ -7,9 +7,10 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
 
 from aos_gcs.airspace.limits import SafetyLimits
-from aos_gcs.airspace.polygon import Polygon, as_points, as_polygon, convex_hull
+from aos_gcs.airspace.polygon import Polygon, as_points, as_polygon
 from aos_gcs.airspace.stopping import POSITION_ERROR_M, StoppingDistance
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.planning.settings import MissionSettings
@@ -102,7 +103,7 @@ def propose_fence(
     angles_rad = 2.0 * np.pi * np.arange(_CORNERS) / _CORNERS
     corners_m = margin_m / math.cos(math.pi / _CORNERS) * np.column_stack([np.cos(angles_rad), np.sin(angles_rad)])
     grown_m = (points_m[:, None] + corners_m[None]).reshape(-1, 2)
-    hull_m = convex_hull(grown_m)
+    hull_m = grown_m[ConvexHull(grown_m).vertices]
     # Points that all but coincide, such as a launch point at a corner of the area, give edges that all but touch.
     is_apart = np.linalg.norm(hull_m - np.roll(hull_m, 1, axis=0), axis=1) > _SAME_POINT_M
     return as_points(hull_m[is_apart])

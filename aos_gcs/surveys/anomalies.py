@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.errors import ImagingError
-from aos_gcs.imaging.connected import connected, within_square
+from aos_gcs.imaging.connected import connected
 from aos_gcs.imaging.model import GroundRaster
 from aos_gcs.imaging.views import FocalSurface
 
@@ -60,7 +61,7 @@ def map_blobs(
     if not rows.size:
         return []
     counts, seen = anomaly_count[rows, columns].astype(float), coverage[rows, columns].astype(float)
-    labels = connected(rows, columns, within_square(gap_cells + 1))
+    labels = connected(rows, columns, gap_cells + 1, math.inf)
     count = int(labels.max()) + 1
     weights = np.bincount(labels, counts)
     mean_column = np.bincount(labels, counts * columns) / weights

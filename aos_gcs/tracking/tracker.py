@@ -15,8 +15,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
 
-from aos_gcs.assignment import least_cost_columns
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.tracking.motion import WALKING, Motion, MotionSettings, begin, density, predict, update
 
@@ -184,8 +184,8 @@ def _assign(tracks: Sequence[Track], measurements: Sequence[Measurement], settin
     is_stale = np.array([track.motion.at_s - track.seen_at_s > FRESH_S for track in tracks])
     gains[is_stale[:, np.newaxis] & (np.linalg.norm(offsets_m, axis=-1) > settings.max_surprise_m)] = 0.0
     # What is likelier new gains nothing, whichever track it is left with.
-    columns = least_cost_columns(-np.log(np.maximum(gains, 1.0))).tolist()
-    return {row: column for row, column in enumerate(columns) if column >= 0 and gains[row, column] > 1.0}
+    rows, columns = linear_sum_assignment(np.log(np.maximum(gains, 1.0)), maximize=True)
+    return {int(row): int(column) for row, column in zip(rows, columns, strict=True) if gains[row, column] > 1.0}
 
 
 def _begun(track_id: int, measurement: Measurement, now_s: float, settings: TrackingSettings) -> Track:

@@ -158,8 +158,8 @@ def test_web_frameworks_are_used_by_the_api_only() -> None:
 
 
 def test_nothing_that_flies_or_is_tested_waits_for_slow_libraries() -> None:
-    """Each takes half a second and more to import, in every process that is started: only what needs it imports it."""
-    slow = {"scipy", "matplotlib", "pyarrow", "dask", "distributed"}
+    """Each takes a second to import, in every process that is started: only what needs it imports it."""
+    slow = {"scipy.signal", "scipy.stats", "matplotlib", "pyarrow", "dask", "distributed"}
     loading = {
         name
         for name, tree in trees().items()

@@ -6,12 +6,12 @@ IEEE TASSP 38(10), 1990, with the global mean and covariance of the frame.
 
 from __future__ import annotations
 
-import math
 from functools import cache
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import chdtri
 
 from aos_gcs.imaging.model import Pixels
 
@@ -107,28 +107,7 @@ def default_min_score(channels: int) -> float:
     top is for the heavier tails of forests: rendered ones without a person reach 2.1 times the quantile, persons in
     them 15 to 30 times.
     """
-    return TAIL_MARGIN * _chi_square_limit(channels, FALSE_ALARM_PROBABILITY)
-
-
-def _chi_square_limit(degrees: int, probability: float) -> float:
-    """Return what a chi-square variable exceeds with a probability."""
-    below, above = 0.0, 1.0
-    while _chi_square_tail(degrees, above) > probability:
-        below, above = above, 2.0 * above
-    while below < (middle := 0.5 * (below + above)) < above:
-        below, above = (middle, above) if _chi_square_tail(degrees, middle) > probability else (below, middle)
-    return above
-
-
-def _chi_square_tail(degrees: int, limit: float) -> float:
-    """Return the probability that a chi-square variable exceeds a limit above 0.
-
-    Source: Abramowitz and Stegun, *Handbook of Mathematical Functions*, 26.4.4 and 26.4.5.
-    """
-    half = 0.5 * limit
-    tail = math.erfc(math.sqrt(half)) if degrees % 2 else math.exp(-half)
-    powers = (0.5 * i - 1.0 for i in range(3 if degrees % 2 else 4, degrees + 1, 2))
-    return tail + sum(math.exp(power * math.log(half) - half - math.lgamma(power + 1.0)) for power in powers)
+    return TAIL_MARGIN * float(chdtri(channels, FALSE_ALARM_PROBABILITY))
 
 
 def _scores_of_planes(planes: NDArray[np.float32], known: int) -> NDArray[np.float32]:

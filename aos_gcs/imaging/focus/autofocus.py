@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from aos_gcs.errors import ImagingError
 from aos_gcs.geometry.projection import Plane, project_points
 from aos_gcs.imaging.focus.measure import CORRELATION_AREA_PX, Agreement, FocusSignal, focus_signal
-from aos_gcs.imaging.focus.peaks import peaks_of
 from aos_gcs.imaging.focus.region import FocusRegion
 from aos_gcs.imaging.model import Frame
 
@@ -270,15 +269,19 @@ def _pixels_per_point(pixels: NDArray[np.float64]) -> float:
 
 def _peaks(heights_m: NDArray[np.float64], curve: FocusCurve) -> list[_Peak]:
     """Return the peaks, the most prominent one first; the ends of the range count as peaks where the curve rises."""
+    # Its import takes a second: only the processes that focus pay for it, when they do.
+    from scipy.signal import find_peaks, peak_widths  # noqa: PLC0415
+
     padded = np.concatenate(([curve.values.min()], curve.values, [curve.values.min()]))
-    spacing_m, last = float(heights_m[1] - heights_m[0]), len(heights_m) - 1
-    found = [
-        _Peak(
-            float(heights_m[peak.index - 1]), peak.prominence, peak.width / 2.0 * spacing_m, peak.index - 1 in (0, last)
-        )
-        for peak in peaks_of(padded)
+    indices, found = find_peaks(padded, prominence=(None, None))
+    prominence_data = (found["prominences"], found["left_bases"], found["right_bases"])
+    widths = peak_widths(padded, indices, 0.5, prominence_data)[0] if indices.size else indices
+    half_widths_m = widths / 2.0 * float(heights_m[1] - heights_m[0])
+    peaks = [
+        _Peak(float(heights_m[index - 1]), float(prominence), float(half_width_m), index in (1, len(heights_m)))
+        for index, prominence, half_width_m in zip(indices, found["prominences"], half_widths_m, strict=True)
     ]
-    return sorted(found, key=lambda peak: -peak.prominence)
+    return sorted(peaks, key=lambda peak: -peak.prominence)
 
 
 def _result(

@@ -21,6 +21,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import expit
 
 from aos_gcs.errors import InputDataError
 from aos_gcs.imaging.persons.evidence import Evidence
@@ -69,7 +70,7 @@ def person_confidence(evidence: Evidence, model: PersonModel | None = None) -> f
         return 0.0
     model = default_model() if model is None else model
     standardised = (_features(evidence) - model.centres) / model.scales
-    return float(_logistic(standardised @ np.array(model.weights) + model.bias))
+    return float(expit(standardised @ np.array(model.weights) + model.bias))
 
 
 def fit_person_model(evidence: Sequence[Evidence], is_person: Sequence[bool]) -> PersonModel:
@@ -90,18 +91,13 @@ def fit_person_model(evidence: Sequence[Evidence], is_person: Sequence[bool]) ->
         score = standardised @ weights
         penalised = np.append(weights[:-1], 0.0)
         value = share @ (np.logaddexp(0.0, score) - labels * score) + _RIDGE / 2 * penalised @ penalised
-        return float(value), standardised.T @ (share * (_logistic(score) - labels)) + _RIDGE * penalised
+        return float(value), standardised.T @ (share * (expit(score) - labels)) + _RIDGE * penalised
 
-    # Half a second to import, which only the command that fits a model should pay.
+    # Fitted in the laboratory alone: missions need not load it.
     from scipy.optimize import minimize  # noqa: PLC0415
 
     fitted = minimize(loss, np.zeros(standardised.shape[1]), jac=True, method="L-BFGS-B")
     return PersonModel(tuple(centres), tuple(scales), tuple(fitted.x[:-1]), float(fitted.x[-1]))
-
-
-def _logistic(score: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return 1 / (1 + exp(-score)), without an overflow for any score."""
-    return np.asarray(np.exp(-np.logaddexp(0.0, -score)))
 
 
 @lru_cache(maxsize=1)

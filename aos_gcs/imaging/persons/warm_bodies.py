@@ -18,7 +18,7 @@ from aos_gcs.errors import ImagingError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.geometry.projection import intersect_plane
-from aos_gcs.imaging.connected import connected, within_disc
+from aos_gcs.imaging.connected import connected
 from aos_gcs.imaging.model import BlobView, Frame
 
 MIN_CONTRAST_K = 4.0
@@ -147,4 +147,4 @@ def _linked(points_m: NDArray[np.float64], link_m: float) -> NDArray[np.intp]:
     # One integer per cell: rows of numbers are compared under the interpreter's lock, which stops every other thread.
     keys, cell_of_point = np.unique(column * len(north) + row, return_inverse=True)
     rows, columns = north[keys % len(north)], east[keys // len(north)]
-    return connected(rows, columns, within_disc(link_m / _CELL_M))[cell_of_point]
+    return connected(rows, columns, link_m / _CELL_M)[cell_of_point]

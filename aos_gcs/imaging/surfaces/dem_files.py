@@ -16,12 +16,13 @@ from typing import Any
 import numpy as np
 import pymap3d
 from numpy.typing import NDArray
+from scipy.ndimage import map_coordinates
 
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.extras import load_extra
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.imaging.surfaces.mesh import terrain_from_mesh
-from aos_gcs.imaging.surfaces.terrain import Terrain, heights_at
+from aos_gcs.imaging.surfaces.terrain import Terrain
 
 MAX_SAMPLES = 50_000_000
 """Largest number of samples of a GeoTIFF; larger ones are refused to limit the memory."""
@@ -215,7 +216,7 @@ def _resample(heights: NDArray[np.float64], to_crs: NDArray[np.float64], place: 
     column, row, _ = np.linalg.inv(to_crs) @ flat
     # Samples on the very edge must not fall out of the raster by rounding.
     row, column = _snap(row - 0.5, rows), _snap(column - 0.5, columns)
-    sampled = heights_at(heights, row, column).reshape(grid_x.shape)
+    sampled = map_coordinates(heights, (row, column), order=1, mode="constant", cval=np.nan).reshape(grid_x.shape)
     return Terrain(float(xs[0]), float(ys[0]), spacing_m, place.z_m(grid_x, grid_y, sampled))
 
 

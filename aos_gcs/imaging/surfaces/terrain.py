@@ -7,8 +7,7 @@ from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-
-from aos_gcs.imaging.bilinear import bilinear
+from scipy.ndimage import map_coordinates
 
 MAX_MARCH_STEPS = 64
 """Along a ray between the terrain's lowest and highest point; narrower ridges than one step may be looked through."""
@@ -66,7 +65,8 @@ class Terrain:
             (np.asarray(x_m, dtype=np.float64) - self.x_m) / self.spacing_m,
             (np.asarray(y_m, dtype=np.float64) - self.y_m) / self.spacing_m,
         )
-        return heights_at(self.heights_m, rows, columns)
+        flat = map_coordinates(self.heights_m, (rows.ravel(), columns.ravel()), order=1, mode="constant", cval=np.nan)
+        return np.asarray(flat, dtype=np.float64).reshape(rows.shape)
 
     def intersect(self, origin_m: ArrayLike, rays: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return where rays first meet the terrain, shape (n, 3); NaN where they never do.
@@ -133,16 +133,6 @@ class Terrain:
             near, f_near = np.where(opposite, far, near), np.where(opposite, f_far, f_near / 2.0)
             far, f_far = at, f_at
         return np.asarray(at)
-
-
-def heights_at(heights_m: _Array, rows: _Array, columns: _Array) -> _Array:
-    """Return heights between the samples of a grid at places of any shape; NaN outside and beside unknown samples."""
-    places = np.stack((rows.ravel(), columns.ravel()))
-    outermost = np.array(heights_m.shape)[:, np.newaxis] - 1.0
-    inside = ((places >= 0.0) & (places <= outermost)).all(axis=0)
-    found_m = np.full(places.shape[1], np.nan)
-    found_m[inside] = bilinear(heights_m, *places[:, inside])
-    return found_m.reshape(rows.shape)
 
 
 def _inside_box(origin: _Array, rays: _Array, lower: _Array, upper: _Array) -> tuple[_Array, _Array]:

@@ -12,8 +12,8 @@ from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.distance import cdist
 
-from aos_gcs.swarm.archive.moves import distances_m
 from aos_gcs.swarm.archive.raster import CELL_M, CELLS, BoolArray, FloatArray, IntArray, packed, shifted, unpacked
 
 ScalarT = TypeVar("ScalarT", bound=np.generic)
@@ -43,7 +43,7 @@ class Canopy:
 
     def distances_m(self, first: Sightlines, second: Sightlines) -> FloatArray:
         """Return how far apart lines of sight are within the canopy, shape (n, k)."""
-        return distances_m(self.coordinates_m(first), self.coordinates_m(second))
+        return np.asarray(cdist(self.coordinates_m(first), self.coordinates_m(second)))
 
     def turned_m(self, first: Sightlines, second: Sightlines) -> FloatArray:
         """Return how far apart lines through the same crossings are at the canopy's edges, pair by pair, shape (n,)."""

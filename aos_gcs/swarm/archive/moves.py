@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-
-from aos_gcs.assignment import least_cost_columns
+from scipy.optimize import linear_sum_assignment
 
 FloatArray = NDArray[np.float64]
 
@@ -24,16 +23,10 @@ def assigned(places_m: FloatArray, goals_m: FloatArray) -> NDArray[np.intp]:
         places_m: positions of the drones, shape (n, 2).
         goals_m: position of each drone at each goal, shape (n, k, 2): drones fly in different layers.
     """
-    return least_cost_columns(((goals_m - places_m[:, None]) ** 2).sum(axis=-1))
-
-
-def distances_m(first_m: FloatArray, second_m: FloatArray) -> FloatArray:
-    """Return how far points, shapes (n, d) and (k, d), are apart, shape (n, k)."""
-    squares_m2 = np.zeros((len(first_m), len(second_m)))
-    # Axis by axis: one array of all differences would be d times as large.
-    for first, second in zip(first_m.T, second_m.T, strict=True):
-        squares_m2 += np.subtract.outer(first, second) ** 2
-    return np.asarray(np.sqrt(squares_m2))
+    drones, goals = linear_sum_assignment(((goals_m - places_m[:, None]) ** 2).sum(axis=-1))
+    goal_of = np.full(len(places_m), -1, dtype=np.intp)
+    goal_of[drones] = goals
+    return goal_of
 
 
 def stepped(places_m: FloatArray, goals_m: FloatArray, step_m: float) -> FloatArray:

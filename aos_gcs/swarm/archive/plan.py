@@ -12,11 +12,12 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.distance import cdist
 
 from aos_gcs.swarm.archive.body import learnt_body, voxel_cells
 from aos_gcs.swarm.archive.exploration import KNOWN, expected_masks, kernel, lattice, likeness
 from aos_gcs.swarm.archive.looks import Canopy, Looks, Sightlines, joined_lines
-from aos_gcs.swarm.archive.moves import assigned, distances_m
+from aos_gcs.swarm.archive.moves import assigned
 from aos_gcs.swarm.archive.parameters import AosApsoParameters
 from aos_gcs.swarm.archive.raster import CELL_M, BoolArray, FloatArray, IntArray, anchor_of
 from aos_gcs.swarm.archive.selection import Views, choose_views, still_held
@@ -156,10 +157,10 @@ def _candidates(looks: Looks, prospect: Prospect, parameters: AosApsoParameters)
     views = Views(
         np.vstack([shown, expected]),
         np.vstack([known_footprints, spot_footprints | (expected > SURELY_SEEN)]).astype(np.float32),
-        distances_m(places_m, places_m) < parameters.view_spacing_m,
+        cdist(places_m, places_m) < parameters.view_spacing_m,
     )
     return lines, views
 
 
 def _still_held(lines: Sightlines, views: Views, held_enu_m: FloatArray) -> list[int]:
-    return still_held(distances_m(held_enu_m, lines.crossings_enu_m), views.conflicts, SAME_VIEW_M)
+    return still_held(cdist(held_enu_m, lines.crossings_enu_m), views.conflicts, SAME_VIEW_M)
