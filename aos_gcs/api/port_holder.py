@@ -1,4 +1,4 @@
-"""Which process listens at a port, as Linux tells; unknown elsewhere, and of other users' processes."""
+"""The process that listens at a port, from Linux's /proc; unknown on other systems and for other users' processes."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class PortHolder:
     """Whether it stands still, as after Ctrl-Z: it keeps the port until it goes on."""
 
     def describe(self) -> str:
-        """Return which process it is and what to do about it."""
+        """Return the process and the remedy as a clause."""
         who = f"process {self.pid} ({self.name})"
         if self.is_stopped:
             return f"{who}, which is stopped and keeps it: end it with kill -9 {self.pid}"

@@ -126,7 +126,7 @@ def test_bodies_are_labelled_by_what_they_lie_nearest_to() -> None:
 
 
 def test_calibration_compares_probabilities_with_shares_and_persons_weigh_as_much_as_all_others() -> None:
-    """At 7 K the model of these tests says one half."""
+    """The model of these tests gives a probability of one half at 7 K."""
     person, other = warm(0.0, 7.0), warm(10.0, 7.0)
     honest = [scene(person, other)]
     assert calibration_error(honest, PositionGrade.RTK, MODEL) == pytest.approx(0.0)

@@ -1,9 +1,9 @@
-"""Limits on connections, applied when they are accepted: whoever connects the most must not keep the operators out.
+"""Limits on connections, applied when they are accepted: many connections of others must not keep the operators out.
 
 A connection counts for its address until it brings a request of an operator. Addresses from which operators have sent
 requests are known: the totals do not count for them, and where their own number is used up, such as by an attacker
 behind the same router, they may open more *on probation*. The first request of such a connection has to be an
-operator's, and the one that has waited longest for it gives way to a newer one.
+operator's; when a newer connection needs the place, the oldest one without a request is closed.
 """
 
 from __future__ import annotations
