@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import os
+from collections.abc import Iterator
 
 import pytest
 from hypothesis import settings
@@ -34,12 +35,14 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         timing.advance_promptly(item)
 
 
-@pytest.fixture
-def restored_logging(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Have the root logger as it was after a test that runs the command line in its own process."""
+@pytest.fixture(autouse=True)
+def restored_logging() -> Iterator[None]:
+    """Leave the root logger as it was: some tests run the command line, which sets it up, in their own process."""
     root = logging.getLogger()
-    monkeypatch.setattr(root, "handlers", list(root.handlers))
-    monkeypatch.setattr(root, "level", root.level)
+    level, handlers = root.level, list(root.handlers)
+    yield
+    root.setLevel(level)
+    root.handlers[:] = handlers
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -27,9 +27,6 @@ PEOPLE_Z_M = 18.0
 LOW_M, HIGH_M = 5.0, 25.0
 
 
-pytestmark = pytest.mark.usefixtures("restored_logging")
-
-
 @pytest.fixture
 def few_points(monkeypatch: pytest.MonkeyPatch) -> None:
     """A fifth of the points to compare: enough for a height, in a fifth of the time."""

@@ -14,9 +14,6 @@ from tests.fakes.recorded_flight import PLANE_Z, Flight, run, texture
 RECORDED = Path(__file__).resolve().parents[3] / "shared" / "data" / "F0"
 
 
-pytestmark = pytest.mark.usefixtures("restored_logging")
-
-
 @pytest.fixture(autouse=True)
 def _coarse_meshes(monkeypatch: pytest.MonkeyPatch) -> None:
     """Plain slopes need no grid of millions of heights."""

@@ -12,8 +12,6 @@ import pytest
 from aos_gcs.imaging.surfaces import mesh
 from tests.fakes.recorded_flight import Flight, run
 
-pytestmark = pytest.mark.usefixtures("restored_logging")
-
 
 @pytest.fixture(autouse=True)
 def _coarse_meshes(monkeypatch: pytest.MonkeyPatch) -> None:

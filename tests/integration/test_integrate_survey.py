@@ -24,8 +24,6 @@ from aos_gcs.surveys.photos import read_photos
 from tests.fakes.recorded_flight import run
 from tests.fakes.survey_flight import CAMERA, FOCAL_PX, HEIGHT_M, HOT_M, SIZE, TAKEOFF, Photographs, render, texture
 
-pytestmark = pytest.mark.usefixtures("restored_logging")
-
 
 @pytest.fixture
 def photographs(tmp_path: Path) -> Photographs:

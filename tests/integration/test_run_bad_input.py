@@ -26,9 +26,6 @@ folder = "{folder}"
 """
 
 
-pytestmark = pytest.mark.usefixtures("restored_logging")
-
-
 @contextmanager
 def taken_port(kind: socket.SocketKind) -> Iterator[int]:
     with socket.socket(socket.AF_INET, kind) as taken:

@@ -9,8 +9,6 @@ import typer
 from aos_gcs.cli import main, registry
 from aos_gcs.errors import ConfigurationError, ImagingError, LinkError
 
-pytestmark = pytest.mark.usefixtures("restored_logging")
-
 
 def offer(monkeypatch: pytest.MonkeyPatch, **commands: object) -> None:
     """Install plug-in commands that come from a module of their own."""
