@@ -16,6 +16,7 @@ from aos_gcs.mission.model.steps import Picture, PictureKind, StepRecord
 from aos_gcs.mission.model.vehicles import VehicleSnapshot
 from aos_gcs.mission.search.findings import Findings
 from aos_gcs.mission.search.gallery import Gallery
+from aos_gcs.mission.search.same_body import distinct
 from aos_gcs.mission.sortie import Sortie
 
 
@@ -75,6 +76,7 @@ class LiveView:
         sortie = self._state.sortie
         settings, limits, search = sortie.context.settings, sortie.context.flight.limits, sortie.search
         tracker, progress = search.decider.tracker, search.decider.progress
+        target = tracker.estimate()
         fence_enu_m = () if limits is None else limits.fence_enu_m
         return MissionSnapshot(
             mission_id=self._mission_id,
@@ -90,8 +92,8 @@ class LiveView:
             fence_enu_m=tuple((float(east), float(north)) for east, north in fence_enu_m),
             vehicles=self._vehicles(),
             preflight=sortie.overrides.checks,
-            target=tracker.estimate(),
-            targets=tracker.estimates(),
+            target=target,
+            targets=distinct(tracker.estimates(), target),
             min_separation_m=self._state.min_separation_m,
             focus=sortie.vision.focus,
             no_go_enu_m=settings.safety.no_go_enu_m or (),

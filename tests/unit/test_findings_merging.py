@@ -10,6 +10,7 @@ from aos_gcs.errors import MissionError
 from aos_gcs.imaging.persons.decision import FindingKind
 from aos_gcs.mission.model.findings import Finding, FindingChange, FindingStatus, TargetEstimate
 from aos_gcs.mission.search.findings import Findings
+from aos_gcs.mission.search.same_body import distinct
 
 
 def person(track_id: int, east_m: float, *, kind: FindingKind = FindingKind.PERSON) -> TargetEstimate:
@@ -125,3 +126,10 @@ def test_a_merged_finding_is_judged_by_the_one_that_it_points_to(search: Search)
         search.judge(2, FindingStatus.REJECTED)
     search.findings.change(2, FindingChange(comment="waves"), "Ann")
     assert search.findings.all()[1].comment == "waves"
+
+
+def test_pieces_of_one_body_are_shown_as_one_target_and_the_target_itself_stays() -> None:
+    first, piece, other = person(1, 10.0), person(2, 10.3), person(3, 12.0)
+    assert distinct((first, piece, other), piece) == (piece, other)
+    assert distinct((first, piece, other), None) == (first, other)
+    assert distinct((), None) == ()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 from aos_gcs.imaging.persons.decision import FindingKind
@@ -29,6 +30,15 @@ def reach_m(one: Finding | TargetEstimate, other: Finding | TargetEstimate) -> f
     """Return the distance up to which the two may be one body, by its size and by both their errors."""
     error_m = _CONFIDENCE * math.hypot(one.sigma_m or 0.0, other.sigma_m or 0.0)
     return min(max(SAME_BODY_M, error_m), SAME_PLACE_M)
+
+
+def distinct(targets: Sequence[TargetEstimate], target: TargetEstimate | None) -> tuple[TargetEstimate, ...]:
+    """Return the targets without those that are pieces of another one; ``target`` itself stays."""
+    kept: list[TargetEstimate] = []
+    for one in sorted(targets, key=lambda one: target is None or one.track_id != target.track_id):
+        if all(distance_m(one, other) > PIECES_M for other in kept):
+            kept.append(one)
+    return tuple(one for one in targets if one in kept)
 
 
 def is_one(finding: Finding, target: TargetEstimate) -> bool:
