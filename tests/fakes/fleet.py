@@ -27,6 +27,7 @@ from aos_gcs.ports import (
     Hold,
     Land,
     LandedState,
+    LinkQuality,
     ReturnToLaunch,
     Safeguard,
     Takeoff,
@@ -108,6 +109,7 @@ class FakeVehicle:
     battery_silent_since_s: float | None = None
     estimator_problem: str = ""
     vibration_mps2: float | None = None
+    clock_drift: float | None = None
     taken_over: str = ""
     has_pilot: bool = False
     failsafe: str = ""
@@ -190,6 +192,7 @@ class FakeVehicle:
             gps_fix=self.gps_fix,
             estimator_problem=self.estimator_problem,
             vibration_mps2=self.vibration_mps2,
+            link=None if self.clock_drift is None else LinkQuality("a", clock_drift=self.clock_drift),
             satellites=12,
             heard_at_s=heard_at_s,
             taken_over=self.taken_over,

@@ -90,6 +90,21 @@ async def test_vibration_is_told_once_and_a_short_one_not_at_all() -> None:
     assert flight.task(2) is Task.LANDED
 
 
+async def test_a_clock_that_drifts_for_seconds_only_is_not_reported() -> None:
+    flight = prepare(target=None)
+    async with flying(flight) as run:
+        await until_step(flight, 1)
+        await flight.commands.act(Action.PAUSE, None)
+        flight.fleet.members[1].clock_drift = flight.fleet.members[2].clock_drift = 0.002
+        await flight.clock.sleep(10.0)
+        flight.fleet.members[1].clock_drift = 0.0
+        await flight.clock.sleep(15.0)
+        await flight.commands.act(Action.RETURN, None)
+        await run
+    notices = [event.data for event in flight.recorder.events if isinstance(event.data, NoticeRecord)]
+    assert [notice.vehicle_id for notice in notices if "its clock drifts by +2.0 ms" in notice.text] == [2]
+
+
 def test_px4_has_its_own_measure_of_vibration() -> None:
     def told(autopilot: str) -> bool:
         return bool(problems(VehicleState(vehicle_id=1, autopilot=autopilot, vibration_mps2=12.0)))

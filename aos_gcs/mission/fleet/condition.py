@@ -18,11 +18,14 @@ MAX_VIBRATION_METRIC_MPS2 = 9.81
 MAX_CLOCK_DRIFT = 1e-3
 MAX_BATTERY_AGE_S = 20.0
 """Time without a report of the battery, while the vehicle is heard, after which it has to return."""
-_LASTING_S = 3.0
-"""Time for which a problem lasts before it is reported, and for which it is gone before that is."""
 HEARD_AGO_S = 2.0
 """Age up to which what a vehicle reports is judged."""
 _POSITION, _FIX, _VIBRATION, _CLOCK = "position", "fix", "vibration", "clock"
+_LASTING_S: Mapping[str, float] = MappingProxyType({_POSITION: 3.0, _FIX: 3.0, _VIBRATION: 3.0, _CLOCK: 20.0})
+"""Time for which a problem lasts before it is reported, and for which it is gone before that is.
+
+A clock's rate comes of answers over minutes: a busy computer shows one that is none for some seconds.
+"""
 _GOOD_AGAIN: Mapping[str, str] = MappingProxyType(
     {
         _POSITION: "its estimated position is good again",
@@ -40,8 +43,8 @@ class ConditionWatch:
         self._roster = roster
         self._clock = clock
         self._journal = journal
-        self._problems = Debounce(_LASTING_S)
-        """Problems by vehicle and name."""
+        self._problems = {name: Debounce(lasting_s) for name, lasting_s in _LASTING_S.items()}
+        """Problems by name, of all vehicles."""
         self._heard_since_s: dict[int, float] = {}
         """Time since which a vehicle has been heard without a gap."""
 
@@ -56,7 +59,7 @@ class ConditionWatch:
             return False
         found = problems(member.state)
         vehicle_id = member.vehicle_id
-        lasting = [name for name in _GOOD_AGAIN if self._problems.has_changed((vehicle_id, name), name in found, now_s)]
+        lasting = [name for name, one in self._problems.items() if one.has_changed(vehicle_id, name in found, now_s)]
         for name in lasting:
             self._report(vehicle_id, name, found.get(name))
         return any(name in found for name in lasting if name in (_POSITION, _FIX))
