@@ -12,6 +12,7 @@ import typer
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.distortion import LensDistortion, LensModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.geotags.sensors import Sensor
 from aos_gcs.surveys.model import Survey
 from aos_gcs.surveys.photos import read_photos
 from aos_gcs.surveys.poses_file import parse_lens, read_poses
@@ -61,6 +62,14 @@ Ground = Annotated[
         rich_help_panel=PANEL,
     ),
 ]
+SensorName = Annotated[
+    Sensor | None,
+    typer.Option(
+        "--sensor",
+        help="Sensor whose photographs are used, where a folder has those of several.",
+        rich_help_panel=PANEL,
+    ),
+]
 SkipBroken = Annotated[
     bool,
     typer.Option(
@@ -80,6 +89,7 @@ def open_survey(
     fisheye: str | None,
     origin: str | None,
     ground_amsl_m: float | None,
+    sensor: Sensor | None,
     skip_broken: bool,
 ) -> Survey:
     """Open a recording; the number of skipped images is printed on standard error.
@@ -97,6 +107,8 @@ def open_survey(
             raise ConfigurationError("--poses needs the field of view of the images: give it as --fov DEG.")
         if ground_amsl_m is not None:
             raise ConfigurationError("--ground applies to photographs with their own positions, not to --poses.")
+        if sensor is not None:
+            raise ConfigurationError("--sensor applies to photographs that tell their sensor, not to --poses.")
         place = None if origin is None else _origin(origin)
         survey = read_poses(poses, folder, fov_rad, lens=distortion, origin=place, skip_broken=skip_broken)
     else:
@@ -104,8 +116,13 @@ def open_survey(
             raise ConfigurationError("--origin applies to --poses: photographs have positions in their metadata.")
         if ground_amsl_m is not None and not math.isfinite(ground_amsl_m):
             raise ConfigurationError(f"--ground must be a finite number of metres, got {ground_amsl_m}.")
-        survey = read_photos(folder, ground_amsl_m=ground_amsl_m, horizontal_fov_rad=fov_rad, lens=distortion)
+        survey = read_photos(
+            folder, ground_amsl_m=ground_amsl_m, horizontal_fov_rad=fov_rad, lens=distortion, sensor=sensor
+        )
     report_skipped(len(survey.images) + len(survey.left_out), survey.left_out)
+    if survey.without_pose:
+        count, first = len(survey.without_pose), survey.without_pose[0]
+        typer.echo(f"{count} images of the folder have no pose and take no part; the first is {first}", err=True)
     return survey
 
 

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.geometry.poses import Pose
@@ -19,6 +21,8 @@ class SurveyImage:
     pose: Pose
     """Pose in the world of the recording, whose axes need not be east-north-up."""
     camera: CameraModel
+    dtype: np.dtype[np.generic] | None = None
+    """Type of its values; None: any that is read."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,3 +36,5 @@ class Survey:
     """Origin of the world, which is then east-north-up; None where it is not known."""
     left_out: Mapping[str, str]
     """Reasons why images take no part, by file name."""
+    without_pose: tuple[str, ...] = ()
+    """Names of the images beside those of a poses file that it does not name."""
