@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
@@ -38,3 +39,5 @@ class Survey:
     """Reasons why images take no part, by file name."""
     without_pose: tuple[str, ...] = ()
     """Names of the images beside those of a poses file that it does not name."""
+    R_file2world: NDArray[np.float64] = field(default_factory=lambda: np.eye(3))
+    """Rotation from the axes of the poses file, which meshes share, to those of the world, shape (3, 3)."""

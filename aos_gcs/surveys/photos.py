@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from aos_gcs.cameras.intrinsics import Intrinsics
 from aos_gcs.errors import InputDataError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.distortion import LensDistortion
@@ -41,9 +42,10 @@ def read_photos(
     folder: Path,
     *,
     ground_amsl_m: float | None = None,
-    horizontal_fov_rad: float | None = None,
+    optics: float | Intrinsics | None = None,
     lens: LensDistortion | None = None,
     sensor: Sensor | None = None,
+    frames: slice = slice(None),
 ) -> Survey:
     """Read the geotags of all JPEG files of a folder.
 
@@ -53,9 +55,10 @@ def read_photos(
         folder: folder of the photographs, read in the order of their names.
         ground_amsl_m: altitude of the ground, to be compared with the photographs' absolute altitudes. None: the ground
             is where the flight began, and the photographs' relative altitudes are heights above it.
-        horizontal_fov_rad: replaces the focal lengths in the photographs' metadata.
-        lens: lens of all photographs.
+        optics: horizontal field of view, or intrinsics; they replace the focal lengths in the photographs' metadata.
+        lens: lens of all photographs; replaces that of the intrinsics.
         sensor: leaves out the pictures of other sensors; needed where a folder has those of several.
+        frames: photographs that are looked at, in the order of their names.
 
     Raises:
         InputDataError: if there is no photograph, none can be used, or several sensors have taken them; the text names
@@ -69,12 +72,15 @@ def read_photos(
         raise InputDataError(
             f"The folder {folder} has no JPEG photographs (.jpg, .jpeg); for other images give their --poses."
         )
+    count, paths = len(paths), paths[frames]
+    if not paths:
+        raise InputDataError(f"None of the {count} photographs in {folder} lie in the range of frames.")
     photos: list[_Photo] = []
     left_out: dict[str, str] = {}
     bands: tuple[str, ...] | None = None
     for path in paths:
         try:
-            photo = _read(path, ground_amsl_m, horizontal_fov_rad, lens)
+            photo = _read(path, ground_amsl_m, optics, lens)
             _refuse_other_sensor(photo.tag.sensor, sensor)
             _refuse_copy(path, [known.path for known in photos])
             bands = bands or bands_of(read_image(path))
@@ -96,11 +102,12 @@ def read_photos(
 
 
 def _read(
-    path: Path, ground_amsl_m: float | None, horizontal_fov_rad: float | None, lens: LensDistortion | None
+    path: Path, ground_amsl_m: float | None, optics: float | Intrinsics | None, lens: LensDistortion | None
 ) -> _Photo:
     check_image(path)
     tag = read_geotag(path)
-    camera = replace(tag.camera(horizontal_fov_rad), distortion=lens)
+    camera = optics.camera(tag.width_px, tag.height_px) if isinstance(optics, Intrinsics) else tag.camera(optics)
+    camera = replace(camera, distortion=lens or camera.distortion)
     if ground_amsl_m is not None:
         if tag.altitude_amsl_m is None:
             raise InputDataError("it has neither AbsoluteAltitude nor GPSAltitude")

@@ -13,11 +13,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from aos_gcs.cameras.intrinsics import Intrinsics, parse_lens
 from aos_gcs.errors import InputDataError
 from aos_gcs.geometry.camera import CameraModel
-from aos_gcs.geometry.distortion import COEFFICIENTS, LensDistortion, LensModel
+from aos_gcs.geometry.distortion import LensDistortion, LensModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.geometry.poses import Pose
+from aos_gcs.surveys.conventions import PoseConvention
 from aos_gcs.surveys.images import SUFFIXES, bands_of, check_image, read_image
 from aos_gcs.surveys.model import Survey, SurveyImage
 
@@ -26,35 +28,44 @@ ROTATION_TOLERANCE = 1e-3
 
 Z_DOWN = (
     "The cameras look along +z: only a world of x east, y north, z up can be placed on the earth. Leave --origin out, "
-    "or turn the poses."
+    "or name the axes of the world (--convention z-down)."
 )
 
 LENSES = {"lens": LensModel.BROWN_CONRADY, "fisheye": LensModel.FISHEYE}
 """Fields of the file that may carry the coefficients of a lens."""
 
+_INTRINSICS = ("fx", "fy", "cx", "cy")
+"""Fields of the file that describe the camera, in pixels."""
+
 
 def read_poses(
     poses_file: Path,
     image_folder: Path,
-    horizontal_fov_rad: float,
+    optics: float | Intrinsics | None = None,
     *,
     lens: LensDistortion | None = None,
     origin: GeodeticPosition | None = None,
+    convention: PoseConvention | None = None,
+    frames: slice = slice(None),
     skip_broken: bool = False,
 ) -> Survey:
     """Read ``{"images": [{"imagefile": name, "M3x4": rows}, ...]}``.
 
     ``M3x4`` is row-major and takes world points to the camera, x_cam = R x + t, with camera axes right, down and
-    forward. Its entries are numbers, or texts of numbers. The coefficients of the lens may stand beside ``images`` as
-    ``"lens": [k1, k2, p1, p2, k3]`` or ``"fisheye": [k1, k2, k3, k4]``. Names may have another ending than the files:
+    forward, unless another convention is named. Its entries are numbers, or texts of numbers. The camera may stand
+    beside ``images``: ``fx``, ``fy``, ``cx`` and ``cy`` in pixels, and the coefficients of the lens as ``"lens": [k1,
+    k2, p1, p2, k3]`` or ``"fisheye": [k1, k2, k3, k4]``. Names may have another ending than the files:
     lists of poses are often made of other copies of the images.
 
     Args:
         poses_file: the JSON file.
         image_folder: folder of the images; all have the size and the channels of the first.
-        horizontal_fov_rad: full field of view of the images, distortion left out.
-        lens: replaces the file's own.
+        optics: full horizontal field of view of the images, distortion left out, or their intrinsics. They replace
+            the file's own, which must be there without them.
+        lens: replaces the lens of the intrinsics and of the file.
         origin: origin of the world, where that is east-north-up.
+        convention: meaning of the matrices.
+        frames: entries that are used, in the order of the file.
         skip_broken: leave out images that are missing or incomplete, or have no usable pose, instead of refusing the
             recording.
 
@@ -68,12 +79,16 @@ def read_poses(
     if not isinstance(entries, list) or not entries:
         raise InputDataError(f"The poses file {poses_file} needs a non-empty list 'images'.")
     named = _named(entries, poses_file)
+    chosen = list(named.items())[frames]
+    if not chosen:
+        raise InputDataError(f"None of the {len(named)} images of {poses_file} lie in the range of frames.")
+    convention = convention or PoseConvention()
     folder = _Folder(image_folder)
     left_out: dict[str, str] = {}
     placed: list[tuple[Path, Pose]] = []
-    for name, (entry, place) in named.items():
+    for name, (entry, place) in chosen:
         try:
-            path, pose = folder.find(name, place), _pose(entry, f"{place} ({name})")
+            path, pose = folder.find(name, place), _pose(entry, f"{place} ({name})", convention)
             check_image(path)
         except InputDataError as error:
             if not skip_broken:
@@ -82,32 +97,21 @@ def read_poses(
         else:
             placed.append((path, pose))
     _refuse_repeated(placed, poses_file)
+    convention.check([pose for _, pose in placed])
     if origin is not None:
         _refuse_downward_z([pose for _, pose in placed])
     first = _first_image([path for path, _ in placed], left_out, skip_broken=skip_broken)
-    height_px, width_px, _ = first.shape
-    camera = CameraModel.from_fov(width_px, height_px, horizontal_fov_rad)
-    camera = replace(camera, distortion=lens or _own_lens(document, poses_file))
+    camera = _camera(document, poses_file, first.shape, optics)
+    camera = replace(camera, distortion=lens or camera.distortion)
     images = tuple(SurveyImage(path, pose, camera, first.dtype) for path, pose in placed if path.name not in left_out)
-    return Survey(images, bands_of(first), origin, left_out, folder.names_beside([path for path, _ in placed], named))
-
-
-def parse_lens(model: LensModel, coefficients: list[Any], name: str) -> LensDistortion:
-    """Return a lens; trailing coefficients may be left out.
-
-    Raises:
-        InputDataError: naming what is wrong with them.
-    """
-    most = COEFFICIENTS[model]
-    try:
-        values = [math.nan if isinstance(value, bool) else float(value) for value in coefficients]
-    except (TypeError, ValueError):
-        values = []
-    # Four is the least that either model is calibrated with.
-    if not 4 <= len(values) <= most or not all(map(math.isfinite, values)):
-        count = "4" if most == 4 else f"4 to {most}"
-        raise InputDataError(f"{name} needs {count} finite coefficients, got {coefficients}.")
-    return LensDistortion(model, (*values, *[0.0] * (most - len(values))))
+    return Survey(
+        images,
+        bands_of(first),
+        origin,
+        left_out,
+        folder.names_beside([path for path, _ in placed], named),
+        convention.R_file2world,
+    )
 
 
 def _document(poses_file: Path) -> Mapping[str, Any]:
@@ -120,6 +124,35 @@ def _document(poses_file: Path) -> Mapping[str, Any]:
     except RecursionError as error:
         raise InputDataError(f"The poses file {poses_file} is nested too deeply to be a list of poses.") from error
     return document if isinstance(document, dict) else {}
+
+
+def _camera(
+    document: Mapping[str, Any], poses_file: Path, shape: tuple[int, ...], optics: float | Intrinsics | None
+) -> CameraModel:
+    """Return the camera of images of a shape (H, W, C); the lens of the file applies unless intrinsics are given."""
+    height_px, width_px, _ = shape
+    if isinstance(optics, Intrinsics):
+        return optics.camera(width_px, height_px)
+    own_lens = _own_lens(document, poses_file)
+    if optics is not None:
+        return replace(CameraModel.from_fov(width_px, height_px, optics), distortion=own_lens)
+    place = f"The poses file {poses_file}"
+    given = {name: _length(document[name], name, place) for name in _INTRINSICS if document.get(name) is not None}
+    if "fx" not in given:
+        raise InputDataError(
+            f"{place} does not describe the camera: give the field of view (--fov DEG), a camera file (--camera FILE), "
+            "or 'fx' beside 'images'."
+        )
+    fx_px = given["fx"]
+    own = Intrinsics(fx_px, given.get("fy", fx_px), given.get("cx"), given.get("cy"), None, own_lens, place)
+    return own.camera(width_px, height_px)
+
+
+def _length(value: object, name: str, place: str) -> float:
+    """Return a length in pixels."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value) or value <= 0.0:
+        raise InputDataError(f"{place}: '{name}' must be a positive number of pixels, got {value!r}.")
+    return float(value)
 
 
 def _own_lens(document: Mapping[str, Any], poses_file: Path) -> LensDistortion | None:
@@ -209,18 +242,18 @@ def _first_image(paths: Sequence[Path], left_out: dict[str, str], *, skip_broken
     raise InputDataError(f"None of the {len(left_out)} images can be used; {name}: {reason}")
 
 
-def _pose(entry: Mapping[str, Any], place: str) -> Pose:
+def _pose(entry: Mapping[str, Any], place: str, convention: PoseConvention) -> Pose:
     M = _matrix(entry.get("M3x4"), place)
     R, t = M[:, :3], M[:, 3]
     if np.abs(R @ R.T - np.eye(3)).max() > ROTATION_TOLERANCE or np.linalg.det(R) < 0.0:
         raise InputDataError(f"{place}: the left 3x3 part of 'M3x4' is no rotation matrix.")
-    return Pose(-R.T @ t, R.T)
+    return convention.pose(R, t)
 
 
 def _matrix(rows: object, place: str) -> NDArray[np.float64]:
     shape = [len(row) if isinstance(row, list) else 0 for row in rows] if isinstance(rows, list) else []
     if not isinstance(rows, list) or shape != [4, 4, 4]:
-        raise InputDataError(f"{place}: 'M3x4' must be three rows of four numbers, world to camera.")
+        raise InputDataError(f"{place}: 'M3x4' must be three rows of four numbers.")
     return np.array([[_number(value, place) for value in row] for row in rows])
 
 

@@ -101,10 +101,10 @@ def mirror(flight: Flight) -> dict[str, object]:
     return {}
 
 
-def lens_of(field: str, coefficients: object) -> Change:
+def lens_of(field: str, coefficients: object, **values: object) -> Change:
     def change(flight: Flight) -> dict[str, object]:
         flight.poses.write_text(json.dumps({**flight.document, field: coefficients}))
-        return {}
+        return values
 
     return change
 
@@ -278,7 +278,21 @@ BAD_INPUT = {
     "mirrored": (mirror, "is no rotation"),
     "view too large": (options(view=4), r"--view 4 is out of range: .* has the views 0 to 3"),
     "view negative": (options(view=-1), "--view -1 is out of range"),
-    "no fov": (options(fov=None), "--poses needs the field of view of the images: give it as --fov DEG"),
+    "no fov": (options(fov=None), r"The poses file .*poses\.json does not describe the camera: give the field of view"),
+    "fov and camera": (options(camera="camera.yml"), "--camera and --fov exclude each other"),
+    "camera file absent": (options(fov=None, camera="absent.yml"), "The camera file absent.yml cannot be read"),
+    "fx in the file": (lens_of("fx", "wide", fov=None), "'fx' must be a positive number of pixels, got 'wide'"),
+    "convention": (options(convention="upside-down"), "--convention does not know 'upside-down': use world-to-camera"),
+    "two conventions": (options(convention="ned,z-down"), "--convention: ned and z-down exclude each other"),
+    "cameras look up": (
+        options(convention="enu"),
+        "With the convention world-to-camera,opencv,enu most cameras look up",
+    ),
+    "frames": (options(frames="2"), r"--frames needs a range A:B\[:STEP\] of images counted from 0, got '2'"),
+    "frames of words": (options(frames="a:b"), "--frames needs a range"),
+    "frames without a step": (options(frames="0:3:0"), "--frames needs a range"),
+    "frames backwards": (options(frames="3:1"), "--frames needs a range"),
+    "frames beyond": (options(frames="4:"), r"None of the 4 images of .*poses\.json lie in the range of frames"),
     "ground of poses": (options(ground=300), "--ground applies to photographs"),
     "lens in the file": (lens_of("lens", [0.1, 0.2]), r"'lens' of the poses file .* needs 4 to 5 finite coefficients"),
     "fisheye in the file": (lens_of("fisheye", 0.1), r"'fisheye' of the poses file .* needs 4 finite coefficients"),
