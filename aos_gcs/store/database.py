@@ -162,7 +162,9 @@ class MissionDatabase:
 def frame_digest(frame: Capture) -> str:
     """Return a text that is the same for the same pixels, pose and camera and differs for others, 32 characters."""
     pose = dump((frame.position, frame.R_cam2enu, frame.camera, frame.bands, frame.image.dtype.str, frame.image.shape))
-    return blake2b(np.ascontiguousarray(frame.image).tobytes() + pose.encode(), digest_size=16).hexdigest()
+    digest = blake2b(np.ascontiguousarray(frame.image).data, digest_size=16)
+    digest.update(pose.encode())
+    return digest.hexdigest()
 
 
 def dump(value: object, indent: int | None = None) -> str:

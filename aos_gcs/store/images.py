@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, cast
 
@@ -39,7 +39,7 @@ class EncodedImage:
 def encode_image(image: Image, bands: Sequence[str]) -> EncodedImage:
     """Return the file of an image, shape (H, W, C), without loss."""
     content = _tiff(image, bands)
-    if content is not None and np.array_equal(_image_from_pages(_pages(content), bands, image.dtype), image):
+    if content is not None and _is_exact(_pages(content), image, bands):
         return EncodedImage(".tiff", content)
     buffer = io.BytesIO()
     np.save(buffer, image, allow_pickle=False)
@@ -60,27 +60,35 @@ def decode_image(encoded: EncodedImage, bands: Sequence[str], dtype: str) -> Ima
         raise InputDataError(f"a {encoded.suffix} image is damaged: {error}") from error
 
 
+def _is_exact(pages: Sequence[Page], image: Image, bands: Sequence[str]) -> bool:
+    """Return whether pages hold an image bit by bit; compared page by page, without a second image in memory."""
+    end = 0
+    for channels in _channels(pages, bands, image.dtype):
+        first, end = end, end + channels.shape[2]
+        if not np.array_equal(channels, image[..., first:end]):
+            return False
+    return bool(end == image.shape[2])
+
+
 def _tiff(image: Image, bands: Sequence[str]) -> bytes | None:
     """Return the TIFF that comes closest to the image, or None if there is none for its data type."""
     if image.dtype not in (np.uint8, np.uint16, np.float32) or image.shape[2] != len(bands):
         return None
+    # What does not fit into bytes is found when the file is read again.
+    rounded = cv2.convertScaleAbs(image).reshape(image.shape) if image.dtype == np.float32 else image
+    whole = cast("Page", rounded)
     colours = len(COLOUR) if tuple(bands[:3]) == COLOUR else 0
-    pages = [_page(image[..., channel], bands[channel]) for channel in range(colours, len(bands))]
-    if colours:
-        pages.insert(0, _page(image[..., [2, 1, 0]], "blue"))  # OpenCV's order
+    pages: list[Page] = [whole[..., [2, 1, 0]]] if colours else []  # OpenCV's order
+    for channel in range(colours, len(bands)):
+        if bands[channel] == "thermal" and image.dtype == np.float32:
+            pages.append(centikelvin_from_celsius(cast("NDArray[np.float32]", image[..., channel])))
+        else:
+            pages.append(cast("Page", np.ascontiguousarray(whole[..., channel])))
     # Uncompressed: sensor noise hardly compresses, and a step waits until its frames are on the disk.
     written, buffer = cv2.imencodemulti(
         ".tiff", pages, [cv2.IMWRITE_TIFF_COMPRESSION, cv2.IMWRITE_TIFF_COMPRESSION_NONE]
     )
     return buffer.tobytes() if written else None
-
-
-def _page(channels: Image, band: str) -> Page:
-    if channels.dtype != np.float32:
-        return cast("Page", np.ascontiguousarray(channels))
-    if band == "thermal":
-        return centikelvin_from_celsius(cast("NDArray[np.float32]", channels))
-    return np.asarray(np.clip(np.nan_to_num(channels), 0, 255), dtype=np.uint8)
 
 
 def _array(content: bytes) -> Image:
@@ -106,13 +114,18 @@ def _pages(content: bytes) -> Sequence[Page]:
 
 
 def _image_from_pages(pages: Sequence[Page], bands: Sequence[str], dtype: np.dtype[Any]) -> Image:
-    channels: list[Image] = []
+    return cast("Image", np.concatenate(list(_channels(pages, bands, dtype)), axis=2, dtype=dtype))
+
+
+def _channels(pages: Sequence[Page], bands: Sequence[str], dtype: np.dtype[Any]) -> Iterator[Image]:
+    """Return the bands that each page holds, shape (H, W, n), in the order of the bands."""
+    first = 0
     for page in pages:
-        band = bands[sum(channel.shape[2] for channel in channels)]
         if page.ndim == 3:
-            channels.append(page[..., ::-1])
-        elif band == "thermal" and dtype == np.float32:
-            channels.append(celsius_from_centikelvin(cast("NDArray[np.uint16]", page))[..., None])
+            channels: Image = page[..., ::-1]
+        elif bands[first] == "thermal" and dtype == np.float32:
+            channels = celsius_from_centikelvin(cast("NDArray[np.uint16]", page))[..., None]
         else:
-            channels.append(page[..., None])
-    return cast("Image", np.concatenate(channels, axis=2, dtype=dtype))
+            channels = page[..., None]
+        first += channels.shape[2]
+        yield channels
