@@ -12,7 +12,7 @@ from aos_gcs.errors import ImagingError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.geometry.projection import Plane, as_plane, intersect_plane, plane_to_image
-from aos_gcs.imaging.model import FocalGrid, Frame
+from aos_gcs.imaging.model import FocalGrid, Viewpoint
 
 MAX_DEPTH_RATIO = 5.0
 """Rays that meet the plane at more than this multiple of the camera's distance to it are not used.
@@ -98,7 +98,7 @@ def covered_spans(half_planes: NDArray[np.float64], rows: int, columns: int) -> 
 
 
 def choose_grid(
-    frames: Sequence[Frame],
+    frames: Sequence[Viewpoint],
     plane_height_m: float,
     resolution_m: float | None = None,
     max_cells: int = DEFAULT_MAX_CELLS,

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.errors import ImagingError
-from aos_gcs.imaging.model import Frame, Pixels
+from aos_gcs.imaging.model import Frame, Pixels, Viewpoint
 from aos_gcs.imaging.views import FocalView
 from aos_gcs.imaging.warped import Projection, sample
 from aos_gcs.imaging.workers import parallel_map
@@ -186,14 +186,18 @@ def check_frame(frame: Frame, bands: tuple[str, ...]) -> None:
     Raises:
         ImagingError: naming the vehicle and what differs.
     """
-    size = frame.camera.height_px, frame.camera.width_px
-    if frame.image.ndim != 3 or frame.image.shape[:2] != size or frame.image.shape[2] != len(frame.bands):
+    check_shape(frame, frame.image.shape, bands)
+
+
+def check_shape(view: Viewpoint, shape: tuple[int, ...], bands: tuple[str, ...]) -> None:
+    """Refuse a frame whose image has a shape that does not fit, as :func:`check_frame`."""
+    expected = view.camera.height_px, view.camera.width_px, len(view.bands)
+    if shape != expected:
         raise ImagingError(
-            f"The image of vehicle {frame.vehicle_id} has shape {frame.image.shape}, but its camera and bands ask for "
-            f"{(*size, len(frame.bands))}."
+            f"The image of vehicle {view.vehicle_id} has shape {shape}, but its camera and bands ask for {expected}."
         )
-    if frame.bands != bands:
+    if view.bands != bands:
         raise ImagingError(
-            f"The frame of vehicle {frame.vehicle_id} has the bands {', '.join(frame.bands)}, others have "
+            f"The frame of vehicle {view.vehicle_id} has the bands {', '.join(view.bands)}, others have "
             f"{', '.join(bands)}: only frames with the same bands can be integrated."
         )

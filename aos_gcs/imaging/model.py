@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Any, TypeAlias
+from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,30 @@ Pixels: TypeAlias = NDArray[np.integer[Any] | np.floating[Any]]
 
 MAX_SIGHTINGS = 16
 """Blobs of one step that are passed on; a swarm follows fewer."""
+
+
+class Viewpoint(Protocol):
+    """A frame as far as its image does not matter: which camera took it, and from where."""
+
+    @property
+    def vehicle_id(self) -> int:
+        """Vehicle that took it."""
+
+    @property
+    def bands(self) -> tuple[str, ...]:
+        """One name per channel of its image."""
+
+    @property
+    def pose(self) -> Pose:
+        """Pose of its camera at exposure."""
+
+    @property
+    def camera(self) -> CameraModel:
+        """Camera that took it."""
+
+    @property
+    def time_sigma_s(self) -> float | None:
+        """Standard deviation of the time of the pose; None where it is not known."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -178,8 +202,6 @@ class StepAnalysis:
     """Result of the analysis of one step's frames."""
 
     grid: FocalGrid
-    integral: NDArray[np.float32]
-    """Mean of the frames, shape (rows, columns, C), NaN where nothing covers."""
     coverage: NDArray[np.uint16]
     """Number of frames that cover each cell, shape (rows, columns)."""
     anomaly_count: NDArray[np.uint16]

@@ -9,7 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from aos_gcs.imaging.model import StepAnalysis
+from aos_gcs.imaging.model import Frame, StepAnalysis
+from aos_gcs.imaging.step.integration import integrate
 from aos_gcs.imaging.workers import parallel_map
 
 COLOUR_BANDS = ("red", "green", "blue")
@@ -49,17 +50,14 @@ class RasterPicture:
     north_m: float
 
 
-def render_pictures(
-    analysis: StepAnalysis, bands: tuple[str, ...], kinds: Sequence[str] = KINDS[:3]
-) -> tuple[RasterPicture, ...]:
-    """Return pictures of a step, those of temperatures only where there is such a band.
+def render_pictures(frames: Sequence[Frame], analysis: StepAnalysis) -> tuple[RasterPicture, ...]:
+    """Return pictures of a step, one of temperatures only where there is such a band.
 
     Args:
+        frames: the step's frames that took part in the analysis.
         analysis: analysis of the step.
-        bands: bands of the step's frames.
-        kinds: some of :data:`KINDS`.
     """
-    images = shade_step(analysis, bands, kinds)
+    images = shade_step(analysis, integrate(frames, analysis.grid).mean, frames[0].bands, KINDS[:3])
     encoded = parallel_map(encode_png, images.values())
     grid = analysis.grid
     return tuple(
@@ -75,8 +73,17 @@ def render_pictures(
     )
 
 
-def shade_step(analysis: StepAnalysis, bands: tuple[str, ...], kinds: Sequence[str]) -> dict[str, NDArray[np.uint8]]:
-    """Return a step as RGBA by kind, shape (H, W, 4), reduced to :data:`MAX_CELLS`; arguments as above."""
+def shade_step(
+    analysis: StepAnalysis, integral: NDArray[np.float32] | None, bands: tuple[str, ...], kinds: Sequence[str]
+) -> dict[str, NDArray[np.uint8]]:
+    """Return a step as RGBA by kind, shape (H, W, 4), reduced to :data:`MAX_CELLS`.
+
+    Args:
+        analysis: analysis of the step.
+        integral: mean of its frames, shape (rows, columns, C), NaN where nothing covers; None: not among the kinds.
+        bands: bands of the frames.
+        kinds: some of :data:`KINDS`.
+    """
     rows, columns = analysis.coverage.shape
     scale = min(1.0, (MAX_CELLS / (rows * columns)) ** 0.5)
     size = max(1, round(columns * scale)), max(1, round(rows * scale))
@@ -85,12 +92,12 @@ def shade_step(analysis: StepAnalysis, bands: tuple[str, ...], kinds: Sequence[s
     # Where few frames overlap, leaves and noise are not averaged away; they must not set the contrast.
     well_covered = coverage >= max(1, int(analysis.coverage.max()) // 2)
     images = {}
-    if "integral" in kinds or "thermal" in kinds:
-        integral = _reduce_integral(analysis.integral, size)
+    if integral is not None:
+        reduced = _reduce_integral(integral, size)
         if "integral" in kinds:
-            images["integral"] = shade_integral(integral, bands, well_covered)
+            images["integral"] = shade_integral(reduced, bands, well_covered)
         if "thermal" in kinds and "thermal" in bands:
-            images["thermal"] = shade_thermal(integral[:, :, bands.index("thermal")], well_covered)
+            images["thermal"] = shade_thermal(reduced[:, :, bands.index("thermal")], well_covered)
     if "anomaly" in kinds:
         images["anomaly"] = shade_counts(_reduce_counts(analysis.anomaly_count, size), coverage > 0)
     if "coverage" in kinds:

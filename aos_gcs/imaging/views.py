@@ -18,7 +18,7 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.geometry.projection import Plane, pixel_rays, plane_to_image
 from aos_gcs.imaging.focal_plane import MAX_DEPTH_RATIO, grid_to_plane, visible_half_planes
-from aos_gcs.imaging.model import FocalGrid, Frame, GroundRaster, Pixels
+from aos_gcs.imaging.model import FocalGrid, GroundRaster, Pixels, Viewpoint
 from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.imaging.undistort import RIM_PX, lens_map, sample_pixels, seen_pixels
 from aos_gcs.imaging.warp import PlaneProjection
@@ -40,8 +40,8 @@ class FocalView(Protocol):
     def shape(self) -> tuple[int, int]:
         """Rows and columns."""
 
-    def project(self, frame: Frame) -> Projection | None:
-        """Return where the frame lies on the raster; None if nowhere. Its image is not looked at."""
+    def project(self, frame: Viewpoint) -> Projection | None:
+        """Return where the frame lies on the raster; None if nowhere."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,7 +55,7 @@ class PlaneView:
     depth_limited: bool
     """Leave out what frames see at more than ``MAX_DEPTH_RATIO``; needs a homography that is affine."""
 
-    def project(self, frame: Frame) -> PlaneProjection | None:
+    def project(self, frame: Viewpoint) -> PlaneProjection | None:
         """See :class:`FocalView`."""
         ideal = frame.camera.ideal()
         H_raster2image = plane_to_image(ideal, frame.pose, self.plane) @ self.H_raster2plane
@@ -80,7 +80,7 @@ class PointView:
         self._planes32_m = np.ascontiguousarray(np.moveaxis(self._points_m, 2, 0), dtype=np.float32)
         self._lower_m, self._upper_m = _block_bounds(self._points_m, known)
 
-    def project(self, frame: Frame) -> PointProjection | None:
+    def project(self, frame: Viewpoint) -> PointProjection | None:
         """See :class:`FocalView`."""
         ideal = frame.camera.ideal()
         R_enu2cam = frame.pose.R_cam2enu.T

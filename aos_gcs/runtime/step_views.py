@@ -20,10 +20,11 @@ from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.imaging.focus.autofocus import find_focus
 from aos_gcs.imaging.focus.measure import FocusSignal
 from aos_gcs.imaging.focus.region import GroundRegion
-from aos_gcs.imaging.model import Frame, StepAnalysis
+from aos_gcs.imaging.model import FocalGrid, Frame, StepAnalysis
 from aos_gcs.imaging.pictures import MAX_CELLS, encode_jpeg, encode_png, shade_integral, shade_step, shade_thermal
 from aos_gcs.imaging.step.analysis import analyse_step
-from aos_gcs.imaging.step.marking import FindMask, find_mask
+from aos_gcs.imaging.step.examination import ExaminedFrame, examine
+from aos_gcs.imaging.step.integration import integrate
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.search.sampling import to_frame
 from aos_gcs.mission.viewing import (
@@ -68,7 +69,7 @@ class _Step:
     utc_s: tuple[float, ...]
     """Times of the frames' exposures."""
     focal_height_m: float
-    known_mask: FindMask
+    examine: Callable[[Frame], ExaminedFrame]
     """Remembers the masks: they are the same on every plane, and finding them takes longer than all else."""
 
     @property
@@ -92,7 +93,7 @@ def _read(source: ViewSource, step: int) -> _Step:
         frames=tuple(to_frame(capture, frame) for capture in captures),
         utc_s=tuple(capture.utc_s for capture in captures),
         focal_height_m=height_m,
-        known_mask=cache(partial(find_mask, settings=source.settings)),
+        examine=cache(partial(examine, settings=source.settings)),
     )
 
 
@@ -101,7 +102,15 @@ def _analyse(source: ViewSource, step: int, height_m: float) -> StepAnalysis:
     # Finer cells than a picture has would only cost time: a slider waits for this.
     settings = replace(source.settings, plane_height_m=height_m, max_cells=MAX_CELLS)
     loaded = _read(source, step)
-    return _with_error(lambda: analyse_step(loaded.frames, settings, known_mask=loaded.known_mask), InputDataError)
+    return _with_error(lambda: analyse_step(loaded.frames, settings, known=loaded.examine), InputDataError)
+
+
+@lru_cache(maxsize=KEPT_ANALYSES)
+def _mean(source: ViewSource, step: int, height_m: float) -> NDArray[np.float32]:
+    """Return the mean of a step's frames on the raster of their analysis, shape (rows, columns, C)."""
+    analysis = _analyse(source, step, height_m)
+    frames = [frame for frame in _read(source, step).frames if frame.vehicle_id in analysis.vehicle_ids]
+    return integrate(frames, analysis.grid).mean
 
 
 def describe_step(source: ViewSource, step: int) -> ViewedStep:
@@ -137,9 +146,11 @@ def view_step(
             f"height_m must lie within {low_m:.1f} and {high_m:.1f}, below the cameras, but is {chosen_m:g}."
         )
     analysis = _analyse(source, step, chosen_m)
+    mean = _mean(source, step, chosen_m) if kind in {ViewKind.INTEGRAL, ViewKind.THERMAL} else None
     if window is not None:
-        analysis = _within(analysis, window)
-    images = shade_step(analysis, loaded.frames[0].bands, [kind.value])
+        rows, columns = _cells_within(analysis.grid, window)
+        analysis, mean = _part(analysis, rows, columns), None if mean is None else mean[rows, columns]
+    images = shade_step(analysis, mean, loaded.frames[0].bands, [kind.value])
     if not images:
         raise ConfigurationError(f"kind: the frames of step {step} have no {kind.value} band.")
     grid = analysis.grid
@@ -188,15 +199,21 @@ def find_height(source: ViewSource, step: int, centre_enu_m: tuple[float, float]
     return _with_error(search, ConfigurationError)
 
 
-def _within(analysis: StepAnalysis, window: ViewWindow) -> StepAnalysis:
-    """Return the part of a step's rasters that lies within a window."""
-    grid, half_m = analysis.grid, window.half_width_m
+def _cells_within(grid: FocalGrid, window: ViewWindow) -> tuple[slice, slice]:
+    """Return the rows and columns of a raster that lie within a window."""
+    half_m = window.half_width_m
     west, east = ((window.east_m + side - grid.west_m) / grid.resolution_m for side in (-half_m, half_m))
     north, south = ((grid.north_m - window.north_m + side) / grid.resolution_m for side in (-half_m, half_m))
     columns = slice(max(0, round(west)), min(grid.columns, round(east)))
     rows = slice(max(0, round(north)), min(grid.rows, round(south)))
     if rows.start >= rows.stop or columns.start >= columns.stop:
         raise ConfigurationError("window: no frame of the step looks at this place.")
+    return rows, columns
+
+
+def _part(analysis: StepAnalysis, rows: slice, columns: slice) -> StepAnalysis:
+    """Return a part of a step's rasters."""
+    grid = analysis.grid
     return replace(
         analysis,
         grid=replace(
@@ -206,7 +223,6 @@ def _within(analysis: StepAnalysis, window: ViewWindow) -> StepAnalysis:
             rows=rows.stop - rows.start,
             columns=columns.stop - columns.start,
         ),
-        integral=analysis.integral[rows, columns],
         coverage=analysis.coverage[rows, columns],
         anomaly_count=analysis.anomaly_count[rows, columns],
     )

@@ -33,7 +33,6 @@ from aos_gcs.clock import LoopClock
 from aos_gcs.config.model import ApiConfig
 from aos_gcs.errors import CommandError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
-from aos_gcs.imaging.step.analysis import analyse_step
 from aos_gcs.mission.coordinator import Coordinator
 from aos_gcs.mission.fleet.flight import FlightControl
 from aos_gcs.mission.fleet.roster import Roster
@@ -53,7 +52,7 @@ from tests.fakes.mission_flight import MemoryRecorder, settings
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from tests.benchmarks.bench_imaging import SETTINGS, make_frames
+from tests.benchmarks.bench_imaging import make_frames, whole_step
 from tests.benchmarks.figures import report
 from tests.benchmarks.fleet_vehicles import HOST, chatter, hover, other_process, simulate
 
@@ -289,7 +288,7 @@ def analyse_images() -> None:
     os.nice(WORKERS_NICENESS)
     frames = make_frames(4.2, np.float32, 10)
     while True:
-        analyse_step(frames, SETTINGS)
+        whole_step(frames)
 
 
 async def memory(minutes: float, count: int = 100, rate_hz: float = 20.0) -> None:

@@ -96,6 +96,7 @@ class FakeVehicle:
     silent_since_s: float | None = None
     heartbeat_silent_since_s: float | None = None
     camera_works: bool = True
+    camera_delay_s: float = 0.0
     reported_landed: LandedState | None = None
     """What it says about standing on the ground, where that is not the truth."""
     refuses: frozenset[type] = frozenset()
@@ -332,6 +333,8 @@ class FakeVehicle:
         if not self.camera_works or self.silent_since_s is not None:
             await self.clock.sleep(max(0.0, deadline_s - self.clock.now_s()))
             raise CaptureError("the camera delivers nothing")
+        if self.camera_delay_s:
+            await self.clock.sleep(self.camera_delay_s)
         self.images += 1
         pose = nadir_pose(self.position_enu_m())
         bands = BANDS if self.is_radiometric else BANDS[:3]

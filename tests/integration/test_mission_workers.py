@@ -10,7 +10,8 @@ import pytest
 
 from aos_gcs.errors import WorkerError
 from aos_gcs.imaging.pictures import render_pictures
-from aos_gcs.imaging.step.analysis import analyse_step
+from aos_gcs.imaging.step.analysis import analyse_examined
+from aos_gcs.imaging.step.examination import examine_all
 from aos_gcs.mission.model.phase import Outcome, Phase
 from aos_gcs.mission.search.coverage import add_footprints
 from aos_gcs.mission.search.persons import watch_persons
@@ -43,13 +44,14 @@ def gotos(flight: Flight) -> int:
     return sum(isinstance(command, Goto) for vehicle in flight.fleet.members.values() for command in vehicle.commands)
 
 
-async def test_a_step_without_analysis_is_repeated_and_commands_nobody() -> None:
+@pytest.mark.parametrize("function", [analyse_examined, examine_all])
+async def test_a_step_without_analysis_is_repeated_and_commands_nobody(function: Callable) -> None:
     seen: list[tuple[int, bool]] = []
 
     def note() -> None:
         seen.append((gotos(flight), any(vehicle.is_moving() for vehicle in flight.fleet.members.values())))
 
-    flight = prepare(worker=FailingWorker({analyse_step: {3, 4}}, on_failure=note))
+    flight = prepare(worker=FailingWorker({function: {3, 4}}, on_failure=note))
     async with flying(flight) as run:
         await flight.until(lambda: len(seen) == 2)
         assert seen[0] == seen[1], "nobody was sent anywhere"
@@ -60,8 +62,24 @@ async def test_a_step_without_analysis_is_repeated_and_commands_nobody() -> None
     assert {3, 4}.isdisjoint(step.step for step in flight.view.steps())
 
 
+async def test_frames_are_recorded_and_examined_while_another_is_awaited() -> None:
+    worker = FailingWorker({})
+    flight = prepare(worker=worker)
+    flight.fleet.members[3].camera_delay_s = 2.0
+    async with flying(flight) as run:
+        await flight.until(lambda: len(flight.recorder.frames) == 3)
+        assert {frame.vehicle_id for _, frame in flight.recorder.frames} == {1, 2, 4}
+        await flight.until(lambda: worker.calls.get(examine_all, 0) == 1)
+        assert len(flight.recorder.frames) == 3, "the slow one is still awaited"
+        assert analyse_examined not in worker.calls
+        await flight.until(lambda: len(flight.view.steps()) == 1)
+        run.cancel()
+    assert {frame.vehicle_id for step, frame in flight.recorder.frames if step == 1} == {1, 2, 3, 4}
+    assert flight.view.steps()[0].fitness.keys() == {1, 2, 3, 4}
+
+
 async def test_a_worker_that_fails_every_time_ends_the_search() -> None:
-    flight = prepare(worker=FailingWorker({analyse_step: set(range(1, 100))}))
+    flight = prepare(worker=FailingWorker({analyse_examined: set(range(1, 100))}))
     async with flying(flight) as run:
         await flight.until(lambda: flight.mission.phase is Phase.RETURN)
         assert await run is Outcome.FAILED

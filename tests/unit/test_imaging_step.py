@@ -6,7 +6,6 @@ import tracemalloc
 import cv2
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from aos_gcs.errors import ConfigurationError, ImagingError
 from aos_gcs.geometry.camera import CameraModel
@@ -14,9 +13,10 @@ from aos_gcs.geometry.poses import Pose, nadir_pose
 from aos_gcs.geometry.projection import project_points
 from aos_gcs.imaging.integral import BATCH_FRAMES
 from aos_gcs.imaging.model import AnomalySource, Detector, Frame, LeaderCriterion
-from aos_gcs.imaging.pictures import render_pictures
+from aos_gcs.imaging.pictures import render_pictures, shade_step
 from aos_gcs.imaging.step.analysis import analyse_step
-from aos_gcs.imaging.step.marking import find_mask
+from aos_gcs.imaging.step.examination import ExaminedFrame, examine
+from aos_gcs.imaging.step.integration import integrate
 from aos_gcs.imaging.step.settings import ImagingSettings
 
 CAMERA = CameraModel.from_fov(128, 128, np.radians(50.0))
@@ -51,8 +51,10 @@ def test_the_target_is_found_where_it_is() -> None:
     assert analysis.blob.vehicle_ids == (10, 11, 12, 13, 14, 15)
     assert analysis.blob.max_count >= 3
     assert analysis.leader_id in analysis.vehicle_ids
-    assert analysis.integral.shape == (analysis.grid.rows, analysis.grid.columns, 4)
-    np.testing.assert_array_equal(np.isnan(analysis.integral[:, :, 0]), analysis.coverage == 0)
+    integral = integrate(swarm(occluded=0.6), analysis.grid)
+    assert integral.mean.shape == (analysis.grid.rows, analysis.grid.columns, 4)
+    np.testing.assert_array_equal(np.isnan(integral.mean[:, :, 0]), analysis.coverage == 0)
+    np.testing.assert_array_equal(integral.coverage, analysis.coverage)
     assert analysis.coverage.max() == 6
 
 
@@ -135,19 +137,19 @@ def test_equal_views_are_led_by_the_one_that_has_the_target_in_its_centre() -> N
     assert analysis.leader_id == 2
 
 
-def test_masks_of_frames_are_found_once_for_all_planes() -> None:
+def test_frames_are_examined_once_for_all_planes() -> None:
     frames, looked_at = swarm(occluded=0.6), []
 
     @functools.cache
-    def known_mask(frame: Frame) -> NDArray[np.uint8]:
+    def known(frame: Frame) -> ExaminedFrame:
         looked_at.append(frame)
-        return find_mask(frame, SETTINGS)
+        return examine(frame, SETTINGS)
 
     for plane_height_m in (0.5, 2.0):
         settings = dataclasses.replace(SETTINGS, plane_height_m=plane_height_m)
-        known, anew = analyse_step(frames, settings, known_mask=known_mask), analyse_step(frames, settings)
-        np.testing.assert_array_equal(known.anomaly_count, anew.anomaly_count)
-        assert known.leader_id == anew.leader_id
+        with_known, anew = analyse_step(frames, settings, known=known), analyse_step(frames, settings)
+        np.testing.assert_array_equal(with_known.anomaly_count, anew.anomaly_count)
+        assert with_known.leader_id == anew.leader_id
     assert len(looked_at) == len(frames)
     assert set(looked_at) == set(frames)
 
@@ -200,7 +202,7 @@ def test_a_frame_that_cannot_be_used_is_skipped_with_its_reason(
     assert re.search(reason, analysis.skipped[99])
     assert analysis.vehicle_ids == expected.vehicle_ids
     np.testing.assert_array_equal(analysis.fitness, expected.fitness)
-    np.testing.assert_array_equal(analysis.integral, expected.integral)
+    np.testing.assert_array_equal(analysis.coverage, expected.coverage)
     with pytest.raises(ImagingError, match=f"No frame can be used .*vehicle 99.*{reason}"):
         analyse_step([bad, dataclasses.replace(bad, vehicle_id=98)], SETTINGS)
 
@@ -267,7 +269,8 @@ def test_memory_does_not_grow_with_the_number_of_frames() -> None:
     def peak_bytes(count: int) -> int:
         tracemalloc.start()
         try:
-            analyse_step([dataclasses.replace(in_bytes, vehicle_id=i + 1) for i in range(count)], SETTINGS)
+            frames = [dataclasses.replace(in_bytes, vehicle_id=i + 1) for i in range(count)]
+            integrate(frames, analyse_step(frames, SETTINGS).grid)
             return tracemalloc.get_traced_memory()[1]
         finally:
             tracemalloc.stop()
@@ -279,7 +282,7 @@ def test_memory_does_not_grow_with_the_number_of_frames() -> None:
 def test_the_analysis_is_deterministic() -> None:
     frames = swarm(occluded=0.5)
     one, other = analyse_step(frames, SETTINGS), analyse_step(frames, SETTINGS)
-    np.testing.assert_array_equal(one.integral, other.integral)
+    np.testing.assert_array_equal(one.anomaly_count, other.anomaly_count)
     np.testing.assert_array_equal(one.fitness, other.fitness)
     assert one.blob == other.blob
 
@@ -314,7 +317,7 @@ def decode(png: bytes) -> np.ndarray:
 
 def test_pictures_show_bands_marks_and_what_is_uncovered() -> None:
     analysis = analyse_step(swarm(), SETTINGS)
-    pictures = {picture.kind: picture for picture in render_pictures(analysis, BANDS)}
+    pictures = {picture.kind: picture for picture in render_pictures(swarm(), analysis)}
     assert set(pictures) == {"integral", "thermal", "anomaly"}
     east_m = analysis.grid.west_m + analysis.grid.columns * analysis.grid.resolution_m
     for picture in pictures.values():
@@ -334,7 +337,7 @@ def test_pictures_show_bands_marks_and_what_is_uncovered() -> None:
 
 def test_a_thermal_swarm_has_a_grey_integral() -> None:
     frames = [dataclasses.replace(f, image=f.image[:, :, 3:], bands=("thermal",)) for f in swarm()]
-    integral, thermal, _ = render_pictures(analyse_step(frames, SETTINGS), ("thermal",))
+    integral, thermal, _ = render_pictures(frames, analyse_step(frames, SETTINGS))
     grey = decode(integral.png)
     np.testing.assert_array_equal(grey[:, :, 0], grey[:, :, 2])
     assert thermal.kind == "thermal"
@@ -345,7 +348,7 @@ def test_colours_of_the_integral_are_those_of_the_bands() -> None:
     image[:64, :, 0] = 200
     image[64:, :, 2] = 200
     frame = Frame(1, image, ("red", "green", "blue"), nadir_pose([0, 0, 30]), CAMERA)
-    rgba = decode(render_pictures(analyse_step([frame], SETTINGS), frame.bands)[0].png)
+    rgba = decode(render_pictures([frame], analyse_step([frame], SETTINGS))[0].png)
     assert tuple(rgba[30, 64]) == (255, 0, 0, 255)
     assert tuple(rgba[-30, 64]) == (0, 0, 255, 255)
 
@@ -355,7 +358,7 @@ def test_a_large_raster_gives_a_smaller_picture_that_keeps_single_marks() -> Non
     analysis = analyse_step([frame], dataclasses.replace(SETTINGS, resolution_m=0.02))
     count = np.zeros_like(analysis.anomaly_count)
     count[777, 555] = 1
-    anomaly = render_pictures(dataclasses.replace(analysis, anomaly_count=count), BANDS)[-1]
+    anomaly = render_pictures([frame], dataclasses.replace(analysis, anomaly_count=count))[-1]
     rgba = decode(anomaly.png)
     assert rgba.shape[0] * rgba.shape[1] <= 260_000
     assert rgba[:, :, :3].max() > 100
@@ -371,10 +374,9 @@ def test_noisy_edges_do_not_hide_a_warm_spot() -> None:
     spot = np.zeros(shape, dtype=bool)
     spot[60:64, 80:84] = True
     thermal[spot] = 16.0
-    picture = render_pictures(
-        dataclasses.replace(analysis, integral=thermal[:, :, np.newaxis], coverage=coverage), ("thermal",)
-    )[1]
-    brightness = decode(picture.png)[:, :, :3].astype(int).sum(axis=2)
+    covered = dataclasses.replace(analysis, coverage=coverage)
+    picture = shade_step(covered, thermal[:, :, np.newaxis], ("thermal",), ["thermal"])["thermal"]
+    brightness = picture[:, :, :3].astype(int).sum(axis=2)
     assert brightness[spot].min() > 2 * brightness[(coverage > 1) & ~spot].max()
 
 
@@ -386,8 +388,8 @@ def test_a_reduced_picture_averages_and_keeps_uncovered_cells_out() -> None:
     integral = np.where(np.arange(columns) < 400, np.nan, checked).astype(np.float32)[:, :, np.newaxis]
     coverage = np.where(np.isnan(integral[:, :, 0]), 0, 1).astype(np.uint16)
     empty = np.zeros((rows, columns), dtype=np.uint16)
-    replaced = dataclasses.replace(analysis, integral=integral, coverage=coverage, anomaly_count=empty)
-    rgba = decode(render_pictures(replaced, ("grey",))[0].png)
+    replaced = dataclasses.replace(analysis, coverage=coverage, anomaly_count=empty)
+    rgba = shade_step(replaced, integral, ("grey",), ["integral"])["integral"]
     height, width = rgba.shape[:2]
     assert height * width < rows * columns
     assert (rgba[:, : int(0.39 * width), 3] == 0).all()

@@ -11,7 +11,6 @@ MARKED = np.zeros((2, 3, 4), np.bool_)
 MARKED[0, 1, 2] = MARKED[1, 0, 0] = True
 ANALYSIS = StepAnalysis(
     grid=FocalGrid(0.0, 1.0, 0.5, 2, 2, 1.5),
-    integral=np.zeros((2, 2, 3), np.float32),
     coverage=np.ones((2, 2), np.uint16),
     anomaly_count=np.zeros((2, 2), np.uint16),
     blob=None,

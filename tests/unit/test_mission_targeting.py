@@ -60,7 +60,6 @@ def seen(east_m: float, north_m: float, area_m2: float = 0.2, count: int = 3) ->
 def analysis(*sightings: Sighting) -> StepAnalysis:
     return StepAnalysis(
         grid=FocalGrid(-50.0, 50.0, 1.0, 100, 100, 0.0),
-        integral=np.zeros((100, 100, 3), np.float32),
         coverage=np.ones((100, 100), np.uint16),
         anomaly_count=np.zeros((100, 100), np.uint16),
         blob=sightings[0].blob if sightings else None,

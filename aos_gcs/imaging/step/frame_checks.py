@@ -13,27 +13,24 @@ from aos_gcs.errors import ImagingError, UnusableFramesError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.imaging.focal_plane import footprint
-from aos_gcs.imaging.integral import check_frame
-from aos_gcs.imaging.model import Frame, Pixels
+from aos_gcs.imaging.integral import check_shape
+from aos_gcs.imaging.step.examination import ExaminedFrame
 
 ROTATION_TOLERANCE = 1e-3
 """Largest deviation of an element of R^T R from the identity; reported quaternions have single precision."""
-
-_STRIDE = 16
-"""Distance between the pixels that are looked at first: an image that varies among them is not constant."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class UsableFrames:
     """The frames of a step that can be integrated."""
 
-    frames: tuple[Frame, ...]
+    frames: tuple[ExaminedFrame, ...]
     """One frame or more; all have the same bands."""
     skipped: Mapping[int, str]
     """Reason why a frame cannot be used, by vehicle."""
 
 
-def usable_frames(frames: Sequence[Frame], plane_height_m: float) -> UsableFrames:
+def usable_frames(frames: Sequence[ExaminedFrame], plane_height_m: float) -> UsableFrames:
     """Return the frames that can be integrated, and why the others cannot.
 
     Args:
@@ -61,13 +58,13 @@ def usable_frames(frames: Sequence[Frame], plane_height_m: float) -> UsableFrame
     return UsableFrames(tuple(usable), skipped)
 
 
-def _check_usable(frame: Frame, bands: tuple[str, ...], plane_height_m: float) -> None:
+def _check_usable(frame: ExaminedFrame, bands: tuple[str, ...], plane_height_m: float) -> None:
     """Refuse a frame that cannot be integrated.
 
     Raises:
         ImagingError: giving the reason.
     """
-    check_frame(frame, bands)
+    check_shape(frame, frame.shape, bands)
     _check_camera(frame.camera)
     _check_pose(frame.pose)
     if not len(footprint(frame.camera, frame.pose, plane_height_m)):
@@ -75,7 +72,8 @@ def _check_usable(frame: Frame, bands: tuple[str, ...], plane_height_m: float) -
             f"it does not see the focal plane at a height of {plane_height_m:g} m (its camera is at "
             f"{frame.pose.position_enu_m[2]:.1f} m): choose a plane below the cameras and point them towards the ground"
         )
-    _check_content(frame.image)
+    if frame.fault:
+        raise ImagingError(frame.fault)
 
 
 def _check_camera(camera: CameraModel) -> None:
@@ -93,19 +91,3 @@ def _check_pose(pose: Pose) -> None:
         raise ImagingError("its orientation is not known")
     if np.abs(R.T @ R - np.eye(3)).max() > ROTATION_TOLERANCE or np.linalg.det(R) < 0.0:
         raise ImagingError("its orientation is not a rotation")
-
-
-def _check_content(image: Pixels) -> None:
-    """Refuse an image that shows nothing: it would only take contrast from the integral."""
-    if not _varies(image[::_STRIDE, ::_STRIDE]):
-        finite = image[np.isfinite(image).all(axis=2)]
-        if not finite.size:
-            raise ImagingError("its image has no finite pixel")
-        if (finite == finite[0]).all():
-            values = ", ".join(f"{value:g}" for value in finite[0])
-            raise ImagingError(f"its image is the same everywhere ({values})")
-
-
-def _varies(image: Pixels) -> bool:
-    finite = image[np.isfinite(image).all(axis=2)]
-    return bool(finite.size) and not bool((finite == finite[0]).all())

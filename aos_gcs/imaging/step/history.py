@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.imaging.detection.marks import NO_MARKS, Marks
-from aos_gcs.imaging.model import FocalGrid, Frame, KeptView
+from aos_gcs.imaging.model import FocalGrid, KeptView, Viewpoint
 from aos_gcs.imaging.step.blobs import BlobCells
 from aos_gcs.imaging.step.marking import MarkedFrame
 
@@ -115,7 +115,7 @@ def _best(candidates: list[_Candidate], min_gain: float, at_most: int) -> list[_
     return chosen
 
 
-def _kept(frame: Frame, cells: BlobCells, marked: NDArray[np.bool_], grid: FocalGrid) -> KeptView:
+def _kept(frame: Viewpoint, cells: BlobCells, marked: NDArray[np.bool_], grid: FocalGrid) -> KeptView:
     rows, columns = cells.rows[marked], cells.columns[marked]
     window = np.zeros((np.ptp(rows) + 1, np.ptp(columns) + 1), dtype=np.bool_)
     window[rows - rows.min(), columns - columns.min()] = True

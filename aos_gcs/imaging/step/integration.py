@@ -1,4 +1,4 @@
-"""Integration of a step's frames on the raster that bounds what they see."""
+"""Integral of a step's frames on the raster of its focal plane."""
 
 from __future__ import annotations
 
@@ -8,11 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from aos_gcs.imaging.focal_plane import choose_grid
 from aos_gcs.imaging.integral import BATCH_FRAMES, ViewIntegral
 from aos_gcs.imaging.model import FocalGrid, Frame
-from aos_gcs.imaging.step.settings import ImagingSettings
-from aos_gcs.imaging.views import PlaneView, grid_view
+from aos_gcs.imaging.views import grid_view
 from aos_gcs.imaging.workers import parallel_map
 
 
@@ -20,23 +18,18 @@ from aos_gcs.imaging.workers import parallel_map
 class StepIntegral:
     """The mean of a step's frames on the focal plane."""
 
-    grid: FocalGrid
-    view: PlaneView
-    """Projection of frames onto the grid."""
     mean: NDArray[np.float32]
     """Shape (rows, columns, C), NaN where nothing covers."""
     coverage: NDArray[np.uint16]
     """Number of frames that cover each cell, shape (rows, columns)."""
 
 
-def integrate(frames: Sequence[Frame], settings: ImagingSettings) -> StepIntegral:
+def integrate(frames: Sequence[Frame], grid: FocalGrid) -> StepIntegral:
     """Average usable frames on the focal plane, a batch at a time so that memory does not grow with their number."""
-    grid = choose_grid(frames, settings.plane_height_m, settings.resolution_m, settings.max_cells)
-    view = grid_view(grid)
-    integral = ViewIntegral(view, frames[0].bands, exact=False)
+    integral = ViewIntegral(grid_view(grid), frames[0].bands, exact=False)
     for first in range(0, len(frames), BATCH_FRAMES):
         integral.add_all(parallel_map(_in_single_precision, frames[first : first + BATCH_FRAMES]))
-    return StepIntegral(grid, view, *integral.take())
+    return StepIntegral(*integral.take())
 
 
 def _in_single_precision(frame: Frame) -> Frame:

@@ -1,78 +1,106 @@
-"""Marking of anomalies: the cells of the focal plane that each frame of a step marks."""
+"""Marking of anomalies: the cells of the focal plane that each frame of a step marks and covers."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.imaging.detection.detectors import detect
 from aos_gcs.imaging.detection.marks import NO_MARKS, Marks, covered_marks, project_marks
-from aos_gcs.imaging.model import AnomalySource, Frame
+from aos_gcs.imaging.integral import BAND_ROWS
+from aos_gcs.imaging.model import Viewpoint
+from aos_gcs.imaging.step.examination import ExaminedFrame
 from aos_gcs.imaging.step.integration import StepIntegral
 from aos_gcs.imaging.step.settings import ImagingSettings
-from aos_gcs.imaging.views import PlaneView
+from aos_gcs.imaging.warp import PlaneProjection
+from aos_gcs.imaging.warped import WarpedFrame
 from aos_gcs.imaging.workers import parallel_map
 
-FindMask: TypeAlias = Callable[[Frame], NDArray[np.uint8]]
-"""Function that returns what a detector marks of a frame, shape (H, W), 1 where it is anomalous."""
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ProjectedFrame:
+    """A frame, and where it lies on the raster of the focal plane."""
+
+    frame: ExaminedFrame
+    projection: PlaneProjection | None
+    """None where it covers no cell."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MarkedFrame:
     """A frame with the cells of the focal plane that it marks."""
 
-    frame: Frame
+    frame: Viewpoint
     marks: Marks
 
 
-def find_mask(frame: Frame, settings: ImagingSettings) -> NDArray[np.uint8]:
-    """Return what the detector marks of a frame, shape (H, W), 1 where it is anomalous.
+def mark(projected: Sequence[ProjectedFrame]) -> list[MarkedFrame]:
+    """Return the frames with the cells under what the detector marks of them.
 
     Raises:
-        ImagingError: if it lacks a band that the detector needs.
+        ImagingError: the frames lack a band that the detector needs.
     """
-    # Before any warp: interpolated pixels are correlated, and smoother than the background.
-    return detect(frame.image, frame.bands, settings.detector, settings.rx_quantile, settings.rx_min_score)
+    marks = parallel_map(_own_marks, projected)
+    return [MarkedFrame(one.frame, own) for one, own in zip(projected, marks, strict=True)]
 
 
-def mark(
-    frames: Sequence[Frame], integral: StepIntegral, settings: ImagingSettings, known_mask: FindMask | None = None
+def mark_in_integral(
+    projected: Sequence[ProjectedFrame], integral: StepIntegral, settings: ImagingSettings
 ) -> list[MarkedFrame]:
-    """Return the frames with the cells that they mark; in the integral, a frame marks every anomaly it covers.
-
-    Args:
-        frames: those of the integral.
-        integral: integral of the frames.
-        settings: detector and what it is applied to.
-        known_mask: used in place of :func:`find_mask`, for callers that remember the masks of these very frames.
+    """Return the frames with the anomalies of their integral that they cover.
 
     Raises:
-        ImagingError: if the frames lack a band that the detector needs.
+        ImagingError: the frames lack a band that the detector needs.
     """
-    if settings.anomaly_source is AnomalySource.INTEGRAL:
-        anomalies = _anomalies_of(integral, frames[0].bands, settings)
-        find_marks = partial(_covered, anomalies=anomalies, view=integral.view)
-    else:
-        find = partial(find_mask, settings=settings) if known_mask is None else known_mask
-        find_marks = partial(_own_marks, view=integral.view, find=find)
-    return [MarkedFrame(frame, marks) for frame, marks in zip(frames, parallel_map(find_marks, frames), strict=True)]
+    anomalies = _anomalies_of(integral, projected[0].frame.bands, settings)
+    return [
+        MarkedFrame(one.frame, NO_MARKS if one.projection is None else covered_marks(anomalies, one.projection))
+        for one in projected
+    ]
 
 
-def _own_marks(frame: Frame, view: PlaneView, find: FindMask) -> Marks:
+def cover(projected: Sequence[ProjectedFrame], shape: tuple[int, int]) -> NDArray[np.uint16]:
+    """Return how many frames cover each cell of a raster of some shape, as their integral has it."""
+    rows, columns = shape
+    # Where spans begin and end; the sum along a row is what they cover.
+    changes = np.zeros((rows, columns + 1), dtype=np.int16)
+    every_row = np.arange(rows)
+    broken = []
+    for one in projected:
+        if one.projection is None:
+            continue
+        if one.frame.camera.distortion is None and one.frame.gaps is None:
+            first, end = one.projection.spans.T
+            changes[every_row, first] += 1
+            changes[every_row, end] -= 1
+        else:
+            broken.append(one)
+    coverage = np.cumsum(changes[:, :-1], axis=1, dtype=np.int16).view(np.uint16)
+    for warped in itertools.chain.from_iterable(parallel_map(_valid_parts, broken)):
+        coverage[warped.window] += warped.coverage()
+    return coverage
+
+
+def _valid_parts(projected: ProjectedFrame) -> list[WarpedFrame]:
+    """Return what a frame covers of its spans: neither its gaps nor what its lens does not image."""
+    if projected.projection is None:
+        return []
+    plane, rows = projected.frame.validity(), projected.projection.rows
+    bands = [
+        projected.projection.sample(plane, first, first + BAND_ROWS)
+        for first in range(rows.start - rows.start % BAND_ROWS, rows.stop, BAND_ROWS)
+    ]
+    return [warped.without_gaps() for warped in bands if warped is not None]
+
+
+def _own_marks(projected: ProjectedFrame) -> Marks:
     """Return the cells under the mask of the frame itself."""
-    mask, projection = find(frame), view.project(frame)
-    return NO_MARKS if projection is None else project_marks(mask, projection)
-
-
-def _covered(frame: Frame, anomalies: Marks, view: PlaneView) -> Marks:
-    """Return the anomalous cells that the frame covers."""
-    projection = view.project(frame)
-    return NO_MARKS if projection is None else covered_marks(anomalies, projection)
+    mask = projected.frame.mask()
+    return NO_MARKS if projected.projection is None else project_marks(mask, projected.projection)
 
 
 def _anomalies_of(integral: StepIntegral, bands: tuple[str, ...], settings: ImagingSettings) -> Marks:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from aos_gcs.errors import WorkerError
-from aos_gcs.imaging.model import StepAnalysis
+from aos_gcs.imaging.model import Frame, StepAnalysis
 from aos_gcs.imaging.pictures import RasterPicture, render_pictures
 from aos_gcs.mission.journal import Journal, Recorder
 from aos_gcs.mission.model.events import EventKind, PicturesRecord
@@ -23,12 +23,12 @@ class Gallery:
         self._recorder = recorder
         self._pictures: dict[PictureKind, Picture] = {}
 
-    async def render(self, step: int, analysis: StepAnalysis, bands: tuple[str, ...]) -> None:
-        """Render the rasters of a step and publish them."""
+    async def render(self, step: int, frames: Sequence[Frame], analysis: StepAnalysis) -> None:
+        """Render the rasters of a step, of the frames that took part in its analysis, and publish them."""
         if not self._is_open:
             return
         try:
-            rasters = await self._imaging.run(render_pictures, analysis, bands)
+            rasters = await self._imaging.run(render_pictures, frames, analysis)
         except WorkerError as error:
             self._journal.notice(Severity.WARNING, f"Step {step}: no pictures: {error}")
             return

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -31,12 +31,20 @@ class Sample:
     """Reason by vehicle id."""
 
 
-async def sample(members: Sequence[Member], deadline_s: float) -> Sample:
-    """Expose one frame per vehicle and fetch it, until the deadline; a vehicle lost meanwhile is not awaited."""
+async def sample(
+    members: Sequence[Member], deadline_s: float, on_capture: Callable[[Capture], Capture] = lambda capture: capture
+) -> Sample:
+    """Expose one frame per vehicle and fetch it, until the deadline; a vehicle lost meanwhile is not awaited.
+
+    Args:
+        members: vehicles to expose.
+        deadline_s: time on the clock after which no frame is awaited.
+        on_capture: called with each frame as it comes; returns it as it is to be used.
+    """
 
     async def capture(member: Member) -> Capture | str:
         try:
-            return await member.vehicle.capture(deadline_s)
+            return on_capture(await member.vehicle.capture(deadline_s))
         except CaptureError as error:
             return str(error)
 
@@ -76,8 +84,14 @@ class Sampler:
     def __init__(self, context: FlightContext) -> None:
         self._context = context
 
-    async def take(self, step: int, swarm: Sequence[Member]) -> Sample:
-        """Take the frames of the vehicles that hover; frames of others would blur."""
+    async def take(self, step: int, swarm: Sequence[Member], on_capture: Callable[[Capture], None]) -> Sample:
+        """Take the frames of the vehicles that hover; frames of others would blur.
+
+        Args:
+            step: number of the step.
+            swarm: vehicles of the swarm.
+            on_capture: called with each frame as it comes.
+        """
         context = self._context
         deadline_s = context.clock.now_s() + context.settings.deadlines.capture_s
         unsteady = self._unsteady(swarm)
@@ -87,10 +101,15 @@ class Sampler:
             unsteady = self._unsteady(swarm)
         hovering = [member for member in swarm if member.vehicle_id not in unsteady]
         sign_of_life(context.settings.deadlines.capture_s)
-        taken = await sample(hovering, max(deadline_s, context.clock.now_s() + _POLL_S))
+
+        def receive(capture: Capture) -> Capture:
+            placed = self._above_datum(capture)
+            on_capture(placed)
+            return placed
+
+        taken = await sample(hovering, max(deadline_s, context.clock.now_s() + _POLL_S), receive)
         sign_of_life(WORK_S)
-        captures = tuple(self._above_datum(capture) for capture in taken.captures)
-        return self.leave_out(step, Sample(captures, {}), unsteady | taken.missing)
+        return self.leave_out(step, Sample(taken.captures, {}), unsteady | taken.missing)
 
     def _above_datum(self, capture: Capture) -> Capture:
         """Return a capture with its altitude above the datum that all vehicles share."""

@@ -21,6 +21,7 @@ from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.search.deciding import Decider, Decision
 from aos_gcs.mission.search.findings import Findings
 from aos_gcs.mission.search.gallery import Gallery
+from aos_gcs.mission.search.intake import FrameIntake
 from aos_gcs.mission.search.ledger import DecisionLog, step_record
 from aos_gcs.mission.search.sampling import Sample, Sampler
 from aos_gcs.mission.search.survey import Survey
@@ -106,12 +107,13 @@ class Search:
         swarm = await self._swarm()
         self.step += 1
         context.journal.set_message(f"Step {self.step}: capturing images.")
-        taken = await self._sampler.take(self.step, swarm)
+        async with self._vision.intake(self.step) as intake:
+            taken = await self._sampler.take(self.step, swarm, intake.add)
+            received_at_s = time.perf_counter()
         if not taken.captures:
             return self._count_blind_step(phase, _NO_FRAME, _reasons(taken))
-        received_at_s = time.perf_counter()
         try:
-            taken, analysis = await self._see(taken)
+            taken, analysis = await self._see(intake, taken)
         except WorkerError as error:
             text = f"Step {self.step} is repeated: {error}. Fault of this station; the swarm holds its position"
             context.journal.notice(Severity.WARNING, text)
@@ -133,7 +135,7 @@ class Search:
             ),
         )
         sign_of_life(WORK_S)
-        await self._gallery.render(self.step, analysis, taken.captures[0].bands)
+        await self._gallery.render(self.step, self._vision.frames(analysis), analysis)
         await self.survey.note(self.step, taken, analysis)
         async with asyncio.TaskGroup() as group:
             learning = group.create_task(self._learn(analysis, decision))
@@ -141,10 +143,10 @@ class Search:
             sign_of_life(WORK_S)
         return learning.result()
 
-    async def _see(self, taken: Sample) -> tuple[Sample, StepAnalysis | None]:
+    async def _see(self, intake: FrameIntake, taken: Sample) -> tuple[Sample, StepAnalysis | None]:
         """Analyse the frames, and count those that cannot be used as missing; None if that leaves none."""
         try:
-            analysis = await self._vision.see(self.step, taken, self._log.begin_analysis())
+            analysis = await self._vision.see(intake, taken, self._log.begin_analysis())
         except UnusableFramesError as error:
             return self._sampler.leave_out(self.step, taken, error.reasons), None
         return self._sampler.leave_out(self.step, taken, analysis.skipped), analysis

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractAsyncContextManager
 from dataclasses import replace
 from typing import ParamSpec, TypeVar
 
@@ -14,15 +15,16 @@ from aos_gcs.errors import ImagingError, MissionError, WorkerError
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.imaging.focus.step import follow_focus
 from aos_gcs.imaging.focus.track import FocusTrack, overridden
-from aos_gcs.imaging.model import Frame, KeptView, StepAnalysis
+from aos_gcs.imaging.model import AnomalySource, Frame, KeptView, StepAnalysis
 from aos_gcs.imaging.registration.pose_errors import Registration, apply_sure, register
-from aos_gcs.imaging.step.analysis import analyse_step
+from aos_gcs.imaging.step.analysis import analyse_examined, analyse_step
 from aos_gcs.mission.context import FlightContext
 from aos_gcs.mission.handler_watch import WORK_S, sign_of_life
 from aos_gcs.mission.journal import Recorder
 from aos_gcs.mission.model.steps import FocusSnapshot, FocusSource
+from aos_gcs.mission.search.intake import FrameIntake, open_intake
 from aos_gcs.mission.search.persons import Judgement, PersonWatch, watch_persons
-from aos_gcs.mission.search.sampling import Sample, to_frame
+from aos_gcs.mission.search.sampling import Sample
 from aos_gcs.ports import Severity
 
 P = ParamSpec("P")
@@ -81,22 +83,38 @@ class Vision:
             )
         self._focus = overridden(self._focus, height_m)
 
-    async def see(self, step: int, taken: Sample, settled_enu_m: Sequence[tuple[float, float]] = ()) -> StepAnalysis:
-        """Record the frames of a step and analyse them; blobs at settled places lead nobody.
+    def intake(self, step: int) -> AbstractAsyncContextManager[FrameIntake]:
+        """Take in the frames of a step, as they come."""
+        return open_intake(self._context, self._recorder, step)
+
+    async def see(
+        self, intake: FrameIntake, taken: Sample, settled_enu_m: Sequence[tuple[float, float]] = ()
+    ) -> StepAnalysis:
+        """Analyse the frames of a step; blobs at settled places lead nobody.
+
+        Args:
+            intake: intake of the frames, which is over.
+            taken: frames that count.
+            settled_enu_m: horizontal places that have been looked at.
 
         Raises:
             UnusableFramesError: none of the frames can be used.
             WorkerError: they could not be analysed.
         """
-        context, settings = self._context, self._context.settings
-        self._reported = [to_frame(capture, context.roster.local_frame()) for capture in taken.captures]
-        async with context.journal.with_disk_timeout(f"frames of step {step}"):
-            for capture in taken.captures:
-                await self._recorder.record_frame(step, capture)
-        imaging = replace(settings.imaging, plane_height_m=self._focus.focal_height_m)
-        analysis = await self._run(analyse_step, self._placed(), imaging, self._history, settled_enu_m=settled_enu_m)
+        self._reported = [intake.frames[capture.vehicle_id] for capture in taken.captures]
+        imaging = replace(self._context.settings.imaging, plane_height_m=self._focus.focal_height_m)
+        placed = self._placed()
+        if imaging.anomaly_source is AnomalySource.MASKS:
+            examined = [replace(intake.examined(frame.vehicle_id), pose=frame.pose) for frame in placed]
+            analysis = await self._run(analyse_examined, examined, imaging, self._history, settled_enu_m)
+        else:
+            analysis = await self._run(analyse_step, placed, imaging, self._history, settled_enu_m=settled_enu_m)
         self._history = analysis.history
         return analysis
+
+    def frames(self, analysis: StepAnalysis) -> list[Frame]:
+        """Return the step's frames that took part in its analysis, with the poses by which they were placed."""
+        return self._usable(self._placed(), analysis)
 
     def corrected_poses(self) -> dict[int, Pose]:
         """Return the poses by which the step's frames were placed, by vehicle; none where registration is off."""
@@ -136,7 +154,7 @@ class Vision:
     async def _watch_persons(
         self, analysis: StepAnalysis, places_enu_m: Mapping[int, NDArray[np.float64]]
     ) -> tuple[PersonWatch, dict[int, Judgement]]:
-        usable = self._usable(self._placed(), analysis)
+        usable = self.frames(analysis)
         uncertainty = self._context.settings.uncertainty
         return await self._run(watch_persons, self._persons, usable, analysis.grid.height_m, places_enu_m, uncertainty)
 
@@ -174,7 +192,7 @@ class Vision:
 
     async def _refocus(self, analysis: StepAnalysis) -> None:
         settings, before = self._context.settings, self._focus
-        usable = self._usable(self._placed(), analysis)
+        usable = self.frames(analysis)
         in_view = analysis.blob is not None and analysis.visibility_m2 >= settings.detection.threshold_m2
         target_enu_m = analysis.blob.centroid_enu_m if analysis.blob is not None and in_view else None
         low_m, high_m = settings.focus_range_m

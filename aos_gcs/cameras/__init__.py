@@ -1,1 +1,0 @@
-"""Cameras as files tell them: intrinsics of other programs, and results of calibrations."""
