@@ -10,10 +10,18 @@ Sources: PNG (W3C, 3rd edition) 11.2.1; JPEG (ITU-T T.81) B.1.1 and B.2.2; TIFF 
 from __future__ import annotations
 
 import struct
+from collections.abc import Iterator
+from mmap import mmap
 
 from aos_gcs.errors import InputDataError
 
+FileContent = bytes | mmap
+"""Content of a file, in memory or where it lies."""
+
 PNG_START, JPEG_START = b"\x89PNG\r\n\x1a\n", b"\xff\xd8"
+_PNG_END, _JPEG_END = b"IEND\xaeB`\x82", b"\xff\xd9"
+_TAIL_BYTES = 64
+"""Bytes at the end of a file within which its end marker is looked for first."""
 TIFF_STARTS = (b"II", b"MM")
 _TIFF_ORDERS = {b"II*\0": "<", b"MM\0*": ">"}
 _MAX_TIFF_PAGES = 8
@@ -22,6 +30,7 @@ _TIFF_INTEGERS = {1: "B", 3: "H", 4: "I"}
 """Struct's code by type of a field: byte, short, long."""
 _NO_JPEG_FRAME = frozenset({0xC4, 0xC8, 0xCC})
 """Markers among C0 to CF that start no frame: tables and extensions."""
+_JPEG_SCAN = 0xDA
 _JPEG_STANDALONE = frozenset({0x01, *range(0xD0, 0xD8)})
 
 
@@ -29,7 +38,7 @@ class TornImageError(InputDataError):
     """An image file that ends within its headers."""
 
 
-def picture_sizes(data: bytes) -> list[tuple[int, int]]:
+def picture_sizes(data: FileContent) -> list[tuple[int, int]]:
     """Return width and height of each page of a file.
 
     Raises:
@@ -37,9 +46,9 @@ def picture_sizes(data: bytes) -> list[tuple[int, int]]:
         InputDataError: it is none of PNG, JPEG and TIFF, or its headers make no sense.
     """
     try:
-        if data.startswith(PNG_START):
+        if _starts(data, PNG_START):
             return [_png_size(data)]
-        if data.startswith(JPEG_START):
+        if _starts(data, JPEG_START):
             return [_jpeg_size(data)]
         if data[:4] in _TIFF_ORDERS:
             return _tiff_sizes(data, _TIFF_ORDERS[data[:4]])
@@ -50,15 +59,49 @@ def picture_sizes(data: bytes) -> list[tuple[int, int]]:
     raise InputDataError(f"the image file of {len(data)} bytes is none of PNG, JPEG and TIFF")
 
 
-def _png_size(data: bytes) -> tuple[int, int]:
+def is_cut_off(data: FileContent) -> bool:
+    """Return whether the end of a PNG or JPEG file is missing; decoders fill up such files without a word.
+
+    What programs and cameras append behind the end of a picture does not matter. TIFF files have no end: their decoders
+    notice what is missing.
+    """
+    tail = data[-_TAIL_BYTES:]
+    if _starts(data, PNG_START):
+        return _PNG_END not in tail and data.find(_PNG_END, len(PNG_START)) < 0
+    # Nothing in the picture itself looks like the end (T.81, B.1.1.5); a preview before it has an end of its own.
+    return _starts(data, JPEG_START) and _JPEG_END not in tail and data.find(_JPEG_END, _jpeg_scan(data)) < 0
+
+
+def _starts(data: FileContent, start: bytes) -> bool:
+    return data[: len(start)] == start
+
+
+def _png_size(data: FileContent) -> tuple[int, int]:
     width, height = struct.unpack_from(">II", data, 16)
     return width, height
 
 
-def _jpeg_size(data: bytes) -> tuple[int, int]:
+def _jpeg_size(data: FileContent) -> tuple[int, int]:
     """Walk from marker to marker to the first frame header."""
-    offset = 2
-    while True:
+    for marker, offset in _jpeg_segments(data):
+        if 0xC0 <= marker <= 0xCF and marker not in _NO_JPEG_FRAME:
+            height, width = struct.unpack_from(">HH", data, offset + 5)
+            return width, height
+    raise InputDataError("the JPEG file has no frame header")
+
+
+def _jpeg_scan(data: FileContent) -> int:
+    """Return where the first scan begins; the end of the file if there is none."""
+    try:
+        return next((offset for marker, offset in _jpeg_segments(data) if marker == _JPEG_SCAN), len(data))
+    except (struct.error, InputDataError):
+        return len(data)
+
+
+def _jpeg_segments(data: FileContent) -> Iterator[tuple[int, int]]:
+    """Yield the marker and the offset of each segment, up to the first scan."""
+    offset, marker = 2, 0
+    while marker != _JPEG_SCAN:
         prefix, marker = struct.unpack_from(">BB", data, offset)
         if prefix != 0xFF:
             raise InputDataError("the JPEG file has no frame header where one must be")
@@ -66,14 +109,12 @@ def _jpeg_size(data: bytes) -> tuple[int, int]:
             offset += 1
         elif marker in _JPEG_STANDALONE:
             offset += 2
-        elif 0xC0 <= marker <= 0xCF and marker not in _NO_JPEG_FRAME:
-            height, width = struct.unpack_from(">HH", data, offset + 5)
-            return width, height
         else:
+            yield marker, offset
             offset += 2 + max(2, struct.unpack_from(">H", data, offset + 2)[0])
 
 
-def _tiff_sizes(data: bytes, order: str) -> list[tuple[int, int]]:
+def _tiff_sizes(data: FileContent, order: str) -> list[tuple[int, int]]:
     sizes: list[tuple[int, int]] = []
     offset = struct.unpack_from(f"{order}I", data, 4)[0]
     while offset:
@@ -91,7 +132,7 @@ def _tiff_sizes(data: bytes, order: str) -> list[tuple[int, int]]:
     return sizes
 
 
-def _tiff_field(data: bytes, order: str, offset: int) -> tuple[int, int | None]:
+def _tiff_field(data: FileContent, order: str, offset: int) -> tuple[int, int | None]:
     """Return tag and value of a field that holds one integer; None for others, whose values lie elsewhere."""
     tag, kind, count = struct.unpack_from(f"{order}HHI", data, offset)
     code = _TIFF_INTEGERS.get(kind)

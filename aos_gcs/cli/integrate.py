@@ -26,6 +26,7 @@ from aos_gcs.imaging.views import FocalSurface
 from aos_gcs.surveys.anomalies import MapBlob, map_blobs
 from aos_gcs.surveys.integration import Work
 from aos_gcs.surveys.model import Survey
+from aos_gcs.surveys.poses_file import Z_DOWN
 from aos_gcs.surveys.rasters import SurveyRasters
 from aos_gcs.surveys.tiles import Tile, ViewTile, map_tiles
 
@@ -36,10 +37,14 @@ def integrate(
     out: result_options.Out,
     poses: survey_options.Poses = None,
     fov: survey_options.Fov = None,
+    camera: survey_options.Camera = None,
     lens: survey_options.Lens = None,
     fisheye: survey_options.Fisheye = None,
     origin: survey_options.Origin = None,
+    convention: survey_options.Convention = None,
+    frames: survey_options.FrameRange = None,
     ground: survey_options.Ground = None,
+    sensor: survey_options.SensorName = None,
     skip_broken: survey_options.SkipBroken = False,
     plane_z: autofocus_options.PlaneZ = None,
     tilt: surface_options.Tilt = None,
@@ -93,10 +98,14 @@ def integrate(
         image_folder,
         poses=poses,
         fov_deg=fov,
+        camera=camera,
         lens=lens,
         fisheye=fisheye,
         origin=origin,
+        convention=convention,
+        frames=frames,
         ground_amsl_m=ground,
+        sensor=sensor,
         skip_broken=skip_broken,
     )
     georeference = _georeference(survey, dem)
@@ -194,10 +203,7 @@ def _crs(georeference: Georeference | None, raster: GroundRaster, surface: Focal
     if georeference is None:
         return None
     if raster.rows_along_y:
-        raise ConfigurationError(
-            "The cameras look along +z: only a world of x east, y north, z up can be placed on the earth. Leave "
-            "--origin out, or turn the poses."
-        )
+        raise ConfigurationError(Z_DOWN)
     x_m, y_m = raster.to_plane[:2] @ ((raster.columns - 1) / 2, (raster.rows - 1) / 2, 1.0)
     height_m = float(surface.z_m(x_m, y_m))
     if math.isnan(height_m) and isinstance(surface, Terrain):

@@ -100,7 +100,7 @@ class FocusOptions:
         if self.dem is not None:
             # A mesh has the coordinates of the poses already.
             origin = survey.origin if is_geotiff(self.dem) else None
-            return read_dem(self.dem, origin).moved(self.dem_offset_m)
+            return read_dem(self.dem, origin, survey.R_file2world).moved(self.dem_offset_m)
         if not isinstance(self.plane, Autofocus):
             return self._tilted(survey, self.plane)
         region: FocusRegion

@@ -9,12 +9,16 @@ from typing import Annotated
 
 import typer
 
+from aos_gcs.cameras.intrinsics import Intrinsics, parse_lens
+from aos_gcs.cameras.lens_files import read_lens_file
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.distortion import LensDistortion, LensModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.geotags.sensors import Sensor
+from aos_gcs.surveys.conventions import NAMES, PoseConvention, parse_convention
 from aos_gcs.surveys.model import Survey
 from aos_gcs.surveys.photos import read_photos
-from aos_gcs.surveys.poses_file import parse_lens, read_poses
+from aos_gcs.surveys.poses_file import read_poses
 
 PANEL = "Recording"
 
@@ -32,6 +36,34 @@ Fov = Annotated[
     typer.Option(
         metavar="DEG",
         help="Full horizontal field of view of the images, degrees. Photographs contain it.",
+        rich_help_panel=PANEL,
+    ),
+]
+Camera = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE",
+        help="Camera file instead of --fov: OpenCV or ROS (YAML, XML, JSON), OpenDroneMap (cameras.json).",
+        rich_help_panel=PANEL,
+    ),
+]
+Convention = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NAMES",
+        help=f"Meaning of the poses, names parted by commas: {', '.join(NAMES)}. With the axes of the world named, "
+        "poses are turned to x east, y north, z up.",
+        show_default="world-to-camera,opencv",
+        rich_help_panel=PANEL,
+    ),
+]
+FrameRange = Annotated[
+    str | None,
+    typer.Option(
+        "--frames",
+        metavar="A:B[:STEP]",
+        help="Images that are used, counted from 0 in the order of the poses file or of the names: from A up to, but "
+        "not with, B, every STEPth.",
         rich_help_panel=PANEL,
     ),
 ]
@@ -61,6 +93,14 @@ Ground = Annotated[
         rich_help_panel=PANEL,
     ),
 ]
+SensorName = Annotated[
+    Sensor | None,
+    typer.Option(
+        "--sensor",
+        help="Sensor whose photographs are used, where a folder has those of several.",
+        rich_help_panel=PANEL,
+    ),
+]
 SkipBroken = Annotated[
     bool,
     typer.Option(
@@ -76,10 +116,14 @@ def open_survey(
     *,
     poses: Path | None,
     fov_deg: float | None,
+    camera: Path | None,
     lens: str | None,
     fisheye: str | None,
     origin: str | None,
+    convention: str | None,
+    frames: str | None,
     ground_amsl_m: float | None,
+    sensor: Sensor | None,
     skip_broken: bool,
 ) -> Survey:
     """Open a recording; the number of skipped images is printed on standard error.
@@ -88,24 +132,37 @@ def open_survey(
         ConfigurationError: if options are not valid, or do not go together.
         InputDataError: if the recording is unreadable, or nothing of it can be used.
     """
-    if fov_deg is not None and not 0.0 < fov_deg < 180.0:
-        raise ConfigurationError(f"--fov must lie between 0 and 180 degrees, got {fov_deg:g}.")
-    fov_rad = None if fov_deg is None else math.radians(fov_deg)
+    optics = _optics(fov_deg, camera)
     distortion = _distortion(lens, fisheye)
+    chosen = slice(None) if frames is None else _frames(frames)
     if poses is not None:
-        if fov_rad is None:
-            raise ConfigurationError("--poses needs the field of view of the images: give it as --fov DEG.")
         if ground_amsl_m is not None:
             raise ConfigurationError("--ground applies to photographs with their own positions, not to --poses.")
-        place = None if origin is None else _origin(origin)
-        survey = read_poses(poses, folder, fov_rad, lens=distortion, origin=place, skip_broken=skip_broken)
+        if sensor is not None:
+            raise ConfigurationError("--sensor applies to photographs that tell their sensor, not to --poses.")
+        survey = read_poses(
+            poses,
+            folder,
+            optics,
+            lens=distortion,
+            origin=None if origin is None else _origin(origin),
+            convention=PoseConvention() if convention is None else parse_convention(convention),
+            frames=chosen,
+            skip_broken=skip_broken,
+        )
     else:
-        if origin is not None:
-            raise ConfigurationError("--origin applies to --poses: photographs have positions in their metadata.")
+        for name, value in (("--origin", origin), ("--convention", convention)):
+            if value is not None:
+                raise ConfigurationError(f"{name} applies to --poses: photographs have positions in their metadata.")
         if ground_amsl_m is not None and not math.isfinite(ground_amsl_m):
             raise ConfigurationError(f"--ground must be a finite number of metres, got {ground_amsl_m}.")
-        survey = read_photos(folder, ground_amsl_m=ground_amsl_m, horizontal_fov_rad=fov_rad, lens=distortion)
+        survey = read_photos(
+            folder, ground_amsl_m=ground_amsl_m, optics=optics, lens=distortion, sensor=sensor, frames=chosen
+        )
     report_skipped(len(survey.images) + len(survey.left_out), survey.left_out)
+    if survey.without_pose:
+        count, first = len(survey.without_pose), survey.without_pose[0]
+        typer.echo(f"{count} images of the folder have no pose and take no part; the first is {first}", err=True)
     return survey
 
 
@@ -123,6 +180,28 @@ def report_skipped(total: int, reasons: Mapping[str, str]) -> None:
     if reasons:
         name, reason = next(iter(reasons.items()))
         typer.echo(f"{len(reasons)} of {total} images are skipped; {name}: {reason}", err=True)
+
+
+def _optics(fov_deg: float | None, camera: Path | None) -> float | Intrinsics | None:
+    """Return the field of view in radians, or the intrinsics of a camera file."""
+    if fov_deg is not None and not 0.0 < fov_deg < 180.0:
+        raise ConfigurationError(f"--fov must lie between 0 and 180 degrees, got {fov_deg:g}.")
+    if camera is None:
+        return None if fov_deg is None else math.radians(fov_deg)
+    if fov_deg is not None:
+        raise ConfigurationError("--camera and --fov exclude each other: the camera file has the focal lengths.")
+    return read_lens_file(camera)
+
+
+def _frames(text: str) -> slice:
+    """Return a range of images."""
+    parts = text.split(":")
+    numbers = [int(part) if part.isdecimal() else None for part in parts]
+    is_valid = len(parts) in (2, 3) and all(part.isdecimal() or not part for part in parts)
+    start, stop, step = (*numbers, None, None)[:3]
+    if not is_valid or step == 0 or (stop is not None and stop <= (start or 0)):
+        raise ConfigurationError(f"--frames needs a range A:B[:STEP] of images counted from 0, got {text!r}.")
+    return slice(start, stop, step)
 
 
 def _distortion(lens: str | None, fisheye: str | None) -> LensDistortion | None:

@@ -16,7 +16,7 @@ import math
 import struct
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -29,6 +29,7 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import R_CAM2SENSOR_FRD, R_NED2ENU
 from aos_gcs.geometry.rotations import R_from_yaw_pitch_roll
 from aos_gcs.geotags.exif import ExifTags, exif_tags
+from aos_gcs.geotags.sensors import Sensor, sensor_of
 from aos_gcs.geotags.xmp import parse_xmp
 
 R_CAM2NADIR_FRD: NDArray[np.float64] = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
@@ -68,6 +69,8 @@ class Geotag:
     focal_px: float | None
     utc_s: float | None
     """Time of exposure since the Unix epoch; None where it, or its time zone, is not recorded."""
+    sensor: Sensor | None = None
+    """The aircraft's camera; None where it is not told."""
 
     def camera(self, horizontal_fov_rad: float | None = None) -> CameraModel:
         """Return the camera; a field of view replaces the focal length in the metadata.
@@ -100,7 +103,9 @@ def read_geotag(source: Path | BinaryIO) -> Geotag:
             packet = image.info.get("xmp", b"")
     except (*_BROKEN, pil.DecompressionBombError) as error:
         raise InputDataError("it is no image that can be read") from error
-    return geotag(exif, parse_xmp(packet) if packet else {}, width_px, height_px)
+    xmp = parse_xmp(packet) if packet else {}
+    tag = geotag(exif, xmp, width_px, height_px)
+    return replace(tag, sensor=sensor_of(xmp, source.name if isinstance(source, Path) else ""))
 
 
 def geotag(exif: ExifTags, xmp: Mapping[str, str], width_px: int, height_px: int) -> Geotag:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
-from aos_gcs.mission.model.findings import Finding
+from aos_gcs.geometry.walks import Walk
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.search.sampling import to_frame
@@ -79,14 +79,15 @@ def score_mission(snapshot: MissionSnapshot, folder: Path, world_file: Path, rep
     report: dict[str, Any] = {}
     if report_file is not None and report_file.exists():
         report = json.loads(report_file.read_text(encoding="utf-8"))
-    persons_enu_m = _persons_enu_m(world, snapshot.origin)
+    persons = _Persons(world, snapshot.origin)
     claims = [finding for finding in snapshot.findings if finding.is_claimed and finding.stands]
-    errors_m = [_distance_m(finding, persons_enu_m) for finding in claims]
+    with MissionReader(folder) as reader:
+        times_utc_s = {step.step: _time_utc_s(reader, step.step) for step in reader.steps()}
+        errors_m = [persons.distance_m(claim.position_enu_m, times_utc_s.get(claim.step)) for claim in claims]
+        visibilities = _visibilities(reader, world, persons, times_utc_s)
+        outcome = reader.outcome()
     hits = sum(error_m <= HERE_M for error_m in errors_m)
     nearest = min(zip(errors_m, claims, strict=True), key=lambda pair: pair[0], default=None)
-    with MissionReader(folder) as reader:
-        visibilities = _visibilities(reader, world, persons_enu_m)
-        outcome = reader.outcome()
     found_at_s = None if outcome is None else outcome.summary.get("time_to_detection_s")
     return Score(
         found=hits > 0,
@@ -106,21 +107,43 @@ def score_mission(snapshot: MissionSnapshot, folder: Path, world_file: Path, rep
     )
 
 
-def _distance_m(finding: Finding, persons_enu_m: NDArray[np.float64]) -> float:
-    """Return the horizontal distance from the nearest person; infinite where there is none."""
-    offsets_m = persons_enu_m - np.array(finding.position_enu_m[:2])
-    return float(np.linalg.norm(offsets_m, axis=1).min(initial=math.inf))
+class _Persons:
+    """Where the persons are, in the mission's frame."""
+
+    def __init__(self, world: Mapping[str, Any], mission_origin: GeodeticPosition | None) -> None:
+        self._frame = LocalFrame(GeodeticPosition(**world["origin"]))
+        self._mission_frame = self._frame if mission_origin is None else LocalFrame(mission_origin)
+        self._targets: list[dict[str, Any]] = world["targets"]
+        self._start_utc_s = float(world.get("start_utc_s", 0.0))
+
+    def distance_m(self, position_enu_m: Sequence[float], utc_s: float | None) -> float:
+        """Return the horizontal distance from the nearest person at a time; infinite where there is none.
+
+        Args:
+            position_enu_m: a place in the mission's frame.
+            utc_s: time by the simulation's clock; None: when the world began.
+        """
+        at_s = 0.0 if utc_s is None else utc_s - self._start_utc_s
+        places = [self._place_enu_m(target, at_s)[:2] for target in self._targets]
+        offsets_m = np.array(places).reshape(-1, 2) - np.array(position_enu_m[:2])
+        return float(np.linalg.norm(offsets_m, axis=1).min(initial=math.inf))
+
+    def _place_enu_m(self, target: Mapping[str, Any], at_s: float) -> NDArray[np.float64]:
+        place_enu_m = np.array(target["position_enu_m"], dtype=np.float64)
+        if target.get("walk") is not None:
+            place_enu_m[:2] += Walk(**target["walk"]).at(at_s)[0]
+        return self._mission_frame.to_enu(self._frame.to_geodetic(place_enu_m))
 
 
-def _persons_enu_m(world: Mapping[str, Any], mission_origin: GeodeticPosition | None) -> NDArray[np.float64]:
-    """Return where the persons are in the mission's frame, shape (n, 2)."""
-    frame = LocalFrame(GeodeticPosition(**world["origin"]))
-    mission_frame = frame if mission_origin is None else LocalFrame(mission_origin)
-    places = [mission_frame.to_enu(frame.to_geodetic(target["position_enu_m"])) for target in world["targets"]]
-    return np.array(places).reshape(-1, 3)[:, :2]
+def _time_utc_s(reader: MissionReader, step: int) -> float | None:
+    """Return the mean time of a step's frames; None without one."""
+    times_utc_s = [entry.utc_s for entry in reader.frames(step)]
+    return sum(times_utc_s) / len(times_utc_s) if times_utc_s else None
 
 
-def _visibilities(reader: MissionReader, world: Mapping[str, Any], persons_enu_m: NDArray[np.float64]) -> list[float]:
+def _visibilities(
+    reader: MissionReader, world: Mapping[str, Any], persons: _Persons, times_utc_s: Mapping[int, float | None]
+) -> list[float]:
     """Return the normalised visibility of each step."""
     frame = LocalFrame(GeodeticPosition(**world["origin"]))
     steps = reader.steps()
@@ -128,12 +151,11 @@ def _visibilities(reader: MissionReader, world: Mapping[str, Any], persons_enu_m
     for step in steps:
         frames = [to_frame(entry.load(), frame) for entry in reader.frames(step.step)]
         views.append([(image.pose, image.camera) for image in frames])
-    areas_m2 = _truth()(world, views)
+    areas_m2 = _truth()(world, views, times_utc_s=[times_utc_s[step.step] or 0.0 for step in steps])
     visibilities = []
     for step, area_m2 in zip(steps, areas_m2, strict=True):
-        own = step.target_enu_m is not None and bool(
-            np.linalg.norm(persons_enu_m - np.array(step.target_enu_m[:2]), axis=1).min(initial=math.inf) <= HERE_M
-        )
+        place = step.target_enu_m
+        own = place is not None and persons.distance_m(place, times_utc_s[step.step]) <= HERE_M
         # What earlier views add is left out, as the area is that of the step's own views.
         seen_m2 = step.visibility_m2 if step.visibility_present_m2 is None else step.visibility_present_m2
         visibilities.append(min(1.0, seen_m2 / area_m2) if own and area_m2 > 0.0 else 0.0)

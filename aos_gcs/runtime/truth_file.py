@@ -11,6 +11,7 @@ import numpy as np
 
 from aos_gcs.errors import InputDataError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.geometry.walks import Walk
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 
 
@@ -66,11 +67,19 @@ def _numbers(points: Any, count: int) -> None:
             raise ValueError(f"{point} must be {count} numbers")
 
 
+def _targets(targets: Any) -> None:
+    _numbers([target["position_enu_m"] for target in targets], 3)
+    for target in targets:
+        if target.get("walk") is not None:
+            Walk(**{key: float(value) for key, value in target["walk"].items()})
+
+
 _READERS: Mapping[str, Callable[[Any], object]] = {
     "origin": lambda origin: GeodeticPosition(**{key: float(value) for key, value in origin.items()}),
     "seed": range,
     "trees_per_ha": float,
-    "targets": lambda targets: _numbers([target["position_enu_m"] for target in targets], 3),
+    "targets": _targets,
+    "start_utc_s": lambda start: float(start or 0.0),
     "area_enu_m": lambda area: _numbers(area, 2),
 }
 """Readers of the fields of a world file, which fail where one is not what it should be."""

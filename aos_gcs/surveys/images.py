@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import os
+import mmap
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,16 +13,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.errors import InputDataError
+from aos_gcs.image_headers import FileContent, TornImageError, is_cut_off, picture_sizes
 from aos_gcs.imaging.model import Frame
 from aos_gcs.surveys.model import SurveyImage
 
-BANDS_OF_CHANNELS = {1: ("grey",), 3: ("red", "green", "blue")}
+SUFFIXES = frozenset({".png", ".jpg", ".jpeg", ".tif", ".tiff"})
+"""Endings of the names of image files that can be read."""
 
-END_MARKERS = {b"\x89PNG": b"IEND\xaeB`\x82", b"\xff\xd8": b"\xff\xd9"}
-"""First and last bytes of PNG and JPEG files; decoders fill up truncated ones without a word."""
+MAX_PIXELS = 250_000_000
+"""Largest image that is decoded; a small file can claim, and compress, far more."""
 
-TAIL_BYTES = 64
-"""Bytes at the end of a file within which its end marker is looked for."""
+GREY, COLOURS = ("grey",), ("red", "green", "blue")
+_VALUES = {"uint8": "8-bit", "uint16": "16-bit", "float32": "32-bit floating-point"}
+"""Names of the types of values that are read."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,59 +57,95 @@ def read_frame(image: SurveyImage, bands: tuple[str, ...], vehicle_id: int = 0) 
     """Read an image of a survey.
 
     Raises:
-        InputDataError: if it is missing, unreadable, incomplete, or has not the size of its camera or the bands.
+        InputDataError: if it is missing, unreadable, incomplete, or has not the size of its camera, the bands, or the
+            type of values of its recording.
     """
     pixels = read_image(image.path)
+    if bands == GREY:
+        pixels = _without_equal_bands(pixels)
     expected = image.camera.height_px, image.camera.width_px, len(bands)
     if pixels.shape != expected:
         raise InputDataError(
             f"The image {image.path} has {_size(pixels.shape)}, but {_size(expected)} are expected: all images of a "
             "recording must be alike, or tell their own cameras."
         )
+    if image.dtype is not None and pixels.dtype != image.dtype:
+        raise InputDataError(
+            f"The image {image.path} has {_VALUES[pixels.dtype.name]} values, but the recording has "
+            f"{_VALUES[image.dtype.name]} ones: grey levels of different depths cannot be averaged."
+        )
     return Frame(vehicle_id, pixels, bands, image.pose, image.camera)
 
 
+def bands_of(pixels: NDArray[Any]) -> tuple[str, ...]:
+    """Return the bands of a recording by one of its images: one where all three of its channels are the same picture.
+
+    Thermal cameras write such pictures; as three bands they would be the same evidence three times.
+    """
+    return GREY if _without_equal_bands(pixels).shape[2] == 1 else COLOURS
+
+
 def read_image(path: Path) -> NDArray[Any]:
-    """Return an image of 8 or 16 bit, shape (H, W, C): grey or red, green, blue; an alpha channel is dropped.
+    """Return an image of 8 or 16 bit or of floating-point numbers, shape (H, W, C): grey, or red, green, blue.
+
+    An alpha channel is dropped.
 
     Raises:
-        InputDataError: if it is missing, unreadable or incomplete.
+        InputDataError: if it is missing, unreadable, incomplete or too large, or has values that are no numbers.
     """
     try:
         content = path.read_bytes()
     except OSError as error:
         raise InputDataError(f"The image {path} cannot be read: {error.strerror}.") from error
-    _refuse_truncated(path, content[:TAIL_BYTES], content[-TAIL_BYTES:])
-    image = cv2.imdecode(np.frombuffer(content, dtype=np.uint8), cv2.IMREAD_UNCHANGED) if content else None
-    if image is None or image.dtype not in (np.uint8, np.uint16):
-        raise InputDataError(f"The image {path} is not an image of 8 or 16 bit that can be decoded.")
+    _check(path, content)
+    try:
+        image = cv2.imdecode(np.frombuffer(content, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
+    except cv2.error as error:
+        raise InputDataError(f"The image {path} cannot be decoded: {error.err}.") from error
+    if image is None or image.dtype.name not in _VALUES:
+        raise InputDataError(f"The image {path} is not an image of 8, 16 or 32 bit that can be decoded.")
+    if image.dtype == np.float32 and not np.isfinite(image).all():
+        raise InputDataError(f"The image {path} has values that are no finite numbers.")
     if image.ndim == 2:
         return np.asarray(image[:, :, np.newaxis])
     return np.ascontiguousarray(image[:, :, 2::-1])
 
 
 def check_image(path: Path) -> None:
-    """Refuse a file that is missing, empty or incomplete, by its first and last bytes: before long work begins.
+    """Refuse a file that is missing, empty, incomplete or too large, without decoding it: before long work begins.
 
     Raises:
         InputDataError: naming the file.
     """
     try:
         with path.open("rb") as file:
-            head = file.read(TAIL_BYTES)
-            file.seek(-min(TAIL_BYTES, file.seek(0, os.SEEK_END)), os.SEEK_END)
-            tail = file.read()
+            if not file.seek(0, 2):
+                raise InputDataError(f"The image {path} is empty.")
+            with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
+                _check(path, content)
     except OSError as error:
         raise InputDataError(f"The image {path} cannot be read: {error.strerror}.") from error
-    if not head:
-        raise InputDataError(f"The image {path} is not an image of 8 or 16 bit that can be decoded.")
-    _refuse_truncated(path, head, tail)
 
 
-def _refuse_truncated(path: Path, head: bytes, tail: bytes) -> None:
-    for start, end in END_MARKERS.items():
-        if head.startswith(start) and end not in tail:
-            raise InputDataError(f"The image {path} is incomplete: its end is missing. Copy it again from its source.")
+def _check(path: Path, content: FileContent) -> None:
+    """Refuse what cannot be decoded, or takes too much memory for it."""
+    try:
+        pixels = sum(width * height for width, height in picture_sizes(content))
+    except TornImageError as error:
+        raise InputDataError(f"The image {path} is incomplete. Copy it again from its source.") from error
+    except InputDataError as error:
+        raise InputDataError(f"The image {path} is not an image that can be decoded: {error}.") from error
+    if not 0 < pixels <= MAX_PIXELS:
+        most = MAX_PIXELS / 1e6
+        raise InputDataError(f"The image {path} claims {pixels / 1e6:,.1f} megapixels; at most {most:.0f} are read.")
+    if is_cut_off(content):
+        raise InputDataError(f"The image {path} is incomplete: its end is missing. Copy it again from its source.")
+
+
+def _without_equal_bands(pixels: NDArray[Any]) -> NDArray[Any]:
+    """Return the first channel of an image whose channels are all the same, else the image."""
+    is_grey = pixels.shape[2] == 3 and (pixels[:, :, 1:] == pixels[:, :, :1]).all()
+    return np.ascontiguousarray(pixels[:, :, :1]) if is_grey else pixels
 
 
 def _size(shape: tuple[int, ...]) -> str:

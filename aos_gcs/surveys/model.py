@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
 
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
@@ -19,6 +22,8 @@ class SurveyImage:
     pose: Pose
     """Pose in the world of the recording, whose axes need not be east-north-up."""
     camera: CameraModel
+    dtype: np.dtype[np.generic] | None = None
+    """Type of its values; None: any that is read."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,3 +37,7 @@ class Survey:
     """Origin of the world, which is then east-north-up; None where it is not known."""
     left_out: Mapping[str, str]
     """Reasons why images take no part, by file name."""
+    without_pose: tuple[str, ...] = ()
+    """Names of the images beside those of a poses file that it does not name."""
+    R_file2world: NDArray[np.float64] = field(default_factory=lambda: np.eye(3))
+    """Rotation from the axes of the poses file, which meshes share, to those of the world, shape (3, 3)."""

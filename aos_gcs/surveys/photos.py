@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
+import filecmp
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
+from aos_gcs.cameras.intrinsics import Intrinsics
 from aos_gcs.errors import InputDataError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.distortion import LensDistortion
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.geotags.photo import Geotag, read_geotag
-from aos_gcs.surveys.images import BANDS_OF_CHANNELS, check_image, read_image
+from aos_gcs.geotags.sensors import Sensor
+from aos_gcs.surveys.images import bands_of, check_image, read_image
 from aos_gcs.surveys.model import Survey, SurveyImage
+
+_ALIKE_FOV = 1.3
+"""Ratio of fields of view up to which photographs are of one camera."""
 
 SUFFIXES = frozenset({".jpg", ".jpeg"})
 
@@ -34,8 +42,10 @@ def read_photos(
     folder: Path,
     *,
     ground_amsl_m: float | None = None,
-    horizontal_fov_rad: float | None = None,
+    optics: float | Intrinsics | None = None,
     lens: LensDistortion | None = None,
+    sensor: Sensor | None = None,
+    frames: slice = slice(None),
 ) -> Survey:
     """Read the geotags of all JPEG files of a folder.
 
@@ -45,11 +55,14 @@ def read_photos(
         folder: folder of the photographs, read in the order of their names.
         ground_amsl_m: altitude of the ground, to be compared with the photographs' absolute altitudes. None: the ground
             is where the flight began, and the photographs' relative altitudes are heights above it.
-        horizontal_fov_rad: replaces the focal lengths in the photographs' metadata.
-        lens: lens of all photographs.
+        optics: horizontal field of view, or intrinsics; they replace the focal lengths in the photographs' metadata.
+        lens: lens of all photographs; replaces that of the intrinsics.
+        sensor: leaves out the pictures of other sensors; needed where a folder has those of several.
+        frames: photographs that are looked at, in the order of their names.
 
     Raises:
-        InputDataError: if there is no photograph, or none can be used; the text names the reason.
+        InputDataError: if there is no photograph, none can be used, or several sensors have taken them; the text names
+            the reason.
         ConfigurationError: if pillow or defusedxml is not installed.
     """
     if not folder.is_dir():
@@ -59,13 +72,18 @@ def read_photos(
         raise InputDataError(
             f"The folder {folder} has no JPEG photographs (.jpg, .jpeg); for other images give their --poses."
         )
+    count, paths = len(paths), paths[frames]
+    if not paths:
+        raise InputDataError(f"None of the {count} photographs in {folder} lie in the range of frames.")
     photos: list[_Photo] = []
     left_out: dict[str, str] = {}
     bands: tuple[str, ...] | None = None
     for path in paths:
         try:
-            photo = _read(path, ground_amsl_m, horizontal_fov_rad, lens)
-            bands = bands or BANDS_OF_CHANNELS[read_image(path).shape[2]]
+            photo = _read(path, ground_amsl_m, optics, lens)
+            _refuse_other_sensor(photo.tag.sensor, sensor)
+            _refuse_copy(path, [known.path for known in photos])
+            bands = bands or bands_of(read_image(path))
         except InputDataError as error:
             left_out[path.name] = str(error)
             continue
@@ -73,6 +91,8 @@ def read_photos(
     if bands is None:
         name, reason = next(iter(left_out.items()))
         raise InputDataError(f"None of the {len(paths)} photographs in {folder} can be used; {name}: {reason}")
+    if sensor is None:
+        _refuse_mixed(photos, folder)
     origin = GeodeticPosition(
         photos[0].tag.latitude_deg,
         photos[0].tag.longitude_deg,
@@ -82,11 +102,12 @@ def read_photos(
 
 
 def _read(
-    path: Path, ground_amsl_m: float | None, horizontal_fov_rad: float | None, lens: LensDistortion | None
+    path: Path, ground_amsl_m: float | None, optics: float | Intrinsics | None, lens: LensDistortion | None
 ) -> _Photo:
     check_image(path)
     tag = read_geotag(path)
-    camera = replace(tag.camera(horizontal_fov_rad), distortion=lens)
+    camera = optics.camera(tag.width_px, tag.height_px) if isinstance(optics, Intrinsics) else tag.camera(optics)
+    camera = replace(camera, distortion=lens or camera.distortion)
     if ground_amsl_m is not None:
         if tag.altitude_amsl_m is None:
             raise InputDataError("it has neither AbsoluteAltitude nor GPSAltitude")
@@ -96,6 +117,44 @@ def _read(
     # Without an absolute altitude only the map's scale suffers, by a millionth per six metres.
     takeoff_amsl_m = 0.0 if tag.altitude_amsl_m is None else tag.altitude_amsl_m - tag.relative_altitude_m
     return _Photo(path, tag, camera, tag.relative_altitude_m, takeoff_amsl_m)
+
+
+def _refuse_other_sensor(sensor: Sensor | None, wanted: Sensor | None) -> None:
+    if wanted is not None and sensor is not wanted:
+        taken_by = "does not tell its sensor" if sensor is None else f"was taken by the sensor {sensor}"
+        raise InputDataError(f"it {taken_by}")
+
+
+def _refuse_mixed(photos: Sequence[_Photo], folder: Path) -> None:
+    """Refuse photographs of several sensors: thermal and colour pictures, or wide and narrow ones, have no average."""
+    of_sensor: dict[Sensor | None, list[_Photo]] = {}
+    for photo in photos:
+        of_sensor.setdefault(photo.tag.sensor, []).append(photo)
+    if len(of_sensor) > 1:
+        kinds = "; ".join(
+            f"{len(members)} of {sensor or 'an unknown sensor'}, such as {members[0].path.name}"
+            for sensor, members in of_sensor.items()
+        )
+        raise InputDataError(
+            f"The folder {folder} has photographs of several sensors ({kinds}): choose one with --sensor thermal, wide "
+            "or zoom."
+        )
+    fovs = sorted(photos, key=lambda photo: photo.camera.horizontal_fov_rad)
+    narrow, wide = fovs[0], fovs[-1]
+    if wide.camera.horizontal_fov_rad > _ALIKE_FOV * narrow.camera.horizontal_fov_rad:
+        narrow_deg, wide_deg = (math.degrees(photo.camera.horizontal_fov_rad) for photo in (narrow, wide))
+        raise InputDataError(
+            f"The folder {folder} has photographs of different cameras: {narrow.path.name} has a field of view of "
+            f"{narrow_deg:.0f}°, {wide.path.name} of {wide_deg:.0f}°. Put those of one camera into a folder."
+        )
+
+
+def _refuse_copy(path: Path, others: Sequence[Path]) -> None:
+    """Refuse a photograph that is there twice: what it shows would count as if two had seen it."""
+    size = path.stat().st_size
+    for other in others:
+        if other.stat().st_size == size and filecmp.cmp(path, other, shallow=False):
+            raise InputDataError(f"it is a copy of {other.name}")
 
 
 def _placed(photo: _Photo, world: LocalFrame) -> SurveyImage:

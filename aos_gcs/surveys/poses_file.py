@@ -4,53 +4,70 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections import Counter
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from aos_gcs.cameras.intrinsics import Intrinsics, parse_lens
 from aos_gcs.errors import InputDataError
 from aos_gcs.geometry.camera import CameraModel
-from aos_gcs.geometry.distortion import COEFFICIENTS, LensDistortion, LensModel
+from aos_gcs.geometry.distortion import LensDistortion, LensModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.geometry.poses import Pose
-from aos_gcs.surveys.images import BANDS_OF_CHANNELS, check_image, read_image
+from aos_gcs.surveys.conventions import PoseConvention
+from aos_gcs.surveys.images import SUFFIXES, bands_of, check_image, read_image
 from aos_gcs.surveys.model import Survey, SurveyImage
-
-_Result = TypeVar("_Result")
 
 ROTATION_TOLERANCE = 1e-3
 """Largest deviation of R R^T from identity: text files carry rotations rounded to a few digits."""
 
+Z_DOWN = (
+    "The cameras look along +z: only a world of x east, y north, z up can be placed on the earth. Leave --origin out, "
+    "or name the axes of the world (--convention z-down)."
+)
+
 LENSES = {"lens": LensModel.BROWN_CONRADY, "fisheye": LensModel.FISHEYE}
 """Fields of the file that may carry the coefficients of a lens."""
+
+_INTRINSICS = ("fx", "fy", "cx", "cy")
+"""Fields of the file that describe the camera, in pixels."""
 
 
 def read_poses(
     poses_file: Path,
     image_folder: Path,
-    horizontal_fov_rad: float,
+    optics: float | Intrinsics | None = None,
     *,
     lens: LensDistortion | None = None,
     origin: GeodeticPosition | None = None,
+    convention: PoseConvention | None = None,
+    frames: slice = slice(None),
     skip_broken: bool = False,
 ) -> Survey:
     """Read ``{"images": [{"imagefile": name, "M3x4": rows}, ...]}``.
 
     ``M3x4`` is row-major and takes world points to the camera, x_cam = R x + t, with camera axes right, down and
-    forward. Its entries are numbers, or texts of numbers. The coefficients of the lens may stand beside ``images`` as
-    ``"lens": [k1, k2, p1, p2, k3]`` or ``"fisheye": [k1, k2, k3, k4]``.
+    forward, unless another convention is named. Its entries are numbers, or texts of numbers. The camera may stand
+    beside ``images``: ``fx``, ``fy``, ``cx`` and ``cy`` in pixels, and the coefficients of the lens as ``"lens": [k1,
+    k2, p1, p2, k3]`` or ``"fisheye": [k1, k2, k3, k4]``. Names may have another ending than the files:
+    lists of poses are often made of other copies of the images.
 
     Args:
         poses_file: the JSON file.
         image_folder: folder of the images; all have the size and the channels of the first.
-        horizontal_fov_rad: full field of view of the images, distortion left out.
-        lens: replaces the file's own.
+        optics: full horizontal field of view of the images, distortion left out, or their intrinsics. They replace
+            the file's own, which must be there without them.
+        lens: replaces the lens of the intrinsics and of the file.
         origin: origin of the world, where that is east-north-up.
-        skip_broken: leave out images that are missing or incomplete, instead of refusing the recording.
+        convention: meaning of the matrices.
+        frames: entries that are used, in the order of the file.
+        skip_broken: leave out images that are missing or incomplete, or have no usable pose, instead of refusing the
+            recording.
 
     Raises:
         InputDataError: naming the file, the entry, and what is wrong with it.
@@ -61,33 +78,40 @@ def read_poses(
     entries = document.get("images")
     if not isinstance(entries, list) or not entries:
         raise InputDataError(f"The poses file {poses_file} needs a non-empty list 'images'.")
-    placed = [_entry(entry, f"{poses_file}, images[{index}]", image_folder) for index, entry in enumerate(entries)]
+    named = _named(entries, poses_file)
+    chosen = list(named.items())[frames]
+    if not chosen:
+        raise InputDataError(f"None of the {len(named)} images of {poses_file} lie in the range of frames.")
+    convention = convention or PoseConvention()
+    folder = _Folder(image_folder)
     left_out: dict[str, str] = {}
-    for path, _ in placed:
-        _tried(check_image, path, left_out, skip_broken=skip_broken)
-    shape = _shape([path for path, _ in placed], left_out, skip_broken=skip_broken)
-    camera = CameraModel.from_fov(shape[1], shape[0], horizontal_fov_rad)
-    camera = replace(camera, distortion=lens or _own_lens(document, poses_file))
-    images = tuple(SurveyImage(path, pose, camera) for path, pose in placed if path.name not in left_out)
-    return Survey(images, BANDS_OF_CHANNELS[shape[2]], origin, left_out)
-
-
-def parse_lens(model: LensModel, coefficients: list[Any], name: str) -> LensDistortion:
-    """Return a lens; trailing coefficients may be left out.
-
-    Raises:
-        InputDataError: naming what is wrong with them.
-    """
-    most = COEFFICIENTS[model]
-    try:
-        values = [math.nan if isinstance(value, bool) else float(value) for value in coefficients]
-    except (TypeError, ValueError):
-        values = []
-    # Four is the least that either model is calibrated with.
-    if not 4 <= len(values) <= most or not all(map(math.isfinite, values)):
-        count = "4" if most == 4 else f"4 to {most}"
-        raise InputDataError(f"{name} needs {count} finite coefficients, got {coefficients}.")
-    return LensDistortion(model, (*values, *[0.0] * (most - len(values))))
+    placed: list[tuple[Path, Pose]] = []
+    for name, (entry, place) in chosen:
+        try:
+            path, pose = folder.find(name, place), _pose(entry, f"{place} ({name})", convention)
+            check_image(path)
+        except InputDataError as error:
+            if not skip_broken:
+                raise
+            left_out[name] = str(error)
+        else:
+            placed.append((path, pose))
+    _refuse_repeated(placed, poses_file)
+    convention.check([pose for _, pose in placed])
+    if origin is not None:
+        _refuse_downward_z([pose for _, pose in placed])
+    first = _first_image([path for path, _ in placed], left_out, skip_broken=skip_broken)
+    camera = _camera(document, poses_file, first.shape, optics)
+    camera = replace(camera, distortion=lens or camera.distortion)
+    images = tuple(SurveyImage(path, pose, camera, first.dtype) for path, pose in placed if path.name not in left_out)
+    return Survey(
+        images,
+        bands_of(first),
+        origin,
+        left_out,
+        folder.names_beside([path for path, _ in placed], named),
+        convention.R_file2world,
+    )
 
 
 def _document(poses_file: Path) -> Mapping[str, Any]:
@@ -97,7 +121,38 @@ def _document(poses_file: Path) -> Mapping[str, Any]:
         raise InputDataError(f"The poses file {poses_file} cannot be read: {error.strerror}.") from error
     except ValueError as error:
         raise InputDataError(f"The poses file {poses_file} is not valid JSON: {error}.") from error
+    except RecursionError as error:
+        raise InputDataError(f"The poses file {poses_file} is nested too deeply to be a list of poses.") from error
     return document if isinstance(document, dict) else {}
+
+
+def _camera(
+    document: Mapping[str, Any], poses_file: Path, shape: tuple[int, ...], optics: float | Intrinsics | None
+) -> CameraModel:
+    """Return the camera of images of a shape (H, W, C); the lens of the file applies unless intrinsics are given."""
+    height_px, width_px, _ = shape
+    if isinstance(optics, Intrinsics):
+        return optics.camera(width_px, height_px)
+    own_lens = _own_lens(document, poses_file)
+    if optics is not None:
+        return replace(CameraModel.from_fov(width_px, height_px, optics), distortion=own_lens)
+    place = f"The poses file {poses_file}"
+    given = {name: _length(document[name], name, place) for name in _INTRINSICS if document.get(name) is not None}
+    if "fx" not in given:
+        raise InputDataError(
+            f"{place} does not describe the camera: give the field of view (--fov DEG), a camera file (--camera FILE), "
+            "or 'fx' beside 'images'."
+        )
+    fx_px = given["fx"]
+    own = Intrinsics(fx_px, given.get("fy", fx_px), given.get("cx"), given.get("cy"), None, own_lens, place)
+    return own.camera(width_px, height_px)
+
+
+def _length(value: object, name: str, place: str) -> float:
+    """Return a length in pixels."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value) or value <= 0.0:
+        raise InputDataError(f"{place}: '{name}' must be a positive number of pixels, got {value!r}.")
+    return float(value)
 
 
 def _own_lens(document: Mapping[str, Any], poses_file: Path) -> LensDistortion | None:
@@ -114,48 +169,91 @@ def _own_lens(document: Mapping[str, Any], poses_file: Path) -> LensDistortion |
     )
 
 
-def _shape(paths: list[Path], left_out: dict[str, str], *, skip_broken: bool) -> tuple[int, ...]:
-    """Return the shape of the first image that can be decoded."""
+class _Folder:
+    """The image files of a folder."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._files = {file.name: file for file in sorted(path.iterdir()) if file.suffix.lower() in SUFFIXES}
+
+    def find(self, name: str, place: str) -> Path:
+        """Return the file of this name, or the only one of this name with another ending.
+
+        Raises:
+            InputDataError: if there is none, or more than one.
+        """
+        path = self._path / name
+        if path.is_file():
+            return path
+        others = [file for file in self._files.values() if file.stem == path.stem]
+        if len(others) > 1:
+            names = ", ".join(file.name for file in others)
+            raise InputDataError(f"{place} names the image {name}, but {self._path} has {names}: which one is meant?")
+        if not others or path.parent != self._path or path.suffix.lower() not in SUFFIXES:
+            raise InputDataError(f"{place} names the image {name}, which is not in {self._path}.")
+        return others[0]
+
+    def names_beside(self, paths: Sequence[Path], names: Collection[str]) -> tuple[str, ...]:
+        """Return the names of the images that neither are among some paths nor have one of some names."""
+        used = {path.name for path in paths}
+        return tuple(name for name in self._files if name not in used and name not in names)
+
+
+def _named(entries: Sequence[object], poses_file: Path) -> dict[str, tuple[Mapping[str, Any], str]]:
+    """Return the entries and their places in the file by the names of their images."""
+    named: dict[str, tuple[Mapping[str, Any], str]] = {}
+    for index, entry in enumerate(entries):
+        place = f"{poses_file}, images[{index}]"
+        name = entry.get("imagefile") if isinstance(entry, dict) else None
+        if not isinstance(entry, dict) or not isinstance(name, str) or not name:
+            raise InputDataError(f"{place}: 'imagefile' must name an image.")
+        if name in named:
+            raise InputDataError(f"{place} names the image {name} again: each image counts once, with one pose.")
+        named[name] = entry, place
+    return named
+
+
+def _refuse_repeated(placed: Sequence[tuple[Path, Pose]], poses_file: Path) -> None:
+    """Refuse images that are named twice in different ways, such as with another ending."""
+    counts = Counter(path.resolve() for path, _ in placed)
+    for path, count in counts.items():
+        if count > 1:
+            raise InputDataError(
+                f"The poses file {poses_file} names the image {path.name} {count} times, in other words."
+            )
+
+
+def _refuse_downward_z(poses: Sequence[Pose]) -> None:
+    """Refuse a world whose z points down, of which an origin on the earth would make a mirror image."""
+    if poses and np.median([pose.R_cam2enu[2, 2] for pose in poses]) > 0.0:
+        raise InputDataError(Z_DOWN)
+
+
+def _first_image(paths: Sequence[Path], left_out: dict[str, str], *, skip_broken: bool) -> NDArray[Any]:
+    """Return the first image that can be decoded; those before it are left out."""
     for path in paths:
-        if path.name not in left_out:
-            image = _tried(read_image, path, left_out, skip_broken=skip_broken)
-            if image is not None:
-                return tuple(image.shape)
+        try:
+            return read_image(path)
+        except InputDataError as error:
+            if not skip_broken:
+                raise
+            left_out[path.name] = str(error)
     name, reason = next(iter(left_out.items()))
-    raise InputDataError(f"None of the {len(paths)} images can be used; {name}: {reason}")
+    raise InputDataError(f"None of the {len(left_out)} images can be used; {name}: {reason}")
 
 
-def _tried(
-    read: Callable[[Path], _Result], path: Path, left_out: dict[str, str], *, skip_broken: bool
-) -> _Result | None:
-    """Read a file; None, and a note of the reason, where that fails and broken files are skipped."""
-    try:
-        return read(path)
-    except InputDataError as error:
-        if not skip_broken:
-            raise
-        left_out[path.name] = str(error)
-        return None
-
-
-def _entry(entry: object, place: str, image_folder: Path) -> tuple[Path, Pose]:
-    name = entry.get("imagefile") if isinstance(entry, dict) else None
-    if not isinstance(name, str) or not name:
-        raise InputDataError(f"{place}: 'imagefile' must name an image.")
-    path = image_folder / name
-    if not path.is_file():
-        raise InputDataError(f"{place} names the image {name}, which is not in {image_folder}.")
-    M = _matrix(entry["M3x4"] if isinstance(entry, dict) and "M3x4" in entry else None, f"{place} ({name})")
+def _pose(entry: Mapping[str, Any], place: str, convention: PoseConvention) -> Pose:
+    M = _matrix(entry.get("M3x4"), place)
     R, t = M[:, :3], M[:, 3]
     if np.abs(R @ R.T - np.eye(3)).max() > ROTATION_TOLERANCE or np.linalg.det(R) < 0.0:
-        raise InputDataError(f"{place} ({name}): the left 3x3 part of 'M3x4' is no rotation matrix.")
-    return path, Pose(-R.T @ t, R.T)
+        raise InputDataError(f"{place}: the left 3x3 part of 'M3x4' is no rotation matrix.")
+    return convention.pose(R, t)
 
 
 def _matrix(rows: object, place: str) -> NDArray[np.float64]:
     shape = [len(row) if isinstance(row, list) else 0 for row in rows] if isinstance(rows, list) else []
     if not isinstance(rows, list) or shape != [4, 4, 4]:
-        raise InputDataError(f"{place}: 'M3x4' must be three rows of four numbers, world to camera.")
+        raise InputDataError(f"{place}: 'M3x4' must be three rows of four numbers.")
     return np.array([[_number(value, place) for value in row] for row in rows])
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import os
 import tempfile
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
@@ -11,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
+from aos_gcs.errors import ConfigurationError
 from aos_gcs.surveys.integration import TileResult, Work
 
 
@@ -34,6 +37,9 @@ def assemble(
 
     Rasters that would take more than the memory allowed live in nameless files in ``folder``, and vanish with the
     arrays.
+
+    Raises:
+        ConfigurationError: if the disk has no room for them.
     """
     in_memory = shape[0] * shape[1] * (4 * len(work.bands) + 4) <= work.max_bytes
     integral = _array((*shape, len(work.bands)), np.float32, None if in_memory else folder)
@@ -56,6 +62,15 @@ def assemble(
 def _array(shape: tuple[int, ...], dtype: DTypeLike, folder: Path | None) -> NDArray[Any]:
     if folder is None:
         return np.zeros(shape, dtype=dtype)
-    with tempfile.TemporaryFile(dir=folder) as file:
-        # The map keeps the file's content alive; a new file is full of zeros.
-        return np.memmap(file, dtype=dtype, mode="w+", shape=shape)
+    size = math.prod(shape) * np.dtype(dtype).itemsize
+    try:
+        with tempfile.TemporaryFile(dir=folder) as file:
+            # Its blocks are taken at once: a full disk would end the program when they are written through the map.
+            os.posix_fallocate(file.fileno(), 0, size)
+            # The map keeps the file's content alive; a new file is full of zeros.
+            return np.memmap(file, dtype=dtype, mode="r+", shape=shape)
+    except OSError as error:
+        raise ConfigurationError(
+            f"Cannot keep {size / 1e6:.0f} MB in {folder} while the map is made: {error.strerror or error}. Free some "
+            "space, or choose a coarser --ortho or a larger --max-memory."
+        ) from error

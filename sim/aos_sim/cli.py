@@ -35,6 +35,7 @@ from aos_sim.world_options import (
     Stones,
     Stumps,
     TreesPerHa,
+    WalkingSpeed,
     Waters,
     WindSpeed,
     image_source,
@@ -81,6 +82,7 @@ def sim(
     posture: PersonPosture = "standing",
     dressed: Dressed = False,
     in_pairs: InPairs = False,
+    walking_speed: WalkingSpeed = 0.0,
     conditions: ConditionsOption = "cool",
     image_size: ImageSize = 512,
     fov: FieldOfView = 50.0,
@@ -144,6 +146,7 @@ def sim(
                 "posture": posture,
                 "dressed": dressed,
                 "in_pairs": in_pairs,
+                "walking_mps": walking_speed,
                 "conditions": conditions,
             }
         )
@@ -161,7 +164,7 @@ async def _simulate(swarm: SimulatedSwarm, world: World, files: _Files, exit_wit
 
     stop = stop_on_signals()
     if files.world is not None:
-        write_world_file(files.world, world, swarm.options.origin, swarm.homes_enu_m)
+        write_world_file(files.world, world, swarm.options.origin, swarm.homes_enu_m, swarm.start_utc_s)
     async with swarm:
         await work_until(stop, exit_with_parent, report)
 

@@ -185,6 +185,11 @@ class SimulatedSwarm:
         self._tasks: set[asyncio.Task[None]] = set()
 
     @property
+    def start_utc_s(self) -> float:
+        """Time since the Unix epoch, by the simulation's clock, at which the world began."""
+        return self.now.start_utc_us / 1e6
+
+    @property
     def homes_enu_m(self) -> dict[int, tuple[float, float, float]]:
         """Return the true launch point of each vehicle by system id."""
         return {

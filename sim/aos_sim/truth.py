@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
-from aos_sim.world.person import person_mesh
+from aos_sim.world.person import Person, person_mesh
 from aos_sim.world.scene import build_scene
 from aos_sim.world_file import scene_parameters
 
@@ -23,7 +23,10 @@ off the nadir still fits in."""
 
 
 def unoccluded_areas_m2(
-    world: Mapping[str, Any], steps: Sequence[Sequence[tuple[Pose, CameraModel]]], plane_height_m: float = 0.0
+    world: Mapping[str, Any],
+    steps: Sequence[Sequence[tuple[Pose, CameraModel]]],
+    plane_height_m: float = 0.0,
+    times_utc_s: Sequence[float] | None = None,
 ) -> list[float]:
     """Return per step the area on the focal plane that the views of its cameras would cover of the persons together.
 
@@ -34,21 +37,31 @@ def unoccluded_areas_m2(
         world: fields of the world file; of those that are missing, the defaults.
         steps: the cameras of each step.
         plane_height_m: height of the focal plane, below the cameras.
+        times_utc_s: time of each step by the simulation's clock; needed where persons walk.
     """
     persons = build_scene(scene_parameters({**_WITHOUT_DISTRACTORS, **world})).persons
-    meshes = [person_mesh(person).triangles_enu_m.astype(np.float64) for person in persons]
-    return [
-        sum(
-            _union_m2(
-                mesh,
-                person.position_enu_m,
-                [pose for pose, camera in views if _shows(pose, camera, person.position_enu_m)],
-                plane_height_m,
-            )
-            for person, mesh in zip(persons, meshes, strict=True)
-        )
-        for views in steps
-    ]
+    start_utc_s = float(world.get("start_utc_s", 0.0))
+    still = [(person, _triangles(person)) for person in persons]
+    areas_m2 = []
+    for index, views in enumerate(steps):
+        bodies = still
+        if times_utc_s is not None and any(person.walk is not None for person in persons):
+            moved = [person.at(times_utc_s[index] - start_utc_s) for person in persons]
+            bodies = [(person, _triangles(person)) for person in moved]
+        areas_m2.append(sum(_covered_m2(person, mesh, views, plane_height_m) for person, mesh in bodies))
+    return areas_m2
+
+
+def _triangles(person: Person) -> NDArray[np.float64]:
+    return person_mesh(person).triangles_enu_m.astype(np.float64)
+
+
+def _covered_m2(
+    person: Person, mesh: NDArray[np.float64], views: Sequence[tuple[Pose, CameraModel]], plane_height_m: float
+) -> float:
+    place_enu_m = person.position_enu_m
+    poses = [pose for pose, camera in views if _shows(pose, camera, place_enu_m)]
+    return _union_m2(mesh, place_enu_m, poses, plane_height_m)
 
 
 def _shows(pose: Pose, camera: CameraModel, position_enu_m: NDArray[np.float64]) -> bool:

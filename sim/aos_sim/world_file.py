@@ -10,13 +10,14 @@ from typing import Any
 
 from aos_gcs.errors import InputDataError
 from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.geometry.walks import Walk
 from aos_sim.report import write_json
 from aos_sim.world.conditions import Conditions
 from aos_sim.world.person import Posture
 from aos_sim.world.scene import SceneParameters
 
 _SCENE_KEYS = ("seed", "trees_per_ha", "animals", "stones", "cloths")
-_LATER_KEYS = ("stumps", "waters", "persons", "posture", "conditions", "dressed", "in_pairs")
+_LATER_KEYS = ("stumps", "waters", "persons", "posture", "conditions", "dressed", "in_pairs", "walking_mps")
 """Fields that files of older versions lack; they had their defaults."""
 
 
@@ -27,6 +28,8 @@ class Target:
     name: str
     position_enu_m: tuple[float, float, float]
     height_m: float
+    walk: Walk | None = None
+    """Way about the position since the world began; None: the person stays."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +51,7 @@ class World:
     conditions: str = Conditions.COOL
     dressed: bool = False
     in_pairs: bool = False
+    walking_mps: float = 0.0
 
 
 def scene_parameters(fields: Mapping[str, Any]) -> SceneParameters:
@@ -62,13 +66,26 @@ def scene_parameters(fields: Mapping[str, Any]) -> SceneParameters:
 
 
 def write_world_file(
-    path: Path, world: World, origin: GeodeticPosition, homes_enu_m: Mapping[int, tuple[float, float, float]]
+    path: Path,
+    world: World,
+    origin: GeodeticPosition,
+    homes_enu_m: Mapping[int, tuple[float, float, float]],
+    start_utc_s: float,
 ) -> None:
-    """Write the world file, atomically. ``homes_enu_m`` is by system id."""
+    """Write the world file, atomically.
+
+    Args:
+        path: the file.
+        world: what it tells.
+        origin: origin of the world's frame.
+        homes_enu_m: launch points by system id.
+        start_utc_s: time by the simulation's clock, since the Unix epoch, at which the world began.
+    """
     write_json(
         path,
         {
             "origin": asdict(origin),
+            "start_utc_s": start_utc_s,
             **asdict(world),
             "vehicles": [{"system_id": system_id, "home_enu_m": home} for system_id, home in homes_enu_m.items()],
         },

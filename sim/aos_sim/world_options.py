@@ -37,6 +37,10 @@ Persons = Annotated[int, typer.Option(help="Persons in the forest.")]
 PersonPosture = Annotated[str, typer.Option("--posture", help="Their posture: standing, sitting, lying or walking.")]
 Dressed = Annotated[bool, typer.Option("--dressed", help="Draw hoods, gloves and blankets for them.")]
 InPairs = Annotated[bool, typer.Option("--in-pairs", help="Have every second person keep company to another.")]
+WalkingSpeed = Annotated[
+    float,
+    typer.Option("--walking-speed", help="Speed in m/s at which walking persons go to and fro; 0: they stay."),
+]
 ConditionsOption = Annotated[
     str, typer.Option("--conditions", help="Weather and time of day: cool, clear, overcast, night or warm.")
 ]
@@ -102,7 +106,9 @@ def world_of(scene: Scene) -> World:
     parameters = scene.parameters
     return World(
         area_enu_m=tuple((float(east), float(north)) for east, north in scene.area_enu_m),
-        targets=tuple(Target(person.name, _point(person.position_enu_m), person.height_m) for person in scene.persons),
+        targets=tuple(
+            Target(person.name, _point(person.position_enu_m), person.height_m, person.walk) for person in scene.persons
+        ),
         seed=parameters.seed,
         trees_per_ha=parameters.trees_per_ha,
         animals=parameters.animals,
@@ -115,6 +121,7 @@ def world_of(scene: Scene) -> World:
         conditions=str(parameters.conditions),
         dressed=parameters.dressed,
         in_pairs=parameters.in_pairs,
+        walking_mps=parameters.walking_mps,
     )
 
 

@@ -47,11 +47,11 @@ class Flight:
     def save(self) -> None:
         self.poses.write_text(json.dumps(self.document))
 
-    def render(self, pose: Pose, size: int = 60) -> NDArray[np.float64]:
-        camera = CameraModel.from_fov(size, size, np.radians(FOV_DEG))
-        u, v = np.meshgrid(np.arange(size), np.arange(size))
+    def render(self, pose: Pose, size: int = 60, camera: CameraModel | None = None) -> NDArray[np.float64]:
+        camera = camera or CameraModel.from_fov(size, size, np.radians(FOV_DEG))
+        u, v = np.meshgrid(np.arange(camera.width_px), np.arange(camera.height_px))
         points = intersect_plane(np.stack((u.ravel(), v.ravel()), axis=1), camera, pose, PLANE_Z)
-        return texture(points).reshape(size, size)
+        return texture(points).reshape(u.shape)
 
     def pose(self, index: int) -> Pose:
         M = np.array(self.document["images"][index]["M3x4"], dtype=float)

@@ -1,7 +1,9 @@
 """Refusals of ``aos-gcs integrate``: bad input is named and nothing is written."""
 
 import json
+import math
 import re
+import struct
 from collections.abc import Callable
 from pathlib import Path
 
@@ -99,10 +101,10 @@ def mirror(flight: Flight) -> dict[str, object]:
     return {}
 
 
-def lens_of(field: str, coefficients: object) -> Change:
+def lens_of(field: str, coefficients: object, **values: object) -> Change:
     def change(flight: Flight) -> dict[str, object]:
         flight.poses.write_text(json.dumps({**flight.document, field: coefficients}))
-        return {}
+        return values
 
     return change
 
@@ -162,13 +164,58 @@ def geotiff_in_degrees(flight: Flight) -> dict[str, object]:
 
 
 def geotiff_without_system(flight: Flight) -> dict[str, object]:
+    turn_z_up(flight)
     return {"plane_z": None, "dem": geotiff(flight, None), "origin": "48,14,0"}
 
 
-def look_up(flight: Flight) -> dict[str, object]:
+def turn_z_up(flight: Flight) -> None:
+    """Have the cameras look along -z."""
     for entry in flight.document["images"]:
         entry["M3x4"] = (np.diag([1.0, -1.0, -1.0]) @ np.array(entry["M3x4"], dtype=float)).tolist()
     flight.save()
+
+
+def name_again(flight: Flight) -> dict[str, object]:
+    flight.document["images"] += [flight.document["images"][1]] * 2
+    flight.save()
+    return {}
+
+
+def name_in_two_ways(flight: Flight) -> dict[str, object]:
+    flight.document["images"].append({**flight.document["images"][1], "imagefile": "1.tiff"})
+    flight.save()
+    return {}
+
+
+def name_of_two_files(flight: Flight) -> dict[str, object]:
+    cv2.imwrite(str(flight.images / "2.tiff"), np.zeros((60, 60), dtype=np.uint8))
+    return change_entry(imagefile="2.jpg")(flight)
+
+
+def deeper_image(flight: Flight) -> dict[str, object]:
+    cv2.imwrite(str(flight.images / "2.png"), np.zeros((60, 60), dtype=np.uint16))
+    return {}
+
+
+def image_of(dtype: str, value: float) -> Change:
+    def change(flight: Flight) -> dict[str, object]:
+        content = cv2.imencode(".tiff", np.full((60, 60), value, dtype=dtype))[1].tobytes()
+        (flight.images / "2.png").write_bytes(content)
+        return {}
+
+    return change
+
+
+def claim_size(flight: Flight) -> dict[str, object]:
+    path = flight.images / "2.png"
+    content = bytearray(path.read_bytes())
+    content[16:24] = struct.pack(">II", 200_000, 200_000)
+    path.write_bytes(content)
+    return {}
+
+
+def look_up(flight: Flight) -> dict[str, object]:
+    turn_z_up(flight)
     return {"view": None, "size": None, "ortho": 0.1}
 
 
@@ -206,7 +253,16 @@ BAD_INPUT = {
     "truncated png": (truncate_image, r"2\.png is incomplete"),
     "truncated jpeg": (truncate_jpeg, r"2\.png is incomplete"),
     "no image": (write_image(b"not an image"), r"2\.png is not an image"),
-    "empty image": (write_image(b""), r"2\.png is not an image"),
+    "empty image": (write_image(b""), r"2\.png is empty"),
+    "size of a bomb": (claim_size, r"2\.png claims 40,000\.0 megapixels; at most 250 are read"),
+    "mixed depths": (deeper_image, r"2\.png has 16-bit values, but the recording has 8-bit ones"),
+    "depth of its own": (image_of("float64", 1.0), r"2\.png is not an image of 8, 16 or 32 bit"),
+    "values not finite": (image_of("float32", math.nan), r"2\.png has values that are no finite numbers"),
+    "named again": (name_again, r"images\[4\] names the image 1\.png again: each image counts once"),
+    "named in two ways": (name_in_two_ways, r"names the image 1\.png 2 times"),
+    "name of two files": (name_of_two_files, r"names the image 2\.jpg, but .*images has 2\.png, 2\.tiff: which one"),
+    "nested poses": (write_poses("[" * 100_000 + "]" * 100_000), "is nested too deeply"),
+    "origin of z down": (options(origin="48,14,0"), r"The cameras look along \+z"),
     "image absent": (change_entry(imagefile="gone.png"), r"images\[2\] names the image gone\.png, which is not in"),
     "no image name": (change_entry(imagefile=None), r"images\[2\]: 'imagefile' must name"),
     "mixed sizes": (mix_sizes, r"2\.png has 60 x 50 pixels and 1 channel, but 60 x 60 pixels and 1"),
@@ -222,7 +278,21 @@ BAD_INPUT = {
     "mirrored": (mirror, "is no rotation"),
     "view too large": (options(view=4), r"--view 4 is out of range: .* has the views 0 to 3"),
     "view negative": (options(view=-1), "--view -1 is out of range"),
-    "no fov": (options(fov=None), "--poses needs the field of view of the images: give it as --fov DEG"),
+    "no fov": (options(fov=None), r"The poses file .*poses\.json does not describe the camera: give the field of view"),
+    "fov and camera": (options(camera="camera.yml"), "--camera and --fov exclude each other"),
+    "camera file absent": (options(fov=None, camera="absent.yml"), "The camera file absent.yml cannot be read"),
+    "fx in the file": (lens_of("fx", "wide", fov=None), "'fx' must be a positive number of pixels, got 'wide'"),
+    "convention": (options(convention="upside-down"), "--convention does not know 'upside-down': use world-to-camera"),
+    "two conventions": (options(convention="ned,z-down"), "--convention: ned and z-down exclude each other"),
+    "cameras look up": (
+        options(convention="enu"),
+        "With the convention world-to-camera,opencv,enu most cameras look up",
+    ),
+    "frames": (options(frames="2"), r"--frames needs a range A:B\[:STEP\] of images counted from 0, got '2'"),
+    "frames of words": (options(frames="a:b"), "--frames needs a range"),
+    "frames without a step": (options(frames="0:3:0"), "--frames needs a range"),
+    "frames backwards": (options(frames="3:1"), "--frames needs a range"),
+    "frames beyond": (options(frames="4:"), r"None of the 4 images of .*poses\.json lie in the range of frames"),
     "ground of poses": (options(ground=300), "--ground applies to photographs"),
     "lens in the file": (lens_of("lens", [0.1, 0.2]), r"'lens' of the poses file .* needs 4 to 5 finite coefficients"),
     "fisheye in the file": (lens_of("fisheye", 0.1), r"'fisheye' of the poses file .* needs 4 finite coefficients"),

@@ -14,6 +14,7 @@ from aos_gcs.errors import InputDataError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.geodesy import EnuPoint, GeodeticPosition, LocalFrame
 from aos_gcs.geometry.poses import nadir_pose
+from aos_gcs.geometry.walks import Walk
 from aos_gcs.imaging.persons.decision import FindingKind
 from aos_gcs.mission.model.findings import Finding, FindingStatus
 from aos_gcs.mission.model.phase import Outcome, OutcomeRecord, Phase, Suspension
@@ -30,6 +31,8 @@ from aos_sim.world_file import Target, World, write_world_file
 
 ORIGIN = GeodeticPosition(48.3, 14.3, 260.0)
 SEED, TREES_PER_HA = 3, 20.0
+START_UTC_S = 0.0
+"""The frames of a step are of as many seconds later."""
 CAMERA = CameraModel.from_fov(64, 64, math.radians(50.0))
 
 
@@ -101,13 +104,14 @@ class Recorded:
     person_enu_m: np.ndarray
     pictured_m2: float
     """What that camera would see of the person without a forest."""
+    walk: Walk | None = None
 
     def score(self, of: MissionSnapshot, report: bool = True, origin: GeodeticPosition = ORIGIN) -> Score:
         """``origin`` is the world's."""
         offset_enu_m = LocalFrame(origin).to_enu(ORIGIN)
         world, truth = self.folder.parent / "world.json", self.folder.parent / "report.json"
-        targets = (Target("person", tuple(map(float, self.person_enu_m + offset_enu_m)), 1.8),)
-        write_world_file(world, World((), targets, SEED, TREES_PER_HA), origin, {})
+        targets = (Target("person", tuple(map(float, self.person_enu_m + offset_enu_m)), 1.8, self.walk),)
+        write_world_file(world, World((), targets, SEED, TREES_PER_HA), origin, {}, START_UTC_S)
         if report:
             truth.write_text(json.dumps({"min_separation_m": 2.5}), encoding="utf-8")
         return score_mission(of, self.folder, world, truth)
@@ -156,6 +160,18 @@ async def test_a_found_person_is_measured_against_the_truth(tmp_path: Path, pers
     assert (score.steps, score.vehicles, score.landed) == (2, 3, 2)
     assert score.min_separation_m == 2.5
     assert score.mission_dir == str(recorded.folder)
+
+
+@pytest.mark.parametrize(("east_m", "error_m"), [(4.0, 0.0), (1.5, 2.5), (0.0, None)])
+async def test_a_claim_is_compared_with_where_a_walking_person_was(
+    tmp_path: Path, person_enu_m: np.ndarray, east_m: float, error_m: float | None
+) -> None:
+    blobs = [beside(person_enu_m, 2.0), beside(person_enu_m, 4.0)]
+    recorded = await record(tmp_path, person_enu_m, (0.75, 0.25), blobs)
+    recorded.walk = Walk(speed_mps=2.0, length_m=8.0, heading_rad=math.pi / 2)
+    score = recorded.score(snapshot(beside(person_enu_m, east_m), (Task.LANDED,), Outcome.FOUND))
+    assert score.person_found is (error_m is not None)
+    assert score.target_error_m == pytest.approx(4.0 if error_m is None else error_m, abs=1e-6)
 
 
 async def test_blobs_of_something_else_show_nothing_of_the_person(tmp_path: Path, person_enu_m: np.ndarray) -> None:
@@ -219,6 +235,11 @@ PLACE = '"origin": {"latitude_deg": 48.3, "longitude_deg": 14.3, "altitude_amsl_
         (f'{PLACE}, "seed": "one", "trees_per_ha": 1, "targets": []', "seed"),
         (f'{PLACE}, "seed": 1, "trees_per_ha": null, "targets": []', "trees_per_ha"),
         (f'{PLACE}, "seed": 1, "trees_per_ha": 1, "targets": [{{"position_enu_m": [1, 2]}}]', "targets"),
+        (f'{PLACE}, "seed": 1, "trees_per_ha": 1, "targets": [], "start_utc_s": "noon"', "start_utc_s"),
+        (
+            f'{PLACE}, "seed": 1, "trees_per_ha": 1, "targets": [{{"position_enu_m": [1, 2, 3], "walk": {{"x": 1}}}}]',
+            "targets",
+        ),
         (f'{PLACE}, "seed": 1, "trees_per_ha": 1, "targets": [], "area_enu_m": [[1, "x"]]', "area_enu_m"),
     ],
 )
@@ -234,7 +255,7 @@ def test_the_truth_about_another_world_is_refused(tmp_path: Path) -> None:
     area_m = ((-50.0, 8.0), (50.0, 8.0), (50.0, 108.0), (-50.0, 108.0))
     searched = replace(snapshot(None, (), Outcome.NOT_FOUND), area_enu_m=((-25.0, 8.0), (25.0, 8.0), (25.0, 88.0)))
     for offset_m, is_other in (((0.0, 0.0, 0.0), False), ((60.0, 0.0, 0.0), False), ((0.0, 1000.0, 0.0), True)):
-        write_world_file(path, World(area_m), LocalFrame(ORIGIN).to_geodetic(offset_m), {})
+        write_world_file(path, World(area_m), LocalFrame(ORIGIN).to_geodetic(offset_m), {}, START_UTC_S)
         if is_other:
             with pytest.raises(InputDataError, match=r"another world: its area_enu_m lies 920 m outside"):
                 check_place(path, read_world(path), searched)

@@ -8,6 +8,7 @@ import pytest
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose, nadir_pose
+from aos_gcs.geometry.walks import Walk
 from aos_sim.errors.model import NONE
 from aos_sim.errors.wind import Wind
 from aos_sim.render import Renderer
@@ -289,6 +290,17 @@ def test_wind_moves_trees_between_moments_and_nothing_else() -> None:
     np.testing.assert_array_equal(bodies[0].unoccluded, bodies[1].unoccluded)
     bare_ground = Renderer(build_scene(SceneParameters(seed=2, trees_per_ha=0, side_m=30.0)), wind=Wind(6.0))
     np.testing.assert_array_equal(bare_ground.view(pose, CAMERA, 3.1), bare_ground.view(pose, CAMERA, 8.0))
+
+
+def test_a_walking_person_is_seen_where_it_is_at_that_moment(bare_scene: Scene) -> None:
+    start = person_at(0.0, 20.0)
+    walker = replace(start, posture=Posture.WALKING, walk=Walk(1.0, 8.0, heading_rad=math.pi / 2))
+    walking = Renderer(replace(bare_scene, persons=(walker,)))
+    pose = above(walking)
+    for at_s, east_m, heading_rad in ((0.0, 0.0, math.pi / 2), (3.0, 3.0, math.pi / 2), (6.0, 2.0, 1.5 * math.pi)):
+        there = replace(walker, walk=None, position_enu_m=np.array([east_m, 20.0, 0.0]), heading_rad=heading_rad)
+        still = Renderer(replace(bare_scene, persons=(there,)))
+        np.testing.assert_allclose(walking.view(pose, CAMERA, at_s), still.view(pose, CAMERA, at_s), atol=1e-3)
 
 
 def test_still_air_leaves_every_moment_alike(forest: Renderer) -> None:

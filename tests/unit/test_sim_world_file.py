@@ -19,7 +19,7 @@ ORIGIN = GeodeticPosition(48.3, 14.3, 260.0)
 def test_a_world_is_the_same_when_it_is_read_back(tmp_path: Path) -> None:
     parameters = SceneParameters(seed=7, trees_per_ha=20.0, animals=1, stones=2, cloths=3)
     path = tmp_path / "world.json"
-    write_world_file(path, world_of(build_scene(parameters)), ORIGIN, {1: (0.0, 0.0, 0.0)})
+    write_world_file(path, world_of(build_scene(parameters)), ORIGIN, {1: (0.0, 0.0, 0.0)}, 1e9)
     assert read_world_file(path) == (parameters, ORIGIN)
     assert list(tmp_path.iterdir()) == [path]
 
@@ -39,7 +39,7 @@ def test_what_is_no_world_file_is_named(tmp_path: Path, content: str) -> None:
 
 def test_a_world_out_of_range_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "world.json"
-    write_world_file(path, world_of(build_scene(SceneParameters(trees_per_ha=0.0))), ORIGIN, {})
+    write_world_file(path, world_of(build_scene(SceneParameters(trees_per_ha=0.0))), ORIGIN, {}, 1e9)
     path.write_text(path.read_text(encoding="utf-8").replace('"seed": 1', '"seed": -1'), encoding="utf-8")
     with pytest.raises(ConfigurationError, match="seed"):
         read_world_file(path)

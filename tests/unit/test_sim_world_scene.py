@@ -1,9 +1,12 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from aos_gcs.errors import ConfigurationError
 from aos_sim.world.ground import CELL_M, TILE_CELLS, make_ground
 from aos_sim.world.mesh import Material
+from aos_sim.world.person import Posture
 from aos_sim.world.scene import Scene, SceneParameters, build_scene
 from aos_sim.world.species import BROADLEAF, CONIFER
 
@@ -155,3 +158,21 @@ def test_ground_repeats_without_a_seam_and_differs_under_trees() -> None:
     seam = np.abs(ground.forest_tile[0] - ground.forest_tile[-1]).mean(axis=0)
     inside = np.abs(np.diff(ground.forest_tile, axis=0)).mean(axis=(0, 1))
     np.testing.assert_array_less(seam, 1.3 * inside)
+
+
+def test_walking_persons_keep_clear_of_trunks_and_change_nothing_else(scene: Scene) -> None:
+    parameters = replace(scene.parameters, posture=Posture.WALKING, walking_mps=1.2)
+    trunks_enu_m = scene.forest.trunk_enu_m[:, :2]
+    nearest_m = []
+    for walker, stander in zip(build_scene(parameters).persons, scene.persons, strict=True):
+        np.testing.assert_array_equal(walker.position_enu_m, stander.position_enu_m)
+        assert walker.walk is not None
+        assert walker.walk.speed_mps == 1.2
+        places_enu_m = np.array([walker.at(at_s).position_enu_m[:2] for at_s in np.arange(0.0, 14.0, 0.5)])
+        nearest_m.append(np.linalg.norm(places_enu_m[:, np.newaxis] - trunks_enu_m, axis=2).min())
+    assert np.median(nearest_m) > 1.0
+
+
+def test_only_walking_persons_have_a_speed() -> None:
+    with pytest.raises(ConfigurationError, match="walking_mps needs the posture walking, got standing"):
+        SceneParameters(walking_mps=1.0)

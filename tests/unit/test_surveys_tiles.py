@@ -1,6 +1,8 @@
 """Tiles of a survey: what they leave out, what they have in common, and that nothing depends on how many are held."""
 
+import errno
 import math
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -10,7 +12,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from aos_gcs.errors import ImagingError, InputDataError
+from aos_gcs.errors import ConfigurationError, ImagingError, InputDataError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import nadir_pose
 from aos_gcs.geometry.projection import Plane
@@ -116,6 +118,19 @@ def test_large_rasters_live_in_files_that_vanish(images: list[SurveyImage], tmp_
     assert not list(folder.iterdir())
     assert np.isfinite(rasters.integral[rasters.coverage > 0]).all()
     assert np.isnan(rasters.integral[rasters.coverage == 0]).all()
+
+
+def test_a_full_disk_is_told_before_it_is_written_to(
+    images: list[SurveyImage], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "posix_fallocate", fail)
+    raster = raster_of(images, PLANE)
+    work = work_on(images, PLANE, max_bytes=1)
+    with pytest.raises(ConfigurationError, match="while the map is made: No space left on device"):
+        whole(work, map_tiles(raster, images, PLANE), raster, 10**9, tmp_path)
 
 
 def test_groups_fit_into_memory(images: list[SurveyImage]) -> None:

@@ -28,10 +28,13 @@ MAX_SAMPLES = 50_000_000
 """Largest number of samples of a GeoTIFF; larger ones are refused to limit the memory."""
 
 
-def read_dem(path: Path, origin: GeodeticPosition | None = None) -> Terrain:
+def read_dem(
+    path: Path, origin: GeodeticPosition | None = None, R_mesh2world: NDArray[np.float64] | None = None
+) -> Terrain:
     """Read a terrain.
 
-    ``.obj`` and ``.obj.gz`` meshes have the coordinates of the world that the terrain is used in. A ``.tif`` has
+    ``.obj`` and ``.obj.gz`` meshes have the coordinates of the world that the terrain is used in, or are turned to its
+    axes by a rotation, shape (3, 3). A ``.tif`` has
     those of its own coordinate system, with z up; with ``origin`` it is brought to the east-north-up world there.
 
     Raises:
@@ -49,7 +52,7 @@ def read_dem(path: Path, origin: GeodeticPosition | None = None) -> Terrain:
         )
     vertices, triangles = _read_obj(path)
     try:
-        return terrain_from_mesh(vertices, triangles)
+        return terrain_from_mesh(vertices if R_mesh2world is None else vertices @ R_mesh2world.T, triangles)
     except ValueError as error:
         raise InputDataError(f"The terrain {path} cannot be used: {error}.") from error
 

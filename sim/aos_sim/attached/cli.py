@@ -34,6 +34,7 @@ from aos_sim.world_options import (
     Stones,
     Stumps,
     TreesPerHa,
+    WalkingSpeed,
     Waters,
     image_source,
     parse_origin,
@@ -91,6 +92,7 @@ def sim_camera(
     posture: PersonPosture = "standing",
     dressed: Dressed = False,
     in_pairs: InPairs = False,
+    walking_speed: WalkingSpeed = 0.0,
     conditions: ConditionsOption = "cool",
     image_size: ImageSize = 512,
     fov: FieldOfView = 50.0,
@@ -117,6 +119,7 @@ def sim_camera(
             "posture": posture,
             "dressed": dressed,
             "in_pairs": in_pairs,
+            "walking_mps": walking_speed,
             "conditions": conditions,
         }
     )
@@ -146,7 +149,7 @@ async def _serve(cameras: AttachedCameras, world: World, files: _Files, exit_wit
         if files.report is not None:
             write_report(files.report, cameras.report())
         if files.world is not None and cameras.frame is not None:
-            write_world_file(files.world, world, cameras.frame.origin, cameras.homes_enu_m())
+            write_world_file(files.world, world, cameras.frame.origin, cameras.homes_enu_m(), cameras.start_utc_s)
 
     stop = stop_on_signals()
     async with asyncio.TaskGroup() as group:

@@ -100,6 +100,11 @@ class AttachedCameras:
         self._gcs_tasks: dict[int, asyncio.Task[None]] = {}
         self._developing: set[asyncio.Task[None]] = set()
 
+    @property
+    def start_utc_s(self) -> float:
+        """Time since the Unix epoch at which the world began."""
+        return self._start_utc_us / 1e6
+
     def homes_enu_m(self) -> dict[int, tuple[float, float, float]]:
         """Return where each vehicle takes off, by system id, as far as it is known."""
         if self.frame is None:

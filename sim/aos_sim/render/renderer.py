@@ -111,7 +111,15 @@ class Renderer:
         self._wind = wind
         self._sway = Sway(wind, scene.parameters.seed)
         self._forest = LitForest(scene) if forest is None else forest
+        self._walks = any(person.walk is not None for person in scene.persons)
         self._bodies = _Bodies(scene, self._forest.caster)
+
+    def _bodies_at(self, at_s: float) -> _Bodies:
+        """Return the bodies where they are at a moment."""
+        if not self._walks:
+            return self._bodies
+        persons = tuple(person.at(at_s) for person in self.scene.persons)
+        return _Bodies(replace(self.scene, persons=persons), self._forest.caster)
 
     def with_persons(self, persons: Sequence[Person]) -> Renderer:
         """Return a renderer of the same forest and distractors with other persons, or none; takes milliseconds."""
@@ -136,7 +144,7 @@ class Renderer:
         Args:
             pose: pose of the camera.
             camera: its model.
-            at_s: moment, which decides how the trees sway.
+            at_s: moment, seconds since the world began, which decides how the trees sway and where persons walk.
             backdrop_stride: 2 renders only every second pixel of every second row where no body can be, which takes
                 less than half of the time; the pixels between repeat them.
         """
@@ -157,7 +165,7 @@ class Renderer:
         Raises:
             KeyError: if nobody has that name.
         """
-        hits = self._body_hits(_Rays(pose, camera))
+        hits = self._body_hits(_Rays(pose, camera), self._bodies)
         wanted = np.zeros(len(self.scene.persons) + len(self.scene.distractors), dtype=np.bool_)
         wanted[: len(self.scene.persons)] = [name in (None, person.name) for person in self.scene.persons]
         if name is not None and not wanted.any():
@@ -180,13 +188,13 @@ class Renderer:
 
     def visible_body_pixels(self, pose: Pose, camera: CameraModel) -> NDArray[np.intp]:
         """Return how many pixels show each body: the persons, then the distractors, shape (bodies,)."""
-        hits = self._body_hits(_Rays(pose, camera))
+        hits = self._body_hits(_Rays(pose, camera), self._bodies)
         bodies = self._bodies.body_of_triangle[hits.triangle[hits.is_visible]]
         return np.bincount(bodies, minlength=len(self.scene.persons) + len(self.scene.distractors))
 
     def _appearance(self, rays: _Rays, backdrop_stride: int) -> FloatArray:
         """Red, green, blue and °C per pixel, shape (H * W, 4)."""
-        directions, camera = rays.directions, rays.camera
+        directions, camera, bodies = rays.directions, rays.camera, self._bodies_at(rays.at_s)
         if backdrop_stride == 1:
             image = self._backdrop(rays, directions)
         else:
@@ -195,10 +203,10 @@ class Renderer:
             colours = self._backdrop(rays, thinned.reshape(-1, 3)).reshape(*thinned.shape[:2], 4)
             image = colours.repeat(backdrop_stride, axis=0).repeat(backdrop_stride, axis=1)
             image = image[: shape[0], : shape[1]].reshape(-1, 4)
-            near_bodies = self._bodies.pixels(rays.pose, camera)
+            near_bodies = bodies.pixels(rays.pose, camera)
             image[near_bodies] = self._backdrop(rays, directions[near_bodies])
-        hits = self._body_hits(rays)
-        image[hits.pixel[hits.is_visible]] = self._bodies.appearance[hits.triangle[hits.is_visible]]
+        hits = self._body_hits(rays, bodies)
+        image[hits.pixel[hits.is_visible]] = bodies.appearance[hits.triangle[hits.is_visible]]
         return image
 
     def _backdrop(self, rays: _Rays, directions: FloatArray) -> FloatArray:
@@ -212,10 +220,10 @@ class Renderer:
         colours[ground] = self._forest.ground.sample(east + distance * down[:, 0], north + distance * down[:, 1])
         return colours
 
-    def _body_hits(self, rays: _Rays) -> _BodyHits:
-        pixel = self._bodies.pixels(rays.pose, rays.camera)
+    def _body_hits(self, rays: _Rays, bodies: _Bodies) -> _BodyHits:
+        pixel = bodies.pixels(rays.pose, rays.camera)
         directions = rays.directions[pixel]
-        triangle, distance = self._bodies.caster.first_hit_with_distance(rays.pose.position_enu_m, directions)
+        triangle, distance = bodies.caster.first_hit_with_distance(rays.pose.position_enu_m, directions)
         is_hit = triangle != NO_HIT
         pixel, triangle, distance, directions = pixel[is_hit], triangle[is_hit], distance[is_hit], directions[is_hit]
         _, forest_distance = self._forest.caster.first_hit_with_distance(*self._swaying(rays, directions))

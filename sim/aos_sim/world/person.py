@@ -9,6 +9,7 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from aos_gcs.geometry.walks import Walk
 from aos_sim.world.mesh import FloatArray, Material, Mesh, concatenate, ellipsoid, tubes, uniform_mesh
 
 _TROUSERS_SHADE = 0.55
@@ -40,7 +41,7 @@ class Person:
 
     name: str
     position_enu_m: NDArray[np.float64]
-    """Point on the ground below the body's middle, shape (3,)."""
+    """Point on the ground below the body's middle, shape (3,); of one who walks, at the beginning."""
     heading_rad: float
     """Direction of the chest (lying: of the feet), clockwise from north."""
     height_m: float
@@ -53,6 +54,16 @@ class Person:
     gloved: bool = False
     blanket: bool = False
     """Covered from the shoulders to the knees by a blanket that insulates."""
+    walk: Walk | None = None
+    """None: the person stays in its place."""
+
+    def at(self, at_s: float) -> Person:
+        """Return the person as it is, staying, at a moment: seconds since the world began."""
+        if self.walk is None:
+            return self
+        (east_m, north_m), heading_rad = self.walk.at(at_s)
+        position_enu_m = self.position_enu_m + np.array([east_m, north_m, 0.0])
+        return replace(self, position_enu_m=position_enu_m, heading_rad=heading_rad, walk=None)
 
 
 @dataclass(frozen=True, slots=True)

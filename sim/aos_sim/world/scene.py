@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.errors import ConfigurationError
+from aos_gcs.geometry.walks import Walk
 from aos_sim.world.conditions import Conditions
 from aos_sim.world.distractors import Distractor, DistractorKind, make_distractor
 from aos_sim.world.forest import Forest, grow_forest
@@ -34,6 +35,10 @@ _COMPANY_M = (0.8, 2.0)
 """Least and greatest distance of two persons who keep company."""
 _DRESS_SHARES = np.array([0.4, 0.4, 0.3])
 """Share of persons with a hood, with gloves and, of those who sit or lie, with a blanket."""
+_MAX_WALKING_MPS = 5.0
+_WALK_M = 8.0
+"""Length of the line along which a person walks to and fro."""
+_WALK_CANDIDATES = 16
 _CLOTHING_COLOURS = ((196, 44, 40), (226, 108, 28), (40, 84, 190), (214, 190, 40), (170, 50, 130))
 
 
@@ -67,6 +72,8 @@ class SceneParameters:
     """Whether hoods, gloves and blankets are drawn; without, nobody wears any."""
     in_pairs: bool = False
     """Whether every second person keeps company to the one before."""
+    walking_mps: float = 0.0
+    """Speed at which persons in the posture *walking* go to and fro; 0: they stay in mid-stride."""
 
     def __post_init__(self) -> None:
         if self.seed < 0:
@@ -80,13 +87,17 @@ class SceneParameters:
                 raise ConfigurationError(f"{name} must lie within 0 and {_MAX_BODIES}, got {getattr(self, name)}.")
         if self.posture not in tuple(Posture):
             raise ConfigurationError(f"posture must be one of {', '.join(Posture)}, got {self.posture!r}.")
+        if not 0.0 <= self.walking_mps <= _MAX_WALKING_MPS:
+            raise ConfigurationError(f"walking_mps must lie within 0 and {_MAX_WALKING_MPS:g}, got {self.walking_mps}.")
+        if self.walking_mps > 0.0 and self.posture != Posture.WALKING:
+            raise ConfigurationError(f"walking_mps needs the posture walking, got {self.posture}.")
         if self.conditions not in tuple(Conditions):
             raise ConfigurationError(f"conditions must be one of {', '.join(Conditions)}, got {self.conditions!r}.")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scene:
-    """A world that does not change."""
+    """A world, in which persons may walk and nothing else changes."""
 
     parameters: SceneParameters
     persons: tuple[Person, ...]
@@ -107,7 +118,9 @@ def build_scene(parameters: SceneParameters) -> Scene:
 
     The persons' places do not depend on their posture or on distractors, nor the ground on the forest's density.
     """
-    forest_rng, person_rng, ground_rng, distractor_rng, dress_rng = np.random.default_rng(parameters.seed).spawn(5)
+    forest_rng, person_rng, ground_rng, distractor_rng, dress_rng, walk_rng = np.random.default_rng(
+        parameters.seed
+    ).spawn(6)
     side = parameters.side_m
     west = -side / 2
     forest = grow_forest(forest_rng, (west, FOREST_SOUTH_M), side, parameters.trees_per_ha, parameters.species)
@@ -116,6 +129,8 @@ def build_scene(parameters: SceneParameters) -> Scene:
         persons = _paired(dress_rng, persons)
     if parameters.dressed:
         persons = tuple(_dressed(dress_rng, person) for person in persons)
+    if parameters.walking_mps > 0.0:
+        persons = tuple(_walking(walk_rng, person, parameters.walking_mps, forest.trunk_enu_m) for person in persons)
     return Scene(
         parameters=parameters,
         persons=persons,
@@ -155,6 +170,19 @@ def _dressed(rng: np.random.Generator, person: Person) -> Person:
     hooded, gloved, covered = rng.random(3) < _DRESS_SHARES
     rests = person.posture in (Posture.SITTING, Posture.LYING)
     return replace(person, hooded=bool(hooded), gloved=bool(gloved), blanket=bool(covered) and rests)
+
+
+def _walking(rng: np.random.Generator, person: Person, speed_mps: float, trunks_enu_m: NDArray[np.float64]) -> Person:
+    """Return a person who walks, in the one of some directions drawn that keeps farthest from all trunks."""
+    along_m = np.linspace(-_WALK_M / 2, _WALK_M / 2, 17)
+    ways = []
+    for heading_rad in rng.uniform(0.0, 2 * math.pi, _WALK_CANDIDATES):
+        ahead = np.array([math.sin(heading_rad), math.cos(heading_rad)])
+        places_enu_m = person.position_enu_m[:2] + along_m[:, np.newaxis] * ahead
+        offsets_m = places_enu_m[:, np.newaxis] - trunks_enu_m[np.newaxis, :, :2]
+        ways.append((float(np.linalg.norm(offsets_m, axis=2).min(initial=math.inf)), float(heading_rad)))
+    _, heading_rad = max(ways)
+    return replace(person, heading_rad=heading_rad, walk=Walk(speed_mps, _WALK_M, heading_rad))
 
 
 def _make_distractors(

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from aos_drivers.frames.errors import TornFrameError
 from aos_gcs.errors import CaptureError, InputDataError
-from aos_gcs.image_headers import JPEG_START, PNG_START, TIFF_STARTS, TornImageError, picture_sizes
+from aos_gcs.image_headers import TIFF_STARTS, TornImageError, is_cut_off, picture_sizes
 from aos_gcs.radiometry import celsius_from_centikelvin
 
 Image = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32]
@@ -19,8 +19,6 @@ Image = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32]
 _COLOURS = ("red", "green", "blue")
 MAX_PIXELS = 100_000_000
 """Default limit for all pages of an image together."""
-_JPEG_END = b"\xff\xd9"
-_PNG_END = b"IEND\xaeB`\x82"
 
 
 def decode_image(data: bytes, max_pixels: int = MAX_PIXELS) -> tuple[Image, tuple[str, ...]]:
@@ -40,7 +38,7 @@ def decode_image(data: bytes, max_pixels: int = MAX_PIXELS) -> tuple[Image, tupl
         raise CaptureError(
             f"the image has {pixels / 1e6:.1f} megapixels; the limit is {max_pixels / 1e6:g} (max_image_megapixels)"
         )
-    if _is_truncated(data):
+    if is_cut_off(data):
         raise TornFrameError(f"the image file of {len(data)} bytes is incomplete")
     try:
         pages = _pages(np.frombuffer(data, np.uint8))
@@ -66,15 +64,6 @@ def _pages(data: NDArray[np.uint8]) -> Sequence[NDArray[Any]]:
         return cv2.imdecodemulti(data, cv2.IMREAD_UNCHANGED)[1]
     image = cv2.imdecode(data, cv2.IMREAD_UNCHANGED)
     return [] if image is None else [image]
-
-
-def _is_truncated(data: bytes) -> bool:
-    """Whether the end mark of the format is missing: decoders fill the rest of such an image with grey."""
-    if data.startswith(JPEG_START):
-        return _JPEG_END not in data[-64:]
-    if data.startswith(PNG_START):
-        return not data.endswith(_PNG_END)
-    return False
 
 
 def _bands(pages: list[NDArray[Any]]) -> tuple[Image, tuple[str, ...]]:

@@ -1,0 +1,1 @@
+"""Cameras as files tell them: intrinsics of other programs, and results of calibrations."""

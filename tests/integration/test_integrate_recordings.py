@@ -1,0 +1,125 @@
+"""Recordings as they come to ``aos-gcs integrate``: with gaps, copies, other endings and other kinds of values."""
+
+from __future__ import annotations
+
+import csv
+import os
+import shutil
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from tests.fakes.photographs import exif_block, write_photograph, xmp_packet
+from tests.fakes.recorded_flight import Flight, run
+from tests.fakes.survey_flight import Photographs
+
+
+@pytest.fixture
+def flight(tmp_path: Path) -> Flight:
+    return Flight(tmp_path)
+
+
+def integral_of(flight: Flight, **options: object) -> np.ndarray:
+    assert run(flight.arguments(**options)) == 0
+    return np.load(flight.out)
+
+
+def test_images_without_a_file_or_a_pose_are_skipped_on_request(
+    flight: Flight, capfd: pytest.CaptureFixture[str]
+) -> None:
+    (flight.images / "0.png").unlink()
+    flight.document["images"][2]["M3x4"][0][3] = float("nan")
+    flight.save()
+    assert np.isfinite(integral_of(flight, skip_broken=True, view=0)).any()
+    errors = capfd.readouterr().err
+    assert "2 of 4 images are skipped; 0.png: " in errors
+    assert "names the image 0.png, which is not in" in errors
+
+
+def test_images_that_no_pose_names_are_counted(flight: Flight, capfd: pytest.CaptureFixture[str]) -> None:
+    del flight.document["images"][2:]
+    flight.save()
+    integral_of(flight)
+    assert "2 images of the folder have no pose and take no part; the first is 2.png" in capfd.readouterr().err
+
+
+def test_names_may_have_another_ending_than_the_files(flight: Flight, capfd: pytest.CaptureFixture[str]) -> None:
+    expected = integral_of(flight)
+    for entry in flight.document["images"]:
+        entry["imagefile"] = entry["imagefile"].replace(".png", ".tiff")
+    flight.save()
+    np.testing.assert_array_equal(integral_of(flight), expected)
+    assert "have no pose" not in capfd.readouterr().err
+
+
+def test_three_equal_channels_are_one_band(flight: Flight) -> None:
+    expected = integral_of(flight)
+    for path in flight.images.iterdir():
+        cv2.imwrite(str(path), cv2.cvtColor(cv2.imread(str(path), cv2.IMREAD_GRAYSCALE), cv2.COLOR_GRAY2BGR))
+    np.testing.assert_array_equal(integral_of(flight), expected)
+
+
+def test_floating_point_images_keep_their_values(flight: Flight) -> None:
+    expected = integral_of(flight)
+    for path in flight.images.iterdir():
+        celsius = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE).astype(np.float32) / 10.0 - 5.0
+        path.write_bytes(cv2.imencode(".tiff", celsius)[1].tobytes())
+    np.testing.assert_allclose(integral_of(flight), expected / 10.0 - 5.0, atol=1e-4)
+
+
+def test_the_thermal_detector_takes_photographs_with_three_equal_channels(tmp_path: Path) -> None:
+    photographs = Photographs(tmp_path, hot=True)
+    for name, tags in photographs.tags.items():
+        grey = cv2.imread(str(photographs.images / name), cv2.IMREAD_GRAYSCALE)
+        photographs.write(name, np.asarray(cv2.cvtColor(grey, cv2.COLOR_GRAY2BGR), np.uint8), tags)
+    table = tmp_path / "anomalies.csv"
+    assert run(photographs.arguments("--ortho", 0.1, "--blobs", table, "--detector", "thermal")) == 0
+    assert list(csv.DictReader(table.read_text().splitlines()))
+
+
+def test_what_cameras_append_to_a_photograph_does_not_matter(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    photographs = Photographs(tmp_path)
+    for index, extra in enumerate((b"\0" * 100, os.urandom(100_000))):
+        with (photographs.images / f"{index}.jpg").open("ab") as file:
+            file.write(extra)
+    cut = photographs.images / "2.jpg"
+    cut.write_bytes(cut.read_bytes()[:-40])
+    assert run(photographs.arguments("--ortho", 0.2)) == 0
+    assert "1 of 6 images are skipped; 2.jpg: The image" in capfd.readouterr().err
+
+
+def test_a_copy_of_a_photograph_counts_once(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    photographs = Photographs(tmp_path)
+    shutil.copy(photographs.images / "1.jpg", photographs.images / "1 (copy).jpg")
+    assert run(photographs.arguments("--ortho", 0.2)) == 0
+    assert "1 of 7 images are skipped; 1.jpg: it is a copy of 1 (copy).jpg" in capfd.readouterr().err
+
+
+def test_photographs_of_several_sensors_are_not_averaged(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    photographs = Photographs(tmp_path)
+    for name in list(photographs.tags)[:3]:
+        tags = photographs.tags[name] | {"drone-dji:ImageSource": "InfraredCamera"}
+        photographs.write(name, cv2.imread(str(photographs.images / name), cv2.IMREAD_UNCHANGED), tags)
+    for name in list(photographs.tags)[3:]:
+        (photographs.images / name).rename(photographs.images / f"DJI_20260101_000{name[0]}_W.JPG")
+    assert run(photographs.arguments("--ortho", 0.2)) == 2
+    errors = capfd.readouterr().err
+    assert "(3 of thermal, such as 0.jpg; 3 of wide, such as DJI_20260101_0003_W.JPG)" in errors
+    assert "choose one with --sensor" in errors
+    assert not photographs.out.exists()
+    assert run(photographs.arguments("--ortho", 0.2, "--sensor", "thermal")) == 0
+    expected = "3 of 6 images are skipped; DJI_20260101_0003_W.JPG: it was taken by the sensor wide"
+    assert expected in capfd.readouterr().err
+
+
+def test_photographs_of_different_fields_of_view_are_not_averaged(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    photographs = Photographs(tmp_path)
+    image = cv2.imread(str(photographs.images / "4.jpg"), cv2.IMREAD_UNCHANGED)
+    packet = xmp_packet(photographs.tags["4.jpg"])
+    write_photograph(photographs.images / "4.jpg", image, exif_block(camera={0xA405: 90}), packet)
+    assert run(photographs.arguments("--ortho", 0.2)) == 2
+    assert "4.jpg has a field of view of 22°, 5.jpg of 63°" in capfd.readouterr().err
