@@ -60,6 +60,18 @@ class FrameEntry:
     """Digest of the frame as it was recorded; None in older recordings."""
     _row: sqlite3.Row
 
+    @property
+    def utc_s(self) -> float:
+        """Time of exposure.
+
+        Raises:
+            InputDataError: the row is damaged.
+        """
+        try:
+            return _time_s(self._row)
+        except _DAMAGE as error:
+            raise InputDataError(f"cannot read the time of the frame {self.path}: {error}") from error
+
     def load(self) -> Capture:
         """Return the frame as the mission has seen it.
 
