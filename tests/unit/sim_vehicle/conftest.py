@@ -48,6 +48,8 @@ class Bench:
         self.sent: list[Any] = []
         self._parser = Parser()
         self.heartbeats_from: int | None = None
+        self.step_ticks = 5
+        """Ticks per step of the dynamics, as at five times the speed; no message is sent more often."""
 
     @property
     def kinematics(self) -> Kinematics:
@@ -58,10 +60,13 @@ class Bench:
         return float(self.state.position_enu_m[0, 2])
 
     def advance(self, seconds: float) -> None:
-        for _ in range(round(seconds / TICK_S)):
+        """Let time pass, in steps that end at multiples of ``step_ticks``."""
+        end = self.now.tick + round(seconds / TICK_S)
+        while self.now.tick < end:
             if self.heartbeats_from is not None and self.now.tick % 50 == 0:
                 self.heartbeat(self.heartbeats_from)
-            self.now = self.now.later()
+            ticks = min(self.step_ticks - self.now.tick % self.step_ticks, end - self.now.tick)
+            self.now = self.now.later(ticks)
             setpoint = self.autopilot.setpoint
             guidance = Guidance(
                 lifting=np.array([setpoint.lifting]),
@@ -71,7 +76,8 @@ class Bench:
                 descent_mps=np.array([setpoint.descent_mps]),
                 heading_rad=np.array([setpoint.heading_rad]),
             )
-            self.state = step(self.state, guidance, TICK_S, limits=AirframeLimits(), wind=self._wind, rng=self._rng)
+            duration_s = ticks * TICK_S
+            self.state = step(self.state, guidance, duration_s, limits=AirframeLimits(), wind=self._wind, rng=self._rng)
             self.vehicle.update(self.kinematics, self.now)
             self._collect()
 

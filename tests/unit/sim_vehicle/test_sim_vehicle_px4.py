@@ -57,6 +57,7 @@ def test_arming_before_the_estimator_is_refused(make_bench):
 
 
 def test_default_streams_are_many(bench):
+    bench.step_ticks = 1
     bench.sent.clear()
     bench.advance(10)
     assert bench.count("GLOBAL_POSITION_INT") == 500
