@@ -2,7 +2,7 @@
 
 import ast
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
@@ -35,10 +35,24 @@ def trees() -> dict[str, ast.Module]:
     return {name: ast.parse(path.read_text(encoding="utf-8")) for name, path in PATHS.items()}
 
 
-def imports(tree: ast.AST) -> set[str]:
+@cache
+def all_nodes() -> dict[str, list[ast.AST]]:
+    """Nodes of the syntax trees of all modules."""
+    return {name: list(ast.walk(tree)) for name, tree in trees().items()}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _forgotten_trees() -> Iterator[None]:
+    """Forget half a million nodes after the last test: the garbage collector would look through them for all others."""
+    yield
+    trees.cache_clear()
+    all_nodes.cache_clear()
+
+
+def imports(nodes: Iterable[ast.AST]) -> set[str]:
     """Dotted names that a module imports, inside of functions too."""
     found: set[str] = set()
-    for node in ast.walk(tree):
+    for node in nodes:
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
@@ -50,7 +64,7 @@ def imports(tree: ast.AST) -> set[str]:
 @cache
 def all_imports() -> dict[str, set[str]]:
     """Dotted names that each module imports."""
-    return {name: imports(tree) for name, tree in trees().items()}
+    return {name: imports(nodes) for name, nodes in all_nodes().items()}
 
 
 def is_within(name: str, packages: set[str]) -> bool:
@@ -164,7 +178,7 @@ def test_nothing_that_flies_or_is_tested_waits_for_slow_libraries() -> None:
         name
         for name, tree in trees().items()
         for node in tree.body
-        if isinstance(node, (ast.Import, ast.ImportFrom)) and any(is_within(one, slow) for one in imports(node))
+        if isinstance(node, (ast.Import, ast.ImportFrom)) and any(is_within(one, slow) for one in imports([node]))
     }
     assert loading <= {name for name in PATHS if is_within(name, {"aos_gcs.lab"})}
 
@@ -194,17 +208,17 @@ ALLOWED = {
 """Sources that modules or packages may use: for clocks, secret codes, and durations of our own work."""
 
 
-def time_and_chance(tree: ast.AST) -> set[str]:
+def time_and_chance(nodes: list[ast.AST]) -> set[str]:
     """Return the sources of time and chance that a module uses, as full names."""
     full = {}
-    for node in ast.walk(tree):
+    for node in nodes:
         if isinstance(node, ast.Import):
             full |= {alias.asname: alias.name for alias in node.names if alias.asname}
             full |= {first: first for alias in node.names if not alias.asname for first in [alias.name.split(".")[0]]}
         elif isinstance(node, ast.ImportFrom):
             full |= {alias.asname or alias.name: f"{node.module}.{alias.name}" for alias in node.names}
     found = set()
-    for node in ast.walk(tree):
+    for node in nodes:
         if isinstance(node, ast.Attribute | ast.Name):
             name = resolved(node, full)
             if SOURCES.fullmatch(name) and name not in SEEDED:
@@ -215,16 +229,22 @@ def time_and_chance(tree: ast.AST) -> set[str]:
 
 
 def resolved(node: ast.expr, full: dict[str, str]) -> str:
-    first, dot, rest = ast.unparse(node).partition(".")
-    return full[first] + dot + rest if first in full else ""
+    """Return the full name of ``a`` or ``a.b.c`` whose first part was imported; else nothing."""
+    parts = []
+    while isinstance(node, ast.Attribute):
+        parts.append(node.attr)
+        node = node.value
+    return ".".join([full[node.id], *reversed(parts)]) if isinstance(node, ast.Name) and node.id in full else ""
 
 
 def test_time_and_chance_are_arguments() -> None:
     wrong = {
         name: sorted(unexpected)
-        for name, tree in trees().items()
+        for name, nodes in all_nodes().items()
         if (
-            unexpected := time_and_chance(tree).difference(*(ALLOWED[key] for key in ALLOWED if is_within(name, {key})))
+            unexpected := time_and_chance(nodes).difference(
+                *(allowed for key, allowed in ALLOWED.items() if is_within(name, {key}))
+            )
         )
     }
     assert wrong == {}
@@ -245,7 +265,7 @@ time.sleep(1)
 monotonic()
 np.random.default_rng(7)
 """
-    assert time_and_chance(ast.parse(text)) == {
+    assert time_and_chance(list(ast.walk(ast.parse(text)))) == {
         "numpy.random.default_rng()",
         "numpy.random.normal",
         "random.random",
@@ -265,9 +285,9 @@ def test_files_are_short() -> None:
     assert too_long == {}, f"split files of more than {MAX_LINES} lines by purpose"
 
 
-def docstrings(tree: ast.AST) -> Iterator[tuple[int, str]]:
+def docstrings(nodes: list[ast.AST]) -> Iterator[tuple[int, str]]:
     """Yield line and text of the docstrings of modules, classes, functions and attributes."""
-    for node in ast.walk(tree):
+    for node in nodes:
         for statement in getattr(node, "body", []) if not isinstance(node, ast.IfExp | ast.Lambda) else []:
             match statement:
                 case ast.Expr(value=ast.Constant(value=str(text))):
@@ -277,8 +297,8 @@ def docstrings(tree: ast.AST) -> Iterator[tuple[int, str]]:
 def test_docstrings_begin_with_a_noun_or_verb() -> None:
     wrong = [
         f"{PATHS[name].relative_to(ROOT)}:{line}: {text.splitlines()[0]}"
-        for name, tree in trees().items()
-        for line, text in docstrings(tree)
+        for name, nodes in all_nodes().items()
+        for line, text in docstrings(nodes)
         if BAD_BEGINNING.match(text)
     ]
     assert wrong == []
