@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any, TypeVar
+from collections.abc import Hashable, Mapping, Sequence
+from functools import cache
+from typing import Any, TypeVar, cast
 
 import pydantic
 from pydantic import TypeAdapter
@@ -251,10 +252,16 @@ def _build(settings: type[SettingsT], section: str, table: Mapping[str, Any]) ->
     return _validate(settings, section, dict(table))
 
 
+@cache
+def _adapter(expected: type[Any]) -> TypeAdapter[Any]:
+    """Return what checks values of a type: making it takes far longer than using it."""
+    return TypeAdapter(expected)
+
+
 def _validate(expected: type[SettingsT], place: str, value: object) -> SettingsT:
     """Return the value with its types checked by pydantic, and its ranges by the settings dataclass itself."""
     try:
-        return TypeAdapter(expected).validate_python(value)
+        return cast("SettingsT", _adapter(cast("Hashable", expected)).validate_python(value))
     except pydantic.ValidationError as error:
         raise ConfigurationError(f"{place}.{first_problem(error)}") from error
     except ConfigurationError as error:
