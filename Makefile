@@ -35,8 +35,12 @@ help: ## Show this help
 demo: web $(HAS_SIM) ## Fly the simulated mission with the dashboard; ARGS="..." for aos-gcs demo
 	$(VENV)/bin/aos-gcs demo $(ARGS)
 
-check: lint ## Check style and types, run the unit and contract tests: before every commit; ARGS="..." for pytest
-	$(PYTEST) $(PARALLEL) tests/unit tests/contract $(ARGS)
+# Style and types are checked beside the tests, and reported after them.
+check: $(HAS_DEV) ## Check style and types, run unit and contract tests without waiting: before every commit; ARGS="..." for pytest
+	@mkdir -p .make; \
+	$(MAKE) --no-print-directory lint >.make/lint.log 2>&1 & lint=$$!; trap "kill $$lint" INT TERM; \
+	$(PYTEST) $(PARALLEL) -m "not slow and not sitl and not realtime" tests/unit tests/contract $(ARGS); tests=$$?; \
+	wait $$lint; style=$$?; echo; cat .make/lint.log; test $$tests -eq 0 -a $$style -eq 0
 
 test: web lint web-check ## Check and test everything but slow and sitl; ARGS="..." for pytest
 	$(PYTEST) $(PARALLEL) $(ARGS)

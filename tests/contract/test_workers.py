@@ -22,6 +22,8 @@ from aos_gcs.workers.process import ProcessWorker, WorkerSettings, open_worker
 from tests.fakes import work
 from tests.fakes.shutter_vehicle import NoDownloads
 
+pytestmark = pytest.mark.realtime
+
 SETTINGS = WorkerSettings("Image analysis", 2 * 2**30, 60.0, ("numpy",))
 
 

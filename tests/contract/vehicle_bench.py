@@ -38,7 +38,7 @@ PATIENT = {
     "px4": {"COM_DL_LOSS_T": 60, "COM_DISARM_PRFLT": 120},
 }
 """A busy machine may delay our heartbeats, and the takeoff after arming, by a real second, five of the vehicles'."""
-_DRIVERS = (pytest.param(MAVLINK, marks=pytest.mark.looptime), MAVSDK)
+_DRIVERS = (pytest.param(MAVLINK, marks=pytest.mark.looptime), pytest.param(MAVSDK, marks=pytest.mark.realtime))
 each_driver = pytest.mark.parametrize("implementation", _DRIVERS)
 each_implementation = pytest.mark.parametrize(
     "implementation", [*_DRIVERS, pytest.param(FAKE, marks=pytest.mark.looptime)]
@@ -50,7 +50,8 @@ def pairs(*in_every_run: tuple[str, str], fake: bool = True) -> pytest.MarkDecor
     virtual = [(MAVLINK, autopilot) for autopilot in AUTOPILOTS] + [(FAKE, AUTOPILOTS[0])] * fake
     real = [(MAVSDK, autopilot) for autopilot in AUTOPILOTS]
     cases = [pytest.param(*case, marks=pytest.mark.looptime) for case in virtual]
-    cases += [pytest.param(*case, marks=() if case in in_every_run else pytest.mark.slow) for case in real]
+    in_time = {case: pytest.mark.realtime if case in in_every_run else pytest.mark.slow for case in real}
+    cases += [pytest.param(*case, marks=mark) for case, mark in in_time.items()]
     return pytest.mark.parametrize(("implementation", "autopilot"), cases)
 
 

@@ -18,6 +18,8 @@ from aos_gcs.lab.rows import SCHEMA
 from aos_gcs.lab.scenario import Scenario
 from aos_gcs.lab.strategies import parse_strategies
 
+pytestmark = pytest.mark.realtime
+
 SMALL = Scenario(forest_side_m=40.0, trees_per_ha=100.0, drones=3, duration_s=1.0, start_distance_m=12.0)
 
 LARGER = dataclasses.replace(SMALL, forest_side_m=50.0)

@@ -4,6 +4,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
+pytestmark = pytest.mark.realtime
+
 SCRIPT = Path(__file__).resolve().parents[2] / "scripts" / "soak_test.py"
 
 FLICKERING = """

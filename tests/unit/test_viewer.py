@@ -136,6 +136,7 @@ async def test_a_worker_that_fails_answers_busy(folder: Path) -> None:
             await viewer.describe(1)
 
 
+@pytest.mark.realtime
 async def test_views_of_a_process_are_those_of_a_thread(folder: Path, viewer: Viewer) -> None:
     async with open_worker(VIEWS) as worker:
         apart = Viewer(folder, ImagingSettings(), focus_reach_m=10.0, worker=worker)
