@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose, nadir_pose
-from aos_sim.render.rays import pixels_around, ray_directions
+from aos_sim.render.rays import image_rays, pixel_rays, pixels_around, ray_directions
 
 CAMERA = CameraModel.from_fov(64, 48, math.radians(50))
 ANGLE = st.floats(-math.pi, math.pi)
@@ -29,6 +29,16 @@ def test_upper_edge_of_a_nadir_image_lies_ahead_and_the_right_edge_to_the_right(
     directions = ray_directions(nadir_pose([0, 0, 10], heading_rad=math.pi / 2), camera).reshape(3, 3, 3)
     np.testing.assert_allclose(directions[0, 1], [1, 0, -1], atol=1e-6)  # heading east
     np.testing.assert_allclose(directions[1, 2], [0, -1, -1], atol=1e-6)  # right of east is south
+
+
+@given(heading=ANGLE, tilt=st.floats(-1.5, 1.5), stride=st.integers(1, 3))
+def test_some_pixels_have_the_rays_of_the_whole_image(heading: float, tilt: float, stride: int) -> None:
+    pose = tilted_pose([3, -2, 20], heading, tilt)
+    rays = ray_directions(pose, CAMERA).reshape(48, 64, 3)
+    np.testing.assert_allclose(image_rays(pose, CAMERA, stride), rays[::stride, ::stride], atol=1e-6)
+    pixels = np.array([0, 63, 64, 48 * 64 - 1])
+    np.testing.assert_allclose(pixel_rays(pixels, pose, CAMERA), rays.reshape(-1, 3)[pixels], atol=1e-6)
+    assert pixel_rays(np.empty(0, np.intp), pose, CAMERA).shape == (0, 3)
 
 
 @given(heading=ANGLE, tilt=st.floats(-1.5, 1.5), seed=st.integers(0, 2**32 - 1))

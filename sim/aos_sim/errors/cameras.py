@@ -54,4 +54,6 @@ class ErringCameras:
 
 def four_bands(frame: RenderedFrame) -> FloatArray:
     """Return red, green, blue and degrees Celsius, shape (H, W, 4)."""
-    return np.dstack([frame.rgb.astype(np.float32), frame.thermal_celsius])
+    bands = np.empty((*frame.thermal_celsius.shape, 4), np.float32)
+    bands[..., :3], bands[..., 3] = frame.rgb, frame.thermal_celsius
+    return bands

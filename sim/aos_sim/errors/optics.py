@@ -74,20 +74,19 @@ def lagged(image: FloatArray, motion_px: tuple[float, float]) -> FloatArray:
 
 @lru_cache(maxsize=8)
 def vignette(shape: tuple[int, int], missing_share: float) -> FloatArray:
-    """Return the share of light that each pixel gets, shape (H, W, 1): falls with the square of the distance."""
+    """Return the share of light that each colour of a pixel gets, shape (H, W, 3): falls with the distance squared."""
     height, width = shape
     rows = np.linspace(-1.0, 1.0, height, dtype=np.float32)[:, None]
     columns = np.linspace(-1.0, 1.0, width, dtype=np.float32)[None, :]
-    return np.asarray(1.0 - np.float32(missing_share) * (rows**2 + columns**2) / 2.0)[..., None]
+    return np.repeat((1.0 - np.float32(missing_share) * (rows**2 + columns**2) / 2.0)[..., None], 3, axis=2)
 
 
 def compressed(rgb: NDArray[np.uint8], quality: int) -> NDArray[np.uint8]:
     """Return a colour image, shape (H, W, 3), as it comes out of a JPEG file."""
     # The order of the channels matters: JPEG keeps brightness better than colour.
-    bgr = np.ascontiguousarray(rgb[:, :, ::-1])
-    _, data = cv2.imencode(".jpg", bgr, (cv2.IMWRITE_JPEG_QUALITY, quality))
-    decoded = np.asarray(cv2.imdecode(data, cv2.IMREAD_COLOR), dtype=np.uint8)
-    return np.ascontiguousarray(decoded[:, :, ::-1])
+    _, data = cv2.imencode(".jpg", cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR), (cv2.IMWRITE_JPEG_QUALITY, quality))
+    decoded = cv2.imdecode(data, cv2.IMREAD_COLOR)
+    return np.asarray(cv2.cvtColor(decoded, cv2.COLOR_BGR2RGB), dtype=np.uint8)
 
 
 def _length(motion_px: tuple[float, float]) -> float:

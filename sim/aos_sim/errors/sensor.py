@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -56,18 +57,19 @@ class CameraSensor:
             speed_pxps: velocity of the image on the sensor, right and down.
         """
         optics, shape = self._optics, (view.shape[0], view.shape[1])
-        colour = smeared(np.ascontiguousarray(view[..., :3]), _moved(speed_pxps, optics.exposure_s))
-        thermal = lagged(np.ascontiguousarray(view[..., 3]), _moved(speed_pxps, optics.thermal_lag_s))
+        colour = smeared(cv2.cvtColor(view, cv2.COLOR_BGRA2BGR), _moved(speed_pxps, optics.exposure_s))
+        thermal = lagged(cv2.extractChannel(view, 3), _moved(speed_pxps, optics.thermal_lag_s))
         colour = blurred(colour, optics.colour_blur_px)
         thermal = blurred(thermal, optics.thermal_blur_px)
         if optics.vignetting:
             colour = colour * vignette(shape, optics.vignetting)
         noise = rng.standard_normal((*shape, 4), dtype=np.float32)
-        colour = colour + noise[..., :3] * np.float32(optics.colour_noise)
+        # Adds, limits to 0 to 255 and rounds in one pass.
+        colour_noise = cv2.cvtColor(noise, cv2.COLOR_BGRA2BGR)
+        rgb = np.asarray(cv2.addWeighted(colour, 1.0, colour_noise, optics.colour_noise, 0.0, dtype=cv2.CV_8U))
         thermal = thermal + noise[..., 3] * np.float32(self._thermal.netd_k)
         drift_k = thermal_drift_k(self._thermal, (self._seed, camera_id), at_s)
         thermal = thermal + (self._pattern(camera_id, shape) + np.float32(drift_k))
-        rgb = np.rint(np.clip(colour, 0.0, 255.0)).astype(np.uint8)
         return RenderedFrame(compressed(rgb, optics.jpeg_quality) if optics.jpeg_quality else rgb, thermal)
 
     def _draw_pattern(self, camera_id: int, shape: tuple[int, int]) -> FloatArray:

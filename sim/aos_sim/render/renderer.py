@@ -16,7 +16,7 @@ from aos_sim.errors.sensor import CameraSensor, RenderedFrame
 from aos_sim.errors.wind import Wind
 from aos_sim.render.lighting import light_ground, shade_mesh
 from aos_sim.render.raycaster import NO_HIT, RayCaster
-from aos_sim.render.rays import pixels_around, ray_directions
+from aos_sim.render.rays import image_rays, pixel_rays, pixels_around, ray_directions
 from aos_sim.render.sway import Sway
 from aos_sim.world.conditions import CLIMATES
 from aos_sim.world.distractors import distractor_mesh
@@ -56,11 +56,6 @@ class _Rays:
     pose: Pose
     camera: CameraModel
     at_s: float = 0.0
-
-    @property
-    def directions(self) -> FloatArray:
-        """Directions of all pixels, shape (H * W, 3)."""
-        return ray_directions(self.pose, self.camera)
 
 
 class LitForest:
@@ -165,7 +160,7 @@ class Renderer:
         Raises:
             KeyError: if nobody has that name.
         """
-        hits = self._body_hits(_Rays(pose, camera), self._bodies)
+        hits = self._body_hits(_Rays(pose, camera), self._bodies, self._bodies.pixels(pose, camera))
         wanted = np.zeros(len(self.scene.persons) + len(self.scene.distractors), dtype=np.bool_)
         wanted[: len(self.scene.persons)] = [name in (None, person.name) for person in self.scene.persons]
         if name is not None and not wanted.any():
@@ -188,24 +183,23 @@ class Renderer:
 
     def visible_body_pixels(self, pose: Pose, camera: CameraModel) -> NDArray[np.intp]:
         """Return how many pixels show each body: the persons, then the distractors, shape (bodies,)."""
-        hits = self._body_hits(_Rays(pose, camera), self._bodies)
+        hits = self._body_hits(_Rays(pose, camera), self._bodies, self._bodies.pixels(pose, camera))
         bodies = self._bodies.body_of_triangle[hits.triangle[hits.is_visible]]
         return np.bincount(bodies, minlength=len(self.scene.persons) + len(self.scene.distractors))
 
     def _appearance(self, rays: _Rays, backdrop_stride: int) -> FloatArray:
         """Red, green, blue and °C per pixel, shape (H * W, 4)."""
-        directions, camera, bodies = rays.directions, rays.camera, self._bodies_at(rays.at_s)
+        pose, camera, bodies = rays.pose, rays.camera, self._bodies_at(rays.at_s)
+        near_bodies = bodies.pixels(pose, camera)
         if backdrop_stride == 1:
-            image = self._backdrop(rays, directions)
+            image = self._backdrop(rays, ray_directions(pose, camera))
         else:
-            shape = (camera.height_px, camera.width_px)
-            thinned = directions.reshape(*shape, 3)[::backdrop_stride, ::backdrop_stride]
+            thinned = image_rays(pose, camera, backdrop_stride)
             colours = self._backdrop(rays, thinned.reshape(-1, 3)).reshape(*thinned.shape[:2], 4)
             image = colours.repeat(backdrop_stride, axis=0).repeat(backdrop_stride, axis=1)
-            image = image[: shape[0], : shape[1]].reshape(-1, 4)
-            near_bodies = bodies.pixels(rays.pose, camera)
-            image[near_bodies] = self._backdrop(rays, directions[near_bodies])
-        hits = self._body_hits(rays, bodies)
+            image = image[: camera.height_px, : camera.width_px].reshape(-1, 4)
+            image[near_bodies] = self._backdrop(rays, pixel_rays(near_bodies, pose, camera))
+        hits = self._body_hits(rays, bodies, near_bodies)
         image[hits.pixel[hits.is_visible]] = bodies.appearance[hits.triangle[hits.is_visible]]
         return image
 
@@ -220,9 +214,8 @@ class Renderer:
         colours[ground] = self._forest.ground.sample(east + distance * down[:, 0], north + distance * down[:, 1])
         return colours
 
-    def _body_hits(self, rays: _Rays, bodies: _Bodies) -> _BodyHits:
-        pixel = bodies.pixels(rays.pose, rays.camera)
-        directions = rays.directions[pixel]
+    def _body_hits(self, rays: _Rays, bodies: _Bodies, pixel: NDArray[np.intp]) -> _BodyHits:
+        directions = pixel_rays(pixel, rays.pose, rays.camera)
         triangle, distance = bodies.caster.first_hit_with_distance(rays.pose.position_enu_m, directions)
         is_hit = triangle != NO_HIT
         pixel, triangle, distance, directions = pixel[is_hit], triangle[is_hit], distance[is_hit], directions[is_hit]

@@ -44,7 +44,9 @@ class Sway:
         border = 3 * int(_CROWN_CELLS)
         wrapped = np.pad(white[0], ((border, border), (border, border), (0, 0)), mode="wrap")
         crowns = cv2.GaussianBlur(wrapped, (0, 0), _CROWN_CELLS)[border:-border, border:-border]
-        self._field_m = crowns / crowns.std() * np.float32(crown_m) + white[1] * np.float32(twig_m)
+        field_m = crowns / crowns.std() * np.float32(crown_m) + white[1] * np.float32(twig_m)
+        # Per metre of height, one row per axis.
+        self._field_m = np.ascontiguousarray(field_m.reshape(-1, 2).T / np.float32(_TOP_M))
 
     def shear(
         self, origin_m: NDArray[np.float64], directions: FloatArray, at_s: float
@@ -59,14 +61,22 @@ class Sway:
             at_s: moment, which decides the sway.
         """
         origin = origin_m.astype(np.float32)
-        reach = (np.float32(_MIDDLE_M) - origin[2]) / np.minimum(directions[:, 2], np.float32(_DOWNWARDS))
+        down = directions[:, 2]
+        reach = (np.float32(_MIDDLE_M) - origin[2]) / np.minimum(down, np.float32(_DOWNWARDS))
         offset = np.random.default_rng([self._seed, 0x5B, int(at_s / STILL_S)]).integers(0, _CELLS, 2)
-        cells = np.floor((origin[:2] + reach[:, None] * directions[:, :2]) / np.float32(_CELL_M)).astype(np.intp)
-        column, row = ((cells + offset) % _CELLS).T
-        sway_m = self._field_m[row, column] / np.float32(_TOP_M)
-        sway_m[directions[:, 2] > _DOWNWARDS] = 0.0
-        origins = np.broadcast_to(origin, directions.shape).copy()
-        sheared = directions.copy()
-        origins[:, :2] -= sway_m * origin[2]
-        sheared[:, :2] -= sway_m * directions[:, 2:]
+        column, row = (_cells(origin[axis] + reach * directions[:, axis], int(offset[axis])) for axis in (0, 1))
+        sways = down <= _DOWNWARDS
+        cell = row * _CELLS + column
+        origins, sheared = np.empty_like(directions), np.empty_like(directions)
+        origins[:, 2], sheared[:, 2] = origin[2], down
+        # One axis at a time: arrays of two columns take several times as long.
+        for axis, field_m in enumerate(self._field_m):
+            sway_m = field_m[cell] * sways
+            origins[:, axis] = origin[axis] - sway_m * origin[2]
+            sheared[:, axis] = directions[:, axis] - sway_m * down
         return origins, sheared
+
+
+def _cells(along_m: FloatArray, offset: int) -> NDArray[np.int32]:
+    """Return the row or column of each place in the field, which repeats itself."""
+    return np.asarray((np.floor(along_m / np.float32(_CELL_M)).astype(np.int32) + offset) % _CELLS, dtype=np.int32)
