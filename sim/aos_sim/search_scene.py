@@ -20,7 +20,7 @@ from aos_sim.world.scene import SceneParameters, build_scene
 SIDE_M = 60.0
 """Side of the forest: the ground that ten cameras see from 35-44 m, in a line or gathered around a body."""
 MAX_OF_A_KIND = 2
-"""Animals, stones and cloths: none to so many of each."""
+"""Animals, stones, cloths, stumps and puddles: none to so many of each."""
 
 BACKDROP_STRIDE = 2
 """Forest is rendered in every second pixel where no body is; its statistics are those of full frames."""
@@ -34,7 +34,7 @@ class SimulatedSearchScene:
 
     def __init__(self, settings: SceneSettings) -> None:
         scene_rng, self._vehicle_rng = np.random.default_rng([settings.seed, int(settings.has_person)]).spawn(2)
-        animals, stones, cloths = (int(count) for count in scene_rng.integers(0, MAX_OF_A_KIND + 1, 3))
+        animals, stones, cloths, stumps, waters = (int(count) for count in scene_rng.integers(0, MAX_OF_A_KIND + 1, 5))
         self._scene = build_scene(
             SceneParameters(
                 seed=settings.seed,
@@ -45,6 +45,9 @@ class SimulatedSearchScene:
                 animals=animals,
                 stones=stones,
                 cloths=cloths,
+                stumps=stumps,
+                waters=waters,
+                dressed=True,
             )
         )
         self._model = error_model(_FLOWN_BY)
