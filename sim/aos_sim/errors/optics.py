@@ -85,7 +85,7 @@ def compressed(rgb: NDArray[np.uint8], quality: int) -> NDArray[np.uint8]:
     """Return a colour image, shape (H, W, 3), as it comes out of a JPEG file."""
     # The order of the channels matters: JPEG keeps brightness better than colour.
     _, data = cv2.imencode(".jpg", cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR), (cv2.IMWRITE_JPEG_QUALITY, quality))
-    decoded = cv2.imdecode(data, cv2.IMREAD_COLOR)
+    decoded = np.asarray(cv2.imdecode(data, cv2.IMREAD_COLOR), dtype=np.uint8)
     return np.asarray(cv2.cvtColor(decoded, cv2.COLOR_BGR2RGB), dtype=np.uint8)
 
 

@@ -57,16 +57,16 @@ class CameraSensor:
             speed_pxps: velocity of the image on the sensor, right and down.
         """
         optics, shape = self._optics, (view.shape[0], view.shape[1])
-        colour = smeared(cv2.cvtColor(view, cv2.COLOR_BGRA2BGR), _moved(speed_pxps, optics.exposure_s))
-        thermal = lagged(cv2.extractChannel(view, 3), _moved(speed_pxps, optics.thermal_lag_s))
+        colour = smeared(_colours(view), _moved(speed_pxps, optics.exposure_s))
+        thermal = lagged(np.ascontiguousarray(view[..., 3]), _moved(speed_pxps, optics.thermal_lag_s))
         colour = blurred(colour, optics.colour_blur_px)
         thermal = blurred(thermal, optics.thermal_blur_px)
         if optics.vignetting:
             colour = colour * vignette(shape, optics.vignetting)
         noise = rng.standard_normal((*shape, 4), dtype=np.float32)
         # Adds, limits to 0 to 255 and rounds in one pass.
-        colour_noise = cv2.cvtColor(noise, cv2.COLOR_BGRA2BGR)
-        rgb = np.asarray(cv2.addWeighted(colour, 1.0, colour_noise, optics.colour_noise, 0.0, dtype=cv2.CV_8U))
+        noisy = cv2.addWeighted(colour, 1.0, _colours(noise), optics.colour_noise, 0.0, dtype=cv2.CV_8U)
+        rgb = np.asarray(noisy, dtype=np.uint8)
         thermal = thermal + noise[..., 3] * np.float32(self._thermal.netd_k)
         drift_k = thermal_drift_k(self._thermal, (self._seed, camera_id), at_s)
         thermal = thermal + (self._pattern(camera_id, shape) + np.float32(drift_k))
@@ -74,6 +74,11 @@ class CameraSensor:
 
     def _draw_pattern(self, camera_id: int, shape: tuple[int, int]) -> FloatArray:
         return draw_thermal_pattern(np.random.default_rng([self._seed, 0xF2, camera_id]), self._thermal, shape)
+
+
+def _colours(image: FloatArray) -> FloatArray:
+    """Return the first three of four channels."""
+    return np.asarray(cv2.cvtColor(image, cv2.COLOR_BGRA2BGR), dtype=np.float32)
 
 
 def _moved(speed_pxps: tuple[float, float], duration_s: float) -> tuple[float, float]:

@@ -23,7 +23,7 @@ def ray_directions(pose: Pose, camera: CameraModel) -> FloatArray:
 def image_rays(pose: Pose, camera: CameraModel, stride: int = 1) -> FloatArray:
     """Directions as of :func:`ray_directions`, of every ``stride``-th pixel of every such row, shape (h, w, 3)."""
     # A product of matrices takes twenty times as long where BLAS hands it to several threads.
-    return np.asarray(cv2.transform(_camera_rays(camera, stride), pose.R_cam2enu.astype(np.float32)))
+    return np.asarray(cv2.transform(_camera_rays(camera, stride), pose.R_cam2enu.astype(np.float32)), dtype=np.float32)
 
 
 @lru_cache(maxsize=8)
@@ -40,7 +40,7 @@ def pixel_rays(pixels: NDArray[np.intp], pose: Pose, camera: CameraModel) -> Flo
     if not len(pixels):
         return np.empty((0, 3), np.float32)
     chosen = _camera_rays(camera, 1).reshape(-1, 1, 3)[pixels]
-    return np.asarray(cv2.transform(chosen, pose.R_cam2enu.astype(np.float32))).reshape(-1, 3)
+    return np.asarray(cv2.transform(chosen, pose.R_cam2enu.astype(np.float32)), dtype=np.float32).reshape(-1, 3)
 
 
 def pixels_around(points_enu_m: NDArray[np.floating], pose: Pose, camera: CameraModel) -> NDArray[np.intp]:
