@@ -13,7 +13,7 @@ import typer
 from aos_gcs.cli import autofocus_options, result_options, surface_options, survey_options, work_options
 from aos_gcs.cli.result_options import ResultOptions
 from aos_gcs.cli.surface_options import check_raster_options, describe_map, focus_options, virtual_camera
-from aos_gcs.cli.survey_options import open_survey, report_skipped
+from aos_gcs.cli.survey_options import CameraOptions, open_survey, report_skipped
 from aos_gcs.cli.work_options import DEFAULT_MAX_MEMORY_MB, WorkOptions
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.exports.georeference import Georeference, LocalGeoreference, ProjectedGeoreference
@@ -38,6 +38,7 @@ def integrate(
     poses: survey_options.Poses = None,
     fov: survey_options.Fov = None,
     camera: survey_options.Camera = None,
+    calibration: survey_options.CalibrationFile = None,
     lens: survey_options.Lens = None,
     fisheye: survey_options.Fisheye = None,
     origin: survey_options.Origin = None,
@@ -97,10 +98,7 @@ def integrate(
     survey = open_survey(
         image_folder,
         poses=poses,
-        fov_deg=fov,
-        camera=camera,
-        lens=lens,
-        fisheye=fisheye,
+        optics=CameraOptions(fov, camera, lens, fisheye, calibration),
         origin=origin,
         convention=convention,
         frames=frames,

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from aos_gcs.cameras.calibration import Calibration, read_calibration
 from aos_gcs.cameras.intrinsics import Intrinsics, parse_lens
 from aos_gcs.cameras.lens_files import read_lens_file
 from aos_gcs.errors import ConfigurationError
@@ -16,7 +18,7 @@ from aos_gcs.geometry.distortion import LensDistortion, LensModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.geotags.sensors import Sensor
 from aos_gcs.surveys.conventions import NAMES, PoseConvention, parse_convention
-from aos_gcs.surveys.model import Survey
+from aos_gcs.surveys.model import Survey, SurveyImage
 from aos_gcs.surveys.photos import read_photos
 from aos_gcs.surveys.poses_file import read_poses
 
@@ -44,6 +46,15 @@ Camera = Annotated[
     typer.Option(
         metavar="FILE",
         help="Camera file instead of --fov: OpenCV or ROS (YAML, XML, JSON), OpenDroneMap (cameras.json).",
+        rich_help_panel=PANEL,
+    ),
+]
+CalibrationFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--calibration",
+        metavar="FILE",
+        help="Result of aos-gcs calibrate: camera, mount and clock offset.",
         rich_help_panel=PANEL,
     ),
 ]
@@ -111,20 +122,49 @@ SkipBroken = Annotated[
 ]
 
 
+@dataclass(frozen=True, slots=True)
+class CameraOptions:
+    """Camera of a recording as given by the options."""
+
+    fov_deg: float | None = None
+    camera: Path | None = None
+    lens: str | None = None
+    fisheye: str | None = None
+    calibration: Path | None = None
+
+    def read(self) -> tuple[float | Intrinsics | None, LensDistortion | None, Calibration | None]:
+        """Return the field of view (rad) or the intrinsics, the lens that replaces theirs, and the calibration.
+
+        Raises:
+            ConfigurationError: if a value is not valid, or options exclude each other.
+            InputDataError: if a file cannot be used.
+        """
+        if self.calibration is None:
+            return _optics(self.fov_deg, self.camera), _distortion(self.lens, self.fisheye), None
+        others = (
+            ("--fov", self.fov_deg),
+            ("--camera", self.camera),
+            ("--lens", self.lens),
+            ("--fisheye", self.fisheye),
+        )
+        for name, value in others:
+            if value is not None:
+                raise ConfigurationError(f"--calibration and {name} exclude each other: it contains the camera.")
+        calibration = read_calibration(self.calibration)
+        return calibration.intrinsics, None, calibration
+
+
 def open_survey(
     folder: Path,
     *,
     poses: Path | None,
-    fov_deg: float | None,
-    camera: Path | None,
-    lens: str | None,
-    fisheye: str | None,
-    origin: str | None,
-    convention: str | None,
-    frames: str | None,
-    ground_amsl_m: float | None,
-    sensor: Sensor | None,
-    skip_broken: bool,
+    optics: CameraOptions,
+    origin: str | None = None,
+    convention: str | None = None,
+    frames: str | None = None,
+    ground_amsl_m: float | None = None,
+    sensor: Sensor | None = None,
+    skip_broken: bool = False,
 ) -> Survey:
     """Open a recording; the number of skipped images is printed on standard error.
 
@@ -132,8 +172,7 @@ def open_survey(
         ConfigurationError: if options are not valid, or do not go together.
         InputDataError: if the recording is unreadable, or nothing of it can be used.
     """
-    optics = _optics(fov_deg, camera)
-    distortion = _distortion(lens, fisheye)
+    camera, lens, calibration = optics.read()
     chosen = slice(None) if frames is None else _frames(frames)
     if poses is not None:
         if ground_amsl_m is not None:
@@ -143,8 +182,8 @@ def open_survey(
         survey = read_poses(
             poses,
             folder,
-            optics,
-            lens=distortion,
+            camera,
+            lens=lens,
             origin=None if origin is None else _origin(origin),
             convention=PoseConvention() if convention is None else parse_convention(convention),
             frames=chosen,
@@ -157,13 +196,26 @@ def open_survey(
         if ground_amsl_m is not None and not math.isfinite(ground_amsl_m):
             raise ConfigurationError(f"--ground must be a finite number of metres, got {ground_amsl_m}.")
         survey = read_photos(
-            folder, ground_amsl_m=ground_amsl_m, optics=optics, lens=distortion, sensor=sensor, frames=chosen
+            folder, ground_amsl_m=ground_amsl_m, optics=camera, lens=lens, sensor=sensor, frames=chosen
         )
     report_skipped(len(survey.images) + len(survey.left_out), survey.left_out)
     if survey.without_pose:
         count, first = len(survey.without_pose), survey.without_pose[0]
         typer.echo(f"{count} images of the folder have no pose and take no part; the first is {first}", err=True)
-    return survey
+    return survey if calibration is None else _calibrated(survey, calibration)
+
+
+def _calibrated(survey: Survey, calibration: Calibration) -> Survey:
+    """Return a survey with the poses of a calibrated mount and clock."""
+    images: Sequence[SurveyImage] = survey.images
+    if calibration.clock_offset_s:
+        from aos_gcs.surveys.motion import moved  # noqa: PLC0415 - keeps the help fast
+
+        shifted = moved(images, calibration.clock_offset_s)
+        if shifted is None:
+            typer.echo("The clock offset of the calibration is not applied: the images have no times.", err=True)
+        images = shifted or images
+    return replace(survey, images=tuple(replace(image, pose=calibration.pose(image.pose)) for image in images))
 
 
 def parse_numbers(text: str) -> list[float]:

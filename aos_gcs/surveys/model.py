@@ -24,6 +24,10 @@ class SurveyImage:
     camera: CameraModel
     dtype: np.dtype[np.generic] | None = None
     """Type of its values; None: any that is read."""
+    taken_at_s: float | None = None
+    """Time of exposure by the camera's clock, from an arbitrary start; None where it is not recorded."""
+    position_sigma_m: tuple[float, float, float] | None = None
+    """Standard deviations of the position along x, y and z; None where they are not recorded."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

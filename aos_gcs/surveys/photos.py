@@ -160,4 +160,6 @@ def _refuse_copy(path: Path, others: Sequence[Path]) -> None:
 def _placed(photo: _Photo, world: LocalFrame) -> SurveyImage:
     altitude_m = world.origin.altitude_amsl_m + photo.height_m
     position = GeodeticPosition(photo.tag.latitude_deg, photo.tag.longitude_deg, altitude_m)
-    return SurveyImage(photo.path, Pose(world.to_enu(position), photo.tag.R_cam2enu), photo.camera)
+    return SurveyImage(
+        photo.path, Pose(world.to_enu(position), photo.tag.R_cam2enu), photo.camera, taken_at_s=photo.tag.utc_s
+    )

@@ -54,8 +54,8 @@ def read_poses(
     ``M3x4`` is row-major and takes world points to the camera, x_cam = R x + t, with camera axes right, down and
     forward, unless another convention is named. Its entries are numbers, or texts of numbers. The camera may stand
     beside ``images``: ``fx``, ``fy``, ``cx`` and ``cy`` in pixels, and the coefficients of the lens as ``"lens": [k1,
-    k2, p1, p2, k3]`` or ``"fisheye": [k1, k2, k3, k4]``. Names may have another ending than the files:
-    lists of poses are often made of other copies of the images.
+    k2, p1, p2, k3]`` or ``"fisheye": [k1, k2, k3, k4]``. Images may have the time of their exposure, ``time_s``.
+    Names may have another ending than the files: lists of poses are often made of other copies of the images.
 
     Args:
         poses_file: the JSON file.
@@ -86,9 +86,11 @@ def read_poses(
     folder = _Folder(image_folder)
     left_out: dict[str, str] = {}
     placed: list[tuple[Path, Pose]] = []
+    times_s: dict[Path, float] = {}
     for name, (entry, place) in chosen:
         try:
             path, pose = folder.find(name, place), _pose(entry, f"{place} ({name})", convention)
+            time_s = _time_s(entry, f"{place} ({name})")
             check_image(path)
         except InputDataError as error:
             if not skip_broken:
@@ -96,6 +98,7 @@ def read_poses(
             left_out[name] = str(error)
         else:
             placed.append((path, pose))
+            times_s |= {} if time_s is None else {path: time_s}
     _refuse_repeated(placed, poses_file)
     convention.check([pose for _, pose in placed])
     if origin is not None:
@@ -103,7 +106,11 @@ def read_poses(
     first = _first_image([path for path, _ in placed], left_out, skip_broken=skip_broken)
     camera = _camera(document, poses_file, first.shape, optics)
     camera = replace(camera, distortion=lens or camera.distortion)
-    images = tuple(SurveyImage(path, pose, camera, first.dtype) for path, pose in placed if path.name not in left_out)
+    images = tuple(
+        SurveyImage(path, pose, camera, first.dtype, times_s.get(path))
+        for path, pose in placed
+        if path.name not in left_out
+    )
     return Survey(
         images,
         bands_of(first),
@@ -248,6 +255,15 @@ def _pose(entry: Mapping[str, Any], place: str, convention: PoseConvention) -> P
     if np.abs(R @ R.T - np.eye(3)).max() > ROTATION_TOLERANCE or np.linalg.det(R) < 0.0:
         raise InputDataError(f"{place}: the left 3x3 part of 'M3x4' is no rotation matrix.")
     return convention.pose(R, t)
+
+
+def _time_s(entry: Mapping[str, Any], place: str) -> float | None:
+    value = entry.get("time_s")
+    if value is None:
+        return None
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise InputDataError(f"{place}: 'time_s' must be a finite number of seconds, got {value!r}.")
+    return float(value)
 
 
 def _matrix(rows: object, place: str) -> NDArray[np.float64]:

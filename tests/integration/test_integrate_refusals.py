@@ -274,6 +274,7 @@ BAD_INPUT = {
     "text for a number": (set_number(1, 3, "north"), "'north', which is no finite number"),
     "truth for a number": (set_number(1, 3, True), "True, which is no finite number"),
     "nan": (set_number(1, 3, float("nan")), "nan, which is no finite number"),
+    "time of words": (change_entry(time_s="noon"), r"images\[2\] \(2\.png\): 'time_s' must be a finite number"),
     "no rotation": (set_number(1, 1, 2.0), r"images\[2\] \(2\.png\): the left 3x3 part of 'M3x4' is no rotation"),
     "mirrored": (mirror, "is no rotation"),
     "view too large": (options(view=4), r"--view 4 is out of range: .* has the views 0 to 3"),

@@ -1,0 +1,116 @@
+"""``aos-gcs calibrate``: camera, mount and clock from a recorded flight above textured ground."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from numpy.typing import NDArray
+
+from aos_gcs.cameras.calibration import PARAMETERS, calibration_document, encode_calibration
+from aos_gcs.cli import survey_options
+from aos_gcs.cli.output import progress
+from aos_gcs.cli.survey_options import CameraOptions, open_survey
+from aos_gcs.errors import ConfigurationError
+from aos_gcs.exports.files import check_writable, written_whole
+
+PANEL = "Calibration"
+
+_LABELS = ("yaw", "pitch", "roll", "focal length", "k1", "k2", "clock offset")
+_DIGITS = ("{:.3f}°", "{:.3f}°", "{:.3f}°", "{:.2f} px", "{:.5f}", "{:.5f}", "{:.4f} s")
+
+
+def calibrate(
+    image_folder: survey_options.ImageFolder,
+    *,
+    out: Annotated[
+        Path,
+        typer.Option(
+            metavar="FILE.json",
+            help="Result, for integrate --calibration and for the cameras of missions.",
+            rich_help_panel=PANEL,
+        ),
+    ],
+    poses: survey_options.Poses = None,
+    fov: survey_options.Fov = None,
+    camera: survey_options.Camera = None,
+    lens: survey_options.Lens = None,
+    fisheye: survey_options.Fisheye = None,
+    convention: survey_options.Convention = None,
+    frames: survey_options.FrameRange = None,
+    ground: survey_options.Ground = None,
+    sensor: survey_options.SensorName = None,
+    position_sigma: Annotated[
+        float,
+        typer.Option(
+            metavar="M",
+            help="Standard deviation of the recorded positions from one image to the next, metres: 0.02 for RTK. "
+            "Photographs may tell it themselves.",
+            rich_help_panel=PANEL,
+        ),
+    ] = 0.15,
+    attitude_sigma: Annotated[
+        float,
+        typer.Option(
+            metavar="DEG",
+            help="Standard deviation of the recorded attitudes from one image to the next, degrees.",
+            rich_help_panel=PANEL,
+        ),
+    ] = 0.2,
+) -> None:
+    """Calibrate a camera by a flight: mount angles, focal length, lens and clock offset, with their covariance.
+
+    Needs images that overlap by 60 % and poses in any world; for the clock offset and the roll of the mount, lines in
+    opposite and crossing directions and images with times; for the focal length, two heights. What the flight does not
+    tell stays as it was, and is named.
+    """
+    from aos_gcs.surveys.calibration.calibrate import MAX_IMAGES  # noqa: PLC0415 - keeps the other commands' help fast
+    from aos_gcs.surveys.calibration.calibrate import calibrate as estimate  # noqa: PLC0415
+
+    for name, value in (("--position-sigma", position_sigma), ("--attitude-sigma", attitude_sigma)):
+        if not (math.isfinite(value) and value > 0.0):
+            raise ConfigurationError(f"{name} must be a positive number, got {value:g}.")
+    check_writable(out)
+    survey = open_survey(
+        image_folder,
+        poses=poses,
+        optics=CameraOptions(fov, camera, lens, fisheye),
+        convention=convention,
+        frames=frames,
+        ground_amsl_m=ground,
+        sensor=sensor,
+    )
+    with progress("Searching images for features", min(MAX_IMAGES, len(survey.images))) as advance:
+        result = estimate(survey, position_sigma, math.radians(attitude_sigma), advance)
+    degrees = np.array([math.degrees(1.0)] * 3 + [1.0] * 4)
+    covariance = result.covariance * np.outer(degrees, degrees)
+    not_determined = [name for name, is_known in zip(PARAMETERS, result.is_determined, strict=True) if not is_known]
+    statistics = {
+        "not_determined": not_determined,
+        "images": result.images,
+        "points": result.points,
+        "median_residual_px": [result.before_px, result.after_px],
+    }
+    document = calibration_document(result.camera, result.boresight_rad, result.clock_offset_s, covariance, statistics)
+    with written_whole(out) as file:
+        file.write(encode_calibration(document))
+    lens_now = result.camera.distortion
+    k1, k2 = (0.0, 0.0) if lens_now is None else lens_now.coefficients[:2]
+    values = np.array(
+        [*np.degrees(result.boresight_rad), result.camera.fx_px, k1, k2, result.clock_offset_s], dtype=np.float64
+    )
+    _report(values, covariance, result.is_determined)
+    typer.echo(
+        f"{result.points} points in {result.images} images; median residual {result.before_px:.2f} px before, "
+        f"{result.after_px:.2f} px after"
+    )
+
+
+def _report(values: NDArray[np.float64], covariance: NDArray[np.float64], is_determined: NDArray[np.bool_]) -> None:
+    sigmas = np.sqrt(np.diag(covariance))
+    for label, digits, value, sigma, known in zip(_LABELS, _DIGITS, values, sigmas, is_determined, strict=True):
+        text = f"{digits.format(value)} ± {digits.format(sigma)}" if known else "not determined by this flight"
+        typer.echo(f"{label}: {text}")

@@ -1,0 +1,291 @@
+"""The least squares of calibration: one camera and mount, small errors of all poses, and the points of the ground.
+
+A bundle adjustment in which positions and attitudes are observations with standard deviations, and what all images have
+in common is unknown: the turn of the camera against its recorded attitude, the focal length, two coefficients of the
+lens, and the offset of the clock.
+
+Source: Triggs, McLauchlan, Hartley and Fitzgibbon, *Bundle Adjustment: A Modern Synthesis*, Vision Algorithms, 2000
+(elimination of the points, robust weights); the weights are Cauchy's, the steps Levenberg's and Marquardt's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.spatial.transform import Rotation
+
+from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.geometry.distortion import LensDistortion, LensModel
+from aos_gcs.geometry.poses import Pose
+from aos_gcs.surveys.calibration.tracks import Tracks
+from aos_gcs.surveys.motion import Motion
+
+COMMON = 7
+"""Unknowns of all images: turns about the camera's right, down and forward (rad), relative focal length, k1, k2, offset
+of the clock (s)."""
+OWN = 6
+"""Unknowns of one image: errors of its position (m) and turns of its attitude (rad)."""
+
+PRIOR_SIGMAS = np.array([np.radians(3.0)] * 3 + [0.05, 0.1, 0.1, 0.3])
+"""Standard deviations of the common unknowns before anything is measured."""
+
+ITERATIONS = 30
+CAUCHY_SIGMAS = 2.0
+MIN_SIGMA_PX = 0.2
+_CONVERGED = 1e-3
+"""Largest step, in standard deviations of the result, after which no further is made."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sigmas:
+    """Standard deviations of the recorded poses; arrays with one row per image."""
+
+    position_m: NDArray[np.float64]
+    """Standard deviations along each axis, shape (n, 3)."""
+    attitude_rad: float
+    """Standard deviation of what differs from one image to the next."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Adjusted:
+    """Result of an adjustment."""
+
+    common: NDArray[np.float64]
+    """Shape (``COMMON``,)."""
+    covariance: NDArray[np.float64]
+    """Shape (``COMMON``, ``COMMON``)."""
+    sigma_px: float
+    """Standard deviation of a measured place along each axis."""
+    before_px: float
+    """Median distance of measured and predicted places with the recorded poses and camera."""
+    after_px: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Unknowns:
+    common: NDArray[np.float64]
+    own: NDArray[np.float64]
+    """Shape (n, ``OWN``)."""
+    points_m: NDArray[np.float64]
+    """Shape (m, 3)."""
+
+    def plus(self, step: NDArray[np.float64], points_step_m: NDArray[np.float64]) -> _Unknowns:
+        return _Unknowns(
+            self.common + step[:COMMON], self.own + step[COMMON:].reshape(-1, OWN), self.points_m + points_step_m
+        )
+
+
+def corrected_camera(camera: CameraModel, common: NDArray[np.float64]) -> CameraModel:
+    """Return the camera with the common unknowns applied."""
+    lens = camera.distortion or LensDistortion(LensModel.BROWN_CONRADY, (0.0,) * 5)
+    k1, k2, *rest = lens.coefficients
+    return replace(
+        camera,
+        fx_px=camera.fx_px * (1.0 + float(common[3])),
+        fy_px=camera.fy_px * (1.0 + float(common[3])),
+        distortion=LensDistortion(lens.model, (k1 + float(common[4]), k2 + float(common[5]), *rest)),
+    )
+
+
+class _Model:
+    """Places at which images show points, with the derivatives by all unknowns."""
+
+    def __init__(self, tracks: Tracks, camera: CameraModel, poses: Sequence[Pose], motion: Motion) -> None:
+        self._tracks, self._camera = tracks, camera
+        image = tracks.image
+        self._R = np.array([pose.R_cam2enu for pose in poses])[image]
+        self._centre_m = np.array([pose.position_enu_m for pose in poses])[image]
+        self._velocity = motion.velocity_mps[image]
+        self._acceleration = motion.acceleration_mps2[image]
+        self._rate = motion.rate_cam_radps[image]
+
+    def places(
+        self, common: NDArray[np.float64], own: NDArray[np.float64], points_m: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Return pixels, shape (k, 2); ``own`` and the points have one row per observation."""
+        offset_s = float(common[6])
+        centre_m = self._centre_m + self._velocity * offset_s + 0.5 * self._acceleration * offset_s**2 + own[:, :3]
+        in_camera = np.einsum("kji,kj->ki", self._R, points_m - centre_m)
+        in_camera = Rotation.from_rotvec(-self._rate * offset_s).apply(in_camera)
+        in_camera = Rotation.from_rotvec(-common[:3]).apply(in_camera)
+        in_camera = Rotation.from_rotvec(-own[:, 3:]).apply(in_camera)
+        depth_m = in_camera[:, 2:]
+        in_front = depth_m > 0.0
+        normalised = np.where(in_front, in_camera[:, :2] / np.where(in_front, depth_m, 1.0), np.nan)
+        return corrected_camera(self._camera, common).to_pixels(normalised)
+
+    def residuals(self, unknowns: _Unknowns) -> NDArray[np.float64]:
+        """Return measured minus predicted places, shape (k, 2); NaN where a point is not in front of its camera."""
+        tracks = self._tracks
+        places = self.places(unknowns.common, unknowns.own[tracks.image], unknowns.points_m[tracks.point])
+        return np.asarray(tracks.pixels - places)
+
+    def derivatives(self, unknowns: _Unknowns) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the derivatives of the places.
+
+        By the common and the image's own unknowns, shape (k, 2, ``COMMON`` + ``OWN``), and by the point, (k, 2, 3).
+        """
+        own, points_m = unknowns.own[self._tracks.image], unknowns.points_m[self._tracks.point]
+        columns = []
+        for index in range(COMMON + OWN + 3):
+            h = 1e-4 if index in (6, *range(COMMON + OWN, COMMON + OWN + 3)) else 1e-6
+            sides = []
+            for step in (h, -h):
+                common, mine, moved = unknowns.common.copy(), own, points_m
+                if index < COMMON:
+                    common[index] += step
+                elif index < COMMON + OWN:
+                    mine = own + step * (np.arange(OWN) == index - COMMON)
+                else:
+                    moved = points_m + step * (np.arange(3) == index - COMMON - OWN)
+                sides.append(self.places(common, mine, moved))
+            columns.append((sides[0] - sides[1]) / (2.0 * h))
+        J = np.stack(columns, axis=2)
+        return J[:, :, : COMMON + OWN], J[:, :, COMMON + OWN :]
+
+
+def adjust(
+    tracks: Tracks,
+    points_m: NDArray[np.float64],
+    camera: CameraModel,
+    *,
+    poses: Sequence[Pose],
+    motion: Motion,
+    sigmas: Sigmas,
+    fixed: NDArray[np.bool_],
+) -> Adjusted:
+    """Solve for the camera, its mount and its clock.
+
+    Args:
+        tracks: observations of the points.
+        points_m: first estimates of the points, shape (m, 3).
+        camera: camera as it is known.
+        poses: recorded poses of the n images.
+        motion: motion at the images.
+        sigmas: standard deviations of the recorded poses.
+        fixed: common unknowns that stay as they are, shape (``COMMON``,).
+    """
+    model = _Model(tracks, camera, poses, motion)
+    # A standard deviation of next to nothing holds an unknown.
+    common_sigmas = np.where(fixed, 1e-9, PRIOR_SIGMAS)
+    own_sigmas = np.column_stack((sigmas.position_m, np.full((len(poses), 3), sigmas.attitude_rad)))
+    information = np.concatenate((common_sigmas, own_sigmas.ravel())) ** -2.0
+    now = _Unknowns(np.zeros(COMMON), np.zeros((len(poses), OWN)), points_m)
+    residual = model.residuals(now)
+    before_px = float(np.nanmedian(np.linalg.norm(residual, axis=1)))
+    damping = 1e-3
+    covariance = np.diag(PRIOR_SIGMAS**2)
+    for _ in range(ITERATIONS):
+        sigma_px = _sigma_px(residual)
+        system = _System.of(model, now, residual, sigma_px=sigma_px, tracks=tracks, information=information)
+        cost = _cost(residual, now, sigma_px, information)
+        while damping < 1e6:
+            step, points_step_m = system.step(damping)
+            tried = now.plus(step, points_step_m)
+            tried_residual = model.residuals(tried)
+            if _cost(tried_residual, tried, sigma_px, information) <= cost:
+                break
+            damping *= 10.0
+        else:
+            break
+        now, residual, damping = tried, tried_residual, max(damping / 10.0, 1e-9)
+        covariance = system.covariance()
+        if (np.abs(step[:COMMON]) < _CONVERGED * np.sqrt(np.diag(covariance)) + 1e-12).all():
+            break
+    after_px = float(np.nanmedian(np.linalg.norm(residual, axis=1)))
+    return Adjusted(now.common, covariance, _sigma_px(residual), before_px, after_px)
+
+
+def _sigma_px(residual: NDArray[np.float64]) -> float:
+    return max(MIN_SIGMA_PX, 1.4826 * float(np.nanmedian(np.abs(residual))))
+
+
+def _cost(
+    residual: NDArray[np.float64], unknowns: _Unknowns, sigma_px: float, information: NDArray[np.float64]
+) -> float:
+    squares = np.sum(residual**2, axis=1) / (CAUCHY_SIGMAS * sigma_px) ** 2
+    # What has left the image costs as much as an outlier of ten standard deviations.
+    robust = CAUCHY_SIGMAS**2 * np.log1p(np.where(np.isfinite(squares), squares, 25.0)).sum()
+    errors = np.concatenate((unknowns.common, unknowns.own.ravel()))
+    return float(robust + np.sum(errors**2 * information))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _System:
+    """Normal equations, in blocks: cameras, points (3 x 3 each), and between them."""
+
+    N: NDArray[np.float64]
+    right: NDArray[np.float64]
+    N_points: NDArray[np.float64]
+    """Shape (m, 3, 3)."""
+    right_points: NDArray[np.float64]
+    cross: NDArray[np.float64]
+    """Shape (cameras, m, 3)."""
+
+    @classmethod
+    def of(
+        cls,
+        model: _Model,
+        unknowns: _Unknowns,
+        residual: NDArray[np.float64],
+        *,
+        sigma_px: float,
+        tracks: Tracks,
+        information: NDArray[np.float64],
+    ) -> _System:
+        """Linearise about the unknowns."""
+        J, J_point = model.derivatives(unknowns)
+        seen = (
+            np.isfinite(residual).all(axis=1) & np.isfinite(J).all(axis=(1, 2)) & np.isfinite(J_point).all(axis=(1, 2))
+        )
+        J, J_point, residual = J[seen], J_point[seen], residual[seen]
+        image, point = tracks.image[seen], tracks.point[seen]
+        squares = np.sum(residual**2, axis=1) / sigma_px**2
+        weights = 1.0 / (1.0 + squares / CAUCHY_SIGMAS**2) / sigma_px**2
+        size, count = len(information), len(unknowns.points_m)
+        own = COMMON + OWN * image[:, np.newaxis] + np.arange(OWN)
+        columns = np.concatenate((np.broadcast_to(np.arange(COMMON), (len(image), COMMON)), own), axis=1)
+        A, B = _sparse(J, columns, size), _sparse(J_point, 3 * point[:, np.newaxis] + np.arange(3), 3 * count)
+        W = np.repeat(weights, 2)
+        AW = A.T.multiply(W).tocsr()
+        N_points, right_points = np.zeros((count, 3, 3)), np.zeros((count, 3))
+        np.add.at(N_points, point, np.einsum("k,kij,kil->kjl", weights, J_point, J_point))
+        np.add.at(right_points, point, np.einsum("k,kij,ki->kj", weights, J_point, residual))
+        errors = np.concatenate((unknowns.common, unknowns.own.ravel()))
+        N = (AW @ A).toarray() + np.diag(information)
+        cross = (AW @ B).toarray().reshape(size, count, 3)
+        return cls(N, AW @ residual.ravel() - information * errors, N_points, right_points, cross)
+
+    def _reduced(self, damping: float) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """Return the normal equations without the points, the inverse blocks of these, and ``cross`` times them."""
+        diagonal = np.einsum("mii->mi", self.N_points)
+        inverse = np.linalg.inv(self.N_points + np.eye(3) * (damping * diagonal + 1e-9)[:, np.newaxis, :])
+        weighted = np.einsum("cmi,mij->cmj", self.cross, inverse)
+        size = len(self.N)
+        N = self.N + damping * np.diag(np.diag(self.N))
+        return N - weighted.reshape(size, -1) @ self.cross.reshape(size, -1).T, inverse, weighted
+
+    def step(self, damping: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the step of the cameras' unknowns and of the points."""
+        reduced, inverse, weighted = self._reduced(damping)
+        size = len(self.N)
+        step = np.linalg.solve(reduced, self.right - weighted.reshape(size, -1) @ self.right_points.ravel())
+        left = self.right_points - (self.cross.reshape(size, -1).T @ step).reshape(-1, 3)
+        return np.asarray(step, dtype=np.float64), np.einsum("mij,mj->mi", inverse, left)
+
+    def covariance(self) -> NDArray[np.float64]:
+        """Return the covariance of the common unknowns."""
+        covariance = np.linalg.inv(self._reduced(0.0)[0])[:COMMON, :COMMON]
+        return np.asarray((covariance + covariance.T) / 2.0)
+
+
+def _sparse(blocks: NDArray[np.float64], columns: NDArray[np.intp], width: int) -> csr_array:
+    """Return the rows of blocks, shape (k, r, c), in columns of shape (k, c), as one sparse matrix."""
+    count, rows, length = blocks.shape
+    wide = np.repeat(columns[:, np.newaxis, :], rows, axis=1)
+    starts = np.arange(0, count * rows * length + 1, length)
+    return csr_array((blocks.ravel(), wide.ravel(), starts), shape=(count * rows, width))

@@ -1,0 +1,136 @@
+"""``aos-gcs calibrate``: camera, mount and clock of simulated flights, and what integrate makes of them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.fakes.calibration_flight import FOV_DEG, CalibrationFlight, Truth
+from tests.fakes.recorded_flight import run
+
+
+@pytest.fixture(scope="module")
+def flight(tmp_path_factory: pytest.TempPathFactory) -> CalibrationFlight:
+    return CalibrationFlight(tmp_path_factory.mktemp("flight"), Truth())
+
+
+@pytest.fixture(scope="module")
+def calibration(flight: CalibrationFlight) -> Path:
+    path = flight.poses.with_name("calibration.json")
+    assert run(flight.arguments(path, "--position-sigma", 0.02, "--attitude-sigma", 0.1)) == 0
+    return path
+
+
+def test_a_flight_tells_mount_clock_focal_length_and_lens(flight: CalibrationFlight, calibration: Path) -> None:
+    truth, found = Truth(), json.loads(calibration.read_text())
+    assert found["not_determined"] == []
+    errors = np.abs(np.array(found["boresight_deg"]) - truth.boresight_deg)
+    assert errors.max() < 0.1
+    assert abs(found["clock_offset_s"] - truth.clock_offset_s) < 0.005
+    focal_px = found["camera_matrix"][0][0]
+    assert abs(focal_px / flight.camera.fx_px - 1.0) < 0.005
+    assert abs(found["distortion_coefficients"][0] - truth.lens[0]) < 0.01
+    values = np.array(
+        [*found["boresight_deg"], focal_px, *found["distortion_coefficients"][:2], found["clock_offset_s"]]
+    )
+    true = np.array([*truth.boresight_deg, flight.camera.fx_px, *truth.lens[:2], truth.clock_offset_s])
+    sigmas = np.sqrt(np.diag(found["covariance"]))
+    assert (np.abs(values - true) < 3.5 * sigmas).all()
+    before_px, after_px = found["median_residual_px"]
+    assert before_px > 3.0
+    assert after_px < 0.2
+
+
+def test_integrals_are_sharp_with_the_calibration(flight: CalibrationFlight, calibration: Path, tmp_path: Path) -> None:
+    common = ["integrate", str(flight.images), "--poses", str(flight.poses), "--convention", "camera-to-world,enu"]
+    common += [
+        "--plane-z",
+        "0",
+        "--ortho",
+        "0.1",
+        "--out",
+        str(tmp_path / "map.npy"),
+        "--count",
+        str(tmp_path / "n.npy"),
+    ]
+    contrasts = []
+    for camera in (["--fov", str(FOV_DEG)], ["--calibration", str(calibration)]):
+        assert run([*common, *camera]) == 0
+        values, count = np.load(tmp_path / "map.npy"), np.load(tmp_path / "n.npy")
+        contrasts.append(float(np.std(np.squeeze(values)[count > 0.6 * count.max()])))
+    assert contrasts[1] > 1.25 * contrasts[0]
+
+
+def test_a_calibration_without_times_leaves_the_clock(
+    flight: CalibrationFlight, calibration: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    images = [{key: entry[key] for key in ("imagefile", "M3x4")} for entry in flight.document["images"]]
+    poses = tmp_path / "poses.json"
+    poses.write_text(json.dumps({"images": images}))
+    arguments = ["integrate", str(flight.images), "--poses", str(poses), "--convention", "camera-to-world,enu"]
+    arguments += [
+        "--plane-z",
+        "0",
+        "--view",
+        "0",
+        "--out",
+        str(tmp_path / "view.npy"),
+        "--calibration",
+        str(calibration),
+    ]
+    assert run(arguments) == 0
+    assert "The clock offset of the calibration is not applied" in capfd.readouterr().err
+
+
+def test_a_single_line_determines_neither_focal_length_nor_clock(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    flight = CalibrationFlight(tmp_path, Truth(heights_m=(20.0,), headings_deg=(0.0, 0.0)))
+    out = tmp_path / "calibration.json"
+    assert run(flight.arguments(out)) == 0
+    found = json.loads(out.read_text())
+    assert {"focal_px", "clock_offset_s"} <= set(found["not_determined"])
+    assert found["clock_offset_s"] == 0.0
+    assert "clock offset: not determined by this flight" in capfd.readouterr().out
+
+
+def test_images_without_texture_are_refused(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    import cv2  # noqa: PLC0415
+
+    flight = CalibrationFlight(tmp_path, Truth(heights_m=(20.0,), headings_deg=(0.0, 180.0)))
+    for path in flight.images.iterdir():
+        cv2.imwrite(str(path), np.full((144, 192), 90, dtype=np.uint8))
+    assert run(flight.arguments(tmp_path / "calibration.json")) == 2
+    assert "have only 0 points in common" in capfd.readouterr().err
+    assert not (tmp_path / "calibration.json").exists()
+
+
+def test_bad_options_and_files_are_named(
+    flight: CalibrationFlight, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "calibration.json"
+    cases = [
+        (flight.arguments(out, "--position-sigma", 0), "--position-sigma must be a positive number"),
+        (flight.arguments(out, "--frames", "0:3"), "needs 6 images with poses, got 3"),
+        (flight.arguments(tmp_path / "absent" / "file.json"), "absent"),
+    ]
+    bad = tmp_path / "bad.json"
+    for content, message in (
+        ({"camera_matrix": [[1, 0, 1], [0, 1, 1], [0, 0, 1]]}, "'boresight_deg' must be yaw, pitch and roll"),
+        ({"boresight_deg": [0, 0, 90]}, "'boresight_deg' must be yaw, pitch and roll of at most 45"),
+        ({"boresight_deg": [0, 0, 0], "clock_offset_s": "late"}, "'clock_offset_s' must be a number"),
+        ({"boresight_deg": [0, 0, 0]}, "neither 'camera_matrix'"),
+    ):
+        bad.write_text(json.dumps(content))
+        arguments = ["integrate", str(flight.images), "--poses", str(flight.poses), "--out", str(tmp_path / "a.npy")]
+        arguments += ["--view", "0", "--plane-z", "0", "--calibration", str(bad)]
+        assert run(arguments) == 2
+        assert message in capfd.readouterr().err
+        assert run([*arguments, "--fov", "60"]) == 2
+        assert "--calibration and --fov exclude each other" in capfd.readouterr().err
+    for arguments, message in cases:
+        assert run(arguments) == 2
+        assert message in capfd.readouterr().err
