@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import nadir_pose
@@ -15,6 +16,7 @@ from aos_gcs.mission.search.persons import KEPT_STEPS, PersonWatch, watch_person
 CAMERA = CameraModel.from_fov(256, 256, math.radians(50.0))
 PLACE_ENU_M = np.array([2.0, -1.0])
 HEIGHT_M = 35.0
+COLOURS = ("red", "green", "blue")
 
 
 def warm_frame(vehicle_id: int, *, clothes_k: float, skin_k: float, size_m: float = 0.5) -> Frame:
@@ -66,11 +68,85 @@ def test_a_place_without_anything_warm_is_no_person_and_one_that_no_frame_holds_
     assert watch.judge({}, 0.0, Uncertainty()) == {}
 
 
-def test_frames_without_temperatures_cannot_tell() -> None:
-    pixels = person(1).image
-    frames = [replace(person(1), bands=("grey",)), replace(person(2), image=(10.0 * pixels).astype(np.uint16))]
+def test_frames_in_colour_cannot_tell() -> None:
+    frames = [
+        replace(frame, image=np.repeat(frame.image, 3, axis=2), bands=COLOURS) for frame in (person(1), person(2))
+    ]
     verdict = verdict_at(PersonWatch().look(frames, 0.0))
     assert verdict == Verdict(FindingKind.ANOMALY, None, ("no temperatures to judge it by",))
+
+
+def grey_levels(
+    vehicle_id: int, *, spot: float, place_enu_m: np.ndarray = PLACE_ENU_M, bands: str = "thermal"
+) -> Frame:
+    """Forest of grey level 100 ± 5 with a spot of 0.7 m that many levels brighter at a place."""
+    gsd_m = HEIGHT_M / CAMERA.fx_px
+    image = np.random.default_rng(vehicle_id).normal(100.0, 5.0, (256, 256, 1))
+    column = round(place_enu_m[0] / gsd_m + CAMERA.cx_px)
+    row = round(-place_enu_m[1] / gsd_m + CAMERA.cy_px)
+    image[row - 2 : row + 3, column - 2 : column + 3] += spot
+    return Frame(vehicle_id, image.astype(np.uint8), (bands,), nadir_pose([0.0, 0.0, HEIGHT_M]), CAMERA)
+
+
+def test_a_spot_that_several_grey_frames_show_at_one_place_counts_as_a_find_without_a_probability() -> None:
+    watch = PersonWatch().look([grey_levels(number, spot=50.0) for number in (1, 2, 3)], 0.0)
+    judgement = watch.judge({7: PLACE_ENU_M + 0.3}, 0.0, Uncertainty())[7]
+    assert (judgement.verdict.kind, judgement.verdict.probability) == (FindingKind.ANOMALY, None)
+    assert "seen by 3 of 3 vehicles, in 3 of 3 frames" in judgement.verdict.reasons
+    assert "no temperatures, so no probability" in judgement.verdict.reasons
+    assert judgement.place is not None
+    assert np.allclose(judgement.place.position_enu_m[:2], PLACE_ENU_M, atol=0.3)
+
+
+def test_the_gain_of_the_camera_changes_nothing() -> None:
+    frames = [grey_levels(number, spot=50.0) for number in (1, 2, 3)]
+    halved = [replace(frame, image=(frame.image.astype(np.uint16) * 200 + 3000)) for frame in frames]
+    verdicts = [verdict_at(PersonWatch().look(seen, 0.0)) for seen in (frames, halved)]
+    assert verdicts[0] == verdicts[1]
+
+
+@pytest.mark.parametrize(
+    "frames",
+    [
+        [grey_levels(1, spot=50.0), grey_levels(2, spot=50.0), grey_levels(3, spot=0.0)],
+        [grey_levels(number, spot=21.0) for number in (1, 2, 3)],
+        [grey_levels(number, spot=0.0) for number in (1, 2, 3)],
+        [grey_levels(number, spot=-50.0) for number in (1, 2, 3)],
+        [grey_levels(number, spot=50.0, place_enu_m=PLACE_ENU_M + 3.0 * number) for number in (1, 2, 3)],
+    ],
+    ids=["two frames", "faint", "nothing", "colder", "another place in each frame"],
+)
+def test_what_does_not_stand_out_of_grey_frames_is_no_find(frames: list[Frame]) -> None:
+    verdict = verdict_at(PersonWatch().look(frames, 0.0))
+    assert verdict is not None
+    assert (verdict.kind, verdict.probability) == (FindingKind.OBJECT, None)
+
+
+def test_warm_spots_all_about_are_no_find() -> None:
+    def dotted(number: int) -> Frame:
+        frame = grey_levels(number, spot=50.0)
+        image = frame.image.copy()
+        image[::7, ::7] = 255
+        return replace(frame, image=image)
+
+    verdict = verdict_at(PersonWatch().look([dotted(number) for number in (1, 2, 3)], 0.0))
+    assert verdict is not None
+    assert verdict.kind is FindingKind.OBJECT
+
+
+def test_darker_spots_count_where_nobody_says_that_the_band_is_thermal() -> None:
+    frames = [grey_levels(number, spot=-50.0, bands="grey") for number in (1, 2, 3)]
+    verdict = verdict_at(PersonWatch().look(frames, 0.0))
+    assert verdict is not None
+    assert verdict.kind is FindingKind.ANOMALY
+
+
+def test_frames_with_temperatures_decide_where_there_are_some_and_places_out_of_view_get_no_verdict() -> None:
+    grey = [grey_levels(number, spot=50.0) for number in (4, 5, 6)]
+    verdict = verdict_at(PersonWatch().look(grey, 0.0).look([person(1), person(2), person(3)], 0.0))
+    assert verdict is not None
+    assert verdict.kind is FindingKind.PERSON
+    assert verdict_at(PersonWatch().look(grey, 0.0), PLACE_ENU_M + 500.0) is None
 
 
 def test_what_was_seen_is_forgotten_after_some_steps() -> None:

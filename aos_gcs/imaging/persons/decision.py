@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
-from aos_gcs.imaging.persons.classifier import MAX_CONTRAST_K, PersonModel, person_confidence
+from aos_gcs.imaging.persons.classifier import MAX_CONTRAST_K, MIN_VEHICLES, PersonModel, person_confidence
 from aos_gcs.imaging.persons.evidence import Evidence
 
 DECISION = 0.5
@@ -20,6 +20,10 @@ MOST = 0.6
 """Share of the vehicles that are most of them."""
 ENOUGH = 3
 """Vehicles that must see it for that."""
+MIN_RELATIVE_CONTRAST = 5.0
+"""Median contrast of a spot without temperatures that counts as a find, in standard deviations of its surroundings."""
+MIN_CONCENTRATION = 4.0
+"""How many times as dense as around it pixels stand out at such a spot."""
 _FUR_SPREAD_K = 2.5
 """Contrast of the warmest parts above the middle from which a warm body is rather an animal (head and legs are warmer
 than fur) than a stone (warm all over)."""
@@ -36,7 +40,7 @@ class FindingKind(StrEnum):
     OBJECT = "object"
     """Unlike its surroundings, but no warmer."""
     ANOMALY = "anomaly"
-    """Unlike its surroundings, in frames without temperatures, which cannot tell what it is."""
+    """Stands out of its surroundings in frames without temperatures, which cannot tell what it is."""
 
 
 CLAIMED = frozenset({FindingKind.PERSON, FindingKind.ANOMALY})
@@ -49,7 +53,7 @@ class Verdict:
 
     kind: FindingKind
     probability: float | None
-    """Probability, 0 to 1, that it is a person; None where no temperatures tell."""
+    """Probability, 0 to 1, that it is a person; None without temperatures, as the model of persons needs them."""
     reasons: tuple[str, ...]
     """What it rests on, in words."""
     is_surely_other: bool = False
@@ -57,15 +61,40 @@ class Verdict:
 
 
 def decide(evidence: Evidence, model: PersonModel | None = None) -> Verdict:
-    """Return what a body is taken for; ``model`` None: the one that comes with the program."""
+    """Return what a body is taken for; ``model`` None: the one that comes with the program.
+
+    Without temperatures there is no probability: a spot that stands out at its place counts as a find, as a person
+    would, and one that does not is an object.
+    """
     if not evidence.radiometric:
-        return Verdict(FindingKind.ANOMALY, None, ("no temperatures to judge it by",))
+        return _without_temperatures(evidence)
     if evidence.views == 0:
         return Verdict(FindingKind.OBJECT, 0.0, (f"not warmer than its surroundings in {evidence.frames} frames",))
     probability = person_confidence(evidence, model)
     share = evidence.vehicles / max(evidence.swarm, evidence.vehicles)
     is_surely_other = probability <= SURELY_OTHER and share >= MOST and evidence.vehicles >= ENOUGH
     return Verdict(_kind(evidence, probability), probability, _reasons(evidence), is_surely_other)
+
+
+def _without_temperatures(evidence: Evidence) -> Verdict:
+    if evidence.frames == 0:
+        return Verdict(FindingKind.ANOMALY, None, ("no temperatures to judge it by",))
+    without = "no temperatures, so no probability"
+    if evidence.views == 0:
+        return Verdict(FindingKind.OBJECT, None, (f"does not stand out in any of {evidence.frames} frames", without))
+    stands_out = (
+        evidence.vehicles >= MIN_VEHICLES
+        and evidence.views >= ENOUGH
+        and evidence.contrast_median_k >= MIN_RELATIVE_CONTRAST
+        and evidence.concentration >= MIN_CONCENTRATION
+    )
+    reasons = (
+        f"{evidence.contrast_median_k:.1f} times the noise of its surroundings",
+        f"{evidence.concentration:.1f} times as frequent as around it",
+        _seen_by(evidence),
+        without,
+    )
+    return Verdict(FindingKind.ANOMALY if stands_out else FindingKind.OBJECT, None, reasons)
 
 
 def _kind(evidence: Evidence, probability: float) -> FindingKind:
@@ -79,12 +108,16 @@ def _kind(evidence: Evidence, probability: float) -> FindingKind:
 def _reasons(evidence: Evidence) -> tuple[str, ...]:
     peak_k = evidence.contrast_peak_k
     limit = ", hotter than any skin" if peak_k > MAX_CONTRAST_K else ""
-    views = _of(evidence.views, evidence.frames, "frame")
     return (
         f"{evidence.contrast_median_k:.0f} K warmer than its surroundings, {peak_k:.0f} K at its warmest{limit}",
-        f"seen by {_of(evidence.vehicles, evidence.swarm, 'vehicle')}, in {views}",
+        _seen_by(evidence),
         f"{evidence.area_m2:.2f} m² visible, {evidence.extent_m:.1f} m long",
     )
+
+
+def _seen_by(evidence: Evidence) -> str:
+    vehicles, frames = _of(evidence.vehicles, evidence.swarm, "vehicle"), _of(evidence.views, evidence.frames, "frame")
+    return f"seen by {vehicles}, in {frames}"
 
 
 def _of(count: int, among: int, noun: str) -> str:

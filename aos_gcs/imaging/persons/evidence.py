@@ -33,11 +33,13 @@ class Evidence:
     swarm: int = 0
     """Vehicles that took these."""
     radiometric: bool = True
-    """Whether the frames tell temperatures; without them nothing but the place of an anomaly is known."""
+    """Whether the frames tell temperatures; without them contrasts are in standard deviations of the surroundings."""
+    concentration: float = 0.0
+    """How many times as dense pixels that stand out lie at the place as around it; without temperatures only."""
 
 
 NO_TEMPERATURES = Evidence(0, 0, 0.0, 0.0, 0.0, 0.0, radiometric=False)
-"""Evidence of an anomaly in frames without temperatures."""
+"""Evidence of an anomaly in frames that neither tell temperatures nor have a band in which a spot may stand out."""
 
 
 def gather_evidence(body: Sequence[WarmView], among: Sequence[WarmView] = (), plane_height_m: float = 0.0) -> Evidence:

@@ -45,11 +45,13 @@ class WarmView:
     points_enu_m: NDArray[np.float64]
     """Their points on the focal plane, shape (k, 2)."""
     contrast_k: NDArray[np.float64]
-    """Contrast above the frame's median, shape (k,)."""
+    """Contrast above the frame's median, shape (k,); without temperatures see ``radiometric``."""
     pixel_area_m2: float
     """Area of one pixel on the focal plane, at nadir; with more than ``MAX_PIXELS``, of those that each stands for."""
     camera: CameraModel
     pose: Pose
+    radiometric: bool = True
+    """False: contrasts are in standard deviations of each pixel's surroundings."""
 
     @property
     def area_m2(self) -> float:
@@ -81,17 +83,38 @@ def warm_view(frame: Frame, plane_height_m: float = 0.0, min_contrast_k: float =
         raise ImagingError(f"Warm bodies need a band 'thermal', but the frame has {', '.join(frame.bands)}.")
     thermal = frame.image[..., frame.bands.index("thermal")]
     contrast_k = thermal - np.nanmedian(thermal[::_BACKGROUND_STRIDE, ::_BACKGROUND_STRIDE])
-    stride = _stride(contrast_k >= min_contrast_k)
-    rows, columns = stride * np.stack(np.nonzero(contrast_k[::stride, ::stride] >= min_contrast_k))
+    return view_above(frame, contrast_k, min_contrast_k, plane_height_m)
+
+
+def view_above(
+    frame: Frame,
+    contrast: NDArray[np.floating],
+    min_contrast: float,
+    plane_height_m: float,
+    *,
+    radiometric: bool = True,
+) -> WarmView:
+    """Return the pixels of a frame from a contrast on, on the focal plane.
+
+    Args:
+        frame: the frame.
+        contrast: contrast of each pixel, shape (H, W); NaN counts as none.
+        min_contrast: smallest contrast that counts.
+        plane_height_m: ENU height of the focal plane. Pixels that do not look at it are left out.
+        radiometric: see :class:`WarmView`.
+    """
+    stride = _stride(contrast >= min_contrast)
+    rows, columns = stride * np.stack(np.nonzero(contrast[::stride, ::stride] >= min_contrast))
     points_enu_m = intersect_plane(np.column_stack((columns, rows)), frame.camera, frame.pose, plane_height_m)[:, :2]
     depth_m = float(frame.pose.position_enu_m[2]) - plane_height_m
     view = WarmView(
         vehicle_id=frame.vehicle_id,
         points_enu_m=points_enu_m,
-        contrast_k=contrast_k[rows, columns].astype(np.float64),
+        contrast_k=contrast[rows, columns].astype(np.float64),
         pixel_area_m2=stride**2 * depth_m**2 / (frame.camera.fx_px * frame.camera.fy_px),
         camera=frame.camera,
         pose=frame.pose,
+        radiometric=radiometric,
     )
     return view.part(~np.isnan(points_enu_m[:, 0]))
 

@@ -8,11 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from aos_gcs.imaging.geolocation import Geolocation, Uncertainty
+from aos_gcs.imaging.geolocation import Geolocation, Uncertainty, geolocate
 from aos_gcs.imaging.model import Frame
 from aos_gcs.imaging.persons.bodies import Body, find_bodies
 from aos_gcs.imaging.persons.decision import Verdict, decide
 from aos_gcs.imaging.persons.evidence import NO_TEMPERATURES, nothing_warm
+from aos_gcs.imaging.persons.spots import can_stand_out, relative_view, spot_at
 from aos_gcs.imaging.persons.warm_bodies import LINK_M, WarmView, warm_view
 
 KEPT_STEPS = 3
@@ -35,14 +36,18 @@ class PersonWatch:
     steps: tuple[tuple[WarmView, ...], ...] = ()
 
     def look(self, frames: Sequence[Frame], plane_height_m: float) -> PersonWatch:
-        """Return the watch with what is warm in a step's frames; frames without temperatures show nothing.
+        """Return the watch with what is warm in a step's frames, or stands out where none of them tells temperatures.
 
         Args:
             frames: frames of one step, with corrected poses.
             plane_height_m: ENU height of the focal plane.
         """
         radiometric = [frame for frame in frames if "thermal" in frame.bands and frame.image.dtype.kind == "f"]
-        seen = tuple(warm_view(frame, plane_height_m) for frame in radiometric)
+        plain = [] if radiometric else [frame for frame in frames if can_stand_out(frame)]
+        seen = (
+            *(warm_view(frame, plane_height_m) for frame in radiometric),
+            *(relative_view(frame, plane_height_m) for frame in plain),
+        )
         return PersonWatch((*self.steps, seen)[-KEPT_STEPS:])
 
     def judge(
@@ -51,13 +56,17 @@ class PersonWatch:
         """Return what the targets at places, shape (2,), are taken for, by the same keys.
 
         The warm body nearest to a place is the target's, where it is near enough. A place that no frame holds has no
-        result.
+        result. Frames without temperatures decide where none of the latest steps has any that tell them.
         """
         if not places_enu_m:
             return {}
         views = [view for step in self.steps for view in step]
         if not views:
             return {key: Judgement(decide(NO_TEMPERATURES)) for key in places_enu_m}
+        if not any(view.radiometric for view in views):
+            spots = ((key, _spot(place, views, plane_height_m, uncertainty)) for key, place in places_enu_m.items())
+            return {key: judgement for key, judgement in spots if judgement is not None}
+        views = [view for view in views if view.radiometric]
         bodies = find_bodies(views, plane_height_m, uncertainty, list(places_enu_m.values()))
         judged = ((key, _judged(place, bodies, views, plane_height_m)) for key, place in places_enu_m.items())
         return {key: judgement for key, judgement in judged if judgement is not None}
@@ -73,6 +82,17 @@ def watch_persons(
     """Return the watch after a step, and its judgement of targets at places."""
     after = watch.look(frames, plane_height_m)
     return after, after.judge(places_enu_m, plane_height_m, uncertainty)
+
+
+def _spot(
+    place_enu_m: NDArray[np.float64], views: Sequence[WarmView], plane_height_m: float, uncertainty: Uncertainty
+) -> Judgement | None:
+    evidence, spot = spot_at(place_enu_m, views, plane_height_m)
+    if not evidence.frames:
+        return None
+    if not spot:
+        return Judgement(decide(evidence))
+    return Judgement(decide(evidence), geolocate([view.as_blob_view() for view in spot], plane_height_m, uncertainty))
 
 
 def _judged(
