@@ -9,6 +9,7 @@ import typer
 
 from aos_gcs.cli.lab.effectiveness import effectiveness, fit_person, parse_densities
 from aos_gcs.cli.lab.missions import missions
+from aos_gcs.cli.lab.recordings import recordings
 from aos_gcs.cli.lab.reproduce import reproduce
 
 if TYPE_CHECKING:
@@ -141,6 +142,7 @@ def calibrate(
 lab.command("effectiveness")(effectiveness)
 lab.command("fit-person")(fit_person)
 lab.command("missions")(missions)
+lab.command("recordings")(recordings)
 lab.command("reproduce")(reproduce)
 
 

@@ -1,0 +1,1 @@
+"""The detection and the decision of missions on recorded flights whose persons are known."""

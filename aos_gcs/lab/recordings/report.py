@@ -1,0 +1,194 @@
+"""Figures of recorded flights with their intervals: as a table, as data for JSON, and as docs/recordings.md."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from aos_gcs.lab.document import DocumentFrame, document_frame
+from aos_gcs.lab.recordings.study import MATCH_M, WindowResult, WindowSettings
+from aos_gcs.lab.report import markdown_table
+from aos_gcs.lab.statistics import CONFIDENCE, Share
+
+BEGIN_MARK = "<!-- Written by aos-gcs lab recordings; do not edit below -->"
+_TITLE = "# Recordings"
+
+
+@dataclass(frozen=True, slots=True)
+class PerHectare:
+    """Events per searched hectare with their exact Poisson interval."""
+
+    events: int
+    hectares: float
+    value: float
+    low: float
+    high: float
+
+    @classmethod
+    def of(cls, events: int, hectares: float) -> PerHectare:
+        """Return the rate; without an area nothing is known of it."""
+        if hectares == 0.0:
+            return cls(events, 0.0, math.nan, 0.0, math.inf)
+        # A second to import, which only what computes intervals should pay.
+        from scipy import stats  # noqa: PLC0415
+
+        tail = (1.0 - CONFIDENCE) / 2.0
+        low = float(stats.chi2.ppf(tail, 2 * events)) / 2.0 if events else 0.0
+        high = float(stats.chi2.ppf(1.0 - tail, 2 * events + 2)) / 2.0
+        return cls(events, hectares, events / hectares, low / hectares, high / hectares)
+
+
+@dataclass(frozen=True, slots=True)
+class Total:
+    """All windows of one detector."""
+
+    detector: str
+    windows: int
+    detected: Share
+    """Persons in view near which the detector has an anomaly."""
+    recall: Share
+    """Persons in view that the decision claims."""
+    precision: Share
+    """Claims at a person."""
+    false_alarms: PerHectare
+    """Anomalies at no person."""
+    false_claims: PerHectare
+    error_m: float
+    """Median of the horizontal errors; NaN without a person found."""
+    largest_error_m: float
+
+
+def summarise(results: Iterable[WindowResult]) -> list[Total]:
+    """Return the totals per detector, in the order of their first appearance."""
+    by_detector: dict[str, list[WindowResult]] = {}
+    for result in results:
+        by_detector.setdefault(result.detector, []).append(result)
+    return [_total(detector, own) for detector, own in by_detector.items()]
+
+
+def as_markdown(results: Sequence[WindowResult]) -> str:
+    """Return the tables of the totals and of the windows."""
+    totals = markdown_table(
+        [
+            "detector",
+            "windows",
+            "persons detected",
+            "persons claimed (recall)",
+            "claims that are right (precision)",
+            "false alarms per ha",
+            "false claims per ha",
+            "position error, median and largest, m",
+        ],
+        (
+            [
+                one.detector,
+                str(one.windows),
+                _share(one.detected),
+                _share(one.recall),
+                _share(one.precision),
+                _per_hectare(one.false_alarms),
+                _per_hectare(one.false_claims),
+                "-" if math.isnan(one.error_m) else f"{one.error_m:.2f}, {one.largest_error_m:.2f}",
+            ]
+            for one in summarise(results)
+        ),
+    )
+    windows = markdown_table(
+        [
+            "recording",
+            "frames",
+            "detector",
+            "persons in view",
+            "detected",
+            "claimed",
+            "anomalies, false",
+            "claims, false",
+            "position errors, m",
+        ],
+        (
+            [
+                one.recording,
+                f"{one.first} to {one.first + one.frames - 1}",
+                one.detector,
+                str(one.persons),
+                str(one.detected),
+                str(one.found),
+                f"{one.anomalies}, {one.false_anomalies}",
+                f"{one.claims}, {one.false_claims}",
+                ", ".join(f"{error:.2f}" for error in one.errors_m) or "-",
+            ]
+            for one in results
+        ),
+    )
+    return f"{totals}\n\n{windows}\n"
+
+
+def as_data(results: Sequence[WindowResult]) -> dict[str, Any]:
+    """Return the windows and the totals as data for JSON; what is not known is null."""
+    data = {
+        "match_m": MATCH_M,
+        "windows": [asdict(one) for one in results],
+        "totals": [asdict(one) for one in summarise(results)],
+    }
+    return {key: _finite(value) for key, value in data.items()}
+
+
+def recordings_frame(path: Path) -> DocumentFrame:
+    """Return the text around the written part of the document; see ``aos_gcs.lab.document``."""
+    return document_frame(path, BEGIN_MARK, _TITLE)
+
+
+def write_document(path: Path, frame: DocumentFrame, settings: WindowSettings, results: Sequence[WindowResult]) -> None:
+    """Write the document, or renew its written part."""
+    body = (
+        f"Windows of {settings.frames} frames, every {settings.stride} from frame {settings.first} on; cells of "
+        f"{settings.resolution_m:g} m that at least {settings.minimum_count} frames mark; persons within "
+        f"{MATCH_M:g} m. In brackets: intervals of {100 * CONFIDENCE:.0f} % (shares by Wilson, rates by Poisson), as "
+        f"if windows were independent.\n\n{as_markdown(results).rstrip()}"
+    )
+    path.write_text(frame.format(body=body), encoding="utf-8")
+
+
+def _total(detector: str, results: Sequence[WindowResult]) -> Total:
+    persons, found = (sum(getattr(one, name) for one in results) for name in ("persons", "found"))
+    claims, false_claims = (sum(getattr(one, name) for one in results) for name in ("claims", "false_claims"))
+    hectares = sum(one.searched_ha for one in results)
+    errors_m = [error for one in results for error in one.errors_m]
+    return Total(
+        detector=detector,
+        windows=len(results),
+        detected=Share.of(sum(one.detected for one in results), persons),
+        recall=Share.of(found, persons),
+        precision=Share.of(claims - false_claims, claims),
+        false_alarms=PerHectare.of(sum(one.false_anomalies for one in results), hectares),
+        false_claims=PerHectare.of(false_claims, hectares),
+        error_m=float(np.median(errors_m)) if errors_m else math.nan,
+        largest_error_m=max(errors_m, default=math.nan),
+    )
+
+
+def _share(share: Share) -> str:
+    if not share.trials:
+        return "-"
+    low, high = 100 * share.low, 100 * share.high
+    return f"{share.hits} of {share.trials}: {100 * share.value:.0f} % ({low:.0f} to {high:.0f})"
+
+
+def _per_hectare(rate: PerHectare) -> str:
+    if not rate.hectares:
+        return "-"
+    return f"{rate.events} in {rate.hectares:.2f} ha: {rate.value:.1f} ({rate.low:.1f} to {rate.high:.1f})"
+
+
+def _finite(value: Any) -> Any:
+    """Return data without the numbers that JSON lacks."""
+    if isinstance(value, dict):
+        return {key: _finite(one) for key, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(one) for one in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
