@@ -55,11 +55,18 @@ class Detours:
             return point_m
         return np.asarray(places_m[np.linalg.norm(places_m - point_m, axis=1).argmin()])
 
-    def next_corner(self, start_m: FloatArray, end_m: FloatArray) -> FloatArray | None:
-        """Return the first corner, shape (2,), of the shortest path between two points, shape (2,) each.
+    def next_corners(self, starts_m: FloatArray, ends_m: FloatArray) -> list[FloatArray | None]:
+        """Return the first corner, shape (2,), of the shortest path between each two points, shape (n, 2) each.
 
         None: the straight segment is clear, or there is no path at all.
         """
+        are_far = self._are_far(starts_m, ends_m)
+        return [
+            None if is_far else self._next_corner(start_m, end_m)
+            for is_far, start_m, end_m in zip(are_far, starts_m, ends_m, strict=True)
+        ]
+
+    def _next_corner(self, start_m: FloatArray, end_m: FloatArray) -> FloatArray | None:
         if self._is_clear(start_m, end_m):
             return None
         came_from = self._search(start_m, end_m)
@@ -85,10 +92,15 @@ class Detours:
             waiting += sorted(found)
         return is_reached
 
+    def _are_far(self, starts_m: FloatArray, ends_m: FloatArray) -> NDArray[np.bool_]:
+        """Return which straight segments, ends of shape (n, 2), have no edge within reach."""
+        edges_m = point_segment_distance(starts_m[:, None], self._edge_starts, self._edge_ends)[0]
+        lengths_m = np.hypot(*(ends_m - starts_m).T)
+        return np.asarray((edges_m - lengths_m[:, None] > np.maximum(self._margins_m, 2.0 * TOLERANCE_M)).all(axis=1))
+
     def _is_clear(self, start_m: FloatArray, end_m: FloatArray) -> bool:
-        edges_m = point_segment_distance(start_m, self._edge_starts, self._edge_ends)[0]
-        if (edges_m - math.dist(start_m, end_m) > np.maximum(self._margins_m, 2.0 * TOLERANCE_M)).all():
-            return True  # no edge is within reach
+        if self._are_far(start_m[None], end_m[None])[0]:
+            return True
         return bool(self._sees(start_m, end_m[None], self._required_m(start_m))[0])
 
     def _search(self, start_m: FloatArray, end_m: FloatArray) -> dict[int, int] | None:

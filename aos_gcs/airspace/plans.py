@@ -48,10 +48,7 @@ def vet_plan(
         situation: state of the traffic.
         detours: those of the situation.
     """
-    moving = [
-        replace(one, requested_enu_m=_first_leg(detours, one.position_enu_m, planned_enu_m[one.vehicle_id]))
-        for one in situation.movable
-    ]
+    moving = _first_legs(detours, situation.movable, planned_enu_m)
     vetted = vet_waypoints(moving, situation.obstacles, situation.limits)
     left = [_left(vehicle_id, planned_enu_m[vehicle_id], reason) for vehicle_id, reason in situation.left.items()]
     return (*(_as_planned(record, planned_enu_m[record.vehicle_id]) for record in vetted), *left)
@@ -66,12 +63,20 @@ def reached(positions_enu_m: Sequence[FloatArray], places_m: FloatArray, detours
     return is_reached
 
 
-def _first_leg(detours: Detours, position_enu_m: FloatArray, planned_enu_m: FloatArray) -> FloatArray:
-    """Return the waypoint itself, or the next corner of the path around what blocks the straight one, at its height."""
-    if not np.isfinite(planned_enu_m).all():
-        return planned_enu_m
-    corner_m = detours.next_corner(position_enu_m[:2], planned_enu_m[:2])
-    return planned_enu_m if corner_m is None else np.array([*corner_m, planned_enu_m[2]])
+def _first_legs(
+    detours: Detours, movable: Sequence[WaypointRequest], planned_enu_m: Mapping[int, FloatArray]
+) -> list[WaypointRequest]:
+    """Return requests for the waypoints, or for the next corners of the paths around what blocks the straight ones."""
+    planned = {one.vehicle_id: np.asarray(planned_enu_m[one.vehicle_id], dtype=np.float64) for one in movable}
+    finite = [one for one in movable if np.isfinite(planned[one.vehicle_id]).all()]
+    corners_m = detours.next_corners(
+        np.array([one.position_enu_m[:2] for one in finite]).reshape(-1, 2),
+        np.array([planned[one.vehicle_id][:2] for one in finite]).reshape(-1, 2),
+    )
+    for one, corner_m in zip(finite, corners_m, strict=True):
+        if corner_m is not None:
+            planned[one.vehicle_id] = np.array([*corner_m, planned[one.vehicle_id][2]])
+    return [replace(one, requested_enu_m=planned[one.vehicle_id]) for one in movable]
 
 
 def _as_planned(record: WaypointRecord, planned_enu_m: FloatArray) -> WaypointRecord:

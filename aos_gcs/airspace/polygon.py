@@ -28,8 +28,12 @@ class Boundary:
 
     def depth_m(self, point_m: FloatArray) -> float:
         """Return how far a point, shape (2,), lies on the allowed side of the edge; negative on the other."""
-        depth_m = signed_depth_m(point_m, self.vertices_m)
-        return depth_m if self.keeps_in else -depth_m
+        return float(self.depths_m(point_m[None])[0])
+
+    def depths_m(self, points_m: FloatArray) -> FloatArray:
+        """Return the same for each of many points, shape (n, 2)."""
+        depths_m = signed_depths_m(points_m, self.vertices_m)
+        return depths_m if self.keeps_in else -depths_m
 
     @property
     def trespass(self) -> str:
@@ -79,18 +83,28 @@ def edges(vertices_m: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 def signed_depth_m(point_m: FloatArray, vertices_m: FloatArray) -> float:
     """Return how deep a point, shape (2,), lies inside: its distance to the edge, negative outside."""
-    starts, ends = edges(vertices_m)
-    distance_m = float(point_segment_distance(point_m, starts, ends)[0].min())
-    return distance_m if contains(point_m, vertices_m) else -distance_m
+    return float(signed_depths_m(point_m[None], vertices_m)[0])
+
+
+def signed_depths_m(points_m: FloatArray, vertices_m: FloatArray) -> FloatArray:
+    """Return how deep each of many points, shape (n, 2), lies inside, as :func:`signed_depth_m`."""
+    distances_m = point_segment_distance(points_m[:, None], *edges(vertices_m))[0].min(axis=1)
+    return np.asarray(np.where(_contained(points_m, vertices_m), distances_m, -distances_m))
 
 
 def contains(point_m: FloatArray, vertices_m: FloatArray) -> bool:
-    """Return whether a point, shape (2,), lies inside: a ray to the east meets the edge an odd number of times."""
+    """Return whether a point, shape (2,), lies inside."""
+    return bool(_contained(point_m[None], vertices_m)[0])
+
+
+def _contained(points_m: FloatArray, vertices_m: FloatArray) -> NDArray[np.bool_]:
+    """Return which points, shape (n, 2), lie inside: a ray to the east meets the edge an odd number of times."""
     starts, ends = edges(vertices_m)
-    spans = (starts[:, 1] > point_m[1]) != (ends[:, 1] > point_m[1])
+    east_m, north_m = points_m[:, :1], points_m[:, 1:]
+    spans = (starts[:, 1] > north_m) != (ends[:, 1] > north_m)
     rise_m = np.where(spans, ends[:, 1] - starts[:, 1], 1.0)
-    crossing_east_m = starts[:, 0] + (point_m[1] - starts[:, 1]) / rise_m * (ends[:, 0] - starts[:, 0])
-    return bool(np.count_nonzero(spans & (point_m[0] < crossing_east_m)) % 2)
+    crossing_east_m = starts[:, 0] + (north_m - starts[:, 1]) / rise_m * (ends[:, 0] - starts[:, 0])
+    return np.asarray(np.count_nonzero(spans & (east_m < crossing_east_m), axis=1) % 2 == 1)
 
 
 def edges_met(start_m: FloatArray, end_m: FloatArray, vertices_m: FloatArray) -> int:

@@ -10,9 +10,10 @@ A vehicle flies the straight segment from where it is to its waypoint. Two rules
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,30 +48,57 @@ def vet_waypoints(
     """
     traffic = Traffic(requests, obstacles, limits.separation_m)
     boundaries = limits.boundaries()
+    reasons = {request.vehicle_id: _reason_to_hold(request, limits) for request in requests}
+    moving = [request for request in requests if not reasons[request.vehicle_id]]
+    far = _far(moving, boundaries, traffic)
     records = {}
     for request in sorted(requests, key=lambda request: request.vehicle_id):
-        reason = _reason_to_hold(request, limits)
-        if reason:
+        if reason := reasons[request.vehicle_id]:
             record = replace(_held(request, reason), is_unfit=True)
         else:
-            record = _vet_segment(request, boundaries, traffic, limits)
+            record = _vet_segment(request, boundaries, traffic, limits, far)
             if record.sent_enu_m is not None:
                 traffic.admit(request.vehicle_id, np.array(record.sent_enu_m))
         records[request.vehicle_id] = record
     return tuple(records[request.vehicle_id] for request in requests)
 
 
+@dataclass(frozen=True, slots=True)
+class _Far:
+    """Vehicles, by id, whose segments are far from what could limit them, whatever becomes of the others."""
+
+    boundaries: frozenset[int]
+    """From every boundary."""
+    traffic: frozenset[int]
+    """From all other vehicles."""
+
+
+def _far(moving: Sequence[WaypointRequest], boundaries: Sequence[Boundary], traffic: Traffic) -> _Far:
+    """Return the vehicles that need no closer look; it is computed for all at once, in a fraction of the time."""
+    if not moving:
+        return _Far(frozenset(), frozenset())
+    starts_enu_m = np.array([request.position_enu_m for request in moving], dtype=np.float64)
+    ends_enu_m = np.array([request.requested_enu_m for request in moving], dtype=np.float64)
+    lengths_m = np.hypot(*(ends_enu_m - starts_enu_m)[:, :2].T)
+    from_edges = np.ones(len(moving), dtype=np.bool_)
+    for boundary in boundaries:
+        from_edges &= boundary.depths_m(starts_enu_m[:, :2]) - lengths_m > max(boundary.margin_m, BACK_OFF_M)
+    ids = [request.vehicle_id for request in moving]
+    from_others = traffic.far(ids, starts_enu_m, ends_enu_m)
+    return _Far(*(frozenset(itertools.compress(ids, found)) for found in (from_edges, from_others)))
+
+
 def _vet_segment(
-    request: WaypointRequest, boundaries: Sequence[Boundary], traffic: Traffic, limits: SafetyLimits
+    request: WaypointRequest, boundaries: Sequence[Boundary], traffic: Traffic, limits: SafetyLimits, far: _Far
 ) -> WaypointRecord:
     start = np.array(request.position_enu_m, dtype=np.float64)
     end = np.array(request.requested_enu_m, dtype=np.float64)
-    admission = min(
-        *(_within_boundary(start[:2], end[:2], boundary) for boundary in boundaries),
-        _within_heights(float(start[2]), float(end[2]), limits),
-        traffic.admissible(request.vehicle_id, start, end),
-        key=lambda admission: admission.fraction,
-    )
+    admissions = [_within_heights(float(start[2]), float(end[2]), limits)]
+    if request.vehicle_id not in far.boundaries:
+        admissions[:0] = [_within_boundary(start[:2], end[:2], boundary) for boundary in boundaries]
+    if request.vehicle_id not in far.traffic:
+        admissions.append(traffic.admissible(request.vehicle_id, start, end))
+    admission = min(admissions, key=lambda admission: admission.fraction)
     if admission.fraction >= 1.0:
         return WaypointRecord(request.vehicle_id, as_enu_point(end), as_enu_point(end), WaypointVerdict.SENT, "")
     length_m = float(np.linalg.norm(end - start))

@@ -10,11 +10,13 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from aos_gcs.airspace.accuracy import EXACT, Accuracy
+from aos_gcs.airspace.detours import Detours
 from aos_gcs.airspace.limits import SafetyLimits
+from aos_gcs.airspace.plans import TrafficSituation, vet_plan
 from aos_gcs.airspace.polygon import as_polygon, signed_depth_m
 from aos_gcs.airspace.separation import segment_distance
 from aos_gcs.airspace.traffic import Obstacle, Traffic, WaypointRequest
-from aos_gcs.airspace.vetting import vet_waypoints
+from aos_gcs.airspace.vetting import _Far, vet_waypoints
 from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict
 from tests.fakes.waypoints import request
 
@@ -157,3 +159,34 @@ def test_vehicles_that_are_passed_over_as_too_far_would_change_nothing(
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Traffic, "_near", lambda traffic, *_: np.ones(len(traffic._ids), dtype=np.bool_))
         assert vet_waypoints(moving, obstacles, FREE) == vetted
+
+
+@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize(("count", "spread_m"), [(6, 60.0), (40, 150.0)])
+def test_large_fleets_are_vetted_together_as_one_by_one(seed: int, count: int, spread_m: float) -> None:
+    rng = np.random.default_rng(seed)
+    limits = replace(FREE, fence_enu_m=tuple((5.0 * east_m, 5.0 * north_m) for east_m, north_m in NOTCHED))
+    starts = np.column_stack([rng.uniform(-spread_m, spread_m, (count, 2)), rng.uniform(19.0, 41.0, count)])
+    ends = starts + rng.normal(0.0, [30.0, 30.0, 2.0], (count, 3)) * rng.choice([0.0, 0.1, 1.0], (count, 1))
+    if seed % 2:
+        ends = rng.normal([0.0, -100.0, 30.0], [8.0, 8.0, 1.0], (count, 3))  # all to one place
+    ends[3, 1] = np.inf
+    accuracies = [EXACT, Accuracy(0.02, 0.03), Accuracy(1.5, 0.4)]
+    movable = tuple(
+        replace(
+            request(10 + row, tuple(starts[row]), tuple(starts[row]), link_age_s=9.0 if row == 5 else 0.1),
+            accuracy=accuracies[row % 3],
+            waypoint_enu_m=starts[row] + rng.normal(0.0, 5.0, 3) if row % 4 == 0 else None,
+            stop_enu_m=starts[row] + rng.normal(0.0, 1.0, 3) if row % 5 == 0 else None,
+        )
+        for row in rng.permutation(count)
+    )
+    obstacles = tuple(Obstacle(row, rng.uniform(-spread_m, spread_m, 3), column=row % 2 == 0) for row in range(4))
+    situation = TrafficSituation(limits=limits, arrival_radius_m=0.5, movable=movable, obstacles=obstacles)
+    planned_enu_m = {10 + row: ends[row] for row in range(count)}
+    vetted = vet_plan(planned_enu_m, situation, situation.detours())
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("aos_gcs.airspace.vetting._far", lambda *_: _Far(frozenset(), frozenset()))
+        patch.setattr(Detours, "_are_far", lambda _, starts_m, __: np.zeros(len(starts_m), dtype=np.bool_))
+        assert vet_plan(planned_enu_m, situation, situation.detours()) == vetted
+    assert len({record.verdict for record in vetted}) > 1
