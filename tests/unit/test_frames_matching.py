@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import math
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -102,6 +103,28 @@ def test_a_vehicles_own_table_changes_single_fields_of_the_common_one() -> None:
     assert with_error.mount.yaw_pitch_roll_rad == (0.0, 0.0, 0.0)
 
 
+def test_a_vehicles_own_field_of_view_replaces_the_common_calibration(tmp_path: Path) -> None:
+    (tmp_path / "camera.json").write_text(json.dumps(CALIBRATION))
+    cameras = DriverOptions.parse(
+        {"camera": {"calibration": str(tmp_path / "camera.json")}, "cameras": {"3": {"fov_deg": 30}}}
+    ).cameras
+    calibration = cameras.of(1).calibration
+    assert calibration is not None
+    assert cameras.of(1).clock_offset_s == 0.08
+    camera = cameras.of(1).camera(64, 48)
+    assert (camera.fx_px, camera.fy_px, camera.cx_px, camera.cy_px) == (60.0, 61.0, 33.0, 22.0)
+    assert (cameras.of(3).calibration, cameras.of(3).clock_offset_s) == (None, 0.0)
+    with pytest.raises(CaptureError, match="which is another shape"):
+        cameras.of(1).camera(60, 60)
+
+
+CALIBRATION = {
+    "image_width": 64,
+    "image_height": 48,
+    "camera_matrix": [[60, 0, 33], [0, 61, 22], [0, 0, 1]],
+    "boresight_deg": [0, 2, 0],
+    "clock_offset_s": 0.08,
+}
 FOLDER = {"source": "reported", "folder": "/data"}
 
 
@@ -122,6 +145,11 @@ FOLDER = {"source": "reported", "folder": "/data"}
         (FOLDER | {"file_name": "{index!r:>1000000000}.jpg"}, "file_name"),
         (FOLDER | {"file_name": "image.jpg"}, r"camera\.file_name must be a name with \{index\}"),
         (FOLDER | {"carrier": "balloon"}, r"camera\.carrier must be one of body, level, gimbal"),
+        (
+            FOLDER | {"calibration": "/absent.json"},
+            r"camera\.calibration: The camera file /absent\.json cannot be read",
+        ),
+        (FOLDER | {"calibration": "c", "fov_deg": 50}, "calibration and fov_deg exclude each other"),
         (FOLDER | {"mount_deg": [0, -90]}, r"camera\.mount_deg must be three numbers"),
         (FOLDER | {"lever_arm_m": [0, 0, 100]}, "lever_arm_m must be three numbers of at most 10"),
         (FOLDER | {"trigger": "yes"}, r"camera\.trigger must be true or false"),

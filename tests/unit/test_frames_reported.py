@@ -14,6 +14,8 @@ from aos_drivers.frames.errors import FrameRefusedError, LateFrameError, TornFra
 from aos_drivers.frames.files.fetching import Download
 from aos_drivers.frames.poses.mount import CameraMount, Carrier
 from aos_drivers.frames.settings import CameraSettings, ImagePlace, SourceKind
+from aos_gcs.cameras.calibration import Calibration
+from aos_gcs.cameras.intrinsics import Intrinsics
 from aos_gcs.errors import CaptureError
 from aos_gcs.geometry.poses import nadir_pose
 from tests.fakes.mavlink_vehicle import HOME
@@ -56,6 +58,23 @@ async def test_a_file_in_the_folder_and_the_report_become_one_frame(tmp_path: Pa
     assert capture.time_sigma_s < 0.05
     assert state is not None
     assert (state.source, state.frames, state.refused) == ("reported", 1, 0)
+
+
+async def test_a_calibration_turns_the_camera_and_shifts_its_clock(tmp_path: Path) -> None:
+    intrinsics = Intrinsics(40.0, 41.0, 15.0, 12.0, (32, 24))
+    calibration = Calibration(intrinsics, (0.0, math.radians(2.0), 0.0), -0.05)
+    vehicle = ShutterVehicle(lambda shot: (tmp_path / f"{shot:05d}.png").write_bytes(picture(shot)))
+    vehicle.height_m = 30.0
+    vehicle.velocity_ned_cmps = (0, 0, -500)
+    settings = in_folder(tmp_path, file_name="{index:05d}.png", fov_rad=None, calibration=calibration)
+    async with open_camera(vehicle, settings) as network:
+        capture = await network.vehicle().capture(deadline_s(network))
+    assert (capture.camera.fx_px, capture.camera.fy_px, capture.camera.cx_px) == (40.0, 41.0, 15.0)
+    # Two degrees up from straight down in the body, whose nose is 5 degrees up.
+    tilt = math.radians(PITCH_DEG + 2.0)
+    assert capture.R_cam2enu[:, 2] == pytest.approx([math.sin(tilt), 0.0, -math.cos(tilt)], abs=1e-6)
+    # Positions stay, velocities say 5 m/s: what lies between two reports is not exactly on either.
+    assert capture.position.altitude_amsl_m != pytest.approx(HOME.altitude_amsl_m + 30.0, abs=0.01)
 
 
 async def test_a_level_mount_takes_the_heading_alone(tmp_path: Path) -> None:

@@ -11,10 +11,15 @@ from string import Formatter
 from types import MappingProxyType
 from typing import TypeVar
 
+import numpy as np
+from numpy.typing import NDArray
+
 from aos_drivers.frames.poses.mount import CameraMount, Carrier
 from aos_drivers.option_table import OptionTable
-from aos_gcs.errors import CaptureError, ConfigurationError
+from aos_gcs.cameras.calibration import Calibration, read_calibration
+from aos_gcs.errors import CaptureError, ConfigurationError, InputDataError
 from aos_gcs.extras import load_extra
+from aos_gcs.geometry.camera import CameraModel
 
 
 class SourceKind(StrEnum):
@@ -77,6 +82,8 @@ class CameraSettings:
     """Largest difference between the time of a file and that of its exposure."""
     fov_rad: float | None = None
     """Full horizontal field of view; None: as reported by the camera."""
+    calibration: Calibration | None = None
+    """Intrinsics, boresight and clock of the camera; they replace the field of view."""
     mount: CameraMount = field(default_factory=CameraMount)
     max_pose_age_s: float = 0.5
     """Largest time between a frame and the nearest report of the vehicle's motion."""
@@ -93,6 +100,38 @@ class CameraSettings:
         """Whether poses are interpolated from the motion that the vehicle reports."""
         return self.source in (SourceKind.REPORTED, SourceKind.VIDEO)
 
+    @property
+    def clock_offset_s(self) -> float:
+        """Addition to the times of images that makes them times of the vehicle's motion."""
+        return 0.0 if self.calibration is None else self.calibration.clock_offset_s
+
+    def check_lens(self, reported_fov_rad: float | None = None) -> None:
+        """Refuse a camera without a known lens, before its image is fetched.
+
+        Raises:
+            CaptureError: neither calibration, option nor camera tell the field of view.
+        """
+        if self.calibration is None and not (self.fov_rad or reported_fov_rad):
+            raise CaptureError("the camera does not report its lens: set the option camera.fov_deg")
+
+    def camera(self, width_px: int, height_px: int, reported_fov_rad: float | None = None) -> CameraModel:
+        """Return the camera of images of a size; ``reported_fov_rad`` is the field of view that it reports itself.
+
+        Raises:
+            CaptureError: its lens is not known, or is that of images of another shape.
+        """
+        if self.calibration is not None:
+            try:
+                return self.calibration.intrinsics.camera(width_px, height_px)
+            except InputDataError as error:
+                raise CaptureError(str(error)) from error
+        self.check_lens(reported_fov_rad)
+        return CameraModel.from_fov(width_px, height_px, self.fov_rad or reported_fov_rad or 0.0)
+
+    def calibrated(self, R_cam2enu: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the camera's orientation, shape (3, 3), for the one that vehicle and mount report."""
+        return R_cam2enu if self.calibration is None else R_cam2enu @ self.calibration.R_calibrated2recorded
+
 
 @dataclass(frozen=True, slots=True)
 class CameraPlan:
@@ -107,12 +146,14 @@ class CameraPlan:
 
 
 _PLACE = ("source", "folder", "url", "file_name")
+_OPTICS = ("fov_deg", "calibration")
 _FIELDS = (
     *_PLACE,
     "trigger",
     "index_offset",
     "match_tolerance_s",
     "fov_deg",
+    "calibration",
     "carrier",
     "mount_deg",
     "lever_arm_m",
@@ -140,6 +181,8 @@ def parse_cameras(options: OptionTable) -> CameraPlan:
             raise ConfigurationError(f"{tables.place}.{name} must be a table named by a system id, such as cameras.3")
         # Another source or place is a new one: nothing of the common one fits it.
         inherited = {key: common[key] for key in common if own.keys().isdisjoint(_PLACE) or key not in _PLACE}
+        if not own.keys().isdisjoint(_OPTICS):
+            inherited = {key: value for key, value in inherited.items() if key not in _OPTICS}
         by_vehicle[int(name)] = _parse_camera(OptionTable({**inherited, **own}, f"{tables.place}.{name}"))
     plan = CameraPlan(_parse_camera(options.table("camera")), MappingProxyType(by_vehicle))
     for settings in (plan.default, *by_vehicle.values()):
@@ -160,6 +203,7 @@ def _parse_camera(table: OptionTable) -> CameraSettings:
     source = _choice(table, "source", SourceKind, SourceKind.COMPONENT)
     defaults = CameraSettings()
     fov_deg = table.optional_number("fov_deg", 1.0, 179.0)
+    calibration = _parse_calibration(table)
     return CameraSettings(
         source=source,
         place=_parse_place(table, source),
@@ -167,6 +211,7 @@ def _parse_camera(table: OptionTable) -> CameraSettings:
         index_offset=table.integer("index_offset", 0),
         match_tolerance_s=table.number("match_tolerance_s", defaults.match_tolerance_s, 0.01, 60.0),
         fov_rad=None if fov_deg is None else math.radians(fov_deg),
+        calibration=calibration,
         mount=_parse_mount(table),
         max_pose_age_s=table.number("max_pose_age_s", defaults.max_pose_age_s, 0.01, 10.0),
         max_pose_offset_m=table.number("max_pose_offset_m", defaults.max_pose_offset_m, 1.0, 10_000.0),
@@ -174,6 +219,18 @@ def _parse_camera(table: OptionTable) -> CameraSettings:
         latency_s=table.number("latency_s", defaults.latency_s, 0.0, 10.0),
         latency_sigma_s=table.number("latency_sigma_s", defaults.latency_sigma_s, 0.0, 10.0),
     )
+
+
+def _parse_calibration(table: OptionTable) -> Calibration | None:
+    path = table.text("calibration")
+    if path is None:
+        return None
+    if "fov_deg" in table:
+        raise ConfigurationError(f"{table.place}: calibration and fov_deg exclude each other: it contains the camera")
+    try:
+        return read_calibration(Path(path).expanduser())
+    except InputDataError as error:
+        raise ConfigurationError(f"{table.place}.calibration: {error}") from error
 
 
 def _parse_place(table: OptionTable, source: SourceKind) -> ImagePlace:

@@ -15,7 +15,6 @@ from aos_drivers.vehicle.commands import Send
 from aos_drivers.vehicle.record import VehicleRecord
 from aos_drivers.vehicle.waiting import Changes
 from aos_gcs.errors import CaptureError
-from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.geometry.poses import R_cam2enu_from_mavlink
 from aos_gcs.ports import Capture, Clock, Notice
@@ -74,9 +73,11 @@ async def collect_capture(
     if exposure.position is None:
         raise capture_error(vehicle_id, index, CaptureError("the camera gives no position"))
     try:
-        R_cam2enu = _orientation(exposure.q_wxyz)
-        fov_rad = lens_of(tools.cameras.of(vehicle_id).fov_rad or exposure.fov_rad)
+        settings = tools.cameras.of(vehicle_id)
+        R_cam2enu = settings.calibrated(_orientation(exposure.q_wxyz))
+        settings.check_lens(exposure.fov_rad)
         image, bands = await tools.fetcher.fetch(exposure.file_url, host, deadline_s)
+        camera = settings.camera(image.shape[1], image.shape[0], exposure.fov_rad)
     except CaptureError as error:
         raise capture_error(vehicle_id, index, error) from error
     return Capture(
@@ -87,19 +88,8 @@ async def collect_capture(
         bands=bands,
         position=exposure.position,
         R_cam2enu=R_cam2enu,
-        camera=CameraModel.from_fov(image.shape[1], image.shape[0], fov_rad),
+        camera=camera,
     )
-
-
-def lens_of(fov_rad: float | None) -> float:
-    """Return the full horizontal field of view.
-
-    Raises:
-        CaptureError: it is not known.
-    """
-    if fov_rad is None:
-        raise CaptureError("the camera does not report its lens: set the option camera.fov_deg")
-    return fov_rad
 
 
 def capture_error(vehicle_id: int, index: int | None, reason: CaptureError) -> CaptureError:

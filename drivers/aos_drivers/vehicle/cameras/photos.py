@@ -58,11 +58,13 @@ class PhotoSource:
             image=photograph.image,
             bands=photograph.bands,
             position=position_of(tag, self._record.telemetry.home),
-            R_cam2enu=tag.R_cam2enu,
+            R_cam2enu=self._settings.calibrated(tag.R_cam2enu),
             camera=self._camera(tag),
         )
 
     def _camera(self, tag: Geotag) -> CameraModel:
+        if self._settings.calibration is not None:
+            return self._settings.camera(tag.width_px, tag.height_px)
         try:
             return tag.camera(self._settings.fov_rad)
         except InputDataError as error:

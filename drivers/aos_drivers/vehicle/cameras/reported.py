@@ -16,11 +16,10 @@ from aos_drivers.frames.files.stores import ImageFinder
 from aos_drivers.frames.poses.mount import Carrier, camera_pose
 from aos_drivers.frames.settings import CameraSettings
 from aos_drivers.vehicle.autopilots.base import command_long
-from aos_drivers.vehicle.cameras.exposure import CaptureTools, VehicleAccess, capture_error, lens_of
+from aos_drivers.vehicle.cameras.exposure import CaptureTools, VehicleAccess, capture_error
 from aos_drivers.vehicle.cameras.payload import ShutterReport
 from aos_drivers.vehicle.cameras.shutter import Shutter
 from aos_gcs.errors import CaptureError
-from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.ports import Capture
 
 
@@ -101,19 +100,22 @@ class ReportedSource:
         decode = partial(decode_image, max_pixels=self._limits.max_pixels)
         (image, bands), self._last_name = await self._finder.find(wanted, decode, host=host, deadline_s=deadline_s)
         with_gimbal = settings.mount.carrier is Carrier.GIMBAL
-        if with_gimbal or report.R_body2ned is None or report.position is None:
+        boot_s = report.time.boot_s + settings.clock_offset_s
+        # The report has the pose of its own time.
+        has_pose = not settings.clock_offset_s and report.R_body2ned is not None and report.position is not None
+        if with_gimbal or not has_pose:
             # Reports from both sides of the exposure make its pose better than the latest one before it.
             await self._vehicle.changes.wait_for(
-                lambda: payload.track.covers(report.time.boot_s, with_gimbal=with_gimbal),
+                lambda: payload.track.covers(boot_s, with_gimbal=with_gimbal),
                 min(deadline_s, clock.now_s() + settings.max_pose_age_s),
             )
         position, R_cam2enu = camera_pose(
             payload.track,
             settings.mount,
-            report.time.boot_s,
+            boot_s,
             settings.max_pose_age_s,
-            vehicle=report.position,
-            R_body2ned=report.R_body2ned,
+            vehicle=None if settings.clock_offset_s else report.position,
+            R_body2ned=None if settings.clock_offset_s else report.R_body2ned,
         )
         return Capture(
             vehicle_id=self._record.vehicle_id,
@@ -122,7 +124,7 @@ class ReportedSource:
             image=image,
             bands=bands,
             position=position,
-            R_cam2enu=R_cam2enu,
-            camera=CameraModel.from_fov(image.shape[1], image.shape[0], lens_of(settings.fov_rad)),
+            R_cam2enu=settings.calibrated(R_cam2enu),
+            camera=settings.camera(image.shape[1], image.shape[0]),
             time_sigma_s=report.time.sigma_s,
         )

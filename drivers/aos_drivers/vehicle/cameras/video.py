@@ -8,9 +8,8 @@ from aos_drivers.frames.errors import FrameRefusedError, LateFrameError
 from aos_drivers.frames.poses.mount import Carrier, camera_pose
 from aos_drivers.frames.settings import CameraSettings
 from aos_drivers.frames.stream.receiver import StreamFrame, VideoReceiver
-from aos_drivers.vehicle.cameras.exposure import CaptureTools, VehicleAccess, capture_error, lens_of
+from aos_drivers.vehicle.cameras.exposure import CaptureTools, VehicleAccess, capture_error
 from aos_gcs.errors import CaptureError
-from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.ports import Capture
 
 
@@ -48,11 +47,11 @@ class VideoSource:
 
     async def _collect(self, frame: StreamFrame, deadline_s: float) -> Capture:
         settings, clock, payload = self._settings, self._clock, self._record.payload
-        fov_rad = lens_of(settings.fov_rad)
+        settings.check_lens()
         offset_s = payload.clock.offset_s(self._record.clock.offset_s)
         if offset_s is None:
             raise FrameRefusedError("the vehicle has not reported its time: the pose of the frame is unknown")
-        boot_s = frame.time.at_s + offset_s
+        boot_s = frame.time.at_s + offset_s + settings.clock_offset_s
         with_gimbal = settings.mount.carrier is Carrier.GIMBAL
         await self._vehicle.changes.wait_for(
             lambda: payload.track.covers(boot_s, with_gimbal=with_gimbal),
@@ -67,8 +66,8 @@ class VideoSource:
             image=image,
             bands=bands,
             position=position,
-            R_cam2enu=R_cam2enu,
-            camera=CameraModel.from_fov(image.shape[1], image.shape[0], fov_rad),
+            R_cam2enu=settings.calibrated(R_cam2enu),
+            camera=settings.camera(image.shape[1], image.shape[0]),
             time_sigma_s=frame.time.sigma_s,
         )
 
