@@ -157,7 +157,7 @@ def _integrate(
 ) -> SurveyRasters:
     """Integrate tiles; the number of images without a part in them is printed on standard error."""
     rasters = options.integrate(work, tiles, shape, out.absolute().parent)
-    report_skipped(len(work.images), {work.images[index].path.name: text for index, text in rasters.broken.items()})
+    report_skipped(len(work.images), [(work.images[index].path.name, text) for index, text in rasters.broken.items()])
     unused = [index for index in range(len(work.images)) if index not in rasters.used | rasters.broken.keys()]
     if not rasters.used:
         raise ConfigurationError(

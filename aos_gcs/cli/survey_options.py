@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
@@ -198,7 +198,9 @@ def open_survey(
         survey = read_photos(
             folder, ground_amsl_m=ground_amsl_m, optics=camera, lens=lens, sensor=sensor, frames=chosen
         )
-    report_skipped(len(survey.images) + len(survey.left_out), survey.left_out)
+    report_skipped(len(survey.images) + len(survey.left_out), list(survey.left_out.items()))
+    for remark in survey.remarks:
+        typer.echo(remark, err=True)
     if survey.without_pose:
         count, first = len(survey.without_pose), survey.without_pose[0]
         typer.echo(f"{count} images of the folder have no pose and take no part; the first is {first}", err=True)
@@ -227,10 +229,10 @@ def parse_numbers(text: str) -> list[float]:
     return numbers if all(math.isfinite(number) for number in numbers) else []
 
 
-def report_skipped(total: int, reasons: Mapping[str, str]) -> None:
-    """Print on standard error how many images are skipped, and why the first."""
+def report_skipped(total: int, reasons: Sequence[tuple[str, str]]) -> None:
+    """Print on standard error how many images are skipped, and why the first; names and reasons are given."""
     if reasons:
-        name, reason = next(iter(reasons.items()))
+        name, reason = reasons[0]
         typer.echo(f"{len(reasons)} of {total} images are skipped; {name}: {reason}", err=True)
 
 

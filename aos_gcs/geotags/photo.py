@@ -38,6 +38,15 @@ R_CAM2NADIR_FRD: NDArray[np.float64] = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.
 _BROKEN = (OSError, ValueError, SyntaxError, KeyError, IndexError, TypeError, ArithmeticError, struct.error)
 """Errors that Pillow raises for damaged files, SyntaxError among them."""
 
+_R_FILE2SHOWN = {
+    1: np.eye(3),
+    3: np.diag([-1.0, -1.0, 1.0]),
+    6: np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]),
+    8: np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]),
+}
+"""Axes of the rows and columns in the file to those of the picture as it is to be shown, by EXIF's ``Orientation``; the
+other values are mirrored."""
+
 _LATITUDE = ("GpsLatitude", "GPSLatitude", "Latitude")
 _LONGITUDE = ("GpsLongitude", "GPSLongitude", "GpsLongtitude", "GPSLongtitude", "Longitude")
 """``Longtitude`` is what the firmware of some aircraft says."""
@@ -63,7 +72,7 @@ class Geotag:
     relative_altitude_m: float | None
     """Height above the place of takeoff."""
     R_cam2enu: NDArray[np.float64]
-    """Shape (3, 3)."""
+    """Orientation of the rows and columns as they stand in the file, shape (3, 3)."""
     width_px: int
     height_px: int
     focal_px: float | None
@@ -71,6 +80,12 @@ class Geotag:
     """Time of exposure since the Unix epoch; None where it, or its time zone, is not recorded."""
     sensor: Sensor | None = None
     """The aircraft's camera; None where it is not told."""
+    position_sigma_m: tuple[float, float, float] | None = None
+    """Standard deviations along east, north and up, from an RTK receiver; None where they are not told."""
+    has_rtk_fix: bool | None = None
+    """Whether the RTK receiver had its fixed solution; None without such a receiver."""
+    is_turned: bool = False
+    """Whether the picture is to be shown turned: the attitude in its tags is that of the turned one."""
 
     def camera(self, horizontal_fov_rad: float | None = None) -> CameraModel:
         """Return the camera; a field of view replaces the focal length in the metadata.
@@ -121,19 +136,22 @@ def geotag(exif: ExifTags, xmp: Mapping[str, str], width_px: int, height_px: int
         raise InputDataError("it has no GPSLatitude and GPSLongitude")
     if not (abs(latitude_deg) <= 90.0 and abs(longitude_deg) <= 180.0) or (latitude_deg == longitude_deg == 0.0):
         raise InputDataError(f"its position, {latitude_deg:g}, {longitude_deg:g}, is no place: it had no fix")
-    if exif.orientation != 1:
-        raise InputDataError("its Orientation tag says that it was turned after it was taken")
+    if exif.orientation not in _R_FILE2SHOWN:
+        raise InputDataError(f"its Orientation tag, {exif.orientation}, says that it is mirrored")
     altitude_m = _first(xmp, ("AbsoluteAltitude",))
     return Geotag(
         latitude_deg=latitude_deg,
         longitude_deg=longitude_deg,
         altitude_amsl_m=exif.altitude_amsl_m if altitude_m is None else altitude_m,
         relative_altitude_m=_first(xmp, ("RelativeAltitude",)),
-        R_cam2enu=_attitude(xmp),
+        R_cam2enu=_attitude(xmp) @ _R_FILE2SHOWN[exif.orientation],
         width_px=width_px,
         height_px=height_px,
         focal_px=_focal_px(exif, xmp, width_px, height_px),
         utc_s=exif.utc_s,
+        position_sigma_m=_position_sigma_m(xmp),
+        has_rtk_fix=_has_rtk_fix(xmp),
+        is_turned=exif.orientation != 1,
     )
 
 
@@ -145,6 +163,19 @@ def _attitude(xmp: Mapping[str, str]) -> NDArray[np.float64]:
             R_body2ned = R_from_yaw_pitch_roll((math.radians(yaw_deg), math.radians(pitch_deg), math.radians(roll_deg)))
             return np.asarray(R_NED2ENU @ R_body2ned @ R_cam2body)
     raise InputDataError("it has no GimbalYawDegree and GimbalPitchDegree, nor another known attitude of the camera")
+
+
+def _position_sigma_m(xmp: Mapping[str, str]) -> tuple[float, float, float] | None:
+    east_m, north_m, up_m = (_first(xmp, (name,)) for name in ("RtkStdLon", "RtkStdLat", "RtkStdHgt"))
+    if east_m is None or north_m is None or up_m is None or min(east_m, north_m, up_m) <= 0.0:
+        return None
+    return east_m, north_m, up_m
+
+
+def _has_rtk_fix(xmp: Mapping[str, str]) -> bool | None:
+    flag = _first(xmp, ("RtkFlag",))
+    # DJI: 0 no solution, 16 single, 34 float, 50 fixed; without a receiver the tag is missing.
+    return None if flag is None else flag == 50.0
 
 
 def _focal_px(exif: ExifTags, xmp: Mapping[str, str], width_px: int, height_px: int) -> float | None:

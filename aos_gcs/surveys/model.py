@@ -45,3 +45,5 @@ class Survey:
     """Names of the images beside those of a poses file that it does not name."""
     R_file2world: NDArray[np.float64] = field(default_factory=lambda: np.eye(3))
     """Rotation from the axes of the poses file, which meshes share, to those of the world, shape (3, 3)."""
+    remarks: tuple[str, ...] = ()
+    """Remarks on the recording as a whole, for its operator."""

@@ -47,7 +47,7 @@ def read_photos(
     sensor: Sensor | None = None,
     frames: slice = slice(None),
 ) -> Survey:
-    """Read the geotags of all JPEG files of a folder.
+    """Read the geotags of all JPEG files of a folder and of the folders in it.
 
     The world is east-north-up about the first photograph's place, with z = 0 on the ground.
 
@@ -58,7 +58,7 @@ def read_photos(
         optics: horizontal field of view, or intrinsics; they replace the focal lengths in the photographs' metadata.
         lens: lens of all photographs; replaces that of the intrinsics.
         sensor: leaves out the pictures of other sensors; needed where a folder has those of several.
-        frames: photographs that are looked at, in the order of their names.
+        frames: photographs that are looked at, in the order of their names, those of a folder together.
 
     Raises:
         InputDataError: if there is no photograph, none can be used, or several sensors have taken them; the text names
@@ -67,7 +67,7 @@ def read_photos(
     """
     if not folder.is_dir():
         raise InputDataError(f"The image folder {folder} does not exist; check the path.")
-    paths = sorted(path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES)
+    paths = _photographs_in(folder)
     if not paths:
         raise InputDataError(
             f"The folder {folder} has no JPEG photographs (.jpg, .jpeg); for other images give their --poses."
@@ -85,7 +85,7 @@ def read_photos(
             _refuse_copy(path, [known.path for known in photos])
             bands = bands or bands_of(read_image(path))
         except InputDataError as error:
-            left_out[path.name] = str(error)
+            left_out[path.relative_to(folder).as_posix()] = str(error)
             continue
         photos.append(photo)
     if bands is None:
@@ -98,7 +98,42 @@ def read_photos(
         photos[0].tag.longitude_deg,
         float(np.median([photo.ground_amsl_m for photo in photos])),
     )
-    return Survey(tuple(_placed(photo, LocalFrame(origin)) for photo in photos), bands, origin, left_out)
+    return Survey(
+        tuple(_placed(photo, LocalFrame(origin)) for photo in photos), bands, origin, left_out, remarks=_remarks(photos)
+    )
+
+
+def _photographs_in(folder: Path) -> list[Path]:
+    """Return the photographs of a folder and its folders; hidden ones hold thumbnails and what was deleted."""
+    return sorted(
+        path
+        for path in folder.rglob("*")
+        if path.suffix.lower() in SUFFIXES
+        and path.is_file()
+        and not any(part.startswith(".") for part in path.relative_to(folder).parts)
+    )
+
+
+def _remarks(photos: Sequence[_Photo]) -> tuple[str, ...]:
+    """Return what is worth knowing of the photographs: how well their positions are known, and which are turned."""
+    remarks = []
+    sigmas_m = np.array([photo.tag.position_sigma_m for photo in photos if photo.tag.position_sigma_m is not None])
+    if len(sigmas_m):
+        across_m, up_m = np.median(sigmas_m[:, :2]), np.median(sigmas_m[:, 2])
+        remarks.append(
+            f"RTK positions of {len(sigmas_m)} of {len(photos)} photographs: median standard deviation "
+            f"{across_m:.3f} m horizontally, {up_m:.3f} m vertically"
+        )
+    floating = [photo.path.name for photo in photos if photo.tag.has_rtk_fix is False]
+    if floating:
+        remarks.append(
+            f"{len(floating)} of {len(photos)} photographs were taken without a fixed RTK solution; the first is "
+            f"{floating[0]}"
+        )
+    turned = [photo.path.name for photo in photos if photo.tag.is_turned]
+    if turned:
+        remarks.append(f"{len(turned)} photographs are turned by their Orientation tag; the first is {turned[0]}")
+    return tuple(remarks)
 
 
 def _read(
@@ -161,5 +196,9 @@ def _placed(photo: _Photo, world: LocalFrame) -> SurveyImage:
     altitude_m = world.origin.altitude_amsl_m + photo.height_m
     position = GeodeticPosition(photo.tag.latitude_deg, photo.tag.longitude_deg, altitude_m)
     return SurveyImage(
-        photo.path, Pose(world.to_enu(position), photo.tag.R_cam2enu), photo.camera, taken_at_s=photo.tag.utc_s
+        photo.path,
+        Pose(world.to_enu(position), photo.tag.R_cam2enu),
+        photo.camera,
+        taken_at_s=photo.tag.utc_s,
+        position_sigma_m=photo.tag.position_sigma_m,
     )

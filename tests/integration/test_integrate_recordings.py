@@ -11,9 +11,10 @@ import cv2
 import numpy as np
 import pytest
 
+from aos_gcs.surveys.photos import read_photos
 from tests.fakes.photographs import exif_block, write_photograph, xmp_packet
 from tests.fakes.recorded_flight import Flight, run
-from tests.fakes.survey_flight import Photographs
+from tests.fakes.survey_flight import FOCAL_35MM, Photographs
 
 
 @pytest.fixture
@@ -123,3 +124,61 @@ def test_photographs_of_different_fields_of_view_are_not_averaged(
     write_photograph(photographs.images / "4.jpg", image, exif_block(camera={0xA405: 90}), packet)
     assert run(photographs.arguments("--ortho", 0.2)) == 2
     assert "4.jpg has a field of view of 22°, 5.jpg of 63°" in capfd.readouterr().err
+
+
+def write_turned(photographs: Photographs, name: str, orientation: int) -> None:
+    """Write a photograph with its rows and columns in another order, and the tag that says so."""
+    shown = np.asarray(cv2.imread(str(photographs.images / name), cv2.IMREAD_UNCHANGED), dtype=np.uint8)
+    stored = np.ascontiguousarray(np.rot90(shown, {3: 2, 6: 1, 8: 3}[orientation]))
+    exif = exif_block(camera={0xA405: FOCAL_35MM}, orientation=orientation)
+    write_photograph(photographs.images / name, stored, exif, xmp_packet(photographs.tags[name]))
+
+
+def test_photographs_with_an_orientation_tag_are_turned(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    photographs = Photographs(tmp_path)
+    photographs.out = tmp_path / "map.npy"
+    assert run(photographs.arguments("--ortho", 0.25)) == 0
+    expected = np.load(photographs.out)
+    capfd.readouterr()
+    for name, orientation in (("1.jpg", 3), ("2.jpg", 6), ("4.jpg", 8)):
+        write_turned(photographs, name, orientation)
+    assert run(photographs.arguments("--ortho", 0.25)) == 0
+    assert "3 photographs are turned by their Orientation tag; the first is 1.jpg" in capfd.readouterr().err
+    integral = np.load(photographs.out)
+    assert integral.shape == expected.shape
+    # Pictures are compressed once more.
+    assert np.nanmax(np.abs(integral - expected)) < 3.0
+
+
+def test_photographs_in_folders_within_the_folder_are_used(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    photographs = Photographs(tmp_path)
+    photographs.out = tmp_path / "map.npy"
+    assert run(photographs.arguments("--ortho", 0.5)) == 0
+    expected = np.load(photographs.out)
+    capfd.readouterr()
+    for folder, names in (("100MEDIA", ("0.jpg", "1.jpg")), ("101MEDIA/more", ("2.jpg", "3.jpg")), (".trash", ())):
+        (photographs.images / folder).mkdir(parents=True)
+        for name in names:
+            (photographs.images / name).rename(photographs.images / folder / name)
+    shutil.copy(photographs.images / "4.jpg", photographs.images / ".trash" / "9.jpg")
+    shutil.copy(photographs.images / "4.jpg", photographs.images / "101MEDIA" / "4.jpg")
+    assert run(photographs.arguments("--ortho", 0.5)) == 0
+    np.testing.assert_allclose(np.load(photographs.out), expected, atol=1e-3)
+    assert "1 of 7 images are skipped; 4.jpg: it is a copy of 4.jpg" in capfd.readouterr().err
+
+
+def test_rtk_accuracies_are_reported(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    photographs = Photographs(tmp_path)
+    photographs.out = tmp_path / "map.npy"
+    for index in range(6):
+        name = f"{index}.jpg"
+        image = np.asarray(cv2.imread(str(photographs.images / name), cv2.IMREAD_UNCHANGED), dtype=np.uint8)
+        stds = {"drone-dji:RtkStdLon": 0.011, "drone-dji:RtkStdLat": 0.013, "drone-dji:RtkStdHgt": 0.025}
+        flag = {"drone-dji:RtkFlag": 34 if index == 2 else 50}
+        photographs.write(name, image, photographs.tags[name] | stds | flag)
+    survey = read_photos(photographs.images)
+    assert survey.images[0].position_sigma_m == (0.011, 0.013, 0.025)
+    assert run(photographs.arguments("--ortho", 0.5)) == 0
+    errors = capfd.readouterr().err
+    assert "RTK positions of 6 of 6 photographs: median standard deviation 0.012 m horizontally, 0.025 m" in errors
+    assert "1 of 6 photographs were taken without a fixed RTK solution; the first is 2.jpg" in errors

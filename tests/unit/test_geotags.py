@@ -156,7 +156,7 @@ USELESS: dict[str, tuple[bytes, dict[str, Any], str]] = {
     "no number": (xmp_packet(DJI | {"drone-dji:GimbalPitchDegree": "nan"}), {}, "no GimbalYawDegree and"),
     "no fix": (xmp_packet(NO_PLACE), {}, "is no place: it had no fix"),
     "off the globe": (xmp_packet(DJI | {"drone-dji:GpsLatitude": "148"}), {}, "is no place"),
-    "turned": (xmp_packet(DJI), {"orientation": 6}, "its Orientation tag"),
+    "mirrored": (xmp_packet(DJI), {"orientation": 5}, "its Orientation tag, 5, says that it is mirrored"),
     "broken XMP": (xmp_packet(DJI)[:-40], {}, "its XMP is not valid XML"),
     "entities": (
         b'<!DOCTYPE x [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]><x:xmpmeta xmlns:x="adobe:ns:meta/">&b;</x:xmpmeta>',
