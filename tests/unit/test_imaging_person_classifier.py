@@ -49,7 +49,7 @@ def sample(of: Evidence, count: int, seed: int) -> list[Evidence]:
 @pytest.fixture(scope="module")
 def model() -> PersonModel:
     persons, others = sample(PERSON, 40, 1), sample(DEER, 20, 2) + sample(STONE, 20, 3)
-    return fit_person_model(persons + others, [True] * 40 + [False] * 40)
+    return fit_person_model(persons + others, [True] * 40 + [False] * 40, odds=1.0)
 
 
 def test_a_fitted_model_tells_new_bodies_apart(model: PersonModel) -> None:
@@ -61,13 +61,6 @@ def test_rare_classes_weigh_as_much_as_common_ones() -> None:
     persons, others = sample(PERSON, 4, 1), sample(DEER, 200, 2)
     model = fit_person_model(persons + others, [True] * 4 + [False] * 200)
     assert all(person_confidence(one, model) > DECISION for one in persons)
-
-
-def test_a_person_in_the_open_is_one_as_well() -> None:
-    behind_blur = replace(PERSON, contrast_median_k=10.0, contrast_peak_k=15.5, area_m2=0.1)
-    in_the_open = replace(behind_blur, contrast_median_k=13.0, contrast_peak_k=20.0, area_m2=0.8, extent_m=1.7)
-    assert person_confidence(behind_blur) > 0.8
-    assert person_confidence(in_the_open) > 0.8
 
 
 def test_what_no_stone_reaches_is_a_person_even_without_skin() -> None:
@@ -92,6 +85,32 @@ def test_the_programs_own_model_knows_persons_animals_and_stones() -> None:
     assert person_confidence(PERSON) > 0.8
     assert person_confidence(DEER) < 0.2
     assert person_confidence(STONE) < 0.2
+
+
+def test_a_face_above_a_blanket_and_clothes_without_skin_are_persons() -> None:
+    assert person_confidence(replace(PERSON, contrast_median_k=6.5, contrast_peak_k=20.0)) > DECISION
+    assert person_confidence(replace(PERSON, contrast_median_k=15.0, contrast_peak_k=15.5)) > DECISION
+
+
+def test_rarer_persons_take_more_evidence(model: PersonModel) -> None:
+    doubtful = replace(PERSON, contrast_median_k=11.5, contrast_peak_k=16.0)
+    rare, common = (person_confidence(doubtful, replace(model, odds=odds)) for odds in (0.1, 1.0))
+    assert rare / (1.0 - rare) == pytest.approx(0.1 * common / (1.0 - common), rel=1e-6)
+
+
+@pytest.mark.parametrize("odds", ["0", "-1", "NaN"])
+def test_odds_of_a_model_must_be_above_zero(model: PersonModel, tmp_path: Path, odds: str) -> None:
+    write_model(tmp_path / "model.json", model)
+    text = (tmp_path / "model.json").read_text(encoding="utf-8").replace('"odds": 1.0', f'"odds": {odds}')
+    (tmp_path / "model.json").write_text(text, encoding="utf-8")
+    with pytest.raises(InputDataError, match="odds"):
+        read_model(tmp_path / "model.json")
+
+
+@pytest.mark.parametrize(("swarm", "sure"), [(2, False), (3, True)])
+def test_what_three_vehicles_do_not_see_warm_is_surely_no_person(swarm: int, sure: bool) -> None:
+    cold = Evidence(0, 0, 0.0, 0.0, 0.0, 0.0, frames=3 * swarm, swarm=swarm)
+    assert decide(cold).is_surely_other is sure
 
 
 def test_something_as_hot_as_an_engine_is_no_person() -> None:

@@ -24,7 +24,7 @@ from aos_gcs.lab.effectiveness.study import Anomaly, SceneKey, SceneResult, Warm
 from aos_gcs.lab.scenes import Body, PositionGrade
 
 PERSON_ENU_M, DEER_ENU_M = (0.0, 30.0), (10.0, 30.0)
-MODEL = PersonModel((math.log(7.0), 0.0, 0.0, 0.0), (1.0,) * 4, (12.0, 0.0, 0.0, 0.0), 0.0)
+MODEL = PersonModel((math.log(7.0), 0.0, 0.0, 0.0), (1.0,) * 4, (12.0, 0.0, 0.0, 0.0), 0.0, odds=1.0)
 """Whatever is warmer than 7 K is a person."""
 
 
@@ -125,7 +125,7 @@ def test_bodies_are_labelled_by_what_they_lie_nearest_to() -> None:
     assert labelled_bodies([scene(warm(0.0, 9.0, vehicles=1))]) == ([], [])
 
 
-def test_calibration_compares_probabilities_with_shares_and_persons_weigh_as_much_as_all_others() -> None:
+def test_calibration_compares_probabilities_with_shares_and_kinds_weigh_as_the_model_says() -> None:
     """The model of these tests gives a probability of one half at 7 K."""
     person, other = warm(0.0, 7.0), warm(10.0, 7.0)
     honest = [scene(person, other)]
@@ -133,6 +133,9 @@ def test_calibration_compares_probabilities_with_shares_and_persons_weigh_as_muc
     assert calibration_error([*honest, scene(other, other)], PositionGrade.RTK, MODEL) == pytest.approx(0.0)
     sure = [scene(warm(0.0, 0.0), warm(10.0, 0.0))]
     assert calibration_error(sure, PositionGrade.GNSS, MODEL) == pytest.approx(0.5, abs=1e-4)
+    rare = replace(MODEL, odds=0.25)
+    assert calibration_error(honest, PositionGrade.RTK, rare) == pytest.approx(0.0)
+    assert calibration_error(sure, PositionGrade.RTK, rare) == pytest.approx(0.2, abs=1e-4)
     assert calibration_as_text(sure, MODEL).endswith(": 0.500 (gnss), 0.500 (rtk)\n")
 
 
@@ -147,9 +150,9 @@ def test_scenes_are_described_by_densities_and_seeds() -> None:
 
 
 def test_scenes_are_judged_by_models_of_the_others() -> None:
-    """The person of the odd scene is no warmer than the animals of the others: only its own model would know it."""
-    usual = [scene(warm(0.0, 9.0, vehicles=seed), warm(10.0, 5.0, vehicles=seed), seed=seed) for seed in (3, 5, 7, 9)]
-    odd = scene(warm(0.0, 5.0, vehicles=60), warm(10.0, 5.0), seed=1)
+    """The person of the odd scene is colder than the animals of the others: only its own model would know it."""
+    usual = [scene(warm(0.0, 9.0), warm(10.0, 5.0), seed=seed) for seed in (3, 5, 7, 9)]
+    odd = scene(warm(0.0, 1.5), warm(10.0, 5.0), seed=1)
     decisions = {(one.seed, one.grade): one.claim_result for one in decide_by_others([*usual, odd], 5)}
     own = fit_person_model(*labelled_bodies([*usual, odd]))
     assert decide(odd, PositionGrade.RTK, Rule.PERSON, own).claim_result is ClaimResult.HIT

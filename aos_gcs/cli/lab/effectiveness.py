@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -74,6 +75,9 @@ def fit_person(
         typer.Option(metavar="DIR", help="Folder of a study (aos-gcs lab effectiveness); repeat it for more."),
     ],
     out: Annotated[Path, typer.Option(metavar="FILE", help="File for the model, as JSON.")],
+    odds: Annotated[
+        float, typer.Option(help="Persons per other warm body that a swarm sees where the model is to be used.")
+    ] = 0.25,
     folds: Annotated[
         int, typer.Option(help="Report figures, too, with each of so many parts judged by a model of the others.")
     ] = 0,
@@ -97,10 +101,13 @@ def fit_person(
 
     if folds < 0 or folds == 1:
         raise ConfigurationError(f"--folds must be 0 or at least 2, but is {folds}.")
+    if not (math.isfinite(odds) and odds > 0.0):
+        raise ConfigurationError(f"--odds must be above 0, but is {odds:g}.")
     check_writable(out)
     results = [result for folder in study for result in read_results(folder)]
     evidence, is_person = labelled_bodies(results)
-    write_model(out, replace(fit_person_model(evidence, is_person), fitted_to=describe(results), fitted_on=today_utc()))
+    fitted = fit_person_model(evidence, is_person, odds)
+    write_model(out, replace(fitted, fitted_to=describe(results), fitted_on=today_utc()))
     typer.echo(f"{out}: fitted to {sum(is_person)} persons and {len(is_person) - sum(is_person)} other bodies")
     if folds:
         typer.echo(as_markdown(summarise(decide_by_others(results, folds))), nl=False)

@@ -1,9 +1,10 @@
 """Classifier of warm bodies: the probability that one is a person.
 
-A logistic regression on what frames show of a body: how warm it is in the middle, and how much warmer at its warmest
-(skin above clothes; a stone is warm all over); how large its visible part, from how many vehicles it is seen. The area
-counts up to where blur no longer takes from the contrast: a person in the open is no less one. What a single vehicle
-sees is no evidence, and what is hotter than any skin is no person.
+A logistic regression on what sharpened frames show of a body: how warm it is in the middle (clothes, fur, stone) and
+at its warmest (skin, an animal's head). Either tells a person: a middle as warm as clothes, or a face much warmer than
+the blanket below; fourth powers let one make up for the other. What a single vehicle sees is no evidence, and what is
+hotter than any skin is no person. The model states how many other bodies there are for each person: the rarer persons
+are, the more it takes.
 
 The weights are fitted to simulated scenes by ``aos-gcs lab fit-person`` (docs/effectiveness.md); a model for another
 season, camera or quarry is another file.
@@ -28,20 +29,23 @@ from aos_gcs.imaging.persons.evidence import Evidence
 
 FEATURES = (
     "log median contrast",
-    "log spread of contrast",
-    "log area",
-    "log vehicles",
+    "log peak contrast",
+    "fourth power of median contrast",
+    "fourth power of spread of contrast",
 )
+PERSON_ODDS = 0.25
+"""Persons per other warm body that a swarm sees, unless the model says otherwise: missions show a person, if any, and
+about four animals, stones and stumps."""
 MAX_CONTRAST_K = 40.0
 """Skin is at most 37 °C warm, and surroundings in which people are searched for seldom colder than -3 °C."""
 MIN_VEHICLES = 2
 """Vehicles that must agree; one alone may see a defective pixel, or a piece of another body beside its place."""
 _MIN_CONTRAST_K = 1.0
 """Smallest difference of temperatures that says more than noise and shading."""
-_SKIN_K = 5.0
-"""Peak above the median from which a body shows skin; the median of simulated persons is 5.3 K. More is no more."""
-_AREA_M2 = 0.3
-"""Visible area beyond which a body's middle pixels show its own temperature."""
+_CLOTHES_K = 16.0
+"""Median contrast above which a body is no more like clothes."""
+_FACE_K = 12.0
+"""Peak above the median from which there is no more of a face above a blanket to be seen."""
 _RIDGE = 1e-3
 """Penalty on the squares of the standardised weights, per observation: keeps them finite where classes separate."""
 
@@ -54,6 +58,8 @@ class PersonModel:
     scales: tuple[float, ...]
     weights: tuple[float, ...]
     bias: float
+    odds: float = PERSON_ODDS
+    """Persons per other warm body that the probability is computed for; the weights hold for equal numbers."""
     fitted_to: str = ""
     """Data that it is fitted to, in words; empty where nobody has said."""
     fitted_on: str = ""
@@ -64,17 +70,22 @@ def person_confidence(evidence: Evidence, model: PersonModel | None = None) -> f
     """Return the probability, 0 to 1, that a warm body is a person; ``model`` None: the one fitted to simulations.
 
     What follows from it is said by :func:`aos_gcs.imaging.persons.decision.decide` alone.
-    It holds for a body that is as likely a person as not. Where persons are rarer, so is a true alarm.
+    It holds where there are as many persons per other warm body as the model's ``odds`` say.
     """
     if evidence.contrast_peak_k > MAX_CONTRAST_K or evidence.vehicles < MIN_VEHICLES:
         return 0.0
     model = default_model() if model is None else model
     standardised = (_features(evidence) - model.centres) / model.scales
-    return float(expit(standardised @ np.array(model.weights) + model.bias))
+    return float(expit(standardised @ np.array(model.weights) + model.bias + math.log(model.odds)))
 
 
-def fit_person_model(evidence: Sequence[Evidence], is_person: Sequence[bool]) -> PersonModel:
+def fit_person_model(evidence: Sequence[Evidence], is_person: Sequence[bool], odds: float = PERSON_ODDS) -> PersonModel:
     """Return the model that explains labelled bodies best; both classes weigh the same, however many each has.
+
+    Args:
+        evidence: of the bodies.
+        is_person: what they are.
+        odds: persons per other warm body where the model is to be used.
 
     Raises:
         InputDataError: if one of the classes is missing.
@@ -97,7 +108,7 @@ def fit_person_model(evidence: Sequence[Evidence], is_person: Sequence[bool]) ->
     from scipy.optimize import minimize  # noqa: PLC0415
 
     fitted = minimize(loss, np.zeros(standardised.shape[1]), jac=True, method="L-BFGS-B")
-    return PersonModel(tuple(centres), tuple(scales), tuple(fitted.x[:-1]), float(fitted.x[-1]))
+    return PersonModel(tuple(centres), tuple(scales), tuple(fitted.x[:-1]), float(fitted.x[-1]), odds)
 
 
 @lru_cache(maxsize=1)
@@ -134,21 +145,18 @@ def _parse(text: str, name: str) -> PersonModel:
             tuple(float(value) for value in table[key]) for key in ("centres", "scales", "weights")
         )
         origin = (str(table.get(key, "")) for key in ("fitted_to", "fitted_on"))
-        model = PersonModel(centres, scales, weights, float(table["bias"]), *origin)
+        model = PersonModel(centres, scales, weights, float(table["bias"]), float(table["odds"]), *origin)
     except (ValueError, KeyError, TypeError) as error:
         raise InputDataError(f"The model of persons {name} is damaged ({error}); fit it anew.") from error
     if any(len(values) != len(FEATURES) for values in (centres, scales, weights)):
         raise InputDataError(f"The model of persons {name} does not have {len(FEATURES)} numbers of each kind.")
+    if not (math.isfinite(model.odds) and model.odds > 0.0):
+        raise InputDataError(f"The model of persons {name}: odds must be above 0, but is {model.odds}.")
     return model
 
 
 def _features(evidence: Evidence) -> NDArray[np.float64]:
-    spread_k = evidence.contrast_peak_k - evidence.contrast_median_k
-    return np.array(
-        [
-            math.log(max(evidence.contrast_median_k, _MIN_CONTRAST_K)),
-            math.log(min(max(spread_k, _MIN_CONTRAST_K), _SKIN_K)),
-            math.log(min(evidence.area_m2, _AREA_M2)),
-            math.log(evidence.vehicles),
-        ]
-    )
+    median_k, peak_k = (max(k, _MIN_CONTRAST_K) for k in (evidence.contrast_median_k, evidence.contrast_peak_k))
+    clothes = min(median_k, _CLOTHES_K) / _CLOTHES_K
+    face = min(peak_k - median_k, _FACE_K) / _FACE_K
+    return np.array([math.log(median_k), math.log(peak_k), clothes**4, face**4])

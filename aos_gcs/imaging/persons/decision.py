@@ -14,7 +14,7 @@ from aos_gcs.imaging.persons.evidence import Evidence
 
 DECISION = 0.5
 """Probability from which a body counts as a person."""
-SURELY_OTHER = 0.05
+SURELY_OTHER = 0.02
 """Probability up to which a body that most vehicles see needs no longer look."""
 MOST = 0.6
 """Share of the vehicles that are most of them."""
@@ -69,7 +69,8 @@ def decide(evidence: Evidence, model: PersonModel | None = None) -> Verdict:
     if not evidence.radiometric:
         return _without_temperatures(evidence)
     if evidence.views == 0:
-        return Verdict(FindingKind.OBJECT, 0.0, (f"not warmer than its surroundings in {evidence.frames} frames",))
+        reason = f"not warmer than its surroundings in {evidence.frames} frames"
+        return Verdict(FindingKind.OBJECT, 0.0, (reason,), is_surely_other=evidence.swarm >= ENOUGH)
     probability = person_confidence(evidence, model)
     share = evidence.vehicles / max(evidence.swarm, evidence.vehicles)
     is_surely_other = probability <= SURELY_OTHER and share >= MOST and evidence.vehicles >= ENOUGH

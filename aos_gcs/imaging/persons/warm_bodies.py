@@ -20,6 +20,7 @@ from aos_gcs.geometry.poses import Pose
 from aos_gcs.geometry.projection import intersect_plane
 from aos_gcs.imaging.connected import connected
 from aos_gcs.imaging.model import BlobView, Frame
+from aos_gcs.imaging.persons.restoration import restored
 
 MIN_CONTRAST_K = 4.0
 """Contrast above the frame's median: canopy and ground differ by less even in spots of sun, persons by 10 K and more on
@@ -81,7 +82,7 @@ def warm_view(frame: Frame, plane_height_m: float = 0.0, min_contrast_k: float =
     """
     if "thermal" not in frame.bands:
         raise ImagingError(f"Warm bodies need a band 'thermal', but the frame has {', '.join(frame.bands)}.")
-    thermal = frame.image[..., frame.bands.index("thermal")]
+    thermal = restored(frame.image[..., frame.bands.index("thermal")])
     contrast_k = thermal - np.nanmedian(thermal[::_BACKGROUND_STRIDE, ::_BACKGROUND_STRIDE])
     return view_above(frame, contrast_k, min_contrast_k, plane_height_m)
 

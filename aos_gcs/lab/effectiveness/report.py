@@ -10,7 +10,13 @@ from enum import StrEnum
 
 import numpy as np
 
-from aos_gcs.imaging.persons.classifier import MIN_VEHICLES, PersonModel, fit_person_model, person_confidence
+from aos_gcs.imaging.persons.classifier import (
+    MIN_VEHICLES,
+    PersonModel,
+    default_model,
+    fit_person_model,
+    person_confidence,
+)
 from aos_gcs.imaging.persons.decision import FindingKind
 from aos_gcs.imaging.persons.decision import decide as decide_body
 from aos_gcs.imaging.persons.evidence import Evidence
@@ -162,15 +168,17 @@ def decide_by_others(results: Sequence[SceneResult], folds: int) -> list[Decisio
 def calibration_error(results: Iterable[SceneResult], grade: PositionGrade, model: PersonModel | None = None) -> float:
     """Return the expected calibration error of the probability that bodies are persons; NaN without either kind.
 
-    It is the difference of probability and share of persons, averaged over bodies. All persons weigh as much as all
-    other bodies together, since the probability holds for a body that is as likely a person as not.
+    It is the difference of probability and share of persons, averaged over bodies. Persons and other bodies weigh as
+    much as the model says that there are of each.
     """
+    model = default_model() if model is None else model
     evidence, is_person = labelled_bodies(results, (grade,))
     persons = sum(is_person)
     if not 0 < persons < len(is_person):
         return math.nan
     labels = np.array(is_person, dtype=np.float64)
-    weights = np.where(labels == 1.0, 0.5 / persons, 0.5 / (len(labels) - persons))
+    share = model.odds / (1.0 + model.odds)
+    weights = np.where(labels == 1.0, share / persons, (1.0 - share) / (len(labels) - persons))
     probabilities = np.array([person_confidence(one, model) for one in evidence])
     bins = np.minimum((probabilities * _CALIBRATION_BINS).astype(np.intp), _CALIBRATION_BINS - 1)
     return float(np.abs(np.bincount(bins, weights * (probabilities - labels))).sum())

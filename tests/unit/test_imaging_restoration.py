@@ -1,0 +1,42 @@
+"""Thermal images without the blur of their optics."""
+
+import cv2
+import numpy as np
+import pytest
+
+from aos_gcs.imaging.persons.restoration import BLUR_PX, restored
+
+
+@pytest.fixture
+def scene() -> np.ndarray:
+    """A body behind leaves, and a stone in the open: 25 and 20 °C on ground of 11 °C."""
+    rng = np.random.default_rng(1)
+    image = np.full((64, 64), 11.0, np.float32)
+    image[10:30, 10:30][rng.random((20, 20)) < 0.15] = 25.0
+    image[40:52, 40:52] = 20.0
+    return image
+
+
+def blurred(image: np.ndarray) -> np.ndarray:
+    return cv2.GaussianBlur(image, (5, 5), BLUR_PX, borderType=cv2.BORDER_REFLECT)
+
+
+def test_spots_behind_leaves_get_their_own_temperature_back(scene: np.ndarray) -> None:
+    noise = np.random.default_rng(2).normal(0.0, 0.08, scene.shape).astype(np.float32)
+    image = blurred(scene) + noise
+    assert np.median(image[scene == 25.0]) < 19.0
+    assert np.median(restored(image)[scene == 25.0]) == pytest.approx(25.0, abs=1.0)
+    assert np.median(restored(image)[scene == 20.0]) == pytest.approx(20.0, abs=0.3)
+
+
+def test_an_image_without_blur_stays_as_it_is(scene: np.ndarray) -> None:
+    np.testing.assert_array_equal(restored(scene), scene)
+
+
+def test_pixels_without_a_value_have_none_and_change_no_other(scene: np.ndarray) -> None:
+    image = blurred(scene)
+    image[60:, 60:] = np.nan
+    sharp = restored(image)
+    np.testing.assert_array_equal(np.isnan(sharp), np.isnan(image))
+    np.testing.assert_allclose(sharp[:52, :52], restored(blurred(scene))[:52, :52], atol=1e-3)
+    assert np.isnan(restored(np.full((8, 8), np.nan))).all()
