@@ -71,3 +71,13 @@ def test_agreement_is_asked_of_cells_not_of_blobs() -> None:
     judgement = judge(frames, GRID, (), dataclasses.replace(SETTINGS, minimum_count=2))
     assert judgement.sightings[0].blob.area_m2 == 0.25
     assert judge(frames[:1], GRID, (), dataclasses.replace(SETTINGS, minimum_count=2)).sightings == ()
+
+
+@pytest.mark.parametrize(("vehicles", "settled"), [(2, True), (3, False)])
+def test_what_few_vehicles_mark_is_settled_farther_from_its_place(vehicles: int, settled: bool) -> None:
+    """A stone drew a swarm back again and again: one or two vehicles at a time placed it 2.5 m beside itself."""
+    frames = [marked(vehicle_id, (20, 20), (20, 21)) for vehicle_id in range(1, vehicles + 1)]
+    (sighting,) = judge(frames, GRID, (), SETTINGS).sightings
+    east_m, north_m, _ = sighting.blob.centroid_enu_m
+    (again,) = judge(frames, GRID, (), SETTINGS, [(east_m + 2.5, north_m)]).sightings
+    assert again.settled is settled

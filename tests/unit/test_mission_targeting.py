@@ -17,6 +17,7 @@ from aos_gcs.imaging.step.judgement import SETTLED_M
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.search.claims import Claims
 from aos_gcs.mission.search.findings import Findings
+from aos_gcs.mission.search.looks import Looks
 from aos_gcs.mission.search.persons import Judgement
 from aos_gcs.mission.search.targeting import TargetTracker, error_ellipse
 from aos_gcs.planning.settings import DetectionSettings, MissionSettings
@@ -299,6 +300,26 @@ def test_the_blob_of_a_settled_target_is_settled_even_where_it_lies_beside_its_p
     assert claims.settled_enu_m == settled
 
 
+def test_what_leaves_show_and_hide_in_turn_is_left_after_three_sightings() -> None:
+    """A cloth that flickers drew the swarm ten times in one mission, as it was never seen often enough in a row."""
+    cloth = Judgement(Verdict(FindingKind.OBJECT, 0.0, (), is_surely_other=True))
+    tracker = TargetTracker(SETTINGS)
+    claims = Claims(SETTINGS.detection, _Notices(), tracker, Findings())
+    for step in range(9):
+        sightings = [seen(5.0, 20.0)] if step % 4 == 0 else []
+        tracker.observe(analysis(*sightings), STEP_S * (step + 1))
+        tracker.judge(dict.fromkeys(tracker.places_enu_m(), cloth))
+        claims.announce()
+        is_third = step == 8
+        assert claims.is_look_over() is is_third
+
+
+def test_a_sighting_that_may_be_a_person_begins_the_count_anew() -> None:
+    looks, place = Looks(), (5.0, 20.0, 0.0)
+    counts = [looks.count_other(1, place, is_surely_other=sure) for sure in (True, True, False, True)]
+    assert counts == [1, 2, 0, 1]
+
+
 @pytest.mark.parametrize(
     ("kind", "text"), [(FindingKind.PERSON, "Possible person"), (FindingKind.WARM_OBJECT, "Warm object?")]
 )
@@ -310,7 +331,7 @@ def test_two_tracks_of_one_body_are_announced_once(kind: FindingKind, text: str)
     for step in range(5):
         tracker.observe(analysis(seen(30.0, 0.0, 0.9), seen(0.0, 20.0), seen(2.0, 20.0)), STEP_S * (step + 1))
         tracker.judge({key: judgement for key, at in tracker.places_enu_m().items() if at[0] < 20.0})
-    claims.announce()
+        claims.announce()
     assert len([one for one in journal.texts if one.startswith(text)]) == 1
     kinds = [target.kind for target in tracker.estimates() if target.position_enu_m[0] < 20.0]
     assert kinds == [kind] * 2

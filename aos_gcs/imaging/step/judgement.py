@@ -27,6 +27,10 @@ from aos_gcs.imaging.step.visibility import (
 SETTLED_M = 2.0
 """Distance within which a blob is the thing at a settled place: poses displace it by 0.7 m per degree from 40 m."""
 
+SETTLED_BY_FEW_M = 3.0
+"""The same for a blob that fewer than ``FEW`` vehicles mark: their errors do not average out."""
+FEW = 3
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Judgement:
@@ -97,7 +101,9 @@ def judge(
 
 def _settle(sighting: Sighting, settled_enu_m: Sequence[tuple[float, float]]) -> Sighting:
     centre_enu_m = sighting.blob.centroid_enu_m[:2]
-    is_settled = any(math.dist(centre_enu_m, place_enu_m) <= SETTLED_M for place_enu_m in settled_enu_m)
+    is_of_few = len({view.vehicle_id for view in sighting.views}) < FEW
+    reach_m = SETTLED_BY_FEW_M if is_of_few else SETTLED_M
+    is_settled = any(math.dist(centre_enu_m, place_enu_m) <= reach_m for place_enu_m in settled_enu_m)
     return replace(sighting, settled=is_settled)
 
 

@@ -17,6 +17,9 @@ from aos_gcs.mission.search.targeting import TargetTracker
 from aos_gcs.planning.settings import DetectionSettings
 from aos_gcs.ports import Severity
 
+SURE_SIGHTINGS = 3
+"""Sightings in a row that are surely no person, after which a target is left: each rests on the frames of three
+steps."""
 _OTHERS = frozenset(FindingKind) - CLAIMED - {FindingKind.UNDECIDED}
 """Kinds of what is decided to be no person."""
 
@@ -39,6 +42,8 @@ class Claims:
         self._tracker = tracker
         self._findings = findings
         self._looks = Looks()
+        self._surely_other: frozenset[int] = frozenset()
+        """Tracks that have been seen often enough to be surely no person."""
         self.first_at_s: float | None = None
         """Mission time of the first claim; None before it."""
 
@@ -89,6 +94,7 @@ class Claims:
         A target known already is watched again when it is the present one, without another announcement.
         """
         present = self._tracker.estimate()
+        self._surely_other = self._count_others()
         watched: int | None = None
         for target in self._tracker.estimates():
             is_present = present is not None and target.track_id == present.track_id
@@ -104,7 +110,7 @@ class Claims:
         for target in self._tracker.estimates():
             if target.track_id in kept:
                 continue
-            if self._tracker.is_surely_other(target.track_id):
+            if target.track_id in self._surely_other:
                 self._decide(target)
                 self._looks.settle(target.track_id, target.position_enu_m)
             elif target.kind in CLAIMED:
@@ -120,7 +126,18 @@ class Claims:
         if target is None or self._findings.at(target, FindingStatus.REJECTED):
             return True
         steps = self._looks.count(target.track_id, target.position_enu_m)
-        return steps >= self._detection.look_steps or self._tracker.is_surely_other(target.track_id)
+        return steps >= self._detection.look_steps or target.track_id in self._surely_other
+
+    def _count_others(self) -> frozenset[int]:
+        """Count the latest step's sightings that are surely no person; return the tracks with enough of them."""
+        others: set[int] = set()
+        for track_id, (east_m, north_m) in self._tracker.places_enu_m().items():
+            if (verdict := self._tracker.latest_verdict(track_id)) is None:
+                continue
+            place = float(east_m), float(north_m), 0.0
+            if self._looks.count_other(track_id, place, is_surely_other=verdict.is_surely_other) >= SURE_SIGHTINGS:
+                others.add(track_id)
+        return frozenset(others)
 
     def is_rejected(self) -> bool:
         """Whether operators have rejected the present target."""

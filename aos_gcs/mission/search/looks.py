@@ -20,6 +20,8 @@ class _Look:
     place_enu_m: tuple[float, float]
     track_id: int
     steps: int = 0
+    others: int = 0
+    """Sightings that were surely no person, since the last one that may have been."""
     is_settled: bool = False
 
 
@@ -46,6 +48,15 @@ class Looks:
         look = self._at(track_id, position_enu_m)
         look.steps += 1
         return look.steps
+
+    def count_other(self, track_id: int, position_enu_m: EnuPoint, *, is_surely_other: bool) -> int:
+        """Count a sighting of a target, and return how many in a row were surely no person.
+
+        Steps without a sighting leave the number as it is: what leaves show and hide in turn is looked at in parts.
+        """
+        look = self._at(track_id, position_enu_m)
+        look.others = look.others + 1 if is_surely_other else 0
+        return look.others
 
     def settle(self, track_id: int, position_enu_m: EnuPoint) -> None:
         """Converge on a target no more."""

@@ -126,12 +126,10 @@ class TargetTracker:
             stays = track.walking_share <= 0.5
             self._judged[track.track_id] = judgement if former is None or not stays else _updated(former, judgement)
 
-    def is_surely_other(self, track_id: int) -> bool:
-        """Return whether each of the latest sightings of a track is surely no person: as many as it takes to be one."""
-        latest = self._seen.get(track_id, ())
-        return len(latest) >= self._detection.found_steps and all(
-            seen.verdict is not None and seen.verdict.is_surely_other for seen in latest
-        )
+    def latest_verdict(self, track_id: int) -> Verdict | None:
+        """Return the decision about a track that the latest step shows; None if it is out of view, or not decided."""
+        latest = self._seen.get(track_id)
+        return None if latest is None else latest[-1].verdict
 
     def likely_persons(self) -> frozenset[int]:
         """Return the tracks in view that are taken for a person by their latest sighting, and not decided for good."""
