@@ -22,6 +22,7 @@ import itertools
 from aos_drivers.mavlink import open_mavlink
 from aos_gcs.clock import LoopClock
 from aos_gcs.ports import DriverContext
+from tests.benchmarks.figures import report
 from tests.fakes.mavlink_vehicle import FakeVehicle
 
 HOST = "127.0.0.1"
@@ -86,8 +87,8 @@ async def main(noise: str, size: int, bytes_per_s: float, duration_s: float) -> 
         wall_s, cpu_s = time.perf_counter() - wall_s, time.process_time() - cpu_s
         attacker.kill()
         largest_s = max(await asyncio.to_thread(gaps_s.get))
-    print(f"largest heartbeat gap   {largest_s:.2f} s")
-    print(f"largest age of the link {max(ages_s):.2f} s")
+    report("flood.gap", largest_s)
+    report("flood.age", max(ages_s))
     print(f"CPU of the driver       {100 * cpu_s / wall_s:.0f} % of one core")
 
 

@@ -1,8 +1,8 @@
 """Runs benchmarks and writes their figures into docs/performance.md.
 
-Usage: ``python tests/benchmarks/performance.py [BENCHMARK ...]``, such as ``imaging render``; by default all of them.
-Rows that a run does not measure stay as they are. ``--release VERSION`` measures nothing: it keeps the present figures
-as those of that release.
+Usage: ``python tests/benchmarks/performance.py [BENCHMARK ...]``, such as ``imaging render``; by default all that have
+rows. Rows that a run does not measure stay as they are. ``--release VERSION`` measures nothing: it keeps the present
+figures as those of that release.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import platform
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Collection, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -31,28 +31,40 @@ HEAD = """# Performance
 
 Written by `make bench` (`make bench ARGS="imaging render"` for some): every row is the median of its own run, on the
 machine named in its last column; the ratio compares with a peer measured in the same run. Rows that a run leaves out
-keep their figures, with the commit that was measured.
+keep their figures, with the commit that was measured. Commands to 20 and 50 vehicles are measured while each core
+analyses images.
 
 | work | median | ratio to its peer | goal | last release | measured |
 |---|---|---|---|---|---|
 """
 
 
-def measure(names: Sequence[str]) -> dict[str, dict[str, Any]]:
+OPTIONS = {"fleet": ("--busy",)}
+"""Options of benchmarks: commands reach a fleet while every core analyses images."""
+
+
+def measure(names: Collection[str]) -> dict[str, dict[str, Any]]:
     """Run benchmarks one after another and return their figures by row."""
     found: dict[str, dict[str, Any]] = {}
     for script in sorted(FOLDER.glob("bench_*.py")):
-        if names and script.stem.removeprefix("bench_") not in names:
+        name = script.stem.removeprefix("bench_")
+        if name not in names:
             continue
         print(f"== {script.name}", flush=True)
         with tempfile.TemporaryDirectory() as folder:
             rows_file = Path(folder) / "rows"
             environment = {**os.environ, ROWS_FILE: str(rows_file)}
-            subprocess.run([sys.executable, str(script)], check=True, env=environment)  # noqa: S603 - our own program
+            command = [sys.executable, str(script), *OPTIONS.get(name, ())]
+            subprocess.run(command, check=True, env=environment)  # noqa: S603 - our own program
             if rows_file.exists():
                 lines = rows_file.read_text(encoding="utf-8").splitlines()
                 found |= {row.pop("key"): row for row in map(json.loads, lines)}
     return found
+
+
+def benchmarks_of(rows: Iterable[str]) -> set[str]:
+    """Return the names of the benchmarks that measure rows."""
+    return {key.partition(".")[0] for key in rows}
 
 
 def stamp() -> dict[str, str]:
@@ -76,7 +88,7 @@ def line(row: dict[str, Any], release: str) -> str:
     cells = [
         row["work"],
         dash if measured is None else f"{measured['value']:.3g} {row['unit']}",
-        dash if measured is None or measured["ratio"] is None else f"{measured['ratio']:.2f} ({row['peer']})",
+        dash if measured is None or measured["ratio"] is None else f"{measured['ratio']:.3g} ({row['peer']})",
         row.get("goal", ""),
         dash if released is None else f"{released:.3g} {row['unit']} ({release})",
         "not yet" if measured is None else f"{measured['date']}, {measured['commit']}, {measured['machine']}",
@@ -86,7 +98,7 @@ def line(row: dict[str, Any], release: str) -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("benchmarks", nargs="*", help="names without bench_; all by default")
+    parser.add_argument("benchmarks", nargs="*", help="names without bench_; by default those with rows")
     parser.add_argument("--release", metavar="VERSION", help="keep the present figures as those of this release")
     options = parser.parse_args()
     data = json.loads(DATA.read_text(encoding="utf-8"))
@@ -96,7 +108,7 @@ def main() -> None:
         for row in rows.values():
             row["release"] = row["measured"]["value"] if "measured" in row else None
     else:
-        for key, figures in measure(options.benchmarks).items():
+        for key, figures in measure(options.benchmarks or benchmarks_of(rows)).items():
             rows[key]["measured"] = figures | stamp()
     DATA.write_text(json.dumps(data, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
     TABLE.write_text(HEAD + "".join(line(row, data["release"]) for row in rows.values()), encoding="utf-8")
