@@ -9,11 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from importlib.metadata import entry_points
 from typing import Protocol
 
-from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.lab.simulator import simulator_part
 from aos_gcs.ports import Clock, Fleet
 
 GROUP = "aos_gcs.flights"
@@ -89,7 +88,5 @@ def build_flight(settings: FlightSettings) -> Flight:
     Raises:
         ConfigurationError: no simulator is installed, or it refuses the settings.
     """
-    for point in sorted(entry_points(group=GROUP), key=lambda point: point.name):
-        build: FlightBuilder = point.load()
-        return build(settings)
-    raise ConfigurationError("No simulator is installed that could fly a mission; install aos-gcs[lab].")
+    build: FlightBuilder = simulator_part(GROUP, "fly a mission")
+    return build(settings)

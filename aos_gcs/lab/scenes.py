@@ -9,15 +9,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from importlib.metadata import entry_points
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
+from aos_gcs.lab.simulator import simulator_part
 
 GROUP = "aos_gcs.scenes"
 
@@ -106,7 +105,5 @@ def build_scene(settings: SceneSettings) -> SearchScene:
     Raises:
         ConfigurationError: no simulator is installed, or it refuses the settings.
     """
-    for point in sorted(entry_points(group=GROUP), key=lambda point: point.name):
-        build: SceneBuilder = point.load()
-        return build(settings)
-    raise ConfigurationError("No simulator is installed that could grow a forest; install aos-gcs[lab].")
+    build: SceneBuilder = simulator_part(GROUP, "grow a forest")
+    return build(settings)

@@ -9,15 +9,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from importlib.metadata import entry_points
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
+from aos_gcs.lab.simulator import simulator_part
 
 GROUP = "aos_gcs.worlds"
 
@@ -145,7 +144,5 @@ def build_world(parameters: WorldParameters) -> World:
     Raises:
         ConfigurationError: no simulator is installed, or it refuses the parameters.
     """
-    for point in sorted(entry_points(group=GROUP), key=lambda point: point.name):
-        build: WorldBuilder = point.load()
-        return build(parameters)
-    raise ConfigurationError("No simulator is installed that could grow a forest; install aos-gcs[lab].")
+    build: WorldBuilder = simulator_part(GROUP, "grow a forest")
+    return build(parameters)

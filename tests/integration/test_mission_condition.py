@@ -11,6 +11,7 @@ from aos_gcs.mission.model.events import NoticeRecord
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.ports import FlightMode, Hold, Land, Severity, VehicleState
+from tests.fakes.fleet import FakeVehicle
 from tests.fakes.mission_flight import Flight, flying, prepare
 
 pytestmark = pytest.mark.looptime
@@ -112,14 +113,20 @@ def test_px4_has_its_own_measure_of_vibration() -> None:
     assert [told("px4"), told("arducopter")] == [True, False]
 
 
+async def returning_by_itself(flight: Flight) -> FakeVehicle:
+    """Return the mission while a vehicle flies home by its own decision, to a hover above its launch point."""
+    await until_step(flight, 2)
+    vehicle = flight.fleet.members[2]
+    vehicle.mode = FlightMode.RETURN
+    vehicle.fly_to(vehicle.home_enu_m + np.array([0.0, 0.0, 30.0]))
+    await flight.commands.act(Action.RETURN, None)
+    return vehicle
+
+
 async def test_a_return_of_its_own_that_ends_in_a_hover_is_landed() -> None:
     flight = prepare()
     async with flying(flight) as run:
-        await until_step(flight, 2)
-        vehicle = flight.fleet.members[2]
-        vehicle.mode = FlightMode.RETURN
-        vehicle.fly_to(vehicle.home_enu_m + np.array([0.0, 0.0, 30.0]))
-        await flight.commands.act(Action.RETURN, None)
+        vehicle = await returning_by_itself(flight)
         await flight.until(lambda: flight.mission.phase is Phase.LAND and not vehicle.is_moving())
         hovers_at_s = flight.clock.now_s()
         await flight.until(lambda: isinstance(vehicle.commands[-1], Land))
@@ -131,11 +138,7 @@ async def test_a_return_of_its_own_that_ends_in_a_hover_is_landed() -> None:
 async def test_a_vehicle_that_hovers_in_hold_after_its_return_is_landed_at_once() -> None:
     flight = prepare()
     async with flying(flight) as run:
-        await until_step(flight, 2)
-        vehicle = flight.fleet.members[2]
-        vehicle.mode = FlightMode.RETURN
-        vehicle.fly_to(vehicle.home_enu_m + np.array([0.0, 0.0, 30.0]))
-        await flight.commands.act(Action.RETURN, None)
+        vehicle = await returning_by_itself(flight)
         await flight.until(lambda: flight.mission.phase is Phase.LAND)
         await flight.clock.sleep(3.0)
         commands, vehicle.mode = len(vehicle.commands), FlightMode.HOLD

@@ -6,23 +6,30 @@ import numpy as np
 import pytest
 
 from aos_gcs.airspace.waypoints import WaypointVerdict
+from aos_gcs.mission.fleet.flight import FlightControl
 from aos_gcs.mission.model.actions import Action
 from aos_gcs.mission.model.phase import Outcome
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.ports import FlightMode, Goto, Hold, ReturnToLaunch
-from tests.fakes.mission_flight import flying, prepare
+from tests.fakes.mission_flight import Flight, flying, prepare
 
 pytestmark = pytest.mark.looptime
 
 LONG_AREA = ((-12.0, 10.0), (12.0, 10.0), (12.0, 600.0), (-12.0, 600.0))
 
 
+async def hovering(flight: Flight) -> FlightControl:
+    """Pause the mission after two steps, and return its control once all vehicles hover."""
+    await flight.until(lambda: len(flight.view.steps()) == 2)
+    await flight.commands.act(Action.PAUSE, None)
+    await flight.until(lambda: not any(vehicle.is_moving() for vehicle in flight.fleet.members.values()))
+    return flight.mission.sortie.context.flight
+
+
 async def test_of_two_that_come_too_close_the_later_mover_is_held() -> None:
     flight = prepare()
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.view.steps()) == 2)
-        await flight.commands.act(Action.PAUSE, None)
-        await flight.until(lambda: not any(vehicle.is_moving() for vehicle in flight.fleet.members.values()))
+        await hovering(flight)
         still, drifting = flight.fleet.members[2], flight.fleet.members[3]
         flight.mission.sortie.context.roster.select([3])[0].sent_at_s = flight.clock.now_s()
         drifting.speed_mps = 2.0
@@ -156,10 +163,7 @@ async def test_a_vehicle_held_on_its_way_is_not_crossed_by_another() -> None:
     """Held by the vetting, it flies on to its former waypoint."""
     flight = prepare()
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.view.steps()) == 2)
-        await flight.commands.act(Action.PAUSE, None)
-        await flight.until(lambda: not any(vehicle.is_moving() for vehicle in flight.fleet.members.values()))
-        control = flight.mission.sortie.context.flight
+        control = await hovering(flight)
         crossed, crossing = flight.fleet.members[2], flight.fleet.members[1]
         start_enu_m = crossed.position_enu_m()
         await control.send(control.vet({2: start_enu_m + np.array([20.0, 0.0, 0.0])}))
@@ -179,10 +183,7 @@ async def test_a_vehicle_held_on_its_way_is_not_crossed_by_another() -> None:
 async def test_a_vehicle_that_brakes_counts_where_it_will_stop() -> None:
     flight = prepare()
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.view.steps()) == 2)
-        await flight.commands.act(Action.PAUSE, None)
-        await flight.until(lambda: not any(vehicle.is_moving() for vehicle in flight.fleet.members.values()))
-        control = flight.mission.sortie.context.flight
+        control = await hovering(flight)
         braking, other = flight.fleet.members[2], flight.fleet.members[1]
         start_enu_m = braking.position_enu_m()
         await flight.commands.act(Action.HOLD, (2,))

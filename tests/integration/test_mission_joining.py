@@ -33,11 +33,26 @@ async def heard(flight: Flight, vehicle_id: int) -> None:
     await flight.clock.sleep(5.0)
 
 
+async def paused(flight: Flight) -> None:
+    """Pause the mission after its first step."""
+    await flight.until(lambda: len(flight.view.steps()) == 1)
+    await flight.commands.act(Action.PAUSE, None)
+
+
+async def climbing(flight: Flight) -> FakeVehicle:
+    """Pause the mission, and have one more vehicle join; return it on its way up."""
+    await paused(flight)
+    vehicle = switch_on(flight, 5)
+    await heard(flight, 5)
+    await flight.commands.act(Action.JOIN, (5,))
+    await flight.until(lambda: vehicle.position_enu_m()[2] > 20.0)
+    return vehicle
+
+
 async def test_a_replacement_takes_the_layer_of_the_one_that_left_and_flies_with_the_swarm() -> None:
     flight = prepare()
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.view.steps()) == 1)
-        await flight.commands.act(Action.PAUSE, None)
+        await paused(flight)
         layers_m = {v.telemetry.vehicle_id: v.layer_height_m for v in flight.view.snapshot().vehicles}
         flight.fleet.members[2].battery_fraction = 0.1
         await flight.until(lambda: flight.task(2) is Task.LANDED)
@@ -60,8 +75,7 @@ async def test_a_replacement_takes_the_layer_of_the_one_that_left_and_flies_with
 async def test_one_more_takes_the_lowest_layer_that_is_free() -> None:
     flight = prepare()
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.view.steps()) == 1)
-        await flight.commands.act(Action.PAUSE, None)
+        await paused(flight)
         switch_on(flight, 5)
         await heard(flight, 5)
         with pytest.raises(MissionError, match="no vehicle of this mission"):
@@ -77,8 +91,7 @@ async def test_one_more_takes_the_lowest_layer_that_is_free() -> None:
 async def test_who_joins_returns_by_itself_in_its_new_layer_also_when_it_has_flown_before() -> None:
     flight = prepare(preflight=PreflightSettings(upload_fence=True, set_return_height=True))
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.view.steps()) == 1)
-        await flight.commands.act(Action.PAUSE, None)
+        await paused(flight)
         flight.fleet.members[1].battery_fraction = flight.fleet.members[2].battery_fraction = 0.1
         await flight.until(lambda: [flight.task(1), flight.task(2)] == [Task.LANDED] * 2)
         flight.fleet.members[2].battery_fraction = 0.9
@@ -110,8 +123,7 @@ async def test_who_cannot_join_stays_on_the_ground_and_the_reason_is_told(
 ) -> None:
     flight = prepare()
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.view.steps()) == 1)
-        await flight.commands.act(Action.PAUSE, None)
+        await paused(flight)
         vehicle = switch_on(flight, 5)
         for name, value in change.items():
             setattr(vehicle, name, value)
@@ -130,12 +142,7 @@ async def test_who_cannot_join_stays_on_the_ground_and_the_reason_is_told(
 async def test_a_hold_of_all_stops_a_joining_vehicle_and_resume_makes_it_part_of_the_swarm() -> None:
     flight = prepare()
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.view.steps()) == 1)
-        await flight.commands.act(Action.PAUSE, None)
-        vehicle = switch_on(flight, 5)
-        await heard(flight, 5)
-        await flight.commands.act(Action.JOIN, (5,))
-        await flight.until(lambda: vehicle.position_enu_m()[2] > 20.0)
+        vehicle = await climbing(flight)
         await flight.commands.act(Action.HOLD, None)
         assert isinstance(vehicle.commands[-1], Hold)
         assert not vehicle.is_moving()
@@ -151,8 +158,7 @@ async def test_a_hold_of_all_stops_a_joining_vehicle_and_resume_makes_it_part_of
 async def test_who_is_still_being_checked_does_not_start_after_a_hold_or_a_return(action: Action) -> None:
     flight = prepare(preflight=PreflightSettings(upload_fence=True, set_return_height=True))
     async with flying(flight) as run, asyncio.TaskGroup() as group:
-        await flight.until(lambda: len(flight.view.steps()) == 1)
-        await flight.commands.act(Action.PAUSE, None)
+        await paused(flight)
         vehicle = switch_on(flight, 5)
         await heard(flight, 5)
         joining = group.create_task(flight.commands.act(Action.JOIN, (5,)))
@@ -171,12 +177,7 @@ async def test_who_is_still_being_checked_does_not_start_after_a_hold_or_a_retur
 async def test_a_return_brings_a_joining_vehicle_home_too() -> None:
     flight = prepare()
     async with flying(flight) as run:
-        await flight.until(lambda: len(flight.view.steps()) == 1)
-        await flight.commands.act(Action.PAUSE, None)
-        vehicle = switch_on(flight, 5)
-        await heard(flight, 5)
-        await flight.commands.act(Action.JOIN, (5,))
-        await flight.until(lambda: vehicle.position_enu_m()[2] > 20.0)
+        vehicle = await climbing(flight)
         await flight.commands.act(Action.RETURN, None)
         await run
     assert flight.task(5) is Task.LANDED
