@@ -72,7 +72,8 @@ class Fleet:
         while True:
             for vehicle, sock in zip(self._vehicles[1:], self._sockets[1:], strict=True):
                 vehicle.latitude_deg += random.uniform(-1e-6, 1e-6)
-                sock.send(vehicle.telemetry())
+                with suppress(ConnectionRefusedError):  # the service opens its link a little later than its API
+                    sock.send(vehicle.telemetry())
                 await asyncio.sleep(1.0 / RATE_HZ / len(self._vehicles))
 
     def move_first(self, latitude_deg: float) -> None:
