@@ -17,7 +17,7 @@ def recordings(
     folders: Annotated[
         list[Path],
         typer.Argument(
-            metavar="DIR...",
+            metavar="DIR",
             help="Folders with images/, poses.json, persons.json and, unless given, a terrain.",
         ),
     ],
