@@ -46,6 +46,7 @@ def integrate(
     frames: survey_options.FrameRange = None,
     ground: survey_options.Ground = None,
     sensor: survey_options.SensorName = None,
+    degrees: survey_options.Degrees = None,
     skip_broken: survey_options.SkipBroken = False,
     plane_z: autofocus_options.PlaneZ = None,
     tilt: surface_options.Tilt = None,
@@ -104,6 +105,7 @@ def integrate(
         frames=frames,
         ground_amsl_m=ground,
         sensor=sensor,
+        degrees=degrees,
         skip_broken=skip_broken,
     )
     georeference = _georeference(survey, dem)

@@ -18,6 +18,7 @@ from aos_gcs.geometry.distortion import LensDistortion, LensModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.geotags.sensors import Sensor
 from aos_gcs.surveys.conventions import NAMES, PoseConvention, parse_convention
+from aos_gcs.surveys.flir import Scene
 from aos_gcs.surveys.model import Survey, SurveyImage
 from aos_gcs.surveys.photos import read_photos
 from aos_gcs.surveys.poses_file import read_poses
@@ -112,6 +113,17 @@ SensorName = Annotated[
         rich_help_panel=PANEL,
     ),
 ]
+Degrees = Annotated[
+    str | None,
+    typer.Option(
+        "--degrees",
+        metavar="SETTINGS",
+        help="Read the temperatures of radiometric photographs of FLIR, degrees Celsius. SETTINGS are 'recorded', or "
+        "replace what the camera was set to: emissivity=0.97,distance=40,humidity=0.6,reflected=5,air=12 (metres, "
+        "share, degrees Celsius).",
+        rich_help_panel=PANEL,
+    ),
+]
 SkipBroken = Annotated[
     bool,
     typer.Option(
@@ -164,6 +176,7 @@ def open_survey(
     frames: str | None = None,
     ground_amsl_m: float | None = None,
     sensor: Sensor | None = None,
+    degrees: str | None = None,
     skip_broken: bool = False,
 ) -> Survey:
     """Open a recording; the number of skipped images is printed on standard error.
@@ -179,6 +192,8 @@ def open_survey(
             raise ConfigurationError("--ground applies to photographs with their own positions, not to --poses.")
         if sensor is not None:
             raise ConfigurationError("--sensor applies to photographs that tell their sensor, not to --poses.")
+        if degrees is not None:
+            raise ConfigurationError("--degrees applies to radiometric photographs, not to --poses.")
         survey = read_poses(
             poses,
             folder,
@@ -196,7 +211,13 @@ def open_survey(
         if ground_amsl_m is not None and not math.isfinite(ground_amsl_m):
             raise ConfigurationError(f"--ground must be a finite number of metres, got {ground_amsl_m}.")
         survey = read_photos(
-            folder, ground_amsl_m=ground_amsl_m, optics=camera, lens=lens, sensor=sensor, frames=chosen
+            folder,
+            ground_amsl_m=ground_amsl_m,
+            optics=camera,
+            lens=lens,
+            sensor=sensor,
+            frames=chosen,
+            scene=None if degrees is None else _scene(degrees),
         )
     report_skipped(len(survey.images) + len(survey.left_out), list(survey.left_out.items()))
     for remark in survey.remarks:
@@ -256,6 +277,33 @@ def _frames(text: str) -> slice:
     if not is_valid or step == 0 or (stop is not None and stop <= (start or 0)):
         raise ConfigurationError(f"--frames needs a range A:B[:STEP] of images counted from 0, got {text!r}.")
     return slice(start, stop, step)
+
+
+_SCENE = {
+    "emissivity": ("emissivity", 0.01, 1.0),
+    "distance": ("distance_m", 0.0, 10_000.0),
+    "humidity": ("humidity", 0.0, 1.0),
+    "reflected": ("reflected_c", -100.0, 100.0),
+    "air": ("air_c", -60.0, 60.0),
+}
+"""Settings of ``--degrees``: field, least and largest value."""
+
+
+def _scene(text: str) -> Scene:
+    """Return the conditions under which temperatures are read."""
+    values: dict[str, float] = {}
+    for part in [] if text.strip() == "recorded" else text.split(","):
+        name, _, value = part.partition("=")
+        if name.strip() not in _SCENE:
+            raise ConfigurationError(f"--degrees needs 'recorded' or NAME=VALUE of {', '.join(_SCENE)}, got {part!r}.")
+        field, least, most = _SCENE[name.strip()]
+        number = parse_numbers(value)
+        if len(number) != 1 or not least <= number[0] <= most:
+            raise ConfigurationError(
+                f"--degrees: {name.strip()} must lie between {least:g} and {most:g}, got {value!r}."
+            )
+        values[field] = number[0]
+    return Scene(**values)
 
 
 def _distortion(lens: str | None, fisheye: str | None) -> LensDistortion | None:

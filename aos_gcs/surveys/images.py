@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from aos_gcs.errors import InputDataError
 from aos_gcs.image_headers import FileContent, TornImageError, is_cut_off, picture_sizes
 from aos_gcs.imaging.model import Frame
+from aos_gcs.surveys.flir import Scene, read_radiometric
 from aos_gcs.surveys.model import SurveyImage
 
 SUFFIXES = frozenset({".png", ".jpg", ".jpeg", ".tif", ".tiff"})
@@ -23,7 +24,7 @@ SUFFIXES = frozenset({".png", ".jpg", ".jpeg", ".tif", ".tiff"})
 MAX_PIXELS = 250_000_000
 """Largest image that is decoded; a small file can claim, and compress, far more."""
 
-GREY, COLOURS = ("grey",), ("red", "green", "blue")
+GREY, COLOURS, THERMAL = ("grey",), ("red", "green", "blue"), ("thermal",)
 _VALUES = {"uint8": "8-bit", "uint16": "16-bit", "float32": "32-bit floating-point"}
 """Names of the types of values that are read."""
 
@@ -60,7 +61,7 @@ def read_frame(image: SurveyImage, bands: tuple[str, ...], vehicle_id: int = 0) 
         InputDataError: if it is missing, unreadable, incomplete, or has not the size of its camera, the bands, or the
             type of values of its recording.
     """
-    pixels = read_image(image.path)
+    pixels = read_image(image.path) if image.scene is None else read_celsius(image.path, image.scene)
     if bands == GREY:
         pixels = _without_equal_bands(pixels)
     expected = image.camera.height_px, image.camera.width_px, len(bands)
@@ -109,6 +110,20 @@ def read_image(path: Path) -> NDArray[Any]:
     if image.ndim == 2:
         return np.asarray(image[:, :, np.newaxis])
     return np.ascontiguousarray(image[:, :, 2::-1])
+
+
+def read_celsius(path: Path, scene: Scene) -> NDArray[np.float32]:
+    """Return the temperatures of a radiometric photograph, degrees Celsius, shape (H, W, 1).
+
+    Raises:
+        InputDataError: if it is missing, or has none that can be read.
+    """
+    try:
+        return read_radiometric(path.read_bytes()).celsius(scene)[:, :, np.newaxis]
+    except OSError as error:
+        raise InputDataError(f"The image {path} cannot be read: {error.strerror}.") from error
+    except InputDataError as error:
+        raise InputDataError(f"The image {path} has no temperatures: {error}.") from error
 
 
 def check_image(path: Path) -> None:

@@ -18,7 +18,8 @@ from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.geotags.photo import Geotag, read_geotag
 from aos_gcs.geotags.sensors import Sensor
-from aos_gcs.surveys.images import bands_of, check_image, read_image
+from aos_gcs.surveys.flir import Scene, read_radiometric
+from aos_gcs.surveys.images import THERMAL, bands_of, check_image, read_image
 from aos_gcs.surveys.model import Survey, SurveyImage
 
 _ALIKE_FOV = 1.3
@@ -46,6 +47,7 @@ def read_photos(
     lens: LensDistortion | None = None,
     sensor: Sensor | None = None,
     frames: slice = slice(None),
+    scene: Scene | None = None,
 ) -> Survey:
     """Read the geotags of all JPEG files of a folder and of the folders in it.
 
@@ -59,6 +61,7 @@ def read_photos(
         lens: lens of all photographs; replaces that of the intrinsics.
         sensor: leaves out the pictures of other sensors; needed where a folder has those of several.
         frames: photographs that are looked at, in the order of their names, those of a folder together.
+        scene: conditions under which temperatures are read from radiometric photographs; None: pictures are read.
 
     Raises:
         InputDataError: if there is no photograph, none can be used, or several sensors have taken them; the text names
@@ -80,10 +83,10 @@ def read_photos(
     bands: tuple[str, ...] | None = None
     for path in paths:
         try:
-            photo = _read(path, ground_amsl_m, optics, lens)
+            photo = _read(path, ground_amsl_m, optics, lens, scene)
             _refuse_other_sensor(photo.tag.sensor, sensor)
             _refuse_copy(path, [known.path for known in photos])
-            bands = bands or bands_of(read_image(path))
+            bands = bands or (bands_of(read_image(path)) if scene is None else THERMAL)
         except InputDataError as error:
             left_out[path.relative_to(folder).as_posix()] = str(error)
             continue
@@ -98,9 +101,8 @@ def read_photos(
         photos[0].tag.longitude_deg,
         float(np.median([photo.ground_amsl_m for photo in photos])),
     )
-    return Survey(
-        tuple(_placed(photo, LocalFrame(origin)) for photo in photos), bands, origin, left_out, remarks=_remarks(photos)
-    )
+    images = tuple(replace(_placed(photo, LocalFrame(origin)), scene=scene) for photo in photos)
+    return Survey(images, bands, origin, left_out, remarks=_remarks(photos))
 
 
 def _photographs_in(folder: Path) -> list[Path]:
@@ -136,12 +138,36 @@ def _remarks(photos: Sequence[_Photo]) -> tuple[str, ...]:
     return tuple(remarks)
 
 
+def _radiometric_camera(path: Path, tag: Geotag, optics: float | Intrinsics | None, scene: Scene) -> CameraModel:
+    """Return the camera of the temperatures of a photograph, which may have another size than its picture.
+
+    Raises:
+        InputDataError: if it has no temperatures.
+    """
+    image = read_radiometric(path.read_bytes())
+    image.celsius(scene)
+    height_px, width_px = image.counts.shape
+    if isinstance(optics, Intrinsics):
+        return optics.camera(width_px, height_px)
+    fov_rad = optics or image.horizontal_fov_rad or tag.camera().horizontal_fov_rad
+    return CameraModel.from_fov(width_px, height_px, fov_rad)
+
+
 def _read(
-    path: Path, ground_amsl_m: float | None, optics: float | Intrinsics | None, lens: LensDistortion | None
+    path: Path,
+    ground_amsl_m: float | None,
+    optics: float | Intrinsics | None,
+    lens: LensDistortion | None,
+    scene: Scene | None,
 ) -> _Photo:
     check_image(path)
     tag = read_geotag(path)
-    camera = optics.camera(tag.width_px, tag.height_px) if isinstance(optics, Intrinsics) else tag.camera(optics)
+    if scene is not None:
+        camera = _radiometric_camera(path, tag, optics, scene)
+    elif isinstance(optics, Intrinsics):
+        camera = optics.camera(tag.width_px, tag.height_px)
+    else:
+        camera = tag.camera(optics)
     camera = replace(camera, distortion=lens or camera.distortion)
     if ground_amsl_m is not None:
         if tag.altitude_amsl_m is None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 import os
 import shutil
 from pathlib import Path
@@ -11,10 +12,12 @@ import cv2
 import numpy as np
 import pytest
 
+from aos_gcs.geometry.poses import Pose
 from aos_gcs.surveys.photos import read_photos
+from tests.fakes.flir_photographs import make_radiometric
 from tests.fakes.photographs import exif_block, write_photograph, xmp_packet
 from tests.fakes.recorded_flight import Flight, run
-from tests.fakes.survey_flight import FOCAL_35MM, Photographs
+from tests.fakes.survey_flight import CAMERA, FOCAL_35MM, Photographs, render
 
 
 @pytest.fixture
@@ -182,3 +185,45 @@ def test_rtk_accuracies_are_reported(tmp_path: Path, capfd: pytest.CaptureFixtur
     errors = capfd.readouterr().err
     assert "RTK positions of 6 of 6 photographs: median standard deviation 0.012 m horizontally, 0.025 m" in errors
     assert "1 of 6 photographs were taken without a fixed RTK solution; the first is 2.jpg" in errors
+
+
+def warm_ground(pose: Pose) -> np.ndarray:
+    return 12.0 + (render(pose, CAMERA).astype(np.float64) - 120.0) / 10.0
+
+
+def test_radiometric_photographs_become_degrees(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    photographs = Photographs(tmp_path)
+    photographs.out = tmp_path / "map.npy"
+    survey = read_photos(photographs.images)
+    fov_deg = math.degrees(CAMERA.horizontal_fov_rad)
+    for image in survey.images[:-1]:
+        make_radiometric(image.path, warm_ground(image.pose), fov_deg=fov_deg)
+    assert run(photographs.arguments("--ortho", 0.25)) == 0
+    shades = np.load(photographs.out)
+    assert run(photographs.arguments("--ortho", 0.25, "--degrees", "recorded")) == 0
+    errors = capfd.readouterr().err
+    assert "1 of 6 images are skipped; 5.jpg: it has no radiometric data of FLIR" in errors
+    degrees = np.load(photographs.out)
+    assert np.nanmean(degrees) == pytest.approx(12.0 + (np.nanmean(shades) - 120.0) / 10.0, abs=1.0)
+    assert run(photographs.arguments("--ortho", 0.25, "--degrees", "emissivity=0.8,reflected=-30")) == 0
+    assert np.nanmean(np.load(photographs.out)) > np.nanmean(degrees) + 2.0
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ("celsius", "--degrees needs 'recorded' or NAME=VALUE of emissivity, distance"),
+        ("emissivity=2", "--degrees: emissivity must lie between 0.01 and 1, got '2'"),
+        ("distance=", "--degrees: distance must lie between"),
+    ],
+)
+def test_settings_of_temperatures_are_checked(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], settings: str, words: str
+) -> None:
+    assert run(Photographs(tmp_path).arguments("--ortho", 0.5, "--degrees", settings)) == 2
+    assert words in capfd.readouterr().err
+
+
+def test_temperatures_of_poses_are_no_option(flight: Flight, capfd: pytest.CaptureFixture[str]) -> None:
+    assert run(flight.arguments(degrees="recorded")) == 2
+    assert "--degrees applies to radiometric photographs, not to --poses" in capfd.readouterr().err
