@@ -103,6 +103,13 @@ def calibrate(
         [*np.degrees(result.boresight_rad), result.camera.fx_px, k1, k2, result.clock_offset_s], dtype=np.float64
     )
     _report(values, covariance, result.is_determined)
+    surprising = [label for label, is_far in zip(_LABELS, result.is_surprising, strict=True) if is_far]
+    if surprising:
+        typer.echo(
+            f"Unusually far from what was told: {', '.join(surprising)}. Check poses, --convention and field of view; "
+            "recorded poses that err by more than --position-sigma and --attitude-sigma can lead here, too.",
+            err=True,
+        )
     typer.echo(
         f"{result.points} points in {result.images} images; median residual {result.before_px:.2f} px before, "
         f"{result.after_px:.2f} px after"

@@ -97,6 +97,14 @@ def test_a_single_line_determines_neither_focal_length_nor_clock(
     assert "clock offset: not determined by this flight" in capfd.readouterr().out
 
 
+def test_a_result_far_from_what_was_told_is_doubted(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    truth = Truth(boresight_deg=(0.0, 12.0, 0.0), lens=(), focal_error=0.0, heights_m=(20.0,), headings_deg=(0.0, 90.0))
+    flight = CalibrationFlight(tmp_path, truth)
+    assert run(flight.arguments(tmp_path / "calibration.json")) == 0
+    captured = capfd.readouterr()
+    assert "Unusually far from what was told: pitch. Check poses" in captured.err
+
+
 def test_images_without_texture_are_refused(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     import cv2  # noqa: PLC0415
 

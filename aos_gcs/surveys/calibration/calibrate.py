@@ -27,6 +27,8 @@ MIN_OVERLAP = 0.25
 UNDETERMINED_SHARE = 0.5
 """Share of its first standard deviation that an unknown must be left with to count as not determined."""
 
+SURPRISING_SIGMAS = 3.0
+
 CLOCK = 6
 _ANGLES = slice(0, 3)
 
@@ -43,6 +45,8 @@ class Result:
     """Covariance of yaw, pitch, roll (rad), focal length (px), k1, k2 and clock offset (s), shape (7, 7)."""
     is_determined: NDArray[np.bool_]
     """Whether the flight tells an unknown; others stay as they were. Shape (7,)."""
+    is_surprising: NDArray[np.bool_]
+    """Whether an unknown differs from what was told by more than three of its first standard deviations. Shape (7,)."""
     images: int
     points: int
     before_px: float
@@ -173,6 +177,7 @@ def _result(adjusted: Adjusted, camera: CameraModel, fixed: NDArray[np.bool_], i
         float(common[CLOCK]),
         covariance,
         ~fixed[order],
+        np.abs(common[order]) > SURPRISING_SIGMAS * PRIOR_SIGMAS[order],
         images,
         points,
         adjusted.before_px,
