@@ -19,6 +19,9 @@ from aos_gcs.exports.files import check_writable, written_whole
 
 PANEL = "Calibration"
 
+MAX_ERROR_SIGMAS = 1.3
+"""Root mean square of the errors of recorded poses, in their standard deviations, from which these are doubted."""
+
 _LABELS = ("yaw", "pitch", "roll", "focal length", "k1", "k2", "clock offset")
 _DIGITS = ("{:.3f}°", "{:.3f}°", "{:.3f}°", "{:.2f} px", "{:.5f}", "{:.5f}", "{:.4f} s")
 
@@ -106,10 +109,19 @@ def calibrate(
     surprising = [label for label, is_far in zip(_LABELS, result.is_surprising, strict=True) if is_far]
     if surprising:
         typer.echo(
-            f"Unusually far from what was told: {', '.join(surprising)}. Check poses, --convention and field of view; "
-            "recorded poses that err by more than --position-sigma and --attitude-sigma can lead here, too.",
+            f"Unusually far from what was told: {', '.join(surprising)}. Check poses, --convention and field of view.",
             err=True,
         )
+    for option, sigma, errors in (
+        ("--position-sigma", position_sigma, result.position_error_sigmas),
+        ("--attitude-sigma", attitude_sigma, result.attitude_error_sigmas),
+    ):
+        if errors > MAX_ERROR_SIGMAS:
+            typer.echo(
+                f"Recorded poses err by more than {option} says, which bends the result: repeat with {option} "
+                f"{sigma * errors:.2g} or more.",
+                err=True,
+            )
     typer.echo(
         f"{result.points} points in {result.images} images; median residual {result.before_px:.2f} px before, "
         f"{result.after_px:.2f} px after"

@@ -105,6 +105,16 @@ def test_a_result_far_from_what_was_told_is_doubted(tmp_path: Path, capfd: pytes
     assert "Unusually far from what was told: pitch. Check poses" in captured.err
 
 
+def test_poses_that_err_more_than_is_said_are_named(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    truth = Truth(attitude_sigma_deg=1.5, heights_m=(20.0,), headings_deg=(0.0, 180.0))
+    flight = CalibrationFlight(tmp_path, truth)
+    arguments = flight.arguments(tmp_path / "calibration.json")
+    assert run([*arguments, "--attitude-sigma", "0.2"]) == 0
+    assert "Recorded poses err by more than --attitude-sigma says" in capfd.readouterr().err
+    assert run([*arguments, "--attitude-sigma", "2"]) == 0
+    assert "Recorded poses err" not in capfd.readouterr().err
+
+
 def test_images_without_texture_are_refused(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     import cv2  # noqa: PLC0415
 

@@ -36,6 +36,8 @@ PRIOR_SIGMAS = np.array([np.radians(3.0)] * 3 + [0.05, 0.1, 0.1, 0.3])
 ITERATIONS = 30
 CAUCHY_SIGMAS = 2.0
 MIN_SIGMA_PX = 0.2
+_LEAST_SHARE = 1e-9
+"""Smallest information on a point in one direction, as a share of that in the best."""
 _CONVERGED = 1e-3
 """Largest step, in standard deviations of the result, after which no further is made."""
 
@@ -63,6 +65,9 @@ class Adjusted:
     before_px: float
     """Median distance of measured and predicted places with the recorded poses and camera."""
     after_px: float
+    position_error_sigmas: float
+    """Root mean square of the errors of the recorded positions, in their standard deviations: about 1, or less."""
+    attitude_error_sigmas: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -197,7 +202,10 @@ def adjust(
         if (np.abs(step[:COMMON]) < _CONVERGED * np.sqrt(np.diag(covariance)) + 1e-12).all():
             break
     after_px = float(np.nanmedian(np.linalg.norm(residual, axis=1)))
-    return Adjusted(now.common, covariance, _sigma_px(residual), before_px, after_px)
+    errors = np.sqrt(np.mean((now.own / own_sigmas).reshape(-1, 2, 3) ** 2, axis=(0, 2)))
+    return Adjusted(
+        now.common, covariance, _sigma_px(residual), before_px, after_px, float(errors[0]), float(errors[1])
+    )
 
 
 def _sigma_px(residual: NDArray[np.float64]) -> float:
@@ -263,7 +271,9 @@ class _System:
     def _reduced(self, damping: float) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         """Return the normal equations without the points, the inverse blocks of these, and ``cross`` times them."""
         diagonal = np.einsum("mii->mi", self.N_points)
-        inverse = np.linalg.inv(self.N_points + np.eye(3) * (damping * diagonal + 1e-9)[:, np.newaxis, :])
+        # Points that hardly any parallax places would have no inverse.
+        least = _LEAST_SHARE * diagonal.max(axis=1, keepdims=True) + 1e-9
+        inverse = np.linalg.inv(self.N_points + np.eye(3) * (damping * diagonal + least)[:, np.newaxis, :])
         weighted = np.einsum("cmi,mij->cmj", self.cross, inverse)
         size = len(self.N)
         N = self.N + damping * np.diag(np.diag(self.N))
@@ -279,7 +289,10 @@ class _System:
 
     def covariance(self) -> NDArray[np.float64]:
         """Return the covariance of the common unknowns."""
-        covariance = np.linalg.inv(self._reduced(0.0)[0])[:COMMON, :COMMON]
+        reduced = self._reduced(0.0)[0]
+        # Unknowns in units of their own: those that are held weigh 1e18 times as much as others.
+        units = 1.0 / np.sqrt(np.diag(reduced))
+        covariance = (np.linalg.inv(reduced * np.outer(units, units)) * np.outer(units, units))[:COMMON, :COMMON]
         return np.asarray((covariance + covariance.T) / 2.0)
 
 

@@ -52,6 +52,9 @@ class Result:
     before_px: float
     """Median distance of measured and predicted places in the images, before and after."""
     after_px: float
+    position_error_sigmas: float
+    """Root mean square of the errors of the recorded positions that the images tell, in their standard deviations."""
+    attitude_error_sigmas: float
 
 
 def calibrate(
@@ -182,4 +185,6 @@ def _result(adjusted: Adjusted, camera: CameraModel, fixed: NDArray[np.bool_], i
         points,
         adjusted.before_px,
         adjusted.after_px,
+        adjusted.position_error_sigmas,
+        adjusted.attitude_error_sigmas,
     )
