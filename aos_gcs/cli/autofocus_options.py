@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated
 
 import numpy as np
 import typer
+from numpy.typing import NDArray
 
 from aos_gcs.cli.output import progress
 from aos_gcs.cli.survey_options import parse_numbers
@@ -16,7 +18,9 @@ from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.projection import Plane, project_points
 from aos_gcs.imaging.focus.autofocus import find_focus
 from aos_gcs.imaging.focus.region import FocusRegion, GroundRegion
+from aos_gcs.imaging.focus.terrain import find_terrain_focus
 from aos_gcs.imaging.model import Frame
+from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.imaging.undistort import seen_pixels
 from aos_gcs.surveys.images import LazyFrames
 from aos_gcs.surveys.model import Survey, SurveyImage
@@ -36,7 +40,8 @@ AutofocusRange = Annotated[
     str | None,
     typer.Option(
         metavar="LOW,HIGH",
-        help="Range of heights in which to search for the focal plane of the view, metres.",
+        help="Range of heights in which to search for the focal plane of the view, metres. With --dem: range of shifts "
+        "of the terrain.",
         rich_help_panel=PANEL,
     ),
 ]
@@ -45,6 +50,15 @@ FocusOn = Annotated[
     typer.Option(
         metavar="X0,Y0,X1,Y1",
         help="Rectangle of the ground that autofocus looks at instead of the view, metres in the world of the poses.",
+        rich_help_panel=PANEL,
+    ),
+]
+FocusStack = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE.png",
+        help="Also write the view integrated at twelve heights of the range of --autofocus, to choose one by eye; it "
+        "is written even where autofocus finds nothing.",
         rich_help_panel=PANEL,
     ),
 ]
@@ -70,9 +84,7 @@ class Autofocus:
         Raises:
             ConfigurationError: if nothing is found.
         """
-        middle = Plane((self.low_m + self.high_m) / 2)
-        seeing = [image for image in survey.images if _sees(image, region, middle)]
-        frames = _ShownFrames(LazyFrames(seeing, survey.bands, skip_broken))
+        frames = _frames(survey, region, Plane((self.low_m + self.high_m) / 2), skip_broken=skip_broken)
         result = find_focus(frames, region, self.low_m, self.high_m, tilt=self.tilt)
         if not result.found:
             raise ConfigurationError(
@@ -89,6 +101,19 @@ class Autofocus:
             err=True,
         )
         return result.plane
+
+    def terrain(self, survey: Survey, region: FocusRegion, terrain: Terrain, *, skip_broken: bool) -> Terrain:
+        """Return the terrain at the offset that a region is in focus on; the result is printed on standard error.
+
+        Where the frames do not tell the offset, the terrain stays where it is.
+        """
+        frames = _frames(survey, region, terrain, skip_broken=skip_broken)
+        result = find_terrain_focus(frames, region, terrain, self.low_m, self.high_m)
+        if not result.by_frames:
+            typer.echo("autofocus: not found: the frames do not tell the shift of the terrain; it is kept", err=True)
+            return terrain
+        typer.echo(f"autofocus: terrain shifted by {result.offset_m:+.2f} ± {result.sigma_m:.2f} m", err=True)
+        return terrain.moved(result.offset_m)
 
 
 def plane_or_autofocus(
@@ -126,8 +151,15 @@ class _ShownFrames:
                 advance(1)
 
 
-def _sees(image: SurveyImage, region: FocusRegion, plane: Plane) -> bool:
-    pixels = project_points(region.points_m(plane), image.camera, image.pose)
+def _frames(survey: Survey, region: FocusRegion, surface: Plane | Terrain, *, skip_broken: bool) -> _ShownFrames:
+    """Return the frames that see a region."""
+    points_m = region.points_m(surface)
+    seeing = [image for image in survey.images if _sees(image, points_m)]
+    return _ShownFrames(LazyFrames(seeing, survey.bands, skip_broken))
+
+
+def _sees(image: SurveyImage, points_m: NDArray[np.float64]) -> bool:
+    pixels = project_points(points_m, image.camera, image.pose)
     return bool(np.any(seen_pixels(pixels, image.camera)))
 
 

@@ -53,6 +53,7 @@ def integrate(
     autofocus: autofocus_options.AutofocusRange = None,
     focus_region: autofocus_options.FocusOn = None,
     focus_tilt: autofocus_options.FocusTilt = False,
+    focus_stack: autofocus_options.FocusStack = None,
     dem: surface_options.Dem = None,
     dem_offset: surface_options.DemOffset = None,
     view: surface_options.View = None,
@@ -95,6 +96,7 @@ def integrate(
         tilt=tilt,
         dem=dem,
         offset_m=dem_offset,
+        stack=focus_stack,
     )
     survey = open_survey(
         image_folder,

@@ -11,6 +11,7 @@ import numpy as np
 import typer
 
 from aos_gcs.cli.autofocus_options import PANEL, Autofocus, plane_or_autofocus
+from aos_gcs.cli.focus_stack import stack_heights_m, write_focus_stack
 from aos_gcs.cli.survey_options import parse_numbers
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.camera import CameraModel
@@ -19,6 +20,7 @@ from aos_gcs.geometry.projection import Plane
 from aos_gcs.imaging.focus.region import FocusRegion, ViewRegion
 from aos_gcs.imaging.model import GroundRaster
 from aos_gcs.imaging.surfaces.dem_files import is_geotiff, read_dem
+from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.imaging.views import FocalSurface
 from aos_gcs.surveys.model import Survey
 
@@ -41,7 +43,8 @@ Dem = Annotated[
     Path | None,
     typer.Option(
         metavar="FILE",
-        help="Terrain to focus on instead of a plane: .obj, .obj.gz or GeoTIFF (.tif).",
+        help="Terrain to focus on instead of a plane: .obj, .obj.gz or GeoTIFF (.tif). With --autofocus, the shift is "
+        "searched.",
         rich_help_panel=PANEL,
     ),
 ]
@@ -78,11 +81,13 @@ class FocusOptions:
     """Focal surface as given by the options; files are not read yet."""
 
     plane: float | Autofocus = 0.0
-    """Height of the plane or how to find it; unused with a terrain."""
+    """Height of the plane or how to find it; with a terrain only the latter is used."""
     slopes: tuple[float, float] = (0.0, 0.0)
     """Slopes of the plane: change of z per metre along x and along y."""
     dem: Path | None = None
     dem_offset_m: float = 0.0
+    stack: Path | None = None
+    """Contact sheet to write."""
 
     def surface(self, survey: Survey, virtual: tuple[CameraModel, Pose] | None, *, skip_broken: bool) -> FocalSurface:
         """Return the surface.
@@ -97,25 +102,55 @@ class FocusOptions:
         Raises:
             ConfigurationError, InputDataError: if a terrain cannot be read or placed, or autofocus finds no height.
         """
-        if self.dem is not None:
-            # A mesh has the coordinates of the poses already.
-            origin = survey.origin if is_geotiff(self.dem) else None
-            return read_dem(self.dem, origin, survey.R_file2world).moved(self.dem_offset_m)
+        terrain = self._terrain(survey)
         if not isinstance(self.plane, Autofocus):
-            return self._tilted(survey, self.plane)
-        region: FocusRegion
-        if self.plane.region is not None:
-            region = self.plane.region
-        elif virtual is not None:
-            region = ViewRegion.whole(*virtual)
-        else:
-            raise ConfigurationError("--autofocus of a map needs the place to focus on: --focus-region X0,Y0,X1,Y1.")
+            return self._tilted(survey, self.plane) if terrain is None else terrain
+        if self.stack is not None:
+            self._write_stack(self.stack, self.plane, survey, virtual, terrain, skip_broken=skip_broken)
+        region = _focus_region(self.plane, virtual)
+        if terrain is not None:
+            return self.plane.terrain(survey, region, terrain, skip_broken=skip_broken)
         plane = self.plane.plane(survey, region, skip_broken=skip_broken)
         return plane if self.plane.tilt else self._tilted(survey, plane.height_m)
+
+    def _terrain(self, survey: Survey) -> Terrain | None:
+        if self.dem is None:
+            return None
+        # A mesh has the coordinates of the poses already.
+        origin = survey.origin if is_geotiff(self.dem) else None
+        return read_dem(self.dem, origin, survey.R_file2world).moved(self.dem_offset_m)
+
+    def _write_stack(
+        self,
+        path: Path,
+        autofocus: Autofocus,
+        survey: Survey,
+        virtual: tuple[CameraModel, Pose] | None,
+        terrain: Terrain | None,
+        *,
+        skip_broken: bool,
+    ) -> None:
+        if virtual is None:
+            raise ConfigurationError("--focus-stack shows a view: give the virtual camera as --view INDEX.")
+        surfaces: list[tuple[str, FocalSurface]] = [
+            (f"z = {height_m:.1f} m", self._tilted(survey, height_m))
+            if terrain is None
+            else (f"terrain {height_m:+.1f} m", terrain.moved(height_m))
+            for height_m in stack_heights_m(autofocus.low_m, autofocus.high_m)
+        ]
+        write_focus_stack(path, survey, virtual, surfaces, skip_broken=skip_broken)
 
     def _tilted(self, survey: Survey, height_m: float) -> Plane:
         x_m, y_m, _ = np.mean([image.pose.position_enu_m for image in survey.images], axis=0)
         return Plane.through([x_m, y_m, height_m], *self.slopes)
+
+
+def _focus_region(autofocus: Autofocus, virtual: tuple[CameraModel, Pose] | None) -> FocusRegion:
+    if autofocus.region is not None:
+        return autofocus.region
+    if virtual is not None:
+        return ViewRegion.whole(*virtual)
+    raise ConfigurationError("--autofocus of a map needs the place to focus on: --focus-region X0,Y0,X1,Y1.")
 
 
 def focus_options(
@@ -127,22 +162,26 @@ def focus_options(
     tilt: str | None,
     dem: Path | None,
     offset_m: float | None,
+    stack: Path | None,
 ) -> FocusOptions:
     """Return the focal surface that ``--plane-z``, ``--autofocus``, ``--tilt`` and ``--dem`` with companions name.
 
     Raises:
         ConfigurationError: if a value is not valid, or options exclude each other.
     """
+    if stack is not None and autofocus is None:
+        raise ConfigurationError("--focus-stack requires the range of heights: --autofocus LOW,HIGH.")
+    if stack is not None and stack.suffix.lower() != ".png":
+        raise ConfigurationError(f"--focus-stack must name a .png file, got {stack}.")
     if dem is None:
         if offset_m is not None:
             raise ConfigurationError("--dem-offset requires --dem.")
         if focus_tilt and tilt is not None:
             raise ConfigurationError("--tilt and --focus-tilt exclude each other: give the tilt, or search for it.")
-        return FocusOptions(plane_or_autofocus(plane_z, autofocus, focus_region, tilt=focus_tilt), _slopes(tilt))
+        plane = plane_or_autofocus(plane_z, autofocus, focus_region, tilt=focus_tilt)
+        return FocusOptions(plane, _slopes(tilt), stack=stack)
     others = {
         "--plane-z": plane_z is not None,
-        "--autofocus": autofocus is not None,
-        "--focus-region": focus_region is not None,
         "--focus-tilt": focus_tilt,
         "--tilt": tilt is not None,
     }
@@ -151,7 +190,10 @@ def focus_options(
             raise ConfigurationError(f"--dem and {name} exclude each other: focus on a terrain or on a plane.")
     if offset_m is not None and not math.isfinite(offset_m):
         raise ConfigurationError(f"--dem-offset must be a finite number of metres, got {offset_m}.")
-    return FocusOptions(dem=dem, dem_offset_m=offset_m or 0.0)
+    if autofocus is None and focus_region is not None:
+        raise ConfigurationError("--focus-region requires --autofocus.")
+    found = 0.0 if autofocus is None else plane_or_autofocus(None, autofocus, focus_region, tilt=False)
+    return FocusOptions(found, dem=dem, dem_offset_m=offset_m or 0.0, stack=stack)
 
 
 def check_raster_options(ortho: float | None, view: int | None, size: int | None) -> None:

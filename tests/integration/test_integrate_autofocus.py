@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import pytest
 
-from aos_gcs.cli import main
+from aos_gcs.cli import focus_stack, main
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.geometry.projection import intersect_plane
@@ -107,6 +107,42 @@ def test_the_command_focuses_a_rendered_flight(
     assert 0.2 <= confidence <= 1.0
 
 
+def test_the_shift_of_a_terrain_is_found(flight: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    options = ["--autofocus", "-4,4", "--dem", str(level_terrain(tmp_path, 11.0))]
+    code, errors = run([*flight, *options], tmp_path / "integral.npy", capsys)
+    assert code == 0, errors
+    match = re.search(r"autofocus: terrain shifted by ([+-][\d.]+) ± ([\d.]+) m", errors)
+    assert match, errors
+    assert float(match[1]) == pytest.approx(1.0, abs=0.3)
+    assert abs(float(match[1]) - 1.0) < 3.0 * float(match[2])
+
+
+def test_a_terrain_stays_where_frames_do_not_tell_its_shift(
+    flight: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    terrain = str(level_terrain(tmp_path, 40.0))
+    code, errors = run([*flight, "--autofocus", "-4,4", "--dem", terrain], tmp_path / "kept.npy", capsys)
+    assert code == 0, errors
+    assert "autofocus: not found: the frames do not tell the shift of the terrain" in errors
+    code, errors = run([*flight, "--dem", terrain], tmp_path / "given.npy", capsys)
+    assert code == 0, errors
+    np.testing.assert_array_equal(np.load(tmp_path / "kept.npy"), np.load(tmp_path / "given.npy"))
+
+
+def test_a_contact_sheet_is_written_even_where_nothing_is_found(
+    flight: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    stack = tmp_path / "stack.png"
+    options = ["--autofocus", "1,2", "--focus-stack", str(stack)]
+    code, errors = run([*flight, *options], tmp_path / "integral.npy", capsys)
+    assert code == 2
+    assert "found no focal plane" in errors
+    picture = cv2.imread(str(stack), cv2.IMREAD_UNCHANGED)
+    assert picture.shape == (3 * (focus_stack.EDGE_PX + focus_stack.LABEL_PX), 4 * focus_stack.EDGE_PX, 4)
+    tiles = picture.reshape(3, -1, 4, focus_stack.EDGE_PX, 4).swapaxes(1, 2).reshape(12, -1)
+    assert len({tile.tobytes() for tile in tiles}) == 12
+
+
 @pytest.mark.parametrize(
     ("options", "says"),
     [
@@ -116,6 +152,7 @@ def test_the_command_focuses_a_rendered_flight(
         (["--autofocus", "7"], "needs two heights LOW,HIGH"),
         (["--autofocus", "9,4"], "needs two heights LOW,HIGH"),
         (["--autofocus", "low,high"], "needs two heights LOW,HIGH"),
+        (["--dem", "a.obj", "--focus-region", "0,0,1,1"], "--focus-region requires --autofocus"),
         (["--autofocus", "1,2"], "found no focal plane from 1 to 2 m"),
     ],
 )
@@ -152,6 +189,13 @@ def flight(tmp_path: Path) -> list[str]:
     poses = tmp_path / "poses.json"
     poses.write_text(json.dumps({"images": entries}))
     return [str(images), "--poses", str(poses), "--fov", "50", "--view", "2", "--size", "80"]
+
+
+def level_terrain(folder: Path, z_m: float) -> Path:
+    mesh = folder / "terrain.obj"
+    corners = [(-60, -60), (60, -60), (60, 60), (-60, 60)]
+    mesh.write_text("".join(f"v {x} {y} {z_m}\n" for x, y in corners) + "f 1 2 3\nf 1 3 4\n")
+    return mesh
 
 
 def run(arguments: list[str], out: Path, capsys: pytest.CaptureFixture[str]) -> tuple[int, str]:

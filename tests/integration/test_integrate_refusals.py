@@ -223,7 +223,15 @@ BAD_INPUT = {
     "no surface": (options(plane_z=None), "Give the focal plane as --plane-z"),
     "dem and plane": (options(dem="dem.obj"), "--dem and --plane-z exclude each other"),
     "dem and tilt": (options(plane_z=None, dem="dem.obj", tilt="1,1"), "--dem and --tilt exclude each other"),
-    "dem and autofocus": (options(plane_z=None, dem="a.obj", autofocus="1,2"), "--dem and --autofocus exclude"),
+    "dem and focus tilt": (
+        options(plane_z=None, dem="a.obj", autofocus="1,2", focus_tilt=True),
+        "--dem and --focus-tilt exclude",
+    ),
+    "focus stack without a range": (options(focus_stack="stack.png"), "--focus-stack requires the range"),
+    "focus stack of no picture": (
+        options(plane_z=None, autofocus="1,2", focus_stack="stack.tif"),
+        "--focus-stack must name a .png file",
+    ),
     "offset without dem": (options(dem_offset=1), "--dem-offset requires --dem"),
     "offset not finite": (options(plane_z=None, dem="a.obj", dem_offset="nan"), "--dem-offset must be a finite"),
     "origin incomplete": (options(plane_z=None, dem="a.tif", origin="48"), "--origin needs LATITUDE"),

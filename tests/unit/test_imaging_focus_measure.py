@@ -3,13 +3,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from aos_gcs.imaging.focus.measure import Agreement, FocusSignal, focus_signal
+from aos_gcs.imaging.focus.measure import MAX_GROUPS, Agreement, CameraGroups, FocusSignal, focus_signal
 
 
 def agreement_of(*frames: np.ndarray) -> Agreement:
-    total = Agreement(*frames[0].shape)
-    for frame in frames:
-        total.add(frame.astype(np.float32))
+    total = Agreement(*frames[0].shape, groups=len(frames))
+    for index, frame in enumerate(frames):
+        total.add(frame.astype(np.float32), index)
     return total
 
 
@@ -84,3 +84,24 @@ def test_the_anomaly_signal_sees_warm_spots_and_no_texture() -> None:
     filtered = focus_signal(image, FocusSignal.ANOMALY)[:, :, 0]
     assert filtered[30:32, 20:22].min() > 0.2
     assert np.abs(filtered[:, 44:]).max() < 0.01
+
+
+def test_cameras_close_together_are_one_group() -> None:
+    groups = CameraGroups(4.0)
+    assert [groups.add(np.array([x, 0.0, 30.0])) for x in (0.0, 1.0, 5.0, 3.0, 9.5, 0.5)] == [0, 0, 1, 1, 2, 0]
+
+
+def test_there_are_no_more_groups_than_room() -> None:
+    groups = CameraGroups(0.0)
+    indices = [groups.add(np.array([float(x), 0.0, 0.0])) for x in range(2 * MAX_GROUPS)]
+    assert indices == [*range(MAX_GROUPS), *[MAX_GROUPS - 1] * MAX_GROUPS]
+
+
+def test_frames_of_one_group_are_not_compared() -> None:
+    rng = np.random.default_rng(0)
+    crown, other = rng.normal(size=(2, 4000, 1)).astype(np.float32)
+    total = Agreement(4000, 1, groups=2)
+    for samples, group in ((crown, 0), (crown, 0), (other, 1)):
+        total.add(samples, group)
+    assert abs(total.value()) < 0.1
+    assert total.scatter(1.0) == pytest.approx(np.sqrt(2.0 / (4 * 4000)))

@@ -15,9 +15,17 @@ from numpy.typing import NDArray
 
 from aos_gcs.errors import ImagingError
 from aos_gcs.geometry.projection import Plane, project_points
-from aos_gcs.imaging.focus.measure import CORRELATION_AREA_PX, Agreement, FocusSignal, focus_signal
+from aos_gcs.imaging.focus.measure import (
+    CORRELATION_AREA_PX,
+    MAX_GROUPS,
+    Agreement,
+    CameraGroups,
+    FocusSignal,
+    focus_signal,
+)
 from aos_gcs.imaging.focus.region import FocusRegion
 from aos_gcs.imaging.model import Frame
+from aos_gcs.imaging.surfaces.terrain import Terrain
 
 FINEST_REDUCTION = 2
 """Pixels per side of the blocks that are averaged first: what is finer seldom survives the errors of poses."""
@@ -35,6 +43,12 @@ The best of some dozens of heights reaches 3 by chance.
 """
 
 MIN_CONFIDENCE = 0.2
+
+MIN_PARALLAX = 0.1
+"""Distance of two cameras, as a share of their distance to the region, from which their frames are compared."""
+
+MIN_SPREAD_GROUPS = 4.0
+"""Groups that an aperture smaller than that is divided into."""
 
 MAX_SLOPE = math.tan(math.radians(30.0))
 
@@ -79,13 +93,26 @@ class _Peak:
 
 
 @dataclass(frozen=True, slots=True)
-class _Geometry:
+class FocusGeometry:
     """Geometry that determines the depth of field."""
 
     sampling_m: float
     """Ground sampling distance at the region."""
     spread: float
     """Spread of the cameras about the region: metres on the plane by which frames part per metre of height."""
+    distance_m: float
+    """Depth of the region below the cameras."""
+    cameras: int
+
+    @property
+    def separation_m(self) -> float:
+        """Distance from which frames of two cameras are compared: nearer ones see crowns alike on any surface.
+
+        0 for a few cameras: there all pairs are needed.
+        """
+        if self.cameras <= MAX_GROUPS:
+            return 0.0
+        return self.distance_m * min(MIN_PARALLAX, self.spread / MIN_SPREAD_GROUPS)
 
     def step_m(self, reduction: int) -> float:
         """Height in which the outermost frames part by the width of the structure that the filter lets through."""
@@ -118,7 +145,7 @@ def find_focus(
     """
     if not (math.isfinite(low_m) and math.isfinite(high_m) and low_m < high_m):
         raise ImagingError(f"The range of heights must be finite and ascending, got {low_m:g} to {high_m:g} m.")
-    search = _Search(frames, region, signal, _geometry(frames, region, (low_m + high_m) / 2))
+    search = _Search(frames, region, signal, focus_geometry(frames, region, (low_m + high_m) / 2))
     reduction = FINEST_REDUCTION
     while (high_m - low_m) / search.geometry.step_m(reduction) > MAX_SCAN_HEIGHTS:
         reduction *= 2
@@ -141,32 +168,36 @@ def find_focus(
 def focus_curve(
     frames: Iterable[Frame],
     region: FocusRegion,
-    planes: Sequence[Plane],
+    surfaces: Sequence[Plane | Terrain],
     *,
     signal: FocusSignal = FocusSignal.TEXTURE,
     reduction: int = 1,
+    separation_m: float = 0.0,
 ) -> FocusCurve:
-    """Return the agreement of frames on some planes, in one pass through the frames.
+    """Return the agreement of frames on some surfaces, in one pass through the frames.
 
     Args:
         frames: at least two, all with the same bands.
         region: points to compare.
-        planes: at least one.
+        surfaces: at least one.
         signal: property of the frames to compare.
         reduction: edge of the blocks of pixels that are averaged first.
+        separation_m: distance of cameras below which their frames are not compared.
 
     Raises:
         ImagingError: if there are fewer than two frames.
     """
-    surfaces = [region.points_m(plane) for plane in planes]
+    lattices = [region.points_m(surface) for surface in surfaces]
+    groups = CameraGroups(separation_m)
     sums: list[Agreement] = []
     patches = []
     for frame in frames:
         image = focus_signal(frame.image, signal, reduction)
-        sums = sums or [Agreement(len(points), image.shape[2]) for points in surfaces]
-        for total, points in zip(sums, surfaces, strict=True):
+        sums = sums or [Agreement(len(points), image.shape[2]) for points in lattices]
+        group = groups.add(frame.pose.position_enu_m)
+        for total, points in zip(sums, lattices, strict=True):
             pixels = project_points(points, frame.camera, frame.pose)
-            total.add(_sample(image, pixels, reduction))
+            total.add(_sample(image, pixels, reduction), group)
         patches.append(CORRELATION_AREA_PX * reduction**2 / _pixels_per_point(pixels))
     if len(patches) < 2:
         raise ImagingError(f"Focusing needs at least two frames, got {len(patches)}.")
@@ -179,14 +210,21 @@ class _Search:
     frames: Iterable[Frame]
     region: FocusRegion
     signal: FocusSignal
-    geometry: _Geometry
+    geometry: FocusGeometry
 
     def plane(self, height_m: float, slopes: tuple[float, float] = (0.0, 0.0)) -> Plane:
         """Return the plane that has this height at the region's centre."""
         return Plane.through(self.region.centre_m(height_m), *slopes) if any(slopes) else Plane(height_m)
 
     def curve(self, planes: Sequence[Plane], reduction: int) -> FocusCurve:
-        return focus_curve(self.frames, self.region, planes, signal=self.signal, reduction=reduction)
+        return focus_curve(
+            self.frames,
+            self.region,
+            planes,
+            signal=self.signal,
+            reduction=reduction,
+            separation_m=self.geometry.separation_m,
+        )
 
     def refine(self, candidates_m: Sequence[float], step_m: float, reduction: int) -> tuple[float, float]:
         """Return the best height and its agreement, looked for about each candidate with ever finer structure."""
@@ -233,15 +271,17 @@ class _Search:
         return best, curve
 
 
-def _geometry(frames: Iterable[Frame], region: FocusRegion, height_m: float) -> _Geometry:
+def focus_geometry(frames: Iterable[Frame], region: FocusRegion, height_m: float) -> FocusGeometry:
+    """Return the geometry of a region's view; it raises an ``ImagingError`` if fewer than two cameras look at it."""
     centre_m = region.centre_m(height_m)
-    samplings_m, directions = [], []
+    samplings_m, directions, depths_m = [], [], []
     for frame in frames:
         gap_m = centre_m - frame.pose.position_enu_m
         depth_m = float(gap_m @ frame.pose.R_cam2enu[:, 2])
         if depth_m > 0.0 and gap_m[2] != 0.0:
             samplings_m.append(depth_m / frame.camera.fx_px)
             directions.append(gap_m[:2] / gap_m[2])
+            depths_m.append(depth_m)
     if len(directions) < 2:
         raise ImagingError(
             f"Fewer than two cameras have the region to focus on in front of them at a height of {height_m:g} m: "
@@ -249,7 +289,8 @@ def _geometry(frames: Iterable[Frame], region: FocusRegion, height_m: float) -> 
         )
     variance = np.linalg.eigvalsh(np.cov(np.array(directions).T)).max()
     # A line of evenly spaced cameras is sqrt(12) times as long as its standard deviation.
-    return _Geometry(float(np.median(samplings_m)), math.sqrt(12.0 * max(float(variance), 0.0)))
+    spread = math.sqrt(12.0 * max(float(variance), 0.0))
+    return FocusGeometry(float(np.median(samplings_m)), spread, float(np.median(depths_m)), len(depths_m))
 
 
 def _sample(image: NDArray[np.float32], pixels: NDArray[np.float64], reduction: int) -> NDArray[np.float32]:

@@ -26,6 +26,9 @@ height."""
 CORRELATION_AREA_PX = 4.0 * math.pi * FINE_SIGMA_PX**2
 """Pixels of a filtered frame that vary together."""
 
+MAX_GROUPS = 16
+"""Groups of cameras that are told apart."""
+
 RX_QUANTILE = 0.998
 """Quantile of a frame's scores: ten times as many marks as detection allows, as chance ones do not agree on any
 height."""
@@ -60,21 +63,44 @@ def focus_signal(image: Pixels, signal: FocusSignal, reduction: int = 1) -> NDAr
     return np.stack(planes, axis=2)
 
 
+class CameraGroups:
+    """Groups of cameras that are at least some distance apart, formed in the order in which cameras are added."""
+
+    def __init__(self, separation_m: float) -> None:
+        self._separation_m = separation_m
+        self._first_m: list[NDArray[np.float64]] = []
+
+    def add(self, position_m: NDArray[np.float64]) -> int:
+        """Return the group of a camera: the nearest within the separation, or a new one while there may be more."""
+        distances_m = [float(np.linalg.norm(position_m - first_m)) for first_m in self._first_m]
+        nearest = int(np.argmin(distances_m)) if distances_m else 0
+        is_new = not distances_m or distances_m[nearest] >= self._separation_m
+        if is_new and len(self._first_m) < MAX_GROUPS:
+            self._first_m.append(position_m)
+            return len(self._first_m) - 1
+        return nearest
+
+
 class Agreement:
-    """Running sums over frames at the points of a focal surface."""
+    """Running sums over frames at the points of a focal surface.
 
-    def __init__(self, points: int, channels: int) -> None:
-        self._sum = np.zeros((points, channels))
+    Only frames of different groups are compared: cameras close together see crowns alike on any surface.
+    """
+
+    def __init__(self, points: int, channels: int, groups: int = MAX_GROUPS) -> None:
+        self._sums = np.zeros((groups, points, channels), dtype=np.float32)
         self._squares = np.zeros(channels)
-        self._coverage = np.zeros(points)
+        self._coverage = np.zeros((groups, points), dtype=np.float32)
+        self._used = 0
 
-    def add(self, samples: NDArray[np.float32]) -> None:
+    def add(self, samples: NDArray[np.float32], group: int) -> None:
         """Add what one frame shows at the points, shape (points, channels); NaN where it does not cover a point."""
         covered = np.isfinite(samples).all(axis=1)
-        known = samples[covered].astype(np.float64)
-        self._sum[covered] += known
-        self._squares += np.sum(known**2, axis=0)
-        self._coverage += covered
+        known = samples[covered]
+        self._sums[group, covered] += known
+        self._squares += np.sum(known.astype(np.float64) ** 2, axis=0)
+        self._coverage[group] += covered
+        self._used = max(self._used, group + 1)
 
     def value(self) -> float:
         """Return the mean correlation of all pairs of frames: 1 when all are equal, about 0 by chance.
@@ -85,8 +111,8 @@ class Agreement:
         varies = self._squares > 0.0
         if pairs == 0.0 or not varies.any():
             return 0.0
-        products = np.sum(self._sum[:, varies] ** 2, axis=0) - self._squares[varies]
-        variances = self._squares[varies] / self._coverage.sum()
+        products = _across_groups(self._sums[: self._used])[varies]
+        variances = self._squares[varies] / self._coverage.sum(dtype=np.float64)
         return float(np.mean(products / pairs / variances))
 
     def scatter(self, points_per_patch: float) -> float:
@@ -99,8 +125,14 @@ class Agreement:
         return math.sqrt(2.0 * max(points_per_patch, 1.0) / pairs) if pairs > 0.0 else math.inf
 
     def _pairs(self) -> float:
-        """Ordered pairs of frames, summed over the points."""
-        return float(np.sum(self._coverage * (self._coverage - 1.0)))
+        """Ordered pairs of frames of different groups, summed over the points."""
+        return float(_across_groups(self._coverage[: self._used, :, np.newaxis])[0])
+
+
+def _across_groups(sums: NDArray[np.float32]) -> NDArray[np.float64]:
+    """Return the products of all pairs of groups, summed over the points: shape (channels,)."""
+    total = sums.sum(axis=0, dtype=np.float64)
+    return np.asarray(np.sum(total**2, axis=0) - np.sum(sums.astype(np.float64) ** 2, axis=(0, 1)))
 
 
 def _band_pass(channel: Pixels, size: tuple[int, int]) -> NDArray[np.float32]:

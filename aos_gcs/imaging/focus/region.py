@@ -12,17 +12,18 @@ from numpy.typing import NDArray
 from aos_gcs.errors import ImagingError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
-from aos_gcs.geometry.projection import Plane, intersect_plane
+from aos_gcs.geometry.projection import Plane, intersect_plane, pixel_rays
+from aos_gcs.imaging.surfaces.terrain import Terrain
 
 MAX_POINTS = 10_000
 """Points of a region: more make autofocus slower, and no better."""
 
 
 class FocusRegion(Protocol):
-    """A lattice of points that can be laid on any focal plane."""
+    """A lattice of points that can be laid on any focal surface."""
 
-    def points_m(self, plane: Plane) -> NDArray[np.float64]:
-        """Return the points on a plane, shape (n, 3), NaN where there are none; n does not depend on the plane."""
+    def points_m(self, surface: Plane | Terrain) -> NDArray[np.float64]:
+        """Return the points on a surface, shape (n, 3), NaN where there are none; n does not depend on the surface."""
         ...
 
     def centre_m(self, height_m: float) -> NDArray[np.float64]:
@@ -46,10 +47,10 @@ class GroundRegion:
     def __post_init__(self) -> None:
         _check_area(self.min_x_m, self.min_y_m, self.max_x_m, self.max_y_m, "m")
 
-    def points_m(self, plane: Plane) -> NDArray[np.float64]:
-        """Return the points on a plane, shape (n, 3)."""
+    def points_m(self, surface: Plane | Terrain) -> NDArray[np.float64]:
+        """Return the points on a surface, shape (n, 3); z is NaN where a terrain is unknown."""
         x, y = _lattice(self.min_x_m, self.min_y_m, self.max_x_m, self.max_y_m).T
-        return np.column_stack((x, y, plane.z_m(x, y)))
+        return np.column_stack((x, y, surface.z_m(x, y)))
 
     def centre_m(self, height_m: float) -> NDArray[np.float64]:
         """Return the centre at a height, shape (3,)."""
@@ -77,9 +78,12 @@ class ViewRegion:
         """Return all of a view."""
         return cls(camera, pose, (-0.5, -0.5, camera.width_px - 0.5, camera.height_px - 0.5))
 
-    def points_m(self, plane: Plane) -> NDArray[np.float64]:
-        """Return the points on a plane, shape (n, 3); NaN for rays that never meet it."""
-        return intersect_plane(_lattice(*self.window_px), self.camera, self.pose, plane)
+    def points_m(self, surface: Plane | Terrain) -> NDArray[np.float64]:
+        """Return the points on a surface, shape (n, 3); NaN for rays that never meet it."""
+        pixels = _lattice(*self.window_px)
+        if isinstance(surface, Terrain):
+            return surface.intersect(self.pose.position_enu_m, pixel_rays(pixels, self.camera, self.pose))
+        return intersect_plane(pixels, self.camera, self.pose, surface)
 
     def centre_m(self, height_m: float) -> NDArray[np.float64]:
         """Return where the ray through the window's centre meets the plane z = height, shape (3,); NaN if nowhere."""
