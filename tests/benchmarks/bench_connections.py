@@ -24,7 +24,7 @@ import statistics
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from multiprocessing.queues import Queue
 from multiprocessing.synchronize import Event
@@ -39,7 +39,7 @@ from websockets.sync.client import ClientConnection, connect
 from aos_gcs.config.file import parse_config
 from aos_gcs.mission.health import LoopMonitor
 from aos_gcs.runtime.service import open_service
-from tests.benchmarks.bench_flood import HOST, fly
+from tests.benchmarks.bench_flood import HOST, FlyingVehicle
 from tests.benchmarks.figures import report
 
 ATTACKERS = 5
@@ -59,6 +59,8 @@ FOLLOW = (
     b"Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n"
 )
 FIRST_WORDS = (FOLLOW, HALF, ASK)
+Flight = tuple[Event, "Queue[list[float]]"]
+"""Event that begins a flight of the vehicle, and where the gaps between its heartbeats come."""
 Answer = str | tuple[list[float], list[float]]
 """What an attacker has opened, or how long an operator's holds have taken by both ways, in milliseconds."""
 
@@ -129,7 +131,7 @@ async def main(connections: int, duration_s: float, folder: Path) -> None:
     for number in range(ATTACKERS):
         share = connections // ATTACKERS
         others.append(multiprocessing.Process(target=attack, args=(port, number, share, begin, answers), daemon=True))
-    vehicles = [fly_later(link_port, span_s) for span_s in (duration_s / 3, duration_s)]
+    vehicles = fly_later(link_port, (duration_s / 3, duration_s))
     for other in others:
         other.start()
     async with open_service(config) as service, asyncio.TaskGroup() as group:
@@ -153,17 +155,19 @@ async def main(connections: int, duration_s: float, folder: Path) -> None:
         flying.cancel()
 
 
-def fly_later(link_port: int, duration_s: float) -> tuple[Event, Queue[list[float]]]:
-    """Start a process that is a vehicle once its event is set; return the event and where the gaps come."""
-    begin, gaps = multiprocessing.Event(), multiprocessing.Queue()
-    multiprocessing.Process(target=fly_when, args=(begin, link_port, duration_s, gaps), daemon=True).start()
-    return begin, gaps
+def fly_later(link_port: int, durations_s: Sequence[float]) -> list[Flight]:
+    """Start a process that is one vehicle in several flights; return their events, and where their gaps come."""
+    flights = [(multiprocessing.Event(), multiprocessing.Queue()) for _ in durations_s]
+    multiprocessing.Process(target=fly_when, args=(link_port, flights, durations_s), daemon=True).start()
+    return flights
 
 
-def fly_when(begin: Event, link_port: int, duration_s: float, gaps: Queue[list[float]]) -> None:
-    """Be a vehicle once an event is set."""
-    begin.wait()
-    fly(link_port, duration_s, gaps)
+def fly_when(link_port: int, flights: Sequence[Flight], durations_s: Sequence[float]) -> None:
+    """Be a vehicle, each time once an event is set."""
+    vehicle = FlyingVehicle(link_port)
+    for (begin, gaps), duration_s in zip(flights, durations_s, strict=True):
+        begin.wait()
+        gaps.put(vehicle.gaps_s(duration_s))
 
 
 async def measure(name: str, begin: Event, gaps: Queue[list[float]]) -> tuple[float, float]:

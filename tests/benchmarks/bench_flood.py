@@ -43,27 +43,38 @@ def flood(port: int, noise: str, size: int, bytes_per_s: float) -> None:
         time.sleep(max(0.0, start_s + sent / bytes_per_s - time.perf_counter()))
 
 
-def fly(port: int, duration_s: float, gaps_s: Queue[list[float]]) -> None:
-    """Report as an armed vehicle, and note the gaps between the heartbeats that arrive."""
-    vehicle, heard_s = FakeVehicle(1), []
-    vehicle.armed = True
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as link:
-        link.connect((HOST, port))
-        link.settimeout(PERIOD_S)
+class FlyingVehicle:
+    """An armed vehicle on one socket: its id belongs to the address that it has been heard from."""
+
+    def __init__(self, port: int) -> None:
+        self._vehicle = FakeVehicle(1)
+        self._vehicle.armed = True
+        self._link = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._link.connect((HOST, port))
+        self._link.settimeout(PERIOD_S)
+
+    def gaps_s(self, duration_s: float) -> list[float]:
+        """Report for a while, and return the gaps between the heartbeats that arrive."""
+        vehicle, heard_s = self._vehicle, []
         start_s = due_s = time.perf_counter()
         while time.perf_counter() < start_s + duration_s:
             if time.perf_counter() >= due_s:
                 due_s += PERIOD_S
                 vehicle.boot_ms += 100
-                link.send(vehicle.heartbeat() + vehicle.position())
+                self._link.send(vehicle.heartbeat() + vehicle.position())
             heartbeats = vehicle.heard_heartbeats
             try:
-                vehicle.hear(link.recv(4096))
+                vehicle.hear(self._link.recv(4096))
             except TimeoutError:
                 continue
             if vehicle.heard_heartbeats > heartbeats:
                 heard_s.append(time.perf_counter())
-    gaps_s.put([later_s - earlier_s for earlier_s, later_s in itertools.pairwise(heard_s)])
+        return [later_s - earlier_s for earlier_s, later_s in itertools.pairwise(heard_s)]
+
+
+def fly(port: int, duration_s: float, gaps_s: Queue[list[float]]) -> None:
+    """Tell the gaps between heartbeats at an armed vehicle."""
+    gaps_s.put(FlyingVehicle(port).gaps_s(duration_s))
 
 
 async def main(noise: str, size: int, bytes_per_s: float, duration_s: float) -> None:
