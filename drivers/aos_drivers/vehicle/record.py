@@ -205,6 +205,7 @@ class VehicleRecord:
         is_armed = bool(heartbeat.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED)
         if not telemetry.take_armed(is_armed, self.delay.sent_at_s(now_s)):
             return
+        telemetry.round_trip_s = self.clock.longest_delay_s(now_s)
         autopilot = self.autopilot = dialect_of(heartbeat)
         telemetry.mode, telemetry.mode_name = autopilot.mode(heartbeat)
         is_old = telemetry.text_at_s is not None and now_s - telemetry.text_at_s > _ARMING_TEXT_S

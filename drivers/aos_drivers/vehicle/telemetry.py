@@ -47,6 +47,8 @@ class Telemetry:
         self.mode_name = ""
         self.armed = False
         self.heartbeat_at_s: float | None = None
+        self.round_trip_s = 0.0
+        """Time that a question and its answer take at most now: a message that comes earlier may be older than it."""
         self.landed = LandedState.UNKNOWN
         self.landed_at_s: float | None = None
         self.position: GeodeticPosition | None = None

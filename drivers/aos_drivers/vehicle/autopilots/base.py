@@ -31,6 +31,8 @@ from aos_gcs.ports import (
 )
 
 HEIGHT_TOLERANCE_M = 1.0
+_LONGEST_ROUND_TRIP_S = 1.0
+"""Longest round trip that is waited for: without answers to requests none is known; later messages are dated."""
 REPEAT_S = 2.0
 """An accepted goto or mode is sent again while telemetry does not show it: the answer may have been to an older one."""
 _FRESH_S = 3.0
@@ -219,11 +221,13 @@ class MulticopterDialect(AutopilotDialect):
 def ask_mode(target: Target, now_s: float) -> Step:
     """Return the step that waits for a heartbeat: a change of mode would overrule a pilot who took over since the last.
 
-    Heartbeats come once a second where the request is not understood.
+    One that comes sooner than an answer can may have been sent before the pilot's change. Heartbeats come once a second
+    where the request is not understood.
     """
 
     def is_done(state: Telemetry, _now_s: float) -> bool:
-        return state.heartbeat_at_s is not None and state.heartbeat_at_s > now_s
+        earliest_s = now_s + min(state.round_trip_s, _LONGEST_ROUND_TRIP_S)
+        return state.heartbeat_at_s is not None and state.heartbeat_at_s > earliest_s
 
     message = command_long(target, mavlink.MAV_CMD_REQUEST_MESSAGE, float(mavlink.MAVLINK_MSG_ID_HEARTBEAT))
     ignored = frozenset(mavlink.enums["MAV_RESULT"]) - {mavlink.MAV_RESULT_ACCEPTED}
