@@ -77,7 +77,7 @@ def test_a_cluster_gives_what_one_process_gives(work: Work, tiles: list[MapTile]
 
 
 def test_an_error_of_a_worker_comes_back_as_it_is(work: Work, tiles: list[MapTile], address: str) -> None:
-    work.images[3].path.write_bytes(b"")
+    work.images[3].path.write_bytes(b"text")
     with remote_cluster(address) as client, pytest.raises(InputDataError, match=r"3\.png is not an image"):
         list(integrate_on_cluster(client, work, tiles, lambda _: None))
 
