@@ -15,7 +15,7 @@ from aos_gcs.lab.results import ResultFolder
 from aos_gcs.lab.studies import BETTER, STUDIES
 from tests.fakes.lab_rows import run_at
 
-NEEDED = ("integral", "static-300", "walking-1.5", "walking-4")
+NEEDED = ("integral", "static-300", "static-400", "static-500", "walking-1.5", "walking-4")
 """Studies that the tables of claims and goals are made of."""
 EVERY = tuple(study.name for study in STUDIES)
 
