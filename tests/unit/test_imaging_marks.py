@@ -12,7 +12,7 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.distortion import LensDistortion, LensModel
 from aos_gcs.geometry.poses import Pose, nadir_pose
 from aos_gcs.geometry.projection import intersect_plane, project_points
-from aos_gcs.imaging.detection.marks import Marks, project_marks
+from aos_gcs.imaging.detection.marks import NO_MARKS, Marks, project_marks
 from aos_gcs.imaging.model import FocalGrid, Frame
 from aos_gcs.imaging.views import grid_view
 
@@ -90,6 +90,20 @@ def test_membership_tells_cells_with_equal_sums_apart() -> None:
     marks = Marks(np.array([0, 2]), np.array([5, 3]))
     rows, columns = np.array([0, 1, 2, 3, 5]), np.array([5, 4, 3, 2, 0])
     np.testing.assert_array_equal(marks.among(rows, columns), [True, False, True, False, False])
+
+
+def test_membership_holds_for_marks_all_around_the_cells_and_in_any_order() -> None:
+    rng = np.random.default_rng(4)
+    own = rng.permutation(60 * 50)[:900]
+    marks, is_marked = Marks(*np.divmod(own, 50)), np.isin(np.arange(60 * 50), own).reshape(60, 50)
+    rows, columns = rng.integers(20, 40, 300), rng.integers(10, 30, 300)
+    np.testing.assert_array_equal(marks.among(rows, columns), is_marked[rows, columns])
+
+
+def test_nothing_is_marked_among_no_cells_or_by_no_marks() -> None:
+    nothing, some = np.empty(0, dtype=np.intp), np.array([3, 7])
+    assert Marks(some, some).among(nothing, nothing).shape == (0,)
+    assert not NO_MARKS.among(some, some).any()
 
 
 def test_a_mask_that_the_raster_does_not_hold_has_no_cells() -> None:

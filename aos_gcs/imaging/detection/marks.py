@@ -20,8 +20,15 @@ class Marks:
 
     def among(self, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> NDArray[np.bool_]:
         """Tell which of some cells are marked, shape (k,)."""
-        width = max(int(columns.max(initial=0)), int(self.columns.max(initial=0))) + 1
-        return np.asarray(np.isin(rows * width + columns, self.rows * width + self.columns))
+        if not rows.size or not self.rows.size:
+            return np.zeros(rows.size, dtype=np.bool_)
+        # Marks painted into the window of the cells: np.isin would sort all marks of the frame for every blob.
+        first_row, first_column = int(rows.min()), int(columns.min())
+        own_rows, own_columns = self.rows - first_row, self.columns - first_column
+        marked = np.zeros((int(rows.max()) - first_row + 1, int(columns.max()) - first_column + 1), dtype=np.bool_)
+        inside = (own_rows >= 0) & (own_rows < marked.shape[0]) & (own_columns >= 0) & (own_columns < marked.shape[1])
+        marked[own_rows[inside], own_columns[inside]] = True
+        return np.asarray(marked[rows - first_row, columns - first_column])
 
     def digest(self) -> str:
         """Return a text that is the same for the same marks and differs for others, 16 characters."""
