@@ -337,6 +337,23 @@ def test_two_tracks_of_one_body_are_announced_once(kind: FindingKind, text: str)
     assert kinds == [kind] * 2
 
 
+def test_another_track_of_a_person_who_is_watched_does_not_settle_its_place() -> None:
+    """The swarm lost a person two steps after it was announced, and searched on for minutes."""
+    tracker = TargetTracker(SETTINGS)
+    claims = Claims(SETTINGS.detection, _Notices(), tracker, Findings())
+    place = Geolocation(np.array([1.0, 20.0, 0.0]), 0.1 * np.eye(3), 0.1 * np.eye(3))
+    judgement = Judgement(Verdict(FindingKind.PERSON, 0.9, ()), place)
+    for step in range(8):
+        tracker.observe(analysis(seen(0.0, 20.0, 0.9), seen(2.0, 20.0)), STEP_S * (step + 1))
+        tracker.judge(dict.fromkeys(tracker.places_enu_m(), judgement))
+        watched = claims.announce()
+    assert watched is not None
+    assert [target.kind for target in tracker.estimates()] == [FindingKind.PERSON] * 2
+    assert claims.settled_enu_m == ()
+    claims.settle_target()
+    assert len(claims.settled_enu_m) >= 1
+
+
 def test_what_may_be_a_person_is_not_left_for_something_larger() -> None:
     tracker = TargetTracker(SETTINGS)
     claims = Claims(SETTINGS.detection, _Notices(), tracker, Findings())

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from collections.abc import Set as AbstractSet
 
 from aos_gcs.imaging.persons.decision import CLAIMED, FindingKind
-from aos_gcs.imaging.step.judgement import SETTLED_M
+from aos_gcs.imaging.step.judgement import SETTLED_BY_FEW_M, SETTLED_M
 from aos_gcs.mission.journal import Announcer
 from aos_gcs.mission.model.findings import KIND_NAMES, FindingStatus, TargetEstimate
 from aos_gcs.mission.search.findings import Findings
@@ -107,8 +107,11 @@ class Claims:
             if watched is None or is_present:
                 watched = target.track_id
         kept = {watched} if present is None else {watched, present.track_id}
-        for target in self._tracker.estimates():
-            if target.track_id in kept:
+        targets = self._tracker.estimates()
+        kept_enu_m = [target.position_enu_m[:2] for target in targets if target.track_id in kept]
+        for target in targets:
+            # What lies beside a person who is watched may be a piece of it: settled, it would hide the person.
+            if _is_within(target.position_enu_m[:2], kept_enu_m, SETTLED_BY_FEW_M):
                 continue
             if target.track_id in self._surely_other:
                 self._decide(target)
