@@ -46,6 +46,7 @@ class ViewIntegral:
         self.coverage = np.zeros(view.shape, dtype=np.uint16)
         self._view, self._bands, self._exact = view, bands, exact
         self._sum = np.zeros((*view.shape, len(bands)), dtype=np.float64 if exact else np.float32)
+        self._is_empty = True
 
     def add(self, frame: Frame) -> bool:
         """Add one frame, and tell whether it covers anything.
@@ -65,6 +66,7 @@ class ViewIntegral:
             check_frame(frame, self._bands)
         projected = [(frame.image, self._view.project(frame)) for frame in frames]
         per_band = parallel_map(partial(self._add_to_band, projected), self._bands_of_rows())
+        self._is_empty = False
         return [any(seen) for seen in zip(*per_band, strict=True)]
 
     def remove(self, frame: Frame) -> None:
@@ -95,6 +97,7 @@ class ViewIntegral:
         total, coverage = self._sum, self.coverage
         mean = self._divide(total if total.dtype == np.float32 else np.empty(total.shape, dtype=np.float32))
         self._sum, self.coverage = np.zeros(total.shape, total.dtype), np.zeros(coverage.shape, coverage.dtype)
+        self._is_empty = True
         return mean, coverage
 
     def _divide(self, integral: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -108,14 +111,19 @@ class ViewIntegral:
     def _add_to_band(self, projected: Sequence[Projected], band: tuple[int, int]) -> list[bool]:
         """Add images to a band of rows, and tell of each whether it covers anything there."""
         rows = slice(*band)
-        total, count = np.zeros_like(self._sum[rows]), np.zeros_like(self.coverage[rows])
+        total, count = self._sum[rows], self.coverage[rows]
+        if len(projected) == 1:
+            return [self._add_layer(projected[0], band, total, count, leave_out_gaps=not self._gapless(projected))]
+        if not self._is_empty:
+            total, count = np.zeros_like(total), np.zeros_like(count)
         covering = [self._add_layer(own, band, total, count, leave_out_gaps=False) for own in projected]
         # Few images have gaps: to look for them in the sums costs less than in every image.
-        if not math.isfinite(cv2.sumElems(total.reshape(total.shape[0], -1))[0]):
+        if not self._gapless(projected) and not math.isfinite(cv2.sumElems(total.reshape(total.shape[0], -1))[0]):
             total[:], count[:] = 0, 0
             covering = [self._add_layer(own, band, total, count, leave_out_gaps=True) for own in projected]
-        self._sum[rows] += total
-        self.coverage[rows] += count
+        if not self._is_empty:
+            self._sum[rows] += total
+            self.coverage[rows] += count
         return covering
 
     def _add_layer(
@@ -138,6 +146,11 @@ class ViewIntegral:
         count[window] += 1 if warped.covered is None else warped.covered
         cv2.accumulate(warped.values, total[window], warped.covered)
         return warped.covered is None or bool(warped.covered.any())
+
+    @staticmethod
+    def _gapless(projected: Sequence[Projected]) -> bool:
+        """Tell whether images cannot have gaps: integers are always finite."""
+        return all(image.dtype.kind in "ui" for image, _ in projected)
 
     def _divide_band(self, integral: NDArray[np.float32], band: tuple[int, int]) -> None:
         rows = slice(*band)

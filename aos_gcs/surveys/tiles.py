@@ -90,7 +90,11 @@ def map_tiles(
     raster: GroundRaster, images: Sequence[SurveyImage], surface: FocalSurface, edge_cells: int = TILE_CELLS
 ) -> list[MapTile]:
     """Return the tiles of a map that any image may see, row by row."""
-    spans = np.array([_cell_span(raster, image, surface) for image in images]).reshape(-1, 4)
+    if isinstance(surface, Terrain):
+        planes = [Plane(float(surface.lower_m[2])), Plane(float(surface.upper_m[2]))]
+    else:
+        planes = [surface]
+    spans = np.array([_cell_span(raster, image, planes) for image in images]).reshape(-1, 4)
     tiles = []
     for row in range(0, raster.rows, edge_cells):
         for column in range(0, raster.columns, edge_cells):
@@ -126,12 +130,14 @@ def grouped(tiles: Sequence[Tile], cell_bytes: int, max_bytes: int, least_groups
     return groups
 
 
-def _cell_span(raster: GroundRaster, image: SurveyImage, surface: FocalSurface) -> NDArray[np.float64]:
-    """Return the first and last row and column, shape (4,), that bound what an image sees; infinite if nothing."""
-    if isinstance(surface, Terrain):
-        planes = [Plane(float(surface.lower_m[2])), Plane(float(surface.upper_m[2]))]
-    else:
-        planes = [surface]
+def _cell_span(raster: GroundRaster, image: SurveyImage, planes: Sequence[Plane]) -> NDArray[np.float64]:
+    """Return the first and last row and column, shape (4,), that bound what an image sees; infinite if nothing.
+
+    Args:
+        raster: raster of the map.
+        image: image that is projected.
+        planes: the surface, or the planes that it lies between.
+    """
     outline_m = np.concatenate([footprint(image.camera, image.pose, plane) for plane in planes])
     if not len(outline_m):
         return np.array([np.inf, -np.inf, np.inf, -np.inf])
