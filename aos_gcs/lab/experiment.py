@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -92,13 +93,20 @@ def closest_approach_m(start_m: NDArray[np.float64], end_m: NDArray[np.float64])
         start_m: starting positions, shape (n, 2), n at least 2.
         end_m: end positions, shape (n, 2).
     """
-    first, second = np.triu_indices(len(start_m), k=1)
+    first, second = _pairs(len(start_m))
     apart_m = start_m[first] - start_m[second]
     change_m = end_m[first] - end_m[second] - apart_m
     # |apart + share * change| is least where it is at a right angle to the change.
     square = np.sum(change_m**2, axis=1)
     share = np.clip(-np.sum(apart_m * change_m, axis=1) / np.where(square > 0.0, square, 1.0), 0.0, 1.0)
     return float(np.linalg.norm(apart_m + share[:, None] * change_m, axis=1).min())
+
+
+@lru_cache(maxsize=8)
+def _pairs(count: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return the first and the second of every pair of so many."""
+    first, second = np.triu_indices(count, k=1)
+    return first, second
 
 
 def _target_error_m(sighting: Sighting, target: Target) -> float | None:

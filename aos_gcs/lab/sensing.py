@@ -100,12 +100,12 @@ class GeometricSensor:
         grid = FocalGrid(views.west_m, views.north_m, views.resolution_m, height, width, height_m=0.0)
         cells = BlobCells(rows, columns, counts[rows, columns])
         camera = self.scenario.camera
+        masks = _cropped_masks(views, rows, columns)
         if self.scenario.leader_criterion is LeaderCriterion.CONTRIBUTION:
-            fitness = views.seen.sum(axis=(1, 2)) * views.resolution_m**2
+            fitness = masks.marked.sum(axis=(1, 2)) * views.resolution_m**2
         else:
             fitness = np.array([area_in_view_px(cells, grid, camera, pose) for pose in poses])
         centroid_enu_m = cells.centroid_enu_m(grid)
-        masks = TargetMasks(views.seen, views.west_m, views.north_m, views.resolution_m)
         leader = choose_leader(fitness, lambda row: distance_to_centre(centroid_enu_m, camera, poses[row]))
         return _Detection(cells.area_m2(grid), centroid_enu_m, fitness, leader + 1, masks)
 
@@ -188,6 +188,14 @@ def _is_near(detection: _Detection, target: Target) -> bool:
 def _target_masks(analysis: StepAnalysis) -> TargetMasks | None:
     masks = analysis.masks
     return None if masks is None else TargetMasks(masks.marked, masks.west_m, masks.north_m, masks.resolution_m)
+
+
+def _cropped_masks(views: TargetViews, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> TargetMasks:
+    """Return what each drone marks, within the bounds of the cells that any of them marks."""
+    first_row, first_column = int(rows.min()), int(columns.min())
+    marked = views.seen[:, first_row : int(rows.max()) + 1, first_column : int(columns.max()) + 1]
+    west_m = views.west_m + first_column * views.resolution_m
+    return TargetMasks(marked, west_m, views.north_m - first_row * views.resolution_m, views.resolution_m)
 
 
 def _laid_on(masks: TargetMasks, views: TargetViews) -> NDArray[np.bool_]:

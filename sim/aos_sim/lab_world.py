@@ -13,6 +13,7 @@ from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.lab.worlds import ForestType, Target, TargetViews, Terrain, WorldParameters
+from aos_gcs.lab.worlds import Posture as LabPosture
 from aos_sim.errors.cameras import LAST_MOMENT_S, ErringCameras, four_bands
 from aos_sim.errors.hover import Hover
 from aos_sim.errors.model import ErrorModel, error_model
@@ -28,7 +29,12 @@ CELL_M = 0.05
 HALF_WIDTH_CELLS = 60
 """Half the raster's edge: 3 m hold what a standing person hides from a camera that sees it 55 degrees off the nadir."""
 
+RASTER_CELLS = 2 * HALF_WIDTH_CELLS
+
 _SPECIES = {ForestType.BROADLEAF: BROADLEAF, ForestType.CONIFER: CONIFER}
+
+_ViewKey = tuple[bytes, bytes, CameraModel, Target]
+"""Position and rotation of a camera, its model, and the target: all that decides what it sees of it."""
 
 
 class LabWorld:
@@ -38,6 +44,7 @@ class LabWorld:
         self._scene = scene
         self._errors = errors
         self._forest = RayCaster(scene.forest.mesh.triangles_enu_m)
+        self._latest_cells: dict[_ViewKey, tuple[NDArray[np.intp], NDArray[np.bool_]]] = {}
 
     @property
     def area_enu_m(self) -> NDArray[np.float64]:
@@ -51,27 +58,52 @@ class LabWorld:
 
     def view_target(self, poses: Sequence[Pose], camera: CameraModel, target: Target) -> TargetViews:
         """See :meth:`aos_gcs.lab.worlds.World.view_target`."""
-        triangles, body = _body(target)
-        west, north = _raster_corner(target)
-        index = np.arange(2 * HALF_WIDTH_CELLS)
-        east_m, north_m = CELL_M * (west + index + 0.5), CELL_M * (north - index - 0.5)
-        positions_m = np.array([pose.position_enu_m for pose in poses])
-        view, row, column = _candidates(positions_m, triangles, east_m, north_m)
-        ground_m = np.column_stack([east_m[column], north_m[row], np.zeros(len(row))])
-        offset_m = ground_m - positions_m[view]
-        inside = _in_image(offset_m, np.array([pose.R_cam2enu for pose in poses])[view], camera)
-        view, row, column, offset_m = view[inside], row[inside], column[inside], offset_m[inside]
-        origins, directions = positions_m[view].astype(np.float32), offset_m.astype(np.float32)
-        triangle, distance = body.first_hit_with_distance(origins, directions)
-        hit = triangle != NO_HIT
-        view, row, column, distance = view[hit], row[hit], column[hit], distance[hit]
-        _, forest_distance = self._forest.first_hit_with_distance(origins[hit], directions[hit])
-        free = distance < forest_distance
-        unoccluded = np.zeros((len(poses), len(index), len(index)), dtype=np.bool_)
+        corner = _raster_corner(target)
+        keys = [(pose.position_enu_m.tobytes(), pose.R_cam2enu.tobytes(), camera, target) for pose in poses]
+        # A drone that holds its place above a target that stays sees what it saw in the step before.
+        known = {key: self._latest_cells[key] for key in keys if key in self._latest_cells}
+        new = [index for index, key in enumerate(keys) if key not in known]
+        cells = self._cells_of_target([poses[index] for index in new], camera, target, corner)
+        known.update(zip((keys[index] for index in new), cells, strict=True))
+        self._latest_cells = known
+        unoccluded = np.zeros((len(poses), RASTER_CELLS, RASTER_CELLS), dtype=np.bool_)
         seen = np.zeros_like(unoccluded)
-        unoccluded[view, row, column] = True
-        seen[view[free], row[free], column[free]] = True
+        for view, key in enumerate(keys):
+            covered, free = known[key]
+            unoccluded[view].reshape(-1)[covered] = True
+            seen[view].reshape(-1)[covered[free]] = True
+        west, north = corner
         return TargetViews(seen, unoccluded, west * CELL_M, north * CELL_M, CELL_M)
+
+    def _cells_of_target(
+        self, poses: Sequence[Pose], camera: CameraModel, target: Target, corner: tuple[int, int]
+    ) -> list[tuple[NDArray[np.intp], NDArray[np.bool_]]]:
+        """Return per pose the cells of the raster that belong to the target, and which of them no leaf hides."""
+        if not poses:
+            return []
+        triangles, body = _body(target.heading_rad, target.posture)
+        west, north = corner
+        index = np.arange(RASTER_CELLS)
+        # Frame: the target's place is the origin, so that one body serves all steps of a walk.
+        east_m, north_m = (
+            CELL_M * (west + index + 0.5) - target.position_enu_m[0],
+            CELL_M * (north - index - 0.5) - target.position_enu_m[1],
+        )
+        place_m = np.array([*target.position_enu_m, 0.0])
+        positions_m = np.array([pose.position_enu_m for pose in poses]) - place_m
+        view, row, column = _candidates(positions_m, triangles, east_m, north_m)
+        offset_m = np.column_stack([east_m[column], north_m[row], np.zeros(len(row))]) - positions_m[view]
+        inside = _in_image(offset_m, np.array([pose.R_cam2enu for pose in poses])[view], camera)
+        view, cell, directions = view[inside], (row * RASTER_CELLS + column)[inside], offset_m[inside]
+        directions = directions.astype(np.float32)
+        triangle, distance = body.first_hit_with_distance(positions_m[view].astype(np.float32), directions)
+        hit = triangle != NO_HIT
+        view, cell = view[hit], cell[hit]
+        origins = (positions_m + place_m)[view].astype(np.float32)
+        _, forest_distance = self._forest.first_hit_with_distance(origins, directions[hit])
+        free = distance[hit] < forest_distance
+        ends = np.searchsorted(view, np.arange(1, len(poses)))
+        return list(zip(np.split(cell, ends), np.split(free, ends), strict=True))
 
     def render(
         self, poses: Sequence[Pose], camera: CameraModel, target: Target | None, rng: np.random.Generator
@@ -137,8 +169,9 @@ def _person(target: Target) -> Person:
 
 
 @lru_cache(maxsize=8)
-def _body(target: Target) -> tuple[FloatArray, RayCaster]:
-    triangles = person_mesh(_person(target)).triangles_enu_m
+def _body(heading_rad: float, posture: LabPosture) -> tuple[FloatArray, RayCaster]:
+    """Return the triangles of a person who stands at the origin, and their ray caster."""
+    triangles = person_mesh(_person(Target((0.0, 0.0), heading_rad, posture))).triangles_enu_m
     return triangles, RayCaster(triangles)
 
 
@@ -160,10 +193,15 @@ def _candidates(
     offset = corners - positions_m[:, None]
     reach = -positions_m[:, None, 2:] / offset[..., 2:]
     on_ground = positions_m[:, None, :2] + reach * offset[..., :2]
-    (west, south), (east, north) = on_ground.min(axis=1).T[:, :, None], on_ground.max(axis=1).T[:, :, None]
-    columns = (east_m >= west) & (east_m <= east)
-    rows = (north_m >= south) & (north_m <= north)
-    return np.nonzero(rows[:, :, None] & columns[:, None, :])
+    (west, south), (east, north) = on_ground.min(axis=1).T, on_ground.max(axis=1).T
+    first_column, end_column = np.searchsorted(east_m, west), np.searchsorted(east_m, east, side="right")
+    first_row, end_row = np.searchsorted(-north_m, -north), np.searchsorted(-north_m, -south, side="right")
+    widths, heights = end_column - first_column, end_row - first_row
+    counts = widths * heights
+    view = np.repeat(np.arange(len(positions_m)), counts)
+    number = np.arange(len(view)) - np.repeat(np.cumsum(counts) - counts, counts)
+    row, column = np.divmod(number, widths[view])
+    return view, first_row[view] + row, first_column[view] + column
 
 
 def _in_image(offset_m: NDArray[np.float64], R_cam2enu: NDArray[np.float64], camera: CameraModel) -> NDArray[np.bool_]:
