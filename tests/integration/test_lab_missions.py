@@ -46,6 +46,11 @@ def test_missions_are_flown_judged_and_written_down(tmp_path: Path, capsys: pyte
     assert capsys.readouterr().out == table
     assert (out / MISSIONS_FILE).read_text(encoding="utf-8").splitlines() == lines
 
+    # Compared with itself, pair by pair, it differs in nothing.
+    assert command(*options, "--reference", str(out)) == 0
+    assert "| persons found, share | 1 | 1.00 | 1.00 | +0.00 |" in capsys.readouterr().out
+    assert "| persons found, share | 1 | 1.00 | 1.00 | +0.00 |" in document.read_text(encoding="utf-8")
+
 
 @pytest.mark.parametrize(
     ("options", "expected"),
@@ -55,6 +60,7 @@ def test_missions_are_flown_judged_and_written_down(tmp_path: Path, capsys: pyte
         (("--vehicles", "1"), "vehicles must lie within 2 and 100"),
         (("--missions", "0", "--no-person", "0"), "--seed, --missions and --no-person"),
         (("--jobs", "0"), "jobs must lie within 1 and 256"),
+        (("--reference", "nowhere"), "--reference nowhere holds no study of missions"),
         (("--densities", "many"), "--densities must be numbers"),
     ],
 )

@@ -9,8 +9,9 @@ import pytest
 
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.lab.missions.model import MissionKey, MissionResult, MissionsSettings, missing, mission_keys
+from aos_gcs.lab.missions.pairs import pair_missions, pairs_as_markdown
 from aos_gcs.lab.missions.report import BEGIN_MARK, as_markdown, missions_frame, summarise, write_document
-from aos_gcs.lab.missions.store import MISSIONS_FILE, MissionsFolder
+from aos_gcs.lab.missions.store import MISSIONS_FILE, MissionsFolder, reference_missions
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.runtime.mission_study import false_approaches
 from tests.fakes.records import step_record
@@ -130,14 +131,63 @@ def test_a_study_goes_on_where_it_was_cut(tmp_path: Path) -> None:
 def test_the_document_keeps_what_stands_around_the_figures(tmp_path: Path) -> None:
     path = tmp_path / "missions.md"
     groups = summarise([FOUND, EMPTY], vehicles=3)
-    write_document(path, missions_frame(path), MissionsSettings(vehicles=3), groups)
+    write_document(path, missions_frame(path), MissionsSettings(vehicles=3), groups, as_markdown(groups))
     first = path.read_text(encoding="utf-8")
     assert first.startswith(f"# Missions\n\n{BEGIN_MARK}\n\nn = 2 missions of 3 vehicles")
     path.write_text(f"Before\n{first}After\n", encoding="utf-8")
-    write_document(path, missions_frame(path), MissionsSettings(vehicles=3), groups)
+    write_document(path, missions_frame(path), MissionsSettings(vehicles=3), groups, as_markdown(groups))
     text = path.read_text(encoding="utf-8")
     assert text.startswith("Before\n# Missions")
     assert text.endswith("After\n")
     path.write_text("By hand\n", encoding="utf-8")
     with pytest.raises(ConfigurationError, match="lacks the lines"):
         missions_frame(path)
+
+
+def flown(seed: int, *, found: bool, minutes: float) -> MissionResult:
+    return replace(
+        FOUND,
+        key=replace(FOUND.key, seed=seed),
+        claims=2 if found else 1,
+        true_claims=int(found),
+        persons_found=int(found),
+        errors_m=(0.2 * seed,) if found else (),
+        claimed_after_s=(90.0,) if found else (),
+        duration_s=60.0 * minutes,
+    )
+
+
+def test_strategies_are_compared_mission_by_mission() -> None:
+    mine = [flown(seed, found=True, minutes=4.0 + seed) for seed in range(1, 7)]
+    # Seed 6 was flown by one of them only, and the order does not matter.
+    theirs = [flown(seed, found=seed < 4, minutes=5.0 + seed) for seed in (5, 4, 3, 2, 1)]
+    figures = {one.title: one for one in pair_missions(mine, theirs)}
+    found, duration = figures["persons found, share"], figures["duration, min"]
+    assert (found.reference_mean, found.difference.mean, found.difference.count) == (0.6, 0.4, 5)
+    assert (duration.reference_mean, duration.difference.mean) == (8.0, -1.0)
+    # Where both found the person, three pairs, the errors are the same.
+    errors = figures["position error, m, where both find the person"]
+    assert (errors.reference_mean, errors.difference.mean, errors.difference.count) == (pytest.approx(0.4), 0.0, 3)
+    assert duration.p_corrected == min(
+        1.0, 0.0625 * len(figures)
+    )  # Wilcoxon's least p of five pairs, and Holm's factor
+    text = pairs_as_markdown(tuple(figures.values()), "aos-apso", "aos-pso")
+    assert "| per mission | pairs | aos-pso | aos-apso | difference | p, corrected |" in text
+    assert "| duration, min | 5 | 8.00 | 7.00 | -1.00 (-1.00 to -1.00) | 0.5 |" in text
+
+
+def test_figures_without_a_pair_are_dashes_and_nothing_in_common_is_refused() -> None:
+    text = pairs_as_markdown(pair_missions([EMPTY], [EMPTY]), "a", "b")
+    assert "| persons found, share | 0 | - | - | - | - |" in text
+    assert "| false claims | 1 | 1.00 | 1.00 | +0.00 |" in text
+    with pytest.raises(InputDataError, match="none of these missions"):
+        pair_missions([FOUND], [EMPTY])
+
+
+def test_only_the_strategy_of_a_reference_may_differ(tmp_path: Path) -> None:
+    MissionsFolder(tmp_path, MissionsSettings(strategy="aos-pso", vehicles=3)).append(FOUND)
+    assert reference_missions(tmp_path, MissionsSettings(vehicles=3)) == ("aos-pso", [FOUND])
+    with pytest.raises(ConfigurationError, match="other settings"):
+        reference_missions(tmp_path, MissionsSettings(vehicles=4))
+    with pytest.raises(ConfigurationError, match="no study of missions"):
+        reference_missions(tmp_path / "nothing", MissionsSettings())

@@ -32,6 +32,13 @@ def missions(
     ] = "rtk",
     seed: Annotated[int, typer.Option(help="Random seed of the first mission; the others count up from it.")] = 0,
     strategy: Annotated[str, typer.Option(help="Name of the swarm's strategy.")] = "aos-apso",
+    reference: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="Folder of the same missions with another strategy; differences to it are reported pair by pair.",
+        ),
+    ] = None,
     vehicles: Annotated[int, typer.Option(help="Number of drones.")] = 10,
     side: Annotated[float, typer.Option(metavar="M", help="Side of the search area, a square forest.")] = 60.0,
     image_size: Annotated[int, typer.Option(metavar="PX", help="Edge of the square images.")] = 512,
@@ -52,8 +59,9 @@ def missions(
 
     from aos_gcs.cli.output import progress  # noqa: PLC0415
     from aos_gcs.lab.missions.model import MissionsSettings, missing, mission_keys  # noqa: PLC0415
+    from aos_gcs.lab.missions.pairs import pair_missions, pairs_as_markdown  # noqa: PLC0415
     from aos_gcs.lab.missions.report import as_markdown, missions_frame, summarise, write_document  # noqa: PLC0415
-    from aos_gcs.lab.missions.store import MissionsFolder  # noqa: PLC0415
+    from aos_gcs.lab.missions.store import MissionsFolder, reference_missions  # noqa: PLC0415
     from aos_gcs.lab.workers import compute_each  # noqa: PLC0415
     from aos_gcs.runtime.mission_study import fly_mission  # noqa: PLC0415
 
@@ -66,8 +74,9 @@ def missions(
         without_person=without_person,
     )
     settings = MissionsSettings(strategy, vehicles, side, image_size, version("aos-gcs"))
-    # Before hours of work: a document that cannot be renewed is refused at once.
+    # Before hours of work: a document that cannot be renewed, or a reference that does not fit, is refused at once.
     frame = None if document is None else missions_frame(document)
+    rival = None if reference is None else reference_missions(reference, settings)
     folder = MissionsFolder(out, settings)
     todo = missing(keys, folder.results())
     with progress("Missions", len(todo)) as advance:
@@ -75,8 +84,12 @@ def missions(
             folder.append(result)
             advance(1)
     chosen = set(keys)
-    groups = summarise([result for result in folder.results() if result.key in chosen], vehicles)
-    folder.write_summary(as_markdown(groups))
+    results = [result for result in folder.results() if result.key in chosen]
+    groups = summarise(results, vehicles)
+    text = as_markdown(groups)
+    if rival is not None:
+        text += "\n" + pairs_as_markdown(pair_missions(results, rival[1]), strategy, rival[0])
+    folder.write_summary(text)
     if document is not None and frame is not None:
-        write_document(document, frame, settings, groups)
-    typer.echo(as_markdown(groups), nl=False)
+        write_document(document, frame, settings, groups, text)
+    typer.echo(text, nl=False)

@@ -205,14 +205,16 @@ def missions_frame(path: Path) -> DocumentFrame:
     return document_frame(path, BEGIN_MARK, _TITLE)
 
 
-def write_document(path: Path, frame: DocumentFrame, settings: MissionsSettings, groups: Sequence[Group]) -> None:
-    """Write the document, or renew its written part."""
+def write_document(
+    path: Path, frame: DocumentFrame, settings: MissionsSettings, groups: Sequence[Group], tables: str
+) -> None:
+    """Write the document, or renew its written part: what was flown, and the tables of its figures."""
     flown = sum(one.with_person + one.without_person for one in groups)
     body = (
         f"n = {flown} missions of {settings.vehicles} vehicles with {settings.strategy} over "
         f"{settings.side_m:g} x {settings.side_m:g} m, images of {settings.image_size_px} x {settings.image_size_px} "
         f"pixels. In brackets: intervals of {100 * CONFIDENCE:.0f} % (shares by Wilson, rates by Poisson, the others "
-        f"by bootstrap; none below {_MIN_FOR_INTERVAL} values).\n\n{as_markdown(groups).rstrip()}"
+        f"by bootstrap; none below {_MIN_FOR_INTERVAL} values).\n\n{tables.rstrip()}"
     )
     path.write_text(frame.format(body=body), encoding="utf-8")
 

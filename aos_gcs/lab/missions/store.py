@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from aos_gcs.errors import ConfigurationError
 from aos_gcs.lab.missions.model import MissionKey, MissionResult, MissionsSettings
-from aos_gcs.lab.study_folder import ResultLines, read_lines
+from aos_gcs.lab.study_folder import SETTINGS_FILE, ResultLines, read_lines
 
 MISSIONS_FILE = "missions.jsonl"
 SUMMARY_FILE = "summary.md"
@@ -29,12 +32,34 @@ class MissionsFolder(ResultLines):
         Raises:
             InputDataError: a line is damaged.
         """
-        results = read_lines(self.path / MISSIONS_FILE, _parse, lambda result: result.key)
-        return sorted(results.values(), key=lambda result: result.key)
+        return _results(self.path)
 
     def write_summary(self, text: str) -> None:
         """Write the table of figures."""
         (self.path / SUMMARY_FILE).write_text(text, encoding="utf-8")
+
+
+def reference_missions(path: Path, settings: MissionsSettings) -> tuple[str, list[MissionResult]]:
+    """Return the strategy and the missions of another study, with which one of these settings can be compared.
+
+    Raises:
+        ConfigurationError: it holds no study, or one of other settings than the strategy.
+        InputDataError: a line is damaged.
+    """
+    try:
+        reference = MissionsSettings(**json.loads((path / SETTINGS_FILE).read_text(encoding="utf-8")))
+    except (OSError, ValueError, TypeError) as error:
+        raise ConfigurationError(f"--reference {path} holds no study of missions ({error}).") from error
+    if replace(reference, strategy=settings.strategy) != settings:
+        raise ConfigurationError(
+            f"--reference {path} was flown with other settings ({reference}); only the strategy may differ."
+        )
+    return reference.strategy, _results(path)
+
+
+def _results(path: Path) -> list[MissionResult]:
+    results = read_lines(path / MISSIONS_FILE, _parse, lambda result: result.key)
+    return sorted(results.values(), key=lambda result: result.key)
 
 
 def _parse(table: dict[str, Any]) -> MissionResult:
