@@ -24,6 +24,7 @@ BUILT_IN: dict[str, str] = {
     "demo": "aos_gcs.cli.demo:demo",
     "run": "aos_gcs.cli.run:run",
     "integrate": "aos_gcs.cli.integrate:integrate",
+    "extract": "aos_gcs.cli.extract:extract",
     "calibrate": "aos_gcs.cli.calibrate:calibrate",
     "plan-aperture": "aos_gcs.cli.plan_aperture:plan_aperture",
     "inspect": "aos_gcs.cli.inspect:inspect",

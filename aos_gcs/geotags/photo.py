@@ -155,13 +155,26 @@ def geotag(exif: ExifTags, xmp: Mapping[str, str], width_px: int, height_px: int
     )
 
 
+def R_cam2enu_of_gimbal(
+    yaw_deg: float, pitch_deg: float, roll_deg: float = 0.0, R_cam2body: NDArray[np.float64] = R_CAM2SENSOR_FRD
+) -> NDArray[np.float64]:
+    """Return the orientation of a camera, shape (3, 3), from angles about north, east and down.
+
+    Args:
+        yaw_deg: clockwise from north.
+        pitch_deg: upwards.
+        roll_deg: clockwise as seen by the camera.
+        R_cam2body: OpenCV camera axes to the axes that the angles turn; by default those of the optical axis.
+    """
+    R_body2ned = R_from_yaw_pitch_roll((math.radians(yaw_deg), math.radians(pitch_deg), math.radians(roll_deg)))
+    return np.asarray(R_NED2ENU @ R_body2ned @ R_cam2body)
+
+
 def _attitude(xmp: Mapping[str, str]) -> NDArray[np.float64]:
     for (yaw_name, pitch_name, roll_name), R_cam2body in _ATTITUDES:
         yaw_deg, pitch_deg = _first(xmp, (yaw_name,)), _first(xmp, (pitch_name,))
         if yaw_deg is not None and pitch_deg is not None:
-            roll_deg = _first(xmp, (roll_name,)) or 0.0
-            R_body2ned = R_from_yaw_pitch_roll((math.radians(yaw_deg), math.radians(pitch_deg), math.radians(roll_deg)))
-            return np.asarray(R_NED2ENU @ R_body2ned @ R_cam2body)
+            return R_cam2enu_of_gimbal(yaw_deg, pitch_deg, _first(xmp, (roll_name,)) or 0.0, R_cam2body)
     raise InputDataError("it has no GimbalYawDegree and GimbalPitchDegree, nor another known attitude of the camera")
 
 

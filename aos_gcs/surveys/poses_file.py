@@ -54,7 +54,8 @@ def read_poses(
     ``M3x4`` is row-major and takes world points to the camera, x_cam = R x + t, with camera axes right, down and
     forward, unless another convention is named. Its entries are numbers, or texts of numbers. The camera may stand
     beside ``images``: ``fx``, ``fy``, ``cx`` and ``cy`` in pixels, and the coefficients of the lens as ``"lens": [k1,
-    k2, p1, p2, k3]`` or ``"fisheye": [k1, k2, k3, k4]``. Images may have the time of their exposure, ``time_s``.
+    k2, p1, p2, k3]`` or ``"fisheye": [k1, k2, k3, k4]``, and the place of an east-north-up world's origin as
+    ``"origin": [latitude, longitude, altitude]``. Images may have the time of their exposure, ``time_s``.
     Names may have another ending than the files: lists of poses are often made of other copies of the images.
 
     Args:
@@ -63,7 +64,7 @@ def read_poses(
         optics: full horizontal field of view of the images, distortion left out, or their intrinsics. They replace
             the file's own, which must be there without them.
         lens: replaces the lens of the intrinsics and of the file.
-        origin: origin of the world, where that is east-north-up.
+        origin: origin of the world, where that is east-north-up; replaces the file's own.
         convention: meaning of the matrices.
         frames: entries that are used, in the order of the file.
         skip_broken: leave out images that are missing or incomplete, or have no usable pose, instead of refusing the
@@ -87,6 +88,7 @@ def read_poses(
     left_out: dict[str, str] = {}
     placed: list[tuple[Path, Pose]] = []
     times_s: dict[Path, float] = {}
+    origin = _own_origin(document, poses_file) if origin is None else origin
     for name, (entry, place) in chosen:
         try:
             path, pose = folder.find(name, place), _pose(entry, f"{place} ({name})", convention)
@@ -119,6 +121,24 @@ def read_poses(
         folder.names_beside([path for path, _ in placed], named),
         convention.R_file2world,
     )
+
+
+def poses_document(
+    images: Sequence[tuple[str, Pose, float]], origin: GeodeticPosition | None = None
+) -> dict[str, object]:
+    """Return the document that ``read_poses`` reads.
+
+    Args:
+        images: names, poses and times (s) of the images.
+        origin: origin of their world, where that is east-north-up.
+    """
+    entries: list[dict[str, object]] = []
+    for name, pose, time_s in images:
+        R_world2cam = pose.R_cam2enu.T
+        M = np.column_stack([R_world2cam, -R_world2cam @ pose.position_enu_m])
+        entries.append({"imagefile": name, "time_s": round(time_s, 6), "M3x4": M.tolist()})
+    place = {} if origin is None else {"origin": [origin.latitude_deg, origin.longitude_deg, origin.altitude_amsl_m]}
+    return {**place, "images": entries}
 
 
 def _document(poses_file: Path) -> Mapping[str, Any]:
@@ -174,6 +194,21 @@ def _own_lens(document: Mapping[str, Any], poses_file: Path) -> LensDistortion |
         coefficients if isinstance(coefficients, list) else [coefficients],
         f"'{given[0]}' of the poses file {poses_file}",
     )
+
+
+def _own_origin(document: Mapping[str, Any], poses_file: Path) -> GeodeticPosition | None:
+    place = document.get("origin")
+    if place is None:
+        return None
+    is_numbers = isinstance(place, list) and all(
+        isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value) for value in place
+    )
+    if not is_numbers or len(place) != 3 or abs(place[0]) > 90.0 or abs(place[1]) > 180.0:
+        raise InputDataError(
+            f"The poses file {poses_file}: 'origin' must be [latitude, longitude, altitude] in degrees and metres, got "
+            f"{place!r}."
+        )
+    return GeodeticPosition(float(place[0]), float(place[1]), float(place[2]))
 
 
 class _Folder:

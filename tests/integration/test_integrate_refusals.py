@@ -101,9 +101,9 @@ def mirror(flight: Flight) -> dict[str, object]:
     return {}
 
 
-def lens_of(field: str, coefficients: object, **values: object) -> Change:
+def with_field(field: str, value: object, **values: object) -> Change:
     def change(flight: Flight) -> dict[str, object]:
-        flight.poses.write_text(json.dumps({**flight.document, field: coefficients}))
+        flight.poses.write_text(json.dumps({**flight.document, field: value}))
         return values
 
     return change
@@ -270,6 +270,15 @@ BAD_INPUT = {
     "named in two ways": (name_in_two_ways, r"names the image 1\.png 2 times"),
     "name of two files": (name_of_two_files, r"names the image 2\.jpg, but .*images has 2\.png, 2\.tiff: which one"),
     "nested poses": (write_poses("[" * 100_000 + "]" * 100_000), "is nested too deeply"),
+    "own origin off the globe": (
+        with_field("origin", [148, 14, 0]),
+        r"'origin' must be \[latitude, longitude, altitude\]",
+    ),
+    "own origin incomplete": (
+        with_field("origin", [48, "14", 0]),
+        r"'origin' must be \[latitude, longitude, altitude\]",
+    ),
+    "own origin of z down": (with_field("origin", [48, 14, 0]), r"The cameras look along \+z"),
     "origin of z down": (options(origin="48,14,0"), r"The cameras look along \+z"),
     "image absent": (change_entry(imagefile="gone.png"), r"images\[2\] names the image gone\.png, which is not in"),
     "no image name": (change_entry(imagefile=None), r"images\[2\]: 'imagefile' must name"),
@@ -290,7 +299,7 @@ BAD_INPUT = {
     "no fov": (options(fov=None), r"The poses file .*poses\.json does not describe the camera: give the field of view"),
     "fov and camera": (options(camera="camera.yml"), "--camera and --fov exclude each other"),
     "camera file absent": (options(fov=None, camera="absent.yml"), "The camera file absent.yml cannot be read"),
-    "fx in the file": (lens_of("fx", "wide", fov=None), "'fx' must be a positive number of pixels, got 'wide'"),
+    "fx in the file": (with_field("fx", "wide", fov=None), "'fx' must be a positive number of pixels, got 'wide'"),
     "convention": (options(convention="upside-down"), "--convention does not know 'upside-down': use world-to-camera"),
     "two conventions": (options(convention="ned,z-down"), "--convention: ned and z-down exclude each other"),
     "cameras look up": (
@@ -303,8 +312,11 @@ BAD_INPUT = {
     "frames backwards": (options(frames="3:1"), "--frames needs a range"),
     "frames beyond": (options(frames="4:"), r"None of the 4 images of .*poses\.json lie in the range of frames"),
     "ground of poses": (options(ground=300), "--ground applies to photographs"),
-    "lens in the file": (lens_of("lens", [0.1, 0.2]), r"'lens' of the poses file .* needs 4 to 5 finite coefficients"),
-    "fisheye in the file": (lens_of("fisheye", 0.1), r"'fisheye' of the poses file .* needs 4 finite coefficients"),
+    "lens in the file": (
+        with_field("lens", [0.1, 0.2]),
+        r"'lens' of the poses file .* needs 4 to 5 finite coefficients",
+    ),
+    "fisheye in the file": (with_field("fisheye", 0.1), r"'fisheye' of the poses file .* needs 4 finite coefficients"),
     "fov zero": (options(fov=0), "--fov must lie between 0 and 180 degrees, got 0"),
     "fov too wide": (options(fov=180), "--fov must lie between"),
     "size": (options(size=0), "--size must lie between 1 and"),

@@ -1,0 +1,1 @@
+"""Recorded videos: the track that a drone writes beside its pictures, and frames with poses made of both."""

@@ -1,0 +1,105 @@
+"""Telemetry of videos: subtitles of several aircraft, and poses between their samples."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from aos_gcs.errors import InputDataError
+from aos_gcs.surveys.video.attitude import Attitude
+from aos_gcs.surveys.video.subtitles import Sample, samples_of
+from aos_gcs.surveys.video.track import FlightTrack
+
+M30T = (
+    "[focal_len: 40.00] [dzoom_ratio: 2.00], [latitude: -37.920295] [longitude: 176.456417] [rel_alt: 62.370 abs_alt: "
+    "227.373] [gb_yaw: -142.5 gb_pitch: -28.7 gb_roll: 0.1] </font>"
+)
+MAVIC_2 = (
+    "2019-09-27 10:28:08,438,904\n[iso : 110] [shutter : 1/1250.0] [fnum : 280] [ev : 0] [latitude : -35.080155] "
+    "[longtitude : -60.286702] [altitude: 74.725998] </font>"
+)
+
+
+def sample(time_s: float, east_deg: float = 0.0, yaw_deg: float = 0.0, up_m: float = 30.0) -> Sample:
+    return Sample(time_s, 47.0, 14.0 + east_deg, up_m, 500.0 + up_m, (yaw_deg, -90.0, 0.0), 1.0)
+
+
+def test_values_of_enterprise_aircraft() -> None:
+    assert samples_of(iter([(1.5, M30T)]), "file") == [
+        Sample(1.5, -37.920295, 176.456417, 62.37, 227.373, (-142.5, -28.7, 0.1), 2.0)
+    ]
+
+
+def test_values_of_older_aircraft() -> None:
+    assert samples_of(iter([(0.0, MAVIC_2)]), "file") == [
+        Sample(0.0, -35.080155, -60.286702, None, 74.725998, None, 1.0)
+    ]
+
+
+def test_cues_without_a_place_are_left_out() -> None:
+    cues = [(0.0, "[latitude: 0.0] [longitude: 0.0]"), (1.0, "[iso: 100]"), (2.0, M30T), (3.0, "[latitude: 95.0]")]
+    assert [known.time_s for known in samples_of(iter(cues), "file")] == [2.0]
+    with pytest.raises(InputDataError, match="None of the 1 cues of file has a position"):
+        samples_of(iter(cues[:1]), "file")
+
+
+@settings(max_examples=50)
+@given(st.text(alphabet="[]: -.0123456789latiudeongr_", max_size=120))
+def test_any_text_gives_samples_or_an_error(text: str) -> None:
+    try:
+        samples = samples_of(iter([(0.0, text)]), "file")
+    except InputDataError:
+        return
+    assert all(math.isfinite(known.latitude_deg + known.longitude_deg) for known in samples)
+
+
+def test_positions_that_come_more_slowly_than_cues_are_no_stair() -> None:
+    """A receiver tells every fifth cue a new place; between them the aircraft flies on."""
+    step_deg = 1e-5
+    track = FlightTrack([sample(i / 10, (i // 5) * step_deg) for i in range(31)])
+    east_m = [track.position_m(i / 10)[0] for i in range(26)]
+    assert np.diff(east_m) == pytest.approx(np.full(25, east_m[-1] / 25), rel=1e-3)
+
+
+def test_a_hover_is_no_slow_flight() -> None:
+    track = FlightTrack([*(sample(i / 10) for i in range(50)), sample(5.0, 1e-5)])
+    assert track.position_m(4.8)[0] == pytest.approx(0.0, abs=1e-6)
+    assert track.position_m(5.0)[0] == pytest.approx(0.76, abs=0.01)
+
+
+def test_turns_take_the_short_way() -> None:
+    track = FlightTrack([sample(0.0, 0.0, 179.0), sample(1.0, 0.0, -179.0)])
+    up_edge = -track.pose(0.5).R_cam2enu[:, 1]
+    assert up_edge == pytest.approx([0.0, -1.0, 0.0], abs=1e-6)
+
+
+def test_heights_are_above_the_takeoff_or_above_a_told_ground() -> None:
+    samples = [sample(0.0), sample(1.0)]
+    assert FlightTrack(samples).position_m(0.0)[2] == pytest.approx(30.0)
+    assert FlightTrack(samples).origin.altitude_amsl_m == pytest.approx(500.0)
+    told = FlightTrack(samples, ground_amsl_m=510.0)
+    assert told.position_m(0.0)[2] == pytest.approx(20.0)
+    assert told.origin.altitude_amsl_m == pytest.approx(510.0)
+
+
+def test_telemetry_is_known_near_its_samples_only() -> None:
+    track = FlightTrack([sample(10.0), sample(11.0)])
+    assert [track.is_known(time_s) for time_s in (8.0, 9.0, 10.4, 12.0, 13.0)] == [False, True, True, True, False]
+
+
+def test_a_course_needs_a_movement() -> None:
+    track = FlightTrack([sample(0.0), sample(3.0)], attitude=Attitude(None, -90.0))
+    with pytest.raises(InputDataError, match="did not move"):
+        track.pose(1.0)
+    moving = FlightTrack([sample(0.0), sample(3.0, 1e-4)], attitude=Attitude(None, -90.0))
+    assert -moving.pose(1.5).R_cam2enu[:, 1] == pytest.approx([1.0, 0.0, 0.0], abs=1e-6)
+
+
+def test_one_sample_is_a_place() -> None:
+    track = FlightTrack([sample(2.0, yaw_deg=90.0)])
+    assert track.pose(2.4).position_enu_m == pytest.approx([0.0, 0.0, 30.0], abs=1e-6)
+    assert -track.pose(2.4).R_cam2enu[:, 1] == pytest.approx([1.0, 0.0, 0.0], abs=1e-9)
