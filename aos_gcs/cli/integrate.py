@@ -59,7 +59,7 @@ def integrate(
     view: surface_options.View = None,
     size: surface_options.Size = None,
     ortho: surface_options.Ortho = None,
-    fast: work_options.Fast = False,
+    exact: work_options.Exact = False,
     median: work_options.Median = False,
     trim: work_options.Trim = None,
     count: result_options.Count = None,
@@ -84,7 +84,7 @@ def integrate(
     results = ResultOptions(
         out, count, png, tuple(anomaly or ()), blobs, detector, min_score, min_count, ortho is not None
     )
-    options = WorkOptions(fast, median, trim, max_memory, jobs, scheduler)
+    options = WorkOptions(median, trim, max_memory, jobs, scheduler)
     options.check_map(ortho)
     if poses is None and plane_z is None and autofocus is None and dem is None:
         plane_z = 0.0
@@ -118,7 +118,7 @@ def integrate(
         images=survey.images,
         bands=survey.bands,
         surface=surface,
-        exact=not fast,
+        exact=exact,
         trim=options.share_left_out,
         detector=results.wanted_detector,
         min_score=min_score,

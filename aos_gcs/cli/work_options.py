@@ -25,8 +25,13 @@ PANEL = "Computation"
 DEFAULT_MAX_MEMORY_MB = 1000
 MIN_MEMORY_MB = 50
 
-Fast = Annotated[
-    bool, typer.Option("--fast", help="Single precision: several times faster.", rich_help_panel=AVERAGE_PANEL)
+Exact = Annotated[
+    bool,
+    typer.Option(
+        "--exact/--fast",
+        help="Double precision in place of single precision: 20 times slower, and less than 0.01 grey levels apart.",
+        rich_help_panel=AVERAGE_PANEL,
+    ),
 ]
 Median = Annotated[
     bool,
@@ -77,7 +82,6 @@ class WorkOptions:
         ConfigurationError: if a value lies outside its range, or options exclude each other.
     """
 
-    fast: bool
     median: bool
     trim: float | None
     max_memory_mb: int

@@ -43,7 +43,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         for frames in FRAMES:
             arguments = record(Path(folder) / str(frames), frames)
-            for options in (["--fast"], ["--fast", "--max-memory", "50"]):
+            for options in ([], ["--max-memory", "50"]):
                 peak_mb, seconds, told = run([*arguments, *options])
                 cells = told.partition("map: ")[2].partition(" cells")[0]
                 above = f"{peak_mb - baseline_mb:.0f}"

@@ -77,8 +77,8 @@ def test_a_level_mesh_gives_what_the_plane_gives(flight: Flight, tmp_path: Path)
     assert run(flight.arguments()) == 0
     on_plane = np.load(flight.out)
     dem = write_slope(tmp_path / "dem.obj", 0.0, 0.0, PLANE_Z + 3.0)
-    for fast in (None, True):
-        assert run(flight.arguments(plane_z=None, dem=dem, dem_offset=-3, fast=fast)) == 0
+    for exact in (None, True):
+        assert run(flight.arguments(plane_z=None, dem=dem, dem_offset=-3, exact=exact)) == 0
         on_mesh = np.load(flight.out)
         both = ~np.isnan(on_mesh) & ~np.isnan(on_plane)
         assert both.sum() >= np.count_nonzero(~np.isnan(on_plane)) - 3
@@ -144,7 +144,10 @@ def recording() -> Path:
     return RECORDED
 
 
-def test_a_recorded_flight_agrees_with_an_independent_renderer(recording: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize("options", [(), ("--exact",)], ids=["fast", "exact"])
+def test_a_recorded_flight_agrees_with_an_independent_renderer(
+    recording: Path, tmp_path: Path, options: tuple[str, ...]
+) -> None:
     renders = {r["tag"]: r for r in json.loads((recording / "reference" / "renders.json").read_text())["renders"]}
     entries = json.loads((recording / "poses.json").read_text())["images"]
     virtual = np.array(renders["plane_z18"]["virtual_pose_world_to_camera_cv"])
@@ -152,7 +155,7 @@ def test_a_recorded_flight_agrees_with_an_independent_renderer(recording: Path, 
     out, count_file = tmp_path / "integral.npy", tmp_path / "count.npy"
     arguments = ["integrate", recording / "images", "--poses", recording / "poses.json", "--plane-z", 18]
     arguments += ["--fov", 50.815436217896945, "--view", int(np.argmin(distances)), "--out", out, "--count", count_file]
-    assert run([str(argument) for argument in [*arguments, "--fast"]]) == 0
+    assert run([str(argument) for argument in [*arguments, *options]]) == 0
     with np.load(recording / "reference" / "plane_z18.npz") as reference:
         integral, count = np.load(out), np.load(count_file)
         same = count == reference["count"]

@@ -42,7 +42,7 @@ def error_of_map(path: Path) -> NDArray[np.float64]:
     return np.abs(values[rows, columns] - texture(east_m, north_m))
 
 
-@pytest.mark.parametrize("options", [(), ("--fast",), ("--median",), ("--trim", 0.2)])
+@pytest.mark.parametrize("options", [(), ("--exact",), ("--median",), ("--trim", 0.2)])
 def test_a_map_of_photographs_shows_the_ground_in_its_place(photographs: Photographs, options: tuple[str, ...]) -> None:
     assert run(photographs.arguments("--ortho", 0.2, *options)) == 0
     error = error_of_map(photographs.out)
