@@ -11,11 +11,12 @@ from typing import Annotated
 import typer
 
 from aos_gcs.cli.output import progress
-from aos_gcs.cluster import local_cluster, remote_cluster
+from aos_gcs.cluster import remote_cluster
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.imaging.trimmed import MEDIAN
 from aos_gcs.surveys.cluster import integrate_on_cluster
 from aos_gcs.surveys.integration import TileResult, Work, integrate_tiles
+from aos_gcs.surveys.processes import integrate_in_processes, process_groups
 from aos_gcs.surveys.rasters import SurveyRasters, assemble
 from aos_gcs.surveys.tiles import Tile, grouped
 
@@ -59,7 +60,7 @@ Jobs = Annotated[
     int | None,
     typer.Option(
         metavar="N",
-        help="Number of processes that compute the tiles of a map (pip install 'aos-gcs\\[lab]').",
+        help="Number of processes that compute the tiles of a map, one thread each; by default one, on all cores.",
         rich_help_panel=PANEL,
     ),
 ]
@@ -137,8 +138,12 @@ class WorkOptions:
             with progress("Integrating images", sum(len(_images(group)) for group in groups)) as advance:
                 yield (integrate_tiles(work, group, advance) for group in groups)
             return
-        cluster = local_cluster(self.jobs) if self.jobs is not None else remote_cluster(self.scheduler or "")
-        with cluster as client, progress("Integrating tiles", len(tiles)) as advance:
+        if self.jobs is not None:
+            groups = process_groups(self.jobs, work, tiles)
+            with progress("Integrating images", sum(len(_images(group)) for group in groups)) as advance:
+                yield integrate_in_processes(self.jobs, work, groups, advance)
+            return
+        with remote_cluster(self.scheduler or "") as client, progress("Integrating tiles", len(tiles)) as advance:
             yield integrate_on_cluster(client, work, tiles, advance)
 
 

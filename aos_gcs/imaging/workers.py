@@ -11,6 +11,9 @@ from typing import TypeVar
 MAX_WORKERS = 4
 """More would wait for memory, and for each other in Python."""
 
+_limits = [MAX_WORKERS]
+"""Upper bounds of the number of threads."""
+
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
@@ -27,8 +30,13 @@ def parallel_map(function: Callable[[Item], Result], items: Iterable[Item]) -> l
     return list(_pool().map(function, items))
 
 
+def use_one_thread() -> None:
+    """Do without threads in this process from now on: for one of several that share the cores."""
+    _limits.append(1)
+
+
 def _count() -> int:
-    return min(os.cpu_count() or 1, MAX_WORKERS)
+    return min(os.cpu_count() or 1, *_limits)
 
 
 @cache

@@ -40,7 +40,7 @@ class Work:
     images: tuple[SurveyImage, ...]
     bands: tuple[str, ...]
     surface: FocalSurface
-    exact: bool = False
+    exact: bool = True
     """See :class:`~aos_gcs.imaging.integral.ViewIntegral`."""
     trim: float | None = None
     """None: the mean; otherwise see :func:`~aos_gcs.imaging.trimmed.integrate_trimmed`."""

@@ -115,19 +115,31 @@ def map_tiles(
 
 
 def grouped(tiles: Sequence[Tile], cell_bytes: int, max_bytes: int, least_groups: int = 1) -> list[list[Tile]]:
-    """Divide tiles into groups whose sums fit into memory, in their order; a group has at least one tile."""
-    largest = max(1, -(-len(tiles) // max(1, least_groups)))
+    """Divide tiles into groups whose sums fit into memory, in their order; a group has at least one tile.
+
+    Args:
+        tiles: tiles of a map.
+        cell_bytes: memory that a cell takes until its tile is done.
+        max_bytes: largest size of the sums of a group.
+        least_groups: number of groups of about equal work, if there are enough tiles for it.
+    """
     groups: list[list[Tile]] = []
     used_bytes = 0
-    for tile in tiles:
-        rows, columns = tile.window
-        tile_bytes = (rows.stop - rows.start) * (columns.stop - columns.start) * cell_bytes
-        if not groups or used_bytes + tile_bytes > max_bytes or len(groups[-1]) >= largest:
+    work = np.array([_cells(tile) * len(tile.images) for tile in tiles])
+    shares = np.floor(least_groups * (np.cumsum(work) - work / 2) / max(work.sum(), 1))
+    for tile, share, before in zip(tiles, shares, np.roll(shares, 1), strict=True):
+        tile_bytes = _cells(tile) * cell_bytes
+        if not groups or used_bytes + tile_bytes > max_bytes or share != before:
             groups.append([])
             used_bytes = 0
         groups[-1].append(tile)
         used_bytes += tile_bytes
     return groups
+
+
+def _cells(tile: Tile) -> int:
+    rows, columns = tile.window
+    return int((rows.stop - rows.start) * (columns.stop - columns.start))
 
 
 def _cell_span(raster: GroundRaster, image: SurveyImage, planes: Sequence[Plane]) -> NDArray[np.float64]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -56,16 +58,20 @@ def _fill(
 ) -> None:
     """Write the heights of the samples inside triangles, whose corners are (column, row, z), shape (t, 3, 3)."""
     counts = sizes[:, 0] * sizes[:, 1]
-    triangle = np.repeat(np.arange(len(counts)), counts)
-    within = np.arange(len(triangle)) - np.repeat(np.cumsum(counts) - counts, counts)
-    column = first[triangle, 0] + within % sizes[triangle, 0]
-    row = first[triangle, 1] + within // sizes[triangle, 0]
+    within = (np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)).astype(np.int32)
+    rows, columns = np.divmod(within, np.repeat(sizes[:, 0].astype(np.int32), counts))
     (ax, ay, az), (bx, by, bz), (cx, cy, cz) = np.moveaxis(corners, 0, -1)
     area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
-    area = np.where(area == 0.0, np.nan, area)[triangle]
-    dx, dy = column - ax[triangle], row - ay[triangle]
-    share_b = (dx * (cy - ay)[triangle] - dy * (cx - ax)[triangle]) / area
-    share_c = (dy * (bx - ax)[triangle] - dx * (by - ay)[triangle]) / area
+    area[area == 0.0] = np.nan
+    dx, dy = first[:, 0] - ax, first[:, 1] - ay
+
+    def over_samples(at_first: NDArray[np.float64], by_column: NDArray[np.float64], by_row: NDArray[np.float64]) -> Any:
+        """Return what is linear in column and row, at all samples."""
+        return np.repeat(at_first, counts) + np.repeat(by_column, counts) * columns + np.repeat(by_row, counts) * rows
+
+    share_b = over_samples((dx * (cy - ay) - dy * (cx - ax)) / area, (cy - ay) / area, (ax - cx) / area)
+    share_c = over_samples((dy * (bx - ax) - dx * (by - ay)) / area, (ay - by) / area, (bx - ax) / area)
     inside = (share_b >= -1e-9) & (share_c >= -1e-9) & (share_b + share_c <= 1.0 + 1e-9)
-    z = az[triangle] + share_b * (bz - az)[triangle] + share_c * (cz - az)[triangle]
+    z = np.repeat(az, counts) + share_b * np.repeat(bz - az, counts) + share_c * np.repeat(cz - az, counts)
+    row, column = rows + np.repeat(first[:, 1], counts), columns + np.repeat(first[:, 0], counts)
     heights[row[inside], column[inside]] = z[inside]
