@@ -22,7 +22,7 @@ from aos_gcs.api.once import Once
 from aos_gcs.api.openapi import add_routes, make_document
 from aos_gcs.api.page import add_page
 from aos_gcs.api.routers.plans import IMPORT_PATH
-from aos_gcs.mission.control import MissionCommands, MissionView, ReplayControl
+from aos_gcs.mission.control import FindingCommands, MissionCommands, MissionView, ReplayControl
 from aos_gcs.mission.viewing import ViewControl
 from aos_gcs.store.plan_folder import PlanFolder
 
@@ -43,6 +43,7 @@ def create_app(
     operator_code: str | None = None,
     operator_file: OperatorFile | None = None,
     commands: MissionCommands | None = None,
+    findings: FindingCommands | None = None,
     replay: ReplayControl | None = None,
     viewer: ViewControl | None = None,
     plans_folder: Path = Path("plans"),
@@ -59,6 +60,7 @@ def create_app(
         operator_code: code for signing in as an operator; without one every client is an operator.
         operator_file: remembers who is signed in; without it they sign in again after a restart.
         commands: commands to the mission; None where it is only shown.
+        findings: decisions about the findings of a survey, which has no vehicles; None for missions.
         replay: replay of the mission; None for a live one.
         viewer: viewer of its frames; None where they are not recorded.
         plans_folder: folder of saved plans.
@@ -70,13 +72,17 @@ def create_app(
     app = FastAPI(title="aos-gcs", docs_url=None, redoc_url=None, openapi_url="/api/openapi.json", lifespan=_lifespan)
     app.state.mission = mission
     app.state.commands = commands
+    app.state.findings = commands or findings
     app.state.replay = replay
     app.state.viewer = viewer
     app.state.basemap_file = basemap_file
     app.state.plans = PlanFolder(plans_folder)
     app.state.plan_checks = PlanChecks()
     capabilities = CapabilitiesModel(
-        planning=commands is not None, viewer=viewer is not None, findings=commands is not None
+        planning=commands is not None,
+        viewer=viewer is not None,
+        findings=app.state.findings is not None,
+        survey=findings is not None,
     )
     app.state.hub = EventHub(mission, replay, capabilities, now_s, upstream)
     app.state.access = Access(operator_code, now_s, operator_file)

@@ -15,7 +15,7 @@ from aos_gcs.api.errors import NotFoundError, SeenMissingError
 from aos_gcs.api.events.hub import EventHub
 from aos_gcs.api.once import Once
 from aos_gcs.errors import MissionError
-from aos_gcs.mission.control import MissionCommands, MissionView, ReplayControl
+from aos_gcs.mission.control import FindingCommands, MissionCommands, MissionView, ReplayControl
 from aos_gcs.mission.model.actions import Seen
 from aos_gcs.mission.viewing import ViewControl
 from aos_gcs.store.plan_folder import PlanFolder
@@ -37,6 +37,13 @@ def commands_of(connection: HTTPConnection) -> MissionCommands:
     if commands is None:
         raise MissionError("This service only shows a mission: it cannot be commanded or changed.")
     return commands
+
+
+def _get_finding_commands(connection: HTTPConnection) -> FindingCommands:
+    findings = cast("FindingCommands | None", connection.app.state.findings)
+    if findings is None:
+        raise MissionError("This service only shows a mission: its findings cannot be changed.")
+    return findings
 
 
 def _get_hub(connection: HTTPConnection) -> EventHub:
@@ -70,6 +77,7 @@ SeenState = Annotated[Seen, Depends(require_seen)]
 SeenStateIfAny = Annotated[Seen | None, Depends(_get_seen)]
 Mission = Annotated[MissionView, Depends(_get_mission)]
 Commands = Annotated[MissionCommands, Depends(commands_of)]
+FindingChanges = Annotated[FindingCommands, Depends(_get_finding_commands)]
 Hub = Annotated[EventHub, Depends(_get_hub)]
 
 

@@ -29,6 +29,7 @@ BUILT_IN: dict[str, str] = {
     "plan-aperture": "aos_gcs.cli.plan_aperture:plan_aperture",
     "inspect": "aos_gcs.cli.inspect:inspect",
     "replay": "aos_gcs.cli.replay:replay",
+    "survey": "aos_gcs.cli.survey:survey",
     "lab": "aos_gcs.cli.lab.commands:lab",
 }
 """Command name to ``module:function``, in the order in which the help lists them."""

@@ -39,7 +39,27 @@ class MissionView(Protocol):
         ...
 
 
-class MissionCommands(Protocol):
+class FindingCommands(Protocol):
+    """What operators do with findings, of missions and of surveys. Their sign-in names go into the record."""
+
+    async def add_finding(self, position_enu_m: EnuPoint, comment: str, *, operator: str = "") -> Finding:
+        """Mark a place by hand.
+
+        Raises:
+            MissionError: there are too many findings already.
+        """
+        ...
+
+    async def change_finding(self, finding_id: int, change: FindingChange, *, operator: str = "") -> Finding:
+        """Judge, comment or assign a finding.
+
+        Raises:
+            MissionError: there is no such finding.
+        """
+        ...
+
+
+class MissionCommands(FindingCommands, Protocol):
     """Commands of operators to a mission in flight. Their sign-in names go into the record."""
 
     async def act(
@@ -82,22 +102,6 @@ class MissionCommands(Protocol):
 
         Raises:
             MissionError: there is no notice of such a number; none was acknowledged.
-        """
-        ...
-
-    async def add_finding(self, position_enu_m: EnuPoint, comment: str, *, operator: str = "") -> Finding:
-        """Mark a place by hand.
-
-        Raises:
-            MissionError: there are too many findings already.
-        """
-        ...
-
-    async def change_finding(self, finding_id: int, change: FindingChange, *, operator: str = "") -> Finding:
-        """Judge, comment or assign a finding.
-
-        Raises:
-            MissionError: there is no such finding.
         """
         ...
 

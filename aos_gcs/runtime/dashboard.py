@@ -11,7 +11,7 @@ from aos_gcs.api.basemap_file import check_basemap
 from aos_gcs.api.server import serve, serve_on
 from aos_gcs.bridge.mirror import MissionMirror
 from aos_gcs.config.model import ApiConfig
-from aos_gcs.mission.control import MissionView, ReplayControl
+from aos_gcs.mission.control import FindingCommands, MissionView, ReplayControl
 from aos_gcs.mission.viewing import ViewControl
 from aos_gcs.runtime.sign_in import OperatorSecrets, announce
 
@@ -49,6 +49,7 @@ async def open_dashboard(
     config: ApiConfig,
     operators: OperatorSecrets,
     *,
+    findings: FindingCommands | None = None,
     replay: ReplayControl | None = None,
     viewer: ViewControl | None = None,
 ) -> AsyncIterator[None]:
@@ -58,6 +59,7 @@ async def open_dashboard(
         mission: mission to show.
         config: address and files of the dashboard.
         operators: code by which operators sign in.
+        findings: decisions about the findings of a survey; None for missions.
         replay: control of the replay.
         viewer: views of recorded frames.
 
@@ -71,6 +73,7 @@ async def open_dashboard(
         mission,
         operator_code=operators.code,
         operator_file=operators.file,
+        findings=findings,
         replay=replay,
         viewer=viewer,
         plans_folder=config.plans_folder,

@@ -45,13 +45,27 @@ class MissionDatabase:
         (folder / PICTURES_NAME).mkdir()
         (folder / MAVLINK_NAME).mkdir()
         _replace(folder / MANIFEST_NAME, dump(manifest, indent=2).encode() + b"\n")
+        self._connect(folder)
+        self._connection.executescript(f"BEGIN; {TABLES} PRAGMA user_version = {SCHEMA_VERSION}; COMMIT;")
+
+    @classmethod
+    def reopen(cls, folder: Path) -> MissionDatabase:
+        """Return the files of a mission that is in the folder already, to be continued.
+
+        Raises:
+            sqlite3.Error: the database cannot be opened.
+        """
+        database = cls.__new__(cls)
+        database._connect(folder)  # noqa: SLF001 - its own
+        return database
+
+    def _connect(self, folder: Path) -> None:
         self._folder = folder
         self._has_new_frames = False
         self._connection = sqlite3.connect(folder / DATABASE_NAME, isolation_level=None)
         # WAL: readers never wait and a killed writer leaves every committed row; FULL: a field laptop may lose power
         self._connection.execute("PRAGMA journal_mode = WAL")
         self._connection.execute("PRAGMA synchronous = FULL")
-        self._connection.executescript(f"BEGIN; {TABLES} PRAGMA user_version = {SCHEMA_VERSION}; COMMIT;")
 
     def write(self, writes: Sequence[Write]) -> None:
         """Carry the writes out in one transaction; what its rows name is on the disk before they are.

@@ -14,6 +14,7 @@ from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -43,7 +44,7 @@ _END: Final = None
 
 
 class MissionRecorder:
-    """Writes one mission folder; made by :meth:`create`."""
+    """Writes one mission folder; made by :meth:`create` or :meth:`reopen`."""
 
     def __init__(self, folder: Path, notify: Callable[[Notice], None]) -> None:
         self._folder = folder
@@ -52,6 +53,7 @@ class MissionRecorder:
         self._failure: RecordingError | None = None
         self._lost = 0
         self._lost_before_flush = 0
+        self._why_lost = ""
 
     @classmethod
     @asynccontextmanager
@@ -76,14 +78,31 @@ class MissionRecorder:
                 f"the mission id {mission_id!r} is not a valid folder name; use letters, digits, - and _"
             )
         recorder = cls(root / mission_id, notify)
+        async with recorder._writing(partial(_make, recorder.folder, manifest)):
+            yield recorder
+
+    @classmethod
+    @asynccontextmanager
+    async def reopen(cls, folder: Path, *, notify: Callable[[Notice], None]) -> AsyncIterator[MissionRecorder]:
+        """Continue the record in a folder for as long as the context is entered; see :meth:`create`.
+
+        Raises:
+            ConfigurationError: it cannot be written.
+        """
+        recorder = cls(folder, notify)
+        async with recorder._writing(partial(_reopen, folder)):
+            yield recorder
+
+    @asynccontextmanager
+    async def _writing(self, open_database: Callable[[], MissionDatabase]) -> AsyncIterator[None]:
         with ThreadPoolExecutor(max_workers=1, thread_name_prefix="recorder") as thread:
             loop = asyncio.get_running_loop()
-            database = await loop.run_in_executor(thread, _make, recorder.folder, manifest)
-            writer = asyncio.create_task(recorder._write_all(database, thread), name="recorder")
+            database = await loop.run_in_executor(thread, open_database)
+            writer = asyncio.create_task(self._write_all(database, thread), name="recorder")
             try:
-                yield recorder
+                yield
             finally:
-                await recorder._queue.put(_END)
+                await self._queue.put(_END)
                 await writer
                 await loop.run_in_executor(thread, database.close)
 
@@ -154,7 +173,7 @@ class MissionRecorder:
         await done
 
     async def _write_all(self, database: MissionDatabase, thread: ThreadPoolExecutor) -> None:
-        """Write batches until the end mark; owned by :meth:`create`."""
+        """Write batches until the end mark; owned by :meth:`_writing`."""
         loop = asyncio.get_running_loop()
         ended = False
         while not ended:
@@ -172,6 +191,8 @@ class MissionRecorder:
     def _report(self, errors: Sequence[Exception]) -> None:
         self._lost += len(errors)
         self._lost_before_flush += len(errors)
+        if errors:
+            self._why_lost = str(errors[0])
         if errors and self._failure is None:
             self._failure = RecordingError(
                 f"cannot record into {self._folder}: {errors[0]}; free some space or check the disk"
@@ -185,7 +206,11 @@ class MissionRecorder:
         if flush.done.cancelled():
             return
         if self._lost_before_flush:
-            text = str(self._failure or f"{self._lost_before_flush} records could not be written into {self._folder}")
+            text = str(
+                self._failure
+                or f"{self._lost_before_flush} records could not be written into {self._folder}: {self._why_lost}; "
+                "free some space or check the disk"
+            )
             flush.done.set_exception(RecordingError(text))
         else:
             flush.done.set_result(None)
@@ -199,6 +224,13 @@ def _make(folder: Path, manifest: Mapping[str, object]) -> MissionDatabase:
         raise ConfigurationError(f"{folder} exists already; choose another mission id or folder") from error
     except (OSError, sqlite3.Error) as error:
         raise ConfigurationError(f"the mission folder {folder} cannot be made: {error}") from error
+
+
+def _reopen(folder: Path) -> MissionDatabase:
+    try:
+        return MissionDatabase.reopen(folder)
+    except sqlite3.Error as error:
+        raise ConfigurationError(f"the record in {folder} cannot be continued: {error}") from error
 
 
 def _write(database: MissionDatabase, writes: Sequence[Write]) -> list[Exception]:

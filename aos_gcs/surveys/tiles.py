@@ -21,13 +21,24 @@ from aos_gcs.imaging.model import GroundRaster
 from aos_gcs.imaging.surfaces.ground import raster_part
 from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.imaging.views import FocalSurface, FocalView, ortho_view, perspective_view
-from aos_gcs.surveys.model import SurveyImage
 
 TILE_CELLS = 1024
 """Edge of a tile."""
 
 Window = tuple[slice, slice]
 """Rows and columns of the whole raster."""
+
+
+class Placed(Protocol):
+    """An image as far as its content does not matter."""
+
+    @property
+    def camera(self) -> CameraModel:
+        """Camera that took it."""
+
+    @property
+    def pose(self) -> Pose:
+        """Pose of its camera at exposure."""
 
 
 class Tile(Protocol):
@@ -87,7 +98,7 @@ class ViewTile:
 
 
 def map_tiles(
-    raster: GroundRaster, images: Sequence[SurveyImage], surface: FocalSurface, edge_cells: int = TILE_CELLS
+    raster: GroundRaster, images: Sequence[Placed], surface: FocalSurface, edge_cells: int = TILE_CELLS
 ) -> list[MapTile]:
     """Return the tiles of a map that any image may see, row by row."""
     if isinstance(surface, Terrain):
@@ -142,7 +153,7 @@ def _cells(tile: Tile) -> int:
     return int((rows.stop - rows.start) * (columns.stop - columns.start))
 
 
-def _cell_span(raster: GroundRaster, image: SurveyImage, planes: Sequence[Plane]) -> NDArray[np.float64]:
+def _cell_span(raster: GroundRaster, image: Placed, planes: Sequence[Plane]) -> NDArray[np.float64]:
     """Return the first and last row and column, shape (4,), that bound what an image sees; infinite if nothing.
 
     Args:

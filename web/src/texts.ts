@@ -69,6 +69,13 @@ export const texts = {
     observer: "Observer",
     observerHint: "Observers cannot send commands. Sign in with the operator code.",
   },
+  survey: {
+    phase: (isDone: boolean) => (isDone ? "Examined" : "Examining"),
+    window: "Window",
+    fit: "Fit to survey",
+    datum: "Positions are WGS 84. Times count from the start of the examination. Errors are one standard deviation.",
+    survey: "Survey",
+  },
   signIn: {
     title: "Sign in as operator",
     name: "Name, for the audit log",

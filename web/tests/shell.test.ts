@@ -1,6 +1,6 @@
 import { describe, expect, test } from "vitest";
 import { keyCommand, type Stroke } from "../src/shell/keys";
-import { parseRoute, routeHash, VIEW_NAMES } from "../src/shell/route";
+import { parseRoute, routeHash, surveyRoute, VIEW_NAMES } from "../src/shell/route";
 
 const stroke = (key: string, changes: Partial<Stroke> = {}): Stroke => ({
   key,
@@ -21,6 +21,11 @@ describe("routes", () => {
   });
   test.each(["", "#", "#/", "#/nowhere", "#fly", "#/plan/x"])("'%s' leads to the default view", (hash) => {
     expect(parseRoute(hash)).toEqual({ view: "fly", params: {} });
+  });
+  test("a survey has no views of vehicles", () => {
+    const shown = VIEW_NAMES.map((view) => surveyRoute({ view, params: { finding: "3" } }).view);
+    expect(shown).toEqual(["decide", "decide", "decide", "see", "decide", "decide"]);
+    expect(surveyRoute(parseRoute("#/decide?finding=3")).params).toEqual({ finding: "3" });
   });
 });
 

@@ -49,8 +49,10 @@ class MissionConverter:
         self._no_go = ReusedItems(self._polygon)
         self._legs = ReusedItems(self._leg)
 
-    def convert(self, snapshot: MissionSnapshot, replay: ReplayState | None = None) -> MissionModel:
-        """Convert a snapshot; in a replay there is nothing to command."""
+    def convert(
+        self, snapshot: MissionSnapshot, replay: ReplayState | None = None, *, is_survey: bool = False
+    ) -> MissionModel:
+        """Convert a snapshot; in a replay and in a survey there is nothing to command."""
         origin = self.origin
         return MissionModel(
             mission_id=snapshot.mission_id,
@@ -79,7 +81,7 @@ class MissionConverter:
             acknowledgements=self._acknowledgements(snapshot.acknowledgements),
             command_count=snapshot.command_count,
             replay=replay_state(replay) if replay else None,
-            allowed_actions=[] if replay else allowed_actions(snapshot),
+            allowed_actions=[] if replay or is_survey else allowed_actions(snapshot),
         )
 
     def _vehicle(self, vehicle: VehicleSnapshot) -> VehicleModel:

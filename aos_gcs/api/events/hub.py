@@ -34,7 +34,7 @@ EVENTS_KEPT = 1024
 """Events kept for clients that reconnect: minutes of a mission."""
 GREETING_KEPT_S = 0.25
 """Time for which many clients that connect at once share one greeting."""
-NO_CAPABILITIES = CapabilitiesModel(planning=False, viewer=False, findings=False)
+NO_CAPABILITIES = CapabilitiesModel(planning=False, viewer=False, findings=False, survey=False)
 
 
 def loop_time_s() -> float:
@@ -231,7 +231,8 @@ class EventHub:
     def _model(self, snapshot: MissionSnapshot) -> MissionModel:
         if self._converter.origin != snapshot.origin:
             self._converter = MissionConverter(snapshot.origin)
-        return self._converter.convert(snapshot, self._replay.replay() if self._replay else None)
+        replay = self._replay.replay() if self._replay else None
+        return self._converter.convert(snapshot, replay, is_survey=self._capabilities.survey)
 
     def _step(self, record: StepRecord) -> StepModel:
         """Convert a step, once: doing it for a whole mission when a client connects would block the loop."""

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from fastapi import APIRouter, Path, Response
 
 from aos_gcs.api.convert import findings as convert
-from aos_gcs.api.dependencies import Commands, CurrentSession, Mission, Viewer
+from aos_gcs.api.dependencies import CurrentSession, FindingChanges, Mission, Viewer
 from aos_gcs.api.errors import NotFoundError
 from aos_gcs.api.models.base import ErrorModel
 from aos_gcs.api.models.findings import FindingChangeRequest, FindingModel, FindingRequest
@@ -37,7 +37,7 @@ async def read_findings(mission: Mission) -> list[FindingModel]:
 
 @router.post("", status_code=201, responses=_REFUSED)
 async def add_finding(
-    body: FindingRequest, mission: Mission, commands: Commands, session: CurrentSession
+    body: FindingRequest, mission: Mission, commands: FindingChanges, session: CurrentSession
 ) -> FindingModel:
     """Mark a place by hand."""
     origin = _origin(mission)
@@ -53,7 +53,11 @@ async def add_finding(
 
 @router.patch("/{finding_id}", responses=_REFUSED | {404: {"model": ErrorModel}})
 async def change_finding(
-    finding_id: FindingId, body: FindingChangeRequest, mission: Mission, commands: Commands, session: CurrentSession
+    finding_id: FindingId,
+    body: FindingChangeRequest,
+    mission: Mission,
+    commands: FindingChanges,
+    session: CurrentSession,
 ) -> FindingModel:
     """Confirm, reject, comment or assign a finding."""
     _find(mission, finding_id)

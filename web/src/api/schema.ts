@@ -669,6 +669,11 @@ export interface components {
        */
       planning: boolean;
       /**
+       * Survey
+       * @description A recorded flight is shown: there are no vehicles to watch or to command.
+       */
+      survey: boolean;
+      /**
        * Viewer
        * @description Recorded steps can be seen again; findings have pictures.
        */

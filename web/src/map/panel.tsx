@@ -26,7 +26,7 @@ interface Props {
 const lastCameras = new Map<ViewName, { missionId: string; camera: Camera }>();
 
 export function MapPanel({ layers, overlay = null, extent = [], lookAt = null, children }: Props) {
-  const { state, theme, selection, snapshotAge_s, route } = useShell();
+  const { state, theme, selection, snapshotAge_s, route, isSurvey } = useShell();
   const container = useRef<HTMLDivElement>(null);
   const view = useRef<MapView | null>(null);
   const [isPossible] = useState(hasWebGl);
@@ -67,7 +67,7 @@ export function MapPanel({ layers, overlay = null, extent = [], lookAt = null, c
           <div class="map-canvas" ref={container} />
           <div class="map-controls">
             <button type="button" data-testid="map-fit" onClick={() => view.current?.fitFleet(extent)}>
-              {texts.map.fit}
+              {isSurvey ? texts.survey.fit : texts.map.fit}
             </button>
             {children}
           </div>

@@ -18,7 +18,7 @@ import { HoldAll } from "./hold_all";
 import type { KeyCommand } from "./keys";
 import { Nav } from "./nav";
 import { Question } from "./question";
-import { routeHash } from "./route";
+import { isViewOfSurveys, routeHash } from "./route";
 import { Settings } from "./settings";
 import { SignIn } from "./sign_in";
 import { useStoreState } from "./store_state";
@@ -33,7 +33,7 @@ import { storedVoice, storeVoice } from "./voice";
 export function App({ store, stream }: { store: Store; stream: HoldStream }) {
   const state = useStoreState(store);
   const access = useSession(state.connection, () => stream.renew());
-  const route = useRoute();
+  const route = useRoute(state.capabilities.survey);
   const [theme, setTheme] = useTheme();
   const [voice, setVoice] = useState(storedVoice);
   const [isSigningIn, setSigningIn] = useState(access.code !== "");
@@ -53,7 +53,9 @@ export function App({ store, stream }: { store: Store; stream: HoldStream }) {
   const isOperator = access.session?.role === "operator";
   const isReplay = mission !== null && mission.replay !== null;
   // While the role is unknown the page offers commands and the station decides: a hold must not wait for an answer.
-  const mayCommand = access.session?.role !== "observer" && !isReplay;
+  const isSurvey = state.capabilities.survey;
+  const isActive = access.session?.role !== "observer" && !isReplay;
+  const mayCommand = isActive && !isSurvey;
   // Ages in a recording are those of its own time, even while it is paused.
   const snapshotAge_s = isReplay ? 0 : (performance.now() - state.missionAtMs) / 1000;
   const isMissionSilent = connection === "open" && isSilent(mission, snapshotAge_s);
@@ -64,6 +66,8 @@ export function App({ store, stream }: { store: Store; stream: HoldStream }) {
     isConnected: connection === "open",
     isOperator,
     mayCommand,
+    mayJudge: isActive && state.capabilities.findings,
+    isSurvey,
     theme,
     route,
     navigate: (view, params) => (location.hash = routeHash(view, params)),
@@ -74,9 +78,10 @@ export function App({ store, stream }: { store: Store; stream: HoldStream }) {
   const execute = (command: KeyCommand): void => {
     if (command.kind === "holdAll") {
       // Observers read the refusal of the station: a key without any effect could look as if it had worked.
-      if (!isReplay) commands.holdAll();
-    } else if (command.kind === "view") shell.navigate(command.view);
-    else if (command.kind === "digit")
+      if (!isReplay && !isSurvey) commands.holdAll();
+    } else if (command.kind === "view") {
+      if (!isSurvey || isViewOfSurveys(command.view)) shell.navigate(command.view);
+    } else if (command.kind === "digit")
       changeSelection((before) => typeDigit(before, command, fleet, performance.now()));
     else if (command.kind === "help") setSettingsOpen(true);
     else changeSelection((before) => select(before, command.kind === "selectAll" ? fleet : []));
@@ -93,11 +98,12 @@ export function App({ store, stream }: { store: Store; stream: HoldStream }) {
             connection={isMissionSilent ? "silent" : connection}
             session={access.session}
             mayCommand={mayCommand}
+            isSurvey={isSurvey}
             onHoldAll={commands.holdAll}
             onSignIn={() => setSigningIn(true)}
             onSettings={() => setSettingsOpen(true)}
           />
-          <Nav current={route.view} />
+          <Nav current={route.view} isSurvey={isSurvey} />
           {mission?.replay && (
             <ReplayBar replay={mission.replay} missionId={mission.mission_id} mayControl={isOperator} />
           )}

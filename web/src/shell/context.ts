@@ -13,8 +13,12 @@ export interface Shell {
   readonly snapshotAge_s: number;
   readonly isConnected: boolean;
   readonly isOperator: boolean;
-  /** Whether this page may command: no observer, and no recording. Otherwise views hide all commands. */
+  /** Whether this page may command: no observer, no recording, no survey. Otherwise views hide all commands. */
   readonly mayCommand: boolean;
+  /** Whether this page may mark and judge findings. */
+  readonly mayJudge: boolean;
+  /** Whether a recorded flight is shown, without vehicles. */
+  readonly isSurvey: boolean;
   readonly theme: Theme;
   readonly route: Route;
   navigate(view: ViewName, params?: Route["params"]): void;

@@ -11,16 +11,18 @@ interface Props {
   connection: Connection | "silent";
   session: Session | null;
   mayCommand: boolean;
+  isSurvey: boolean;
   onHoldAll(): void;
   onSignIn(): void;
   onSettings(): void;
 }
 
-export function Header({ mission, connection, session, mayCommand, onHoldAll, onSignIn, onSettings }: Props) {
+export function Header(props: Props) {
+  const { mission, connection, session, mayCommand, isSurvey, onHoldAll, onSignIn, onSettings } = props;
   return (
     <header class="header">
       <h1>{texts.title}</h1>
-      {mission && <Facts mission={mission} />}
+      {mission && <Facts mission={mission} isSurvey={isSurvey} />}
       <p class="message" data-testid="message" role="status" title={mission?.message}>
         {mission?.message ?? texts.waiting}
       </p>
@@ -45,7 +47,7 @@ export function Header({ mission, connection, session, mayCommand, onHoldAll, on
   );
 }
 
-function Facts({ mission }: { mission: Mission }) {
+function Facts({ mission, isSurvey }: { mission: Mission; isSurvey: boolean }) {
   const { header } = texts;
   const isSuspended = mission.suspension !== "none";
   return (
@@ -53,7 +55,9 @@ function Facts({ mission }: { mission: Mission }) {
       <div class="phase">
         <dt>{header.phase}</dt>
         <dd aria-live="polite">
-          <span data-testid="phase">{texts.names.phase[mission.phase]}</span>
+          <span data-testid="phase">
+            {isSurvey ? texts.survey.phase(mission.phase === "done") : texts.names.phase[mission.phase]}
+          </span>
           {isSuspended && <em data-testid="suspension">{texts.names.suspension[mission.suspension]}</em>}
         </dd>
       </div>
@@ -61,8 +65,10 @@ function Facts({ mission }: { mission: Mission }) {
       {mission.outcome !== "open" && (
         <Fact name={header.outcome} value={texts.names.outcome[mission.outcome]} testId="outcome" />
       )}
-      <Fact name={header.step} value={String(mission.step)} testId="step" />
-      <Fact name={header.separation} value={quantity(mission.min_separation_m, 1, "m")} testId="separation" />
+      <Fact name={isSurvey ? texts.survey.window : header.step} value={String(mission.step)} testId="step" />
+      {!isSurvey && (
+        <Fact name={header.separation} value={quantity(mission.min_separation_m, 1, "m")} testId="separation" />
+      )}
     </dl>
   );
 }

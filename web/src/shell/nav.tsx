@@ -1,12 +1,12 @@
 /** Tabs of the views; they are links, so that they work by keyboard and can be opened on another screen. */
 import { texts } from "../texts";
 import { VIEW_KEYS } from "./keys";
-import { routeHash, VIEW_NAMES, type ViewName } from "./route";
+import { isViewOfSurveys, routeHash, VIEW_NAMES, type ViewName } from "./route";
 
-export function Nav({ current }: { current: ViewName }) {
+export function Nav({ current, isSurvey }: { current: ViewName; isSurvey: boolean }) {
   return (
     <nav class="nav" aria-label={texts.nav.label}>
-      {VIEW_NAMES.map((view) => {
+      {VIEW_NAMES.filter((view) => !isSurvey || isViewOfSurveys(view)).map((view) => {
         const key = VIEW_KEYS[view].toUpperCase();
         return (
           <a

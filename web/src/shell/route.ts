@@ -10,6 +10,7 @@ export interface Route {
 }
 
 const DEFAULT_VIEW: ViewName = "fly";
+const DEFAULT_VIEW_OF_SURVEYS: ViewName = "decide";
 const PREFIX = "#/";
 
 const isViewName = (name: string): name is ViewName => (VIEW_NAMES as readonly string[]).includes(name);
@@ -20,6 +21,13 @@ export function parseRoute(hash: string): Route {
   if (!hash.startsWith(PREFIX) || !isViewName(path)) return { view: DEFAULT_VIEW, params: {} };
   return { view: path, params: Object.fromEntries(new URLSearchParams(query)) };
 }
+
+/** Whether a view has something to show without vehicles. */
+export const isViewOfSurveys = (view: ViewName): boolean => view === "see" || view === "decide";
+
+/** Route of a survey: views of vehicles lead to its default view. */
+export const surveyRoute = (route: Route): Route =>
+  isViewOfSurveys(route.view) ? route : { view: DEFAULT_VIEW_OF_SURVEYS, params: {} };
 
 /** Hash of a route, the inverse of {@link parseRoute}. */
 export function routeHash(view: ViewName, params: Route["params"] = {}): string {

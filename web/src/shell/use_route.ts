@@ -1,13 +1,13 @@
 /** Hook for the current route; the back button of the browser works. */
 import { useEffect, useState } from "preact/hooks";
-import { parseRoute, type Route } from "./route";
+import { parseRoute, type Route, surveyRoute } from "./route";
 
-export function useRoute(): Route {
+export function useRoute(isSurvey: boolean): Route {
   const [route, setRoute] = useState(() => parseRoute(location.hash));
   useEffect(() => {
     const follow = (): void => setRoute(parseRoute(location.hash));
     window.addEventListener("hashchange", follow);
     return () => window.removeEventListener("hashchange", follow);
   }, []);
-  return route;
+  return isSurvey ? surveyRoute(route) : route;
 }

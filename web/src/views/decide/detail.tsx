@@ -22,8 +22,7 @@ export function notations({ position, dms, utm, mgrs }: Finding): [keyof typeof 
 }
 
 export function FindingDetail({ finding }: { finding: Finding }) {
-  const { state, mayCommand } = useShell();
-  const mayDecide = mayCommand && state.capabilities.findings;
+  const { mayJudge: mayDecide } = useShell();
   const title = texts.decide.finding(finding.finding_id);
   const facts: [string, string][] = [
     [texts.decide.local, eastNorth(finding.position.east_m, finding.position.north_m)],

@@ -22,8 +22,7 @@ import { Report } from "./report";
 const OVERLAY = { kind: "integral", opacity: 1 } as const;
 
 export function DecideView() {
-  const { state, route, navigate, mayCommand } = useShell();
-  const mayMark = mayCommand && state.capabilities.findings;
+  const { state, route, navigate, mayJudge: mayMark } = useShell();
   const [filter, setFilter] = useState<Filter>("all");
   const [isMarking, setMarking] = useState(false);
   const [refusal, setRefusal] = useState<string | null>(null);

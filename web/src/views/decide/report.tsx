@@ -1,6 +1,7 @@
 /** Report of the findings of a mission, for printing. */
 import type { Finding, Mission } from "../../api/types";
 import { duration, eastNorth, likelihood, quantity } from "../../format";
+import { useShell } from "../../shell/context";
 import { texts } from "../../texts";
 import { notations } from "./detail";
 import { ellipseText, reported, sightingsText, STATUS_SIGNS } from "./findings";
@@ -14,16 +15,21 @@ interface Props {
 }
 
 export function Report({ mission, onClose }: Props) {
+  const { isSurvey } = useShell();
   const findings = reported(mission.findings);
-  const facts: [string, string][] = [
-    [texts.report.mission, mission.mission_id],
-    [texts.report.printed, `${new Date().toISOString().slice(0, 16).replace("T", " ")} UTC`],
-    [texts.header.phase, texts.names.phase[mission.phase]],
-    [texts.header.outcome, texts.names.outcome[mission.outcome]],
-    [texts.header.elapsed, duration(mission.elapsed_s)],
+  const ofFlight: [string, string][] = [
     [texts.plan.strategy, mission.strategy],
     [texts.report.vehicles, String(mission.vehicles.length)],
     [texts.plan.coverage, quantity(mission.covered_percent, 0, "%")],
+  ];
+  const phase = isSurvey ? texts.survey.phase(mission.phase === "done") : texts.names.phase[mission.phase];
+  const facts: [string, string][] = [
+    [isSurvey ? texts.survey.survey : texts.report.mission, mission.mission_id],
+    [texts.report.printed, `${new Date().toISOString().slice(0, 16).replace("T", " ")} UTC`],
+    [texts.header.phase, phase],
+    [texts.header.outcome, texts.names.outcome[mission.outcome]],
+    [texts.header.elapsed, duration(mission.elapsed_s)],
+    ...(isSurvey ? [] : ofFlight),
     [texts.report.findings, String(findings.length)],
   ];
   return (
@@ -49,7 +55,7 @@ export function Report({ mission, onClose }: Props) {
         <Sketch mission={mission} />
       </div>
       {findings.length === 0 && <p>{texts.decide.none.all}</p>}
-      {findings.length > 0 && <p class="small">{texts.report.datum}</p>}
+      {findings.length > 0 && <p class="small">{isSurvey ? texts.survey.datum : texts.report.datum}</p>}
       {findings.map((finding) => (
         <ReportedFinding key={finding.finding_id} finding={finding} />
       ))}

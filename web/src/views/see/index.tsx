@@ -29,7 +29,7 @@ type Chosen = keyof typeof texts.see.kind;
 const CHOICES = Object.keys(texts.see.kind) as Chosen[];
 
 export function SeeView() {
-  const { state, route } = useShell();
+  const { state, route, isSurvey } = useShell();
   const [kind, setKind] = useState<Chosen>("integral");
   const asked = Number(route.params["step"]) || null;
   const [chosenStep, setChosenStep] = useState(asked);
@@ -114,7 +114,7 @@ export function SeeView() {
           )}
           {answer?.ok === false && <p class="see-panel small">{answer.message}</p>}
           {!state.capabilities.viewer && <p class="see-panel small">{texts.see.noViewer}</p>}
-          <MissionPlane viewed_m={viewed && (height_m ?? viewed.focal_height_m)} />
+          {!isSurvey && <MissionPlane viewed_m={viewed && (height_m ?? viewed.focal_height_m)} />}
           <Measure
             isMeasuring={isMeasuring}
             measured={measured}

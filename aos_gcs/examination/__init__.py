@@ -1,0 +1,1 @@
+"""Recorded flights examined as missions judge their frames, and shown as missions are."""

@@ -1,0 +1,254 @@
+"""Examination of a recorded flight, window by window, while the dashboard shows what was found so far."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+from aos_gcs.errors import ImagingError, InputDataError
+from aos_gcs.examination.overview import Overview
+from aos_gcs.examination.reduction import reduced
+from aos_gcs.examination.search import Candidate, SearchSettings, WindowFound, search_window
+from aos_gcs.examination.survey_mission import SurveyMission
+from aos_gcs.examination.windows import FrameWindow, ground_height_m
+from aos_gcs.geometry.geodesy import LocalFrame
+from aos_gcs.imaging.model import Frame
+from aos_gcs.imaging.persons.decision import CLAIMED, FindingKind
+from aos_gcs.imaging.views import FocalSurface
+from aos_gcs.imaging.workers import parallel_map
+from aos_gcs.mission.model.findings import TargetEstimate
+from aos_gcs.mission.model.phase import Outcome, OutcomeRecord, Phase
+from aos_gcs.mission.model.steps import StepRecord
+from aos_gcs.mission.search.same_body import SAME_BODY_M
+from aos_gcs.mission.search.targeting import error_ellipse
+from aos_gcs.ports import Capture, Clock, Severity
+from aos_gcs.store.reader import MAX_UTC_S
+from aos_gcs.store.recorder import MissionRecorder
+from aos_gcs.surveys.images import read_frame
+from aos_gcs.surveys.model import Survey, SurveyImage
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Examination:
+    """A recorded flight, and how it is examined."""
+
+    survey: Survey
+    """Its world is east-north-up about its origin."""
+    bands: tuple[str, ...]
+    """Bands by which the images are judged: that of one band counts as thermal."""
+    surface: FocalSurface
+    windows: tuple[FrameWindow, ...]
+    settings: SearchSettings
+    ground_m: float
+    """Height of the ground where the surface is not known."""
+
+
+class Examiner:
+    """Examines the windows of a survey, one after the other.
+
+    Args:
+        examination: what is examined.
+        mission: told what is found.
+        recorder: record of the survey, for its frames.
+        frame: frame of the survey's world.
+        clock: clock of the examination.
+    """
+
+    def __init__(
+        self,
+        examination: Examination,
+        mission: SurveyMission,
+        recorder: MissionRecorder,
+        frame: LocalFrame,
+        clock: Clock,
+    ) -> None:
+        self._work = examination
+        self._mission = mission
+        self._recorder = recorder
+        self._frame = frame
+        self._clock = clock
+        self._read: dict[int, Frame] = {}
+        """Frames of the latest window, by their indices in the survey."""
+        self._broken: dict[int, str] = {}
+        """Reasons why images cannot be read, by their indices."""
+        self._overview = Overview(examination.survey.images, examination.bands, examination.ground_m)
+        self._shown: set[int] = set()
+        """Indices of the images that the overview holds."""
+
+    async def run(self) -> None:
+        """Examine what has not been examined, and conclude.
+
+        Raises:
+            InputDataError: no image can be read.
+            ImagingError: no window can be examined.
+            RecordingError: the disk is full.
+        """
+        done = len(self._mission.steps())
+        for window in self._work.windows[:done]:
+            await asyncio.to_thread(self._load, window)
+        for number, window in enumerate(self._work.windows[done:], start=done + 1):
+            total, first, last = len(self._work.windows), window.first + 1, window.end
+            message = (
+                f"Examining pictures {first} to {last} of {len(self._work.survey.images)}, window {number} of {total}"
+            )
+            await self._mission.update(message=message)
+            await self._examine(number, window)
+            await self._recorder.flush()
+        await self._conclude()
+
+    async def _conclude(self) -> None:
+        mission, images = self._mission, len(self._work.survey.images)
+        persons = mission.persons
+        if len(self._broken) == images:
+            raise InputDataError(f"None of the {images} images can be read: {next(iter(self._broken.values()))}")
+        outcome = Outcome.FOUND if persons else Outcome.NOT_FOUND
+        found = f"{persons} possible {'person' if persons == 1 else 'persons'}" if persons else "no person found"
+        text = f"{images - len(self._broken)} of {images} pictures examined: {found}."
+        await self._recorder.record_outcome(OutcomeRecord(self._clock.utc_s(), outcome, {"images": images}))
+        await mission.notice(Severity.INFO, text)
+        await mission.update(phase=Phase.DONE, outcome=outcome, message=text)
+        await self._recorder.flush()
+
+    async def _examine(self, number: int, window: FrameWindow) -> None:
+        began_s = self._clock.now_s()
+        broken = await asyncio.to_thread(self._load, window)
+        for index in broken:
+            await self._mission.notice(Severity.INFO, f"Picture left out: {self._broken[index]}")
+        frames = [
+            replace(self._read[index], vehicle_id=index - window.first + 1)
+            for index in window.frames
+            if index in self._read
+        ]
+        missing = {index - window.first + 1: self._broken[index] for index in window.frames if index in self._broken}
+        found = WindowFound((), 0, 0.0, {})
+        if frames:
+            found = await self._search(frames, missing)
+        await self._record_frames(number, window, frames)
+        record = self._step(number, frames, found, missing | dict(found.left_out))
+        new = self._mission.observe(self._targets(number, found.candidates), number)
+        await self._mission.add_step(
+            replace(record, elapsed_s=self._mission.elapsed_s(), work_ms=1000.0 * (self._clock.now_s() - began_s))
+        )
+        await self._mission.add_pictures(await asyncio.to_thread(self._overview.pictures, number))
+        for finding in new:
+            if finding.kind in CLAIMED:
+                what = "possible person" if finding.kind is FindingKind.PERSON else "anomaly"
+                await self._mission.notice(Severity.INFO, f"Finding {finding.finding_id}: {what}")
+        await self._mission.update(step=number)
+
+    async def _search(self, frames: Sequence[Frame], missing: dict[int, str]) -> WindowFound:
+        search = partial(search_window, frames, self._work.surface, self._work.settings)
+        try:
+            return await asyncio.to_thread(search)
+        except ImagingError as error:
+            if len(missing) + len(frames) == len(self._work.survey.images):
+                raise
+            await self._mission.notice(Severity.INFO, f"A window is left out: {error}")
+            return WindowFound((), 0, 0.0, {})
+
+    def _load(self, window: FrameWindow) -> list[int]:
+        """Read the frames of a window that are not read yet; return the indices of those that newly cannot be."""
+        new = [index for index in window.frames if index not in self._read and index not in self._broken]
+        results = parallel_map(self._try_read, new)
+        self._read = {index: frame for index, frame in self._read.items() if index in window.frames}
+        broken = []
+        for index, result in zip(new, results, strict=True):
+            if isinstance(result, Frame):
+                self._read[index] = result
+            else:
+                self._broken[index] = result
+                broken.append(index)
+        unseen = [index for index in window.frames if index in self._read and index not in self._shown]
+        self._overview.add([self._read[index] for index in unseen])
+        self._shown |= set(unseen)
+        return broken
+
+    def _try_read(self, index: int) -> Frame | str:
+        image = self._work.survey.images[index]
+        try:
+            frame = reduced(read_frame(image, self._work.survey.bands))
+        except InputDataError as error:
+            return str(error)
+        return replace(frame, bands=self._work.bands)
+
+    async def _record_frames(self, number: int, window: FrameWindow, frames: Sequence[Frame]) -> None:
+        for frame in frames:
+            index = window.first + frame.vehicle_id - 1
+            image = self._work.survey.images[index]
+            capture = Capture(
+                vehicle_id=frame.vehicle_id,
+                image_index=index,
+                utc_s=_utc_s(image),
+                image=frame.image,
+                bands=frame.bands,
+                position=self._frame.to_geodetic(frame.pose.position_enu_m),
+                R_cam2enu=frame.pose.R_cam2enu,
+                camera=frame.camera,
+            )
+            await self._recorder.record_frame(number, capture)
+
+    def _step(self, number: int, frames: Sequence[Frame], found: WindowFound, missing: dict[int, str]) -> StepRecord:
+        height_m = ground_height_m(frames, self._work.surface) if frames else self._work.ground_m
+        return StepRecord(
+            step=number,
+            elapsed_s=0.0,
+            phase=Phase.SCAN,
+            visibility_m2=found.largest_m2,
+            visibility_present_m2=found.largest_m2,
+            threshold_m2=self._work.settings.minimum_area_m2,
+            branch="",
+            evolutionary_factor=None,
+            evolutionary_state=None,
+            c_s_m=None,
+            c_c_m=None,
+            leader_id=None,
+            target_enu_m=None,
+            fitness={},
+            missing=missing,
+            waypoints=(),
+            imaging_ms=0.0,
+            work_ms=0.0,
+            loop_lag_p99_ms=0.0,
+            focal_height_m=self._work.ground_m if math.isnan(height_m) else height_m,
+        )
+
+    def _targets(self, number: int, candidates: Sequence[Candidate]) -> list[TargetEstimate]:
+        """Return what a window shows as targets, each with a track of its own; without what another saw better."""
+        now_s = self._mission.elapsed_s()
+        return [
+            _target(1000 * number + index, candidate, now_s)
+            for index, candidate in enumerate(candidates, start=1)
+            if not self._is_known_better(candidate)
+        ]
+
+    def _is_known_better(self, candidate: Candidate) -> bool:
+        """Tell whether an earlier window has claimed it by more frames, or this one does not: it has it at its edge."""
+        known = self._mission.known_at(candidate.position_enu_m, SAME_BODY_M)
+        if known is None or not known.is_claimed:
+            return False
+        return candidate.verdict.kind not in CLAIMED or known.sightings > candidate.frames
+
+
+def _target(track_id: int, candidate: Candidate, now_s: float) -> TargetEstimate:
+    verdict, place = candidate.verdict, candidate.place
+    covariance_m2 = None if place is None else place.covariance_m2[:2, :2]
+    return TargetEstimate(
+        position_enu_m=candidate.position_enu_m,
+        sigma_m=None if covariance_m2 is None else math.sqrt(float(covariance_m2.trace()) / 2.0),
+        sightings=candidate.frames,
+        track_id=track_id,
+        ellipse=None if covariance_m2 is None else error_ellipse(covariance_m2),
+        seen_at_s=now_s,
+        person_confidence=verdict.probability,
+        kind=verdict.kind,
+        reasons=verdict.reasons,
+    )
+
+
+def _utc_s(image: SurveyImage) -> float:
+    """Return the time of exposure; 0 where it is not known, or of a clock that does not tell the date."""
+    taken_at_s = image.taken_at_s
+    return taken_at_s if taken_at_s is not None and 0.0 <= taken_at_s <= MAX_UTC_S else 0.0

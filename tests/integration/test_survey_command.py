@@ -1,0 +1,223 @@
+"""``aos-gcs survey``: from a folder of photographs, or a recorded flight, to findings."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import signal
+import sqlite3
+from pathlib import Path
+from typing import Any
+
+import httpx
+import numpy as np
+import pymap3d
+import pytest
+
+from aos_gcs.cli import main
+from aos_gcs.geometry.geodesy import LocalFrame
+from aos_gcs.store.reader import MissionReader
+from aos_gcs.surveys.photos import read_photos
+from aos_gcs.surveys.projected import ProjectedSystem
+from tests.fakes.program import running
+from tests.fakes.recorded_flight import run
+from tests.fakes.recording import record
+from tests.fakes.survey_flight import CAMERA, HOT_M, TAKEOFF, Photographs
+
+
+@pytest.fixture
+def photographs(tmp_path: Path) -> Photographs:
+    return Photographs(tmp_path, hot=True)
+
+
+def survey(capfd: pytest.CaptureFixture[str], folder: Path, *options: object) -> dict[str, Any]:
+    """Examine a folder without a dashboard, and return what is printed."""
+    capfd.readouterr()
+    assert run(["--log-level", "error", "survey", str(folder), "--headless", "--json", *map(str, options)]) == 0
+    result: dict[str, Any] = json.loads(capfd.readouterr().out)
+    return result
+
+
+def error(capfd: pytest.CaptureFixture[str], folder: Path, *options: object) -> str:
+    """Return why a folder is refused, in one line."""
+    capfd.readouterr()
+    assert run(["--log-level", "error", "survey", str(folder), "--headless", *map(str, options)]) == 2
+    (line,) = [line for line in capfd.readouterr().err.splitlines() if line.startswith("aos-gcs: ")]
+    return line
+
+
+def east_north_m(finding: dict[str, Any]) -> tuple[float, float]:
+    at = (TAKEOFF.latitude_deg, TAKEOFF.longitude_deg, TAKEOFF.altitude_amsl_m)
+    east_m, north_m, _ = pymap3d.geodetic2enu(finding["latitude_deg"], finding["longitude_deg"], at[2], *at)
+    return float(east_m), float(north_m)
+
+
+def test_what_photographs_show_is_found_in_its_place(
+    photographs: Photographs, capfd: pytest.CaptureFixture[str]
+) -> None:
+    result = survey(capfd, photographs.images, "--crs", "EPSG:32633")
+    (finding,) = result["findings"]
+    assert east_north_m(finding) == pytest.approx(HOT_M, abs=0.3)
+    assert (finding["kind"], finding["status"], result["result"]) == ("anomaly", "new", "found")
+    expected_m = ProjectedSystem.of("EPSG:32633").east_north_m(finding["latitude_deg"], finding["longitude_deg"])
+    assert (finding["east_m"], finding["north_m"]) == expected_m
+    assert result["message"] == "6 of 6 pictures examined: 1 possible person."
+    assert 0.0 < result["first_finding_s"] <= result["elapsed_s"]
+
+
+def test_an_empty_forest_has_no_findings(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    result = survey(capfd, Photographs(tmp_path).images)
+    assert (result["findings"], result["result"], result["first_finding_s"]) == ([], "not_found", None)
+    assert result["message"] == "6 of 6 pictures examined: no person found."
+
+
+def test_a_survey_is_not_examined_twice(
+    photographs: Photographs, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first = survey(capfd, photographs.images)
+    monkeypatch.setattr("aos_gcs.examination.examiner.search_window", None)
+    assert survey(capfd, photographs.images) == first
+    assert survey(capfd, Path(first["folder"])) == first
+    shutil.rmtree(photographs.images)
+    assert survey(capfd, Path(first["folder"])) == first
+
+
+def test_other_options_or_pictures_need_another_folder(
+    photographs: Photographs, capfd: pytest.CaptureFixture[str]
+) -> None:
+    survey(capfd, photographs.images)
+    refused = "holds a survey of other pictures, or with other options: name another folder with --out"
+    assert refused in error(capfd, photographs.images, "--min-count", 3)
+    (photographs.images / "5.jpg").unlink()
+    assert refused in error(capfd, photographs.images)
+    survey(capfd, photographs.images, "--out", photographs.images.with_name("second"))
+
+
+def test_an_examination_that_was_ended_goes_on(
+    photographs: Photographs, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("aos_gcs.examination.windows.MAX_REACH", 0.3)
+    whole = survey(capfd, photographs.images)
+    assert whole["windows"] > 2
+    ended = photographs.images.with_name("ended")
+    searched = 0
+
+    def interrupted(*arguments: Any) -> Any:
+        nonlocal searched
+        searched += 1
+        if searched == 3:
+            raise KeyboardInterrupt
+        return search(*arguments)
+
+    from aos_gcs.examination.search import search_window as search  # noqa: PLC0415 - before it is replaced
+
+    with monkeypatch.context() as patched:
+        patched.setattr("aos_gcs.examination.examiner.search_window", interrupted)
+        arguments = ["survey", str(photographs.images), "--headless", "--json", "--out", str(ended)]
+        assert run(["--log-level", "error", *arguments]) == 130
+    with MissionReader(ended) as reader:
+        assert len(reader.steps()) == 2
+    again = survey(capfd, photographs.images, "--out", ended)
+    assert again["windows"] == whole["windows"]
+    assert [east_north_m(one) for one in again["findings"]] == [
+        pytest.approx(east_north_m(one)) for one in whole["findings"]
+    ]
+    with MissionReader(ended) as reader:
+        assert [record.step for record in reader.steps()] == list(range(1, whole["windows"] + 1))
+
+
+def test_poses_in_a_projected_system(
+    photographs: Photographs, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    system = ProjectedSystem.of("EPSG:32633")
+    opened = read_photos(photographs.images)
+    assert opened.origin is not None
+    frame = LocalFrame(opened.origin)
+    entries = []
+    for image in opened.images:
+        place = frame.to_geodetic(image.pose.position_enu_m)
+        centre_m = np.array([*system.east_north_m(place.latitude_deg, place.longitude_deg), place.altitude_amsl_m])
+        R = image.pose.R_cam2enu.T
+        entries.append({"imagefile": image.path.name, "M3x4": np.column_stack((R, -R @ centre_m)).tolist()})
+    poses = tmp_path / "poses.json"
+    poses.write_text(json.dumps({"images": entries}))
+    given = ("--poses", poses, "--fov", np.degrees(CAMERA.horizontal_fov_rad), "--plane-z", TAKEOFF.altitude_amsl_m)
+    assert "give --origin LAT,LON[,ALT] of the poses' world, or --crs EPSG:CODE" in error(
+        capfd, photographs.images, *given
+    )
+    (finding,) = survey(capfd, photographs.images, *given, "--crs", "EPSG:32633")["findings"]
+    # The grid's north, by which these poses are turned, lies half a degree off.
+    assert east_north_m(finding) == pytest.approx(HOT_M, abs=0.4)
+
+
+def test_folders_that_cannot_be_examined_are_named(
+    photographs: Photographs, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    empty = tmp_path / "empty"
+    empty.mkdir()
+    assert "has no JPEG photographs" in error(capfd, empty)
+    assert not (tmp_path / "empty-survey").exists()
+    assert "does not exist; check the path" in error(capfd, tmp_path / "nowhere")
+    assert "EPSG:0' is unknown" in error(capfd, photographs.images, "--crs", "EPSG:0")
+    assert "holds no survey: name another folder with --out" in error(capfd, photographs.images, "--out", empty)
+    assert "--detector must be one of rx" in error(capfd, photographs.images, "--detector", "best")
+    assert "No image has the focal surface in front" in error(capfd, photographs.images, "--plane-z", 900)
+
+
+async def test_a_mission_is_shown_by_replay(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    await record(tmp_path / "mission")
+    with pytest.raises(SystemExit) as stop:
+        main(["--log-level", "error", "survey", str(tmp_path / "mission")])
+    assert stop.value.code == 2
+    assert "is the record of a mission: show it with aos-gcs replay" in capfd.readouterr().err
+
+
+def test_a_picture_that_cannot_be_read_is_left_out(photographs: Photographs, capfd: pytest.CaptureFixture[str]) -> None:
+    content = (photographs.images / "2.jpg").read_bytes()
+    (photographs.images / "2.jpg").write_bytes(content[: len(content) // 2] + b"\xff\xd9")
+    assert survey(capfd, photographs.images)["findings"]
+
+
+def test_a_full_disk_is_said_in_words(
+    photographs: Photographs, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("aos_gcs.store.database.MissionDatabase.add_frame", full)
+    text = error(capfd, photographs.images)
+    assert "No space left on device; free some space or check the disk" in text
+
+
+async def test_the_dashboard_of_a_survey_takes_decisions_and_no_commands(
+    photographs: Photographs, tmp_path: Path
+) -> None:
+    out = tmp_path / "results"
+    arguments = ("survey", str(photographs.images), "--out", str(out), "--port", "0")
+    async with running(tmp_path / "run", *arguments) as program:
+        await program.until_logged("stays available until Ctrl-C", 60)
+        found = re.match(r"(http://[^/]+)/#code=(\S+)", program.operator_url)
+        assert found is not None
+        async with httpx.AsyncClient(base_url=found[1]) as client:
+            assert (await client.patch("/api/findings/1", json={"status": "confirmed"})).status_code == 403
+            assert (await client.post("/api/session", json={"code": found[2], "name": "Ada"})).status_code == 200
+            judged = await client.patch("/api/findings/1", json={"status": "confirmed"})
+            assert (judged.json()["status"], judged.json()["operator"]) == ("confirmed", "Ada")
+            seen = (await client.get("/api/mission")).headers["X-Seen"]
+            for action in ("start", "hold", "return"):
+                refused = await client.post("/api/mission/actions", json={"action": action}, headers={"X-Seen": seen})
+                assert refused.status_code == 409
+            mission = (await client.get("/api/mission")).json()
+            assert (mission["allowed_actions"], mission["vehicles"], mission["replay"]) == ([], [], None)
+            assert '"confirmed"' in (await client.get("/api/findings.geojson")).text
+            assert (await client.get("/api/findings/1/thermal.png")).content.startswith(b"\x89PNG")
+            assert (await client.get("/api/viewer/1/integrals/integral.png?height_m=1.5")).status_code == 200
+        program.stop(signal.SIGINT)
+        assert await program.ended(10.0) == 130
+    with MissionReader(out) as reader:
+        snapshot = reader.last_snapshot()
+    assert snapshot is not None
+    assert [(one.status, one.operator) for one in snapshot.findings] == [("confirmed", "Ada")]
+    with sqlite3.connect(out / "mission.sqlite") as database:
+        assert database.execute("PRAGMA integrity_check").fetchone() == ("ok",)

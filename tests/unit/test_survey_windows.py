@@ -1,0 +1,57 @@
+"""Windows along a recorded flight, and what is read of large photographs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from aos_gcs.examination.reduction import reduced
+from aos_gcs.examination.windows import plan_windows
+from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.geometry.poses import Pose, nadir_pose
+from aos_gcs.geometry.projection import project_points
+from aos_gcs.imaging.model import Frame
+
+CAMERA = CameraModel.from_fov(64, 48, np.radians(60.0))
+
+
+@dataclass(frozen=True)
+class View:
+    camera: CameraModel
+    pose: Pose
+
+
+def flight(count: int, spacing_m: float) -> list[View]:
+    return [View(CAMERA, nadir_pose([spacing_m * index, 0.0, 30.0])) for index in range(count)]
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 29, 30, 31, 47, 192])
+@pytest.mark.parametrize("spacing_m", [0.5, 8.0, 500.0])
+def test_windows_hold_every_frame_with_its_neighbour(count: int, spacing_m: float) -> None:
+    windows = plan_windows(flight(count, spacing_m), 0.0)
+    assert sorted({index for window in windows for index in window.frames}) == list(range(count))
+    assert all(2 <= len(window.frames) <= 30 for window in windows) or count == 1
+    assert all(one.first < other.first < one.end for one, other in pairwise(windows))
+
+
+def test_frames_that_share_no_ground_are_not_in_one_window() -> None:
+    # Footprints of 35 m: two of them hold eight places 10 m apart.
+    assert max(len(window.frames) for window in plan_windows(flight(60, 10.0), 0.0)) == 7
+
+
+def test_a_large_frame_is_reduced_with_its_camera() -> None:
+    camera = CameraModel(90, 61, 80.0, 81.0, 43.2, 31.1)
+    pose = nadir_pose([1.0, 2.0, 30.0], 0.4)
+    image = np.zeros((61, 90, 1), dtype=np.uint8)
+    image[30:33, 45:48] = 90
+    small = reduced(Frame(1, image, ("thermal",), pose, camera), 90 * 61 // 9)
+    assert small.image.shape == (20, 30, 1)
+    assert small.image[10, 15, 0] == 90
+    assert small.image.dtype == np.uint8
+    place_m = np.array([[3.0, 1.0, 0.0]])
+    before, after = (project_points(place_m, one, pose)[0] for one in (camera, small.camera))
+    assert (after + 0.5) * 3 == pytest.approx(before + 0.5)
+    assert reduced(small) is small
