@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from aos_gcs.swarm.archive.raster import CELL_M, HALF_CELLS, SIDE, BoolArray, FloatArray
+from aos_gcs.swarm.archive.raster import CELL_M, FINE_CELLS, HALF_CELLS, SIDE, BoolArray, FloatArray
 
 _AXIS_M = CELL_M * (np.arange(SIDE) + 0.5 - HALF_CELLS)
 _CELLS_M = np.stack([axis.ravel() for axis in np.meshgrid(_AXIS_M, -_AXIS_M)]).astype(np.float32)
@@ -27,3 +27,8 @@ def footprints(slopes: FloatArray, height_m: float, body_height_m: float, body_r
     # |cell - share * head|^2, multiplied out.
     distances_m2 = (_CELLS_M**2).sum(axis=0) - share * (2.0 * along - share * lengths_m2)
     return np.asarray(distances_m2 <= body_radius_m**2)
+
+
+def on_fine_cells(masks: BoolArray) -> BoolArray:
+    """Return masks, shape (n, CELLS), on fine cells, shape (n, FINE_CELLS)."""
+    return np.asarray(masks.reshape(-1, SIDE, SIDE).repeat(2, axis=1).repeat(2, axis=2).reshape(-1, FINE_CELLS))

@@ -13,7 +13,7 @@ from scipy.spatial.distance import pdist
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.store.codec import decode, encode
 from aos_gcs.swarm.archive.plan import choose_lines
-from aos_gcs.swarm.archive.raster import CELL_M, CELLS, SIDE, anchor_of
+from aos_gcs.swarm.archive.raster import CELL_M, CELLS, FINE_CELL_M, SIDE, anchor_of
 from aos_gcs.swarm.archive.strategy import (
     FORGET_STEPS,
     REPLAN_WAY_M,
@@ -68,7 +68,7 @@ def line_of(n: int, north_m: float) -> FloatArray:
 def look(forest: ToyForest, target_enu_m: FloatArray, positions_enu_m: FloatArray, heights_m: FloatArray) -> Look:
     """What the drones see of a target, on the raster about it; in view when anything is seen."""
     anchor = anchor_of(target_enu_m)
-    corner_m = anchor * CELL_M + np.array([-0.5, 0.5]) * SIDE * CELL_M
+    corner_m = anchor * FINE_CELL_M + np.array([-0.5, 0.5]) * SIDE * CELL_M
     axis_m = CELL_M * (np.arange(SIDE) + 0.5)
     east_m, north_m = np.meshgrid(corner_m[0] + axis_m, corner_m[1] - axis_m)
     cells_m = np.column_stack([east_m.ravel(), north_m.ravel()])

@@ -19,24 +19,29 @@ from aos_gcs.swarm.archive.plan import choose_lines, goals_along
 from aos_gcs.swarm.archive.raster import (
     CELL_M,
     CELLS,
+    FINE_CELL_M,
+    FINE_CELLS,
+    FINE_SIDE,
     SIDE,
     anchor_of,
     packed,
+    quarters,
     resampled,
+    shares,
     shifted,
     unpacked,
 )
 from aos_gcs.swarm.archive.selection import Views, choose_views, still_held
 from aos_gcs.swarm.archive.target import after_sighting, first_sighting, ground_point, is_elsewhere, out_of_view
 from aos_gcs.swarm.model import TargetMasks
-from tests.fakes.silhouettes import footprints
+from tests.fakes.silhouettes import footprints, on_fine_cells
 
 CANOPY = Canopy(height_m=14.0, half_depth_m=4.0)
 SEEDS = st.integers(0, 2**32 - 1)
 
 
 def random_masks(rng: np.random.Generator, count: int) -> NDArray[np.bool_]:
-    return rng.random((count, CELLS)) < 0.1
+    return rng.random((count, FINE_CELLS)) < 0.1
 
 
 class TestRaster:
@@ -49,10 +54,10 @@ class TestRaster:
     def test_a_mask_of_the_same_raster_is_copied(self) -> None:
         masks, anchor = random_masks(np.random.default_rng(1), 3), anchor_of(np.array([12.34, -5.67]))
         told = TargetMasks(
-            masks.reshape(-1, SIDE, SIDE),
-            west_m=(anchor[0] - SIDE // 2) * CELL_M,
-            north_m=(anchor[1] + SIDE // 2) * CELL_M,
-            resolution_m=CELL_M,
+            masks.reshape(-1, FINE_SIDE, FINE_SIDE),
+            west_m=(anchor[0] - FINE_SIDE // 2) * FINE_CELL_M,
+            north_m=(anchor[1] + FINE_SIDE // 2) * FINE_CELL_M,
+            resolution_m=FINE_CELL_M,
         )
         assert np.array_equal(resampled(told, anchor), masks)
 
@@ -63,24 +68,33 @@ class TestRaster:
         marked = np.zeros((1, cells, cells), dtype=np.bool_)
         marked[0, cells // 4 : cells // 2, cells // 2 : 3 * cells // 4] = True
         told = TargetMasks(marked, west_m=-1.0, north_m=1.0, resolution_m=resolution_m)
-        rows, columns = np.nonzero(resampled(told, np.zeros(2, np.int64)).reshape(SIDE, SIDE))
-        assert len(rows) == 25
-        assert (rows.max(), columns.min()) == (SIDE // 2 - 1, SIDE // 2)
+        rows, columns = np.nonzero(resampled(told, np.zeros(2, np.int64)).reshape(FINE_SIDE, FINE_SIDE))
+        assert len(rows) == 100
+        assert (rows.max(), columns.min()) == (FINE_SIDE // 2 - 1, FINE_SIDE // 2)
 
     @given(SEEDS, st.tuples(st.integers(-4, 4), st.integers(-4, 4)))
     @settings(max_examples=20)
     def test_shifting_back_and_forth_keeps_the_inside(self, seed: int, offset: tuple[int, int]) -> None:
         masks, offsets = random_masks(np.random.default_rng(seed), 2), np.tile(offset, (2, 1))
-        inside = np.zeros((SIDE, SIDE), dtype=np.bool_)
+        inside = np.zeros((FINE_SIDE, FINE_SIDE), dtype=np.bool_)
         inside[4:-4, 4:-4] = True
         back = shifted(shifted(masks, offsets), -offsets)
         assert np.array_equal(back[:, inside.ravel()], masks[:, inside.ravel()])
 
     def test_east_is_right_and_north_is_up(self) -> None:
-        masks = np.zeros((1, CELLS), dtype=np.bool_)
-        masks[0, 10 * SIDE + 10] = True
-        row, column = divmod(int(np.flatnonzero(shifted(masks, np.array([[3, 2]]))[0])[0]), SIDE)
+        masks = np.zeros((1, FINE_CELLS), dtype=np.bool_)
+        masks[0, 10 * FINE_SIDE + 10] = True
+        row, column = divmod(int(np.flatnonzero(shifted(masks, np.array([[3, 2]]))[0])[0]), FINE_SIDE)
         assert (row, column) == (8, 13)
+
+    def test_a_coarse_cell_is_the_share_of_its_four_fine_ones(self) -> None:
+        masks = np.zeros((2, FINE_SIDE, FINE_SIDE), dtype=np.bool_)
+        masks[0, 4:7, 10:12] = True
+        seen = shares(masks.reshape(2, FINE_CELLS)).reshape(2, SIDE, SIDE)
+        assert seen[0, 2, 5] == 1.0
+        assert seen[0, 3, 5] == 0.5
+        assert seen.sum() == 1.5
+        assert np.array_equal(quarters(masks.reshape(2, FINE_CELLS)).mean(axis=2), seen.reshape(2, CELLS))
 
 
 def body_learnt_from(shown: NDArray[np.bool_], slopes: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -205,12 +219,17 @@ class TestLooks:
         assert np.array_equal(looks.masks_at(anchor_of(walked_m), walked_m), masks)
 
 
+def coarse_views(shown: NDArray[np.float32], footprint: NDArray[np.float32], conflicts: NDArray[np.bool_]) -> Views:
+    """Return views whose quarters of cells are all alike."""
+    return Views(shown, footprint, conflicts, np.zeros((0, shown.shape[1], 4), np.float32))
+
+
 def random_views(rng: np.random.Generator, count: int, cells: int = 30) -> Views:
     footprint = rng.random((count, cells)) < 0.4
     shown = footprint & (rng.random((count, cells)) < 0.5)
     places = rng.uniform(0.0, 8.0, (count, 2))
     conflicts = np.linalg.norm(places[:, None] - places, axis=2) < 2.0
-    return Views(shown.astype(np.float32), footprint.astype(np.float32), conflicts)
+    return coarse_views(shown.astype(np.float32), footprint.astype(np.float32), conflicts)
 
 
 def score_of(views: Views, chosen: Sequence[int], area_exponent: float) -> float:
@@ -244,13 +263,20 @@ class TestSelection:
 
     def test_two_views_that_complement_each_other_beat_the_two_largest(self) -> None:
         shown = np.array([[1, 1, 1, 0, 0, 0], [1, 1, 1, 0, 0, 0], [0, 0, 0, 1, 1, 0]], dtype=np.float32)
-        views = Views(shown, np.ones_like(shown), np.eye(3, dtype=np.bool_))
+        views = coarse_views(shown, np.ones_like(shown), np.eye(3, dtype=np.bool_))
         assert set(choose_views(views, 2, [], 0.0, 0.0).tolist()) in ({0, 2}, {1, 2})
+
+    def test_gaps_within_a_cell_fill_each_other(self) -> None:
+        """Three views show half of every cell, two of them the same half."""
+        fine = np.zeros((3, 5, 4), dtype=np.float32)
+        fine[:2, :, :2], fine[2, :, 2:] = 1.0, 1.0
+        views = Views(fine.mean(axis=2), np.ones((3, 5), np.float32), np.eye(3, dtype=np.bool_), fine)
+        assert set(choose_views(views, 2, [0, 1], 0.0, 0.0).tolist()) in ({0, 2}, {1, 2})
 
     def test_hysteresis_keeps_what_is_held(self) -> None:
         shown = np.zeros((2, 100), dtype=np.float32)
         shown[0, :50], shown[1, :52] = 1.0, 1.0
-        views = Views(shown, np.ones_like(shown), np.eye(2, dtype=np.bool_))
+        views = coarse_views(shown, np.ones_like(shown), np.eye(2, dtype=np.bool_))
         assert choose_views(views, 1, [0], 0.0, hysteresis=0.1).tolist() == [0]
         assert choose_views(views, 1, [0], 0.0, hysteresis=0.01).tolist() == [1]
 
@@ -259,11 +285,11 @@ class TestSelection:
         left, right = np.arange(20) < 10, np.arange(20) >= 10
         shown = np.zeros((4, 20), dtype=np.float32)
         shown[0, :3] = shown[1, 3:6] = shown[2, 10:15] = shown[3, 15:20] = 1.0
-        views = Views(shown, np.array([left, left, right, right], dtype=np.float32), np.eye(4, dtype=np.bool_))
+        views = coarse_views(shown, np.array([left, left, right, right], dtype=np.float32), np.eye(4, dtype=np.bool_))
         assert set(choose_views(views, 2, [0, 1], 0.0, hysteresis=0.0).tolist()) == {2, 3}
 
     def test_without_candidates_nothing_is_chosen(self) -> None:
-        empty = Views(np.zeros((0, 4), np.float32), np.zeros((0, 4), np.float32), np.zeros((0, 0), np.bool_))
+        empty = coarse_views(np.zeros((0, 4), np.float32), np.zeros((0, 4), np.float32), np.zeros((0, 0), np.bool_))
         assert len(choose_views(empty, 3, [], 0.3, 0.01)) == 0
         assert still_held(np.zeros((2, 0)), empty.conflicts, 0.4) == []
 
@@ -300,8 +326,9 @@ class TestPlan:
         parameters = ArchiveParameters(optimism=optimism)
         anchor = np.zeros(2, np.int64)
         lines = parameters.canopy.lines_of_slopes(np.zeros(2), slopes)
+        masks = on_fine_cells(shown)
         looks = with_looks(
-            no_looks(), parameters.canopy, lines, masks=shown, anchor=anchor, drift_enu_m=np.zeros(2)
+            no_looks(), parameters.canopy, lines, masks=masks, anchor=anchor, drift_enu_m=np.zeros(2)
         )  # fmt: skip
         heights_m = np.full(4, 40.0)
         target = first_sighting(np.zeros(2))

@@ -14,7 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 
-from aos_gcs.swarm.archive.raster import CELL_M, CELLS, BoolArray, FloatArray, IntArray, packed, shifted, unpacked
+from aos_gcs.swarm.archive.raster import (
+    FINE_CELL_M,
+    FINE_CELLS,
+    BoolArray,
+    FloatArray,
+    IntArray,
+    packed,
+    shifted,
+    unpacked,
+)
 
 ScalarT = TypeVar("ScalarT", bound=np.generic)
 
@@ -95,15 +104,15 @@ class Looks:
         return len(self.lines)
 
     def masks_at(self, anchor: IntArray, drift_enu_m: FloatArray) -> BoolArray:
-        """Return the masks on the raster at an anchor, moved along with the target, shape (k, CELLS)."""
-        moved = np.rint((drift_enu_m - self.drifts_enu_m) / CELL_M).astype(np.int64)
+        """Return the masks on the raster at an anchor, moved along with the target, shape (k, FINE_CELLS)."""
+        moved = np.rint((drift_enu_m - self.drifts_enu_m) / FINE_CELL_M).astype(np.int64)
         return shifted(unpacked(self.packed_masks, len(self)), self.anchors + moved - anchor)
 
 
 def no_looks() -> Looks:
     """Return an empty archive."""
     none = np.zeros((0, 2))
-    return Looks(Sightlines(none, none), none.astype(np.int64), none, packed(np.zeros((0, CELLS), dtype=np.bool_)))
+    return Looks(Sightlines(none, none), none.astype(np.int64), none, packed(np.zeros((0, FINE_CELLS), dtype=np.bool_)))
 
 
 def with_looks(
@@ -115,7 +124,7 @@ def with_looks(
         looks: the archive before.
         canopy: canopy that the lines pass.
         lines: n of them.
-        masks: masks seen along them, shape (n, CELLS).
+        masks: masks seen along them, shape (n, FINE_CELLS).
         anchor: centre of the masks' raster, shape (2,).
         drift_enu_m: displacement of the target, shape (2,).
     """

@@ -10,6 +10,8 @@ FloatArray = NDArray[np.float64]
 
 HOLDS_WITHIN_M = 0.3
 """A drone as near to its goal as that holds its place; others give way to it."""
+STILL_WITHIN_M = 0.1
+"""A drone as near to its goal as that does not move: in the canopy its line is off by a quarter of it."""
 MARGIN_M = 0.01
 """Extra distance by which drones are pushed apart, so that rounding does not matter."""
 MAX_PUSHES = 20

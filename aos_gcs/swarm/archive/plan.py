@@ -19,7 +19,7 @@ from aos_gcs.swarm.archive.exploration import KNOWN, expected_masks, kernel, lat
 from aos_gcs.swarm.archive.looks import Canopy, Looks, Sightlines, joined_lines
 from aos_gcs.swarm.archive.moves import assigned
 from aos_gcs.swarm.archive.parameters import AosApsoParameters
-from aos_gcs.swarm.archive.raster import CELL_M, BoolArray, FloatArray, IntArray, anchor_of
+from aos_gcs.swarm.archive.raster import FINE_CELL_M, BoolArray, FloatArray, IntArray, anchor_of, quarters, shares
 from aos_gcs.swarm.archive.selection import Views, choose_views, still_held
 from aos_gcs.swarm.archive.target import TargetEstimate
 
@@ -44,7 +44,9 @@ class Prospect:
     lines: Sightlines
     """Lines from there through the crossings of the k looks."""
     masks: BoolArray
-    """Masks of the looks, shape (k, CELLS)."""
+    """Masks of the looks, shape (k, FINE_CELLS)."""
+    shown: NDArray[np.float32]
+    """Share of each cell that the masks mark, shape (k, CELLS)."""
     confidence: FloatArray
     """Confidence in the masks, below 1 for lines that the target's motion has turned, shape (k,)."""
 
@@ -56,12 +58,12 @@ class Prospect:
         lines = canopy.lines_through(target_enu_m, looks.lines.crossings_enu_m)
         confidence = kernel(canopy.turned_m(lines, looks.lines), parameters.kernel_m)
         masks = looks.masks_at(anchor_of(target_enu_m), np.array(target.drift_enu_m) + target.next_way_m)
-        return cls(target_enu_m, height_m, lines, masks, confidence)
+        return cls(target_enu_m, height_m, lines, masks, shares(masks), confidence)
 
     def best_looks(self, radius_m: float) -> IntArray:
         """Return the looks that may be held, the best first: within the aperture, and showing anything."""
         within = np.linalg.norm(self.lines.slopes, axis=1) * self.height_m <= radius_m
-        showing = self.masks.sum(axis=1) * self.confidence
+        showing = self.shown.sum(axis=1) * self.confidence
         usable = np.flatnonzero(within & (self.confidence > MIN_CONFIDENCE) & (showing > 0.0))
         return usable[np.argsort(-showing[usable], kind="stable")[:MAX_CANDIDATES]]
 
@@ -134,32 +136,40 @@ def _candidates(looks: Looks, prospect: Prospect, parameters: AosApsoParameters)
     is_open = weights.max(axis=1, initial=0.0) < KNOWN
     spots, weights = spots[is_open], weights[is_open]
 
-    known_masks = prospect.masks[best].astype(np.float32)
-    offset_m = prospect.target_enu_m - CELL_M * anchor_of(prospect.target_enu_m)
+    offset_m = prospect.target_enu_m - FINE_CELL_M * anchor_of(prospect.target_enu_m)
     known_cells = voxel_cells(known.slopes, height_m, offset_m)
     body = learnt_body(
-        known_masks * confidence,
+        prospect.shown[best] * confidence,
         known_cells,
         prior_height_m=parameters.body_height_m,
         prior_radius_m=parameters.body_radius_m,
     )
-    known_footprints = body.footprints(known_cells) | prospect.masks[best]
+    known_footprints = body.footprints(known_cells) | (prospect.shown[best] >= SURELY_SEEN)
     spot_footprints = body.footprints(spot_cells[is_open])
     # Sums over the cells that anything may be seen on, which are a third of the raster.
     cells = np.flatnonzero(known_footprints.any(axis=0) | spot_footprints.any(axis=0))
     known_footprints, spot_footprints = known_footprints[:, cells], spot_footprints[:, cells]
-    masks, hope = prospect.masks[:, cells].astype(np.float32), np.float32(parameters.optimism)
-    shown = confidence * masks[best] + (1.0 - confidence) * hope * known_footprints
-    expected = expected_masks(weights, masks, spot_footprints, parameters.optimism)
+    shown, hope = prospect.shown[:, cells], np.float32(parameters.optimism)
+    unsure = (1.0 - confidence) * hope * known_footprints
+    expected = expected_masks(weights, shown, spot_footprints, parameters.optimism)
 
     lines = joined_lines(known, spots)
     places_m = lines.slopes * height_m
     views = Views(
-        np.vstack([shown, expected]),
+        np.vstack([confidence * shown[best] + unsure, expected]),
         np.vstack([known_footprints, spot_footprints | (expected > SURELY_SEEN)]).astype(np.float32),
-        cdist(places_m, places_m) < parameters.view_spacing_m,
+        _too_near(places_m, parameters.view_spacing_m),
+        np.ascontiguousarray(confidence[:, :, None] * quarters(prospect.masks[best])[:, cells] + unsure[:, :, None]),
     )
     return lines, views
+
+
+def _too_near(places_m: FloatArray, spacing_m: float) -> BoolArray:
+    """Return which places are nearer to each other than a spacing, each with itself, shape (n, n)."""
+    places = places_m.astype(np.float32)
+    squares = 0.5 * (places**2).sum(axis=1)
+    # |a - b|^2 / 2, multiplied out.
+    return np.asarray(places @ places.T > squares[:, None] + (squares - np.float32(0.5 * spacing_m**2)))
 
 
 def _still_held(lines: Sightlines, views: Views, held_enu_m: FloatArray) -> list[int]:

@@ -24,6 +24,12 @@ class Views:
     """1 where it would be seen without forest, else 0, shape (c, cells)."""
     conflicts: NDArray[np.bool_]
     """Pairs that are too near to each other to be held together, each with itself, shape (c, c)."""
+    fine: NDArray[np.float32]
+    """Probability that each quarter of a cell is seen, of the first candidates, shape (f, cells, 4).
+
+    What is known of gaps between leaves is finer than what can be hoped for: the other candidates show the quarters of
+    a cell alike. Two views may fill each other's gaps within a cell.
+    """
 
     def __len__(self) -> int:
         return len(self.shown)
@@ -70,8 +76,8 @@ def _completed(views: Views, count: int, held: Sequence[int], area_exponent: flo
 
 
 def _products(factors: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return the products of k rows without each in turn, and of all in the last row, shape (k + 1, cells)."""
-    products = np.ones((len(factors) + 1, factors.shape[1]), dtype=np.float32)
+    """Return the products of k rows without each in turn, and of all in the last row, shape (k + 1, ...)."""
+    products = np.ones((len(factors) + 1, *factors.shape[1:]), dtype=np.float32)
     for row, factor in enumerate(factors):
         products[:row] *= factor
         products[row + 1 :] *= factor
@@ -104,12 +110,12 @@ class _Choice:
     def score(self) -> float:
         """Return how good the set is."""
         hidden, uncovered = self._rests()
-        return float(score(np.sum(1.0 - hidden[-1]), np.sum(1.0 - uncovered[-1]), self._exponent))
+        return float(score(np.sum(1.0 - hidden[-1].mean(axis=1)), np.sum(1.0 - uncovered[-1]), self._exponent))
 
     def drop_weakest(self) -> None:
         """Leave out the view without which the others are best."""
         hidden, uncovered = (left[:-1] for left in self._rests())
-        scores = score((1.0 - hidden).sum(axis=1), (1.0 - uncovered).sum(axis=1), self._exponent)
+        scores = score((1.0 - hidden.mean(axis=2)).sum(axis=1), (1.0 - uncovered).sum(axis=1), self._exponent)
         del self.chosen[int(scores.argmax())]
 
     def add_best(self) -> bool:
@@ -141,14 +147,24 @@ class _Choice:
     def _rests(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return what is left without each of the k views in turn, and in the last row with all.
 
-        The first array is the probability that no view shows a cell, the second one 1 where no footprint lies and else
-        0; their shapes are (k + 1, cells).
+        The first array is the probability that no view shows a quarter of a cell, shape (k + 1, cells, 4), the second
+        one 1 where no footprint lies and else 0, shape (k + 1, cells).
         """
         views = self._views
-        return _products(1.0 - views.shown[self.chosen]), _products(1.0 - views.footprints[self.chosen])
+        shown = [
+            views.fine[index] if index < len(views.fine) else np.repeat(views.shown[index][:, None], 4, axis=1)
+            for index in self.chosen
+        ]
+        seen = np.array(shown, dtype=np.float32).reshape(len(shown), views.shown.shape[1], 4)
+        return _products(1.0 - seen), _products(1.0 - views.footprints[self.chosen])
 
     def _scores_beside(self, hidden: NDArray[np.float32], uncovered: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return the score of each candidate beside sets that leave so much, of shape (k, cells), as (c, k)."""
-        seen = self._views.shown @ hidden.T + (1.0 - hidden).sum(axis=1)
-        covered = self._views.footprints @ uncovered.T + (1.0 - uncovered).sum(axis=1)
+        """Return the score of each candidate beside sets that leave so much, k of them, shape (c, k)."""
+        views, share = self._views, np.float32(0.25)
+        rows, quarters, coarse = len(views.fine), hidden[0].size, hidden.mean(axis=2)
+        seen = np.empty((len(views), len(hidden)), dtype=np.float32)
+        seen[:rows] = share * (views.fine.reshape(rows, quarters) @ hidden.reshape(-1, quarters).T)
+        seen[rows:] = views.shown[rows:] @ coarse.T
+        seen += (1.0 - coarse).sum(axis=1)
+        covered = views.footprints @ uncovered.T + (1.0 - uncovered).sum(axis=1)
         return score(seen, covered, self._exponent)

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from aos_gcs.swarm import motion
 from aos_gcs.swarm.archive.looks import SAME_LINE_M, Looks, no_looks, with_looks
-from aos_gcs.swarm.archive.moves import HOLDS_WITHIN_M, kept_apart, stepped
+from aos_gcs.swarm.archive.moves import HOLDS_WITHIN_M, STILL_WITHIN_M, kept_apart, stepped
 from aos_gcs.swarm.archive.parameters import AosApsoParameters, ArchiveParameters
 from aos_gcs.swarm.archive.plan import choose_lines, goals_along
-from aos_gcs.swarm.archive.raster import CELLS, anchor_of, resampled
+from aos_gcs.swarm.archive.raster import FINE_CELLS, anchor_of, resampled
 from aos_gcs.swarm.archive.target import (
     JUMP_M,
     TargetEstimate,
@@ -119,7 +119,10 @@ class ViewKeeping:
         goals_m = goals_along(held_m, target, positions_m, heights_m, parameters.canopy)
         # All drones go along with the target, those that hold too.
         moved_m = positions_m + target.next_way_m
-        holds = np.linalg.norm(goals_m - moved_m, axis=1) < HOLDS_WITHIN_M
+        ways_m = np.linalg.norm(goals_m - moved_m, axis=1)
+        holds, is_there = ways_m < HOLDS_WITHIN_M, ways_m < STILL_WITHIN_M
+        # The mean of a still target's sightings shifts by centimetres: no reason to move.
+        goals_m[is_there] = moved_m[is_there]
         stepped_m = stepped(moved_m, goals_m, step_m)
         apart_m = kept_apart(stepped_m, moved_m, holds, parameters.min_distance_m, rng)
         asked = replace(state.swarm, awaits_ask=False)
@@ -173,7 +176,7 @@ class ViewKeeping:
             state.looks,
             canopy,
             lines,
-            masks=np.zeros((len(lines), CELLS), dtype=np.bool_),
+            masks=np.zeros((len(lines), FINE_CELLS), dtype=np.bool_),
             anchor=anchor_of(target.position_enu_m),
             drift_enu_m=np.array(target.drift_enu_m),
         )
