@@ -27,6 +27,7 @@ SWITCHES: tuple[Case, ...] = (
     ("aos-pso", {"repulsion_cutoff_m": 6.3, "follow_target_speed": False}),
     ("aos-apso-paper", {"min_factor": 0.25, "max_factor": 0.8, "repulsion_cutoff_m": 6.3}),
     ("aos-apso", {"timed_steps": False}),
+    ("aos-apso", {"keeps_looks": False, "joint_choice": False, "wander_m": 1.0}),
     ("aos-apso-paper", {"personal_best_memory": True, "revisit_radius_m": 0.5, "leader_stabilised": False}),
     ("blind-parallel", {"projection_line": True}),
     ("blind-sequential", {"width_m": 0.0}),

@@ -103,9 +103,18 @@ class Flight:
 
 
 @cache
-def fly(*, seed: int = 1, steps: int = 40, n: int = 6, speed_m: float = 0.0) -> Flight:
+def fly(
+    *,
+    seed: int = 1,
+    steps: int = 40,
+    n: int = 6,
+    speed_m: float = 0.0,
+    keeps_looks: bool = True,
+    joint_choice: bool = True,
+    wander_m: float = 0.0,
+) -> Flight:
     """Fly to a target at the origin that walks east by so many metres per step; equal flights are flown once."""
-    strategy = make_aos_archive({})
+    strategy = make_aos_archive({"keeps_looks": keeps_looks, "joint_choice": joint_choice, "wander_m": wander_m})
     forest, rng, state = ToyForest.grow(seed), np.random.default_rng(seed), strategy.init(NORTH)
     positions = line_of(n, north_m=-8.0)
     visibility, distances, ways, errors, branches = [], [], [], [], []
@@ -145,6 +154,21 @@ class TestFlight:
                 positions, state = strategy.ask(strategy.tell(state, seen.observation), rng)
             followed.append(np.mean(visibility[20:]))
         assert np.mean(archived) > np.mean(followed) + 0.1
+
+    def test_without_memory_only_the_views_of_the_last_step_are_known(self) -> None:
+        assert len(fly().state.looks) > 20
+        assert len(fly(keeps_looks=False).state.looks) <= 6
+
+    def test_drones_that_have_settled_rest_unless_they_are_to_wander(self) -> None:
+        assert np.median(fly(steps=80).steps_m[-8:]) == 0.0
+        assert np.median(fly(steps=80, wander_m=0.5).steps_m[-8:]) >= 0.5 - 1e-9
+
+    def test_single_views_are_another_choice_than_joint_ones(self) -> None:
+        alone, together = (
+            np.mean([fly(seed=seed, joint_choice=joint).visibility[20:].mean() for seed in range(3)])
+            for joint in (False, True)
+        )
+        assert together > alone
 
     def test_waypoints_keep_their_distance_and_steps_are_short(self) -> None:
         flight = fly(n=10)

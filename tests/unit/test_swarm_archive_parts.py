@@ -1,7 +1,4 @@
-"""The parts of the archive strategy: raster, body, target, looks, selection, exploration, plan, moves."""
-
-from collections.abc import Sequence
-from itertools import combinations
+"""The parts of the archive strategy: raster, body, target, looks, exploration, plan, moves."""
 
 import numpy as np
 import pytest
@@ -13,7 +10,7 @@ from scipy.spatial.distance import cdist, pdist
 from aos_gcs.swarm.archive.body import learnt_body, voxel_cells
 from aos_gcs.swarm.archive.exploration import NEGLIGIBLE, expected_masks, kernel, lattice, likeness
 from aos_gcs.swarm.archive.looks import Canopy, no_looks, with_looks
-from aos_gcs.swarm.archive.moves import assigned, kept_apart, stepped
+from aos_gcs.swarm.archive.moves import assigned, kept_apart, random_ways, stepped
 from aos_gcs.swarm.archive.parameters import ArchiveParameters
 from aos_gcs.swarm.archive.plan import choose_lines, goals_along
 from aos_gcs.swarm.archive.raster import (
@@ -31,7 +28,6 @@ from aos_gcs.swarm.archive.raster import (
     shifted,
     unpacked,
 )
-from aos_gcs.swarm.archive.selection import Views, choose_views, still_held
 from aos_gcs.swarm.archive.target import after_sighting, first_sighting, ground_point, is_elsewhere, out_of_view
 from aos_gcs.swarm.model import TargetMasks
 from tests.fakes.silhouettes import footprints, on_fine_cells
@@ -211,87 +207,20 @@ class TestLooks:
         looks = with_looks(looks, CANOPY, lines, masks=second, anchor=anchor, drift_enu_m=drift)
         assert np.array_equal(looks.masks_at(anchor, drift), second)
 
+    def test_the_oldest_looks_are_forgotten_first(self) -> None:
+        anchor, drift = np.zeros(2, np.int64), np.zeros(2)
+        lines = CANOPY.lines_of_slopes(np.zeros(2), np.array([[0.0, 0.0], [0.1, 0.0], [0.2, 0.0]]))
+        masks = random_masks(np.random.default_rng(7), 3)
+        looks = with_looks(no_looks(), CANOPY, lines, masks=masks, anchor=anchor, drift_enu_m=drift, at_most=2)
+        assert np.array_equal(looks.masks_at(anchor, drift), masks[1:])
+        assert np.array_equal(looks.lines.slopes, lines.slopes[1:])
+
     def test_masks_move_with_the_target(self) -> None:
         masks, anchor = random_masks(np.random.default_rng(4), 1), np.zeros(2, np.int64)
         lines = CANOPY.lines_of_slopes(np.zeros(2), np.zeros((1, 2)))
         looks = with_looks(no_looks(), CANOPY, lines, masks=masks, anchor=anchor, drift_enu_m=np.zeros(2))
         walked_m = np.array([2.0, -1.0])
         assert np.array_equal(looks.masks_at(anchor_of(walked_m), walked_m), masks)
-
-
-def coarse_views(shown: NDArray[np.float32], footprint: NDArray[np.float32], conflicts: NDArray[np.bool_]) -> Views:
-    """Return views whose quarters of cells are all alike."""
-    return Views(shown, footprint, conflicts, np.zeros((0, shown.shape[1], 4), np.float32))
-
-
-def random_views(rng: np.random.Generator, count: int, cells: int = 30) -> Views:
-    footprint = rng.random((count, cells)) < 0.4
-    shown = footprint & (rng.random((count, cells)) < 0.5)
-    places = rng.uniform(0.0, 8.0, (count, 2))
-    conflicts = np.linalg.norm(places[:, None] - places, axis=2) < 2.0
-    return coarse_views(shown.astype(np.float32), footprint.astype(np.float32), conflicts)
-
-
-def score_of(views: Views, chosen: Sequence[int], area_exponent: float) -> float:
-    rows = list(chosen)
-    seen = float(np.sum(1.0 - np.prod(1.0 - views.shown[rows], axis=0)))
-    return seen ** (1.0 + area_exponent) / float(views.footprints[rows].max(axis=0).sum())
-
-
-class TestSelection:
-    @pytest.mark.parametrize("area_exponent", [0.0, 0.5])
-    def test_it_comes_close_to_the_best_of_all_sets(self, area_exponent: float) -> None:
-        shares = []
-        for seed in range(12):
-            views = random_views(np.random.default_rng(seed), 9)
-            chosen = choose_views(views, 3, [], area_exponent, hysteresis=0.0)
-            fits = [
-                s for s in combinations(range(9), 3) if not views.conflicts[np.ix_(s, s)][~np.eye(3, dtype=bool)].any()
-            ]
-            best = max(score_of(views, s, area_exponent) for s in fits)
-            shares.append(score_of(views, chosen.tolist(), area_exponent) / best)
-        assert min(shares) > 0.85
-        assert np.mean(shares) > 0.97
-
-    @given(SEEDS, st.integers(1, 6))
-    @settings(max_examples=25)
-    def test_chosen_views_keep_apart(self, seed: int, count: int) -> None:
-        views = random_views(np.random.default_rng(seed), 12)
-        chosen = choose_views(views, count, [], 0.0, hysteresis=0.0)
-        assert len(chosen) <= count
-        assert not views.conflicts[np.ix_(chosen, chosen)][~np.eye(len(chosen), dtype=bool)].any()
-
-    def test_two_views_that_complement_each_other_beat_the_two_largest(self) -> None:
-        shown = np.array([[1, 1, 1, 0, 0, 0], [1, 1, 1, 0, 0, 0], [0, 0, 0, 1, 1, 0]], dtype=np.float32)
-        views = coarse_views(shown, np.ones_like(shown), np.eye(3, dtype=np.bool_))
-        assert set(choose_views(views, 2, [], 0.0, 0.0).tolist()) in ({0, 2}, {1, 2})
-
-    def test_gaps_within_a_cell_fill_each_other(self) -> None:
-        """Three views show half of every cell, two of them the same half."""
-        fine = np.zeros((3, 5, 4), dtype=np.float32)
-        fine[:2, :, :2], fine[2, :, 2:] = 1.0, 1.0
-        views = Views(fine.mean(axis=2), np.ones((3, 5), np.float32), np.eye(3, dtype=np.bool_), fine)
-        assert set(choose_views(views, 2, [0, 1], 0.0, 0.0).tolist()) in ({0, 2}, {1, 2})
-
-    def test_hysteresis_keeps_what_is_held(self) -> None:
-        shown = np.zeros((2, 100), dtype=np.float32)
-        shown[0, :50], shown[1, :52] = 1.0, 1.0
-        views = coarse_views(shown, np.ones_like(shown), np.eye(2, dtype=np.bool_))
-        assert choose_views(views, 1, [0], 0.0, hysteresis=0.1).tolist() == [0]
-        assert choose_views(views, 1, [0], 0.0, hysteresis=0.01).tolist() == [1]
-
-    def test_a_set_that_no_single_exchange_improves_is_given_up_for_a_better_one(self) -> None:
-        """Two silhouettes: one is known to half, the other could be seen as a whole, but only by both drones."""
-        left, right = np.arange(20) < 10, np.arange(20) >= 10
-        shown = np.zeros((4, 20), dtype=np.float32)
-        shown[0, :3] = shown[1, 3:6] = shown[2, 10:15] = shown[3, 15:20] = 1.0
-        views = coarse_views(shown, np.array([left, left, right, right], dtype=np.float32), np.eye(4, dtype=np.bool_))
-        assert set(choose_views(views, 2, [0, 1], 0.0, hysteresis=0.0).tolist()) == {2, 3}
-
-    def test_without_candidates_nothing_is_chosen(self) -> None:
-        empty = coarse_views(np.zeros((0, 4), np.float32), np.zeros((0, 4), np.float32), np.zeros((0, 0), np.bool_))
-        assert len(choose_views(empty, 3, [], 0.3, 0.01)) == 0
-        assert still_held(np.zeros((2, 0)), empty.conflicts, 0.4) == []
 
 
 class TestExploration:
@@ -365,6 +294,11 @@ class TestPlan:
 
 
 class TestMoves:
+    def test_random_ways_have_one_length_and_any_direction(self) -> None:
+        ways = random_ways(np.random.default_rng(1), 200, 0.5)
+        assert np.allclose(np.linalg.norm(ways, axis=1), 0.5)
+        assert np.linalg.norm(ways.mean(axis=0)) < 0.1
+
     def test_ways_do_not_cross(self) -> None:
         places = np.array([[0.0, 0.0], [5.0, 0.0], [10.0, 0.0]])
         goals = np.broadcast_to(np.array([[9.0, 1.0], [1.0, 1.0]]), (3, 2, 2))

@@ -116,7 +116,14 @@ def no_looks() -> Looks:
 
 
 def with_looks(
-    looks: Looks, canopy: Canopy, lines: Sightlines, *, masks: BoolArray, anchor: IntArray, drift_enu_m: FloatArray
+    looks: Looks,
+    canopy: Canopy,
+    lines: Sightlines,
+    *,
+    masks: BoolArray,
+    anchor: IntArray,
+    drift_enu_m: FloatArray,
+    at_most: int = MAX_LOOKS,
 ) -> Looks:
     """Return the archive with the looks of one step, which replace older ones along the same lines.
 
@@ -127,13 +134,14 @@ def with_looks(
         masks: masks seen along them, shape (n, FINE_CELLS).
         anchor: centre of the masks' raster, shape (2,).
         drift_enu_m: displacement of the target, shape (2,).
+        at_most: looks to keep; the oldest ones are forgotten first.
     """
     if len(lines) == 0:
         return looks
     kept = (canopy.distances_m(looks.lines, lines) > SAME_LINE_M).all(axis=1)
 
     def joined(old: NDArray[ScalarT], new: NDArray[ScalarT]) -> NDArray[ScalarT]:
-        return np.concatenate([old[kept], new])[-MAX_LOOKS:]
+        return np.concatenate([old[kept], new])[-at_most:]
 
     old_masks = unpacked(looks.packed_masks, len(looks))
     return Looks(

@@ -38,6 +38,12 @@ def stepped(places_m: FloatArray, goals_m: FloatArray, step_m: float) -> FloatAr
     return np.asarray(places_m + ways_m * np.minimum(1.0, step_m / np.maximum(lengths_m, 1e-9)))
 
 
+def random_ways(rng: np.random.Generator, count: int, length_m: float) -> FloatArray:
+    """Return ways of a length in random directions, shape (count, 2)."""
+    angles = rng.uniform(0.0, 2.0 * np.pi, count)
+    return length_m * np.column_stack([np.cos(angles), np.sin(angles)])
+
+
 def kept_apart(
     waypoints_m: FloatArray,
     places_m: FloatArray,

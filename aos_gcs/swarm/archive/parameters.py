@@ -57,6 +57,14 @@ class AosApsoParameters(AosApsoPaperParameters):
     hysteresis: float = declared(
         0.01, "Share by which another view must be better for a drone to leave the one it holds.", at_least=0.0
     )
+    # The next three are what the study of the step's parts leaves out (docs/strategies.md).
+    keeps_looks: bool = declared(True, "Views of earlier steps are remembered; otherwise those of the last step alone.")
+    joint_choice: bool = declared(
+        True, "Views are chosen for what they are expected to show together; otherwise for what each shows alone."
+    )
+    wander_m: float = declared(
+        0.0, "Way in a random direction that drones make per step where they would rest.", at_least=0.0
+    )
     kernel_m: float = declared(
         0.5, "Distance of two lines of sight in the canopy at which one tells little about the other.", above=0.0
     )

@@ -20,7 +20,7 @@ from aos_gcs.swarm.archive.looks import Canopy, Looks, Sightlines, joined_lines
 from aos_gcs.swarm.archive.moves import assigned
 from aos_gcs.swarm.archive.parameters import AosApsoParameters
 from aos_gcs.swarm.archive.raster import FINE_CELL_M, BoolArray, FloatArray, IntArray, anchor_of, quarters, shares
-from aos_gcs.swarm.archive.selection import Views, choose_views, still_held
+from aos_gcs.swarm.archive.selection import Views, choose_single_views, choose_views, still_held
 from aos_gcs.swarm.archive.target import TargetEstimate
 
 MAX_CANDIDATES = 150
@@ -88,7 +88,10 @@ def choose_lines(
     prospect = Prospect.of(looks, target, round(float(heights_m.mean())), parameters)
     lines, views = _candidates(looks, prospect, parameters)
     held = [] if held_enu_m is None else _still_held(lines, views, held_enu_m)
-    chosen = choose_views(views, len(heights_m), held, parameters.area_exponent, parameters.hysteresis)
+    if parameters.joint_choice:
+        chosen = choose_views(views, len(heights_m), held, parameters.area_exponent, parameters.hysteresis)
+    else:
+        chosen = choose_single_views(views, len(heights_m), held, parameters.hysteresis)
     return np.asarray(lines.crossings_enu_m[chosen])
 
 

@@ -62,6 +62,17 @@ def choose_views(views: Views, count: int, held: Sequence[int], area_exponent: f
     return np.array(continued.chosen, dtype=np.int64)
 
 
+def choose_single_views(views: Views, count: int, held: Sequence[int], hysteresis: float) -> IntArray:
+    """Return the indices of the views that show most, each for itself; for the arguments see :func:`choose_views`."""
+    seen = views.shown.sum(axis=1)
+    seen[list(held)] *= 1.0 + hysteresis
+    chosen: list[int] = []
+    for index in np.argsort(-seen, kind="stable").tolist():
+        if len(chosen) < count and not views.conflicts[index, chosen].any():
+            chosen.append(index)
+    return np.array(chosen, dtype=np.int64)
+
+
 def _completed(views: Views, count: int, held: Sequence[int], area_exponent: float, hysteresis: float) -> _Choice:
     """Return the views held, brought to their number greedily and improved by exchanges."""
     choice = _Choice(views, held, area_exponent)

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.swarm import motion
-from aos_gcs.swarm.archive.looks import SAME_LINE_M, Looks, no_looks, with_looks
-from aos_gcs.swarm.archive.moves import HOLDS_WITHIN_M, STILL_WITHIN_M, kept_apart, stepped
+from aos_gcs.swarm.archive.looks import MAX_LOOKS, SAME_LINE_M, Looks, no_looks, with_looks
+from aos_gcs.swarm.archive.moves import HOLDS_WITHIN_M, STILL_WITHIN_M, kept_apart, random_ways, stepped
 from aos_gcs.swarm.archive.parameters import AosApsoParameters, ArchiveParameters
 from aos_gcs.swarm.archive.plan import choose_lines, goals_along
 from aos_gcs.swarm.archive.raster import FINE_CELLS, anchor_of, resampled
@@ -123,6 +123,8 @@ class ViewKeeping:
         holds, is_there = ways_m < HOLDS_WITHIN_M, ways_m < STILL_WITHIN_M
         # The mean of a still target's sightings shifts by centimetres: no reason to move.
         goals_m[is_there] = moved_m[is_there]
+        if parameters.wander_m > 0.0:
+            goals_m[holds] += random_ways(rng, int(holds.sum()), parameters.wander_m)
         stepped_m = stepped(moved_m, goals_m, step_m)
         apart_m = kept_apart(stepped_m, moved_m, holds, parameters.min_distance_m, rng)
         asked = replace(state.swarm, awaits_ask=False)
@@ -179,6 +181,7 @@ class ViewKeeping:
             masks=np.zeros((len(lines), FINE_CELLS), dtype=np.bool_),
             anchor=anchor_of(target.position_enu_m),
             drift_enu_m=np.array(target.drift_enu_m),
+            at_most=MAX_LOOKS if self.parameters.keeps_looks else len(heights_m),
         )
         return replace(state, looks=looks)
 
@@ -205,6 +208,7 @@ class ViewKeeping:
             masks=resampled(masks, anchor)[useful],
             anchor=anchor,
             drift_enu_m=np.array(target.drift_enu_m),
+            at_most=MAX_LOOKS if self.parameters.keeps_looks else len(heights_m),
         )
         return replace(state, target=target, looks=looks)
 
