@@ -1,0 +1,151 @@
+"""``aos-gcs terrain``: elevation models of the ground."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from aos_gcs.elevation.datum import VerticalDatum
+from aos_gcs.elevation.report import ElevationReport, Place, report_of
+from aos_gcs.errors import ConfigurationError
+
+terrain = typer.Typer(no_args_is_help=True)
+
+SURFACE_WARNING = (
+    "This is a surface model: where trees stand, its heights are those of crowns (median error 13 m under dense "
+    "canopy). It shows where not to fly into, not where the ground is."
+)
+
+
+@terrain.callback()
+def _about() -> None:
+    """Check elevation models of the ground."""
+
+
+@terrain.command("check")
+def check(
+    files: Annotated[
+        list[Path], typer.Argument(help="GeoTIFF or ASC files of one coordinate system and grid.", show_default=False)
+    ],
+    *,
+    kind: Annotated[
+        str,
+        typer.Option(
+            metavar="terrain|surface",
+            help="Heights of the ground (DTM), or of whatever was seen from above (DSM). No file states it: see its "
+            "provider's description.",
+        ),
+    ],
+    datum: Annotated[
+        VerticalDatum | None,
+        typer.Option(help="Vertical datum of heights, where the files state none.", show_default=False),
+    ] = None,
+    crs: Annotated[
+        str | None,
+        typer.Option(metavar="EPSG:CODE", help="Coordinate system, where the files state none.", show_default=False),
+    ] = None,
+    geoid: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="PROJ's grid of the geoid EGM96, for heights above the ellipsoid. Without it, PROJ's folders are "
+            "looked through.",
+        ),
+    ] = None,
+    at: Annotated[
+        list[str] | None, typer.Option(metavar="LAT,LON", help="Place whose height is reported. May be repeated.")
+    ] = None,
+    plan: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.toml", help="Configuration of a mission: heights at its launch site and over its search area."
+        ),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """Check an elevation model: extent, resolution, datum, holes, and heights where a mission flies.
+
+    Exit code 1 if a place, or part of the search area, has no height.
+    """
+    from aos_gcs.elevation.geoid import find_geoid  # noqa: PLC0415 - keeps the other commands' help fast
+    from aos_gcs.elevation.model import ElevationModel, ModelKind  # noqa: PLC0415
+
+    if kind not in list(ModelKind):
+        raise ConfigurationError(f"--kind must be terrain or surface, got {kind!r}.")
+    model = ElevationModel(files, ModelKind(kind), datum=datum, crs=crs, geoid=find_geoid(geoid))
+    area, places = ((), ()) if plan is None else _planned(plan)
+    report = report_of(model, [*places, *(_place(text) for text in at or ())], area)
+    model.close()
+    typer.echo(json.dumps(asdict(report)) if as_json else "\n".join(_lines(report)))
+    if report.kind is ModelKind.SURFACE:
+        typer.echo(SURFACE_WARNING, err=True)
+    if not report.is_complete:
+        raise typer.Exit(1)
+
+
+def _place(text: str) -> Place:
+    from aos_gcs.cli.survey_options import parse_numbers  # noqa: PLC0415 - keeps the other commands' help fast
+
+    numbers = parse_numbers(text)
+    if len(numbers) != 2 or not (abs(numbers[0]) <= 90.0 and abs(numbers[1]) <= 180.0):
+        raise ConfigurationError(f"--at needs LATITUDE,LONGITUDE in degrees, got {text!r}.")
+    return Place(text, numbers[0], numbers[1])
+
+
+def _planned(path: Path) -> tuple[tuple[tuple[float, float], ...], tuple[Place, ...]]:
+    """Return the search area of a mission, latitudes and longitudes of its corners, and its launch site and corners."""
+    from aos_gcs.config.file import read_config  # noqa: PLC0415 - keeps the other commands' help fast
+    from aos_gcs.config.settings import mission_settings  # noqa: PLC0415
+    from aos_gcs.geometry.geodesy import LocalFrame  # noqa: PLC0415
+
+    settings = mission_settings(read_config(path))
+    if settings.origin is None or not settings.area_enu_m:
+        raise ConfigurationError(f"{path}: mission.origin_deg and the search area are needed to know its places.")
+    frame = LocalFrame(settings.origin)
+    corners = [frame.to_geodetic((*corner, 0.0)) for corner in settings.area_enu_m]
+    named = [("launch site", settings.origin)]
+    named += [(f"corner {number}", corner) for number, corner in enumerate(corners, start=1)]
+    places = tuple(Place(name, place.latitude_deg, place.longitude_deg) for name, place in named)
+    return tuple((corner.latitude_deg, corner.longitude_deg) for corner in corners), places
+
+
+def _lines(report: ElevationReport) -> list[str]:
+    south, west, north, east = report.bounds_deg
+    lines = [
+        f"files: {', '.join(report.files)}",
+        f"kind: {report.kind}",
+        f"coordinate system: {report.crs}",
+        f"vertical datum: {report.datum}",
+        f"heights above mean sea level (EGM96): ± {report.datum_sigma_m:g} m by the change of datums",
+        f"extent: {south:.6f}, {west:.6f} to {north:.6f}, {east:.6f}",
+        f"cells: {report.cells:,} of {report.cell_m[0]:.2f} x {report.cell_m[1]:.2f} m",
+        _holes_line(report),
+    ]
+    if report.area is not None:
+        area = report.area
+        if area.lowest_m is None or area.highest_m is None:
+            lines.append("search area: no heights")
+        else:
+            relief_m = area.highest_m - area.lowest_m
+            lines.append(
+                f"search area: {area.lowest_m:.1f} to {area.highest_m:.1f} m, {relief_m:.1f} m of relief; "
+                f"{area.unknown} of {area.samples} places without a height"
+            )
+    for place in report.places:
+        height = "no height: a hole, or beyond the model" if place.height_m is None else f"{place.height_m:.2f} m"
+        lines.append(f"{place.name}: {height}")
+    return lines
+
+
+def _holes_line(report: ElevationReport) -> str:
+    if report.holes is None:
+        return "holes: not counted in so many cells; --plan looks at a search area"
+    if report.holes.first_deg is None:
+        return "holes: none"
+    latitude_deg, longitude_deg = report.holes.first_deg
+    share = report.holes.count / report.holes.cells
+    return f"holes: {report.holes.count:,} cells ({share:.1%}), the first at {latitude_deg:.6f}, {longitude_deg:.6f}"

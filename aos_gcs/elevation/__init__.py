@@ -1,0 +1,1 @@
+"""Elevation models of the ground, offline: heights above mean sea level at any place, from files."""

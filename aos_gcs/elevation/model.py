@@ -1,0 +1,290 @@
+"""Heights of the ground at any place, from one or several files."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from aos_gcs.elevation.datum import SIGMA_TO_EGM96_M, StatedDatum, VerticalDatum
+from aos_gcs.elevation.geoid import Geoid
+from aos_gcs.elevation.tile import BLOCK_CELLS, BlockCache, ElevationTile, block_counts
+from aos_gcs.errors import ConfigurationError, InputDataError
+from aos_gcs.extras import load_extra
+
+MAX_CACHED_BYTES = 64_000_000
+"""Memory of the blocks that were used last: 64 of 512 x 512 heights."""
+
+_SAME_CELL = 1e-6
+"""Difference, as a share of a cell, up to which tiles lie on one grid."""
+
+_EARTH_RADIUS_M = 6_371_000.0
+
+
+class ModelKind(StrEnum):
+    """What the heights of an elevation model are those of. No file states it."""
+
+    TERRAIN = "terrain"
+    """The ground, without trees and buildings (DTM)."""
+    SURFACE = "surface"
+    """Whatever was seen from above (DSM): in forests, crowns."""
+
+
+@dataclass(frozen=True, slots=True)
+class Holes:
+    """Cells without a height."""
+
+    count: int
+    cells: int
+    """Number of all cells that were looked at."""
+    first_deg: tuple[float, float] | None
+    """Latitude and longitude of one of them."""
+
+
+class ElevationModel:
+    """Heights above mean sea level (EGM96), bilinear between the centres of cells.
+
+    Files are opened at once and read in blocks; memory is bounded.
+    """
+
+    def __init__(
+        self,
+        paths: Sequence[Path],
+        kind: ModelKind,
+        *,
+        datum: VerticalDatum | None = None,
+        crs: str | None = None,
+        geoid: Geoid | None = None,
+    ) -> None:
+        """Open the files of a model.
+
+        Args:
+            paths: GeoTIFF or ASC files of one coordinate system and one grid.
+            kind: what the heights are those of.
+            datum: vertical datum of files that state none.
+            crs: coordinate system of files that state none.
+            geoid: needed for heights above the ellipsoid.
+
+        Raises:
+            InputDataError: if a file cannot be used, states no datum, or does not go with the others.
+            ConfigurationError: if no file is given, the datum contradicts a file's own, or its geoid is missing.
+        """
+        if not paths:
+            raise ConfigurationError("An elevation model needs at least one file.")
+        self.kind = kind
+        self._tiles = tuple(ElevationTile(path, crs) for path in paths)
+        self._geoid = geoid
+        self._cache = BlockCache(MAX_CACHED_BYTES)
+        first = self._tiles[0]
+        for tile in self._tiles[1:]:
+            _refuse_other_grid(first, tile)
+        self.datum = _agreed_datum(self._tiles, datum)
+        """Datum of the files."""
+        if self.datum.datum is VerticalDatum.ELLIPSOID and geoid is None:
+            raise ConfigurationError(
+                f"The heights of {first.path} count from the ellipsoid, and the geoid that separates it from mean sea "
+                "level is not here: the error would be up to 100 m. Install Debian's proj-data, or give PROJ's grid "
+                "egm96_15 (--geoid FILE)."
+            )
+        pyproj: Any = load_extra("pyproj", "geo", "Reading an elevation model")
+        self._to_crs = pyproj.Transformer.from_crs("EPSG:4326", first.horizontal_crs, always_xy=True)
+
+    @property
+    def paths(self) -> tuple[Path, ...]:
+        """Files of the model."""
+        return tuple(tile.path for tile in self._tiles)
+
+    @property
+    def crs_name(self) -> str:
+        """Name of the coordinate system."""
+        return str(self._tiles[0].crs.name)
+
+    @property
+    def sigma_m(self) -> float:
+        """Standard deviation that the change of datums adds to the heights."""
+        return SIGMA_TO_EGM96_M[self.datum.datum]
+
+    @property
+    def cell_m(self) -> tuple[float, float]:
+        """Size of a cell along x and y, about, in metres on the ground at the middle of the first file."""
+        tile = self._tiles[0]
+        dx, dy = (abs(step) for step in tile.cell_xy)
+        if not tile.crs.is_geographic:
+            per_unit = tile.crs.axis_info[0].unit_conversion_factor
+            return dx * per_unit, dy * per_unit
+        _, south, _, north = tile.bounds
+        per_degree_m = math.radians(1.0) * _EARTH_RADIUS_M
+        return dx * per_degree_m * math.cos(math.radians((south + north) / 2)), dy * per_degree_m
+
+    @property
+    def cells(self) -> int:
+        """Number of cells of all files."""
+        return sum(tile.rows * tile.columns for tile in self._tiles)
+
+    def bounds_deg(self) -> tuple[float, float, float, float]:
+        """Return the least latitude and longitude, and the greatest, of all files."""
+        boxes = []
+        for tile in self._tiles:
+            west, south, east, north = tile.bounds
+            along = np.linspace(0.0, 1.0, 9)
+            x = np.concatenate([west + along * (east - west)] * 2 + [np.full(9, west), np.full(9, east)])
+            y = np.concatenate([np.full(9, south), np.full(9, north)] + [south + along * (north - south)] * 2)
+            longitude, latitude = self._to_crs.transform(x, y, direction="INVERSE")
+            boxes.append((np.min(latitude), np.min(longitude), np.max(latitude), np.max(longitude)))
+        corners = np.array(boxes)
+        south, west = corners[:, :2].min(axis=0)
+        north, east = corners[:, 2:].max(axis=0)
+        return float(south), float(west), float(north), float(east)
+
+    def heights_amsl_m(self, latitude_deg: ArrayLike, longitude_deg: ArrayLike) -> NDArray[np.float64]:
+        """Return the heights above mean sea level (EGM96) at places; NaN where the model has a hole or ends.
+
+        Raises:
+            InputDataError: if a file cannot be read any more, or has impossible heights.
+        """
+        latitude, longitude = np.broadcast_arrays(
+            np.asarray(latitude_deg, dtype=np.float64), np.asarray(longitude_deg, dtype=np.float64)
+        )
+        shape = latitude.shape
+        x, y = (np.atleast_1d(axis) for axis in self._to_crs.transform(longitude.ravel(), latitude.ravel()))
+        heights = self._interpolated(np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)).reshape(shape)
+        if self.datum.datum is VerticalDatum.ELLIPSOID and self._geoid is not None:
+            heights = heights - self._geoid.undulation_m(latitude, longitude)
+        return heights
+
+    def holes(self, max_cells: int) -> Holes | None:
+        """Count the cells without a height; None if there are more than ``max_cells`` cells to look at.
+
+        Raises:
+            InputDataError: if a file cannot be read any more, or has impossible heights.
+        """
+        if self.cells > max_cells:
+            return None
+        count, first = 0, None
+        for tile in self._tiles:
+            rows, columns = block_counts(tile)
+            for block_row in range(rows):
+                for block_column in range(columns):
+                    unknown = np.isnan(tile.read_block(block_row, block_column))
+                    count += int(unknown.sum())
+                    if first is None and unknown.any():
+                        row, column = np.argwhere(unknown)[0] + BLOCK_CELLS * np.array([block_row, block_column])
+                        first = self._place_deg(tile, int(row), int(column))
+        return Holes(count, self.cells, first)
+
+    def close(self) -> None:
+        """Close the files."""
+        for tile in self._tiles:
+            tile.close()
+
+    def _place_deg(self, tile: ElevationTile, row: int, column: int) -> tuple[float, float]:
+        west, south, east, north = tile.bounds
+        step_x, step_y = tile.cell_xy
+        x = (west if step_x > 0 else east) + (column + 0.5) * step_x
+        y = (south if step_y > 0 else north) + (row + 0.5) * step_y
+        longitude, latitude = self._to_crs.transform(x, y, direction="INVERSE")
+        return float(latitude), float(longitude)
+
+    def _interpolated(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return heights above the files' datum at coordinates, shape (n,).
+
+        Rows and columns count on the grid that all files share, so that neighbours may lie in different files.
+        """
+        row, column = self._tiles[0].row_column(x, y)
+        is_place = np.isfinite(row) & np.isfinite(column)
+        row, column = np.where(is_place, row, 0.0), np.where(is_place, column, 0.0)
+        top, left = np.floor(row), np.floor(column)
+        down, right = row - top, column - left
+        # A place within half a cell of an outer edge takes the height of the cell that it lies in.
+        own = self._cells(np.rint(row), np.rint(column))
+        heights = np.zeros(len(x))
+        for row_offset, column_offset in ((0, 0), (0, 1), (1, 0), (1, 1)):
+            weight = (down if row_offset else 1.0 - down) * (right if column_offset else 1.0 - right)
+            values, is_inside = self._cells_and_extent(top + row_offset, left + column_offset)
+            values = np.where(is_inside, values, own)
+            heights += np.where(weight > 0.0, weight * values, 0.0)
+        return np.where(is_place & self._cells_and_extent(np.rint(row), np.rint(column))[1], heights, np.nan)
+
+    def _cells(self, row: NDArray[np.float64], column: NDArray[np.float64]) -> NDArray[np.float64]:
+        return self._cells_and_extent(row, column)[0]
+
+    def _cells_and_extent(
+        self, row: NDArray[np.float64], column: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+        """Return the heights of cells of the shared grid, NaN in holes, and whether a file has them, shape (n,)."""
+        heights = np.full(len(row), np.nan)
+        is_inside = np.zeros(len(row), dtype=np.bool_)
+        for index, tile in enumerate(self._tiles):
+            row_offset, column_offset = self._offset(tile)
+            rows, columns = (row - row_offset).astype(np.int64), (column - column_offset).astype(np.int64)
+            within = (rows >= 0) & (rows < tile.rows) & (columns >= 0) & (columns < tile.columns)
+            # Where files overlap, one with a hole does not hide another's height.
+            wanted = np.flatnonzero(within & np.isnan(heights))
+            is_inside |= within
+            blocks = np.stack((rows[wanted] // BLOCK_CELLS, columns[wanted] // BLOCK_CELLS), axis=1)
+            for block_row, block_column in np.unique(blocks, axis=0) if len(wanted) else ():
+                block = self._cache.block(index, tile, int(block_row), int(block_column))
+                chosen = wanted[(blocks == (block_row, block_column)).all(axis=1)]
+                heights[chosen] = block[rows[chosen] % BLOCK_CELLS, columns[chosen] % BLOCK_CELLS]
+        return heights, is_inside
+
+    def _offset(self, tile: ElevationTile) -> tuple[int, int]:
+        """Return the row and the column of a tile's first cell on the grid of the first tile."""
+        first = self._tiles[0]
+        corners = [(_first_centre(other)) for other in (first, tile)]
+        return tuple(  # type: ignore[return-value]
+            round((theirs - ours) / step)
+            for ours, theirs, step in zip(corners[0], corners[1], reversed(first.cell_xy), strict=True)
+        )
+
+
+def _first_centre(tile: ElevationTile) -> tuple[float, float]:
+    """Return y and x of the centre of a tile's first cell."""
+    west, south, east, north = tile.bounds
+    step_x, step_y = tile.cell_xy
+    return (south if step_y > 0 else north) + step_y / 2, (west if step_x > 0 else east) + step_x / 2
+
+
+def _refuse_other_grid(first: ElevationTile, other: ElevationTile) -> None:
+    if not first.horizontal_crs.equals(other.horizontal_crs):
+        ours, theirs = first.horizontal_crs.name, other.horizontal_crs.name
+        raise InputDataError(
+            f"{other.path} is in {theirs}, but {first.path} in {ours}: warp them to one coordinate system (gdalwarp)."
+        )
+    same_steps = np.allclose(first.cell_xy, other.cell_xy, rtol=_SAME_CELL)
+    shifts = [
+        (theirs - ours) / step
+        for ours, theirs, step in zip(_first_centre(first), _first_centre(other), reversed(first.cell_xy), strict=True)
+    ]
+    # Tiles of a thousand cells may differ in the last digits of their corners.
+    if not same_steps or any(abs(shift - round(shift)) > 1e-2 for shift in shifts):
+        raise InputDataError(
+            f"The cells of {other.path} and {first.path} do not lie on one grid: merge them to one file (gdalwarp)."
+        )
+
+
+def _agreed_datum(tiles: Sequence[ElevationTile], given: VerticalDatum | None) -> StatedDatum:
+    """Return the datum of all tiles: their own, or the one that is given for those without."""
+    stated = {tile.stated_datum for tile in tiles}
+    if len(stated) > 1:
+        names = sorted({"none" if datum is None else datum.name for datum in stated})
+        raise InputDataError(f"The files state different vertical datums: {', '.join(names)}.")
+    own = next(iter(stated))
+    if own is None:
+        if given is None:
+            raise InputDataError(
+                f"The elevation model {tiles[0].path} does not state what its heights count from: say it (--datum "
+                "egm96, egm2008, national or ellipsoid). Its provider's description has it."
+            )
+        return StatedDatum(given, f"{given}, as stated by the operator")
+    if given is not None and given is not own.datum:
+        raise ConfigurationError(
+            f"The heights of {tiles[0].path} count from {own.name} ({own.datum}) by the file itself, not from {given}."
+        )
+    return own

@@ -1,0 +1,127 @@
+"""What there is to know of an elevation model before it is flown by."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.elevation.model import ElevationModel, Holes, ModelKind
+
+MAX_COUNTED_CELLS = 250_000_000
+"""Most cells that are looked through for holes: a minute or so."""
+
+MAX_AREA_SAMPLES = 400
+"""Samples along each axis of an area."""
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A place whose height is asked for."""
+
+    name: str
+    latitude_deg: float
+    longitude_deg: float
+    height_m: float | None = None
+    """Height above mean sea level; None where the model has a hole or ends."""
+
+
+@dataclass(frozen=True, slots=True)
+class AreaHeights:
+    """Heights over an area."""
+
+    samples: int
+    unknown: int
+    """Number of samples without a height."""
+    lowest_m: float | None
+    highest_m: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class ElevationReport:
+    """Properties of an elevation model."""
+
+    files: tuple[str, ...]
+    kind: ModelKind
+    crs: str
+    datum: str
+    datum_sigma_m: float
+    """Standard deviation that the change to mean sea level adds to the heights."""
+    bounds_deg: tuple[float, float, float, float]
+    """Least latitude and longitude, and the greatest."""
+    cells: int
+    cell_m: tuple[float, float]
+    holes: Holes | None
+    """None: there are too many cells to look through."""
+    places: tuple[Place, ...]
+    area: AreaHeights | None
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether all places and all of the area have heights."""
+        return all(place.height_m is not None for place in self.places) and (
+            self.area is None or self.area.unknown == 0
+        )
+
+
+def report_of(
+    model: ElevationModel, places: Sequence[Place], area_deg: Sequence[tuple[float, float]] = ()
+) -> ElevationReport:
+    """Report on a model.
+
+    Args:
+        model: the model.
+        places: places whose heights are asked for.
+        area_deg: corners of an area that heights are looked at over, latitude and longitude.
+
+    Raises:
+        InputDataError: if a file cannot be read, or has impossible heights.
+    """
+    heights_m = model.heights_amsl_m(
+        [place.latitude_deg for place in places], [place.longitude_deg for place in places]
+    )
+    return ElevationReport(
+        files=tuple(str(path) for path in model.paths),
+        kind=model.kind,
+        crs=model.crs_name,
+        datum=model.datum.name,
+        datum_sigma_m=model.sigma_m,
+        bounds_deg=model.bounds_deg(),
+        cells=model.cells,
+        cell_m=model.cell_m,
+        holes=model.holes(MAX_COUNTED_CELLS),
+        places=tuple(
+            Place(
+                place.name,
+                place.latitude_deg,
+                place.longitude_deg,
+                float(height_m) if math.isfinite(height_m) else None,
+            )
+            for place, height_m in zip(places, heights_m, strict=True)
+        ),
+        area=_area_heights(model, np.array(area_deg)) if len(area_deg) else None,
+    )
+
+
+def _area_heights(model: ElevationModel, corners_deg: NDArray[np.float64]) -> AreaHeights:
+    (south, west), (north, east) = corners_deg.min(axis=0), corners_deg.max(axis=0)
+    latitude, longitude = np.meshgrid(
+        np.linspace(south, north, MAX_AREA_SAMPLES), np.linspace(west, east, MAX_AREA_SAMPLES), indexing="ij"
+    )
+    # In samples, as OpenCV's polygons hold 32-bit integers.
+    cells = (corners_deg - (south, west)) / (north - south, east - west) * (MAX_AREA_SAMPLES - 1)
+    mask = np.zeros(latitude.shape, dtype=np.uint8)
+    cv2.fillPoly(mask, [np.rint(cells[:, ::-1]).astype(np.int32)], 1)
+    inside = mask.astype(bool)
+    heights_m = model.heights_amsl_m(latitude[inside], longitude[inside])
+    known_m = heights_m[np.isfinite(heights_m)]
+    return AreaHeights(
+        samples=len(heights_m),
+        unknown=len(heights_m) - len(known_m),
+        lowest_m=float(known_m.min()) if len(known_m) else None,
+        highest_m=float(known_m.max()) if len(known_m) else None,
+    )

@@ -1,0 +1,165 @@
+"""One file of an elevation model, read in blocks when they are needed."""
+
+from __future__ import annotations
+
+import logging
+import math
+import threading
+import warnings
+from collections import OrderedDict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.elevation.datum import StatedDatum, stated_datum
+from aos_gcs.errors import ConfigurationError, InputDataError
+from aos_gcs.extras import load_extra
+
+BLOCK_CELLS = 512
+"""Edge of the blocks that are read."""
+
+LEAST_M, GREATEST_M = -500.0, 9000.0
+"""Heights on the earth, with some room."""
+
+_METRES = frozenset({"", "m", "metre", "meter", "metres", "meters"})
+
+
+class ElevationTile:
+    """A raster of heights; rows and columns are those of its cells."""
+
+    def __init__(self, path: Path, crs: str | None = None) -> None:
+        """Open a GeoTIFF or an ASC file without reading its heights.
+
+        Args:
+            path: the file.
+            crs: coordinate system of a file that states none, such as ``EPSG:31255``.
+
+        Raises:
+            InputDataError: if the file is unreadable, has no coordinate system or place, is turned, or its heights are
+                not in metres.
+            ConfigurationError: if rasterio or pyproj is not installed, or the coordinate system is not known.
+        """
+        self._rasterio: Any = load_extra("rasterio", "geo", "Reading an elevation model")
+        pyproj: Any = load_extra("pyproj", "geo", "Reading an elevation model")
+        # It logs what GDAL says before it raises the same words.
+        logging.getLogger("rasterio").setLevel(logging.CRITICAL)
+        self.path = path
+        try:
+            with warnings.catch_warnings(action="ignore", category=self._rasterio.errors.NotGeoreferencedWarning):
+                self._dataset = self._rasterio.open(path)
+        except self._rasterio.errors.RasterioError as error:
+            raise InputDataError(f"The elevation model {path} cannot be read: {error}.") from error
+        if self._dataset.crs is None and crs is None:
+            raise InputDataError(
+                f"The elevation model {path} states no coordinate system: give it (--crs EPSG:CODE), or put its .prj "
+                "file beside it."
+            )
+        try:
+            self.crs = pyproj.CRS.from_user_input(crs or self._dataset.crs.to_wkt())
+        except pyproj.exceptions.CRSError as error:
+            raise ConfigurationError(
+                f"The coordinate system {crs!r} is not known: use one such as EPSG:31255."
+            ) from error
+        transform = self._dataset.transform
+        if transform.is_identity:
+            raise InputDataError(f"The elevation model {path} is a picture whose place is not known.")
+        if transform.b != 0.0 or transform.d != 0.0:
+            raise InputDataError(f"The elevation model {path} is turned: warp it to rows from west to east (gdalwarp).")
+        self.stated_datum: StatedDatum | None = stated_datum(self.crs, str(path))
+        unit = (self._dataset.units[0] or "").lower()
+        if unit not in _METRES:
+            raise InputDataError(f"The heights of {path} are in {unit!r}, not in metres: convert them.")
+        self.rows, self.columns = int(self._dataset.height), int(self._dataset.width)
+        self.cell_xy = float(transform.a), float(transform.e)
+        """Steps of a column along x and of a row along y, in units of the coordinate system."""
+        self._corner_xy = float(transform.c), float(transform.f)
+        self._lock = threading.Lock()
+
+    @property
+    def horizontal_crs(self) -> Any:
+        """Coordinate system without heights, ``pyproj.CRS``."""
+        return self.crs.sub_crs_list[0] if self.crs.is_compound else self.crs.to_2d()
+
+    @property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """Smallest x, smallest y, greatest x and greatest y of the outer edges."""
+        xs = sorted((self._corner_xy[0], self._corner_xy[0] + self.columns * self.cell_xy[0]))
+        ys = sorted((self._corner_xy[1], self._corner_xy[1] + self.rows * self.cell_xy[1]))
+        return xs[0], ys[0], xs[1], ys[1]
+
+    def row_column(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
+        """Return places as rows and columns, whole numbers at the centres of cells."""
+        return (
+            (y - self._corner_xy[1]) / self.cell_xy[1] - 0.5,
+            (x - self._corner_xy[0]) / self.cell_xy[0] - 0.5,
+        )
+
+    def read_block(self, block_row: int, block_column: int) -> NDArray[np.float32]:
+        """Return a block of heights, metres; NaN where they are not known.
+
+        Raises:
+            InputDataError: if the file cannot be read any more, or has impossible heights.
+        """
+        row, column = block_row * BLOCK_CELLS, block_column * BLOCK_CELLS
+        window = self._rasterio.windows.Window(
+            column, row, min(BLOCK_CELLS, self.columns - column), min(BLOCK_CELLS, self.rows - row)
+        )
+        try:
+            with self._lock:
+                masked = self._dataset.read(1, window=window, masked=True)
+        except self._rasterio.errors.RasterioError as error:
+            raise InputDataError(f"The elevation model {self.path} cannot be read any more: {error}.") from error
+        heights = np.ma.filled(masked.astype(np.float32), np.nan)
+        self._refuse_impossible(heights)
+        return np.asarray(heights)
+
+    def _refuse_impossible(self, heights: NDArray[np.float32]) -> None:
+        known = heights[np.isfinite(heights)]
+        if known.size and known.min() < LEAST_M:
+            raise InputDataError(
+                f"The elevation model {self.path} has heights of {known.min():g} m: declare them as holes "
+                f"(gdal_edit -a_nodata {known.min():g})."
+            )
+        if known.size and known.max() > GREATEST_M:
+            raise InputDataError(
+                f"The elevation model {self.path} has heights of {known.max():g}: no place on earth is so high. Are "
+                "they in feet? Convert them to metres."
+            )
+
+    def close(self) -> None:
+        """Close the file."""
+        self._dataset.close()
+
+
+class BlockCache:
+    """The blocks that were used last, of all tiles, up to a number of bytes."""
+
+    def __init__(self, max_bytes: int) -> None:
+        self._max_bytes = max_bytes
+        self._blocks: OrderedDict[tuple[int, int, int], NDArray[np.float32]] = OrderedDict()
+        self._bytes = 0
+        self._lock = threading.Lock()
+
+    def block(self, index: int, tile: ElevationTile, row: int, column: int) -> NDArray[np.float32]:
+        """Return a block of a tile, which has an index of its own."""
+        key = index, row, column
+        with self._lock:
+            if key in self._blocks:
+                self._blocks.move_to_end(key)
+                return self._blocks[key]
+        block = tile.read_block(row, column)
+        with self._lock:
+            if key not in self._blocks:
+                self._blocks[key] = block
+                self._bytes += block.nbytes
+            while self._bytes > self._max_bytes and len(self._blocks) > 1:
+                _, oldest = self._blocks.popitem(last=False)
+                self._bytes -= oldest.nbytes
+        return block
+
+
+def block_counts(tile: ElevationTile) -> tuple[int, int]:
+    """Return how many blocks a tile has along its rows' and its columns' axis."""
+    return math.ceil(tile.rows / BLOCK_CELLS), math.ceil(tile.columns / BLOCK_CELLS)

@@ -1,0 +1,94 @@
+"""``aos-gcs terrain check``: what operators are told of an elevation model."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.fakes.elevation_files import PLACE_DEG, ground_m, write_geoid, write_model
+from tests.fakes.recorded_flight import run
+
+pytest.importorskip("rasterio", reason="needs the extra geo")
+
+PLAN = """
+[link]
+urls = ["udpin://127.0.0.1:14550"]
+[mission]
+vehicles = 3
+any_vehicles = true
+origin_deg = [47.5, 14.25, 800.0]
+area_enu_m = [[-60.0, -60.0], [60.0, -60.0], [60.0, 60.0], [-60.0, 60.0]]
+"""
+
+
+def check(*options: object) -> int:
+    return run(["terrain", "check", *map(str, options)])
+
+
+def test_a_terrain_is_described_with_the_heights_of_a_plan(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    model, plan = write_model(tmp_path / "dtm.tif", "EPSG:32633+5773"), tmp_path / "plan.toml"
+    plan.write_text(PLAN)
+    assert check(model, "--kind", "terrain", "--plan", plan, "--at", "47.5003,14.2504", "--json") == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report["datum"] == "EGM96 height"
+    assert report["cells"] == 12_000
+    assert report["holes"] == {"count": 0, "cells": 12_000, "first_deg": None}
+    heights = {place["name"]: place["height_m"] for place in report["places"]}
+    assert list(heights) == ["launch site", "corner 1", "corner 2", "corner 3", "corner 4", "47.5003,14.2504"]
+    assert heights["launch site"] == pytest.approx(float(ground_m(*PLACE_DEG)), abs=0.1)
+    assert heights["47.5003,14.2504"] == pytest.approx(float(ground_m(47.5003, 14.2504)), abs=0.1)
+    assert report["area"]["unknown"] == 0
+    assert report["area"]["highest_m"] - report["area"]["lowest_m"] > 20.0
+    assert check(model, "--kind", "terrain", "--plan", plan) == 0
+    captured = capsys.readouterr()
+    assert "vertical datum: EGM96 height" in captured.out
+    assert "holes: none" in captured.out
+    assert "of relief; 0 of" in captured.out
+    assert captured.err == ""
+
+
+def test_a_hole_below_the_area_is_told_and_fails(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    heights = np.full((120, 100), 700.0, dtype=np.float32)
+    heights[55:60, 48:53] = np.nan
+    model, plan = write_model(tmp_path / "dtm.tif", "EPSG:32633+5773", heights=heights), tmp_path / "plan.toml"
+    plan.write_text(PLAN)
+    assert check(model, "--kind", "terrain", "--plan", plan) == 1
+    out = capsys.readouterr().out
+    assert "holes: 25 cells (0.2%), the first at 47.5" in out
+    assert "launch site: no height" in out
+    assert "search area: 700.0 to 700.0 m" in out
+
+
+def test_a_surface_model_is_warned_of(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    model, geoid = write_model(tmp_path / "dsm.tif", "EPSG:4979", cell=5e-5), write_geoid(tmp_path / "geoid.gtx", 45.0)
+    assert check(model, "--kind", "surface", "--geoid", geoid, "--at", "47.5,14.25") == 0
+    captured = capsys.readouterr()
+    assert "its heights are those of crowns" in captured.err
+    assert f"47.5,14.25: {float(ground_m(*PLACE_DEG)) - 45.0:.1f}" in captured.out
+
+
+@pytest.mark.parametrize(
+    ("options", "reason"),
+    [
+        (("--kind", "ground"), "--kind must be terrain or surface"),
+        (("--kind", "terrain", "--at", "95,10"), "--at needs LATITUDE,LONGITUDE"),
+        (("--kind", "terrain", "--geoid", "absent.gtx"), "does not exist"),
+        (("--kind", "terrain", "--datum", "ellipsoid"), "by the file itself"),
+        (("--kind", "terrain", "--plan", "absent.toml"), "Cannot read the configuration"),
+    ],
+)
+def test_wrong_options_are_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], options: tuple[str, ...], reason: str
+) -> None:
+    assert check(write_model(tmp_path / "dtm.tif", "EPSG:32633+5773"), *options) == 2
+    assert reason in capsys.readouterr().err
+
+
+def test_a_plan_without_places_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    plan = tmp_path / "plan.toml"
+    plan.write_text('[link]\nurls = ["udpin://127.0.0.1:14550"]\n[mission]\nvehicles = 3\n')
+    assert check(write_model(tmp_path / "dtm.tif", "EPSG:32633+5773"), "--kind", "terrain", "--plan", plan) == 2
+    assert "mission.origin_deg and the search area are needed" in capsys.readouterr().err

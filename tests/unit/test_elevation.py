@@ -1,0 +1,202 @@
+"""Elevation models: heights at places, whatever the files' coordinate systems, datums and tiles are."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from aos_gcs.elevation.datum import VerticalDatum
+from aos_gcs.elevation.geoid import Geoid, find_geoid
+from aos_gcs.elevation.model import ElevationModel, ModelKind
+from aos_gcs.errors import AosError, ConfigurationError, InputDataError
+from tests.fakes.elevation_files import PLACE_DEG, centres_deg, ground_m, write_geoid, write_model
+
+pytest.importorskip("rasterio", reason="needs the extra geo")
+
+SYSTEMS = {"EPSG:32633+5773": 5.0, "EPSG:31255+5773": 5.0, "EPSG:4326+5773": 5e-5}
+"""Coordinate systems in metres, of another horizontal datum, and in degrees, with cells of about 5 m."""
+
+
+def opened(*paths: Path, **options: object) -> ElevationModel:
+    return ElevationModel(paths, ModelKind.TERRAIN, **options)  # type: ignore[arg-type]
+
+
+def places(count: int, reach_m: float = 150.0) -> tuple[np.ndarray, np.ndarray]:
+    rng = np.random.default_rng(5)
+    offsets_m = rng.uniform(-reach_m, reach_m, (2, count))
+    return PLACE_DEG[0] + offsets_m[0] / 111_200.0, PLACE_DEG[1] + offsets_m[1] / 75_200.0
+
+
+@pytest.mark.parametrize(("crs", "cell"), SYSTEMS.items())
+def test_heights_are_those_of_the_ground(tmp_path: Path, crs: str, cell: float) -> None:
+    model = opened(write_model(tmp_path / "dtm.tif", crs, cell=cell))
+    latitude, longitude = places(1000)
+    # Between cells of 5 m, hills are bent by 2 cm.
+    assert model.heights_amsl_m(latitude, longitude) == pytest.approx(ground_m(latitude, longitude), abs=0.05)
+    assert model.datum.datum is VerticalDatum.EGM96
+    assert model.cell_m == pytest.approx((5.0, 5.0), rel=0.4)
+    south, west, north, east = model.bounds_deg()
+    assert south < PLACE_DEG[0] < north
+    assert west < PLACE_DEG[1] < east
+
+
+@pytest.mark.skipif(shutil.which("gdallocationinfo") is None, reason="needs Debian's gdal-bin")
+@pytest.mark.parametrize(("crs", "cell"), SYSTEMS.items())
+def test_heights_agree_with_gdal(tmp_path: Path, crs: str, cell: float) -> None:
+    """GDAL's tool tells the height of the cell that a place lies in: compared at the centres of cells."""
+    path = write_model(tmp_path / "dtm.tif", crs, cell=cell)
+    model = opened(path)
+    rng = np.random.default_rng(3)
+    rows, columns = rng.integers(0, 120, 1000), rng.integers(0, 100, 1000)
+    lines = "".join(f"{column} {row}\n" for row, column in zip(rows, columns, strict=True))
+    answer = subprocess.run(  # noqa: S603 - a peer with numbers as its input
+        [str(shutil.which("gdallocationinfo")), "-valonly", str(path)],
+        input=lines,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    expected = np.array(answer.stdout.split(), dtype=float)
+    heights = model.heights_amsl_m(*centres_deg(crs, cell, rows, columns))
+    assert heights == pytest.approx(expected, abs=0.1)
+
+
+def test_tiles_are_one_model_without_seams(tmp_path: Path) -> None:
+    whole = opened(write_model(tmp_path / "whole.tif", "EPSG:32633+5773"))
+    parts = [
+        write_model(tmp_path / f"{row}_{column}.tif", "EPSG:32633+5773", size=(60, 50), first=(row, column))
+        for row in (60, 0)
+        for column in (0, 50)
+    ]
+    latitude, longitude = places(2000)
+    tiled = opened(*parts)
+    assert tiled.heights_amsl_m(latitude, longitude) == pytest.approx(
+        whole.heights_amsl_m(latitude, longitude), abs=1e-3
+    )
+    assert tiled.bounds_deg() == pytest.approx(whole.bounds_deg(), abs=1e-9)
+
+
+def test_holes_and_the_outside_have_no_height(tmp_path: Path) -> None:
+    heights = np.full((120, 100), 700.0, dtype=np.float32)
+    heights[60, 50] = np.nan
+    model = opened(write_model(tmp_path / "dtm.tif", "EPSG:32633+5773", heights=heights))
+    holes = model.holes(10**6)
+    assert holes is not None
+    assert (holes.count, holes.cells) == (1, 12_000)
+    assert holes.first_deg is not None
+    assert np.isnan(model.heights_amsl_m(*holes.first_deg))
+    # Three cells away the ground is known; beyond the edge of the model it is not.
+    assert model.heights_amsl_m(holes.first_deg[0] + 15 / 111_200, holes.first_deg[1]) == pytest.approx(700.0)
+    assert np.isnan(model.heights_amsl_m(PLACE_DEG[0] + 1.0, PLACE_DEG[1]))
+    assert np.isnan(model.heights_amsl_m(np.nan, PLACE_DEG[1]))
+    assert model.holes(100) is None
+
+
+def test_places_at_the_edge_take_the_height_of_their_cell(tmp_path: Path) -> None:
+    model = opened(write_model(tmp_path / "dtm.tif", "EPSG:32633+5773"))
+    latitude, longitude = centres_deg("EPSG:32633", 5.0, np.array(0), np.array(50))
+    for outwards_m, is_known in ((2.0, True), (3.0, False)):
+        height = model.heights_amsl_m(latitude + outwards_m / 111_200, longitude)
+        assert bool(np.isfinite(height)) is is_known
+
+
+def test_ellipsoidal_heights_are_brought_to_sea_level(tmp_path: Path) -> None:
+    path = write_model(tmp_path / "dsm.tif", "EPSG:4979", cell=5e-5)
+    geoid = Geoid(write_geoid(tmp_path / "geoid.gtx", 45.0, slope_m_per_deg=2.0))
+    assert geoid.undulation_m(PLACE_DEG[0] + 0.5, PLACE_DEG[1]) == pytest.approx(46.0, abs=1e-4)
+    model = opened(path, geoid=geoid)
+    assert model.datum.datum is VerticalDatum.ELLIPSOID
+    latitude, longitude = places(50)
+    expected = ground_m(latitude, longitude) - 45.0 - 2.0 * (latitude - PLACE_DEG[0])
+    assert model.heights_amsl_m(latitude, longitude) == pytest.approx(expected, abs=0.05)
+    with pytest.raises(ConfigurationError, match="error would be up to 100 m"):
+        opened(path)
+
+
+def test_the_geoid_is_unknown_beyond_its_grid_and_named_when_absent(tmp_path: Path) -> None:
+    geoid = Geoid(write_geoid(tmp_path / "geoid.gtx", 45.0))
+    assert np.isnan(geoid.undulation_m(-30.0, 100.0))
+    with pytest.raises(ConfigurationError, match="does not exist"):
+        find_geoid(tmp_path / "absent.gtx")
+    (tmp_path / "text.gtx").write_text("no grid")
+    with pytest.raises(InputDataError, match="no grid file of PROJ"):
+        find_geoid(tmp_path / "text.gtx")
+
+
+def test_the_datum_is_stated_by_the_file_or_by_the_operator(tmp_path: Path) -> None:
+    plain = write_model(tmp_path / "plain.tif", "EPSG:32633")
+    with pytest.raises(InputDataError, match="does not state what its heights count from"):
+        opened(plain)
+    assert opened(plain, datum=VerticalDatum.EGM2008).datum.datum is VerticalDatum.EGM2008
+    austrian = write_model(tmp_path / "gha.tif", "EPSG:31255+5778")
+    assert opened(austrian).datum.name == "GHA height"
+    assert opened(austrian).sigma_m > 0.0
+    with pytest.raises(ConfigurationError, match="count from GHA height"):
+        opened(austrian, datum=VerticalDatum.ELLIPSOID)
+    with pytest.raises(InputDataError, match="different vertical datums"):
+        opened(plain, write_model(tmp_path / "egm.tif", "EPSG:32633+5773", first=(0, 100)))
+
+
+def refused(path: Path, message: str, kind: type[AosError] = InputDataError, **options: object) -> None:
+    with pytest.raises(kind, match=message):
+        opened(path, **options).holes(10**9)
+
+
+def test_files_that_cannot_be_used_are_refused(tmp_path: Path) -> None:
+    import rasterio  # noqa: PLC0415
+    from rasterio.transform import Affine  # noqa: PLC0415
+
+    feet = np.full((120, 100), 11_000.0, dtype=np.float32)
+    egm96 = "EPSG:32633+5773"
+    (tmp_path / "text.tif").write_text("no raster")
+    refused(tmp_path / "absent.tif", "cannot be read")
+    refused(tmp_path / "text.tif", "cannot be read")
+    refused(_plain(tmp_path), "states no coordinate system")
+    refused(write_model(tmp_path / "us.tif", "EPSG:6350+6360"), "are in US survey foot")
+    refused(write_model(tmp_path / "high.tif", egm96, heights=feet), "Are they in feet")
+    refused(
+        write_model(tmp_path / "deep.tif", egm96, heights=-9999 * np.ones((120, 100), np.float32), nodata=None),
+        "as holes",
+    )
+    refused(write_model(tmp_path / "turned.tif", egm96, transform=Affine(5, 1, 0, 1, -5, 0)), "is turned")
+    named = write_model(tmp_path / "named.tif", egm96)
+    with rasterio.open(named, "r+") as dataset:
+        dataset.units = ("ft",)
+    refused(named, "are in 'ft'")
+    refused(write_model(tmp_path / "ok.tif", egm96), "is not known", ConfigurationError, crs="EPSG:999999")
+    with pytest.raises(InputDataError, match="do not lie on one grid"):
+        opened(tmp_path / "ok.tif", write_model(tmp_path / "fine.tif", egm96, cell=2.0))
+    with pytest.raises(InputDataError, match="warp them to one coordinate system"):
+        opened(tmp_path / "ok.tif", write_model(tmp_path / "gk.tif", "EPSG:31255+5773"))
+
+
+def _plain(folder: Path) -> Path:
+    """An ASC file without its coordinate system."""
+    path = write_model(folder / "plain.asc", "EPSG:32633")
+    path.with_suffix(".prj").unlink()
+    return path
+
+
+def test_an_asc_file_may_have_its_system_told(tmp_path: Path) -> None:
+    path = _plain(tmp_path)
+    model = opened(path, crs="EPSG:32633", datum=VerticalDatum.NATIONAL)
+    assert model.heights_amsl_m(*PLACE_DEG) == pytest.approx(ground_m(*PLACE_DEG), abs=0.05)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.floats(), st.floats())
+def test_any_numbers_give_a_height_of_the_model_or_none(
+    tmp_path_factory: pytest.TempPathFactory, latitude_deg: float, longitude_deg: float
+) -> None:
+    folder = tmp_path_factory.getbasetemp() / "elevation"
+    folder.mkdir(exist_ok=True)
+    path = folder / "dtm.tif"
+    model = opened(path if path.exists() else write_model(path, "EPSG:32633+5773"))
+    height = model.heights_amsl_m(latitude_deg, longitude_deg)
+    assert np.isnan(height) or 700.0 < height < 900.0
