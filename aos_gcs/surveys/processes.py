@@ -17,7 +17,7 @@ from aos_gcs.imaging.workers import use_one_thread
 from aos_gcs.surveys.integration import Advance, TileResult, Work, integrate_tiles
 from aos_gcs.surveys.tiles import Tile, grouped
 
-GROUPS_PER_PROCESS = 2
+GROUPS_PER_PROCESS = 1
 """Number of groups of tiles: more would balance the work, but an image is read once for every group that sees it."""
 
 REPORT_INTERVAL_S = 0.5
