@@ -3,11 +3,13 @@
 What is compared is measured in turn, round by round, so that the ratios hold on a machine that has other work to do.
 All of it uses the threads it finds: OpenCV's own in the references, ours over bands and frames in the engine.
 
-Run with ``python tests/benchmarks/bench_imaging.py``.
+Run with ``python tests/benchmarks/bench_imaging.py``; with ``--recording DIR`` on ten frames of a recorded flight (a
+folder with ``images`` and ``poses.json``) instead of synthetic ones.
 """
 
 from __future__ import annotations
 
+import argparse
 import os
 import statistics
 import subprocess
@@ -20,6 +22,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 from imaging_peer import bare_warps, peer_rx, peer_step
+from recorded_frames import recorded_frames
 from rich.console import Console
 from rich.table import Table
 
@@ -204,6 +207,38 @@ def peer_rows() -> list[tuple[str, Cost, str]]:
     return rows
 
 
+def recording_rows(frames: list[Frame]) -> list[tuple[str, Cost, str]]:
+    """Steps of recorded frames in bytes, beside a straightforward pipeline."""
+    name, rx = peer_rx()
+    floats = [replace(frame, image=frame.image.astype(np.float32)) for frame in frames]
+    analysis = analyse_step(frames, SETTINGS)
+    marked = int(analysis.anomaly_count.sum())
+    others = [replace(SETTINGS, detector=detector) for detector in Detector if detector is not Detector.RX]
+    others.append(replace(SETTINGS, anomaly_source=AnomalySource.INTEGRAL))
+    ours, in_floats, analysed, peer, pictures = measure(
+        lambda: whole_step(frames),
+        lambda: whole_step(floats),
+        lambda: analyse_step(frames, SETTINGS),
+        lambda: peer_step(floats, rx),
+        lambda: render_pictures(frames, analysis),
+        rounds=7,
+    )
+    grid = f"grid of {analysis.grid.rows} x {analysis.grid.columns}, {marked} marks"
+    times = f"ours is {peer.wall_ms / ours.wall_ms:.1f} times as fast (CPU {peer.cpu_ms / ours.cpu_ms:.1f}), goal 8"
+    costs = measure(*[lambda own=settings: whole_step(frames, own) for settings in others], rounds=5)
+    return [
+        ("recorded step, 10 frames, uint8", ours, f"{grid}; target 60 ms on 2 cores"),
+        ("recorded step, 10 frames, float32", in_floats, ""),
+        ("its analysis alone", analysed, ""),
+        ("render_pictures, with the integral", pictures, "goal 30"),
+        (f"10 frames, RX of {name}, 10 x 10 renders", peer, times),
+        *(
+            (f"recorded step, {settings.detector}, {settings.anomaly_source}", cost, "")
+            for settings, cost in zip(others, costs, strict=True)
+        ),
+    ]
+
+
 MEMORY_PROGRAM = r"""
 import re, sys
 from pathlib import Path
@@ -238,13 +273,24 @@ def memory_lines() -> list[str]:
 
 
 def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--recording", type=Path, metavar="DIR", help="folder with images and poses.json")
+    parser.add_argument("--fov", type=float, default=50.815436217896945, help="field of view of the recording, degrees")
+    parser.add_argument("--convention", default="z-down", help="meaning of its poses, as of aos-gcs integrate")
+    parser.add_argument("--plane-z", type=float, default=-18.0, help="height of the focal plane in its world, metres")
+    options = parser.parse_args()
     console = Console(width=160)
     table = Table("work", "wall ms", "CPU ms", "note")
-    for name, cost, note in [*integral_rows(), *detector_rows(), *step_rows(), *peer_rows()]:
+    if options.recording is None:
+        rows = [*integral_rows(), *detector_rows(), *step_rows(), *peer_rows()]
+    else:
+        where = {"fov_deg": options.fov, "convention": options.convention, "plane_z_m": options.plane_z}
+        rows = recording_rows(recorded_frames(options.recording, 10, bands=BANDS, **where))
+    for name, cost, note in rows:
         table.add_row(name, f"{cost.wall_ms:.1f}", f"{cost.cpu_ms:.1f}", note)
     console.print(table)
     console.print(f"{os.cpu_count()} cores, OpenCV {cv2.__version__} with {cv2.getNumThreads()} threads")
-    for line in memory_lines():
+    for line in memory_lines() if options.recording is None else []:
         console.print(line)
 
 
