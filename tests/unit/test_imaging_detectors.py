@@ -9,7 +9,8 @@ from scipy.special import chdtri
 
 from aos_gcs.imaging.detection.detectors import DETECTORS, detect
 from aos_gcs.imaging.detection.local_rx import LOADING, local_rx_scores
-from aos_gcs.imaging.detection.thermal_anomaly import warm_scores
+from aos_gcs.imaging.detection.rx import rx_scores
+from aos_gcs.imaging.detection.thermal_anomaly import _block_medians, _known_block_medians, warm_scores
 from aos_gcs.imaging.model import Detector
 
 
@@ -134,3 +135,25 @@ def test_one_warm_pixel_on_a_constant_band_stands_out() -> None:
     thermal[30, 31] = 21.0
     mask = detect(thermal[:, :, np.newaxis], ("thermal",), Detector.THERMAL)
     assert np.argwhere(mask).tolist() == [[30, 31]]
+
+
+@given(st.integers(1, 90), st.integers(1, 90), st.integers(8, 40), st.integers(0, 2**32 - 1))
+@settings(max_examples=40, deadline=None)
+def test_medians_of_blocks_are_the_same_at_once_and_one_by_one(
+    height: int, width: int, block_px: int, seed: int
+) -> None:
+    band = np.random.default_rng(seed).integers(0, 200, (height, width)).astype(np.float32)
+    whole = np.vstack([band, np.full((block_px, width), 100.0, dtype=np.float32)])
+    row_edges = np.linspace(0, len(whole), max(1, round(len(whole) / block_px)) + 1).astype(int)
+    column_edges = np.linspace(0, width, max(1, round(width / block_px)) + 1).astype(int)
+    known = np.ones(whole.shape, dtype=np.bool_)
+    np.testing.assert_array_equal(
+        _block_medians(whole, row_edges, column_edges), _known_block_medians(whole, known, row_edges, column_edges)
+    )
+
+
+@pytest.mark.parametrize("channels", [1, 3, 4])
+def test_scores_of_bytes_are_those_of_the_same_floats(channels: int) -> None:
+    image = np.random.default_rng(3).integers(0, 256, (70, 90, channels), dtype=np.uint8)
+    np.testing.assert_array_equal(rx_scores(image), rx_scores(image.astype(np.float32)))
+    np.testing.assert_array_equal(rx_scores(image[::2, ::3]), rx_scores(image[::2, ::3].astype(np.float32)))

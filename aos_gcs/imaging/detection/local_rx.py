@@ -7,6 +7,8 @@ the target.
 
 from __future__ import annotations
 
+import math
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +24,9 @@ BACKGROUND_PX = 65
 LOADING = 1e-3
 """Added to the local variances, in units of the frame's own: what does not vary nearby gives finite scores, and
 surroundings are told apart down to a thirtieth of the frame's deviation."""
+
+_CHUNK_ROWS = 32
+"""Rows whose scores are computed at a time: what that takes stays in the cache."""
 
 MIN_SAMPLES_PER_BAND = 10
 """Background pixels that a covariance needs; with fewer there is no score."""
@@ -49,20 +54,60 @@ def local_rx_scores(
     """
     if not (guard_px % 2 == background_px % 2 == 1 and 0 < guard_px < background_px):
         raise ValueError(f"windows must be odd, the outer one larger: got {guard_px} in {background_px}")
-    finite = np.asarray(np.isfinite(image).all(axis=2))
+    finite = _finite(image)
     bands = _standardised(image, finite)
-    scores = np.where(finite, np.float32(0.0), np.float32(np.nan))
+    scores = np.zeros(image.shape[:2], dtype=np.float32)
     if not bands:
-        return scores
+        return scores if finite is None else np.where(finite, scores, np.float32(np.nan))
+
+    inner = np.empty_like(scores)
 
     def background_sum(plane: NDArray[np.float32]) -> NDArray[np.float32]:
-        outer, inner = (_box_sum(plane, edge) for edge in (background_px, guard_px))
-        return np.asarray(outer - inner)
+        outer = _box_sum(plane, background_px)
+        return np.subtract(outer, _box_sum(plane, guard_px, inner), out=outer)
 
-    count = background_sum(finite.astype(np.float32))
-    enough = finite & (count >= MIN_SAMPLES_PER_BAND * len(bands))
-    count = np.maximum(count, 2.0)
-    means = [np.asarray(background_sum(band) / count, dtype=np.float32) for band in bands]
+    count = background_sum(np.ones(scores.shape, np.float32) if finite is None else finite.astype(np.float32))
+    enough = count >= MIN_SAMPLES_PER_BAND * len(bands)
+    if finite is not None:
+        enough &= finite
+    np.maximum(count, 2.0, out=count)
+    sums = [background_sum(band) for band in bands]
+    product = np.empty_like(scores)
+    products = [
+        [background_sum(np.multiply(band, other, out=product)) for other in bands[: i + 1]]
+        for i, band in enumerate(bands)
+    ]
+    for first in range(0, scores.shape[0], _CHUNK_ROWS):
+        rows = slice(first, first + _CHUNK_ROWS)
+        scores[rows] = _score(
+            [band[rows] for band in bands],
+            count[rows],
+            [total[rows] for total in sums],
+            [[total[rows] for total in row] for row in products],
+            loading,
+        )
+    scores[~enough] = np.nan
+    return scores
+
+
+def _score(
+    bands: list[NDArray[np.float32]],
+    count: NDArray[np.float32],
+    sums: list[NDArray[np.float32]],
+    products: list[list[NDArray[np.float32]]],
+    loading: float,
+) -> NDArray[np.float32]:
+    """Return the scores of some rows by sums over their surroundings, which are overwritten.
+
+    Args:
+        bands: standardised channels.
+        count: pixels in the surroundings.
+        sums: sums of the channels.
+        products: sums of the products of each channel and those up to it.
+        loading: see :func:`local_rx_scores`.
+    """
+    scores, product, degrees = np.zeros_like(count), np.empty_like(count), count - 1.0
+    means = [np.divide(total, count, out=total) for total in sums]
     # Cholesky's factor L of the covariance, and the solution of L y = x - mean whose square is the score: row by row,
     # as for one pixel, with an image in place of each number.
     factor: list[list[NDArray[np.float32]]] = []
@@ -71,38 +116,55 @@ def local_rx_scores(
         row: list[NDArray[np.float32]] = []
         residual = band - means[i]
         for j in range(i + 1):
-            entry = (background_sum(band * bands[j]) - count * means[i] * means[j]) / (count - 1.0)
+            entry = products[i][j]
+            np.multiply(count, means[i], out=product)
+            entry -= np.multiply(product, means[j], out=product)
+            entry /= degrees
             for k in range(j):
-                entry -= row[k] * (row[k] if j == i else factor[j][k])
+                entry -= np.multiply(row[k], row[k] if j == i else factor[j][k], out=product)
             if j == i:
-                row.append(np.sqrt(np.maximum(entry, 0.0) + np.float32(loading)))
+                np.maximum(entry, 0.0, out=entry)
+                entry += np.float32(loading)
+                row.append(np.sqrt(entry, out=entry))
             else:
-                row.append(entry / factor[j][j])
-                residual -= row[j] * solution[j]
+                row.append(np.divide(entry, factor[j][j], out=entry))
+                residual -= np.multiply(row[j], solution[j], out=product)
         factor.append(row)
-        solution.append(residual / row[i])
-        scores += np.square(solution[i])
-    scores[~enough] = np.nan
+        solution.append(np.divide(residual, row[i], out=residual))
+        scores += np.square(solution[i], out=product)
     return scores
 
 
-def _standardised(image: Pixels, finite: NDArray[np.bool_]) -> list[NDArray[np.float32]]:
+def _finite(image: Pixels) -> NDArray[np.bool_] | None:
+    """Return which pixels are finite in all channels, shape (H, W); None: all of them, as in most images."""
+    if image.dtype.kind in "ui" or math.isfinite(cv2.sumElems(image.reshape(image.shape[0], -1))[0]):
+        return None
+    return np.asarray(np.isfinite(image).all(axis=2))
+
+
+def _standardised(image: Pixels, finite: NDArray[np.bool_] | None) -> list[NDArray[np.float32]]:
     """Return the channels that vary, with mean 0 and variance 1; 0 where the image is not finite."""
     bands = []
     for channel in range(image.shape[2]):
-        known = image[:, :, channel][finite].astype(np.float64)
-        deviation = known.std() if known.size else 0.0
+        plane = image[:, :, channel]
+        known = (plane.reshape(-1) if finite is None else plane[finite]).astype(np.float64)
+        mean = known.mean() if known.size else 0.0
+        known -= mean
+        deviation = np.sqrt(np.square(known).mean()) if known.size else 0.0
         # Rounding alone makes the deviation of a constant channel differ from 0.
-        if deviation > 1e-6 * max(1.0, abs(known.mean()) if known.size else 0.0):
-            band = np.zeros(finite.shape, dtype=np.float32)
-            band[finite] = (known - known.mean()) / deviation
+        if deviation > 1e-6 * max(1.0, abs(mean)):
+            band = np.zeros(plane.shape, dtype=np.float32)
+            if finite is None:
+                np.divide(known, deviation, out=band.reshape(-1), casting="same_kind")
+            else:
+                band[finite] = known / deviation
             bands.append(band)
     return bands
 
 
-def _box_sum(plane: NDArray[np.float32], edge_px: int) -> NDArray[np.float32]:
+def _box_sum(plane: NDArray[np.float32], edge_px: int, out: NDArray[np.float32] | None = None) -> NDArray[np.float32]:
     # Beyond the image there is nothing to add.
     return np.asarray(
-        cv2.boxFilter(plane, cv2.CV_32F, (edge_px, edge_px), normalize=False, borderType=cv2.BORDER_CONSTANT),
+        cv2.boxFilter(plane, cv2.CV_32F, (edge_px, edge_px), out, normalize=False, borderType=cv2.BORDER_CONSTANT),
         dtype=np.float32,
     )
