@@ -56,7 +56,7 @@ def local_rx_scores(
         raise ValueError(f"windows must be odd, the outer one larger: got {guard_px} in {background_px}")
     finite = _finite(image)
     bands = _standardised(image, finite)
-    scores = np.zeros(image.shape[:2], dtype=np.float32)
+    scores: NDArray[np.float32] = np.zeros(image.shape[:2], dtype=np.float32)
     if not bands:
         return scores if finite is None else np.where(finite, scores, np.float32(np.nan))
 

@@ -72,9 +72,9 @@ def rx_scores(image: Pixels) -> NDArray[np.float32]:
     for plane, mean in zip(planes, means, strict=True):
         # Centring comes first: float32 then keeps the small differences of 16-bit thermal frames.
         np.subtract(plane, np.float32(mean), out=plane)
-    planes = planes.reshape(channels, -1)
-    planes[:, unknown] = 0.0
-    scores = _scores_of_planes(planes, height * width - unknown.size)
+    rows = planes.reshape(channels, -1)
+    rows[:, unknown] = 0.0
+    scores = _scores_of_planes(rows, height * width - unknown.size)
     scores[unknown] = np.nan
     return scores.reshape(height, width)
 
