@@ -27,7 +27,7 @@ from aos_gcs.surveys.integration import add_marks
 from aos_gcs.surveys.tiles import map_tiles
 
 HEIGHT_STEP_M = 0.5
-"""Heights of the ground that one look at the frames serves: half of it displaces by 0.1 m at 25 degrees off nadir."""
+"""Heights of the ground that are judged as one: half of it displaces by 0.1 m at 25 degrees off nadir."""
 FINEST_CELL_M = 0.1
 """Smallest cell of the map on which frames have to agree."""
 MAX_CELLS = 16_000_000
@@ -135,10 +135,15 @@ def _judged(frames: Sequence[Frame], blobs: Sequence[MapBlob], settings: SearchS
     for index, blob in enumerate(blobs):
         height_m = HEIGHT_STEP_M * round(blob.position_m[2] / HEIGHT_STEP_M)
         by_height.setdefault(height_m, {})[index] = blob
+    if not by_height:
+        return ()
     found: list[Candidate] = []
+    # Finding what stands out of frames takes most of the time, and does not depend on the height.
+    seen_at_m = next(iter(by_height))
+    seen = PersonWatch().look(frames, seen_at_m)
     for height_m, group in by_height.items():
         places = {index: np.array(blob.position_m[:2]) for index, blob in group.items()}
-        watch = PersonWatch().look(frames, height_m)
+        watch = seen.on_plane(seen_at_m, height_m)
         for index, judgement in watch.judge(places, height_m, settings.uncertainty).items():
             candidate = _candidate(group[index], judgement.verdict, judgement.place)
             if _counts(candidate, group[index], settings):

@@ -167,3 +167,12 @@ def test_evidence_sums_a_body_up() -> None:
     assert evidence.extent_m == pytest.approx(4 * GSD_M)
     assert evidence.contrast_median_k == pytest.approx(20.0, abs=0.2)
     assert evidence.contrast_peak_k == pytest.approx(20.0, abs=0.2)
+
+
+def test_a_view_on_another_plane_is_that_of_a_look_at_it() -> None:
+    frame = frame_with_spot()
+    moved, looked = warm_view(frame, 0.0).on_plane(0.0, 6.5), warm_view(frame, 6.5)
+    np.testing.assert_allclose(moved.points_enu_m, looked.points_enu_m, atol=1e-9)
+    np.testing.assert_array_equal(moved.contrast_k, looked.contrast_k)
+    assert moved.area_m2 == pytest.approx(looked.area_m2)
+    assert len(warm_view(frame, 0.0).on_plane(0.0, HEIGHT_M).points_enu_m) == 0

@@ -63,6 +63,24 @@ class WarmView:
         """Return the view with some of its pixels only: ``chosen`` is a mask of shape (k,), or their rows."""
         return replace(self, points_enu_m=self.points_enu_m[chosen], contrast_k=self.contrast_k[chosen])
 
+    def on_plane(self, height_m: float, plane_height_m: float) -> WarmView:
+        """Return the view on the plane of another height, empty where that is not below the camera.
+
+        Args:
+            height_m: ENU height of the plane that its points lie on.
+            plane_height_m: that of the other one.
+        """
+        up_m = float(self.pose.position_enu_m[2])
+        if plane_height_m >= up_m:
+            return self.part(np.zeros(0, dtype=np.intp))
+        stretch = (up_m - plane_height_m) / (up_m - height_m)
+        below_m = self.pose.position_enu_m[:2]
+        return replace(
+            self,
+            points_enu_m=below_m + stretch * (self.points_enu_m - below_m),
+            pixel_area_m2=stretch**2 * self.pixel_area_m2,
+        )
+
     def as_blob_view(self) -> BlobView:
         """Return what geolocation needs of it."""
         centre_enu_m = self.points_enu_m.mean(axis=0)

@@ -50,6 +50,11 @@ class PersonWatch:
         )
         return PersonWatch((*self.steps, seen)[-KEPT_STEPS:])
 
+    def on_plane(self, height_m: float, plane_height_m: float) -> PersonWatch:
+        """Return the watch on the plane of another height than the one that its steps were looked at."""
+        steps = (tuple(view.on_plane(height_m, plane_height_m) for view in step) for step in self.steps)
+        return PersonWatch(tuple(steps))
+
     def judge(
         self, places_enu_m: Mapping[int, NDArray[np.float64]], plane_height_m: float, uncertainty: Uncertainty
     ) -> dict[int, Judgement]:
