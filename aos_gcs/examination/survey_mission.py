@@ -65,7 +65,10 @@ class SurveyMission:
     async def add_finding(self, position_enu_m: EnuPoint, comment: str, *, operator: str = "") -> Finding:
         """Mark a place by hand; see ``FindingCommands.add_finding``."""
         step = self._nearest_step(position_enu_m)
-        finding = self._findings.add(position_enu_m, comment, operator, step, self.elapsed_s())
+        focus, (east_m, north_m, up_m) = self._state.snapshot.focus, position_enu_m
+        heights_m = {record.step: record.focal_height_m for record in self._state.steps}
+        ground_m = heights_m.get(step) or (up_m if focus is None else focus.height_m)
+        finding = self._findings.add((east_m, north_m, ground_m), comment, operator, step, self.elapsed_s())
         await self._keep(operator, f"finding {finding.finding_id} marked")
         return finding
 

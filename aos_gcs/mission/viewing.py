@@ -88,7 +88,7 @@ class View:
     kind: ViewKind
     height_m: float
     visibility_m2: float
-    """Visibility of the largest blob on this plane."""
+    """Visibility of the largest blob on this plane; 0 for a part of it."""
     data: bytes = field(repr=False)
     """A file of the format that was asked for."""
     west_m: float

@@ -5,6 +5,7 @@ A worker remembers the latest steps and analyses: sliders and magnifiers ask for
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache, lru_cache, partial
@@ -26,6 +27,7 @@ from aos_gcs.imaging.step.analysis import analyse_step
 from aos_gcs.imaging.step.examination import ExaminedFrame, examine
 from aos_gcs.imaging.step.integration import integrate
 from aos_gcs.imaging.step.settings import ImagingSettings
+from aos_gcs.imaging.views import grid_view
 from aos_gcs.mission.search.sampling import to_frame
 from aos_gcs.mission.viewing import (
     FocusFound,
@@ -49,6 +51,9 @@ DEPTH_BELOW_M = 50.0
 """Greatest depth below the mission's own plane."""
 CLEARANCE_M = 1.0
 """Distance of the highest plane to the lowest camera."""
+MAX_CLOSE_UP_CELLS = 400
+"""Largest edge of a close-up."""
+_NOTHING_THERE = "window: no frame of the step looks at this place."
 _ENCODE = {PictureFormat.PNG: encode_png, PictureFormat.JPEG: encode_jpeg}
 
 
@@ -145,19 +150,49 @@ def view_step(
         raise ConfigurationError(
             f"height_m must lie within {low_m:.1f} and {high_m:.1f}, below the cameras, but is {chosen_m:g}."
         )
+    if window is not None and kind in {ViewKind.INTEGRAL, ViewKind.THERMAL}:
+        return _close_up(loaded, kind, chosen_m, window, picture_format)
     analysis = _analyse(source, step, chosen_m)
     mean = _mean(source, step, chosen_m) if kind in {ViewKind.INTEGRAL, ViewKind.THERMAL} else None
     if window is not None:
         rows, columns = _cells_within(analysis.grid, window)
         analysis, mean = _part(analysis, rows, columns), None if mean is None else mean[rows, columns]
+    return _shaded(loaded, kind, analysis, mean, picture_format)
+
+
+def _close_up(
+    loaded: _Step, kind: ViewKind, height_m: float, window: ViewWindow, picture_format: PictureFormat
+) -> View:
+    """Return a part of a plane as sharp as the frames are: the raster of all that they see may be coarser."""
+    half_m = window.half_width_m
+    finest_m = min((float(frame.pose.position_enu_m[2]) - height_m) / frame.camera.fx_px for frame in loaded.frames)
+    edge = min(MAX_CLOSE_UP_CELLS, max(1, math.ceil(2.0 * half_m / finest_m)))
+    grid = FocalGrid(window.east_m - half_m, window.north_m + half_m, 2.0 * half_m / edge, edge, edge, height_m)
+    view = grid_view(grid)
+    frames = [frame for frame in loaded.frames if view.project(frame) is not None and not loaded.examine(frame).fault]
+    integral = integrate(frames, grid) if frames else None
+    if integral is None or not integral.coverage.any():
+        raise ConfigurationError(_NOTHING_THERE)
+    nothing = np.zeros_like(integral.coverage)
+    analysis = StepAnalysis(grid, integral.coverage, nothing, None, (), np.empty(0), None)
+    return _shaded(loaded, kind, analysis, integral.mean, picture_format)
+
+
+def _shaded(
+    loaded: _Step,
+    kind: ViewKind,
+    analysis: StepAnalysis,
+    mean: NDArray[np.float32] | None,
+    picture_format: PictureFormat,
+) -> View:
     images = shade_step(analysis, mean, loaded.frames[0].bands, [kind.value])
     if not images:
-        raise ConfigurationError(f"kind: the frames of step {step} have no {kind.value} band.")
+        raise ConfigurationError(f"kind: the frames of step {loaded.step} have no {kind.value} band.")
     grid = analysis.grid
     return View(
-        step=step,
+        step=loaded.step,
         kind=kind,
-        height_m=chosen_m,
+        height_m=grid.height_m,
         visibility_m2=analysis.visibility_m2,
         data=_ENCODE[picture_format](images[kind.value]),
         west_m=grid.west_m,
@@ -207,7 +242,7 @@ def _cells_within(grid: FocalGrid, window: ViewWindow) -> tuple[slice, slice]:
     columns = slice(max(0, round(west)), min(grid.columns, round(east)))
     rows = slice(max(0, round(north)), min(grid.rows, round(south)))
     if rows.start >= rows.stop or columns.start >= columns.stop:
-        raise ConfigurationError("window: no frame of the step looks at this place.")
+        raise ConfigurationError(_NOTHING_THERE)
     return rows, columns
 
 

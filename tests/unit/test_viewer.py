@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.errors import ConfigurationError, InputDataError, WorkerError
 from aos_gcs.imaging.step.settings import ImagingSettings
-from aos_gcs.mission.viewing import FrameKind, PictureFormat, ViewerBusyError, ViewKind
+from aos_gcs.mission.viewing import FrameKind, PictureFormat, ViewerBusyError, ViewKind, ViewWindow
 from aos_gcs.runtime.viewer import MAX_WAITING, Viewer, open_viewer
 from aos_gcs.runtime.workers import VIEWS
 from aos_gcs.store.reader import MissionReader
@@ -85,6 +85,26 @@ async def test_a_draft_shows_the_same_in_fewer_bytes(viewer: Viewer) -> None:
     blurred, wanted = (cv2.blur(image, (9, 9)) for image in (shown, rgba[..., :3].astype(np.float32)))
     assert np.abs(blurred - wanted)[inner].mean() < 3.0
     assert shown[cv2.dilate(covered.astype(np.uint8), np.ones((17, 17))) == 0].max(initial=0.0) < 8.0
+
+
+@pytest.mark.parametrize("kind", [ViewKind.INTEGRAL, ViewKind.THERMAL])
+async def test_a_close_up_is_as_sharp_as_the_frames(
+    viewer: Viewer, kind: ViewKind, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # The raster of all that the frames see is coarser than their pixels.
+    monkeypatch.setattr("aos_gcs.runtime.step_views.MAX_CELLS", 400)
+    view = await viewer.view(1, kind, SPOT_HEIGHT_M, ViewWindow(0.5, 0.0, 2.0))
+    shades = decoded(view.data)
+    assert (view.west_m, view.east_m, view.south_m, view.north_m) == (-1.5, 2.5, -2.0, 2.0)
+    cell_m = 4.0 / shades.shape[0]
+    assert cell_m == pytest.approx((FLYING_HEIGHT_M - SPOT_HEIGHT_M) / CAMERA.fx_px, rel=0.06)
+    blue, green, red, _ = np.moveaxis(shades.astype(np.float32), 2, 0)
+    spot = cv2.blur(red - green if kind is ViewKind.INTEGRAL else red + green + blue, (3, 3))
+    row, column = np.unravel_index(spot.argmax(), spot.shape)
+    assert (column + 0.5) * cell_m == pytest.approx(1.5, abs=2 * cell_m)
+    assert (row + 0.5) * cell_m == pytest.approx(2.0, abs=2 * cell_m)
+    with pytest.raises(ConfigurationError, match="no frame of the step looks at this place"):
+        await viewer.view(1, kind, SPOT_HEIGHT_M, ViewWindow(500.0, 0.0, 2.0))
 
 
 async def test_a_step_tells_what_can_be_seen_of_it(viewer: Viewer) -> None:

@@ -76,12 +76,13 @@ async def change_finding(
     },
 )
 async def read_thumbnail(finding_id: FindingId, kind: ViewKind, mission: Mission, viewer: Viewer) -> Response:
-    """Return a finding's surroundings in the integral of the last step that shows it."""
+    """Return a finding's surroundings, at its own height, in the integral of the last step that shows it."""
     finding = _find(mission, finding_id)
     if finding.step < 1:
         raise NotFoundError(f"Finding {finding_id} was marked before the first step; no frame shows it.")
-    east_m, north_m, _ = finding.position_enu_m
-    view = await viewer.view(finding.step, kind, None, ViewWindow(east_m, north_m, _THUMBNAIL_HALF_WIDTH_M))
+    east_m, north_m, up_m = finding.position_enu_m
+    height_m = None if finding.track_id is None else up_m
+    view = await viewer.view(finding.step, kind, height_m, ViewWindow(east_m, north_m, _THUMBNAIL_HALF_WIDTH_M))
     return Response(view.data, media_type="image/png", headers={"Cache-Control": "no-cache"})
 
 
