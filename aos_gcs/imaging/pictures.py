@@ -33,6 +33,9 @@ KINDS = ("integral", "thermal", "anomaly", "coverage")
 
 _PNG_OPTIONS = [cv2.IMWRITE_PNG_COMPRESSION, 1, cv2.IMWRITE_PNG_STRATEGY, cv2.IMWRITE_PNG_STRATEGY_RLE]
 """Run lengths are faster than the default search for matches, which finds next to none in noise."""
+if hasattr(cv2, "IMWRITE_PNG_FILTER"):
+    # One filter for all rows, where OpenCV lets it be chosen: to try five for each takes as long as the compression.
+    _PNG_OPTIONS += [cv2.IMWRITE_PNG_FILTER, cv2.IMWRITE_PNG_FILTER_SUB]
 
 _JPEG_OPTIONS = [cv2.IMWRITE_JPEG_QUALITY, 85]
 
@@ -57,7 +60,8 @@ def render_pictures(frames: Sequence[Frame], analysis: StepAnalysis) -> tuple[Ra
         frames: the step's frames that took part in the analysis.
         analysis: analysis of the step.
     """
-    images = shade_step(analysis, integrate(frames, analysis.grid).mean, frames[0].bands, KINDS[:3])
+    mean = integrate(frames, analysis.grid, picture_shape(*analysis.coverage.shape)).mean
+    images = shade_step(analysis, mean, frames[0].bands, KINDS[:3])
     encoded = parallel_map(encode_png, images.values())
     grid = analysis.grid
     return tuple(
@@ -80,13 +84,12 @@ def shade_step(
 
     Args:
         analysis: analysis of the step.
-        integral: mean of its frames, shape (rows, columns, C), NaN where nothing covers; None: not among the kinds.
+        integral: mean of its frames, shape (rows, columns, C) of the analysis or of the pictures, NaN where nothing
+            covers; None: not among the kinds.
         bands: bands of the frames.
         kinds: some of :data:`KINDS`.
     """
-    rows, columns = analysis.coverage.shape
-    scale = min(1.0, (MAX_CELLS / (rows * columns)) ** 0.5)
-    size = max(1, round(columns * scale)), max(1, round(rows * scale))
+    size = picture_shape(*analysis.coverage.shape)[::-1]
     # Nearest keeps counts whole.
     coverage = np.asarray(cv2.resize(analysis.coverage, size, interpolation=cv2.INTER_NEAREST), dtype=np.uint16)
     # Where few frames overlap, leaves and noise are not averaged away; they must not set the contrast.
@@ -161,6 +164,12 @@ def shade_counts(counts: NDArray[np.uint16], covered: NDArray[np.bool]) -> NDArr
     shades = np.where(counts > 0, 128 + counts * np.float32(127.0 / max(int(counts.max()), 1)), 0.0).astype(np.uint8)
     bgr = cv2.applyColorMap(shades, cv2.COLORMAP_INFERNO)
     return np.dstack((cv2.cvtColor(bgr, cv2.COLOR_BGR2RGB), _alpha(covered)))
+
+
+def picture_shape(rows: int, columns: int) -> tuple[int, int]:
+    """Return rows and columns of the picture of a raster: at most about :data:`MAX_CELLS`."""
+    scale = min(1.0, (MAX_CELLS / (rows * columns)) ** 0.5)
+    return max(1, round(rows * scale)), max(1, round(columns * scale))
 
 
 def _reduce_integral(integral: NDArray[np.float32], size: tuple[int, int]) -> NDArray[np.float32]:

@@ -34,7 +34,7 @@ from aos_gcs.geometry.poses import nadir_pose
 from aos_gcs.imaging.detection.rx import rx_scores
 from aos_gcs.imaging.integral import integrate
 from aos_gcs.imaging.model import AnomalySource, Detector, Frame
-from aos_gcs.imaging.pictures import render_pictures
+from aos_gcs.imaging.pictures import picture_shape, render_pictures
 from aos_gcs.imaging.step.analysis import analyse_step
 from aos_gcs.imaging.step.integration import integrate as integrate_step
 from aos_gcs.imaging.step.settings import ImagingSettings
@@ -162,7 +162,8 @@ def detector_rows() -> list[tuple[str, Cost, str]]:
 
 def whole_step(frames: list[Frame], settings: ImagingSettings = SETTINGS) -> None:
     """Analyse a step, and integrate its frames as its pictures ask for."""
-    integrate_step(frames, analyse_step(frames, settings).grid)
+    grid = analyse_step(frames, settings).grid
+    integrate_step(frames, grid, picture_shape(grid.rows, grid.columns))
 
 
 def step_rows() -> list[tuple[str, Cost, str]]:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -24,14 +27,36 @@ class StepIntegral:
     """Number of frames that cover each cell, shape (rows, columns)."""
 
 
-def integrate(frames: Sequence[Frame], grid: FocalGrid) -> StepIntegral:
-    """Average usable frames on the focal plane, a batch at a time so that memory does not grow with their number."""
-    integral = ViewIntegral(grid_view(grid), frames[0].bands, exact=False)
+def integrate(frames: Sequence[Frame], grid: FocalGrid, shape: tuple[int, int] | None = None) -> StepIntegral:
+    """Average usable frames on the focal plane, a batch at a time so that memory does not grow with their number.
+
+    Args:
+        frames: usable frames of a step.
+        grid: raster of the focal plane.
+        shape: rows and columns of a coarser raster of the same extent; None: those of the grid.
+    """
+    view, width_px = grid_view(grid), 1
+    if shape is not None and shape != view.shape:
+        rows_each, columns_each = view.shape[0] / shape[0], view.shape[1] / shape[1]
+        to_grid = np.array(
+            [[columns_each, 0.0, (columns_each - 1) / 2], [0.0, rows_each, (rows_each - 1) / 2], [0.0, 0.0, 1.0]]
+        )
+        view = replace(view, shape=shape, H_raster2plane=view.H_raster2plane @ to_grid)
+        width_px = 2 * int(min(rows_each, columns_each) / 2) + 1
+    integral = ViewIntegral(view, frames[0].bands, exact=False)
     for first in range(0, len(frames), BATCH_FRAMES):
-        integral.add_all(parallel_map(_in_single_precision, frames[first : first + BATCH_FRAMES]))
+        batch = frames[first : first + BATCH_FRAMES]
+        integral.add_all(parallel_map(partial(_in_single_precision, width_px=width_px), batch))
     return StepIntegral(*integral.take())
 
 
-def _in_single_precision(frame: Frame) -> Frame:
-    """Return the frame with its whole image converted, so that bands of the raster do not convert parts of it again."""
-    return replace(frame, image=np.ascontiguousarray(frame.image, dtype=np.float32))
+def _in_single_precision(frame: Frame, width_px: int) -> Frame:
+    """Return the frame with its whole image converted, so that bands of the raster do not convert parts of it again.
+
+    Pixels are averaged over a square of an odd width, for cells that are larger than pixels; not in images with gaps,
+    which OpenCV's running sums would spread.
+    """
+    image = np.ascontiguousarray(frame.image, dtype=np.float32)
+    if width_px > 1 and math.isfinite(cv2.sumElems(image.reshape(image.shape[0], -1))[0]):
+        image = np.asarray(cv2.blur(image, (width_px, width_px)), dtype=np.float32).reshape(image.shape)
+    return replace(frame, image=image)
