@@ -8,6 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
+import numpy as np
+
 from aos_gcs.errors import ImagingError, InputDataError
 from aos_gcs.examination.overview import Overview
 from aos_gcs.examination.reduction import reduced
@@ -15,8 +17,10 @@ from aos_gcs.examination.search import Candidate, SearchSettings, WindowFound, s
 from aos_gcs.examination.survey_mission import SurveyMission
 from aos_gcs.examination.windows import FrameWindow, ground_height_m
 from aos_gcs.geometry.geodesy import LocalFrame
+from aos_gcs.geometry.projection import project_points
 from aos_gcs.imaging.model import Frame
 from aos_gcs.imaging.persons.decision import CLAIMED, FindingKind
+from aos_gcs.imaging.undistort import seen_pixels
 from aos_gcs.imaging.views import FocalSurface
 from aos_gcs.imaging.workers import parallel_map
 from aos_gcs.mission.model.findings import TargetEstimate
@@ -128,7 +132,7 @@ class Examiner:
             found = await self._search(frames, missing)
         await self._record_frames(number, window, frames)
         record = self._step(number, frames, found, missing | dict(found.left_out))
-        new = self._mission.observe(self._targets(number, found.candidates), number)
+        new = self._mission.observe(self._targets(number, found.candidates, window), number)
         await self._mission.add_step(
             replace(record, elapsed_s=self._mission.elapsed_s(), work_ms=1000.0 * (self._clock.now_s() - began_s))
         )
@@ -215,14 +219,26 @@ class Examiner:
             focal_height_m=self._work.ground_m if math.isnan(height_m) else height_m,
         )
 
-    def _targets(self, number: int, candidates: Sequence[Candidate]) -> list[TargetEstimate]:
+    def _targets(self, number: int, candidates: Sequence[Candidate], window: FrameWindow) -> list[TargetEstimate]:
         """Return what a window shows as targets, each with a track of its own; without what another saw better."""
         now_s = self._mission.elapsed_s()
         return [
-            _target(1000 * number + index, candidate, now_s)
+            _target(1000 * number + index, candidate, now_s, self._pictures_of(candidate, window))
             for index, candidate in enumerate(candidates, start=1)
             if not self._is_known_better(candidate)
         ]
+
+    def _pictures_of(self, candidate: Candidate, window: FrameWindow) -> str:
+        """Return which pictures of a window hold a place."""
+        place_m = np.array([candidate.position_enu_m])
+        names = [
+            self._work.survey.images[index].path.name
+            for index in window.frames
+            if (frame := self._read.get(index)) is not None
+            and seen_pixels(project_points(place_m, frame.camera, frame.pose), frame.camera).any()
+        ]
+        span = f"{names[0]} to {names[-1]}" if len(names) > 1 else "".join(names)
+        return f"in the view of {len(names)} pictures, {span}" if names else ""
 
     def _is_known_better(self, candidate: Candidate) -> bool:
         """Tell whether an earlier window has claimed it by more frames, or this one does not: it has it at its edge."""
@@ -232,7 +248,7 @@ class Examiner:
         return candidate.verdict.kind not in CLAIMED or known.sightings > candidate.frames
 
 
-def _target(track_id: int, candidate: Candidate, now_s: float) -> TargetEstimate:
+def _target(track_id: int, candidate: Candidate, now_s: float, pictures: str) -> TargetEstimate:
     verdict, place = candidate.verdict, candidate.place
     covariance_m2 = None if place is None else place.covariance_m2[:2, :2]
     return TargetEstimate(
@@ -244,7 +260,7 @@ def _target(track_id: int, candidate: Candidate, now_s: float) -> TargetEstimate
         seen_at_s=now_s,
         person_confidence=verdict.probability,
         kind=verdict.kind,
-        reasons=verdict.reasons,
+        reasons=(*verdict.reasons, pictures) if pictures else verdict.reasons,
     )
 
 

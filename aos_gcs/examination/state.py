@@ -14,6 +14,8 @@ from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.mission.model.steps import FocusSnapshot, FocusSource, Picture, PictureKind, StepRecord
 from aos_gcs.store.reader import MissionReader
 
+PICTURES_KEY = "pictures"
+"""Entry of a survey's manifest: names of its pictures."""
 STRATEGY = "survey"
 """Name in the record where a mission has that of its strategy."""
 
@@ -71,6 +73,15 @@ class SurveyState:
     def findings(self) -> tuple[Finding, ...]:
         """All findings."""
         return self.snapshot.findings
+
+
+def picture_names(reader: MissionReader) -> dict[int, str]:
+    """Return the names of a survey's pictures by their indices; none where the record is that of a mission."""
+    try:
+        names = reader.manifest().get(PICTURES_KEY)
+    except InputDataError:
+        return {}
+    return dict(enumerate(map(str, names))) if isinstance(names, list) else {}
 
 
 def restored(reader: MissionReader) -> SurveyState:

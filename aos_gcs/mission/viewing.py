@@ -54,6 +54,8 @@ class ViewedFrame:
     width_px: int
     height_px: int
     kinds: tuple[FrameKind, ...]
+    name: str = ""
+    """Name of the picture's file in a survey; empty in missions."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.errors import ConfigurationError, ImagingError, InputDataError
+from aos_gcs.examination.state import picture_names
 from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.imaging.focus.autofocus import find_focus
 from aos_gcs.imaging.focus.measure import FocusSignal
@@ -73,6 +74,8 @@ class _Step:
     frames: tuple[Frame, ...]
     utc_s: tuple[float, ...]
     """Times of the frames' exposures."""
+    names: tuple[str, ...]
+    """Names of the frames' pictures in a survey; empty texts in missions."""
     focal_height_m: float
     examine: Callable[[Frame], ExaminedFrame]
     """Remembers the masks: they are the same on every plane, and finding them takes longer than all else."""
@@ -89,6 +92,7 @@ def _read(source: ViewSource, step: int) -> _Step:
     with MissionReader(source.folder) as reader:
         record, snapshot = reader.step(step), reader.last_snapshot()
         captures = [entry.load() for entry in reader.frames(step)]
+        names = picture_names(reader)
     if snapshot is None or snapshot.origin is None or not captures:
         raise InputDataError(f"{source.folder} holds no frames of step {step}")
     frame = LocalFrame(snapshot.origin)
@@ -97,6 +101,7 @@ def _read(source: ViewSource, step: int) -> _Step:
         step=step,
         frames=tuple(to_frame(capture, frame) for capture in captures),
         utc_s=tuple(capture.utc_s for capture in captures),
+        names=tuple(names.get(capture.image_index, "") for capture in captures),
         focal_height_m=height_m,
         examine=cache(partial(examine, settings=source.settings)),
     )
@@ -129,7 +134,7 @@ def describe_step(source: ViewSource, step: int) -> ViewedStep:
         min_height_m=low_m,
         max_height_m=high_m,
         kinds=tuple(kinds),
-        frames=tuple(map(_described, loaded.frames, loaded.utc_s)),
+        frames=tuple(map(_described, loaded.frames, loaded.utc_s, loaded.names)),
     )
 
 
@@ -281,10 +286,10 @@ def _reduced(image: NDArray[np.float32], width_px: int | None) -> NDArray[np.flo
     return np.asarray(reduced, dtype=np.float32).reshape(*size[::-1], bands)
 
 
-def _described(frame: Frame, utc_s: float) -> ViewedFrame:
+def _described(frame: Frame, utc_s: float, name: str) -> ViewedFrame:
     east_m, north_m, up_m = map(float, frame.pose.position_enu_m)
     rows, columns = frame.image.shape[:2]
-    return ViewedFrame(frame.vehicle_id, utc_s, (east_m, north_m, up_m), columns, rows, _kinds(frame))
+    return ViewedFrame(frame.vehicle_id, utc_s, (east_m, north_m, up_m), columns, rows, _kinds(frame), name)
 
 
 def _kinds(frame: Frame) -> tuple[FrameKind, ...]:

@@ -14,7 +14,7 @@ from aos_gcs.config.model import ApiConfig
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.examination.examiner import Examination, Examiner
 from aos_gcs.examination.overview import overview_grid
-from aos_gcs.examination.state import SurveyPlace, SurveyState, restored
+from aos_gcs.examination.state import PICTURES_KEY, SurveyPlace, SurveyState, restored
 from aos_gcs.examination.survey_mission import SurveyMission
 from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.imaging.step.settings import ImagingSettings
@@ -111,7 +111,8 @@ async def _open(survey: SurveyFolder, clock: Clock) -> AsyncIterator[tuple[Surve
     place = _place(survey.folder.name, examination)
     if state is None:
         snapshot = replace(place.snapshot(), elapsed_s=clock.now_s() - began_s)
-        manifest = {MANIFEST_KEY: survey.inputs}
+        names = [image.path.name for image in examination.survey.images]
+        manifest = {MANIFEST_KEY: survey.inputs, PICTURES_KEY: names}
         record = MissionRecorder.create(survey.folder.parent, survey.folder.name, manifest, notify=_warn)
         state = SurveyState(snapshot)
     else:

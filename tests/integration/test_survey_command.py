@@ -63,6 +63,7 @@ def test_what_photographs_show_is_found_in_its_place(
     expected_m = ProjectedSystem.of("EPSG:32633").east_north_m(finding["latitude_deg"], finding["longitude_deg"])
     assert (finding["east_m"], finding["north_m"]) == expected_m
     assert result["message"] == "6 of 6 pictures examined: 1 possible person."
+    assert finding["reasons"][-1] == "in the view of 4 pictures, 0.jpg to 3.jpg"
     assert 0.0 < result["first_finding_s"] <= result["elapsed_s"]
 
 
@@ -212,6 +213,8 @@ async def test_the_dashboard_of_a_survey_takes_decisions_and_no_commands(
             assert (mission["allowed_actions"], mission["vehicles"], mission["replay"]) == ([], [], None)
             assert '"confirmed"' in (await client.get("/api/findings.geojson")).text
             assert (await client.get("/api/findings/1/thermal.png")).content.startswith(b"\x89PNG")
+            frames = (await client.get("/api/viewer/1")).json()["frames"]
+            assert [frame["name"] for frame in frames] == [f"{index}.jpg" for index in range(6)]
             assert (await client.get("/api/viewer/1/integrals/integral.png?height_m=1.5")).status_code == 200
         program.stop(signal.SIGINT)
         assert await program.ended(10.0) == 130

@@ -73,6 +73,7 @@ export const texts = {
     phase: (isDone: boolean) => (isDone ? "Examined" : "Examining"),
     window: "Window",
     fit: "Fit to survey",
+    ground: (height: string) => `Ground, ${height}`,
     datum: "Positions are WGS 84. Times count from the start of the examination. Errors are one standard deviation.",
     survey: "Survey",
   },

@@ -23,6 +23,7 @@ def viewed_step(viewed: viewing.ViewedStep) -> wire.ViewedStepModel:
                 width_px=frame.width_px,
                 height_px=frame.height_px,
                 kinds=list(frame.kinds),
+                name=frame.name,
             )
             for frame in viewed.frames
         ],

@@ -17,6 +17,7 @@ class ViewedFrameModel(WireModel):
     width_px: int
     height_px: int
     kinds: list[FrameKind]
+    name: str = Field(description="Name of the picture's file in a survey; empty in missions.")
 
 
 class ViewedStepModel(WireModel):

@@ -133,7 +133,7 @@ export interface paths {
     };
     /**
      * Read Thumbnail
-     * @description Return a finding's surroundings in the integral of the last step that shows it.
+     * @description Return a finding's surroundings, at its own height, in the integral of the last step that shows it.
      */
     get: operations["read_thumbnail_api_findings__finding_id___kind__png_get"];
     put?: never;
@@ -2138,6 +2138,11 @@ export interface components {
       height_px: number;
       /** Kinds */
       kinds: components["schemas"]["FrameKind"][];
+      /**
+       * Name
+       * @description Name of the picture's file in a survey; empty in missions.
+       */
+      name: string;
       /**
        * Position Enu M
        * @description Position of the camera.

@@ -3,6 +3,7 @@ import { useEffect, useState } from "preact/hooks";
 import type { ViewedStep } from "../../api/types";
 import { findFocus } from "../../api/viewer";
 import { quantity } from "../../format";
+import { useShell } from "../../shell/context";
 import type { EnuPoint } from "../../state/state";
 import { texts } from "../../texts";
 import { Panel } from "../../ui/panel";
@@ -23,6 +24,7 @@ interface Props {
 }
 
 export function FocalPlane({ viewed, height_m, shown, problem, centre, onHeight }: Props) {
+  const { isSurvey } = useShell();
   const [focused, setFocused] = useState("");
   const [isFocusing, setFocusing] = useState(false);
   useEffect(() => setFocused(""), [viewed.step]);
@@ -66,7 +68,7 @@ export function FocalPlane({ viewed, height_m, shown, problem, centre, onHeight 
           {isFocusing ? texts.see.focusing : texts.see.autofocus}
         </button>
         <button type="button" data-testid="own-plane" disabled={height_m === null} onClick={() => onHeight(null)}>
-          {texts.see.ownPlane(quantity(viewed.focal_height_m, 1, "m"))}
+          {(isSurvey ? texts.survey.ground : texts.see.ownPlane)(quantity(viewed.focal_height_m, 1, "m"))}
         </button>
       </div>
       <p class="small" role="status" data-testid="focus-result">

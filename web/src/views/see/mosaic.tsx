@@ -27,22 +27,18 @@ export function Mosaic({ step, frames }: { step: number; frames: readonly Viewed
       />
       {shown.length === 0 && <p class="empty">{texts.see.noFrames}</p>}
       <ul>
-        {shown.map(({ vehicle_id: id }) => (
+        {shown.map(({ vehicle_id: id, name }) => (
           <li key={id}>
             <button type="button" data-testid={`frame-${id}`} onClick={() => setEnlargedId(id)}>
-              <img
-                src={frameUrl(step, id, kind, THUMBNAIL_PX)}
-                alt={texts.see.frame(id, step, texts.names.frame[kind])}
-                loading="lazy"
-              />
-              <span>{id}</span>
+              <img src={frameUrl(step, id, kind, THUMBNAIL_PX)} alt={titleOf(id, name, step, kind)} loading="lazy" />
+              <span>{name === "" ? id : name}</span>
             </button>
           </li>
         ))}
       </ul>
       {enlarged && (
         <Dialog
-          title={texts.see.frame(enlarged.vehicle_id, step, texts.names.frame[kind])}
+          title={titleOf(enlarged.vehicle_id, enlarged.name, step, kind)}
           testId="frame-large"
           onClose={() => setEnlargedId(null)}
         >
@@ -58,6 +54,10 @@ export function Mosaic({ step, frames }: { step: number; frames: readonly Viewed
     </div>
   );
 }
+
+/** Title of a frame: in a survey by the name of its picture. */
+const titleOf = (id: number, name: string, step: number, kind: FrameKind): string =>
+  name === "" ? texts.see.frame(id, step, texts.names.frame[kind]) : name;
 
 function placeOf({ position_enu_m: [east_m, north_m, up_m], width_px, height_px }: ViewedFrame): string {
   return `${eastNorth(east_m, north_m)}, ${texts.see.up(quantity(up_m, 1, "m"))}; ${width_px} × ${height_px} px`;
