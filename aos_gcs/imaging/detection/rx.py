@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.special import chdtri
 
 from aos_gcs.imaging.model import Pixels
+from aos_gcs.imaging.scratch import borrow, give_back
 
 _FINITE = float(np.finfo(np.float32).max)
 
@@ -48,14 +49,16 @@ def rx_scores(image: Pixels) -> NDArray[np.float32]:
         distribution with C degrees of freedom.
     """
     height, width, channels = image.shape
-    planes = np.empty((channels, height, width), dtype=np.float32)
+    planes = borrow(channels, height, width)
     if image.dtype == np.uint8 and image.flags.c_contiguous:
         # A quarter of the memory to be taken apart.
         split = cv2.split(image)
         means = [cv2.mean(plane)[0] for plane in split]
         for plane, values, mean in zip(planes, split, means, strict=True):
             np.subtract(values, np.float32(mean), out=plane, dtype=np.float32)
-        return _scores_of_planes(planes.reshape(channels, -1), height * width).reshape(height, width)
+        scores = _scores_of_planes(planes.reshape(channels, -1), height * width)
+        give_back(planes)
+        return scores.reshape(height, width)
     # Into memory at hand: touching new memory takes longer than the work.
     cv2.split(np.ascontiguousarray(image, dtype=np.float32), list(planes))
     means = [cv2.mean(plane)[0] for plane in planes]
@@ -75,6 +78,7 @@ def rx_scores(image: Pixels) -> NDArray[np.float32]:
     rows = planes.reshape(channels, -1)
     rows[:, unknown] = 0.0
     scores = _scores_of_planes(rows, height * width - unknown.size)
+    give_back(planes)
     scores[unknown] = np.nan
     return scores.reshape(height, width)
 

@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 
 from aos_gcs.imaging.integral import BATCH_FRAMES, ViewIntegral
 from aos_gcs.imaging.model import FocalGrid, Frame
+from aos_gcs.imaging.scratch import borrow, give_back
+from aos_gcs.imaging.undistort import is_floats
 from aos_gcs.imaging.views import grid_view
 from aos_gcs.imaging.workers import parallel_map
 
@@ -46,7 +48,11 @@ def integrate(frames: Sequence[Frame], grid: FocalGrid, shape: tuple[int, int] |
     integral = ViewIntegral(view, frames[0].bands, exact=False)
     for first in range(0, len(frames), BATCH_FRAMES):
         batch = frames[first : first + BATCH_FRAMES]
-        integral.add_all(parallel_map(partial(_in_single_precision, width_px=width_px), batch))
+        converted = parallel_map(partial(_in_single_precision, width_px=width_px), batch)
+        integral.add_all(converted)
+        for frame, own in zip(batch, converted, strict=True):
+            if own.image is not frame.image:
+                give_back(own.image.view(np.float32))
     return StepIntegral(*integral.take())
 
 
@@ -56,7 +62,13 @@ def _in_single_precision(frame: Frame, width_px: int) -> Frame:
     Pixels are averaged over a square of an odd width, for cells that are larger than pixels; not in images with gaps,
     which OpenCV's running sums would spread.
     """
-    image = np.ascontiguousarray(frame.image, dtype=np.float32)
+    image = frame.image
+    if not is_floats(image):
+        image = borrow(*image.shape)
+        np.copyto(image, frame.image)
     if width_px > 1 and math.isfinite(cv2.sumElems(image.reshape(image.shape[0], -1))[0]):
-        image = np.asarray(cv2.blur(image, (width_px, width_px)), dtype=np.float32).reshape(image.shape)
+        blurred = cv2.blur(image, (width_px, width_px), dst=borrow(*image.shape)).reshape(image.shape)
+        if image is not frame.image:
+            give_back(image.view(np.float32))
+        image = np.asarray(blurred, dtype=np.float32)
     return replace(frame, image=image)
