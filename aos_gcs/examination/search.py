@@ -16,7 +16,7 @@ from aos_gcs.errors import ImagingError
 from aos_gcs.imaging.geolocation import Geolocation, Uncertainty
 from aos_gcs.imaging.integral import ViewIntegral
 from aos_gcs.imaging.model import Frame, GroundRaster
-from aos_gcs.imaging.persons.decision import FindingKind, Verdict
+from aos_gcs.imaging.persons.decision import ENOUGH, FindingKind, Verdict
 from aos_gcs.imaging.step.examination import ExaminedFrame, examine_all
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.imaging.surfaces.ground import choose_raster
@@ -157,8 +157,11 @@ def _candidate(blob: MapBlob, verdict: Verdict, place: Geolocation | None) -> Ca
 
 
 def _counts(candidate: Candidate, blob: MapBlob, settings: SearchSettings) -> bool:
-    """Tell whether searchers should know of it: something warm, or without temperatures what is large enough."""
+    """Tell whether searchers should know of it: something warm, or without temperatures what is large enough.
+
+    What nothing but the marks tells of, as in colour pictures, needs as many frames as the decision asks for elsewhere.
+    """
     kind = candidate.verdict.kind
-    return kind is not FindingKind.OBJECT and (
-        kind is not FindingKind.ANOMALY or blob.area_m2 >= settings.minimum_area_m2
-    )
+    if kind is not FindingKind.ANOMALY:
+        return kind is not FindingKind.OBJECT
+    return blob.area_m2 >= settings.minimum_area_m2 and (candidate.place is not None or blob.max_count >= ENOUGH)

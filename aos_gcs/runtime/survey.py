@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import asyncio
+import fcntl
 import logging
-from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager
+import os
+from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import asynccontextmanager, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -75,8 +77,10 @@ async def run_survey(survey: SurveyFolder, config: ApiConfig | None, imaging: Im
         ConfigurationError, InputDataError, ImagingError: the survey cannot be examined.
         RecordingError: the disk is full.
     """
-    clock = LoopClock()
-    async with _open(survey, clock) as (mission, examiner), asyncio.TaskGroup() as group:
+    clock, state = LoopClock(), _known(survey)
+    if config is None and state is not None and (state.is_finished or survey.prepare is None):
+        return state.snapshot
+    async with _open(survey, state, clock) as (mission, examiner), asyncio.TaskGroup() as group:
         reporting = group.create_task(mission.report())
         if config is None:
             await _examine(examiner)
@@ -96,13 +100,32 @@ async def _examine(examiner: Examiner | None) -> None:
         await examiner.run()
 
 
+@contextmanager
+def _alone(folder: Path) -> Iterator[None]:
+    """Keep other programs from continuing a survey for as long as the context is entered.
+
+    Raises:
+        ConfigurationError: another one does.
+    """
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        yield
+    except BlockingIOError as error:
+        raise ConfigurationError(f"{folder} is open in another aos-gcs survey: end that first.") from error
+    finally:
+        os.close(descriptor)
+
+
 @asynccontextmanager
-async def _open(survey: SurveyFolder, clock: Clock) -> AsyncIterator[tuple[SurveyMission, Examiner | None]]:
+async def _open(
+    survey: SurveyFolder, state: SurveyState | None, clock: Clock
+) -> AsyncIterator[tuple[SurveyMission, Examiner | None]]:
     """Open the record of a survey, a new one or that of an earlier examination."""
-    state = _known(survey)
     if state is not None and (state.is_finished or survey.prepare is None):
         async with MissionRecorder.reopen(survey.folder, notify=_warn) as recorder:
-            yield SurveyMission(state, recorder, clock), None
+            with _alone(survey.folder):
+                yield SurveyMission(state, recorder, clock), None
         return
     if survey.prepare is None:
         raise InputDataError(f"{survey.folder} holds no survey.")
@@ -118,10 +141,11 @@ async def _open(survey: SurveyFolder, clock: Clock) -> AsyncIterator[tuple[Surve
     else:
         record = MissionRecorder.reopen(survey.folder, notify=_warn)
     async with record as recorder:
-        mission = SurveyMission(state, recorder, clock)
-        await mission.update()
-        await recorder.flush()
-        yield mission, Examiner(examination, mission, recorder, LocalFrame(place.origin), clock)
+        with _alone(survey.folder):
+            mission = SurveyMission(state, recorder, clock)
+            await mission.update()
+            await recorder.flush()
+            yield mission, Examiner(examination, mission, recorder, LocalFrame(place.origin), clock)
 
 
 def _known(survey: SurveyFolder) -> SurveyState | None:

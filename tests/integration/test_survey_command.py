@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import fcntl
 import json
+import os
 import re
 import shutil
 import signal
@@ -10,6 +12,7 @@ import sqlite3
 from pathlib import Path
 from typing import Any
 
+import cv2
 import httpx
 import numpy as np
 import pymap3d
@@ -164,6 +167,40 @@ def test_folders_that_cannot_be_examined_are_named(
     assert "holds no survey: name another folder with --out" in error(capfd, photographs.images, "--out", empty)
     assert "--detector must be one of rx" in error(capfd, photographs.images, "--detector", "best")
     assert "No image has the focal surface in front" in error(capfd, photographs.images, "--plane-z", 900)
+
+
+def test_photographs_of_several_sensors_are_refused(
+    photographs: Photographs, capfd: pytest.CaptureFixture[str]
+) -> None:
+    for name in ("0.jpg", "1.jpg"):
+        (photographs.images / name).rename(photographs.images / f"DJI_{name[0]}_T.JPG")
+    assert "choose one with --sensor thermal, wide or zoom" in error(capfd, photographs.images)
+
+
+def test_one_program_at_a_time_continues_a_survey(photographs: Photographs, capfd: pytest.CaptureFixture[str]) -> None:
+    first = survey(capfd, photographs.images)
+    folder = os.open(first["folder"], os.O_RDONLY)
+    fcntl.flock(folder, fcntl.LOCK_EX)
+    try:
+        capfd.readouterr()
+        assert run(["--log-level", "error", "survey", first["folder"], "--port", "0"]) == 2
+        assert "is open in another aos-gcs survey: end that first" in capfd.readouterr().err
+        # What was found can be printed all the same.
+        assert survey(capfd, photographs.images) == first
+    finally:
+        os.close(folder)
+
+
+def test_colour_pictures_have_anomalies(photographs: Photographs, capfd: pytest.CaptureFixture[str]) -> None:
+    for name, tags in list(photographs.tags.items()):
+        grey = cv2.imread(str(photographs.images / name), cv2.IMREAD_GRAYSCALE)
+        assert grey is not None
+        red = np.asarray(grey, dtype=np.uint8)
+        photographs.write(name, np.dstack((red, red // 2 + 40, 200 - red // 2)).astype(np.uint8), tags)
+    (finding,) = survey(capfd, photographs.images)["findings"]
+    assert east_north_m(finding) == pytest.approx(HOT_M, abs=0.3)
+    assert (finding["kind"], finding["frames"]) == ("anomaly", 4)
+    assert finding["reasons"][0] == "no temperatures to judge it by"
 
 
 async def test_a_mission_is_shown_by_replay(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
