@@ -158,3 +158,25 @@ def test_what_was_seen_is_forgotten_after_some_steps() -> None:
     verdict = verdict_at(watch.look(cold, 0.0))
     assert verdict is not None
     assert verdict.kind is FindingKind.OBJECT
+
+
+def test_a_person_is_located_by_the_lines_of_all_steps() -> None:
+    watch, sigmas_m2 = PersonWatch(), []
+    for step in range(KEPT_STEPS + 3):
+        # Another vehicle looks in every step.
+        frames = [person(2 * step + 1), person(2 * step + 2)]
+        watch, judgements = watch_persons(watch, frames, 0.0, {7: PLACE_ENU_M}, Uncertainty())
+        assert judgements[7].views == ()
+        place = judgements[7].place
+        assert place is not None
+        assert np.allclose(place.position_enu_m[:2], PLACE_ENU_M, atol=0.3)
+        sigmas_m2.append(np.trace(place.covariance_m2[:2, :2]))
+    assert sigmas_m2[-1] < 0.9 * sigmas_m2[KEPT_STEPS - 1]
+    assert len(watch.lines[7].lines) == 2 * (KEPT_STEPS + 3)
+
+
+def test_what_is_no_person_keeps_no_lines() -> None:
+    stones = [warm_frame(vehicle_id, clothes_k=5.0, skin_k=5.0, size_m=0.3) for vehicle_id in (1, 2, 3)]
+    watch, judgements = watch_persons(PersonWatch(), stones, 0.0, {7: PLACE_ENU_M}, Uncertainty())
+    assert judgements[7].place is not None
+    assert not watch.lines

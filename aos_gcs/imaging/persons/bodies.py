@@ -25,6 +25,8 @@ class Body:
     place: Geolocation
     points_enu_m: NDArray[np.float64]
     """Its warm pixels on the focal plane, shape (k, 2)."""
+    views: tuple[WarmView, ...]
+    """Parts of the views that show it."""
 
     def distance_m(self, place_enu_m: NDArray[np.float64]) -> float:
         """Return the distance of its nearest pixel from a place, shape (2,)."""
@@ -48,7 +50,12 @@ def find_bodies(
     bodies = _within_limit(sorted(warm_bodies(views), key=lambda body: not _is_at_any(body, wanted_enu_m)))
     places = locate_together([[view.as_blob_view() for view in body] for body in bodies], plane_height_m, uncertainty)
     return tuple(
-        Body(gather_evidence(body, views, plane_height_m), place, np.concatenate([view.points_enu_m for view in body]))
+        Body(
+            gather_evidence(body, views, plane_height_m),
+            place,
+            np.concatenate([view.points_enu_m for view in body]),
+            body,
+        )
         for body, place in zip(bodies, places, strict=True)
     )
 

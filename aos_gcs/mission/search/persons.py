@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,13 +11,16 @@ from numpy.typing import NDArray
 from aos_gcs.imaging.geolocation import Geolocation, Uncertainty, geolocate
 from aos_gcs.imaging.model import Frame
 from aos_gcs.imaging.persons.bodies import Body, find_bodies
-from aos_gcs.imaging.persons.decision import Verdict, decide
+from aos_gcs.imaging.persons.decision import FindingKind, Verdict, decide
 from aos_gcs.imaging.persons.evidence import NO_TEMPERATURES, nothing_warm
 from aos_gcs.imaging.persons.spots import can_stand_out, relative_view, spot_at
 from aos_gcs.imaging.persons.warm_bodies import LINK_M, WarmView, warm_view
+from aos_gcs.mission.search.sight_lines import SightLines
 
 KEPT_STEPS = 3
 """Number of steps whose frames count; the model of persons is fitted to as many."""
+KEPT_BODIES = 8
+"""Number of bodies, those seen last, whose lines of sight are kept."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,6 +30,8 @@ class Judgement:
     verdict: Verdict
     place: Geolocation | None = None
     """None where nothing warm was seen."""
+    views: tuple[WarmView, ...] = ()
+    """Parts of the latest steps' views that show it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,6 +39,8 @@ class PersonWatch:
     """What was warm in the latest steps, the oldest first."""
 
     steps: tuple[tuple[WarmView, ...], ...] = ()
+    lines: Mapping[int, SightLines] = field(default_factory=dict)
+    """Lines of sight to what is taken for a person, by the key of the target."""
 
     def look(self, frames: Sequence[Frame], plane_height_m: float) -> PersonWatch:
         """Return the watch with what is warm in a step's frames, or stands out where none of them tells temperatures.
@@ -48,7 +55,7 @@ class PersonWatch:
             *(warm_view(frame, plane_height_m) for frame in radiometric),
             *(relative_view(frame, plane_height_m) for frame in plain),
         )
-        return PersonWatch((*self.steps, seen)[-KEPT_STEPS:])
+        return replace(self, steps=(*self.steps, seen)[-KEPT_STEPS:])
 
     def on_plane(self, height_m: float, plane_height_m: float) -> PersonWatch:
         """Return the watch on the plane of another height than the one that its steps were looked at."""
@@ -76,6 +83,23 @@ class PersonWatch:
         judged = ((key, _judged(place, bodies, views, plane_height_m)) for key, place in places_enu_m.items())
         return {key: judgement for key, judgement in judged if judgement is not None}
 
+    def locate(
+        self, judgements: Mapping[int, Judgement], plane_height_m: float, uncertainty: Uncertainty
+    ) -> tuple[PersonWatch, dict[int, Judgement]]:
+        """Return the watch and the judgements of its latest step with persons located by the lines of all steps."""
+        latest = {id(view.pose) for view in self.steps[-1]} if self.steps else set()
+        lines, located = dict(self.lines), dict(judgements)
+        for key, judgement in judgements.items():
+            views = [view.as_blob_view() for view in judgement.views if id(view.pose) in latest]
+            if judgement.place is None or not views or judgement.verdict.kind is not FindingKind.PERSON:
+                continue
+            lines[key], place = lines.pop(key, SightLines()).extended(
+                views, judgement.place, plane_height_m, uncertainty
+            )
+            located[key] = replace(judgement, place=place)
+        lines = dict(list(lines.items())[-KEPT_BODIES:])
+        return replace(self, lines=lines), {key: replace(one, views=()) for key, one in located.items()}
+
 
 def watch_persons(
     watch: PersonWatch,
@@ -86,7 +110,7 @@ def watch_persons(
 ) -> tuple[PersonWatch, dict[int, Judgement]]:
     """Return the watch after a step, and its judgement of targets at places."""
     after = watch.look(frames, plane_height_m)
-    return after, after.judge(places_enu_m, plane_height_m, uncertainty)
+    return after.locate(after.judge(places_enu_m, plane_height_m, uncertainty), plane_height_m, uncertainty)
 
 
 def _spot(
@@ -107,4 +131,4 @@ def _judged(
     if nearest is None or nearest.distance_m(place_enu_m) > LINK_M:
         nothing = nothing_warm(place_enu_m, views, plane_height_m)
         return Judgement(decide(nothing)) if nothing.frames else None
-    return Judgement(decide(nearest.evidence), nearest.place)
+    return Judgement(decide(nearest.evidence), nearest.place, nearest.views)
