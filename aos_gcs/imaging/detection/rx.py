@@ -16,8 +16,6 @@ from scipy.special import chdtri
 from aos_gcs.imaging.model import Pixels
 from aos_gcs.imaging.scratch import borrow, give_back
 
-_FINITE = float(np.finfo(np.float32).max)
-
 CHUNK_PIXELS = 1 << 14
 """Pixels worked on at a time: four float32 planes of them stay in the L2 cache, and partial sums keep their digits."""
 
@@ -64,11 +62,8 @@ def rx_scores(image: Pixels) -> NDArray[np.float32]:
     means = [cv2.mean(plane)[0] for plane in planes]
     unknown = np.empty(0, dtype=np.intp)
     if not np.isfinite(means).all():
-        finite = cv2.inRange(planes[0], -_FINITE, _FINITE)
-        for plane in planes[1:]:
-            finite &= cv2.inRange(plane, -_FINITE, _FINITE)
         # A list, as gaps are small: masks would be gone through once for each plane and use.
-        unknown = np.flatnonzero(finite == 0)
+        unknown = _unknown(planes.reshape(channels, -1))
         # As zeros they add nothing to any sum.
         planes.reshape(channels, -1)[:, unknown] = 0.0
         means = [cv2.mean(plane)[0] * height * width / max(height * width - unknown.size, 1) for plane in planes]
@@ -81,6 +76,17 @@ def rx_scores(image: Pixels) -> NDArray[np.float32]:
     give_back(planes)
     scores[unknown] = np.nan
     return scores.reshape(height, width)
+
+
+def _unknown(planes: NDArray[np.float32]) -> NDArray[np.intp]:
+    """Return the indices of the pixels of planes, shape (C, n), that have a NaN or infinite channel."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        total = planes[0] if len(planes) == 1 else planes[0] + planes[1]
+        for plane in planes[2:]:
+            total += plane
+    # Sums of finite numbers may overflow.
+    suspects = np.flatnonzero(~np.isfinite(total))
+    return np.asarray(suspects[~np.isfinite(planes[:, suspects]).all(axis=0)], dtype=np.intp)
 
 
 def anomaly_mask(scores: NDArray[np.float32], quantile: float = 0.9998, min_score: float = 0.0) -> NDArray[np.uint8]:
