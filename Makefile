@@ -38,7 +38,7 @@ demo: web $(HAS_SIM) ## Fly the simulated mission with the dashboard; ARGS="..."
 # Style and types are checked beside the tests, and reported after them.
 check: $(HAS_DEV) ## Check style and types, run unit and contract tests without waiting: before every commit; ARGS="..." for pytest
 	@mkdir -p .make; \
-	$(MAKE) --no-print-directory lint >.make/lint.log 2>&1 & lint=$$!; trap "kill $$lint" INT TERM; \
+	$(MAKE) --no-print-directory lint >.make/lint.log 2>&1 & lint=$$!; trap "kill $$lint 2>/dev/null" INT TERM; \
 	$(PYTEST) $(PARALLEL) -m "not slow and not sitl and not realtime" tests/unit tests/contract $(ARGS); tests=$$?; \
 	wait $$lint; style=$$?; echo; cat .make/lint.log; test $$tests -eq 0 -a $$style -eq 0
 
