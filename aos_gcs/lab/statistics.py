@@ -75,6 +75,29 @@ class Share:
         return cls(hits, trials, float(interval.low), float(interval.high))
 
 
+@dataclass(frozen=True, slots=True)
+class PerHectare:
+    """Events per searched hectare with their exact Poisson interval."""
+
+    events: int
+    hectares: float
+    value: float
+    low: float
+    high: float
+
+    @classmethod
+    def of(cls, events: int, hectares: float) -> PerHectare:
+        """Return the rate; without an area nothing is known of it."""
+        if hectares == 0.0:
+            return cls(events, 0.0, math.nan, 0.0, math.inf)
+        from scipy import stats  # noqa: PLC0415
+
+        tail = (1.0 - CONFIDENCE) / 2.0
+        low = float(stats.chi2.ppf(tail, 2 * events)) / 2.0 if events else 0.0
+        high = float(stats.chi2.ppf(1.0 - tail, 2 * events + 2)) / 2.0
+        return cls(events, hectares, events / hectares, low / hectares, high / hectares)
+
+
 def mean_interval(values: FloatArray, confidence: float = CONFIDENCE) -> Interval:
     """Return the mean over runs with Student's interval; a single run has an interval without bounds.
 

@@ -1,11 +1,13 @@
 """Intervals and paired comparisons: coverage, correction, and what missing runs do."""
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aos_gcs.lab.statistics import holm_correction, mean_band, mean_interval, paired_differences
+from aos_gcs.lab.statistics import PerHectare, holm_correction, mean_band, mean_interval, paired_differences
 
 
 def test_interval_covers_the_true_mean_as_often_as_it_says() -> None:
@@ -71,3 +73,16 @@ def test_correction_keeps_the_order_and_never_lowers(p_values: list[float]) -> N
     assert all(p <= c <= 1.0 for p, c in zip(p_values, corrected, strict=True))
     order = np.argsort(p_values)
     assert np.all(np.diff(np.array(corrected)[order]) >= 0.0)
+
+
+@pytest.mark.parametrize(("events", "low", "high"), [(0, 0.0, 3.689), (1, 0.02532, 5.572), (10, 4.795, 18.39)])
+def test_rate_has_the_exact_interval_of_poisson_counts(events: int, low: float, high: float) -> None:
+    rate = PerHectare.of(events, 4.0)
+    assert rate.value == events / 4.0
+    assert (rate.low, rate.high) == (pytest.approx(low / 4.0, rel=1e-3), pytest.approx(high / 4.0, rel=1e-3))
+
+
+def test_of_a_rate_without_an_area_nothing_is_known() -> None:
+    rate = PerHectare.of(0, 0.0)
+    assert math.isnan(rate.value)
+    assert (rate.low, rate.high) == (0.0, math.inf)

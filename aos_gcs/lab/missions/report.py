@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from aos_gcs.lab.document import DocumentFrame, document_frame
 from aos_gcs.lab.missions.model import MissionResult, MissionsSettings
 from aos_gcs.lab.report import markdown_table
-from aos_gcs.lab.statistics import CONFIDENCE, Share
+from aos_gcs.lab.statistics import CONFIDENCE, PerHectare, Share
 
 BEGIN_MARK = "<!-- Written by aos-gcs lab missions; do not edit below -->"
 _TITLE = "# Missions"
@@ -32,21 +32,6 @@ class Figure:
 
 
 @dataclass(frozen=True, slots=True)
-class Rate:
-    """Events per hectare with their exact Poisson interval."""
-
-    events: int
-    hectares: float
-    low: float
-    high: float
-
-    @property
-    def value(self) -> float:
-        """Events per hectare; NaN without an area."""
-        return self.events / self.hectares if self.hectares else math.nan
-
-
-@dataclass(frozen=True, slots=True)
 class Group:
     """Figures of the missions of one density, condition and grade of errors."""
 
@@ -60,7 +45,7 @@ class Group:
     """Claims that were right, over all missions of the group."""
     recall: Share
     """Persons that were found."""
-    false_per_ha: Rate
+    false_per_ha: PerHectare
     """False claims per searched hectare of the missions without a person."""
     claimed_after_s: Figure
     """Median time from the start to the claim of a person."""
@@ -103,7 +88,7 @@ def _group(results: Sequence[MissionResult], vehicles: int) -> Group:
         without_person=len(empty),
         precision=Share.of(sum(one.true_claims for one in results), sum(one.claims for one in results)),
         recall=Share.of(sum(one.persons_found for one in results), sum(one.persons for one in results)),
-        false_per_ha=_rate(sum(one.claims for one in empty), sum(one.coverage * one.area_ha for one in empty)),
+        false_per_ha=PerHectare.of(sum(one.claims for one in empty), sum(one.coverage * one.area_ha for one in empty)),
         claimed_after_s=_figure([time_s for one in results for time_s in one.claimed_after_s], np.median),
         error_m=_figure([error_m for one in results for error_m in one.errors_m], np.median),
         coverage=_figure([one.coverage for one in results], np.mean),
@@ -123,24 +108,13 @@ def _figure(values: Sequence[float], statistic: Callable[[NDArray[np.float64]], 
         return Figure(value, math.nan, math.nan)
     if np.ptp(sample) == 0.0:
         return Figure(value, value, value)
-    # A second to import, which only what computes intervals should pay, here and below.
+    # A second to import, which only what computes intervals should pay.
     from scipy import stats  # noqa: PLC0415
 
     interval = stats.bootstrap(
         (sample,), statistic, n_resamples=_RESAMPLES, confidence_level=CONFIDENCE, method="percentile", rng=0
     ).confidence_interval
     return Figure(value, float(interval.low), float(interval.high))
-
-
-def _rate(events: int, hectares: float) -> Rate:
-    if hectares == 0.0:
-        return Rate(events, 0.0, 0.0, math.inf)
-    from scipy import stats  # noqa: PLC0415
-
-    tail = (1.0 - CONFIDENCE) / 2.0
-    low = float(stats.chi2.ppf(tail, 2 * events)) / 2.0 if events else 0.0
-    high = float(stats.chi2.ppf(1.0 - tail, 2 * events + 2)) / 2.0
-    return Rate(events, hectares, low / hectares, high / hectares)
 
 
 def as_markdown(groups: Sequence[Group]) -> str:
@@ -230,7 +204,7 @@ def _share(share: Share) -> str:
     return f"{share.hits} of {share.trials}: {100 * share.value:.0f} % ({low:.0f} to {high:.0f})"
 
 
-def _per_hectare(rate: Rate) -> str:
+def _per_hectare(rate: PerHectare) -> str:
     if not rate.hectares:
         return "-"
     return f"{rate.events} in {rate.hectares:.2f} ha: {rate.value:.2f} ({rate.low:.2f} to {rate.high:.2f})"

@@ -13,34 +13,10 @@ import numpy as np
 from aos_gcs.lab.document import DocumentFrame, document_frame
 from aos_gcs.lab.recordings.study import MATCH_M, WindowResult, WindowSettings
 from aos_gcs.lab.report import markdown_table
-from aos_gcs.lab.statistics import CONFIDENCE, Share
+from aos_gcs.lab.statistics import CONFIDENCE, PerHectare, Share
 
 BEGIN_MARK = "<!-- Written by aos-gcs lab recordings; do not edit below -->"
 _TITLE = "# Recordings"
-
-
-@dataclass(frozen=True, slots=True)
-class PerHectare:
-    """Events per searched hectare with their exact Poisson interval."""
-
-    events: int
-    hectares: float
-    value: float
-    low: float
-    high: float
-
-    @classmethod
-    def of(cls, events: int, hectares: float) -> PerHectare:
-        """Return the rate; without an area nothing is known of it."""
-        if hectares == 0.0:
-            return cls(events, 0.0, math.nan, 0.0, math.inf)
-        # A second to import, which only what computes intervals should pay.
-        from scipy import stats  # noqa: PLC0415
-
-        tail = (1.0 - CONFIDENCE) / 2.0
-        low = float(stats.chi2.ppf(tail, 2 * events)) / 2.0 if events else 0.0
-        high = float(stats.chi2.ppf(1.0 - tail, 2 * events + 2)) / 2.0
-        return cls(events, hectares, events / hectares, low / hectares, high / hectares)
 
 
 @dataclass(frozen=True, slots=True)
