@@ -132,10 +132,10 @@ class Examiner:
             found = await self._search(frames, missing)
         await self._record_frames(number, window, frames)
         record = self._step(number, frames, found, missing | dict(found.left_out))
-        new = self._mission.observe(self._targets(number, found.candidates, window), number)
         await self._mission.add_step(
             replace(record, elapsed_s=self._mission.elapsed_s(), work_ms=1000.0 * (self._clock.now_s() - began_s))
         )
+        new = self._mission.observe(self._targets(number, found.candidates, window), number)
         await self._mission.add_pictures(await asyncio.to_thread(self._overview.pictures, number))
         for finding in new:
             if finding.kind in CLAIMED:

@@ -90,7 +90,8 @@ class SurveyMission:
         except RecordingError as error:
             self._findings = Findings()
             self._findings.adopt(before)
-            self._state.snapshot = replace(self._state.snapshot, findings=before)
+            self._change()
+            self._stream.publish(EventKind.SNAPSHOT, self._state.snapshot)
             raise MissionError(f"The decision is not kept: {error}.") from error
 
     def _nearest_step(self, position_enu_m: EnuPoint) -> int:
@@ -127,9 +128,14 @@ class SurveyMission:
         return new
 
     async def add_step(self, record: StepRecord) -> None:
-        """Add a window."""
-        self._state.steps.append(record)
+        """Add a window, whose frames are recorded already: who is told of it can look at them.
+
+        Raises:
+            RecordingError: it cannot be written.
+        """
         await self._recorder.record_step(record, {})
+        await self._recorder.flush()
+        self._state.steps.append(record)
         await self._publish(EventKind.STEP, record)
 
     async def add_pictures(self, pictures: Sequence[Picture]) -> None:

@@ -35,6 +35,11 @@ _log = logging.getLogger(__name__)
 MANIFEST_KEY = "survey"
 """Entry of the manifest by which a folder is a survey: what was examined, and how."""
 
+_NO_PLACE = (
+    "Where the recording lies on the earth is not known: give --origin LAT,LON[,ALT] of the poses' world, or --crs "
+    "EPSG:CODE of their coordinate system."
+)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SurveyFolder:
@@ -80,7 +85,7 @@ async def run_survey(survey: SurveyFolder, config: ApiConfig | None, imaging: Im
     clock, state = LoopClock(), _known(survey)
     if config is None and state is not None and (state.is_finished or survey.prepare is None):
         return state.snapshot
-    async with _open(survey, state, clock) as (mission, examiner), asyncio.TaskGroup() as group:
+    async with _open(survey, clock) as (mission, examiner), asyncio.TaskGroup() as group:
         reporting = group.create_task(mission.report())
         if config is None:
             await _examine(examiner)
@@ -118,34 +123,50 @@ def _alone(folder: Path) -> Iterator[None]:
 
 
 @asynccontextmanager
-async def _open(
-    survey: SurveyFolder, state: SurveyState | None, clock: Clock
-) -> AsyncIterator[tuple[SurveyMission, Examiner | None]]:
+async def _open(survey: SurveyFolder, clock: Clock) -> AsyncIterator[tuple[SurveyMission, Examiner | None]]:
     """Open the record of a survey, a new one or that of an earlier examination."""
-    if state is not None and (state.is_finished or survey.prepare is None):
-        async with MissionRecorder.reopen(survey.folder, notify=_warn) as recorder:
-            with _alone(survey.folder):
-                yield SurveyMission(state, recorder, clock), None
+    folder = survey.folder
+    if not folder.exists():
+        async with _new(survey, clock) as opened:
+            yield opened
         return
+    # Read again, as another program may have continued it until now.
+    with _alone(folder):
+        state = _known(survey)
+        if state is None:
+            raise InputDataError(f"{folder} holds no survey.")
+        async with MissionRecorder.reopen(folder, state.snapshot.step, notify=_warn) as recorder:
+            mission, examiner = SurveyMission(state, recorder, clock), None
+            if not state.is_finished and survey.prepare is not None:
+                examination = await asyncio.to_thread(survey.prepare)
+                examiner = _examiner(examination, mission, recorder, clock)
+            yield mission, examiner
+
+
+@asynccontextmanager
+async def _new(survey: SurveyFolder, clock: Clock) -> AsyncIterator[tuple[SurveyMission, Examiner]]:
+    """Begin the record of a survey, once its pictures are known."""
     if survey.prepare is None:
         raise InputDataError(f"{survey.folder} holds no survey.")
-    began_s = clock.now_s()
+    began_s, folder = clock.now_s(), survey.folder
     examination = await asyncio.to_thread(survey.prepare)
-    place = _place(survey.folder.name, examination)
-    if state is None:
-        snapshot = replace(place.snapshot(), elapsed_s=clock.now_s() - began_s)
-        names = [image.path.name for image in examination.survey.images]
-        manifest = {MANIFEST_KEY: survey.inputs, PICTURES_KEY: names}
-        record = MissionRecorder.create(survey.folder.parent, survey.folder.name, manifest, notify=_warn)
-        state = SurveyState(snapshot)
-    else:
-        record = MissionRecorder.reopen(survey.folder, notify=_warn)
-    async with record as recorder:
-        with _alone(survey.folder):
-            mission = SurveyMission(state, recorder, clock)
+    place = _place(folder.name, examination)
+    names = [image.path.name for image in examination.survey.images]
+    manifest = {MANIFEST_KEY: survey.inputs, PICTURES_KEY: names}
+    async with MissionRecorder.create(folder.parent, folder.name, manifest, notify=_warn) as recorder:
+        with _alone(folder):
+            snapshot = replace(place.snapshot(), elapsed_s=clock.now_s() - began_s)
+            mission = SurveyMission(SurveyState(snapshot), recorder, clock)
             await mission.update()
             await recorder.flush()
-            yield mission, Examiner(examination, mission, recorder, LocalFrame(place.origin), clock)
+            yield mission, _examiner(examination, mission, recorder, clock)
+
+
+def _examiner(examination: Examination, mission: SurveyMission, recorder: MissionRecorder, clock: Clock) -> Examiner:
+    origin = examination.survey.origin
+    if origin is None:
+        raise ConfigurationError(_NO_PLACE)
+    return Examiner(examination, mission, recorder, LocalFrame(origin), clock)
 
 
 def _known(survey: SurveyFolder) -> SurveyState | None:
@@ -170,10 +191,7 @@ def _known(survey: SurveyFolder) -> SurveyState | None:
 def _place(name: str, examination: Examination) -> SurveyPlace:
     origin = examination.survey.origin
     if origin is None:
-        raise ConfigurationError(
-            "Where the recording lies on the earth is not known: give --origin LAT,LON[,ALT] of the poses' world, or "
-            "--crs EPSG:CODE of their coordinate system."
-        )
+        raise ConfigurationError(_NO_PLACE)
     grid = overview_grid(examination.survey.images, examination.ground_m)
     east_m, south_m = (
         grid.west_m + grid.columns * grid.resolution_m,

@@ -49,14 +49,17 @@ class MissionDatabase:
         self._connection.executescript(f"BEGIN; {TABLES} PRAGMA user_version = {SCHEMA_VERSION}; COMMIT;")
 
     @classmethod
-    def reopen(cls, folder: Path) -> MissionDatabase:
-        """Return the files of a mission that is in the folder already, to be continued.
+    def reopen(cls, folder: Path, last_step: int) -> MissionDatabase:
+        """Return the files of a mission that is in the folder already, to be continued after a step.
+
+        What was recorded of later steps, which nobody was told of, is removed.
 
         Raises:
             sqlite3.Error: the database cannot be opened.
         """
         database = cls.__new__(cls)
         database._connect(folder)  # noqa: SLF001 - its own
+        database.write([lambda opened: opened.remove_after(last_step)])
         return database
 
     def _connect(self, folder: Path) -> None:
@@ -161,6 +164,11 @@ class MissionDatabase:
     def add_picture(self, picture: Picture) -> None:
         """Write the file of a raster; the event that has announced it says where it lies on the ground."""
         _replace(self._folder / picture_path(picture.step, picture.kind), picture.png)
+
+    def remove_after(self, step: int) -> None:
+        """Remove the rows of later steps and their frames."""
+        self._connection.execute("DELETE FROM frames WHERE step > ?", (step,))
+        self._connection.execute("DELETE FROM steps WHERE step > ?", (step,))
 
     def close(self) -> None:
         """Make the database one plain file, which opens on a read-only medium too."""

@@ -83,14 +83,16 @@ class MissionRecorder:
 
     @classmethod
     @asynccontextmanager
-    async def reopen(cls, folder: Path, *, notify: Callable[[Notice], None]) -> AsyncIterator[MissionRecorder]:
-        """Continue the record in a folder for as long as the context is entered; see :meth:`create`.
+    async def reopen(
+        cls, folder: Path, last_step: int, *, notify: Callable[[Notice], None]
+    ) -> AsyncIterator[MissionRecorder]:
+        """Continue the record in a folder, after a step, for as long as the context is entered; see :meth:`create`.
 
         Raises:
             ConfigurationError: it cannot be written.
         """
         recorder = cls(folder, notify)
-        async with recorder._writing(partial(_reopen, folder)):
+        async with recorder._writing(partial(_reopen, folder, last_step)):
             yield recorder
 
     @asynccontextmanager
@@ -226,9 +228,9 @@ def _make(folder: Path, manifest: Mapping[str, object]) -> MissionDatabase:
         raise ConfigurationError(f"the mission folder {folder} cannot be made: {error}") from error
 
 
-def _reopen(folder: Path) -> MissionDatabase:
+def _reopen(folder: Path, last_step: int) -> MissionDatabase:
     try:
-        return MissionDatabase.reopen(folder)
+        return MissionDatabase.reopen(folder, last_step)
     except sqlite3.Error as error:
         raise ConfigurationError(f"the record in {folder} cannot be continued: {error}") from error
 

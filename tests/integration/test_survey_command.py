@@ -19,6 +19,7 @@ import pymap3d
 import pytest
 
 from aos_gcs.cli import main
+from aos_gcs.examination.survey_mission import SurveyMission
 from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.store.reader import MissionReader
 from aos_gcs.surveys.photos import read_photos
@@ -105,23 +106,20 @@ def test_an_examination_that_was_ended_goes_on(
     whole = survey(capfd, photographs.images)
     assert whole["windows"] > 2
     ended = photographs.images.with_name("ended")
-    searched = 0
+    observe = SurveyMission.observe
 
-    def interrupted(*arguments: Any) -> Any:
-        nonlocal searched
-        searched += 1
-        if searched == 3:
+    def interrupted(mission: SurveyMission, targets: Any, step: int) -> Any:
+        if step == 3:
             raise KeyboardInterrupt
-        return search(*arguments)
-
-    from aos_gcs.examination.search import search_window as search  # noqa: PLC0415 - before it is replaced
+        return observe(mission, targets, step)
 
     with monkeypatch.context() as patched:
-        patched.setattr("aos_gcs.examination.examiner.search_window", interrupted)
+        patched.setattr(SurveyMission, "observe", interrupted)
         arguments = ["survey", str(photographs.images), "--headless", "--json", "--out", str(ended)]
         assert run(["--log-level", "error", *arguments]) == 130
     with MissionReader(ended) as reader:
-        assert len(reader.steps()) == 2
+        # The third is in the record, but not in its state.
+        assert len(reader.steps()) == 3
     again = survey(capfd, photographs.images, "--out", ended)
     assert again["windows"] == whole["windows"]
     assert [east_north_m(one) for one in again["findings"]] == [
@@ -129,6 +127,8 @@ def test_an_examination_that_was_ended_goes_on(
     ]
     with MissionReader(ended) as reader:
         assert [record.step for record in reader.steps()] == list(range(1, whole["windows"] + 1))
+        kept = [(frame.step, frame.vehicle_id) for frame in reader.frames()]
+        assert len(kept) == len(set(kept))
 
 
 def test_poses_in_a_projected_system(

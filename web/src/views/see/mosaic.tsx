@@ -11,8 +11,11 @@ const THUMBNAIL_PX = 320;
 const KINDS = Object.keys(texts.names.frame) as FrameKind[];
 
 export function Mosaic({ step, frames }: { step: number; frames: readonly ViewedFrame[] }) {
-  const [kind, setKind] = useState<FrameKind>("colour");
+  const [chosen, setChosen] = useState<FrameKind>("colour");
   const [enlargedId, setEnlargedId] = useState<number | null>(null);
+  // A camera of one kind shows that, whatever was chosen for others.
+  const offered = KINDS.filter((one) => frames.some(({ kinds }) => kinds.includes(one)));
+  const kind = offered.includes(chosen) ? chosen : (offered[0] ?? chosen);
   const shown = frames.filter((frame) => frame.kinds.includes(kind));
   const enlarged = shown.find((frame) => frame.vehicle_id === enlargedId);
   return (
@@ -23,7 +26,7 @@ export function Mosaic({ step, frames }: { step: number; frames: readonly Viewed
         values={KINDS}
         chosen={kind}
         labels={texts.names.frame}
-        onChoose={setKind}
+        onChoose={setChosen}
       />
       {shown.length === 0 && <p class="empty">{texts.see.noFrames}</p>}
       <ul>
