@@ -9,25 +9,29 @@ from pathlib import Path
 
 import numpy as np
 import typer
+from numpy.typing import NDArray
 
 from aos_gcs.cli import autofocus_options, result_options, surface_options, survey_options, work_options
-from aos_gcs.cli.result_options import ResultOptions
+from aos_gcs.cli.result_options import ResultOptions, refuse_min_count
 from aos_gcs.cli.surface_options import check_raster_options, describe_map, focus_options, virtual_camera
 from aos_gcs.cli.survey_options import CameraOptions, open_survey, report_skipped
 from aos_gcs.cli.work_options import DEFAULT_MAX_MEMORY_MB, WorkOptions
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.exports.georeference import Georeference, LocalGeoreference, ProjectedGeoreference
 from aos_gcs.exports.rasters import MapPlace
+from aos_gcs.exports.thumbnails import write_thumbnails
 from aos_gcs.imaging.model import Detector, GroundRaster
 from aos_gcs.imaging.surfaces.dem_files import is_geotiff, read_dem_crs
 from aos_gcs.imaging.surfaces.ground import choose_raster, covered_part
 from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.imaging.views import FocalSurface
-from aos_gcs.surveys.anomalies import MapBlob, map_blobs
+from aos_gcs.surveys.anomalies import significant_blobs
 from aos_gcs.surveys.integration import Work
+from aos_gcs.surveys.levels import pixel_size_m
 from aos_gcs.surveys.model import Survey
 from aos_gcs.surveys.poses_file import Z_DOWN
 from aos_gcs.surveys.rasters import SurveyRasters
+from aos_gcs.surveys.significance import DEFAULT_FALSE_ALARMS_PER_HA, significance
 from aos_gcs.surveys.tiles import Tile, ViewTile, map_tiles
 
 
@@ -66,9 +70,11 @@ def integrate(
     png: result_options.Png = None,
     anomaly: result_options.Anomaly = None,
     blobs: result_options.Blobs = None,
-    detector: result_options.DetectorName = Detector.RX,
+    detector: result_options.DetectorName = Detector.LOCAL_RX,
     min_score: result_options.MinScore = None,
-    min_count: result_options.MinCount = 2,
+    false_alarms_per_ha: result_options.FalseAlarmsPerHa = DEFAULT_FALSE_ALARMS_PER_HA,
+    thumbnails: result_options.Thumbnails = None,
+    min_count: result_options.FormerMinCount = None,
     max_memory: work_options.MaxMemory = DEFAULT_MAX_MEMORY_MB,
     jobs: work_options.Jobs = None,
     scheduler: work_options.Scheduler = None,
@@ -81,8 +87,18 @@ def integrate(
     Without --poses, the images are photographs with positions in their metadata: x east, y north, z up from the ground.
     """
     check_raster_options(ortho, view, size)
+    refuse_min_count(min_count)
     results = ResultOptions(
-        out, count, png, tuple(anomaly or ()), blobs, detector, min_score, min_count, ortho is not None
+        out,
+        count,
+        png,
+        tuple(anomaly or ()),
+        blobs,
+        detector,
+        min_score,
+        false_alarms_per_ha,
+        thumbnails,
+        ortho is not None,
     )
     options = WorkOptions(median, trim, max_memory, jobs, scheduler)
     options.check_map(ortho)
@@ -128,7 +144,8 @@ def integrate(
     if virtual is not None:
         view_of_all = ViewTile(tuple(range(len(survey.images))), *virtual)
         shape = virtual[0].height_px, virtual[0].width_px
-        results.write(_integrate(options, work, [view_of_all], shape, out), survey.bands, None)
+        rasters = _integrate(options, work, [view_of_all], shape, out)
+        results.write(rasters, survey.bands, None, _significances(rasters, pixel_size_m(*virtual, surface)))
     else:
         _integrate_map(options, work, ortho or math.nan, georeference, results)
 
@@ -147,13 +164,32 @@ def _integrate_map(
     rasters = _integrate(options, work, tiles, (raster.rows, raster.columns), results.out)
     raster, rasters = _covered(raster, rasters)
     typer.echo(describe_map(raster), err=True)
-    blobs: list[MapBlob] = []
-    if rasters.anomaly_count is not None:
-        minimum = results.min_count
-        blobs = map_blobs(rasters.anomaly_count, rasters.coverage, raster, work.surface, minimum_count=minimum)
-        typer.echo(f"anomalies: {len(blobs)} that at least {minimum} images agree on", err=True)
-    results.write(rasters, work.bands, MapPlace(raster, crs))
-    results.write_blobs(blobs, georeference)
+    place = MapPlace(raster, crs)
+    significances = _significances(rasters, raster.resolution_m)
+    results.write(rasters, work.bands, place, significances)
+    if rasters.anomalies is None or significances is None:
+        return
+    rate = results.false_alarms_per_ha
+    blobs = significant_blobs(
+        rasters.anomalies, significances, rasters.coverage, raster, work.surface, false_alarms_per_ha=rate
+    )
+    typer.echo(f"anomalies: {len(blobs)}, where chance makes {rate:g} per hectare", err=True)
+    pictures: list[Path] = []
+    if results.thumbnails is not None:
+        pictures = write_thumbnails(
+            results.thumbnails,
+            blobs,
+            integral=rasters.integral,
+            bands=work.bands,
+            significances=significances,
+            raster=raster,
+        )
+    results.write_blobs(blobs, georeference, pictures)
+
+
+def _significances(rasters: SurveyRasters, cell_m: float) -> NDArray[np.float32] | None:
+    """Return the significance of every cell; None without a detector."""
+    return None if rasters.anomalies is None else significance(rasters.anomalies, rasters.coverage, cell_m)
 
 
 def _integrate(
@@ -179,12 +215,12 @@ def _integrate(
 def _covered(raster: GroundRaster, rasters: SurveyRasters) -> tuple[GroundRaster, SurveyRasters]:
     """Return the smallest map with all covered cells."""
     raster, window = covered_part(raster, rasters.coverage)
-    counts = rasters.anomaly_count
+    anomalies = rasters.anomalies
     return raster, replace(
         rasters,
         integral=rasters.integral[window],
         coverage=rasters.coverage[window],
-        anomaly_count=None if counts is None else counts[window],
+        anomalies=None if anomalies is None else anomalies.part(window),
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,6 +30,7 @@ from aos_gcs.imaging.model import Detector, GroundRaster
 from aos_gcs.imaging.pictures import shade_counts, shade_integral
 from aos_gcs.surveys.anomalies import MapBlob
 from aos_gcs.surveys.rasters import SurveyRasters
+from aos_gcs.surveys.significance import significance_limit
 
 PANEL = "Results"
 ANOMALY_PANEL = "Anomalies"
@@ -64,8 +66,8 @@ Anomaly = Annotated[
     list[Path] | None,
     typer.Option(
         metavar="FILE.npy|FILE.tif|FILE.png",
-        help="Also find anomalies in every image, and write the number of images that mark each pixel: uint16, or a "
-        "heat overlay. May be given several times.",
+        help="Also find anomalies in every image, and write how significant each pixel is: float32, or a heat overlay. "
+        "May be given several times.",
         rich_help_panel=ANOMALY_PANEL,
     ),
 ]
@@ -73,7 +75,8 @@ Blobs = Annotated[
     Path | None,
     typer.Option(
         metavar="FILE.geojson|FILE.json|FILE.csv",
-        help="Also write a table of connected anomalies of a map: position, area, and number of images that agree.",
+        help="Also write a table of the anomalies of a map, the most significant first: position, area, images that "
+        "agree.",
         rich_help_panel=ANOMALY_PANEL,
     ),
 ]
@@ -90,19 +93,42 @@ MinScore = Annotated[
     float | None,
     typer.Option(
         metavar="SCORE",
-        help="Score that an anomalous pixel must exceed: a squared distance from the background in its standard "
-        "deviations. Default: a limit of the detector that background hardly ever exceeds.",
+        help="Score from which a pixel counts: a squared distance from the background in its standard deviations. "
+        "Default: a limit of the detector that few pixels of the background exceed.",
         rich_help_panel=ANOMALY_PANEL,
     ),
 ]
-MinCount = Annotated[
-    int,
+FalseAlarmsPerHa = Annotated[
+    float,
     typer.Option(
-        metavar="N",
-        help="Number of images that must mark a pixel for it to count in the table.",
+        "--false-alarms-per-ha",
+        metavar="RATE",
+        help="Rows of the table that chance may make per hectare. Smaller rates give fewer, surer rows.",
         rich_help_panel=ANOMALY_PANEL,
     ),
 ]
+Thumbnails = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="DIR",
+        help="Also write a picture of the surroundings of each row of --blobs: the map, and the significance.",
+        rich_help_panel=ANOMALY_PANEL,
+    ),
+]
+FormerMinCount = Annotated[int | None, typer.Option(hidden=True, rich_help_panel=ANOMALY_PANEL)]
+
+
+def refuse_min_count(min_count: int | None) -> None:
+    """Refuse an option that was replaced.
+
+    Raises:
+        ConfigurationError: naming the option to use.
+    """
+    if min_count is not None:
+        raise ConfigurationError(
+            "--min-count is no longer an option: how many images must agree on a place follows from those that see it "
+            "and from what they mark around it. Choose how many rows chance may make with --false-alarms-per-ha."
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,12 +147,14 @@ class ResultOptions:
     blobs: Path | None
     detector: Detector
     min_score: float | None
-    min_count: int
+    false_alarms_per_ha: float
+    thumbnails: Path | None
     ortho: bool
 
     def __post_init__(self) -> None:
-        if self.min_count < 1:
-            raise ConfigurationError(f"--min-count must be at least 1, got {self.min_count}.")
+        significance_limit(self.false_alarms_per_ha)
+        if self.thumbnails is not None and self.blobs is None:
+            raise ConfigurationError("--thumbnails shows the rows of a table: request one with --blobs FILE.")
         if self.min_score is not None and not self.min_score >= 0.0:
             raise ConfigurationError(f"--min-score must not be negative, got {self.min_score:g}.")
         paths = [path for path in (self.out, self.count, self.png, *self.anomaly, self.blobs) if path is not None]
@@ -182,24 +210,34 @@ class ResultOptions:
                     "GeoTIFF, or choose a coarser --ortho."
                 )
 
-    def write(self, rasters: SurveyRasters, bands: tuple[str, ...], place: MapPlace | None) -> None:
-        """Write all files but the table."""
+    def write(
+        self,
+        rasters: SurveyRasters,
+        bands: tuple[str, ...],
+        place: MapPlace | None,
+        significances: NDArray[np.float32] | None,
+    ) -> None:
+        """Write all files but the table and its pictures."""
         integral = rasters.integral
         write_raster(self.out, integral[:, :, 0] if len(bands) == 1 else integral, place, bands, np.nan)
         if self.count is not None:
             write_raster(self.count, rasters.coverage, place, ("images",), 0)
         if self.png is not None:
             write_picture(self.png, shade_integral(integral, bands))
-        if rasters.anomaly_count is not None:
-            self._write_anomalies(rasters.anomaly_count, rasters.coverage, place)
+        if significances is not None:
+            self._write_anomalies(significances, rasters.coverage, place)
         if place is not None:
             for picture in self._pictures():
                 write_world_file(picture, place.raster)
 
-    def write_blobs(self, blobs: list[MapBlob], georeference: Georeference | None) -> None:
-        """Write the table, if there is one to write."""
+    def write_blobs(
+        self, blobs: list[MapBlob], georeference: Georeference | None, pictures: Sequence[Path] = ()
+    ) -> None:
+        """Write the table, if there is one to write, with the names of its pictures."""
         if self.blobs is not None:
-            text = encode_anomalies(blobs, georeference, self.blobs.suffix.lower())
+            folder = self.blobs.absolute().parent
+            names = [Path(os.path.relpath(path.absolute(), folder)).as_posix() for path in pictures]
+            text = encode_anomalies(blobs, georeference, self.blobs.suffix.lower(), names)
             with written_whole(self.blobs) as file:
                 file.write(text.encode("utf-8"))
 
@@ -212,13 +250,15 @@ class ResultOptions:
         return heat if self.png is None else [self.png, *heat]
 
     def _write_anomalies(
-        self, counts: NDArray[np.uint16], coverage: NDArray[np.uint16], place: MapPlace | None
+        self, significances: NDArray[np.float32], coverage: NDArray[np.uint16], place: MapPlace | None
     ) -> None:
         for path in self.anomaly:
             if path.suffix.lower() == ".png":
-                write_picture(path, shade_counts(counts, coverage > 0))
+                # What chance makes everywhere stays black.
+                strong = np.where(significances > 2.0, np.rint(10.0 * significances), 0.0).astype(np.uint16)
+                write_picture(path, shade_counts(strong, coverage > 0))
             else:
-                write_raster(path, counts, place, ("anomalies",), None)
+                write_raster(path, significances, place, ("significance",), None)
 
 
 def _check_suffix(option: str, paths: Sequence[Path | None], suffixes: tuple[str, ...]) -> None:

@@ -66,7 +66,12 @@ def survey(
         typer.Option(help="Detector of anomalies: rx, local_rx or thermal.", show_default="that of missions"),
     ] = None,
     min_score: result_options.MinScore = None,
-    min_count: result_options.MinCount = 2,
+    min_count: Annotated[
+        int,
+        typer.Option(
+            metavar="N", help="Number of frames that must mark a place.", rich_help_panel=result_options.ANOMALY_PANEL
+        ),
+    ] = 2,
     headless: Annotated[
         bool, typer.Option("--headless", help="Examine without the dashboard, and exit.", rich_help_panel=PANEL)
     ] = False,

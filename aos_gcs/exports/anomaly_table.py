@@ -12,16 +12,22 @@ from aos_gcs.errors import ConfigurationError
 from aos_gcs.exports.georeference import Georeference
 from aos_gcs.surveys.anomalies import MapBlob
 
-COLUMNS = ("id", "x_m", "y_m", "z_m", "latitude_deg", "longitude_deg", "area_m2", "max_count", "agreement")
+COLUMNS = (
+    *("id", "x_m", "y_m", "z_m", "latitude_deg", "longitude_deg"),
+    *("area_m2", "max_count", "agreement", "significance", "thumbnail"),
+)
 
 
-def encode_anomalies(blobs: Sequence[MapBlob], georeference: Georeference | None, suffix: str) -> str:
-    """Return a table of blobs, the largest first.
+def encode_anomalies(
+    blobs: Sequence[MapBlob], georeference: Georeference | None, suffix: str, thumbnails: Sequence[str] = ()
+) -> str:
+    """Return a table of blobs, in their order.
 
     Args:
         blobs: see :class:`~aos_gcs.surveys.anomalies.MapBlob`.
         georeference: georeference of their world; without it, latitude and longitude are left empty.
         suffix: ``.geojson``, ``.json`` or ``.csv``.
+        thumbnails: paths of the pictures of the first blobs.
 
     Raises:
         ConfigurationError: if the suffix is another one, or GeoJSON is asked for without a georeference.
@@ -30,15 +36,19 @@ def encode_anomalies(blobs: Sequence[MapBlob], georeference: Georeference | None
         raise ConfigurationError(f"A table of anomalies is written as {', '.join(FORMATS)}, not as {suffix!r}.")
     if suffix == ".geojson" and georeference is None:
         raise ConfigurationError("GeoJSON holds latitudes and longitudes, and the place of the map is not known.")
-    return FORMATS[suffix]([_row(number, blob, georeference) for number, blob in enumerate(blobs, start=1)])
+    pictures = [*thumbnails, *[None] * (len(blobs) - len(thumbnails))]
+    rows = enumerate(zip(blobs, pictures, strict=True), start=1)
+    return FORMATS[suffix]([_row(number, blob, picture, georeference) for number, (blob, picture) in rows])
 
 
-def _row(number: int, blob: MapBlob, georeference: Georeference | None) -> dict[str, Any]:
+def _row(number: int, blob: MapBlob, picture: str | None, georeference: Georeference | None) -> dict[str, Any]:
     place = None if georeference is None else georeference.latitude_longitude_deg(*blob.position_m)
     x_m, y_m, z_m = (round(value, 3) for value in blob.position_m)
     latitude_deg, longitude_deg = (None, None) if place is None else (round(angle, 8) for angle in place)
     figures = (round(blob.area_m2, 4), blob.max_count, round(blob.agreement, 4))
-    return dict(zip(COLUMNS, (number, x_m, y_m, z_m, latitude_deg, longitude_deg, *figures), strict=True))
+    significance = None if blob.significance is None else round(blob.significance, 2)
+    values = (number, x_m, y_m, z_m, latitude_deg, longitude_deg, *figures, significance, picture)
+    return dict(zip(COLUMNS, values, strict=True))
 
 
 def _geojson(rows: Sequence[dict[str, Any]]) -> str:

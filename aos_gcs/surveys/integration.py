@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.errors import InputDataError
-from aos_gcs.imaging.detection.detectors import detect
 from aos_gcs.imaging.detection.marks import project_marks
 from aos_gcs.imaging.integral import ViewIntegral
 from aos_gcs.imaging.model import Detector, Frame
@@ -20,7 +19,9 @@ from aos_gcs.imaging.trimmed import integrate_trimmed
 from aos_gcs.imaging.views import FocalSurface, FocalView
 from aos_gcs.imaging.warp import PlaneProjection
 from aos_gcs.surveys.images import LazyFrames, read_frame
+from aos_gcs.surveys.levels import add_levels, levels, pixel_size_m
 from aos_gcs.surveys.model import SurveyImage
+from aos_gcs.surveys.significance import AnomalySums
 from aos_gcs.surveys.tiles import Tile, Window
 
 MARKED_SHARE = 0.25
@@ -45,9 +46,9 @@ class Work:
     trim: float | None = None
     """None: the mean; otherwise see :func:`~aos_gcs.imaging.trimmed.integrate_trimmed`."""
     detector: Detector | None = None
-    """Detector of the anomalies that are counted per cell; None: none."""
+    """Detector of the anomalies that are summed per cell; None: none."""
     min_score: float | None = None
-    """Score that a marked pixel must exceed; None: the detector's own."""
+    """Score of the lowest level of anomaly; None: see :func:`~aos_gcs.surveys.levels.base_score`."""
     skip_broken: bool = False
     """Leave out images that cannot be read, instead of failing."""
     max_bytes: int = 1_000_000_000
@@ -57,7 +58,8 @@ class Work:
     def cell_bytes(self) -> int:
         """Memory that a cell takes until its tile is done."""
         sums = 8 if self.exact else 4
-        return len(self.bands) * (sums + 4) + 4 + (TERRAIN_BYTES if isinstance(self.surface, Terrain) else 0)
+        marks = 0 if self.detector is None else 6
+        return len(self.bands) * (sums + 4) + 4 + marks + (TERRAIN_BYTES if isinstance(self.surface, Terrain) else 0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,7 +70,8 @@ class TileResult:
     integral: NDArray[np.float32]
     """Shape (rows, columns, C), NaN where nothing covers."""
     coverage: NDArray[np.uint16]
-    anomaly_count: NDArray[np.uint16] | None
+    anomalies: AnomalySums | None
+    """Marks of the detector; None without one."""
     used: frozenset[int]
     """Indices of the images that cover a part of it."""
     broken: dict[int, str]
@@ -83,20 +86,19 @@ class _TileSums:
         self._tile = tile
         self._view = tile.view(work.surface)
         self._integral = ViewIntegral(self._view, work.bands, exact=work.exact)
-        self._marks = np.zeros(self._view.shape, dtype=np.uint16) if work.detector is not None else None
-        self._surface = work.surface
+        self._anomalies = AnomalySums.none(self._view.shape) if work.detector is not None else None
         self._used: set[int] = set()
 
-    def add(self, index: int, frame: Frame, mask: Frame | None) -> None:
+    def add(self, index: int, frame: Frame, levels_of: Frame | None) -> None:
         if self._integral.add(frame):
             self._used.add(index)
-            if mask is not None and self._marks is not None:
-                add_marks(self._marks, mask, self._view, self._tile.cell_m, self._surface)
+            if levels_of is not None and self._anomalies is not None:
+                add_levels(self._anomalies, levels_of, self._view)
 
     def result(self, broken: dict[int, str]) -> TileResult:
         integral = self._integral
         return TileResult(
-            self._tile.window, integral.mean(), integral.coverage, self._marks, frozenset(self._used), broken
+            self._tile.window, integral.mean(), integral.coverage, self._anomalies, frozenset(self._used), broken
         )
 
 
@@ -114,10 +116,10 @@ def integrate_tiles(work: Work, tiles: Sequence[Tile], advance: Advance = lambda
     for index in sorted({index for tile in tiles for index in tile.images}):
         frame = _read(work, index, broken)
         if frame is not None:
-            mask = _mask(work, frame)
+            levels_of = _levels(work, frame, tiles[0].cell_m)
             for total in sums:
                 if index in total.images:
-                    total.add(index, frame, mask)
+                    total.add(index, frame, levels_of)
         advance(1)
     return [total.result(broken) for total in sums]
 
@@ -136,30 +138,18 @@ def add_marks(
         marks = project_marks(mask.image[:, :, 0].astype(np.uint8), projection)
         counts[marks.rows, marks.columns] += 1
     elif projection is not None:
-        edge_px = 1 if cell_m is None else math.ceil(cell_m / _sampling_m(mask, surface))
+        edge_px = 1 if cell_m is None else math.ceil(cell_m / pixel_size_m(mask.camera, mask.pose, surface))
         grown = cv2.dilate(mask.image.astype(np.float32), np.ones((edge_px, edge_px), dtype=np.uint8))
         warped = projection.sample(np.asarray(grown, dtype=np.float32).reshape(mask.image.shape), 0, view.shape[0])
         if warped is not None:
             counts[warped.window] += (warped.values[:, :, 0] >= MARKED_SHARE) & (warped.coverage() > 0)
 
 
-def _sampling_m(frame: Frame, surface: FocalSurface) -> float:
-    """Return the size of a pixel on the surface, at the foot of its camera."""
-    x_m, y_m, z_m = frame.pose.position_enu_m
-    surface_m = float(surface.z_m(x_m, y_m))
-    if not math.isfinite(surface_m) and isinstance(surface, Terrain):
-        surface_m = float(np.nanmedian(surface.heights_m))
-    return max(abs(float(z_m) - surface_m), 1e-6) / frame.camera.fx_px
-
-
-def _mask(work: Work, frame: Frame) -> Frame | None:
-    """Return the anomaly mask of a frame in its place; None if nothing is marked."""
+def _levels(work: Work, frame: Frame, cell_m: float | None) -> Frame | None:
+    """Return the levels of anomaly of a frame in its place; None if nothing is marked."""
     if work.detector is None:
         return None
-    # A thermal recording is a grey picture to its files.
-    bands = ("thermal",) if work.detector is Detector.THERMAL and frame.bands == ("grey",) else frame.bands
-    marked = detect(frame.image, bands, work.detector, min_score=work.min_score)
-    return replace(frame, image=marked[:, :, np.newaxis], bands=("anomaly",)) if marked.any() else None
+    return levels(frame, work.detector, work.surface, work.min_score, cell_m)
 
 
 def _trimmed(work: Work, tile: Tile, advance: Advance) -> TileResult:
@@ -167,20 +157,20 @@ def _trimmed(work: Work, tile: Tile, advance: Advance) -> TileResult:
     # Frames are gone through several times: which of them can be read has to be known before.
     readable = [index for index in tile.images if not work.skip_broken or _read(work, index, broken) is not None]
     view = tile.view(work.surface)
-    marks = np.zeros(view.shape, dtype=np.uint16) if work.detector is not None else None
+    anomalies = AnomalySums.none(view.shape) if work.detector is not None else None
     if not readable or work.trim is None:
         integral = np.full((*view.shape, len(work.bands)), np.nan, dtype=np.float32)
-        return TileResult(tile.window, integral, np.zeros(view.shape, dtype=np.uint16), marks, frozenset(), broken)
+        return TileResult(tile.window, integral, np.zeros(view.shape, dtype=np.uint16), anomalies, frozenset(), broken)
     frames = LazyFrames([work.images[index] for index in readable], work.bands)
     integral, coverage = integrate_trimmed(frames, view, work.trim, exact=work.exact, max_bytes=work.max_bytes)
-    if marks is not None:
+    if anomalies is not None:
         for frame in frames:
-            mask = _mask(work, frame)
-            if mask is not None:
-                add_marks(marks, mask, view, tile.cell_m, work.surface)
+            levels_of = _levels(work, frame, tile.cell_m)
+            if levels_of is not None:
+                add_levels(anomalies, levels_of, view)
     advance(len(tile.images))
     used = frozenset(readable) if coverage.any() else frozenset()
-    return TileResult(tile.window, integral, coverage, marks, used, broken)
+    return TileResult(tile.window, integral, coverage, anomalies, used, broken)
 
 
 def _read(work: Work, index: int, broken: dict[int, str]) -> Frame | None:

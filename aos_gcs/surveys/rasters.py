@@ -15,6 +15,7 @@ from numpy.typing import DTypeLike, NDArray
 
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.surveys.integration import TileResult, Work
+from aos_gcs.surveys.significance import AnomalySums
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -24,7 +25,8 @@ class SurveyRasters:
     integral: NDArray[np.float32]
     """Shape (rows, columns, C), NaN where nothing covers."""
     coverage: NDArray[np.uint16]
-    anomaly_count: NDArray[np.uint16] | None
+    anomalies: AnomalySums | None
+    """Marks of the detector; None without one."""
     used: frozenset[int]
     """Indices of the images that cover any part."""
     broken: dict[int, str] = field(default_factory=dict)
@@ -41,22 +43,26 @@ def assemble(
     Raises:
         ConfigurationError: if the disk has no room for them.
     """
-    in_memory = shape[0] * shape[1] * (4 * len(work.bands) + 4) <= work.max_bytes
+    in_memory = shape[0] * shape[1] * (4 * len(work.bands) + (2 if work.detector is None else 8)) <= work.max_bytes
     integral = _array((*shape, len(work.bands)), np.float32, None if in_memory else folder)
     integral.fill(np.nan)
     coverage = _array(shape, np.uint16, None if in_memory else folder)
-    anomaly_count = _array(shape, np.uint16, None if in_memory else folder) if work.detector is not None else None
+    anomalies = None
+    if work.detector is not None:
+        count, excess = (_array(shape, dtype, None if in_memory else folder) for dtype in (np.uint16, np.uint32))
+        anomalies = AnomalySums(count, excess)
     used: set[int] = set()
     broken: dict[int, str] = {}
     for group in results:
         for result in group:
             integral[result.window] = result.integral
             coverage[result.window] = result.coverage
-            if anomaly_count is not None and result.anomaly_count is not None:
-                anomaly_count[result.window] = result.anomaly_count
+            if anomalies is not None and result.anomalies is not None:
+                anomalies.count[result.window] = result.anomalies.count
+                anomalies.excess[result.window] = result.anomalies.excess
             used |= result.used
             broken |= result.broken
-    return SurveyRasters(integral, coverage, anomaly_count, frozenset(used), broken)
+    return SurveyRasters(integral, coverage, anomalies, frozenset(used), broken)
 
 
 def _array(shape: tuple[int, ...], dtype: DTypeLike, folder: Path | None) -> NDArray[Any]:

@@ -61,7 +61,10 @@ def shape(tiles: list[MapTile]) -> tuple[int, int]:
 def assert_same(one: SurveyRasters, other: SurveyRasters) -> None:
     np.testing.assert_array_equal(one.integral, other.integral)
     np.testing.assert_array_equal(one.coverage, other.coverage)
-    np.testing.assert_array_equal(one.anomaly_count, other.anomaly_count)
+    assert one.anomalies is not None
+    assert other.anomalies is not None
+    np.testing.assert_array_equal(one.anomalies.count, other.anomalies.count)
+    np.testing.assert_array_equal(one.anomalies.excess, other.anomalies.excess)
     assert one.used == other.used
 
 

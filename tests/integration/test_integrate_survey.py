@@ -116,10 +116,10 @@ def test_anomalies_are_counted_drawn_and_listed(tmp_path: Path) -> None:
     outputs = ("--anomaly", files[0], "--anomaly", files[1], "--blobs", files[2], "--count", files[3])
     assert run(photographs.arguments("--ortho", 0.1, *outputs)) == 0
     with rasterio.open(files[0]) as counts, rasterio.open(files[3]) as covered:
-        assert counts.descriptions == ("anomalies",)
+        assert counts.descriptions == ("significance",)
         assert counts.read(1).shape == covered.read(1).shape
-        assert (counts.read(1) <= covered.read(1)).all()
-        assert counts.read(1).max() >= 3
+        assert not counts.read(1)[covered.read(1) < 2].any()
+        assert counts.read(1).max() > 6.0
     assert cv2.imread(str(files[1]), cv2.IMREAD_UNCHANGED).shape[2] == 4
     assert (tmp_path / "heat.pgw").is_file()
     first = json.loads(files[2].read_text())["features"][0]
@@ -128,6 +128,21 @@ def test_anomalies_are_counted_drawn_and_listed(tmp_path: Path) -> None:
     east_m, north_m, _ = pymap3d.geodetic2enu(latitude, longitude, at[2], *at)
     assert (east_m, north_m) == pytest.approx(HOT_M, abs=0.2)
     assert first["properties"]["max_count"] >= 3
+    assert first["properties"]["significance"] > 6.0
+
+
+def test_rows_have_pictures_beside_the_table(tmp_path: Path) -> None:
+    photographs = Photographs(tmp_path, hot=True)
+    table, folder = tmp_path / "anomalies.json", tmp_path / "rows"
+    assert run(photographs.arguments("--ortho", 0.1, "--blobs", table, "--thumbnails", folder)) == 0
+    rows = json.loads(table.read_text())["anomalies"]
+    assert [row["thumbnail"] for row in rows] == [f"rows/{number:03}.png" for number in range(1, len(rows) + 1)]
+    assert [row["significance"] for row in rows] == sorted((row["significance"] for row in rows), reverse=True)
+    map_part, significant = np.hsplit(cv2.imread(str(tmp_path / rows[0]["thumbnail"])), 2)
+    height, width = map_part.shape[:2]
+    assert map_part[height // 2, width // 2].mean() > map_part.mean() + 50
+    assert significant[height // 2, width // 2].max() > 100
+    assert significant[: height // 4].max() < 50
 
 
 @pytest.mark.parametrize("detector", ["rx", "local_rx", "thermal"])
@@ -176,7 +191,9 @@ BAD_OPTIONS: dict[str, tuple[tuple[object, ...], str]] = {
     "suffix": (("--ortho", 1, "--count", "c.jpg"), r"--count c\.jpg: the name must end in one of \.npy, \.tif"),
     "table of a view": (("--view", 0, "--out", "v.npy", "--blobs", "b.csv"), "--blobs lists the anomalies of a map"),
     "median and trim": (("--ortho", 1, "--median", "--trim", 0.1), "--median and --trim exclude each other"),
-    "minimum": (("--ortho", 1, "--min-count", 0), "--min-count must be at least 1"),
+    "former option": (("--ortho", 1, "--min-count", 2), "--min-count is no longer an option: .*--false-alarms-per-ha"),
+    "rate": (("--ortho", 1, "--false-alarms-per-ha", 0), "--false-alarms-per-ha must lie between 0 and 20000"),
+    "pictures of no table": (("--ortho", 1, "--thumbnails", "rows"), "--thumbnails shows the rows of a table"),
     "trim": (("--ortho", 1, "--trim", 0.6), "--trim must lie between 0 and 0.5"),
     "memory": (("--ortho", 1, "--max-memory", 1), "--max-memory must be at least 50 MB"),
     "jobs": (("--ortho", 1, "--jobs", 0), "--jobs must be at least 1"),

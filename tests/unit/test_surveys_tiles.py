@@ -21,11 +21,12 @@ from aos_gcs.imaging.model import Detector, GroundRaster
 from aos_gcs.imaging.surfaces.ground import choose_raster
 from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.imaging.views import FocalSurface, ortho_view
-from aos_gcs.surveys.anomalies import map_blobs
+from aos_gcs.surveys.anomalies import map_blobs, significant_blobs
 from aos_gcs.surveys.images import LazyFrames, read_image
 from aos_gcs.surveys.integration import Work, integrate_tiles
 from aos_gcs.surveys.model import SurveyImage
 from aos_gcs.surveys.rasters import SurveyRasters, assemble
+from aos_gcs.surveys.significance import significance
 from aos_gcs.surveys.tiles import MapTile, grouped, map_tiles
 
 CAMERA = CameraModel.from_fov(120, 90, math.radians(60.0))
@@ -83,7 +84,10 @@ def test_the_whole_does_not_depend_on_the_tiles_held(
     once, singly = (whole(work, tiles, raster, max_bytes, tmp_path) for max_bytes in (10**9, 1))
     np.testing.assert_array_equal(once.integral, singly.integral)
     np.testing.assert_array_equal(once.coverage, singly.coverage)
-    np.testing.assert_array_equal(once.anomaly_count, singly.anomaly_count)
+    assert once.anomalies is not None
+    assert singly.anomalies is not None
+    np.testing.assert_array_equal(once.anomalies.count, singly.anomalies.count)
+    np.testing.assert_array_equal(once.anomalies.excess, singly.anomalies.excess)
     assert once.used == singly.used == frozenset(range(11))
 
 
@@ -164,9 +168,10 @@ def test_the_hot_spot_is_found_where_it_is(images: list[SurveyImage], surface: F
     rasters = whole(
         work_on(images, surface, detector=Detector.RX), map_tiles(raster, images, surface), raster, 10**9, tmp_path
     )
-    assert rasters.anomaly_count is not None
+    assert rasters.anomalies is not None
     seeing = sum(bool(hot_pixels(image.pose.position_enu_m, image.pose.R_cam2enu)) for image in images[:11])
-    blobs = map_blobs(rasters.anomaly_count, rasters.coverage, raster, surface, minimum_count=2)
+    found = significance(rasters.anomalies, rasters.coverage, raster.resolution_m)
+    blobs = significant_blobs(rasters.anomalies, found, rasters.coverage, raster, surface)
     assert blobs[0].position_m[:2] == pytest.approx((20.125, 5.125), abs=0.2)
     assert blobs[0].position_m[2] == pytest.approx(float(surface.z_m(20.0, 5.0)), abs=0.3)
     assert blobs[0].max_count >= seeing - 2

@@ -40,7 +40,9 @@ def recordings(
     detectors: Annotated[
         str, typer.Option(help="Detectors separated by commas: rx, local_rx, thermal.")
     ] = "rx,local_rx,thermal",
-    min_count: Annotated[int, typer.Option(help="Frames that must mark a cell of the map.")] = 2,
+    false_alarms_per_ha: Annotated[
+        float, typer.Option(metavar="RATE", help="Anomalies that chance may make per hectare.")
+    ] = 0.25,
     resolution: Annotated[float, typer.Option(metavar="M", help="Edge of a cell of the map.")] = 0.1,
     as_json: Annotated[bool, typer.Option("--json", help="Print the results as one JSON object.")] = False,
     document: Annotated[
@@ -58,7 +60,7 @@ def recordings(
     from aos_gcs.lab.recordings.report import as_data, as_markdown, recordings_frame, write_document  # noqa: PLC0415
     from aos_gcs.lab.recordings.study import WindowSettings, study_recording  # noqa: PLC0415
 
-    settings = WindowSettings(window, stride, first, min_count, resolution)
+    settings = WindowSettings(window, stride, first, false_alarms_per_ha, resolution)
     chosen = [name.strip() for name in detectors.split(",")]
     unknown = [name for name in chosen if name not in list(Detector)]
     if unknown:

@@ -123,9 +123,9 @@ def write_document(path: Path, frame: DocumentFrame, settings: WindowSettings, r
     """Write the document, or renew its written part."""
     body = (
         f"Windows of {settings.frames} frames, every {settings.stride} from frame {settings.first} on; cells of "
-        f"{settings.resolution_m:g} m that at least {settings.minimum_count} frames mark; persons within "
-        f"{MATCH_M:g} m. In brackets: intervals of {100 * CONFIDENCE:.0f} % (shares by Wilson, rates by Poisson), as "
-        f"if windows were independent.\n\n{as_markdown(results).rstrip()}"
+        f"{settings.resolution_m:g} m; {settings.false_alarms_per_ha:g} false alarms per hectare allowed; persons "
+        f"within {MATCH_M:g} m. In brackets: intervals of {100 * CONFIDENCE:.0f} % (shares by Wilson, rates by "
+        f"Poisson), as if windows were independent.\n\n{as_markdown(results).rstrip()}"
     )
     path.write_text(frame.format(body=body), encoding="utf-8")
 

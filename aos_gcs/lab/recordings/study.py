@@ -21,10 +21,17 @@ from aos_gcs.imaging.persons.decision import CLAIMED
 from aos_gcs.imaging.surfaces.ground import choose_raster
 from aos_gcs.lab.recordings.recording import Recording, holds
 from aos_gcs.mission.search.persons import PersonWatch
-from aos_gcs.surveys.anomalies import MapBlob, map_blobs
+from aos_gcs.surveys.anomalies import MapBlob, significant_blobs
 from aos_gcs.surveys.images import read_frame
 from aos_gcs.surveys.integration import Work, integrate_tiles
 from aos_gcs.surveys.model import SurveyImage
+from aos_gcs.surveys.significance import (
+    DEFAULT_FALSE_ALARMS_PER_HA,
+    MIN_VIEWS,
+    AnomalySums,
+    significance,
+    significance_limit,
+)
 from aos_gcs.surveys.tiles import map_tiles
 
 MATCH_M = 2.0
@@ -49,17 +56,18 @@ class WindowSettings:
     """Frames from the start of a window to that of the next one."""
     first: int = 0
     """Index of the first frame of the first window."""
-    minimum_count: int = 2
-    """Frames that must mark a cell of the map."""
+    false_alarms_per_ha: float = DEFAULT_FALSE_ALARMS_PER_HA
+    """Places per hectare at which chance may exceed the limit of an anomaly."""
     resolution_m: float = 0.1
     """Edge of a cell."""
 
     def __post_init__(self) -> None:
-        if self.frames < 2 or self.stride < 1 or self.first < 0 or self.minimum_count < 1:
+        if self.frames < 2 or self.stride < 1 or self.first < 0:
             raise ConfigurationError(
-                f"--window must be at least 2, --stride and --min-count at least 1 and --first at least 0, but they "
-                f"are {self.frames}, {self.stride}, {self.minimum_count} and {self.first}."
+                f"--window must be at least 2, --stride at least 1 and --first at least 0, but they are {self.frames}, "
+                f"{self.stride} and {self.first}."
             )
+        significance_limit(self.false_alarms_per_ha)
         if not 0.01 <= self.resolution_m <= 1.0:
             raise ConfigurationError(f"--resolution must lie within 0.01 and 1 m, got {self.resolution_m:g}.")
 
@@ -89,7 +97,7 @@ class WindowResult:
     """Index of its first frame."""
     frames: int
     persons: int
-    """Persons that at least as many of its frames hold as must agree."""
+    """Persons that enough of its frames hold, see :data:`~aos_gcs.surveys.significance.MIN_VIEWS`."""
     detected: int
     """Those of them near which the detector has an anomaly."""
     anomalies: int
@@ -103,7 +111,7 @@ class WindowResult:
     errors_m: tuple[float, ...]
     """Horizontal distance of the nearest claim from each person found."""
     searched_ha: float
-    """Area that as many frames see as must agree."""
+    """Area that as many frames see."""
 
 
 def study_recording(
@@ -149,7 +157,7 @@ class _Window:
             [
                 place_m[:2]
                 for place_m in self._recording.persons_m
-                if sum(holds(image, place_m) for image in self._images) >= self._settings.minimum_count
+                if sum(holds(image, place_m) for image in self._images) >= MIN_VIEWS
             ]
         ).reshape(-1, 2)
         all_m = self._recording.persons_m[:, :2]
@@ -172,19 +180,22 @@ class _Window:
         )
 
     def _anomalies(self, detector: Detector) -> tuple[list[MapBlob], float]:
-        """Return the anomalies that enough frames agree on, the largest first, and the area that as many see, ha."""
+        """Return the anomalies, the most significant first, and the area that enough frames see, ha."""
         surface, settings = self._recording.surface, self._settings
         views = [(image.camera, image.pose) for image in self._images]
         raster = choose_raster(views, surface, settings.resolution_m)
         coverage = np.zeros((raster.rows, raster.columns), dtype=np.uint16)
-        count = np.zeros_like(coverage)
+        sums = AnomalySums.none(coverage.shape)
         work = Work(self._images, self._recording.survey.bands, surface, exact=False, detector=detector)
         for tile in integrate_tiles(work, map_tiles(raster, self._images, surface)):
             coverage[tile.window] = tile.coverage
-            if tile.anomaly_count is not None:
-                count[tile.window] = tile.anomaly_count
-        searched_m2 = np.count_nonzero(coverage >= settings.minimum_count) * settings.resolution_m**2
-        blobs = map_blobs(count, coverage, raster, surface, minimum_count=settings.minimum_count)
+            if tile.anomalies is not None:
+                sums.count[tile.window] = tile.anomalies.count
+                sums.excess[tile.window] = tile.anomalies.excess
+        searched_m2 = np.count_nonzero(coverage >= MIN_VIEWS) * settings.resolution_m**2
+        significances = significance(sums, coverage, settings.resolution_m)
+        rate = settings.false_alarms_per_ha
+        blobs = significant_blobs(sums, significances, coverage, raster, surface, false_alarms_per_ha=rate)
         return blobs, float(searched_m2) / 1e4
 
     def _claims(self, blobs: Sequence[MapBlob]) -> NDArray[np.float64]:
