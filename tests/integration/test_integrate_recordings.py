@@ -17,7 +17,7 @@ from aos_gcs.surveys.photos import read_photos
 from tests.fakes.flir_photographs import make_radiometric
 from tests.fakes.photographs import exif_block, write_photograph, xmp_packet
 from tests.fakes.recorded_flight import Flight, run
-from tests.fakes.survey_flight import CAMERA, FOCAL_35MM, Photographs, render
+from tests.fakes.survey_flight import CAMERA, FOCAL_35MM, HOT_M, Photographs, render
 
 
 @pytest.fixture
@@ -73,14 +73,16 @@ def test_floating_point_images_keep_their_values(flight: Flight) -> None:
     np.testing.assert_allclose(integral_of(flight), expected / 10.0 - 5.0, atol=1e-4)
 
 
-def test_the_thermal_detector_takes_photographs_with_three_equal_channels(tmp_path: Path) -> None:
+@pytest.mark.parametrize("options", [(), ("--detector", "thermal")], ids=["default", "thermal"])
+def test_photographs_with_three_equal_channels_show_what_is_warm(tmp_path: Path, options: tuple[str, ...]) -> None:
     photographs = Photographs(tmp_path, hot=True)
     for name, tags in photographs.tags.items():
         grey = cv2.imread(str(photographs.images / name), cv2.IMREAD_GRAYSCALE)
         photographs.write(name, np.asarray(cv2.cvtColor(grey, cv2.COLOR_GRAY2BGR), np.uint8), tags)
     table = tmp_path / "anomalies.csv"
-    assert run(photographs.arguments("--ortho", 0.1, "--blobs", table, "--detector", "thermal")) == 0
-    assert list(csv.DictReader(table.read_text().splitlines()))
+    assert run(photographs.arguments("--ortho", 0.1, "--blobs", table, *options)) == 0
+    (row,) = csv.DictReader(table.read_text().splitlines())
+    assert (float(row["x_m"]), float(row["y_m"])) == pytest.approx(HOT_M, abs=0.3)
 
 
 def test_what_cameras_append_to_a_photograph_does_not_matter(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
