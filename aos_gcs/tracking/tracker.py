@@ -43,8 +43,9 @@ class TrackingSettings:
     forget_s: float = 300.0
     """Time without a measurement after which any track ends."""
     max_surprise_m: float = 5.0
-    """Distance from its predicted position up to which a track that was not seen for ``FRESH_S`` takes a measurement:
-    it is expected anywhere by then, and would take whatever is seen next."""
+    """Distance from its predicted position up to which some tracks take a measurement, for they would take whatever is
+    seen next: one that was not seen for ``FRESH_S``, which is expected anywhere by then, and a confirmed one that has
+    stayed where it is, which need not have gone when something else comes into view."""
     motion: MotionSettings = field(default_factory=MotionSettings)
 
     def __post_init__(self) -> None:
@@ -181,11 +182,15 @@ def _assign(tracks: Sequence[Track], measurements: Sequence[Measurement], settin
         ]
     )
     offsets_m = np.array([[one.position_enu_m - track.position_enu_m for one in measurements] for track in tracks])
-    is_stale = np.array([track.motion.at_s - track.seen_at_s > FRESH_S for track in tracks])
-    gains[is_stale[:, np.newaxis] & (np.linalg.norm(offsets_m, axis=-1) > settings.max_surprise_m)] = 0.0
+    is_limited = np.array([_has_stayed(track) or track.motion.at_s - track.seen_at_s > FRESH_S for track in tracks])
+    gains[is_limited[:, np.newaxis] & (np.linalg.norm(offsets_m, axis=-1) > settings.max_surprise_m)] = 0.0
     # What is likelier new gains nothing, whichever track it is left with.
     rows, columns = linear_sum_assignment(np.log(np.maximum(gains, 1.0)), maximize=True)
     return {int(row): int(column) for row, column in zip(rows, columns, strict=True) if gains[row, column] > 1.0}
+
+
+def _has_stayed(track: Track) -> bool:
+    return track.confirmed and track.walking_share <= 0.5
 
 
 def _begun(track_id: int, measurement: Measurement, now_s: float, settings: TrackingSettings) -> Track:

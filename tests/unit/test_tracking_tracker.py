@@ -157,3 +157,10 @@ def test_a_track_that_was_not_seen_for_long_does_not_take_what_is_seen_elsewhere
     assert ids == (2,)
     tracks, ids = observe(tracks, [seen([1.0, 0.0])], 91.0, SETTINGS, lambda _: False)
     assert ids == (1,)
+
+
+def test_a_target_that_has_stayed_is_not_elsewhere_when_something_else_comes_into_view() -> None:
+    """A second track of a person went over to a stone beyond reach, and the stone counted as a person from then on."""
+    stays, elsewhere = [(0.0, 0.0)], [(0.0, 6.0)]
+    _, ids = run([*[stays] * 5, elsewhere, stays], step_s=4.0)
+    assert ids == [*[(1,)] * 5, (2,), (1,)]
