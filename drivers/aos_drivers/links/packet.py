@@ -81,13 +81,12 @@ class LazyMessage(mavlink.MAVLink_message):  # type: ignore[misc]
         payload = packet[start : start + min(packet[1], unpacker.size)]
         values = unpacker.unpack(payload.ljust(unpacker.size, b"\0"))  # MAVLink 2 cuts zeros off
         if self._has_arrays:
-            fields = {
-                name: values[first] if last == first + 1 else list(values[first:last])
+            self.__dict__.update(
+                (name, values[first] if last == first + 1 else list(values[first:last]))
                 for name, first, last in self._spans
-            }
+            )
         else:
-            fields = dict(zip(self._kind.ordered_fieldnames, values, strict=True))
-        self.__dict__ = {**fields, **self.__dict__}
+            self.__dict__.update(zip(self._kind.ordered_fieldnames, values, strict=True))
 
     def _read_header(self) -> mavlink.MAVLink_header:
         packet = self._msgbuf

@@ -48,7 +48,7 @@ class TelemetryDelay:
 
     def sent_at_s(self, now_s: float) -> float:
         """Return when a message that is processed now was sent."""
-        return now_s - self.present_s(now_s)
+        return now_s - self.present_s(now_s) if self._delay_s else now_s
 
     def present_s(self, now_s: float) -> float:
         """Return the present delay."""

@@ -65,8 +65,8 @@ class Samples(Generic[T]):
             self._values.clear()
         self._times_s.append(at_s)
         self._values.append(value)
-        outdated = max(bisect_right(self._times_s, at_s - KEPT_S), len(self._times_s) - _MAX_SAMPLES)
-        if outdated > 0:
+        if self._times_s[0] <= at_s - KEPT_S or len(self._times_s) > _MAX_SAMPLES:
+            outdated = max(bisect_right(self._times_s, at_s - KEPT_S), len(self._times_s) - _MAX_SAMPLES)
             del self._times_s[:outdated], self._values[:outdated]
 
     def around(self, at_s: float, max_age_s: float) -> tuple[tuple[float, T], tuple[float, T]] | None:
