@@ -380,7 +380,7 @@ def _unless_taken_over(act: VehicleAction) -> VehicleAction:
     """Have an action on all skip vehicles that were taken over: they are given back one by one."""
 
     async def checked(member: Member) -> Refusal | None:
-        taken_over = member.state.taken_over
+        taken_over = member.taken_over
         return Refusal(f"was taken over: {taken_over}. Resume this vehicle alone") if taken_over else await act(member)
 
     return checked

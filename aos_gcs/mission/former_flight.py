@@ -99,6 +99,7 @@ class FormerFlight:
             member.layer_height_m, member.home_enu_m = former.layer_height_m, np.array(former.home_enu_m)
             member.altitude_offset_m = former.altitude_offset_m
             if member.airborne:
+                member.former_takeover = former.telemetry.taken_over
                 roster.assign(member, Task.HELD)
                 attached.append(member)
         return attached

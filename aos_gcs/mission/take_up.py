@@ -62,6 +62,8 @@ class TakeUp:
     def _attach(self, former: FormerFlight) -> None:
         for member in former.attach(self._context.roster):
             text = f"taken up in the air, in its layer at {member.layer_height_m:g} m"
+            if member.former_takeover:
+                text += f"; it was taken over before: {member.former_takeover}. Resume this vehicle alone"
             self._context.journal.notice(Severity.WARNING, text, member.vehicle_id)
 
     def _take_up(self, former: FormerFlight) -> bool:

@@ -117,6 +117,29 @@ async def test_one_heard_later_is_attached_too_and_one_in_its_failsafe_is_left_t
 
 
 @pytest.mark.looptime
+async def test_one_that_a_pilot_holds_in_a_mode_of_ours_stays_with_the_pilot_until_it_is_resumed_alone() -> None:
+    last = await flown_before()
+    reason = "its mode changed to LOITER"
+    first, *others = last.vehicles
+    piloted = replace(first, telemetry=replace(first.telemetry, taken_over=reason, has_pilot=True))
+    flight = await restarted(replace(last, vehicles=(piloted, *others)))
+    vehicle = flight.fleet.members[1]
+    async with flying(flight) as run:
+        await until_taken_up(flight)
+        await flight.commands.act(Action.HOLD, None)
+        results = {one.vehicle_id: one for one in await flight.commands.act(Action.RESUME, None)}
+        assert [results[number].accepted for number in (1, 2, 3)] == [False, True, True]
+        assert reason in results[1].text
+        await flight.clock.sleep(1.0)
+        assert not vehicle.commands
+        (result,) = await flight.commands.act(Action.RESUME, (1,))
+        assert result.accepted, result.text
+        await flight.until(lambda: any(isinstance(command, Goto) for command in vehicle.commands))
+        await flight.commands.act(Action.LAND, None)
+        await run
+
+
+@pytest.mark.looptime
 async def test_resume_is_refused_while_all_are_in_failsafes_and_possible_when_they_come_back() -> None:
     flight = await restarted(await flown_before())
     vehicles = flight.fleet.members.values()

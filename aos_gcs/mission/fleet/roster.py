@@ -53,6 +53,8 @@ class Member:
     """Error of its height that was found in flight; 0 while there is none."""
     is_inaccurate: bool = False
     """Whether its altitude was found less accurate in flight than the altitude layers bear."""
+    former_takeover: str = ""
+    """What showed that it was taken over before its flight was taken up; empty once it is ours again."""
     landing_enu_m: NDArray[np.float64] | None = None
     """Place where it lands; None: at home."""
     waypoint_enu_m: NDArray[np.float64] | None = None
@@ -79,6 +81,8 @@ class Member:
         check_task(self.vehicle_id, self._task, task)
         if task is Task.LOST and self._task is not Task.LOST:
             self._next_task = task_when_heard_again(self._task)
+        if task in {Task.JOINING, Task.SWARM}:
+            self.former_takeover = ""
         self._task = task
 
     @property
@@ -112,9 +116,14 @@ class Member:
         return is_told_to_climb or state.landed is not LandedState.ON_GROUND
 
     @property
+    def taken_over(self) -> str:
+        """What shows that others fly it against our commands, also those of the station before; empty if none."""
+        return self.state.taken_over or self.former_takeover
+
+    @property
     def follows_us(self) -> bool:
         """False when a pilot, another station or the vehicle's own failsafe has taken over."""
-        return self.follows_us_once_reclaimed and not self.state.taken_over
+        return self.follows_us_once_reclaimed and not self.taken_over
 
     @property
     def follows_us_once_reclaimed(self) -> bool:
@@ -124,14 +133,14 @@ class Member:
     @property
     def obeys_return(self) -> bool:
         """Whether the vehicle flies in a mode of ours, also in a failsafe: it returns and lands when told."""
-        return self.state.mode in _FOLLOWS_US and not self.state.taken_over
+        return self.state.mode in _FOLLOWS_US and not self.taken_over
 
     @property
     def has_pilot(self) -> bool:
         """Whether a pilot or another station flies the vehicle, so that only commands by its name reach it."""
         state = self.state
         is_left_alone = state.has_pilot or state.mode not in _COMING_DOWN
-        is_flown = state.mode is FlightMode.MANUAL or (bool(state.taken_over) and is_left_alone)
+        is_flown = state.mode is FlightMode.MANUAL or (bool(self.taken_over) and is_left_alone)
         return self.airborne and is_flown
 
     @property
@@ -142,7 +151,7 @@ class Member:
             return ""
         if state.failsafe:
             return f"its failsafe is active ({state.failsafe}, mode {mode}): only return and land are sent to it"
-        return f"{state.taken_over or f'its mode changed to {mode}'}, not by this station"
+        return f"{self.taken_over or f'its mode changed to {mode}'}, not by this station"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
