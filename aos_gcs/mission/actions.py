@@ -29,6 +29,7 @@ _RETURNS_BY_AUTOPILOT = "returns by its autopilot, at the autopilot's own height
 _LOST = Refusal("link lost: it cannot be reached")
 _PILOTED = Refusal("flown by its pilot")
 _NOT_FLYING = Refusal("is not flying")
+_MOVE_NONE = frozenset({Action.HOLD, Action.FOCUS, Action.OVERRIDE, Action.CHOOSE})  # a hold of all outlasts them
 
 VehicleAction = Callable[[Member], Awaitable[Refusal | None]]
 """Has a vehicle do something; returns why it does not."""
@@ -123,7 +124,8 @@ class ActionHandler:
             self._context.order.check(seen, action, vehicle_ids)
             check_action(self._flow.heading, action, anyone_flies=bool(roster.commandable()))
             self._context.order.note(action, vehicle_ids, operator)
-            self._standing_hold.end()
+            if action not in _MOVE_NONE:
+                self._standing_hold.end()
             if action is Action.FOCUS:
                 results = self._set_focus(vehicle_ids, focal_height_m, operator)
             elif action is Action.OVERRIDE:

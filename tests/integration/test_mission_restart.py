@@ -82,6 +82,21 @@ async def test_another_order_ends_a_standing_hold() -> None:
         await run
 
 
+async def test_a_hold_of_one_does_not_end_a_standing_hold() -> None:
+    flight = in_the_air()
+    members = dict(flight.fleet.members)
+    flight.fleet.members.pop(4)
+    async with flying(flight) as run:
+        await flight.clock.sleep(1.0)
+        await flight.commands.act(Action.HOLD, None)
+        await flight.commands.act(Action.HOLD, (1,))
+        flight.fleet.members.update(members)
+        await flight.clock.sleep(3.0)
+        assert commands_of(flight)[3] == [Hold]
+        await flight.commands.act(Action.ABORT, None)
+        await run
+
+
 async def test_one_is_returned_while_the_others_hover() -> None:
     flight = in_the_air()
     async with flying(flight) as run:
