@@ -44,7 +44,7 @@ def test_a_body_as_warm_as_skin_and_clothes_is_taken_for_a_person_and_a_lukewarm
     verdict = verdict_at(PersonWatch().look([person(1), person(2), person(3)], 0.0))
     assert verdict is not None
     assert verdict.kind is FindingKind.PERSON
-    assert "seen by 3 of 3 vehicles, in 3 of 3 frames" in verdict.reasons
+    assert "seen in 3 of 3 frames" in verdict.reasons
     stones = [warm_frame(vehicle_id, clothes_k=5.0, skin_k=5.0, size_m=0.3) for vehicle_id in (1, 2, 3)]
     verdict = verdict_at(PersonWatch().look(stones, 0.0))
     assert verdict is not None
@@ -56,7 +56,7 @@ def test_the_body_is_located_and_a_frame_that_does_not_show_it_counts_among_thos
     judgement = PersonWatch().look([person(1), person(2), hidden], 0.0).judge({7: PLACE_ENU_M}, 0.0, Uncertainty())[7]
     assert judgement.place is not None
     assert np.allclose(judgement.place.position_enu_m[:2], PLACE_ENU_M, atol=0.3)
-    assert "seen by 2 of 3 vehicles, in 2 of 3 frames" in judgement.verdict.reasons
+    assert "seen in 2 of 3 frames" in judgement.verdict.reasons
 
 
 def test_a_place_without_anything_warm_is_no_person_and_one_that_no_frame_holds_gets_no_verdict() -> None:
@@ -92,7 +92,7 @@ def test_a_spot_that_several_grey_frames_show_at_one_place_counts_as_a_find_with
     watch = PersonWatch().look([grey_levels(number, spot=50.0) for number in (1, 2, 3)], 0.0)
     judgement = watch.judge({7: PLACE_ENU_M + 0.3}, 0.0, Uncertainty())[7]
     assert (judgement.verdict.kind, judgement.verdict.probability) == (FindingKind.ANOMALY, None)
-    assert "seen by 3 of 3 vehicles, in 3 of 3 frames" in judgement.verdict.reasons
+    assert "seen in 3 of 3 frames" in judgement.verdict.reasons
     assert "no temperatures, so no probability" in judgement.verdict.reasons
     assert judgement.place is not None
     assert np.allclose(judgement.place.position_enu_m[:2], PLACE_ENU_M, atol=0.3)
@@ -147,6 +147,15 @@ def test_frames_with_temperatures_decide_where_there_are_some_and_places_out_of_
     assert verdict is not None
     assert verdict.kind is FindingKind.PERSON
     assert verdict_at(PersonWatch().look(grey, 0.0), PLACE_ENU_M + 500.0) is None
+
+
+def test_vehicles_are_told_where_they_have_taken_several_frames() -> None:
+    watch = PersonWatch()
+    for _ in range(2):
+        watch = watch.look([person(1), person(2)], 0.0)
+    verdict = verdict_at(watch)
+    assert verdict is not None
+    assert "seen by 2 of 2 vehicles, in 4 of 4 frames" in verdict.reasons
 
 
 def test_what_was_seen_is_forgotten_after_some_steps() -> None:

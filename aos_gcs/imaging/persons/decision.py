@@ -117,8 +117,11 @@ def _reasons(evidence: Evidence) -> tuple[str, ...]:
 
 
 def _seen_by(evidence: Evidence) -> str:
-    vehicles, frames = _of(evidence.vehicles, evidence.swarm, "vehicle"), _of(evidence.views, evidence.frames, "frame")
-    return f"seen by {vehicles}, in {frames}"
+    frames = _of(evidence.views, evidence.frames, "frame")
+    if (evidence.vehicles, evidence.swarm) == (evidence.views, evidence.frames):
+        # One frame of each vehicle, or those that a single one has taken along its way, as in a survey.
+        return f"seen in {frames}"
+    return f"seen by {_of(evidence.vehicles, evidence.swarm, 'vehicle')}, in {frames}"
 
 
 def _of(count: int, among: int, noun: str) -> str:
