@@ -125,6 +125,15 @@ class SurveyMission:
         """Take in what a window shows, and return the findings that are new."""
         new = self._findings.observe(targets, step, self.elapsed_s())
         self._findings.merge(targets)
+        reasons = {target.track_id: target.reasons for target in targets}
+        # Missions keep the reasons of the decision that was announced; here, those of the window that is shown count.
+        self._findings.adopt(
+            [
+                replace(finding, reasons=reasons[finding.track_id])
+                for finding in self._findings.all()
+                if finding.track_id in reasons
+            ]
+        )
         return new
 
     async def add_step(self, record: StepRecord) -> None:

@@ -40,6 +40,7 @@ class PlacedFinding:
             "ellipse_heading_deg": None if ellipse is None else _rounded(math.degrees(ellipse.heading_rad), 1),
             "sightings": finding.sightings or None,
             "person_confidence": _rounded(finding.person_confidence, 3),
+            "significance": _rounded(finding.significance, 1),
             "reasons": "; ".join(finding.reasons) or None,
             "found_at_s": _rounded(finding.found_at_s, 1),
             "seen_at_s": _rounded(finding.seen_at_s, 1),

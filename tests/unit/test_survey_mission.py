@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import AsyncIterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -57,6 +58,20 @@ async def test_what_another_window_sees_again_keeps_its_number_and_its_decision(
     statuses = [finding.status for finding in mission.snapshot().findings]
     assert statuses == [FindingStatus.NEW, FindingStatus.REJECTED, FindingStatus.NEW]
     assert mission.persons == 2
+
+
+async def test_reasons_and_significance_are_those_of_the_window_that_is_shown(mission: SurveyMission) -> None:
+    for track_id, significance in ((3, 7.0), (4, 12.0)):
+        seen = replace(target(track_id, 0.2), reasons=(f"window {track_id}",), significance=significance)
+        mission.observe([seen], track_id)
+        await mission.update()
+        finding, other = mission.snapshot().findings
+        assert (finding.reasons, finding.significance, finding.step) == (
+            (f"window {track_id}",),
+            significance,
+            track_id,
+        )
+        assert (other.reasons, other.significance) == ((), None)
 
 
 async def test_a_place_marked_by_hand_lies_on_the_ground(mission: SurveyMission) -> None:

@@ -72,6 +72,7 @@ export const texts = {
   survey: {
     phase: (isDone: boolean) => (isDone ? "Examined" : "Examining"),
     window: "Window",
+    frames: (count: number) => (count === 1 ? "1 frame" : `${count} frames`),
     fit: "Fit to survey",
     ground: (height: string) => `Ground, ${height}`,
     datum: "Positions are WGS 84. Times count from the start of the examination. Errors are one standard deviation.",

@@ -1,7 +1,7 @@
 import { expect, test } from "vitest";
 import { likelihood } from "../src/format";
 import { notations } from "../src/views/decide/detail";
-import { ellipseText, listed, reported, sightingsText, statusText } from "../src/views/decide/findings";
+import { ellipseText, evidenceText, listed, reported, sightingsText, statusText } from "../src/views/decide/findings";
 import { findingsLayer } from "../src/views/decide/findings_layer";
 import { drawn, scene } from "./fake_map";
 import { finding, mission } from "./samples";
@@ -22,6 +22,26 @@ test("what waits for a decision comes first, the latest seen before the others",
 
 test("the report begins with what is confirmed", () => {
   expect(ids(reported(FINDINGS))).toEqual([1, 4, 2, 3]);
+});
+
+test("findings of a survey come by their significance, possible persons first", () => {
+  const findings = [
+    finding(1, { kind: "anomaly", significance: 6, seen_at_s: 90 }),
+    finding(2, { kind: "warm_object", significance: 30, seen_at_s: 80 }),
+    finding(3, { kind: "anomaly", significance: 9, seen_at_s: 10 }),
+    finding(4, { kind: "undecided", track_id: null, seen_at_s: 5 }),
+    finding(5, { kind: "anomaly", significance: 50, status: "rejected" }),
+  ];
+  expect(ids(listed(findings, "all"))).toEqual([4, 3, 1, 2, 5]);
+  expect(ids(reported(findings))).toEqual([4, 3, 1, 2, 5]);
+});
+
+test("a finding of a survey is told by frames, and by its significance where no probability is known", () => {
+  const found = finding(1, { kind: "anomaly", significance: 8.96, person_confidence: null, sightings: 12 });
+  expect(sightingsText(found)).toBe("12 frames");
+  expect(evidenceText(found)).toBe("Significance: 9.0");
+  expect(evidenceText({ ...found, person_confidence: 0.8 })).toBe("Person probability: 80\u202f%");
+  expect(evidenceText(finding(1, { person_confidence: null }))).toBe("Person probability: no data");
 });
 
 test("a finding that is an earlier one points to it, and counts no more", () => {

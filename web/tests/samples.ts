@@ -111,6 +111,7 @@ export function finding(id: number, changes: Partial<Finding> = {}): Finding {
     person_confidence: 0.7,
     kind: "person",
     reasons: [],
+    significance: null,
     track_id: id,
     found_at_s: 20,
     seen_at_s: 30,

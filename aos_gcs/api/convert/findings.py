@@ -56,6 +56,7 @@ def finding(found: Finding, origin: GeodeticPosition | None) -> FindingModel:
         person_confidence=rounded(found.person_confidence, 3),
         kind=found.kind,
         reasons=list(found.reasons),
+        significance=rounded(found.significance, 1),
         track_id=found.track_id,
         found_at_s=round(found.found_at_s, 1),
         seen_at_s=round(found.seen_at_s, 1),

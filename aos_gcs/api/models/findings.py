@@ -52,6 +52,9 @@ class FindingModel(WireModel):
     person_confidence: float | None = Field(description="Probability, 0 to 1; null if unknown.")
     kind: FindingKind = Field(description="What it is taken for, once that is decided.")
     reasons: list[str] = Field(description="What the probability rests on, in words.")
+    significance: float | None = Field(
+        description="In surveys, -log10 of the probability that chance makes it; null in missions."
+    )
     track_id: int | None = Field(description="Track of the target; null if an operator has marked it.")
     found_at_s: float = Field(description="Mission time at which it was first known.")
     seen_at_s: float

@@ -54,6 +54,8 @@ class TargetEstimate:
     """What it is taken for, once that is decided."""
     reasons: tuple[str, ...] = ()
     """What the probability rests on, in words."""
+    significance: float | None = None
+    """How surely a survey's pictures show more than chance: -log10 of its probability. None in missions."""
 
 
 class FindingStatus(StrEnum):
@@ -90,6 +92,8 @@ class Finding:
     """What it is taken for, once that is decided."""
     reasons: tuple[str, ...] = ()
     """What the probability rests on, in words."""
+    significance: float | None = None
+    """See :class:`TargetEstimate`."""
     comment: str = ""
     assignee: str = ""
     """Person or team that it is assigned to."""

@@ -211,6 +211,7 @@ def _updated(finding: Finding, target: TargetEstimate, step: int) -> Finding:
         person_confidence=finding.person_confidence if knows_no_better else target.person_confidence,
         kind=finding.kind if is_decided else target.kind,
         reasons=finding.reasons if is_decided and finding.reasons else target.reasons,
+        significance=target.significance,
         seen_at_s=seen_at_s,
         step=step if is_new or seen_at_s > finding.seen_at_s else finding.step,
     )

@@ -848,6 +848,11 @@ export interface components {
       sightings: number;
       /** Sigma M */
       sigma_m: number | null;
+      /**
+       * Significance
+       * @description In surveys, -log10 of the probability that chance makes it; null in missions.
+       */
+      significance: number | null;
       status: components["schemas"]["FindingStatus"];
       /**
        * Step

@@ -25,6 +25,7 @@ export const decide = {
   views: "Sightings",
   kind: "Taken for",
   confidence: "Person probability",
+  significance: "Significance",
   reasons: "Reasons",
   found: "First seen",
   seen: "Last seen",

@@ -6,7 +6,7 @@ import { duration, eastNorth, latLon, likelihood } from "../../format";
 import { useShell } from "../../shell/context";
 import { texts } from "../../texts";
 import { Panel } from "../../ui/panel";
-import { ellipseText, sightingsText, STATUS_SIGNS, statusText } from "./findings";
+import { ellipseText, sightingsText, significanceText, STATUS_SIGNS, statusText } from "./findings";
 import { Thumbnail } from "./thumbnail";
 
 /** Position in the notations that search teams use; unknown ones are left out. */
@@ -30,6 +30,7 @@ export function FindingDetail({ finding }: { finding: Finding }) {
     [texts.decide.views, sightingsText(finding)],
     [texts.decide.kind, texts.names.findingKind[finding.kind]],
     [texts.decide.confidence, likelihood(finding.person_confidence)],
+    [texts.decide.significance, significanceText(finding)],
     [texts.decide.reasons, finding.reasons.length > 0 ? finding.reasons.join("; ") : texts.noData],
     [texts.decide.found, duration(finding.found_at_s)],
     [texts.decide.seen, duration(finding.seen_at_s)],
@@ -61,12 +62,14 @@ export function FindingDetail({ finding }: { finding: Finding }) {
         ))}
       </ul>
       <dl class="finding-facts">
-        {facts.map(([name, value]) => (
-          <div key={name}>
-            <dt>{name}</dt>
-            <dd>{value}</dd>
-          </div>
-        ))}
+        {facts
+          .filter(([, value]) => value !== "")
+          .map(([name, value]) => (
+            <div key={name}>
+              <dt>{name}</dt>
+              <dd>{value}</dd>
+            </div>
+          ))}
       </dl>
       {mayDecide ? <RemarksForm key={finding.finding_id} finding={finding} /> : <Remarks finding={finding} />}
     </Panel>

@@ -1,6 +1,6 @@
 /** Content and order of the list of findings. Pure functions. */
 import type { Finding, FindingStatus } from "../../api/types";
-import { quantity } from "../../format";
+import { likelihood, quantity } from "../../format";
 import { texts } from "../../texts";
 
 export const STATUS_SIGNS: Readonly<Record<FindingStatus, string>> = { new: "?", confirmed: "✓", rejected: "✗" };
@@ -10,7 +10,10 @@ export type Filter = (typeof FILTERS)[number];
 
 type Ranks = Readonly<Record<FindingStatus, number>>;
 
-/** Findings in the order of the list: undecided first, then the latest seen; merged ones are among all only. */
+/**
+ * Findings in the order of the list: undecided first, then the latest seen, or in a survey the surest possible persons;
+ * merged ones are among all only.
+ */
 export function listed(findings: readonly Finding[], filter: Filter): Finding[] {
   const wanted = filter === "open" ? "new" : filter;
   const shown = wanted === "all" ? findings : counting(findings).filter(({ status }) => status === wanted);
@@ -31,12 +34,36 @@ export const statusText = ({ status, merged_into: same }: Finding): string =>
 
 const ranked = (findings: readonly Finding[], ranks: Ranks): Finding[] =>
   [...findings].sort(
-    (a, b) => ranks[a.status] - ranks[b.status] || b.seen_at_s - a.seen_at_s || a.finding_id - b.finding_id,
+    (a, b) =>
+      ranks[a.status] - ranks[b.status] ||
+      kindRank(a) - kindRank(b) ||
+      // Not a number where neither has one, as in missions: then the next rule decides.
+      (b.significance ?? Infinity) - (a.significance ?? Infinity) ||
+      b.seen_at_s - a.seen_at_s ||
+      a.finding_id - b.finding_id,
   );
 
-/** Number of sightings; positions marked by an operator have none. */
-export const sightingsText = ({ track_id, sightings }: Finding): string =>
-  track_id === null ? texts.noData : texts.target.sightings(sightings);
+/** Findings of a survey that may be persons come before what is only warm; what an operator has marked comes first. */
+function kindRank({ significance, kind }: Finding): number {
+  if (significance === null) return 0;
+  return kind === "person" || kind === "anomaly" ? 1 : 2;
+}
+
+/** Number of sightings, in a survey of frames; positions marked by an operator have none. */
+export function sightingsText({ track_id, sightings, significance }: Finding): string {
+  if (track_id === null) return texts.noData;
+  return significance === null ? texts.target.sightings(sightings) : texts.survey.frames(sightings);
+}
+
+/** How surely a survey shows a finding; nothing in missions. */
+export const significanceText = ({ significance }: Finding): string =>
+  significance === null ? "" : quantity(significance, 1);
+
+/** What a finding rests on: the probability of a person, or where none is known the significance. */
+export const evidenceText = (finding: Finding): string =>
+  finding.person_confidence === null && finding.significance !== null
+    ? `${texts.decide.significance}: ${significanceText(finding)}`
+    : `${texts.decide.confidence}: ${likelihood(finding.person_confidence)}`;
 
 /** Half axes and heading of the error ellipse of one standard deviation. */
 export function ellipseText({ ellipse, sigma_m }: Finding): string {

@@ -1,8 +1,8 @@
 /** List of findings, undecided ones first. */
 import type { Finding } from "../../api/types";
-import { duration, likelihood } from "../../format";
+import { duration } from "../../format";
 import { texts } from "../../texts";
-import { type Filter, sightingsText, statusText } from "./findings";
+import { evidenceText, type Filter, sightingsText, statusText } from "./findings";
 import { Thumbnail } from "./thumbnail";
 
 interface Props {
@@ -34,8 +34,7 @@ export function FindingList({ findings, filter, chosen, onChoose }: Props) {
               </span>
               <br />
               <span class="small">
-                {texts.decide.confidence}: {likelihood(finding.person_confidence)} · {sightingsText(finding)} ·{" "}
-                {duration(finding.seen_at_s)}
+                {evidenceText(finding)} · {sightingsText(finding)} · {duration(finding.seen_at_s)}
               </span>
               {finding.assignee !== "" && (
                 <>

@@ -4,7 +4,7 @@ import { duration, eastNorth, likelihood, quantity } from "../../format";
 import { useShell } from "../../shell/context";
 import { texts } from "../../texts";
 import { notations } from "./detail";
-import { ellipseText, reported, sightingsText, STATUS_SIGNS } from "./findings";
+import { ellipseText, reported, sightingsText, significanceText, STATUS_SIGNS } from "./findings";
 import "./report.css";
 import { Sketch } from "./sketch";
 import { Thumbnail } from "./thumbnail";
@@ -72,6 +72,7 @@ function ReportedFinding({ finding }: { finding: Finding }) {
     [texts.decide.views, sightingsText(finding)],
     [texts.decide.kind, texts.names.findingKind[kind]],
     [texts.decide.confidence, likelihood(person_confidence)],
+    [texts.decide.significance, significanceText(finding)],
     [texts.decide.reasons, reasons.join("; ")],
     [texts.decide.found, duration(finding.found_at_s)],
     [texts.decide.seen, duration(finding.seen_at_s)],
