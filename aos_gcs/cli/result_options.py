@@ -103,7 +103,7 @@ FalseAlarmsPerHa = Annotated[
     typer.Option(
         "--false-alarms-per-ha",
         metavar="RATE",
-        help="Rows of the table that chance may make per hectare. Smaller rates give fewer, surer rows.",
+        help="Anomalies that chance may make per hectare. Smaller rates give fewer, surer ones.",
         rich_help_panel=ANOMALY_PANEL,
     ),
 ]

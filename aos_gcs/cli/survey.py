@@ -14,11 +14,14 @@ import typer
 from aos_gcs.cli import autofocus_options, result_options, surface_options, survey_options
 from aos_gcs.cli.run import CODE_FILE_HELP, run_until_terminated
 from aos_gcs.errors import ConfigurationError, InputDataError
+from aos_gcs.imaging.model import Detector
+from aos_gcs.surveys.significance import DEFAULT_FALSE_ALARMS_PER_HA
 
 if TYPE_CHECKING:
     from aos_gcs.examination.examiner import Examination
     from aos_gcs.mission.model.snapshot import MissionSnapshot
     from aos_gcs.surveys.projected import ProjectedSystem
+    from aos_gcs.surveys.window_anomalies import Detection
 
 PANEL = "Survey"
 
@@ -61,17 +64,10 @@ def survey(
     plane_z: autofocus_options.PlaneZ = None,
     dem: surface_options.Dem = None,
     dem_offset: surface_options.DemOffset = None,
-    detector: Annotated[
-        str | None,
-        typer.Option(help="Detector of anomalies: rx, local_rx or thermal.", show_default="that of missions"),
-    ] = None,
+    detector: result_options.DetectorName = Detector.LOCAL_RX,
     min_score: result_options.MinScore = None,
-    min_count: Annotated[
-        int,
-        typer.Option(
-            metavar="N", help="Number of frames that must mark a place.", rich_help_panel=result_options.ANOMALY_PANEL
-        ),
-    ] = 2,
+    false_alarms_per_ha: result_options.FalseAlarmsPerHa = DEFAULT_FALSE_ALARMS_PER_HA,
+    min_count: result_options.FormerMinCount = None,
     headless: Annotated[
         bool, typer.Option("--headless", help="Examine without the dashboard, and exit.", rich_help_panel=PANEL)
     ] = False,
@@ -85,17 +81,19 @@ def survey(
 ) -> None:
     """Look for persons in photographs or a recorded flight, and show the findings on the dashboard.
 
-    Frames that overlap are examined together, as those of a swarm are in missions; findings appear while the rest is
-    examined. Operators judge them, and their decisions are kept with the results. Ctrl-C ends it; started again, it
-    goes on where it was.
+    Frames that overlap are examined together: places on which more of them agree than chance explains are judged as in
+    missions. Findings appear while the rest is examined. Operators judge them, and their decisions are kept with the
+    results. Ctrl-C ends it; started again, it goes on where it was.
     """
     from aos_gcs.config.model import ApiConfig  # noqa: PLC0415 - heavy, only for this command
     from aos_gcs.imaging.step.settings import ImagingSettings  # noqa: PLC0415
     from aos_gcs.runtime.survey import SurveyFolder, is_survey, run_survey  # noqa: PLC0415
+    from aos_gcs.surveys.window_anomalies import Detection  # noqa: PLC0415
 
     if as_json and not headless:
         raise ConfigurationError("--json requires --headless.")
-    imaging = _imaging(ImagingSettings(), detector, min_score)
+    result_options.refuse_min_count(min_count)
+    detection = Detection(detector, min_score, false_alarms_per_ha)
     system = _system(crs)
     recording = _Recording(
         folder=folder,
@@ -111,7 +109,7 @@ def survey(
         dem=dem,
         dem_offset=dem_offset,
         system=system,
-        min_count=min_count,
+        detection=detection,
     )
     if not folder.is_dir():
         raise InputDataError(f"The image folder {folder} does not exist; check the path.")
@@ -119,8 +117,9 @@ def survey(
         results = SurveyFolder(folder, None, None)
     else:
         chosen = out or folder.resolve().with_name(_folder_name(folder))
-        results = SurveyFolder(chosen, recording.inputs(imaging), lambda: recording.examination(imaging))
+        results = SurveyFolder(chosen, recording.inputs(), recording.examination)
     config = None if headless else ApiConfig(host=host, port=port, operator_code_file=operator_code_file)
+    imaging = ImagingSettings(detector=detector, rx_min_score=min_score)
     snapshot = run_until_terminated(run_survey(results, config, imaging))
     if as_json:
         typer.echo(json.dumps(_as_data(snapshot, results.folder, system)))
@@ -145,16 +144,16 @@ class _Recording:
     dem: Path | None
     dem_offset: float | None
     system: ProjectedSystem | None
-    min_count: int
+    detection: Detection
 
-    def inputs(self, imaging: Any) -> dict[str, object]:
+    def inputs(self) -> dict[str, object]:
         """Return what the result depends on, to be compared with an earlier examination's."""
         optics = self.optics
         files = (self.poses, self.dem, optics.camera, optics.calibration)
         options = (
             *(optics.fov_deg, optics.lens, optics.fisheye, self.origin, self.convention, self.frames, self.ground),
-            *(self.sensor, self.degrees, self.plane_z, self.dem_offset, self.min_count),
-            *(imaging.detector, imaging.rx_min_score, self.system and self.system.name),
+            *(self.sensor, self.degrees, self.plane_z, self.dem_offset, self.system and self.system.name),
+            *(self.detection.detector, self.detection.min_score, self.detection.false_alarms_per_ha),
         )
         return {
             "source": str(self.folder.resolve()),
@@ -163,7 +162,7 @@ class _Recording:
             "options": [None if value is None else str(value) for value in options],
         }
 
-    def examination(self, imaging: Any) -> Examination:
+    def examination(self) -> Examination:
         """Read the recording; what is worth knowing of it is printed on standard error."""
         from aos_gcs.examination.prepare import prepared  # noqa: PLC0415 - heavy, only for this command
         from aos_gcs.surveys.projected import placed  # noqa: PLC0415
@@ -195,18 +194,7 @@ class _Recording:
         )
         if self.system is not None and opened.origin is None:
             opened = placed(opened, self.system)
-        return prepared(opened, focus.surface(opened, None, skip_broken=True), imaging, self.min_count)
-
-
-def _imaging(settings: Any, detector: str | None, min_score: float | None) -> Any:
-    from dataclasses import replace  # noqa: PLC0415 - beside what is only for this command
-
-    from aos_gcs.imaging.model import Detector  # noqa: PLC0415
-
-    if detector is not None and detector not in list(Detector):
-        raise ConfigurationError(f"--detector must be one of {', '.join(Detector)}, got {detector!r}.")
-    chosen = settings.detector if detector is None else Detector(detector)
-    return replace(settings, detector=chosen, rx_min_score=min_score)
+        return prepared(opened, focus.surface(opened, None, skip_broken=True), self.detection)
 
 
 def _system(name: str | None) -> ProjectedSystem | None:
@@ -256,6 +244,7 @@ def _as_data(snapshot: MissionSnapshot, folder: Path, system: ProjectedSystem | 
                 "latitude_deg": place.latitude_deg,
                 "longitude_deg": place.longitude_deg,
                 "sigma_m": finding.sigma_m,
+                "significance": None if finding.significance is None else round(finding.significance, 2),
                 "frames": finding.sightings,
                 "found_at_s": round(finding.found_at_s, 2),
                 "reasons": list(finding.reasons),

@@ -26,11 +26,11 @@ from aos_gcs.imaging.workers import parallel_map
 from aos_gcs.mission.model.findings import TargetEstimate
 from aos_gcs.mission.model.phase import Outcome, OutcomeRecord, Phase
 from aos_gcs.mission.model.steps import StepRecord
-from aos_gcs.mission.search.same_body import SAME_BODY_M
 from aos_gcs.mission.search.targeting import error_ellipse
 from aos_gcs.ports import Capture, Clock, Severity
 from aos_gcs.store.reader import MAX_UTC_S
 from aos_gcs.store.recorder import MissionRecorder
+from aos_gcs.surveys.anomalies import PERSON_M
 from aos_gcs.surveys.images import read_frame
 from aos_gcs.surveys.model import Survey, SurveyImage
 
@@ -127,7 +127,7 @@ class Examiner:
             if index in self._read
         ]
         missing = {index - window.first + 1: self._broken[index] for index in window.frames if index in self._broken}
-        found = WindowFound((), 0, 0.0, {})
+        found = WindowFound((), 0.0, {})
         if frames:
             found = await self._search(frames, missing)
         await self._record_frames(number, window, frames)
@@ -151,7 +151,7 @@ class Examiner:
             if len(missing) + len(frames) == len(self._work.survey.images):
                 raise
             await self._mission.notice(Severity.INFO, f"A window is left out: {error}")
-            return WindowFound((), 0, 0.0, {})
+            return WindowFound((), 0.0, {})
 
     def _load(self, window: FrameWindow) -> list[int]:
         """Read the frames of a window that are not read yet; return the indices of those that newly cannot be."""
@@ -202,7 +202,7 @@ class Examiner:
             phase=Phase.SCAN,
             visibility_m2=found.largest_m2,
             visibility_present_m2=found.largest_m2,
-            threshold_m2=self._work.settings.minimum_area_m2,
+            threshold_m2=0.0,
             branch="",
             evolutionary_factor=None,
             evolutionary_state=None,
@@ -241,11 +241,11 @@ class Examiner:
         return f"in the view of {len(names)} pictures, {span}" if names else ""
 
     def _is_known_better(self, candidate: Candidate) -> bool:
-        """Tell whether an earlier window has claimed it by more frames, or this one does not: it has it at its edge."""
-        known = self._mission.known_at(candidate.position_enu_m, SAME_BODY_M)
+        """Tell whether an earlier window shows it more clearly, or has claimed it where this one does not."""
+        known = self._mission.known_at(candidate.position_enu_m, PERSON_M)
         if known is None or not known.is_claimed:
             return False
-        return candidate.verdict.kind not in CLAIMED or known.sightings > candidate.frames
+        return candidate.verdict.kind not in CLAIMED or (known.significance or 0.0) > candidate.significance
 
 
 def _target(track_id: int, candidate: Candidate, now_s: float, pictures: str) -> TargetEstimate:
@@ -261,6 +261,7 @@ def _target(track_id: int, candidate: Candidate, now_s: float, pictures: str) ->
         person_confidence=verdict.probability,
         kind=verdict.kind,
         reasons=(*verdict.reasons, pictures) if pictures else verdict.reasons,
+        significance=candidate.significance,
     )
 
 

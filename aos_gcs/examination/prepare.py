@@ -3,42 +3,41 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
-from aos_gcs.errors import ConfigurationError, InputDataError
+from aos_gcs.errors import InputDataError
 from aos_gcs.examination.examiner import Examination
 from aos_gcs.examination.search import SearchSettings
-from aos_gcs.examination.windows import ground_height_m, plan_windows
+from aos_gcs.examination.windows import ground_height_m, plan_windows, windows_per_place
 from aos_gcs.imaging.geolocation import Uncertainty
-from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.imaging.views import FocalSurface
-from aos_gcs.planning.settings import DetectionSettings
 from aos_gcs.surveys.model import Survey
+from aos_gcs.surveys.window_anomalies import Detection
 
 
-def prepared(survey: Survey, surface: FocalSurface, imaging: ImagingSettings, minimum_count: int) -> Examination:
+def prepared(survey: Survey, surface: FocalSurface, detection: Detection) -> Examination:
     """Return the examination of a recording.
 
     Args:
         survey: recording in an east-north-up world.
         surface: ground, in that world.
-        imaging: detector, and its limits.
-        minimum_count: frames that must agree on an anomaly.
+        detection: detector, and its limits.
 
     Raises:
-        ConfigurationError: a frame needs another to agree with.
         InputDataError: the ground is below no image.
     """
-    if minimum_count < 1:
-        raise ConfigurationError(f"--min-count must be at least 1, got {minimum_count}.")
     ground_m = ground_height_m(survey.images, surface)
     if math.isnan(ground_m):
         raise InputDataError("No image was taken above the terrain: check that both are in the same world.")
-    settings = SearchSettings(imaging, minimum_count, DetectionSettings().threshold_m2, _uncertainty(survey))
+    windows = plan_windows(survey.images, ground_m)
+    # The rate is that of the survey: what several windows examine is given to chance as often.
+    rate_per_ha = detection.false_alarms_per_ha / windows_per_place(survey.images, windows, ground_m)
+    settings = SearchSettings(replace(detection, false_alarms_per_ha=rate_per_ha), _uncertainty(survey))
     # A thermal recording is a grey picture to its files.
     bands = ("thermal",) if survey.bands == ("grey",) else survey.bands
-    return Examination(survey, bands, surface, plan_windows(survey.images, ground_m), settings, ground_m)
+    return Examination(survey, bands, surface, windows, settings, ground_m)
 
 
 def _uncertainty(survey: Survey) -> Uncertainty:

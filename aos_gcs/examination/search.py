@@ -1,50 +1,37 @@
 """Anomalies on which the frames of a window agree, and what each is taken for.
 
-A drone that takes frames along its way sees what as many vehicles would see at once: every frame counts as one of a
-vehicle of its own, and the decision is that of missions.
+Anomalies are those of :mod:`aos_gcs.surveys.window_anomalies`. A drone that takes frames along its way sees what as
+many vehicles would see at once: to the decision, that of missions, every frame is one of a vehicle of its own.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from aos_gcs.errors import ImagingError
 from aos_gcs.imaging.geolocation import Geolocation, Uncertainty
-from aos_gcs.imaging.integral import ViewIntegral
-from aos_gcs.imaging.model import Frame, GroundRaster
-from aos_gcs.imaging.persons.decision import ENOUGH, FindingKind, Verdict
-from aos_gcs.imaging.step.examination import ExaminedFrame, examine_all
-from aos_gcs.imaging.step.settings import ImagingSettings
-from aos_gcs.imaging.surfaces.ground import choose_raster
+from aos_gcs.imaging.model import Frame
+from aos_gcs.imaging.persons.decision import CLAIMED, ENOUGH, FindingKind, Verdict
 from aos_gcs.imaging.views import FocalSurface
 from aos_gcs.mission.search.persons import PersonWatch
-from aos_gcs.surveys.anomalies import MapBlob, map_blobs
-from aos_gcs.surveys.integration import add_marks
-from aos_gcs.surveys.tiles import map_tiles
+from aos_gcs.surveys.anomalies import PERSON_M, MapBlob
+from aos_gcs.surveys.window_anomalies import Detection, find_anomalies
 
 HEIGHT_STEP_M = 0.5
 """Heights of the ground that are judged as one: half of it displaces by 0.1 m at 25 degrees off nadir."""
 FINEST_CELL_M = 0.1
 """Smallest cell of the map on which frames have to agree."""
-MAX_CELLS = 16_000_000
-"""Largest map of a window; cells become coarser to keep it."""
 MAX_JUDGED = 200
-"""Anomalies of a window that are judged: those on which most frames agree. More are a detector that does not fit."""
+"""Anomalies of a window that are judged, the most significant. More are a detector that does not fit."""
 
 
 @dataclass(frozen=True, slots=True)
 class SearchSettings:
     """What counts as an anomaly, and how well places are known."""
 
-    imaging: ImagingSettings
-    minimum_count: int
-    """Frames that must mark a cell of the map."""
-    minimum_area_m2: float
-    """Area from which an anomaly without temperatures counts."""
+    detection: Detection
     uncertainty: Uncertainty
 
 
@@ -59,6 +46,8 @@ class Candidate:
     """Place of what the decision rests on; None where nothing has one."""
     frames: int
     """Number of frames that agree on it."""
+    significance: float
+    """See :mod:`aos_gcs.surveys.significance`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,11 +55,9 @@ class WindowFound:
     """What the frames of a window show."""
 
     candidates: tuple[Candidate, ...]
-    """What may be a person, or is warm; the clearest first."""
-    anomalies: int
-    """Number of all anomalies that enough frames agree on."""
+    """What may be a person, or is warm; the most significant first, none within a person's length of another."""
     largest_m2: float
-    """Area of the largest."""
+    """Area of the largest anomaly."""
     left_out: Mapping[int, str]
     """Reason why a frame took no part, by its ``vehicle_id``."""
 
@@ -86,57 +73,23 @@ def search_window(frames: Sequence[Frame], surface: FocalSurface, settings: Sear
     Raises:
         ImagingError: if no frame sees the surface, or the detector cannot be applied to any.
     """
-    examined = examine_all(frames, settings.imaging)
-    left_out = {one.vehicle_id: one.fault or one.undetectable for one in examined if one.fault or one.undetectable}
-    usable = [frame for frame in frames if frame.vehicle_id not in left_out]
-    if not usable:
-        raise ImagingError(f"No frame can be examined: {next(iter(left_out.values()))}.")
-    blobs = _agreed(usable, [one for one in examined if one.vehicle_id not in left_out], surface, settings)
-    chosen = sorted(blobs, key=lambda blob: -blob.max_count)[:MAX_JUDGED]
+    found = find_anomalies(frames, surface, settings.detection, FINEST_CELL_M)
+    usable = [frame for frame in frames if frame.vehicle_id not in found.left_out]
     return WindowFound(
-        candidates=_judged(usable, chosen, settings),
-        anomalies=len(blobs),
-        largest_m2=max((blob.area_m2 for blob in blobs), default=0.0),
-        left_out=left_out,
+        candidates=apart(_judged(usable, found.blobs[:MAX_JUDGED], settings.uncertainty)),
+        largest_m2=max((blob.area_m2 for blob in found.blobs), default=0.0),
+        left_out=found.left_out,
     )
 
 
-def _agreed(
-    frames: Sequence[Frame], examined: Sequence[ExaminedFrame], surface: FocalSurface, settings: SearchSettings
-) -> list[MapBlob]:
-    """Return the anomalies that enough frames mark, the largest first."""
-    raster = _raster(frames, surface)
-    coverage = np.zeros((raster.rows, raster.columns), dtype=np.uint16)
-    count = np.zeros_like(coverage)
-    masks = [
-        replace(frame, image=one.mask()[:, :, np.newaxis], bands=("anomaly",))
-        for frame, one in zip(frames, examined, strict=True)
-    ]
-    for tile in map_tiles(raster, masks, surface):
-        view = tile.view(surface)
-        seen = ViewIntegral(view, ("anomaly",), exact=False)
-        for mask in (masks[index] for index in tile.images):
-            if seen.add(mask) and mask.image.any():
-                add_marks(count[tile.window], mask, view, tile.cell_m, surface)
-        coverage[tile.window] = seen.coverage
-    return map_blobs(count, coverage, raster, surface, minimum_count=settings.minimum_count)
-
-
-def _raster(frames: Sequence[Frame], surface: FocalSurface) -> GroundRaster:
-    views = [(frame.camera, frame.pose) for frame in frames]
-    raster = choose_raster(views, surface, FINEST_CELL_M)
-    excess = raster.rows * raster.columns / MAX_CELLS
-    return raster if excess <= 1.0 else choose_raster(views, surface, FINEST_CELL_M * math.sqrt(excess) * 1.01)
-
-
-def _judged(frames: Sequence[Frame], blobs: Sequence[MapBlob], settings: SearchSettings) -> tuple[Candidate, ...]:
+def _judged(frames: Sequence[Frame], blobs: Sequence[MapBlob], uncertainty: Uncertainty) -> list[Candidate]:
     """Return what anomalies are taken for; without those that are nothing but unlike their surroundings."""
     by_height: dict[float, dict[int, MapBlob]] = {}
     for index, blob in enumerate(blobs):
         height_m = HEIGHT_STEP_M * round(blob.position_m[2] / HEIGHT_STEP_M)
         by_height.setdefault(height_m, {})[index] = blob
     if not by_height:
-        return ()
+        return []
     found: list[Candidate] = []
     # Finding what stands out of frames takes most of the time, and does not depend on the height.
     seen_at_m = next(iter(by_height))
@@ -144,24 +97,37 @@ def _judged(frames: Sequence[Frame], blobs: Sequence[MapBlob], settings: SearchS
     for height_m, group in by_height.items():
         places = {index: np.array(blob.position_m[:2]) for index, blob in group.items()}
         watch = seen.on_plane(seen_at_m, height_m)
-        for index, judgement in watch.judge(places, height_m, settings.uncertainty).items():
+        for index, judgement in watch.judge(places, height_m, uncertainty).items():
             candidate = _candidate(group[index], judgement.verdict, judgement.place)
-            if _counts(candidate, group[index], settings):
+            if _counts(candidate):
                 found.append(candidate)
-    return tuple(sorted(found, key=lambda one: (-(one.verdict.probability or 0.0), -one.frames)))
+    return found
+
+
+def apart(candidates: Sequence[Candidate]) -> tuple[Candidate, ...]:
+    """Return candidates without what is a piece of another one, the most significant first.
+
+    Pieces have been joined on the map; places of what the decision rests on can come together besides. Of these a find
+    stays rather than what is no more than warm.
+    """
+    kept: list[Candidate] = []
+    for one in sorted(candidates, key=lambda one: (one.verdict.kind not in CLAIMED, -one.significance)):
+        place_m = np.array(one.position_enu_m[:2])
+        if all(np.linalg.norm(place_m - other.position_enu_m[:2]) > PERSON_M for other in kept):
+            kept.append(one)
+    return tuple(sorted(kept, key=lambda one: -one.significance))
 
 
 def _candidate(blob: MapBlob, verdict: Verdict, place: Geolocation | None) -> Candidate:
     east_m, north_m, up_m = blob.position_m if place is None else map(float, place.position_enu_m)
-    return Candidate((east_m, north_m, up_m), verdict, place, blob.max_count)
+    return Candidate((east_m, north_m, up_m), verdict, place, blob.max_count, blob.significance or 0.0)
 
 
-def _counts(candidate: Candidate, blob: MapBlob, settings: SearchSettings) -> bool:
-    """Tell whether searchers should know of it: something warm, or without temperatures what is large enough.
+def _counts(candidate: Candidate) -> bool:
+    """Tell whether searchers should know of it: something warm, or what stands out where temperatures are not known.
 
     What nothing but the marks tells of, as in colour pictures, needs as many frames as the decision asks for elsewhere.
     """
-    kind = candidate.verdict.kind
-    if kind is not FindingKind.ANOMALY:
-        return kind is not FindingKind.OBJECT
-    return blob.area_m2 >= settings.minimum_area_m2 and (candidate.place is not None or blob.max_count >= ENOUGH)
+    if candidate.verdict.kind is FindingKind.ANOMALY:
+        return candidate.place is not None or candidate.frames >= ENOUGH
+    return candidate.verdict.kind is not FindingKind.OBJECT

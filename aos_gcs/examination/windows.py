@@ -5,10 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
+from numpy.typing import NDArray
 
+from aos_gcs.geometry.projection import Plane
 from aos_gcs.imaging.focal_plane import footprint
+from aos_gcs.imaging.surfaces.ground import choose_raster
 from aos_gcs.imaging.views import FocalSurface
+from aos_gcs.surveys.significance import MIN_VIEWS
 from aos_gcs.surveys.tiles import Placed
 
 MAX_FRAMES = 30
@@ -17,6 +22,8 @@ MAX_REACH = 2.0
 """Largest distance of a window's frames from its first one, in footprints of that one: farther ones share no ground."""
 ADVANCE = 2.0 / 3.0
 """Share of a window after which the next one begins: places at its end are in the middle of that one."""
+_COARSE_M = 2.0
+"""Cells in which windows are counted."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +68,37 @@ def _end(views: Sequence[Placed], first: int, ground_m: float, max_frames: int) 
         if np.linalg.norm(views[index].pose.position_enu_m[:2] - start_m) > reach_m:
             return index
     return min(first + max_frames, len(views))
+
+
+def windows_per_place(views: Sequence[Placed], windows: Sequence[FrameWindow], ground_m: float) -> float:
+    """Return how many windows examine a place of the ground in the mean, at least 1: each gives chance another try.
+
+    Args:
+        views: cameras and poses of the frames.
+        windows: windows of these.
+        ground_m: height of the ground.
+
+    Raises:
+        ImagingError: if no frame sees the ground.
+    """
+    raster = choose_raster([(view.camera, view.pose) for view in views], Plane(ground_m), _COARSE_M)
+    to_cells = np.linalg.inv(raster.to_plane)
+    outlines = []
+    for view in views:
+        outline_m = footprint(view.camera, view.pose, ground_m)
+        cells = to_cells @ np.column_stack((outline_m, np.ones(len(outline_m)))).T
+        outlines.append(np.rint(cells[:2].T).astype(np.int32))
+    shape = raster.rows, raster.columns
+    times: NDArray[np.int64] = np.zeros(shape, dtype=np.int64)
+    for window in windows:
+        seen: NDArray[np.int64] = np.zeros(shape, dtype=np.int64)
+        for index in window.frames:
+            if len(outlines[index]):
+                inside: NDArray[np.uint8] = np.zeros(shape, dtype=np.uint8)
+                cv2.fillConvexPoly(inside, outlines[index], (1,))
+                seen += inside
+        times += seen >= MIN_VIEWS
+    return float(times.sum() / np.count_nonzero(times)) if times.any() else 1.0
 
 
 def ground_height_m(views: Sequence[Placed], surface: FocalSurface) -> float:

@@ -2,30 +2,23 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.errors import InputDataError
-from aos_gcs.imaging.detection.marks import project_marks
 from aos_gcs.imaging.integral import ViewIntegral
 from aos_gcs.imaging.model import Detector, Frame
 from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.imaging.trimmed import integrate_trimmed
-from aos_gcs.imaging.views import FocalSurface, FocalView
-from aos_gcs.imaging.warp import PlaneProjection
+from aos_gcs.imaging.views import FocalSurface
 from aos_gcs.surveys.images import LazyFrames, read_frame
-from aos_gcs.surveys.levels import add_levels, levels, pixel_size_m
+from aos_gcs.surveys.levels import add_levels, levels
 from aos_gcs.surveys.model import SurveyImage
 from aos_gcs.surveys.significance import AnomalySums
 from aos_gcs.surveys.tiles import Tile, Window
-
-MARKED_SHARE = 0.25
-"""Share of a bilinear sample of a mask from which a cell is marked: what the centre of a cell within the pixel has."""
 
 TERRAIN_BYTES = 64
 """Memory per cell: its point in double and single precision, and what finding it takes."""
@@ -122,27 +115,6 @@ def integrate_tiles(work: Work, tiles: Sequence[Tile], advance: Advance = lambda
                     total.add(index, frame, levels_of)
         advance(1)
     return [total.result(broken) for total in sums]
-
-
-def add_marks(
-    counts: NDArray[np.uint16], mask: Frame, view: FocalView, cell_m: float | None, surface: FocalSurface
-) -> None:
-    """Count a frame's anomaly mask, values 0 and 1, into the cells of a view.
-
-    On a plane see :func:`~aos_gcs.imaging.detection.marks.project_marks`. On terrain a marked pixel marks the cells
-    whose centres it holds; where cells are larger than pixels it is grown to their size first, so that it cannot fall
-    between them.
-    """
-    projection = view.project(mask)
-    if isinstance(projection, PlaneProjection):
-        marks = project_marks(mask.image[:, :, 0].astype(np.uint8), projection)
-        counts[marks.rows, marks.columns] += 1
-    elif projection is not None:
-        edge_px = 1 if cell_m is None else math.ceil(cell_m / pixel_size_m(mask.camera, mask.pose, surface))
-        grown = cv2.dilate(mask.image.astype(np.float32), np.ones((edge_px, edge_px), dtype=np.uint8))
-        warped = projection.sample(np.asarray(grown, dtype=np.float32).reshape(mask.image.shape), 0, view.shape[0])
-        if warped is not None:
-            counts[warped.window] += (warped.values[:, :, 0] >= MARKED_SHARE) & (warped.coverage() > 0)
 
 
 def _levels(work: Work, frame: Frame, cell_m: float | None) -> Frame | None:

@@ -75,17 +75,30 @@ def levels(
     # A square with the area of a circle: its rows and columns are looked at one after the other.
     edge_px = 2 * round(reach_px * math.sqrt(math.pi) / 2.0) + 1
     grown = cv2.dilate(level, np.ones((edge_px, edge_px), dtype=np.uint8))
-    return replace(frame, image=grown.reshape(*level.shape, 1).astype(np.float32), bands=("anomaly",))
+    return replace(frame, image=np.asarray(grown, dtype=np.uint8).reshape(*level.shape, 1), bands=("anomaly",))
 
 
-def add_levels(sums: AnomalySums, frame: Frame, view: FocalView) -> None:
-    """Add the levels of a frame, see :func:`levels`, to the cells of a view."""
+def add_levels(sums: AnomalySums, frame: Frame, view: FocalView, coverage: NDArray[np.uint16] | None = None) -> None:
+    """Add the levels of a frame, see :func:`levels`, to the cells of a view; where they are NaN it sees nothing.
+
+    Args:
+        sums: marks of the images.
+        frame: levels in the place of an image.
+        view: raster of the sums.
+        coverage: images that see each cell, to which the frame is added; None: not counted here.
+    """
     projection = view.project(frame)
     warped = None if projection is None else projection.sample(frame.image, 0, view.shape[0])
-    if warped is not None:
-        level: NDArray[np.uint8] = np.rint(warped.values[:, :, 0] * (warped.coverage() > 0)).astype(np.uint8)
-        sums.count[warped.window] += level > 0
-        sums.excess[warped.window] += np.maximum(level, 1) - np.uint8(1)
+    if warped is None:
+        return
+    if frame.image.dtype.kind == "f":
+        warped = warped.without_gaps()
+    covered = warped.coverage()
+    level: NDArray[np.uint8] = np.rint(warped.values[:, :, 0] * (covered > 0)).astype(np.uint8)
+    sums.count[warped.window] += level > 0
+    sums.excess[warped.window] += np.maximum(level, 1) - np.uint8(1)
+    if coverage is not None:
+        coverage[warped.window] += covered
 
 
 def pixel_size_m(camera: CameraModel, pose: Pose, surface: FocalSurface) -> float:

@@ -36,7 +36,12 @@ async def test_findings_of_a_folder_are_seen_and_judged(page: Page, page_record:
 
         await page.get_by_test_id("sign-in-open").click()
         await sign_in(page, "Ada", OPERATOR_CODE)
+        await expect(finding).to_contain_text("Significance")
+        await expect(finding).to_contain_text("frames")
         await finding.click()
+        detail = page.get_by_test_id("finding-detail")
+        await expect(detail).to_contain_text("seen in")
+        await expect(detail).not_to_contain_text("vehicle")
         picture = page.get_by_test_id("finding-detail").locator("img").first
         await expect(picture).to_have_js_property("complete", value=True)
         await page.get_by_test_id("judge-confirmed").click()

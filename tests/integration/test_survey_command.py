@@ -29,6 +29,8 @@ from tests.fakes.recorded_flight import run
 from tests.fakes.recording import record
 from tests.fakes.survey_flight import CAMERA, HOT_M, TAKEOFF, Photographs
 
+SHARED = Path(__file__).resolve().parents[3] / "shared" / "data"
+
 
 @pytest.fixture
 def photographs(tmp_path: Path) -> Photographs:
@@ -68,7 +70,27 @@ def test_what_photographs_show_is_found_in_its_place(
     assert (finding["east_m"], finding["north_m"]) == expected_m
     assert result["message"] == "6 of 6 pictures examined: 1 possible person."
     assert finding["reasons"][-1] == "in the view of 4 pictures, 0.jpg to 3.jpg"
+    assert "seen in 4 of 4 frames" in finding["reasons"]
+    assert not any("vehicle" in reason for reason in finding["reasons"])
+    assert finding["significance"] > 5.0
     assert 0.0 < result["first_finding_s"] <= result["elapsed_s"]
+
+
+@pytest.mark.slow
+def test_the_recorded_flight_has_three_findings(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    flight = SHARED / "F0_flight"
+    if not flight.is_dir():
+        pytest.skip("the recorded flight is absent: nothing at ../shared/data/F0_flight beside the repository")
+    poses = ("--poses", flight / "poses.json", "--fov", 50.815436217896945, "--convention", "z-down")
+    ground = ("--dem", SHARED / "F0" / "dem_lr.obj.gz", "--dem-offset", 1, "--origin", "48.3069,14.2858,310")
+    findings = survey(capfd, flight / "images", *poses, *ground, "--out", tmp_path / "results")["findings"]
+    persons = json.loads((flight / "persons.json").read_text())["persons"]
+    assert len(findings) == len(persons)
+    places_m = np.array([east_north_m(finding) for finding in findings])
+    for person in persons:
+        assert np.linalg.norm(places_m - (person["x_m"], -person["y_m"]), axis=1).min() < 1.0
+    significances = [finding["significance"] for finding in findings]
+    assert min(significances) > 7.0
 
 
 def test_an_empty_forest_has_no_findings(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -93,7 +115,7 @@ def test_other_options_or_pictures_need_another_folder(
 ) -> None:
     survey(capfd, photographs.images)
     refused = "holds a survey of other pictures, or with other options: name another folder with --out"
-    assert refused in error(capfd, photographs.images, "--min-count", 3)
+    assert refused in error(capfd, photographs.images, "--false-alarms-per-ha", 1)
     (photographs.images / "5.jpg").unlink()
     assert refused in error(capfd, photographs.images)
     survey(capfd, photographs.images, "--out", photographs.images.with_name("second"))
@@ -165,7 +187,9 @@ def test_folders_that_cannot_be_examined_are_named(
     assert "does not exist; check the path" in error(capfd, tmp_path / "nowhere")
     assert "EPSG:0' is unknown" in error(capfd, photographs.images, "--crs", "EPSG:0")
     assert "holds no survey: name another folder with --out" in error(capfd, photographs.images, "--out", empty)
-    assert "--detector must be one of rx" in error(capfd, photographs.images, "--detector", "best")
+    assert "with --false-alarms-per-ha" in error(capfd, photographs.images, "--min-count", 2)
+    assert "must lie between 0 and 20000" in error(capfd, photographs.images, "--false-alarms-per-ha", 0)
+    assert "--min-score must not be negative" in error(capfd, photographs.images, "--min-score", -1)
     assert "No image has the focal surface in front" in error(capfd, photographs.images, "--plane-z", 900)
 
 
@@ -191,16 +215,31 @@ def test_one_program_at_a_time_continues_a_survey(photographs: Photographs, capf
         os.close(folder)
 
 
-def test_colour_pictures_have_anomalies(photographs: Photographs, capfd: pytest.CaptureFixture[str]) -> None:
+def write_in_colour(photographs: Photographs) -> None:
+    rng = np.random.default_rng(0)
     for name, tags in list(photographs.tags.items()):
         grey = cv2.imread(str(photographs.images / name), cv2.IMREAD_GRAYSCALE)
         assert grey is not None
-        red = np.asarray(grey, dtype=np.uint8)
-        photographs.write(name, np.dstack((red, red // 2 + 40, 200 - red // 2)).astype(np.uint8), tags)
+        red = grey.astype(np.float64)
+        # Against colours without the noise of a camera, every bend of the ground stands out.
+        noisy = np.dstack((red, red / 2 + 40, 200 - red / 2)) + rng.normal(0.0, 3.0, (*red.shape, 3))
+        photographs.write(name, np.clip(noisy, 0, 255).astype(np.uint8), tags)
+
+
+def test_colour_pictures_have_anomalies(photographs: Photographs, capfd: pytest.CaptureFixture[str]) -> None:
+    write_in_colour(photographs)
     (finding,) = survey(capfd, photographs.images)["findings"]
     assert east_north_m(finding) == pytest.approx(HOT_M, abs=0.3)
     assert (finding["kind"], finding["frames"]) == ("anomaly", 4)
     assert finding["reasons"][0] == "no temperatures to judge it by"
+
+
+def test_a_detector_that_cannot_be_applied_says_what_is_missing(
+    photographs: Photographs, capfd: pytest.CaptureFixture[str]
+) -> None:
+    write_in_colour(photographs)
+    text = error(capfd, photographs.images, "--detector", "thermal")
+    assert "No frame can be examined: The thermal detector needs a thermal band" in text
 
 
 async def test_a_mission_is_shown_by_replay(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

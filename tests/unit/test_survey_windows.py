@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 
 from aos_gcs.examination.reduction import reduced
-from aos_gcs.examination.windows import plan_windows
+from aos_gcs.examination.search import Candidate, apart
+from aos_gcs.examination.windows import FrameWindow, plan_windows, windows_per_place
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose, nadir_pose
 from aos_gcs.geometry.projection import project_points
 from aos_gcs.imaging.model import Frame
+from aos_gcs.imaging.persons.decision import FindingKind, Verdict
 
 CAMERA = CameraModel.from_fov(64, 48, np.radians(60.0))
 
@@ -40,6 +42,29 @@ def test_windows_hold_every_frame_with_its_neighbour(count: int, spacing_m: floa
 def test_frames_that_share_no_ground_are_not_in_one_window() -> None:
     # Footprints of 35 m: two of them hold eight places 10 m apart.
     assert max(len(window.frames) for window in plan_windows(flight(60, 10.0), 0.0)) == 7
+
+
+def test_ground_that_several_windows_examine_counts_as_often() -> None:
+    views = [*flight(4, 0.1), *flight(4, 0.1)]
+    once, twice = (FrameWindow(0, 4),), (FrameWindow(0, 4), FrameWindow(4, 8))
+    assert windows_per_place(views, once, 0.0) == pytest.approx(1.0)
+    assert windows_per_place(views, twice, 0.0) == pytest.approx(2.0)
+    # Elsewhere each has ground of its own, and what one frame alone sees is not examined.
+    apart_views = [*flight(4, 0.1), *[View(CAMERA, nadir_pose([200.0 + 0.1 * index, 0.0, 30.0])) for index in range(4)]]
+    assert windows_per_place(apart_views, twice, 0.0) == pytest.approx(1.0)
+    assert windows_per_place(flight(1, 1.0), (FrameWindow(0, 1),), 0.0) == 1.0
+
+
+def candidate(east_m: float, significance: float, kind: FindingKind = FindingKind.ANOMALY) -> Candidate:
+    return Candidate((east_m, 0.0, 0.0), Verdict(kind, None, ()), None, 5, significance)
+
+
+def test_pieces_within_a_person_s_length_are_one_finding_the_most_significant_first() -> None:
+    pieces = [candidate(0.0, 6.0), candidate(1.7, 9.0), candidate(9.0, 30.0), candidate(3.6, 7.0)]
+    assert [one.significance for one in apart(pieces)] == [30.0, 9.0, 7.0]
+    # A person beside a warm stone is the one to be looked for.
+    pair = [candidate(0.0, 20.0, FindingKind.WARM_OBJECT), candidate(1.0, 6.0, FindingKind.PERSON)]
+    assert [one.verdict.kind for one in apart(pair)] == [FindingKind.PERSON]
 
 
 def test_a_large_frame_is_reduced_with_its_camera() -> None:

@@ -21,12 +21,12 @@ from aos_gcs.imaging.model import Detector, GroundRaster
 from aos_gcs.imaging.surfaces.ground import choose_raster
 from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.imaging.views import FocalSurface, ortho_view
-from aos_gcs.surveys.anomalies import map_blobs, significant_blobs
+from aos_gcs.surveys.anomalies import significant_blobs
 from aos_gcs.surveys.images import LazyFrames, read_image
 from aos_gcs.surveys.integration import Work, integrate_tiles
 from aos_gcs.surveys.model import SurveyImage
 from aos_gcs.surveys.rasters import SurveyRasters, assemble
-from aos_gcs.surveys.significance import significance
+from aos_gcs.surveys.significance import AnomalySums, significance
 from aos_gcs.surveys.tiles import MapTile, grouped, map_tiles
 
 CAMERA = CameraModel.from_fov(120, 90, math.radians(60.0))
@@ -178,28 +178,30 @@ def test_the_hot_spot_is_found_where_it_is(images: list[SurveyImage], surface: F
     assert 0.05 < blobs[0].area_m2 < 1.0
 
 
-def test_blobs_are_told_apart() -> None:
-    counts = np.zeros((20, 30), dtype=np.uint16)
-    counts[2:5, 3:6] = 4
-    counts[2:5, 7:8] = 2
-    counts[10, 20] = 9
-    counts[15, 2] = 1
+def test_rows_are_told_apart_by_more_than_a_person_s_length() -> None:
+    sums = AnomalySums.none((20, 30))
+    sums.count[2:5, 3:6] = 4
+    sums.count[2:5, 7:8] = 2
+    sums.count[10, 20] = 9
+    significances = np.where(sums.count == 9, 8.0, np.where(sums.count > 0, 6.0, 0.0)).astype(np.float32)
+    significances[15, 2] = 4.0
     coverage = np.full((20, 30), 10, dtype=np.uint16)
     raster = GroundRaster(100.0, 50.0, 0.5, 20, 30, rows_along_y=False)
-    large, small = map_blobs(counts, coverage, raster, Plane(7.0), minimum_count=2)
+    sure, large = significant_blobs(sums, significances, coverage, raster, Plane(7.0))
     assert large.area_m2 == pytest.approx(12 * 0.25)
-    assert large.max_count == 4
+    assert (large.max_count, large.significance) == (4, 6.0)
     assert large.agreement == pytest.approx((9 * 4 + 3 * 2) / 120)
-    assert small.position_m == pytest.approx((100.0 + 20.5 * 0.5, 50.0 - 10.5 * 0.5, 7.0))
-    assert len(map_blobs(counts, coverage, raster, Plane(7.0), minimum_count=2, gap_cells=0)) == 3
-    assert map_blobs(counts, coverage, raster, Plane(7.0), minimum_count=10) == []
+    assert sure.position_m == pytest.approx((100.0 + 20.5 * 0.5, 50.0 - 10.5 * 0.5, 7.0))
+    assert len(significant_blobs(sums, significances, coverage, raster, Plane(7.0), false_alarms_per_ha=5.0)) == 3
+    assert significant_blobs(sums, significances, coverage, raster, Plane(7.0), false_alarms_per_ha=1e-5) == []
 
 
 def test_a_map_full_of_anomalies_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("aos_gcs.surveys.anomalies.MAX_MARKED_CELLS", 10)
     counts = np.ones((5, 5), dtype=np.uint16)
-    with pytest.raises(ImagingError, match="25 cells are marked as anomalies, more than 10"):
-        map_blobs(counts, counts, GroundRaster(0.0, 0.0, 1.0, 5, 5, rows_along_y=False), Plane(0.0))
+    raster = GroundRaster(0.0, 0.0, 1.0, 5, 5, rows_along_y=False)
+    with pytest.raises(ImagingError, match="25 cells stand out as anomalies, more than 10"):
+        significant_blobs(AnomalySums.none((5, 5)), np.full((5, 5), 9.0, np.float32), counts, raster, Plane(0.0))
 
 
 def test_images_are_read_one_at_a_time(images: list[SurveyImage], monkeypatch: pytest.MonkeyPatch) -> None:

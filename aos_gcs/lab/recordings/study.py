@@ -18,21 +18,13 @@ from aos_gcs.errors import ConfigurationError
 from aos_gcs.imaging.geolocation import Uncertainty
 from aos_gcs.imaging.model import Detector, Frame
 from aos_gcs.imaging.persons.decision import CLAIMED
-from aos_gcs.imaging.surfaces.ground import choose_raster
 from aos_gcs.lab.recordings.recording import Recording, holds
 from aos_gcs.mission.search.persons import PersonWatch
-from aos_gcs.surveys.anomalies import MapBlob, significant_blobs
+from aos_gcs.surveys.anomalies import MapBlob
 from aos_gcs.surveys.images import read_frame
-from aos_gcs.surveys.integration import Work, integrate_tiles
 from aos_gcs.surveys.model import SurveyImage
-from aos_gcs.surveys.significance import (
-    DEFAULT_FALSE_ALARMS_PER_HA,
-    MIN_VIEWS,
-    AnomalySums,
-    significance,
-    significance_limit,
-)
-from aos_gcs.surveys.tiles import map_tiles
+from aos_gcs.surveys.significance import DEFAULT_FALSE_ALARMS_PER_HA, MIN_VIEWS, significance_limit
+from aos_gcs.surveys.window_anomalies import Detection, find_anomalies
 
 MATCH_M = 2.0
 """Largest horizontal distance at which an anomaly or a claim is that of a person."""
@@ -179,24 +171,13 @@ class _Window:
             searched_ha=searched_ha,
         )
 
-    def _anomalies(self, detector: Detector) -> tuple[list[MapBlob], float]:
+    def _anomalies(self, detector: Detector) -> tuple[tuple[MapBlob, ...], float]:
         """Return the anomalies, the most significant first, and the area that enough frames see, ha."""
-        surface, settings = self._recording.surface, self._settings
-        views = [(image.camera, image.pose) for image in self._images]
-        raster = choose_raster(views, surface, settings.resolution_m)
-        coverage = np.zeros((raster.rows, raster.columns), dtype=np.uint16)
-        sums = AnomalySums.none(coverage.shape)
-        work = Work(self._images, self._recording.survey.bands, surface, exact=False, detector=detector)
-        for tile in integrate_tiles(work, map_tiles(raster, self._images, surface)):
-            coverage[tile.window] = tile.coverage
-            if tile.anomalies is not None:
-                sums.count[tile.window] = tile.anomalies.count
-                sums.excess[tile.window] = tile.anomalies.excess
-        searched_m2 = np.count_nonzero(coverage >= MIN_VIEWS) * settings.resolution_m**2
-        significances = significance(sums, coverage, settings.resolution_m)
-        rate = settings.false_alarms_per_ha
-        blobs = significant_blobs(sums, significances, coverage, raster, surface, false_alarms_per_ha=rate)
-        return blobs, float(searched_m2) / 1e4
+        survey, settings = self._recording.survey, self._settings
+        frames = [read_frame(image, survey.bands, number) for number, image in enumerate(self._images, start=1)]
+        detection = Detection(detector, false_alarms_per_ha=settings.false_alarms_per_ha)
+        found = find_anomalies(frames, self._recording.surface, detection, settings.resolution_m)
+        return found.blobs, found.searched_m2 / 1e4
 
     def _claims(self, blobs: Sequence[MapBlob]) -> NDArray[np.float64]:
         """Return the places that the decision claims, shape (k, 2), in the world of the poses."""
