@@ -23,7 +23,7 @@ RUNS ?= 10
 MISSIONS ?= 500
 SEED ?=
 PYTEST := $(PY) -m pytest
-PARALLEL := -n $(WORKERS) --durations=25 --durations-min=1
+PARALLEL = -n $(WORKERS) --durations=25 --durations-min=1
 
 .DEFAULT_GOAL := help
 .PHONY: help demo check test test-slow test-faults test-sitl soak-test bench lint web web-check wheel constraints clean
@@ -35,7 +35,9 @@ help: ## Show this help
 demo: web $(HAS_SIM) ## Fly the simulated mission with the dashboard; ARGS="..." for aos-gcs demo
 	$(VENV)/bin/aos-gcs demo $(ARGS)
 
-# Style and types are checked beside the tests, and reported after them.
+# Style and types are checked beside the tests, and reported after them. These tests wait for nothing, so that one
+# process more than cores would only import everything once more.
+check: WORKERS = $(shell getconf _NPROCESSORS_ONLN)
 check: $(HAS_DEV) ## Check style and types, run unit and contract tests without waiting: before every commit; ARGS="..." for pytest
 	@mkdir -p .make; \
 	$(MAKE) --no-print-directory lint >.make/lint.log 2>&1 & lint=$$!; trap "kill $$lint 2>/dev/null" INT TERM; \
