@@ -15,7 +15,7 @@ REQUIREMENTS := pyproject.toml constraints.txt
 ARGS ?=
 # Python keeps what it compiles, here too where the environment says otherwise: tests start many processes.
 export PYTHONDONTWRITEBYTECODE :=
-# Processes that run tests side by side; auto is one more than cores.
+# Processes that run tests side by side; auto is two more than cores.
 WORKERS ?= auto
 # Repetitions of the whole suite by make soak-test.
 RUNS ?= 10
@@ -35,8 +35,8 @@ help: ## Show this help
 demo: web $(HAS_SIM) ## Fly the simulated mission with the dashboard; ARGS="..." for aos-gcs demo
 	$(VENV)/bin/aos-gcs demo $(ARGS)
 
-# Style and types are checked beside the tests, and reported after them. These tests wait for nothing, so that one
-# process more than cores would only import everything once more.
+# Style and types are checked beside the tests, and reported after them. These tests wait for nothing: more
+# processes than cores would only import everything once more.
 check: WORKERS = $(shell getconf _NPROCESSORS_ONLN)
 check: $(HAS_DEV) ## Check style and types, run unit and contract tests without waiting: before every commit; ARGS="..." for pytest
 	@mkdir -p .make; \

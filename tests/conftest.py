@@ -55,8 +55,8 @@ def restored_logging() -> Iterator[None]:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers() -> int:
-    """One worker more than cores: a third of their time tests wait for other processes."""
-    return (os.cpu_count() or 1) + 1
+    """Two workers more than cores: half of the time that tests take they wait for other processes."""
+    return (os.cpu_count() or 1) + 2
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -26,7 +26,7 @@ def through_json(value: object) -> object:
 
 
 @pytest.mark.parametrize("model", MODELS)
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(data=st.data())
 def test_every_record_of_the_model_survives_exactly(model: type, data: st.DataObject) -> None:
     record = data.draw(st.from_type(model))
