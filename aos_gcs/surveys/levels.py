@@ -13,8 +13,8 @@ from scipy.special import chdtrc, chdtri
 
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose
-from aos_gcs.imaging.detection.detectors import DETECTORS
-from aos_gcs.imaging.detection.local_rx import local_rx_scores
+from aos_gcs.imaging.detection.detectors import DETECTORS, thermal_band
+from aos_gcs.imaging.detection.local_rx import local_rx_scores, local_warm_scores
 from aos_gcs.imaging.model import Detector, Frame
 from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.imaging.views import FocalSurface, FocalView
@@ -60,8 +60,12 @@ def levels(
     pixel_m = pixel_size_m(frame.camera, frame.pose, surface)
     # A thermal recording is a grey picture to its files.
     bands = ("thermal",) if detector is Detector.THERMAL and frame.bands == ("grey",) else frame.bands
+    windows_px = _windows_px(pixel_m, min(frame.image.shape[:2]))
     if detector is Detector.LOCAL_RX:
-        scores = local_rx_scores(frame.image, *_windows_px(pixel_m, min(frame.image.shape[:2])))
+        scores = local_rx_scores(frame.image, *windows_px)
+    elif detector is Detector.THERMAL:
+        # A deviation of the whole frame would be that of its restless part, and hide who lies on a calm meadow.
+        scores = local_warm_scores(thermal_band(frame.image, bands), *windows_px)
     else:
         scores = DETECTORS[detector].scores(frame.image, bands)
     base = base_score(1 if detector is Detector.THERMAL else len(bands)) if min_score is None else max(min_score, 1e-6)

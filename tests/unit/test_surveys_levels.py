@@ -89,3 +89,27 @@ def test_levels_are_summed_where_the_ground_is() -> None:
     assert sums.count[50, 50] == 3
     assert sums.excess[50, 50] == 3 * (found.image.max() - 1)
     assert not sums.count[:40].any()
+
+
+def test_the_thermal_detector_marks_what_is_warmer_than_its_own_surroundings() -> None:
+    # A restless forest fills most of the frame; on the calm meadow beside it, a fifth of its spread is plain to see.
+    rng = np.random.default_rng(4)
+    image = rng.normal(80.0, 10.0, (SIZE, SIZE))
+    image[:, : SIZE // 4] = rng.normal(80.0, 0.5, (SIZE, SIZE // 4))
+    image[98:102, 28:32] += 8.0
+    image[158:162, 28:32] -= 8.0
+    found = levels(frame_of(image), Detector.THERMAL, Plane(0.0))
+    assert found is not None
+    marked = found.image[:, :45, 0] > 0
+    assert marked[100, 30]
+    assert not marked[150:170].any()
+
+
+def test_gaps_of_a_thermal_band_mark_nothing() -> None:
+    image = scene().astype(np.float32)
+    image[:60] = np.nan
+    found = levels(frame_of(image, ("thermal",)), Detector.THERMAL, Plane(0.0))
+    assert found is not None
+    assert found.image[119, 119, 0] >= 5
+    assert not found.image[:50].any()
+    assert levels(frame_of(np.full((SIZE, SIZE), np.nan), ("thermal",)), Detector.THERMAL, Plane(0.0)) is None

@@ -54,19 +54,26 @@ def detect(
     return anomaly_mask(scores if weights is None else scores * weights, quantile, limit)
 
 
-def _score_thermal(image: Pixels, bands: tuple[str, ...]) -> NDArray[np.float32]:
+def thermal_band(image: Pixels, bands: tuple[str, ...]) -> Pixels:
+    """Return the thermal band of an image, shape (H, W, C), as a view of shape (H, W).
+
+    Raises:
+        ImagingError: if there is none.
+    """
     if "thermal" not in bands:
         raise ImagingError(
             f"The thermal detector needs a thermal band, but the frames have {', '.join(bands)}: choose another "
             "imaging.detector."
         )
-    return warm_scores(image[:, :, bands.index("thermal")])
+    return np.asarray(image[:, :, bands.index("thermal")])
 
 
 DETECTORS: Mapping[Detector, DetectorMethod] = MappingProxyType(
     {
         Detector.RX: DetectorMethod(lambda image, _: rx_scores(image), default_min_score),
         Detector.LOCAL_RX: DetectorMethod(lambda image, _: local_rx_scores(image), default_min_score),
-        Detector.THERMAL: DetectorMethod(_score_thermal, lambda _: default_min_score(1)),
+        Detector.THERMAL: DetectorMethod(
+            lambda image, bands: warm_scores(thermal_band(image, bands)), lambda _: default_min_score(1)
+        ),
     }
 )
