@@ -46,6 +46,7 @@ def test_a_step_reads_like_the_model() -> None:
         "velocity_enu_mps": None,
         "seen_at_s": None,
         "person_confidence": None,
+        "significance": None,
         "kind": "undecided",
         "reasons": [],
     }
