@@ -24,7 +24,7 @@ from aos_gcs.lab.effectiveness.study import Anomaly, SceneKey, SceneResult, Warm
 from aos_gcs.lab.scenes import Body, PositionGrade
 
 PERSON_ENU_M, DEER_ENU_M = (0.0, 30.0), (10.0, 30.0)
-MODEL = PersonModel((math.log(7.0), 0.0, 0.0, 0.0), (1.0,) * 4, (12.0, 0.0, 0.0, 0.0), 0.0, odds=1.0)
+MODEL = PersonModel(((7.0 / 16.0) ** 8, 0.0, 0.0, 0.0), (1e-3,) * 4, (15.0, 0.0, 0.0, 0.0), 0.0, odds=1.0)
 """Whatever is warmer than 7 K is a person."""
 
 
@@ -150,9 +150,10 @@ def test_scenes_are_described_by_densities_and_seeds() -> None:
 
 
 def test_scenes_are_judged_by_models_of_the_others() -> None:
-    """The person of the odd scene is colder than the animals of the others: only its own model would know it."""
-    usual = [scene(warm(0.0, 9.0), warm(10.0, 5.0), seed=seed) for seed in (3, 5, 7, 9)]
-    odd = scene(warm(0.0, 1.5), warm(10.0, 5.0), seed=1)
+    """The person of the odd scene alone has a blanket and a face: only its own model would know it."""
+    usual = [scene(warm(0.0, 15.0), warm(10.0, 5.0), seed=seed) for seed in (3, 5, 7, 9)]
+    covered = warm(0.0, 5.0)
+    odd = scene(replace(covered, evidence=replace(covered.evidence, contrast_peak_k=12.0)), warm(10.0, 5.0), seed=1)
     decisions = {(one.seed, one.grade): one.claim_result for one in decide_by_others([*usual, odd], 5)}
     own = fit_person_model(*labelled_bodies([*usual, odd]))
     assert decide(odd, PositionGrade.RTK, Rule.PERSON, own).claim_result is ClaimResult.HIT

@@ -12,7 +12,7 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import nadir_pose
 from aos_gcs.imaging.geolocation import Geolocation, Uncertainty
 from aos_gcs.imaging.model import Blob, BlobView, FocalGrid, Sighting, StepAnalysis
-from aos_gcs.imaging.persons.decision import FindingKind, Verdict
+from aos_gcs.imaging.persons.decision import DECISION, FindingKind, Verdict
 from aos_gcs.imaging.step.judgement import SETTLED_M
 from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.search.claims import Claims
@@ -110,14 +110,48 @@ def test_what_is_no_person_is_never_agreed_to_be_one(kind: FindingKind) -> None:
     assert not follower.agrees()
 
 
-def test_one_decision_against_a_person_starts_the_count_again() -> None:
+def verdict(probability: float, *, is_evidence: bool = True) -> Verdict:
+    kind = FindingKind.PERSON if probability >= DECISION else FindingKind.WARM_OBJECT
+    return Verdict(kind, probability, (f"looks {probability}",), is_evidence=is_evidence)
+
+
+@pytest.mark.parametrize(
+    ("probabilities", "is_person"),
+    [
+        ((0.99, 0.3, 0.99), True),
+        ((0.3, 0.3, 0.99), True),
+        ((0.6, 0.2, 0.6), False),
+        ((0.1, 0.1, 0.6), False),
+        ((0.0, 0.0, 1.0), False),
+    ],
+)
+def test_several_sightings_decide_together(probabilities: tuple[float, ...], is_person: bool) -> None:
     follower = Follower()
-    for kind in (FindingKind.PERSON, FindingKind.ANIMAL, FindingKind.PERSON, FindingKind.PERSON):
-        follower.verdict = replace(follower.verdict, kind=kind)
+    for probability in probabilities:
+        follower.verdict = verdict(probability)
         follower.observe(seen(5.0, 20.0))
-    assert not follower.agrees()
-    follower.observe(seen(5.0, 20.0))
+    assert follower.agrees() is is_person
+    estimate = follower.tracker.estimate()
+    assert estimate is not None
+    assert estimate.person_confidence is not None
+    assert (estimate.person_confidence >= DECISION) is is_person
+    assert (max(probabilities) if is_person else min(probabilities)) == float(estimate.reasons[0].split()[1])
+
+
+def test_what_a_single_vehicle_sees_takes_no_part_in_the_decision() -> None:
+    follower = Follower()
+    for probability in (0.9, 0.0, 0.9, 0.0, 0.0):
+        follower.verdict = verdict(probability, is_evidence=probability > 0.0)
+        follower.observe(seen(5.0, 20.0))
     assert follower.agrees()
+
+
+def test_a_sighting_that_was_not_judged_is_no_confirmation() -> None:
+    follower = Follower()
+    for _ in range(2):
+        follower.observe(seen(5.0, 20.0))
+    follower.tracker.observe(analysis(seen(5.0, 20.0)), follower.now_s + STEP_S)
+    assert not follower.agrees()
 
 
 def test_a_settled_blob_is_tracked_but_is_no_target() -> None:
@@ -244,7 +278,8 @@ def test_a_verdict_on_a_track_stays_until_there_is_another() -> None:
     follower.tracker.judge({})
     estimate = follower.tracker.estimate()
     assert estimate is not None
-    assert (estimate.person_confidence, estimate.reasons) == (0.9, ("it waves",))
+    assert estimate.person_confidence == pytest.approx(0.9)
+    assert estimate.reasons == ("it waves",)
     assert estimate.kind is FindingKind.UNDECIDED  # until the mission has decided
 
 

@@ -1,8 +1,10 @@
 """Classifier of warm bodies: the probability that one is a person.
 
 A logistic regression on what sharpened frames show of a body: how warm it is in the middle (clothes, fur, stone) and
-at its warmest (skin, an animal's head). Either tells a person: a middle as warm as clothes, or a face much warmer than
-the blanket below; fourth powers let one make up for the other. What a single vehicle sees is no evidence, and what is
+at its warmest (skin, an animal's head), and how long it is. Each of three tells a person: a middle as warm as clothes,
+a peak as warm as skin, or a face much warmer than the blanket below; high powers let one make up for the others. The
+warmest stones are as warm as clothes, and equally warm all over: what is so, and longer than a person who stands or
+sits, is rather a stone, since a person who lies shows some face. What a single vehicle sees is no evidence, and what is
 hotter than any skin is no person. The model states how many other bodies there are for each person: the rarer persons
 are, the more it takes.
 
@@ -28,10 +30,10 @@ from aos_gcs.errors import InputDataError
 from aos_gcs.imaging.persons.evidence import Evidence
 
 FEATURES = (
-    "log median contrast",
-    "log peak contrast",
-    "fourth power of median contrast",
+    "eighth power of median contrast",
+    "eighth power of peak contrast",
     "fourth power of spread of contrast",
+    "log length of uniform warmth",
 )
 PERSON_ODDS = 0.25
 """Persons per other warm body that a swarm sees, unless the model says otherwise: missions show a person, if any, and
@@ -40,12 +42,18 @@ MAX_CONTRAST_K = 40.0
 """Skin is at most 37 °C warm, and surroundings in which people are searched for seldom colder than -3 °C."""
 MIN_VEHICLES = 2
 """Vehicles that must agree; one alone may see a defective pixel, or a piece of another body beside its place."""
-_MIN_CONTRAST_K = 1.0
-"""Smallest difference of temperatures that says more than noise and shading."""
 _CLOTHES_K = 16.0
 """Median contrast above which a body is no more like clothes."""
+_SKIN_K = 20.0
+"""Peak contrast above which a body shows no more of skin."""
 _FACE_K = 12.0
 """Peak above the median from which there is no more of a face above a blanket to be seen."""
+_UNIFORM_K = 3.0
+"""Peak above the median from which a body is not equally warm all over: a stone's top and sides differ by less."""
+_SHORT_M = 0.9
+"""Length of what is seen of a person who stands or sits; shorter things may be either."""
+_LONG_M = 2.0
+"""Length above which it says no more."""
 _RIDGE = 1e-3
 """Penalty on the squares of the standardised weights, per observation: keeps them finite where classes separate."""
 
@@ -156,7 +164,11 @@ def _parse(text: str, name: str) -> PersonModel:
 
 
 def _features(evidence: Evidence) -> NDArray[np.float64]:
-    median_k, peak_k = (max(k, _MIN_CONTRAST_K) for k in (evidence.contrast_median_k, evidence.contrast_peak_k))
-    clothes = min(median_k, _CLOTHES_K) / _CLOTHES_K
-    face = min(peak_k - median_k, _FACE_K) / _FACE_K
-    return np.array([math.log(median_k), math.log(peak_k), clothes**4, face**4])
+    median_k, peak_k = evidence.contrast_median_k, evidence.contrast_peak_k
+    clothes, skin, face = (
+        min(max(contrast_k, 0.0), most_k) / most_k
+        for contrast_k, most_k in ((median_k, _CLOTHES_K), (peak_k, _SKIN_K), (peak_k - median_k, _FACE_K))
+    )
+    uniformity = 1.0 - min(max(peak_k - median_k, 0.0), _UNIFORM_K) / _UNIFORM_K
+    length = math.log(min(max(evidence.extent_m, _SHORT_M), _LONG_M) / _SHORT_M)
+    return np.array([clothes**8, skin**8, face**4, uniformity * length])

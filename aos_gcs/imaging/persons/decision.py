@@ -1,13 +1,18 @@
 """The one decision: what something is that a swarm has seen, how probably a person, and why.
 
 Missions, their findings and notices, the score of simulated missions, and the study of effectiveness all call
-:func:`decide` on :class:`~aos_gcs.imaging.persons.evidence.Evidence`; none has a rule of its own.
+:func:`decide` on :class:`~aos_gcs.imaging.persons.evidence.Evidence`; none has a rule of its own. What is
+looked at again and again is decided by :func:`pooled`.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from enum import StrEnum
+
+from scipy.special import expit
 
 from aos_gcs.imaging.persons.classifier import MAX_CONTRAST_K, MIN_VEHICLES, PersonModel, person_confidence
 from aos_gcs.imaging.persons.evidence import Evidence
@@ -24,6 +29,8 @@ MIN_RELATIVE_CONTRAST = 5.0
 """Median contrast of a spot without temperatures that counts as a find, in standard deviations of its surroundings."""
 MIN_CONCENTRATION = 4.0
 """How many times as dense as around it pixels stand out at such a spot."""
+_SUREST_LOG_ODDS = 5.0
+"""Log-odds above which, on either side, one of several looks counts no more: none outweighs all the others."""
 _FUR_SPREAD_K = 2.5
 """Contrast of the warmest parts above the middle from which a warm body is rather an animal (head and legs are warmer
 than fur) than a stone (warm all over)."""
@@ -58,6 +65,8 @@ class Verdict:
     """What it rests on, in words."""
     is_surely_other: bool = False
     """Whether it is no person by what most of the vehicles see: nothing that leaves hide could change that."""
+    is_evidence: bool = True
+    """Whether it counts beside other looks; what a single vehicle sees does not."""
 
 
 def decide(evidence: Evidence, model: PersonModel | None = None) -> Verdict:
@@ -74,7 +83,31 @@ def decide(evidence: Evidence, model: PersonModel | None = None) -> Verdict:
     probability = person_confidence(evidence, model)
     share = evidence.vehicles / max(evidence.swarm, evidence.vehicles)
     is_surely_other = probability <= SURELY_OTHER and share >= MOST and evidence.vehicles >= ENOUGH
-    return Verdict(_kind(evidence, probability), probability, _reasons(evidence), is_surely_other)
+    is_evidence = evidence.vehicles >= MIN_VEHICLES
+    return Verdict(_kind(evidence, probability), probability, _reasons(evidence), is_surely_other, is_evidence)
+
+
+def pooled(verdicts: Sequence[Verdict]) -> Verdict:
+    """Return the decision about a body that was looked at several times, at least once; the latest verdict is the last.
+
+    Its probability is that of the mean of the log-odds: a look that leaves spoil neither makes nor breaks a person.
+    Without temperatures, and where no look is evidence, the latest one decides.
+    """
+    latest = verdicts[-1]
+    looks = [one for one in verdicts if one.is_evidence and one.probability is not None]
+    if latest.probability is None or not looks:
+        return latest
+    probability = float(expit(sum(_log_odds(one.probability or 0.0) for one in looks) / len(looks)))
+    is_person = probability >= DECISION
+    decisive = [one for one in looks if (one.kind is FindingKind.PERSON) is is_person] or looks
+    return replace(decisive[-1], probability=probability, is_surely_other=latest.is_surely_other)
+
+
+def _log_odds(probability: float) -> float:
+    if not 0.0 < probability < 1.0:
+        return math.copysign(_SUREST_LOG_ODDS, probability - DECISION)
+    log_odds = math.log(probability / (1.0 - probability))
+    return max(-_SUREST_LOG_ODDS, min(log_odds, _SUREST_LOG_ODDS))
 
 
 def _without_temperatures(evidence: Evidence) -> Verdict:

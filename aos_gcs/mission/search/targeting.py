@@ -13,12 +13,14 @@ from numpy.typing import NDArray
 from aos_gcs.geometry.geodesy import EnuPoint
 from aos_gcs.imaging.geolocation import Geolocation, locate_together
 from aos_gcs.imaging.model import FocalGrid, StepAnalysis
-from aos_gcs.imaging.persons.decision import FindingKind, Verdict
+from aos_gcs.imaging.persons.decision import CLAIMED, FindingKind, Verdict, pooled
 from aos_gcs.mission.model.findings import ErrorEllipse, TargetEstimate
 from aos_gcs.mission.search.persons import Judgement
 from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.tracking.tracker import Measurement, Track, Tracks, observe
 
+POOLED_SIGHTINGS = 10
+"""Latest sightings of a target, with gaps or without, whose verdicts decide together what it is."""
 _WORSE = 1.5
 """Variance, over that of the place known, up to which a later place of a target that stays replaces it."""
 
@@ -38,10 +40,10 @@ class _Seen:
 
     @property
     def is_claimable(self) -> bool:
-        """Whether it counts as a sighting of a person; without temperatures, of an anomaly that frames agree on."""
+        """Whether it counts for a claim: it has been judged; without temperatures, an anomaly that frames agree on."""
         if self.verdict is None:
             return False
-        return self.verdict.kind is FindingKind.PERSON or (self.verdict.kind is FindingKind.ANOMALY and self.is_marked)
+        return self.is_marked if self.verdict.kind is FindingKind.ANOMALY else self.verdict.probability is not None
 
 
 class TargetTracker:
@@ -62,6 +64,8 @@ class TargetTracker:
         """Height of the ground at each track."""
         self._judged: dict[int, Judgement] = {}
         """Latest decision about each track, where there is one, with its best place."""
+        self._verdicts: dict[int, deque[Verdict]] = {}
+        """Verdicts of each track's latest sightings."""
         self._kinds: dict[int, FindingKind] = {}
         """What each track is taken for, where that is decided for good."""
         self._target: Track | None = None
@@ -115,6 +119,8 @@ class TargetTracker:
     def judge(self, judgements: Mapping[int, Judgement]) -> None:
         """Take in what the tracks are taken for after a step, by their ids; without a result the former one stays."""
         before, self._judged = self._judged, {}
+        kept = {track.track_id for track in self._tracks.tracks}
+        self._verdicts = {track_id: verdicts for track_id, verdicts in self._verdicts.items() if track_id in kept}
         for track in self._tracks.tracks:
             judgement, former = judgements.get(track.track_id), before.get(track.track_id)
             if judgement is None:
@@ -123,6 +129,8 @@ class TargetTracker:
                 continue
             if latest := self._seen.get(track.track_id):
                 latest[-1] = replace(latest[-1], verdict=judgement.verdict)
+                verdicts = self._verdicts.setdefault(track.track_id, deque(maxlen=POOLED_SIGHTINGS))
+                verdicts.append(judgement.verdict)
             stays = track.walking_share <= 0.5
             self._judged[track.track_id] = judgement if former is None or not stays else _updated(former, judgement)
 
@@ -132,13 +140,13 @@ class TargetTracker:
         return None if latest is None else latest[-1].verdict
 
     def likely_persons(self) -> frozenset[int]:
-        """Return the tracks in view that are taken for a person by their latest sighting, and not decided for good."""
+        """Return the tracks in view that are taken for a person by their latest sightings, and not decided for good."""
         return frozenset(
             track_id
-            for track_id, latest in self._seen.items()
-            if latest[-1].verdict is not None
-            and latest[-1].verdict.kind is FindingKind.PERSON
-            and track_id not in self._kinds
+            for track_id in self._seen
+            if track_id not in self._kinds
+            and (verdict := self.verdict(track_id)) is not None
+            and verdict.kind is FindingKind.PERSON
         )
 
     def attend(self, track_id: int) -> None:
@@ -150,7 +158,9 @@ class TargetTracker:
         self._kinds[track_id] = kind
 
     def verdict(self, track_id: int) -> Verdict | None:
-        """Return the latest decision about a track; None if there is none."""
+        """Return what the latest sightings of a track are taken for together; None if none has been judged."""
+        if verdicts := self._verdicts.get(track_id):
+            return pooled(verdicts)
         judgement = self._judged.get(track_id)
         return None if judgement is None else judgement.verdict
 
@@ -170,13 +180,15 @@ class TargetTracker:
         return tuple(map(self._describe, shown))
 
     def agrees(self, track_id: int) -> bool:
-        """Return whether the latest sightings of a track agree: each is one of a person, all in one place.
+        """Return whether the latest sightings of a track agree: together they are of a person, all in one place.
 
         They agree on one place when they lie about their mean, or on one path when each lies where the track predicted
-        it.
+        it. Without temperatures each of them must be an anomaly.
         """
-        latest = list(self._seen.get(track_id, ()))
+        latest, verdict = list(self._seen.get(track_id, ())), self.verdict(track_id)
         if len(latest) < self._detection.found_steps or not all(seen.is_claimable for seen in latest):
+            return False
+        if verdict is None or verdict.kind not in CLAIMED:
             return False
         positions_enu_m = np.array([seen.position_enu_m for seen in latest])
         spread_m = np.linalg.norm(positions_enu_m - positions_enu_m.mean(axis=0), axis=1).max()
@@ -188,7 +200,7 @@ class TargetTracker:
 
     def _describe(self, track: Track) -> TargetEstimate:
         position_enu_m, covariance_m2 = self._place(track)
-        judgement = self._judged.get(track.track_id)
+        verdict = self.verdict(track.track_id)
         east_mps, north_mps = track.velocity_enu_mps
         return TargetEstimate(
             position_enu_m=_point(position_enu_m),
@@ -199,9 +211,9 @@ class TargetTracker:
             ellipse=error_ellipse(covariance_m2),
             velocity_enu_mps=(float(east_mps), float(north_mps)),
             seen_at_s=track.seen_at_s,
-            person_confidence=None if judgement is None else judgement.verdict.probability,
+            person_confidence=None if verdict is None else verdict.probability,
             kind=self._kinds.get(track.track_id, FindingKind.UNDECIDED),
-            reasons=() if judgement is None else judgement.verdict.reasons,
+            reasons=() if verdict is None else verdict.reasons,
         )
 
     def _place(self, track: Track) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
