@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from hypothesis import strategies as st
 
 from aos_gcs.errors import InputDataError
 from aos_gcs.surveys.video.attitude import Attitude
-from aos_gcs.surveys.video.subtitles import Sample, samples_of
+from aos_gcs.surveys.video.subtitles import Sample, read_subtitle_file, samples_of
 from aos_gcs.surveys.video.track import FlightTrack
 
 M30T = (
@@ -45,6 +46,48 @@ def test_cues_without_a_place_are_left_out() -> None:
     assert [known.time_s for known in samples_of(iter(cues), "file")] == [2.0]
     with pytest.raises(InputDataError, match="None of the 1 cues of file has a position"):
         samples_of(iter(cues[:1]), "file")
+
+
+def test_decimal_commas_are_not_cut_off() -> None:
+    """What stands before the comma would be a place up to a hundred kilometres away."""
+    with pytest.raises(InputDataError, match="None of the 1 cues"):
+        samples_of(iter([(0.0, "[latitude: 47,512345] [longitude: 14,212345]")]), "file")
+
+
+def test_numbers_beyond_all_aircraft_are_not_recorded() -> None:
+    endless = "9" * 400
+    cue = f"[latitude: 47.5] [longitude: 14.2] [rel_alt: {endless} abs_alt: 999999.0] [gb_yaw: {endless} gb_pitch: -90.0 "
+    (known,) = samples_of(iter([(0.0, cue + "gb_roll: 0.0]")]), "file")
+    assert (known.relative_altitude_m, known.altitude_amsl_m, known.gimbal_deg) == (None, None, None)
+
+
+def test_subtitles_of_several_videos_are_refused() -> None:
+    times_s = (0.0, 60.0, 0.5, 61.0)
+    with pytest.raises(InputDataError, match=r"go back from 60\.0 s to 0\.5 s at cue 3"):
+        samples_of(iter([(time_s, M30T) for time_s in times_s]), "file")
+
+
+@pytest.mark.parametrize("parting", ["\n\n", "\n", "\r\n\r\n", "\r\r"], ids=["blank", "none", "windows", "returns"])
+def test_cues_are_told_apart_by_their_times(tmp_path: Path, parting: str) -> None:
+    line = parting[: len(parting) // 2] or parting
+    path = tmp_path / "video.srt"
+    cues = [f"{i + 1}{line}00:00:0{i},500 --> 00:00:0{i + 1},500{line}{M30T}" for i in range(3)]
+    path.write_bytes(parting.join(cues).encode())
+    assert [known.time_s for known in read_subtitle_file(path)] == [0.5, 1.5, 2.5]
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["1" * 2_000_000, "a" * 2_000_000, f"1\n{'9' * 5000}:00:00,000 --> 00:00:01,000\n{M30T}"],
+    ids=["digits", "letters", "hours"],
+)
+def test_texts_that_are_no_cues_are_refused_in_linear_time(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "video.srt"
+    path.write_text(f"1\n00:00:00,000 --> 00:00:01,000\n{text}")
+    if M30T in text:
+        path.write_text(text)
+    with pytest.raises(InputDataError, match="has a position"):
+        read_subtitle_file(path)
 
 
 @settings(max_examples=50)

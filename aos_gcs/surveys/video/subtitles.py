@@ -17,12 +17,18 @@ from aos_gcs.errors import InputDataError
 MAX_BYTES = 200_000_000
 """Largest subtitle file that is read: four hours at 60 cues a second take less."""
 
-_CUE = re.compile(
-    r"(\d+):([0-5]?\d):([0-5]?\d)[,.](\d{3})\s*-->\s*\d+:\d+:\d+[,.]\d{3}[^\n]*\n(.*?)(?=\n\s*\n|\Z)", re.DOTALL
+_CUE_TIMES = re.compile(
+    r"^[ \t]*(\d{1,4}):([0-5]?\d):([0-5]?\d)[,.](\d{3})[ \t]*-->[ \t]*\d{1,4}:\d{1,2}:\d{1,2}[,.]\d{3}", re.MULTILINE
 )
-_VALUE = re.compile(r"([A-Za-z_]+)\s*:\s*(-?\d+(?:\.\d+)?)(?![\d./])")
+_VALUE = re.compile(r"(?<![A-Za-z_])([A-Za-z_]{1,40})\s{0,8}:\s{0,8}(-?\d{1,20}(?:\.\d{1,20})?)(?![\d./]|,\d)")
+"""Name and number. A decimal comma is none: what stands before it would be taken for the whole."""
+MAX_ALTITUDE_M = 20_000.0
+"""Altitudes beyond are errors of the recording."""
+MAX_BACK_S = 1.0
+"""Cues may stand this much before the one in front of them."""
 _LONGITUDE = ("longitude", "longtitude")
 """``longtitude`` is what the firmware of some aircraft says."""
+_FULL_TURN_DEG = 360.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,24 +55,32 @@ def read_subtitle_file(path: Path) -> list[Sample]:
         InputDataError: if it cannot be read, or no cue has a position.
     """
     try:
-        if path.stat().st_size > MAX_BYTES:
-            raise InputDataError(f"The subtitle file {path} has more than {MAX_BYTES / 1e6:.0f} MB: it is none.")
-        text = path.read_text(encoding="utf-8-sig", errors="replace")
+        with path.open("rb") as file:
+            content = file.read(MAX_BYTES + 1)
     except OSError as error:
         raise InputDataError(f"The subtitle file {path} cannot be read: {error.strerror}.") from error
-    return samples_of(_cues(text.replace("\r\n", "\n")), str(path))
+    if len(content) > MAX_BYTES:
+        raise InputDataError(f"The subtitle file {path} has more than {MAX_BYTES / 1e6:.0f} MB: it is none.")
+    text = content.decode(encoding="utf-8-sig", errors="replace")
+    return samples_of(_cues(text.replace("\r\n", "\n").replace("\r", "\n")), str(path))
 
 
 def samples_of(cues: Iterator[tuple[float, str]], source: str) -> list[Sample]:
     """Return the telemetry of cues, times (s) and texts; ``source`` names them in errors.
 
     Raises:
-        InputDataError: if no cue has a position.
+        InputDataError: if no cue has a position, or they are those of several videos.
     """
     samples: list[Sample] = []
-    count = 0
+    count, latest_s = 0, -math.inf
     for time_s, text in cues:
         count += 1
+        if time_s < latest_s - MAX_BACK_S:
+            raise InputDataError(
+                f"The times of {source} go back from {latest_s:.1f} s to {time_s:.1f} s at cue {count}: it belongs to "
+                "several videos. Extract each video with its own subtitles."
+            )
+        latest_s = max(latest_s, time_s)
         sample = _sample(time_s, {name.lower(): float(value) for name, value in _VALUE.findall(text)})
         if sample is not None:
             samples.append(sample)
@@ -79,9 +93,18 @@ def samples_of(cues: Iterator[tuple[float, str]], source: str) -> list[Sample]:
 
 
 def _cues(text: str) -> Iterator[tuple[float, str]]:
-    for cue in _CUE.finditer(text):
-        hours, minutes, seconds, thousandths, lines = cue.groups()
-        yield 3600.0 * int(hours) + 60.0 * int(minutes) + int(seconds) + int(thousandths) / 1000.0, lines
+    times = None
+    for following in _CUE_TIMES.finditer(text):
+        if times is not None:
+            yield _time_s(times), text[times.end() : following.start()]
+        times = following
+    if times is not None:
+        yield _time_s(times), text[times.end() :]
+
+
+def _time_s(times: re.Match[str]) -> float:
+    hours, minutes, seconds, thousandths = map(int, times.groups())
+    return 3600.0 * hours + 60.0 * minutes + seconds + thousandths / 1000.0
 
 
 def _sample(time_s: float, values: Mapping[str, float]) -> Sample | None:
@@ -95,8 +118,12 @@ def _sample(time_s: float, values: Mapping[str, float]) -> Sample | None:
         time_s,
         latitude_deg,
         longitude_deg,
-        values.get("rel_alt"),
-        values.get("abs_alt", values.get("altitude")),
-        None if any(map(math.isnan, gimbal)) else (gimbal[0], gimbal[1], gimbal[2]),
+        _altitude_m(values.get("rel_alt")),
+        _altitude_m(values.get("abs_alt", values.get("altitude"))),
+        None if any(not abs(angle) <= _FULL_TURN_DEG for angle in gimbal) else (gimbal[0], gimbal[1], gimbal[2]),
         values.get("dzoom_ratio", 1.0),
     )
+
+
+def _altitude_m(value: float | None) -> float | None:
+    return value if value is not None and abs(value) <= MAX_ALTITUDE_M else None
