@@ -67,6 +67,7 @@ def extract(
     """
     from aos_gcs.surveys.video.extraction import Selection, read_telemetry  # noqa: PLC0415 - keeps the help fast
     from aos_gcs.surveys.video.extraction import extract as write_frames  # noqa: PLC0415
+    from aos_gcs.surveys.video.subtitles import MAX_ALTITUDE_M  # noqa: PLC0415
     from aos_gcs.surveys.video.track import FlightTrack  # noqa: PLC0415
 
     if spacing is not None and every is not None:
@@ -76,8 +77,10 @@ def extract(
             raise ConfigurationError(f"{name} must be a positive number, got {value:g}.")
     if not 0.0 <= start < (math.inf if end is None else end):
         raise ConfigurationError(f"--from and --to must name a part of the video, got {start:g} to {end}.")
-    if ground is not None and not math.isfinite(ground):
-        raise ConfigurationError(f"--ground must be a finite number of metres, got {ground}.")
+    if ground is not None and not abs(ground) <= MAX_ALTITUDE_M:
+        raise ConfigurationError(
+            f"--ground must be an altitude between {-MAX_ALTITUDE_M:g} and {MAX_ALTITUDE_M:g} m, got {ground:g}."
+        )
     track = FlightTrack(
         read_telemetry(video, subtitles),
         ground_amsl_m=ground,
@@ -115,7 +118,8 @@ def _attitude(text: str) -> Attitude:
     yaw, _, angles = text.partition(",")
     numbers = parse_numbers(angles)
     yaw_deg = [math.nan] if yaw.strip() == "course" else parse_numbers(yaw)
-    if len(numbers) not in (1, 2) or len(yaw_deg) != 1 or not -180.0 <= numbers[0] <= 180.0:
+    is_turn = all(abs(angle) <= 360.0 for angle in numbers) and not any(abs(angle) > 360.0 for angle in yaw_deg)
+    if len(numbers) not in (1, 2) or len(yaw_deg) != 1 or not is_turn:
         raise ConfigurationError(
             f"--attitude needs YAW,PITCH[,ROLL] in degrees, YAW a number or 'course', got {text!r}."
         )

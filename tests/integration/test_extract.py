@@ -152,7 +152,10 @@ def test_frames_of_another_zoom_and_without_telemetry_are_left_out(
         (("--from", 3, "--to", 2), "must name a part of the video"),
         (("--from", 50), "No frame"),
         (("--attitude", "north,-90"), "--attitude needs YAW,PITCH[,ROLL]"),
-        (("--ground", "nan"), "--ground must be a finite number"),
+        (("--attitude", "1e300,-90"), "--attitude needs YAW,PITCH[,ROLL]"),
+        (("--attitude", "0,-90,1e300"), "--attitude needs YAW,PITCH[,ROLL]"),
+        (("--ground", "nan"), "--ground must be an altitude"),
+        (("--ground", "1e300"), "--ground must be an altitude"),
         (("--subtitles", "absent.srt"), "cannot be read"),
     ],
 )
@@ -185,6 +188,17 @@ def test_files_that_cannot_be_used_are_refused(video: Path, tmp_path: Path, caps
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "file").touch()
     assert "exists already" in refusal(video, tmp_path / "full", capsys)
+
+
+def test_folders_are_kept_where_nothing_is_extracted(
+    video: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    empty = tmp_path / "empty"
+    empty.mkdir()
+    assert "No frame" in refusal(video, empty, capsys, "--from", 50)
+    assert "does not exist" in refusal(tmp_path, empty, capsys)
+    monkeypatch.chdir(empty)
+    assert "exists already" in refusal(video, Path(), capsys)
 
 
 def test_what_can_be_read_of_a_video_that_was_cut_off_is_kept(video: Path, tmp_path: Path) -> None:

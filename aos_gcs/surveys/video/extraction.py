@@ -66,6 +66,8 @@ def read_telemetry(video: Path, subtitles: Path | None = None) -> list[Sample]:
         InputDataError: if there is none, or it cannot be read.
         ConfigurationError: if PyAV is not installed.
     """
+    if not video.is_file():
+        raise InputDataError(f"The video {video} does not exist; check the path.")
     if subtitles is None:
         beside = (video.with_suffix(suffix) for suffix in (".SRT", ".srt", ".Srt"))
         subtitles = next((path for path in beside if path.is_file()), None)
@@ -106,15 +108,15 @@ def extract(
         InputDataError: if the video cannot be read, or no frame of it can be used.
         ConfigurationError: if the folder cannot be written, or PyAV is not installed.
     """
-    if folder.is_dir() and not any(folder.iterdir()):
-        folder.rmdir()
-    if folder.exists():
-        raise ConfigurationError(f"{folder} exists already: name a new folder for the frames.")
     try:
+        is_free = not folder.exists() or (folder.is_dir() and not any(folder.iterdir()))
+        if not is_free or folder.resolve() == Path.cwd():
+            raise ConfigurationError(f"{folder} exists already: name a new folder for the frames.")
         with tempfile.TemporaryDirectory(dir=folder.absolute().parent, prefix=f".{folder.name}.") as temporary:
             unfinished = Path(temporary) / folder.name
             unfinished.mkdir()
             result = _extract(video, track, unfinished, selection, on_time)
+            # It replaces an empty folder, which stays where nothing could be extracted.
             unfinished.rename(folder)
     except OSError as error:
         raise ConfigurationError(f"Cannot write {folder}: {error.strerror or error}.") from error
@@ -200,8 +202,6 @@ def _opened(video: Path) -> Any:
         InputDataError: if it is none.
     """
     av = _av()
-    if not video.is_file():
-        raise InputDataError(f"The video {video} does not exist; check the path.")
     try:
         # FFmpeg would follow playlists to other files and addresses.
         return av.open(
