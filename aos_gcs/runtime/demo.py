@@ -15,6 +15,7 @@ from typing import Any
 from aos_gcs.config.file import parse_config
 from aos_gcs.config.model import ServiceConfig
 from aos_gcs.errors import ConfigurationError, LinkError
+from aos_gcs.lab.worlds import ErrorGrade
 from aos_gcs.mission.coordinator import Coordinator
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.planning.settings import Deadlines
@@ -22,6 +23,11 @@ from aos_gcs.runtime.evaluation import Score, score_mission
 from aos_gcs.runtime.service import Service, open_service
 
 MAX_VEHICLES = 100
+AUTOPILOTS = ("arducopter", "px4")
+MAX_TREES_PER_HA = 2000
+MIN_IMAGE_SIZE_PX, MAX_IMAGE_SIZE_PX = 16, 4096
+MAX_BODIES = 100
+"""Largest number of animals, and of stones. These limits are those of the simulator."""
 ORIGIN_DEG = (48.3, 14.3, 260.0)
 SEARCH_AREA_ENU_M = ((-25.0, 8.0), (25.0, 8.0), (25.0, 88.0), (-25.0, 88.0))
 """The part of the simulator's forest that hides the person; one leg of ten vehicles covers it."""
@@ -66,6 +72,22 @@ class DemoOptions:
             raise ConfigurationError(f"--vehicles must lie within 2 and {MAX_VEHICLES}, but is {self.vehicles}.")
         if not 0.0 < self.speed <= 100.0:
             raise ConfigurationError(f"--speed must be above 0 and at most 100, but is {self.speed:g}.")
+        # The simulator checks them as well, but when the dashboard is up already.
+        for name, choice, choices in (
+            ("--autopilot", self.autopilot, AUTOPILOTS),
+            ("--errors", self.errors, ErrorGrade),
+        ):
+            if choice not in tuple(choices):
+                raise ConfigurationError(f"{name} must be one of {', '.join(choices)}, but is {choice!r}.")
+        ranges = (
+            ("--trees-per-ha", self.trees_per_ha, 0, MAX_TREES_PER_HA),
+            ("--image-size", self.image_size_px, MIN_IMAGE_SIZE_PX, MAX_IMAGE_SIZE_PX),
+            ("--animals", self.animals, 0, MAX_BODIES),
+            ("--stones", self.stones, 0, MAX_BODIES),
+        )
+        for name, value, least, most in ranges:
+            if not least <= value <= most:
+                raise ConfigurationError(f"{name} must lie within {least} and {most}, but is {value:g}.")
 
 
 @dataclass(frozen=True, slots=True)

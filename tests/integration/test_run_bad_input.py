@@ -10,6 +10,11 @@ from pathlib import Path
 import pytest
 
 from aos_gcs.cli import main
+from aos_gcs.lab.worlds import ErrorGrade
+from aos_gcs.runtime import demo
+from aos_sim.errors.model import error_model
+from aos_sim.swarm import SwarmOptions
+from aos_sim.world.scene import SceneParameters
 
 HOST = "127.0.0.1"
 CONFIGURATION = """
@@ -82,9 +87,21 @@ def refusal_of_file(tmp_path: Path, free_port: int, refusal):
         (("--strategy", "hope"), "no strategy 'hope'; choose one of aos-apso"),
         (("--speed", "0"), "--speed must be above 0"),
         (("--speed", "nan"), "--speed must be above 0"),
+        (("--errors", "foo"), "--errors must be one of none, rtk, gnss, but is 'foo'"),
+        (("--autopilot", "foo"), "--autopilot must be one of arducopter, px4, but is 'foo'"),
+        (("--trees-per-ha", "-1"), "--trees-per-ha must lie within 0 and 2000"),
+        (("--trees-per-ha", "nan"), "--trees-per-ha must lie within 0 and 2000"),
+        (("--image-size", "8"), "--image-size must lie within 16 and 4096, but is 8"),
+        (("--animals", "101"), "--animals must lie within 0 and 100"),
+        (("--stones", "-1"), "--stones must lie within 0 and 100"),
     ],
 )
-def test_options_of_the_demo(tmp_path: Path, refusal, arguments: tuple[str, ...], sentence: str) -> None:
+def test_options_of_the_demo(
+    tmp_path: Path, refusal, monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...], sentence: str
+) -> None:
+    """They are refused at once: nothing is started for them."""
+    if arguments[0] != "--strategy":
+        monkeypatch.delattr(demo, "open_demo")
     assert sentence in refusal("demo", "--headless", "--json", "--folder", str(tmp_path / "missions"), *arguments)
 
 
@@ -95,7 +112,20 @@ def test_a_port_in_use_is_named(tmp_path: Path, refusal) -> None:
     assert "--port" in sentence
 
 
-def test_what_the_simulator_refuses_is_said_in_its_words(tmp_path: Path, refusal) -> None:
+@pytest.mark.parametrize("image_size_px", [demo.MIN_IMAGE_SIZE_PX, demo.MAX_IMAGE_SIZE_PX])
+@pytest.mark.parametrize("bodies", [0, demo.MAX_BODIES])
+def test_the_demo_offers_what_the_simulator_has(image_size_px: int, bodies: int) -> None:
+    for autopilot in demo.AUTOPILOTS:
+        SwarmOptions(autopilot=autopilot, image_size_px=image_size_px)
+    for grade in ErrorGrade:
+        error_model(grade)
+    SceneParameters(seed=1, trees_per_ha=demo.MAX_TREES_PER_HA, animals=bodies, stones=bodies)
+
+
+def test_what_the_simulator_refuses_is_said_in_its_words(
+    tmp_path: Path, refusal, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(demo, "MIN_IMAGE_SIZE_PX", 8)
     sentence = refusal("demo", "--headless", "--image-size", "8", "--folder", str(tmp_path / "missions"))
     assert sentence == "aos-gcs: --image-size must lie within 16 and 4096, got 8."
 

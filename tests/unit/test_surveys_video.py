@@ -56,7 +56,9 @@ def test_decimal_commas_are_not_cut_off() -> None:
 
 def test_numbers_beyond_all_aircraft_are_not_recorded() -> None:
     endless = "9" * 400
-    cue = f"[latitude: 47.5] [longitude: 14.2] [rel_alt: {endless} abs_alt: 999999.0] [gb_yaw: {endless} gb_pitch: -90.0 "
+    cue = (
+        f"[latitude: 47.5] [longitude: 14.2] [rel_alt: {endless} abs_alt: 999999.0] [gb_yaw: {endless} gb_pitch: -90.0 "
+    )
     (known,) = samples_of(iter([(0.0, cue + "gb_roll: 0.0]")]), "file")
     assert (known.relative_altitude_m, known.altitude_amsl_m, known.gimbal_deg) == (None, None, None)
 
