@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import Protocol
 
 from aos_gcs.errors import MissionError
 from aos_gcs.mission.context import MissionContext
@@ -13,13 +12,13 @@ from aos_gcs.mission.fleet.flight import FlightControl
 from aos_gcs.mission.fleet.roster import Member
 from aos_gcs.mission.fleet.standing_hold import NONE_HELD, StandingHold
 from aos_gcs.mission.fleet.vehicle_tasks import VehicleTasks
+from aos_gcs.mission.flow import Flow
 from aos_gcs.mission.model.actions import Action, ActionRecord, ActionResult, Refusal, Seen
 from aos_gcs.mission.model.phase import Phase, Suspension
 from aos_gcs.mission.model.vehicles import Task
 from aos_gcs.mission.phases import BEFORE_START, ENDING, ON_GROUND, check_action
 from aos_gcs.mission.resuming import check_resume
-from aos_gcs.mission.sortie import Sortie
-from aos_gcs.planning.settings import MIN_SWARM, MissionSettings
+from aos_gcs.planning.settings import MIN_SWARM
 from aos_gcs.ports import Hold, Land, ReturnToLaunch
 
 _HOLDS = "holds its position"
@@ -33,42 +32,6 @@ _MOVE_NONE = frozenset({Action.HOLD, Action.FOCUS, Action.OVERRIDE, Action.CHOOS
 
 VehicleAction = Callable[[Member], Awaitable[Refusal | None]]
 """Has a vehicle do something; returns why it does not."""
-
-
-class Flow(Protocol):
-    """Changes of the flow of phases that an action may cause."""
-
-    suspension: Suspension
-
-    @property
-    def sortie(self) -> Sortie:
-        """The sortie by the present plan."""
-        ...
-
-    @property
-    def heading(self) -> Phase:
-        """The phase that the mission is in, or changes to by an action just taken."""
-        ...
-
-    def redirect(self, phase: Phase) -> None:
-        """End the present handler and go on with ``phase``."""
-        ...
-
-    def suspend(self, suspension: Suspension) -> None:
-        """Make no further step."""
-        ...
-
-    def resume(self) -> None:
-        """Go on where the mission was suspended."""
-        ...
-
-    def abort(self) -> None:
-        """Note that an operator has aborted the mission."""
-        ...
-
-    def follow_plan(self, settings: MissionSettings) -> None:
-        """Fly by other settings."""
-        ...
 
 
 class ActionHandler:
@@ -118,10 +81,10 @@ class ActionHandler:
     ) -> tuple[ActionResult, ...]:
         """Carry out an action; see ``MissionCommands.act``."""
         roster, utc_s = self._context.roster, self._context.clock.utc_s
-        if self._flow.heading in BEFORE_START:
-            self._context.auto_start.cancel(f"{operator or 'an operator'} has acted")
         try:
             self._context.order.check(seen, action, vehicle_ids)
+            if self._flow.heading in BEFORE_START:
+                self._context.auto_start.cancel(f"{operator or 'an operator'} has acted")
             check_action(self._flow.heading, action, anyone_flies=bool(roster.commandable()))
             self._context.order.note(action, vehicle_ids, operator)
             if action not in _MOVE_NONE:

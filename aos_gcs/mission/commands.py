@@ -4,42 +4,22 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Sequence
-from typing import Protocol
 
 from aos_gcs.errors import MissionError
 from aos_gcs.geometry.geodesy import EnuPoint
 from aos_gcs.mission.actions import ActionHandler
 from aos_gcs.mission.context import MissionContext
+from aos_gcs.mission.flow import PlannedFlow
 from aos_gcs.mission.model.actions import Action, ActionResult, Seen
 from aos_gcs.mission.model.checks import PreflightCheck
 from aos_gcs.mission.model.events import EventKind, PlanRecord
 from aos_gcs.mission.model.findings import Finding, FindingChange
-from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.phases import BEFORE_START, check_action
 from aos_gcs.mission.search.findings import Findings
-from aos_gcs.mission.sortie import Sortie
 from aos_gcs.mission.views import LiveView
 from aos_gcs.planning.check import check_plan
 from aos_gcs.planning.plan import MissionPlan, apply_plan
 from aos_gcs.planning.settings import MissionSettings
-
-
-class PlannedFlow(Protocol):
-    """The coordinator as the commands see it."""
-
-    @property
-    def sortie(self) -> Sortie:
-        """The sortie by the present plan."""
-        ...
-
-    @property
-    def heading(self) -> Phase:
-        """The phase that the mission is in, or changes to by an action just taken."""
-        ...
-
-    def follow_plan(self, settings: MissionSettings) -> None:
-        """Fly by other settings."""
-        ...
 
 
 class LiveCommands:
@@ -83,8 +63,8 @@ class LiveCommands:
         self, vehicle_id: int, check: str, reason: str | None, *, operator: str = "", seen: Seen | None = None
     ) -> PreflightCheck:
         """Override a failed preflight check; see ``MissionCommands.override_check``."""
-        self._context.auto_start.cancel(f"{operator or 'an operator'} has acted")
         self._context.order.check_age(seen)
+        self._context.auto_start.cancel(f"{operator or 'an operator'} has acted")
         check_action(self._flow.heading, Action.OVERRIDE)
         return await self._flow.sortie.overrides.decide(vehicle_id, check, reason, operator)
 
@@ -128,8 +108,8 @@ class LiveCommands:
         blocking = [problem for problem in problems if problem.blocking]
         if blocking:
             raise MissionError(f"This plan cannot be flown: {blocking[0].text}")
-        self._context.auto_start.cancel(f"{operator or 'an operator'} has acted")
         self._context.order.check_overtaken(seen, None)
+        self._context.auto_start.cancel(f"{operator or 'an operator'} has acted")
         self._context.order.note("another plan", None, operator)
         self._flow.follow_plan(apply_plan(self.settings, plan))
         self._context.journal.operator_notice(operator, "plan applied. Checks restarted")

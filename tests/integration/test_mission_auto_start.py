@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import socket
 from pathlib import Path
 
@@ -11,7 +12,8 @@ import pytest
 from aos_gcs.config.file import parse_config
 from aos_gcs.config.model import ServiceConfig
 from aos_gcs.errors import MissionError
-from aos_gcs.mission.model.actions import Action
+from aos_gcs.mission.command_order import OutdatedError
+from aos_gcs.mission.model.actions import Action, Seen
 from aos_gcs.mission.model.phase import Outcome, OutcomeRecord, Phase
 from aos_gcs.runtime.service import open_service
 from aos_gcs.store.last_mission import unfinished_mission
@@ -62,6 +64,24 @@ async def test_any_action_before_the_start_leaves_that_to_the_operator() -> None
             await flight.commands.act(Action.HOLD, None, operator="Ada")
         await stays_ready(flight)
         assert "Automatic start cancelled: Ada has acted. Launch by hand" in flight.texts()
+        await flight.commands.act(Action.ABORT, None)
+        await run
+
+
+@pytest.mark.looptime
+async def test_an_action_by_outdated_data_leaves_the_automatic_start_on() -> None:
+    flight = prepare(3)
+    async with flying(flight) as run:
+        snapshot = flight.view.snapshot()
+        seen = Seen(snapshot.mission_id, snapshot.command_count, asyncio.get_running_loop().time() - 10.0)
+        for command in (
+            flight.commands.act(Action.ABORT, None, operator="Ada", seen=seen),
+            flight.commands.override_check(1, "gps", "an open sky", operator="Ada", seen=seen),
+        ):
+            with pytest.raises(OutdatedError):
+                await command
+        await flight.until(lambda: flight.mission.phase is Phase.SCAN)
+        assert not any("Automatic start" in text for text in flight.texts())
         await flight.commands.act(Action.ABORT, None)
         await run
 

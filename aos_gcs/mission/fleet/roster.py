@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -367,25 +366,3 @@ class Roster:
 def _why_left_alone(member: Member) -> str:
     """Return why a held vehicle is sent nothing; empty where it is not, or follows us."""
     return member.why_not_ours if member.task is Task.HELD and member.airborne else ""
-
-
-class Layered(Protocol):
-    """A vehicle with an altitude layer."""
-
-    @property
-    def vehicle_id(self) -> int:
-        """System id."""
-        ...
-
-    @property
-    def layer_height_m(self) -> float | None:
-        """Height of its layer above the origin."""
-        ...
-
-
-def in_layers(members: Sequence[Layered], places_enu_m: NDArray[np.float64]) -> dict[int, NDArray[np.float64]]:
-    """Return horizontal places, one per vehicle, shape (n, 2), in the vehicles' altitude layers, by id."""
-    return {
-        member.vehicle_id: np.array([*place_enu_m, member.layer_height_m])
-        for member, place_enu_m in zip(members, places_enu_m, strict=True)
-    }

@@ -12,7 +12,7 @@ from aos_gcs.airspace.detours import Detours
 from aos_gcs.airspace.plans import reached, vet_plan
 from aos_gcs.airspace.waypoints import WaypointRecord
 from aos_gcs.imaging.model import StepAnalysis
-from aos_gcs.mission.fleet.roster import in_layers
+from aos_gcs.mission.fleet.layers import in_layers
 from aos_gcs.mission.journal import Announcer
 from aos_gcs.mission.model.decisions import Situation
 from aos_gcs.mission.model.phase import Phase
