@@ -15,6 +15,7 @@ from aos_gcs.cli import autofocus_options, result_options, surface_options, surv
 from aos_gcs.cli.run import CODE_FILE_HELP, run_until_terminated
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.imaging.model import Detector
+from aos_gcs.surveys.images import SUFFIXES
 from aos_gcs.surveys.significance import DEFAULT_FALSE_ALARMS_PER_HA
 
 if TYPE_CHECKING:
@@ -117,7 +118,7 @@ def survey(
         results = SurveyFolder(folder, None, None)
     else:
         chosen = out or folder.resolve().with_name(_folder_name(folder))
-        results = SurveyFolder(chosen, recording.inputs(), recording.examination)
+        results = SurveyFolder(chosen, recording.inputs(chosen), recording.examination)
     config = None if headless else ApiConfig(host=host, port=port, operator_code_file=operator_code_file)
     imaging = ImagingSettings(detector=detector, rx_min_score=min_score)
     snapshot = run_until_terminated(run_survey(results, config, imaging))
@@ -146,9 +147,14 @@ class _Recording:
     system: ProjectedSystem | None
     detection: Detection
 
-    def inputs(self) -> dict[str, object]:
-        """Return what the result depends on, to be compared with an earlier examination's."""
+    def inputs(self, results: Path) -> dict[str, object]:
+        """Return what the result depends on, to be compared with an earlier examination's.
+
+        Args:
+            results: folder of the results: its pictures are none of the recording, also if it lies in its folder.
+        """
         optics = self.optics
+        inside = results.resolve()
         files = (self.poses, self.dem, optics.camera, optics.calibration)
         options = (
             *(optics.fov_deg, optics.lens, optics.fisheye, self.origin, self.convention, self.frames, self.ground),
@@ -157,7 +163,13 @@ class _Recording:
         )
         return {
             "source": str(self.folder.resolve()),
-            "images": _digest(sorted(path for path in self.folder.rglob("*") if path.is_file())),
+            "images": _digest(
+                sorted(
+                    path
+                    for path in self.folder.rglob("*")
+                    if path.suffix.lower() in SUFFIXES and path.is_file() and inside not in path.resolve().parents
+                )
+            ),
             "files": _digest([path for path in files if path is not None and path.is_file()]),
             "options": [None if value is None else str(value) for value in options],
         }

@@ -6,6 +6,7 @@ import asyncio
 import fcntl
 import logging
 import os
+import shutil
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import asynccontextmanager, contextmanager
 from dataclasses import dataclass, replace
@@ -13,7 +14,7 @@ from pathlib import Path
 
 from aos_gcs.clock import LoopClock
 from aos_gcs.config.model import ApiConfig
-from aos_gcs.errors import ConfigurationError, InputDataError
+from aos_gcs.errors import ConfigurationError, InputDataError, RecordingError
 from aos_gcs.examination.examiner import Examination, Examiner
 from aos_gcs.examination.overview import overview_grid
 from aos_gcs.examination.state import PICTURES_KEY, SurveyPlace, SurveyState, restored
@@ -153,13 +154,21 @@ async def _new(survey: SurveyFolder, clock: Clock) -> AsyncIterator[tuple[Survey
     place = _place(folder.name, examination)
     names = [image.path.name for image in examination.survey.images]
     manifest = {MANIFEST_KEY: survey.inputs, PICTURES_KEY: names}
-    async with MissionRecorder.create(folder.parent, folder.name, manifest, notify=_warn) as recorder:
-        with _alone(folder):
-            snapshot = replace(place.snapshot(), elapsed_s=clock.now_s() - began_s)
-            mission = SurveyMission(SurveyState(snapshot), recorder, clock)
-            await mission.update()
-            await recorder.flush()
-            yield mission, _examiner(examination, mission, recorder, clock)
+    has_begun = False
+    try:
+        async with MissionRecorder.create(folder.parent, folder.name, manifest, notify=_warn) as recorder:
+            with _alone(folder):
+                snapshot = replace(place.snapshot(), elapsed_s=clock.now_s() - began_s)
+                mission = SurveyMission(SurveyState(snapshot), recorder, clock)
+                await mission.update()
+                await recorder.flush()
+                has_begun = True
+                yield mission, _examiner(examination, mission, recorder, clock)
+    except RecordingError:
+        if not has_begun:
+            # Without its first state it could be neither shown nor continued.
+            await asyncio.to_thread(shutil.rmtree, folder, ignore_errors=True)
+        raise
 
 
 def _examiner(examination: Examination, mission: SurveyMission, recorder: MissionRecorder, clock: Clock) -> Examiner:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import sqlite3
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
@@ -41,12 +42,16 @@ class MissionDatabase:
 
     def __init__(self, folder: Path, manifest: Mapping[str, object]) -> None:
         folder.mkdir(parents=True)
-        (folder / FRAMES_NAME).mkdir()
-        (folder / PICTURES_NAME).mkdir()
-        (folder / MAVLINK_NAME).mkdir()
-        _replace(folder / MANIFEST_NAME, dump(manifest, indent=2).encode() + b"\n")
-        self._connect(folder)
-        self._connection.executescript(f"BEGIN; {TABLES} PRAGMA user_version = {SCHEMA_VERSION}; COMMIT;")
+        try:
+            for name in (FRAMES_NAME, PICTURES_NAME, MAVLINK_NAME):
+                (folder / name).mkdir()
+            _replace(folder / MANIFEST_NAME, dump(manifest, indent=2).encode() + b"\n")
+            self._connect(folder)
+            self._connection.executescript(f"BEGIN; {TABLES} PRAGMA user_version = {SCHEMA_VERSION}; COMMIT;")
+        except BaseException:
+            # A folder without its tables is no mission, and would be in the way of the next attempt.
+            shutil.rmtree(folder, ignore_errors=True)
+            raise
 
     @classmethod
     def reopen(cls, folder: Path, last_step: int) -> MissionDatabase:

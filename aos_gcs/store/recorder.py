@@ -225,7 +225,9 @@ def _make(folder: Path, manifest: Mapping[str, object]) -> MissionDatabase:
     except FileExistsError as error:
         raise ConfigurationError(f"{folder} exists already; choose another mission id or folder") from error
     except (OSError, sqlite3.Error) as error:
-        raise ConfigurationError(f"the mission folder {folder} cannot be made: {error}") from error
+        raise ConfigurationError(
+            f"the folder {folder} cannot be made: {error}; free some space or check the disk"
+        ) from error
 
 
 def _reopen(folder: Path, last_step: int) -> MissionDatabase:

@@ -21,6 +21,7 @@ import pytest
 from aos_gcs.cli import main
 from aos_gcs.examination.survey_mission import SurveyMission
 from aos_gcs.geometry.geodesy import LocalFrame
+from aos_gcs.store.database import MissionDatabase
 from aos_gcs.store.reader import MissionReader
 from aos_gcs.surveys.photos import read_photos
 from aos_gcs.surveys.projected import ProjectedSystem
@@ -265,6 +266,36 @@ def test_a_full_disk_is_said_in_words(
     monkeypatch.setattr("aos_gcs.store.database.MissionDatabase.add_frame", full)
     text = error(capfd, photographs.images)
     assert "No space left on device; free some space or check the disk" in text
+
+
+@pytest.mark.parametrize("allowed", [0, 1, 2, 3, 5, 9])
+def test_a_survey_that_a_full_disk_has_ended_continues(
+    photographs: Photographs, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, allowed: int
+) -> None:
+    """Whatever of its first records has found room, the same command goes on when there is room again."""
+    count = 0
+
+    def full(self: MissionDatabase, statement: str, *values: object) -> None:
+        nonlocal count
+        count += 1
+        if count > allowed:
+            raise sqlite3.OperationalError("database or disk is full")
+        execute(self, statement, *values)
+
+    execute = MissionDatabase._execute
+    with monkeypatch.context() as patched:
+        patched.setattr(MissionDatabase, "_execute", full)
+        assert "disk is full" in error(capfd, photographs.images)
+    assert len(survey(capfd, photographs.images)["findings"]) == 1
+
+
+def test_a_survey_beside_its_pictures_is_shown_again(
+    photographs: Photographs, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Neither the results in the folder of the pictures nor other files there make the pictures others."""
+    first = survey(capfd, photographs.images, "--out", photographs.images / "results")
+    (photographs.images / "notes.txt").write_text("windy")
+    assert survey(capfd, photographs.images, "--out", photographs.images / "results") == first
 
 
 async def test_the_dashboard_of_a_survey_takes_decisions_and_no_commands(

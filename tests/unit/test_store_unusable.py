@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from aos_gcs.errors import ConfigurationError, InputDataError
+from aos_gcs.store.database import MissionDatabase
 from aos_gcs.store.reader import MissionReader
 from tests.fakes.mission_store import Store
 from tests.fakes.records import capture, notice_event, step_record
@@ -90,3 +91,20 @@ async def test_damaged_files_name_themselves(store: Store) -> None:
             reader.manifest()
         with pytest.raises(InputDataError, match="no step 7"):
             reader.strategy_state(7)
+
+
+@pytest.mark.parametrize("error", [OSError(28, "No space left on device"), sqlite3.OperationalError("disk is full")])
+async def test_a_folder_that_cannot_be_filled_is_not_left_behind(
+    store: Store, monkeypatch: pytest.MonkeyPatch, error: Exception
+) -> None:
+    def full(*_: object) -> None:
+        raise error
+
+    with monkeypatch.context() as patched:
+        patched.setattr(MissionDatabase, "_connect", full)
+        with pytest.raises(ConfigurationError, match="free some space or check the disk"):
+            async with store.record("m"):
+                pass
+    assert not (store.root / "m").exists()
+    async with store.record("m"):
+        pass
