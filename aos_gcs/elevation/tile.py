@@ -16,14 +16,13 @@ from numpy.typing import NDArray
 from aos_gcs.elevation.datum import StatedDatum, stated_datum
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.extras import load_extra
+from aos_gcs.height_rasters import check_file, check_heights, gdal_reason, read_heights
 
 BLOCK_CELLS = 512
 """Edge of the blocks that are read."""
 
 LEAST_M, GREATEST_M = -500.0, 9000.0
 """Heights on the earth, with some room."""
-
-_METRES = frozenset({"", "m", "metre", "meter", "metres", "meters"})
 
 
 class ElevationTile:
@@ -46,36 +45,55 @@ class ElevationTile:
         # It logs what GDAL says before it raises the same words.
         logging.getLogger("rasterio").setLevel(logging.CRITICAL)
         self.path = path
+        name = f"The elevation model {path}"
+        check_file(path, name)
         try:
             with warnings.catch_warnings(action="ignore", category=self._rasterio.errors.NotGeoreferencedWarning):
                 self._dataset = self._rasterio.open(path)
         except self._rasterio.errors.RasterioError as error:
-            raise InputDataError(f"The elevation model {path} cannot be read: {error}.") from error
+            raise InputDataError(f"{name} cannot be read: {gdal_reason(error)}.") from error
         if self._dataset.crs is None and crs is None:
             raise InputDataError(
                 f"The elevation model {path} states no coordinate system: give it (--crs EPSG:CODE), or put its .prj "
                 "file beside it."
             )
-        try:
-            self.crs = pyproj.CRS.from_user_input(crs or self._dataset.crs.to_wkt())
-        except pyproj.exceptions.CRSError as error:
-            raise ConfigurationError(
-                f"The coordinate system {crs!r} is not known: use one such as EPSG:31255."
-            ) from error
+        self.crs = self._system(pyproj, crs)
         transform = self._dataset.transform
         if transform.is_identity:
             raise InputDataError(f"The elevation model {path} is a picture whose place is not known.")
         if transform.b != 0.0 or transform.d != 0.0:
             raise InputDataError(f"The elevation model {path} is turned: warp it to rows from west to east (gdalwarp).")
         self.stated_datum: StatedDatum | None = stated_datum(self.crs, str(path))
-        unit = (self._dataset.units[0] or "").lower()
-        if unit not in _METRES:
-            raise InputDataError(f"The heights of {path} are in {unit!r}, not in metres: convert them.")
+        check_heights(self._dataset, path, name)
         self.rows, self.columns = int(self._dataset.height), int(self._dataset.width)
         self.cell_xy = float(transform.a), float(transform.e)
         """Steps of a column along x and of a row along y, in units of the coordinate system."""
         self._corner_xy = float(transform.c), float(transform.f)
         self._lock = threading.Lock()
+
+    def _system(self, pyproj: Any, given: str | None) -> Any:
+        """Return the coordinate system of the file, else the one that is given.
+
+        Raises:
+            ConfigurationError: the one that is given is not known, has no places, or contradicts the file.
+        """
+        own = self._dataset.crs
+        try:
+            told = None if given is None else pyproj.CRS.from_user_input(given)
+            crs: Any = told if own is None else pyproj.CRS.from_user_input(own.to_wkt())
+        except pyproj.exceptions.CRSError as error:
+            text = f"of {self.path}" if given is None else repr(given)
+            raise ConfigurationError(
+                f"The coordinate system {text} is not known: use one such as EPSG:31255."
+            ) from error
+        if not (crs.is_geographic or crs.is_projected):
+            raise ConfigurationError(f"{crs.name} has no places in a plane or in degrees: use one such as EPSG:31255.")
+        horizontal = crs.sub_crs_list[0] if crs.is_compound else crs.to_2d()
+        if told is not None and not told.to_2d().equals(horizontal, ignore_axis_order=True):
+            raise ConfigurationError(
+                f"{self.path} is in {horizontal.name} by the file itself, not in {told.name}: leave --crs out."
+            )
+        return crs
 
     @property
     def horizontal_crs(self) -> Any:
@@ -108,12 +126,11 @@ class ElevationTile:
         )
         try:
             with self._lock:
-                masked = self._dataset.read(1, window=window, masked=True)
+                heights = read_heights(self._dataset, window).astype(np.float32)
         except self._rasterio.errors.RasterioError as error:
-            raise InputDataError(f"The elevation model {self.path} cannot be read any more: {error}.") from error
-        heights = np.ma.filled(masked.astype(np.float32), np.nan)
+            raise InputDataError(f"The elevation model {self.path} cannot be read: {gdal_reason(error)}.") from error
         self._refuse_impossible(heights)
-        return np.asarray(heights)
+        return heights
 
     def _refuse_impossible(self, heights: NDArray[np.float32]) -> None:
         known = heights[np.isfinite(heights)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 from pathlib import Path
@@ -15,6 +16,7 @@ from aos_gcs.elevation.datum import VerticalDatum
 from aos_gcs.elevation.geoid import Geoid, find_geoid
 from aos_gcs.elevation.model import ElevationModel, ModelKind
 from aos_gcs.errors import AosError, ConfigurationError, InputDataError
+from aos_gcs.imaging.surfaces.dem_files import read_dem
 from tests.fakes.elevation_files import PLACE_DEG, centres_deg, ground_m, write_geoid, write_model
 
 pytest.importorskip("rasterio", reason="needs the extra geo")
@@ -155,7 +157,7 @@ def test_files_that_cannot_be_used_are_refused(tmp_path: Path) -> None:
     feet = np.full((120, 100), 11_000.0, dtype=np.float32)
     egm96 = "EPSG:32633+5773"
     (tmp_path / "text.tif").write_text("no raster")
-    refused(tmp_path / "absent.tif", "cannot be read")
+    refused(tmp_path / "absent.tif", "does not exist")
     refused(tmp_path / "text.tif", "cannot be read")
     refused(_plain(tmp_path), "states no coordinate system")
     refused(write_model(tmp_path / "us.tif", "EPSG:6350+6360"), "are in US survey foot")
@@ -174,6 +176,63 @@ def test_files_that_cannot_be_used_are_refused(tmp_path: Path) -> None:
         opened(tmp_path / "ok.tif", write_model(tmp_path / "fine.tif", egm96, cell=2.0))
     with pytest.raises(InputDataError, match="warp them to one coordinate system"):
         opened(tmp_path / "ok.tif", write_model(tmp_path / "gk.tif", "EPSG:31255+5773"))
+
+
+def test_heights_have_the_scale_that_their_file_states(tmp_path: Path) -> None:
+    """Decimetres above 500 m as whole numbers, as GDAL's tools write and read them."""
+    import rasterio  # noqa: PLC0415
+
+    latitude, longitude = places(200)
+    stored = write_model(tmp_path / "dtm.tif", "EPSG:32633+5773")
+    with rasterio.open(stored) as dataset:
+        heights, profile = dataset.read(1), dataset.profile | {"dtype": "int16"}
+    with rasterio.open(stored, "w", **profile) as dataset:
+        # GDAL forgets them once the header is written.
+        dataset.scales, dataset.offsets = (0.1,), (500.0,)
+        dataset.write(np.round((heights - 500.0) * 10.0).astype(np.int16), 1)
+    assert opened(stored).heights_amsl_m(latitude, longitude) == pytest.approx(ground_m(latitude, longitude), abs=0.11)
+    # As the focal surface of images, too; the middle lies between two cells.
+    x, y = 443_515.0659, 5_261_002.3069
+    assert read_dem(stored).z_m(x, y) == pytest.approx(ground_m(*PLACE_DEG), abs=0.2)
+
+
+def test_pictures_and_other_rasters_are_no_heights(tmp_path: Path) -> None:
+    from rasterio.transform import Affine  # noqa: PLC0415
+
+    egm96 = "EPSG:32633+5773"
+    picture = write_model(tmp_path / "ortho.tif", egm96, count=3, dtype="uint8", nodata=None, photometric="rgb")
+    with pytest.raises(InputDataError, match="is a picture"):
+        read_dem(picture)
+    refused(picture, "is a picture")
+    refused(write_model(tmp_path / "two.tif", egm96, count=2), r"has 2 bands: extract the one with the heights")
+    refused(write_model(tmp_path / "complex.tif", egm96, dtype="complex64"), "complex numbers")
+    refused(write_model(tmp_path / "nan.tif", egm96, transform=Affine(float("nan"), 0, 0, 0, -5, 0)), "is not known")
+    refused(write_model(tmp_path / "flat.tif", egm96, transform=Affine(0, 0, 5, 0, 0, 5)), "is not known")
+    asc = tmp_path / "short.asc"
+    asc.write_text("ncols 1000000\nnrows 1000000\nxllcorner 0\nyllcorner 0\ncellsize 5\n1 2 3\n")
+    refused(asc, "is incomplete", crs="EPSG:32633")
+    os.mkfifo(tmp_path / "pipe.tif")
+    refused(tmp_path / "pipe.tif", "is no file")
+    refused(Path("/vsicurl/http://127.0.0.1:9/dtm.tif"), "does not exist")
+    cut = write_model(tmp_path / "cut.tif", egm96)
+    cut.write_bytes(cut.read_bytes()[: cut.stat().st_size // 2])
+    with pytest.raises(InputDataError, match="damaged or incomplete: copy it again"):
+        opened(cut).holes(10**6)
+
+
+def test_infinite_heights_are_holes(tmp_path: Path) -> None:
+    heights = np.full((120, 100), 700.0, dtype=np.float32)
+    heights[60, 50] = np.inf
+    holes = opened(write_model(tmp_path / "dtm.tif", "EPSG:32633+5773", heights=heights)).holes(10**6)
+    assert holes is not None
+    assert holes.count == 1
+
+
+def test_a_system_that_contradicts_the_file_is_refused(tmp_path: Path) -> None:
+    path = write_model(tmp_path / "dtm.tif", "EPSG:32633+5773")
+    assert opened(path, crs="EPSG:32633").crs_name == opened(path).crs_name
+    refused(path, "by the file itself, not in WGS 84 / UTM zone 1N", ConfigurationError, crs="EPSG:32601")
+    refused(_plain(tmp_path), "no places in a plane", ConfigurationError, crs="EPSG:5773")
 
 
 def _plain(folder: Path) -> Path:

@@ -133,7 +133,7 @@ def test_bad_meshes_are_named(tmp_path: Path, name: str, content: bytes, message
 
 
 def test_bad_requests_are_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    with pytest.raises(InputDataError, match=r"absent\.obj cannot be read: No such file"):
+    with pytest.raises(InputDataError, match=r"absent\.obj does not exist; check the path"):
         read_dem(tmp_path / "absent.obj")
     with pytest.raises(ConfigurationError, match=r"dem\.las is of no known kind: use \.obj"):
         read_dem(tmp_path / "dem.las")

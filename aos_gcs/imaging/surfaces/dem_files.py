@@ -21,11 +21,15 @@ from scipy.ndimage import map_coordinates
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.extras import load_extra
 from aos_gcs.geometry.geodesy import GeodeticPosition
+from aos_gcs.height_rasters import check_file, check_heights, gdal_reason, read_heights
 from aos_gcs.imaging.surfaces.mesh import terrain_from_mesh
 from aos_gcs.imaging.surfaces.terrain import Terrain
 
 MAX_SAMPLES = 50_000_000
 """Largest number of samples of a GeoTIFF; larger ones are refused to limit the memory."""
+
+MAX_MESH_BYTES = 250_000_000
+"""Largest mesh, unpacked; a small file can unpack to far more."""
 
 
 def read_dem(
@@ -77,6 +81,7 @@ def read_dem_crs(path: Path) -> str | None:
 def _opened(path: Path) -> Iterator[Any]:
     """Yield a raster file as rasterio's dataset; what is wrong with it is said in our own words."""
     rasterio: Any = load_extra("rasterio", "geo", "Reading a GeoTIFF")
+    check_file(path, f"The terrain {path}")
     # It logs what GDAL says before it raises the same words.
     logging.getLogger("rasterio").setLevel(logging.CRITICAL)
     try:
@@ -87,13 +92,19 @@ def _opened(path: Path) -> Iterator[Any]:
         ):
             yield dataset
     except rasterio.errors.RasterioError as error:
-        raise InputDataError(f"The terrain {path} cannot be read: {error}.") from error
+        raise InputDataError(f"The terrain {path} cannot be read: {gdal_reason(error)}.") from error
 
 
 def _read_obj(path: Path) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
     try:
-        content = path.read_bytes()
-        text = (gzip.decompress(content) if path.suffix.lower() == ".gz" else content).decode("utf-8", "replace")
+        check_file(path, f"The terrain {path}")
+        with gzip.open(path) if path.suffix.lower() == ".gz" else path.open("rb") as file:
+            content = file.read(MAX_MESH_BYTES + 1)
+        if len(content) > MAX_MESH_BYTES:
+            raise InputDataError(
+                f"The terrain {path} has more than {MAX_MESH_BYTES / 1e6:.0f} MB: cut out the area of the flight first."
+            )
+        text = content.decode("utf-8", "replace")
     except (OSError, EOFError, zlib.error) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise InputDataError(f"The terrain {path} cannot be read: {reason}.") from error
@@ -135,7 +146,8 @@ def _read_geotiff(path: Path, origin: GeodeticPosition | None) -> Terrain:
                 f"The terrain {path} has {dataset.width} x {dataset.height} heights; cut out the area of the flight "
                 f"first (at most {MAX_SAMPLES} heights)."
             )
-        heights = dataset.read(1, masked=True).astype(np.float64).filled(np.nan)
+        check_heights(dataset, path, f"The terrain {path}")
+        heights = read_heights(dataset)
         crs, to_world = dataset.crs, np.array(dataset.transform).reshape(3, 3)
     if not crs and np.array_equal(to_world, np.eye(3)):
         raise InputDataError(

@@ -1,0 +1,88 @@
+"""Heights in raster files, as rasterio opens them: refused where they are none, in metres where they are scaled."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.errors import InputDataError
+
+_METRES = frozenset({"", "m", "metre", "meter", "metres", "meters"})
+_COLOURS = frozenset({"palette", "red", "green", "blue", "alpha", "cyan", "magenta", "yellow", "black"})
+_LEAST_TEXT_BYTES = 2
+"""Bytes of a height in a text file: a digit and what parts it from the next."""
+
+
+def check_file(path: Path, name: str) -> None:
+    """Refuse what GDAL would wait for, or fetch from elsewhere.
+
+    Args:
+        path: raster file.
+        name: what it is called in errors.
+
+    Raises:
+        InputDataError: it is no file.
+    """
+    if not path.is_file():
+        raise InputDataError(
+            f"{name} cannot be read: it is no file." if path.exists() else f"{name} does not exist; check the path."
+        )
+
+
+def check_heights(dataset: Any, path: Path, name: str) -> None:
+    """Refuse rasters that hold something other than heights in metres.
+
+    Args:
+        dataset: rasterio's dataset.
+        path: its file.
+        name: what it is called in errors.
+
+    Raises:
+        InputDataError: it is a picture, has several bands, a place or scale of no use, another unit, or lacks its end.
+    """
+    colours = {getattr(colour, "name", "") for colour in dataset.colorinterp} & _COLOURS
+    if colours or (dataset.count > 1 and dataset.dtypes[0] == "uint8"):
+        raise InputDataError(f"{name} is a picture ({dataset.count} bands of {dataset.dtypes[0]}), not heights.")
+    if dataset.count != 1:
+        raise InputDataError(
+            f"{name} has {dataset.count} bands: extract the one with the heights (gdal_translate -b 1 IN OUT)."
+        )
+    if "complex" in dataset.dtypes[0]:
+        raise InputDataError(f"{name} has complex numbers, which are no heights.")
+    transform = dataset.transform
+    if not all(math.isfinite(value) for value in transform) or transform.determinant == 0.0:
+        raise InputDataError(f"{name} has no cells of a finite size: its place is not known.")
+    if not (math.isfinite(dataset.scales[0]) and dataset.scales[0] != 0.0 and math.isfinite(dataset.offsets[0])):
+        raise InputDataError(
+            f"{name} states the scale {dataset.scales[0]:g} and the offset {dataset.offsets[0]:g}, which are of no use."
+        )
+    unit = (dataset.units[0] or "").lower()
+    if unit not in _METRES:
+        raise InputDataError(f"The heights of {path} are in {unit!r}, not in metres: convert them.")
+    # GDAL would look for rows that are not there, with gigabytes of memory.
+    if dataset.driver == "AAIGrid" and path.stat().st_size < _LEAST_TEXT_BYTES * dataset.width * dataset.height - 1:
+        raise InputDataError(f"{name} is incomplete: it is too small for {dataset.width} x {dataset.height} heights.")
+
+
+def read_heights(dataset: Any, window: Any = None) -> NDArray[np.float64]:
+    """Return heights in metres, with the scale and the offset that the file states; NaN where they are not known.
+
+    Raises:
+        rasterio.errors.RasterioError: they cannot be read.
+    """
+    masked = dataset.read(1, window=window, masked=True)
+    heights = np.ma.filled(masked.astype(np.float64), np.nan)
+    heights[~np.isfinite(heights)] = np.nan
+    return np.asarray(heights * dataset.scales[0] + dataset.offsets[0])
+
+
+def gdal_reason(error: Exception) -> str:
+    """Return what GDAL says of a file, to stand before a full stop."""
+    text = str(error).strip().rstrip(".")
+    if "Read failed" in text or "Failed to read" in text:
+        return "it is damaged or incomplete: copy it again from its source"
+    return text
