@@ -8,67 +8,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import nadir_pose
 from aos_gcs.imaging.geolocation import Geolocation, Uncertainty
-from aos_gcs.imaging.model import Blob, BlobView, FocalGrid, Sighting, StepAnalysis
+from aos_gcs.imaging.model import Blob, BlobView, Sighting
 from aos_gcs.imaging.persons.decision import DECISION, FindingKind, Verdict
 from aos_gcs.imaging.step.judgement import SETTLED_M
-from aos_gcs.imaging.step.settings import ImagingSettings
 from aos_gcs.mission.search.claims import Claims
 from aos_gcs.mission.search.findings import Findings
 from aos_gcs.mission.search.looks import Looks
 from aos_gcs.mission.search.persons import Judgement
 from aos_gcs.mission.search.targeting import TargetTracker, error_ellipse
-from aos_gcs.planning.settings import DetectionSettings, MissionSettings
 from aos_gcs.ports import Severity
-
-SETTINGS = MissionSettings(
-    vehicles=2,
-    area_enu_m=((0.0, 0.0), (9.0, 0.0), (9.0, 9.0)),
-    imaging=ImagingSettings(),
-    detection=DetectionSettings(threshold_m2=0.1, found_steps=3, found_radius_m=1.0, found_min_count=3),
-    uncertainty=Uncertainty(target_height_m=0.0, target_extent_m=0.1),
-)
-CAMERA = CameraModel.from_fov(64, 64, math.radians(50.0))
-STEP_S = 2.0
-
-
-class Follower:
-    """A tracker that is shown one step after the other; everything is taken for the same."""
-
-    def __init__(self, kind: FindingKind = FindingKind.PERSON) -> None:
-        self.tracker, self.now_s = TargetTracker(SETTINGS), 0.0
-        self.verdict = Verdict(kind, 0.9, ("it waves",))
-
-    def observe(self, *sightings: Sighting) -> bool:
-        self.now_s += STEP_S
-        in_view = self.tracker.observe(analysis(*sightings), self.now_s)
-        self.tracker.judge(dict.fromkeys(self.tracker.places_enu_m(), Judgement(self.verdict)))
-        return in_view
-
-    def agrees(self) -> bool:
-        estimate = self.tracker.estimate()
-        return estimate is not None and self.tracker.agrees(estimate.track_id)
-
-
-def seen(east_m: float, north_m: float, area_m2: float = 0.2, count: int = 3) -> Sighting:
-    """A blob that one camera right above it marks."""
-    view = BlobView(1, np.array([east_m, north_m]), area_m2, CAMERA, nadir_pose([east_m, north_m, 35.0]))
-    return Sighting(Blob(area_m2, (east_m, north_m, 0.0), count, (1,)), (view,))
-
-
-def analysis(*sightings: Sighting) -> StepAnalysis:
-    return StepAnalysis(
-        grid=FocalGrid(-50.0, 50.0, 1.0, 100, 100, 0.0),
-        coverage=np.ones((100, 100), np.uint16),
-        anomaly_count=np.zeros((100, 100), np.uint16),
-        blob=sightings[0].blob if sightings else None,
-        vehicle_ids=(1, 2),
-        fitness=np.zeros(2),
-        leader_id=1,
-        sightings=sightings,
-    )
+from tests.fakes.target_sightings import CAMERA, SETTINGS, STEP_S, Follower, analysis, seen
 
 
 def test_nothing_and_small_blobs_are_out_of_view() -> None:
@@ -90,13 +41,17 @@ def test_found_after_agreeing_steps_in_a_row() -> None:
     assert verdicts == [False, False, True]
 
 
-def test_a_gap_starts_the_count_again_but_keeps_the_estimate() -> None:
-    follower = Follower()
+@pytest.mark.parametrize(("kind", "agrees"), [(FindingKind.PERSON, True), (FindingKind.ANOMALY, False)])
+def test_a_gap_keeps_the_estimate_but_without_temperatures_starts_the_count_again(
+    kind: FindingKind, agrees: bool
+) -> None:
+    follower = Follower(kind)
     for _ in range(2):
         follower.observe(seen(5.0, 20.0))
     follower.observe()
+    assert not follower.agrees(), "out of view"
     follower.observe(seen(5.0, 20.0))
-    assert not follower.agrees()
+    assert follower.agrees() is agrees
     estimate = follower.tracker.estimate()
     assert estimate is not None
     assert estimate.sightings == 3
@@ -390,3 +345,21 @@ def test_what_most_vehicles_see_to_be_no_person_needs_no_longer_look(*, sure: bo
     # The other one is settled in passing, once it is confirmed; nobody has to fly there.
     assert (len(claims.settled_enu_m) == 1) == sure
     assert journal.texts[0].startswith("Warm object?") if sure else journal.texts == []
+
+
+@pytest.mark.parametrize("other", [FindingKind.OBJECT, FindingKind.WARM_OBJECT])
+def test_an_announced_person_stays_where_it_was_when_its_track_goes_on_to_something_else(other: FindingKind) -> None:
+    """A finding moved 3 m from the person to a puddle, and the person was announced again."""
+    follower, journal = Follower(), _Notices()
+    claims = Claims(SETTINGS.detection, journal, follower.tracker, Findings())
+    for _ in range(5):
+        follower.observe(seen(5.0, 20.0))
+        claims.announce()
+    follower.verdict = Verdict(other, 0.0, ())
+    for step in range(8):
+        follower.observe(seen(5.0 + 0.5 * step, 20.0))
+        claims.announce()
+    (estimate,) = follower.tracker.estimates()
+    assert estimate.kind is FindingKind.PERSON
+    assert estimate.position_enu_m[:2] == pytest.approx((5.0, 20.0), abs=0.2)
+    assert follower.tracker.places_enu_m()[estimate.track_id][0] > 6.0

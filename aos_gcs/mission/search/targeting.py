@@ -29,6 +29,8 @@ _WORSE = 1.5
 class _Seen:
     """A sighting that belongs to a track."""
 
+    step: int
+    """Counts the steps."""
     position_enu_m: NDArray[np.float64]
     """Shape (3,)."""
     surprise_m: float | None
@@ -59,13 +61,16 @@ class TargetTracker:
         self._speed_mps = settings.flight.arrival_speed_mps
         self._tracks = Tracks()
         self._seen: dict[int, deque[_Seen]] = {}
-        """Latest sightings of each track, without a gap."""
+        """Latest sightings of each track."""
+        self._step = 0
         self._up_m: dict[int, float] = {}
         """Height of the ground at each track."""
         self._judged: dict[int, Judgement] = {}
         """Latest decision about each track, where there is one, with its best place."""
         self._verdicts: dict[int, deque[Verdict]] = {}
         """Verdicts of each track's latest sightings."""
+        self._person_places: dict[int, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
+        """Place and covariance of each track when a step last took it for a person."""
         self._kinds: dict[int, FindingKind] = {}
         """What each track is taken for, where that is decided for good."""
         self._target: Track | None = None
@@ -92,14 +97,14 @@ class TargetTracker:
             self._tracking,
             lambda position_enu_m: _is_covered(analysis.grid, analysis.coverage, position_enu_m),
         )
-        before, self._seen = self._seen, {}
+        self._step += 1
+        self._seen = {track.track_id: self._seen.get(track.track_id) or self._none() for track in self._tracks.tracks}
         for sighting, place, track_id in zip(sightings, places, track_ids, strict=True):
             track = self._tracks.find(track_id)
             surprise_m = None if track is None else track.surprise_m
             is_marked = sighting.blob.max_count >= self._detection.found_min_count
-            latest = before.get(track_id, deque(maxlen=self._detection.found_steps))
-            latest.append(_Seen(place.position_enu_m, surprise_m, is_marked))
-            self._seen[track_id] = latest
+            latest = self._seen.setdefault(track_id, self._none())
+            latest.append(_Seen(self._step, place.position_enu_m, surprise_m, is_marked))
             self._up_m[track_id] = float(place.position_enu_m[2])
         if not sightings or sightings[0].settled:
             self.measured_enu_m = self.blob_enu_m = None
@@ -127,17 +132,23 @@ class TargetTracker:
                 if former is not None:
                     self._judged[track.track_id] = former
                 continue
-            if latest := self._seen.get(track.track_id):
+            is_in_view = self._in_view(track.track_id) is not None
+            if is_in_view:
+                latest = self._seen[track.track_id]
                 latest[-1] = replace(latest[-1], verdict=judgement.verdict)
+            # Where nothing warm shows, only a mark tells that something else is there: leaves may hide it.
+            if is_in_view or judgement.place is not None:
                 verdicts = self._verdicts.setdefault(track.track_id, deque(maxlen=POOLED_SIGHTINGS))
                 verdicts.append(judgement.verdict)
             stays = track.walking_share <= 0.5
             self._judged[track.track_id] = judgement if former is None or not stays else _updated(former, judgement)
+            if judgement.verdict.kind is FindingKind.PERSON:
+                self._person_places[track.track_id] = self._place(track)
 
     def latest_verdict(self, track_id: int) -> Verdict | None:
         """Return the decision about a track that the latest step shows; None if it is out of view, or not decided."""
-        latest = self._seen.get(track_id)
-        return None if latest is None else latest[-1].verdict
+        latest = self._in_view(track_id)
+        return None if latest is None else latest.verdict
 
     def likely_persons(self) -> frozenset[int]:
         """Return the tracks in view that are taken for a person by their latest sightings, and not decided for good."""
@@ -145,6 +156,7 @@ class TargetTracker:
             track_id
             for track_id in self._seen
             if track_id not in self._kinds
+            and self._in_view(track_id) is not None
             and (verdict := self.verdict(track_id)) is not None
             and verdict.kind is FindingKind.PERSON
         )
@@ -183,17 +195,27 @@ class TargetTracker:
         """Return whether the latest sightings of a track agree: together they are of a person, all in one place.
 
         They agree on one place when they lie about their mean, or on one path when each lies where the track predicted
-        it. Without temperatures each of them must be an anomaly.
+        it. Without temperatures each of them must be an anomaly, and none of the steps between may lack one.
         """
         latest, verdict = list(self._seen.get(track_id, ())), self.verdict(track_id)
         if len(latest) < self._detection.found_steps or not all(seen.is_claimable for seen in latest):
             return False
-        if verdict is None or verdict.kind not in CLAIMED:
+        if self._in_view(track_id) is None or verdict is None or verdict.kind not in CLAIMED:
+            return False
+        if verdict.kind is FindingKind.ANOMALY and latest[-1].step - latest[0].step >= len(latest):
             return False
         positions_enu_m = np.array([seen.position_enu_m for seen in latest])
         spread_m = np.linalg.norm(positions_enu_m - positions_enu_m.mean(axis=0), axis=1).max()
         surprises_m = [math.inf if seen.surprise_m is None else seen.surprise_m for seen in latest]
         return bool(min(spread_m, max(surprises_m)) <= self._detection.found_radius_m)
+
+    def _none(self) -> deque[_Seen]:
+        return deque(maxlen=self._detection.found_steps)
+
+    def _in_view(self, track_id: int) -> _Seen | None:
+        """Return the latest step's sighting of a track; None if it shows none."""
+        latest = self._seen.get(track_id)
+        return latest[-1] if latest and latest[-1].step == self._step else None
 
     def _is_target(self, track: Track) -> bool:
         return self._target is not None and track.track_id == self._target.track_id
@@ -217,8 +239,15 @@ class TargetTracker:
         )
 
     def _place(self, track: Track) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return where a target is, shape (3,), and the horizontal covariance: of its warm body, if it has one."""
+        """Return where a target is, shape (3,), and the horizontal covariance: of its warm body, if it has one.
+
+        An announced person stays where it was last taken for one, when its track goes on to something else.
+        """
         judgement = self._judged.get(track.track_id)
+        if judgement is not None and self._kinds.get(track.track_id) is FindingKind.PERSON:
+            is_other = judgement.verdict.probability is not None and judgement.verdict.kind is not FindingKind.PERSON
+            if is_other and track.track_id in self._person_places:
+                return self._person_places[track.track_id]
         if judgement is not None and judgement.place is not None and track.walking_share <= 0.5:
             return judgement.place.position_enu_m, judgement.place.covariance_m2[:2, :2]
         return np.array([*track.position_enu_m, self._up_m[track.track_id]]), track.covariance_m2
