@@ -90,7 +90,7 @@ class DetectionSettings(_Positive):
     """T: visibility from which the target is in view. A standing person shows 0.1 to 0.2 m² to one camera without
     trees; a forest without a person marks next to nothing."""
     found_steps: int = 5
-    """Consecutive sightings of a target, in one place, before it is announced, if together they say it is a person."""
+    """Sightings of a target, in one place, before it is announced, if together they say it is a person."""
     found_radius_m: float = 1.0
     """Greatest distance of those sightings from their mean."""
     found_min_count: int = 2
