@@ -32,7 +32,8 @@ class Follower:
 
     def __init__(self, kind: FindingKind = FindingKind.PERSON) -> None:
         self.tracker, self.now_s = TargetTracker(SETTINGS), 0.0
-        self.verdict = Verdict(kind, 0.9, ("it waves",))
+        probability = {FindingKind.PERSON: 0.9, FindingKind.ANOMALY: None}.get(kind, 0.1)
+        self.verdict = Verdict(kind, probability, ("it waves",))
 
     def observe(self, *sightings: Sighting) -> bool:
         self.now_s += STEP_S

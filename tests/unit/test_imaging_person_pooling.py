@@ -17,6 +17,7 @@ def look(probability: float | None, *, is_evidence: bool = True) -> Verdict:
         ((0.99, 0.3, 0.98), 0.927, 0.98),
         ((0.3, 0.3, 0.99), 0.725, 0.99),
         ((0.6, 0.2, 0.6), 0.452, 0.2),
+        ((0.9, 0.4, 0.5), 0.646, 0.4),
         ((0.2, 0.1, 0.6), 0.257, 0.1),
     ],
 )
@@ -27,6 +28,12 @@ def test_looks_count_by_the_mean_of_their_log_odds(
     assert verdict.probability == pytest.approx(probability, abs=1e-3)
     assert verdict.kind is look(decisive).kind
     assert verdict.reasons == look(decisive).reasons, "those of the latest look that says the same"
+
+
+def test_half_a_chance_in_all_looks_is_undecided() -> None:
+    verdict = pooled([look(0.55), look(0.6)])
+    assert verdict.kind is FindingKind.UNDECIDED
+    assert verdict.probability == pytest.approx(0.575, abs=1e-3)
 
 
 def test_no_look_outweighs_all_the_others() -> None:

@@ -75,6 +75,39 @@ def test_several_sightings_decide_together(second: float, is_person: bool) -> No
     assert follower.agrees() is is_person
 
 
+def test_a_person_whom_leaves_hide_most_of_the_time_is_announced_by_its_warmth() -> None:
+    """One mark 10 m off, among few, kept it from being announced for a whole mission."""
+    tracker, judgement = (
+        TargetTracker(SETTINGS),
+        Judgement(
+            Verdict(FindingKind.PERSON, 0.9, ()),
+            Geolocation(np.array([5.0, 20.0, 0.0]), 0.1 * np.eye(3), 0.1 * np.eye(3)),
+        ),
+    )
+    agreed = []
+    for step in range(3):
+        tracker.observe(analysis(*([seen(5.0, 20.0)] if step < 2 else [])), STEP_S * (step + 1))
+        (track_id,) = tracker.places_enu_m()
+        tracker.judge({track_id: judgement})
+        agreed.append(tracker.agrees(track_id))
+    assert agreed == [False, False, True]
+
+
+def test_a_track_that_goes_from_a_person_to_a_stone_elsewhere_is_judged_by_the_stone_alone() -> None:
+    """The track of a person jumped 10 m to a stone, which was announced for the person's sake."""
+    tracker, track_id = TargetTracker(SETTINGS), 0
+    for step, (east_m, kind, probability) in enumerate(
+        [(0.0, FindingKind.PERSON, 0.99)] * 2 + [(10.0, FindingKind.WARM_OBJECT, 0.3)]
+    ):
+        tracker.observe(analysis(seen(5.0, 20.0)), STEP_S * (step + 1))
+        (track_id,) = tracker.places_enu_m()
+        place = Geolocation(np.array([5.0 + east_m, 20.0, 0.0]), 0.1 * np.eye(3), 0.1 * np.eye(3))
+        tracker.judge({track_id: Judgement(Verdict(kind, probability, ()), place)})
+    verdict = tracker.verdict(track_id)
+    assert verdict is not None
+    assert verdict.probability == pytest.approx(0.3)
+
+
 def test_a_sighting_that_was_not_judged_is_no_confirmation() -> None:
     follower = Follower()
     for _ in range(2):
@@ -291,7 +324,8 @@ def test_two_tracks_of_one_body_are_announced_once(kind: FindingKind, text: str)
     tracker, journal = TargetTracker(SETTINGS), _Notices()
     claims = Claims(SETTINGS.detection, journal, tracker, Findings())
     place = Geolocation(np.array([1.0, 20.0, 0.0]), 0.1 * np.eye(3), 0.1 * np.eye(3))
-    judgement = Judgement(Verdict(kind, 0.0, (), kind is not FindingKind.PERSON), place)
+    is_person = kind is FindingKind.PERSON
+    judgement = Judgement(Verdict(kind, 0.9 if is_person else 0.0, (), not is_person), place)
     for step in range(5):
         tracker.observe(analysis(seen(30.0, 0.0, 0.9), seen(0.0, 20.0), seen(2.0, 20.0)), STEP_S * (step + 1))
         tracker.judge({key: judgement for key, at in tracker.places_enu_m().items() if at[0] < 20.0})

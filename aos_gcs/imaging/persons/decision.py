@@ -19,6 +19,9 @@ from aos_gcs.imaging.persons.evidence import Evidence
 
 DECISION = 0.5
 """Probability from which a body counts as a person."""
+TOGETHER = 0.65
+"""Probability from which several looks together are of a person: of a hot stone that is looked at for minutes, the
+worst moment counts, and half a chance in each of them is not enough."""
 SURELY_OTHER = 0.02
 """Probability up to which a body that most vehicles see needs no longer look."""
 MOST = 0.6
@@ -91,16 +94,18 @@ def pooled(verdicts: Sequence[Verdict]) -> Verdict:
     """Return the decision about a body that was looked at several times, at least once; the latest verdict is the last.
 
     Its probability is that of the mean of the log-odds: a look that leaves spoil neither makes nor breaks a person.
-    Without temperatures, and where no look is evidence, the latest one decides.
+    Below :data:`TOGETHER` it is what the latest look that sees something else takes it for, or undecided where none
+    does. Without temperatures, and where no look is evidence, the latest one decides.
     """
     latest = verdicts[-1]
     looks = [one for one in verdicts if one.is_evidence and one.probability is not None]
     if latest.probability is None or not looks:
         return latest
     probability = float(expit(sum(_log_odds(one.probability or 0.0) for one in looks) / len(looks)))
-    is_person = probability >= DECISION
-    decisive = [one for one in looks if (one.kind is FindingKind.PERSON) is is_person] or looks
-    return replace(decisive[-1], probability=probability, is_surely_other=latest.is_surely_other)
+    is_person = probability >= TOGETHER
+    decisive = [one for one in looks if (one.kind is FindingKind.PERSON) is is_person]
+    verdict = decisive[-1] if decisive else replace(looks[-1], kind=FindingKind.UNDECIDED)
+    return replace(verdict, probability=probability, is_surely_other=latest.is_surely_other)
 
 
 def _log_odds(probability: float) -> float:

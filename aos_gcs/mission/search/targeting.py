@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from aos_gcs.geometry.geodesy import EnuPoint
 from aos_gcs.imaging.geolocation import Geolocation, locate_together
 from aos_gcs.imaging.model import FocalGrid, StepAnalysis
-from aos_gcs.imaging.persons.decision import CLAIMED, FindingKind, Verdict, pooled
+from aos_gcs.imaging.persons.decision import CLAIMED, DECISION, FindingKind, Verdict, pooled
 from aos_gcs.mission.model.findings import ErrorEllipse, TargetEstimate
 from aos_gcs.mission.search.persons import Judgement
+from aos_gcs.mission.search.same_body import SAME_PLACE_M
 from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.tracking.tracker import Measurement, Track, Tracks, observe
 
@@ -23,6 +24,28 @@ POOLED_SIGHTINGS = 10
 """Latest sightings of a target, with gaps or without, whose verdicts decide together what it is."""
 _WORSE = 1.5
 """Variance, over that of the place known, up to which a later place of a target that stays replaces it."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Pool:
+    """Latest verdicts on one body."""
+
+    verdicts: tuple[Verdict, ...]
+    position_enu_m: NDArray[np.float64]
+    """Where it was by the latest one, shape (2,)."""
+    warm_enu_m: tuple[NDArray[np.float64], ...]
+    """Latest places of something warm, each of shape (2,)."""
+
+    def extended(self, latest: _Pool) -> _Pool:
+        """Return the pool with a later one; what is elsewhere and looks like something else is another body."""
+        is_elsewhere = np.linalg.norm(latest.position_enu_m - self.position_enu_m) > SAME_PLACE_M
+        if is_elsewhere and latest.verdicts[0].kind is not self.verdicts[-1].kind:
+            return latest
+        return replace(
+            latest,
+            verdicts=(*self.verdicts, *latest.verdicts)[-POOLED_SIGHTINGS:],
+            warm_enu_m=(*self.warm_enu_m, *latest.warm_enu_m)[-POOLED_SIGHTINGS:],
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,8 +90,8 @@ class TargetTracker:
         """Height of the ground at each track."""
         self._judged: dict[int, Judgement] = {}
         """Latest decision about each track, where there is one, with its best place."""
-        self._verdicts: dict[int, deque[Verdict]] = {}
-        """Verdicts of each track's latest sightings."""
+        self._pools: dict[int, _Pool] = {}
+        """Verdicts on each track's body."""
         self._person_places: dict[int, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
         """Place and covariance of each track when a step last took it for a person."""
         self._kinds: dict[int, FindingKind] = {}
@@ -125,7 +148,7 @@ class TargetTracker:
         """Take in what the tracks are taken for after a step, by their ids; without a result the former one stays."""
         before, self._judged = self._judged, {}
         kept = {track.track_id for track in self._tracks.tracks}
-        self._verdicts = {track_id: verdicts for track_id, verdicts in self._verdicts.items() if track_id in kept}
+        self._pools = {track_id: pool for track_id, pool in self._pools.items() if track_id in kept}
         for track in self._tracks.tracks:
             judgement, former = judgements.get(track.track_id), before.get(track.track_id)
             if judgement is None:
@@ -138,8 +161,9 @@ class TargetTracker:
                 latest[-1] = replace(latest[-1], verdict=judgement.verdict)
             # Where nothing warm shows, only a mark tells that something else is there: leaves may hide it.
             if is_in_view or judgement.place is not None:
-                verdicts = self._verdicts.setdefault(track.track_id, deque(maxlen=POOLED_SIGHTINGS))
-                verdicts.append(judgement.verdict)
+                look = _look(judgement, track)
+                pool = self._pools.get(track.track_id)
+                self._pools[track.track_id] = look if pool is None else pool.extended(look)
             stays = track.walking_share <= 0.5
             self._judged[track.track_id] = judgement if former is None or not stays else _updated(former, judgement)
             if judgement.verdict.kind is FindingKind.PERSON:
@@ -158,7 +182,7 @@ class TargetTracker:
             if track_id not in self._kinds
             and self._in_view(track_id) is not None
             and (verdict := self.verdict(track_id)) is not None
-            and verdict.kind is FindingKind.PERSON
+            and (verdict.probability or 0.0) >= DECISION
         )
 
     def attend(self, track_id: int) -> None:
@@ -171,8 +195,8 @@ class TargetTracker:
 
     def verdict(self, track_id: int) -> Verdict | None:
         """Return what the latest sightings of a track are taken for together; None if none has been judged."""
-        if verdicts := self._verdicts.get(track_id):
-            return pooled(verdicts)
+        if (pool := self._pools.get(track_id)) is not None:
+            return pooled(pool.verdicts)
         judgement = self._judged.get(track_id)
         return None if judgement is None else judgement.verdict
 
@@ -195,19 +219,27 @@ class TargetTracker:
         """Return whether the latest sightings of a track agree: together they are of a person, all in one place.
 
         They agree on one place when they lie about their mean, or on one path when each lies where the track predicted
-        it. Without temperatures each of them must be an anomaly, and none of the steps between may lack one.
+        it. A warm body that stays may show between them, too. Without temperatures each must be an anomaly, and none of
+        the steps between may lack one.
         """
         latest, verdict = list(self._seen.get(track_id, ())), self.verdict(track_id)
+        if verdict is not None and verdict.kind is FindingKind.PERSON and self._stays_warm(track_id):
+            return True
         if len(latest) < self._detection.found_steps or not all(seen.is_claimable for seen in latest):
             return False
         if self._in_view(track_id) is None or verdict is None or verdict.kind not in CLAIMED:
             return False
         if verdict.kind is FindingKind.ANOMALY and latest[-1].step - latest[0].step >= len(latest):
             return False
-        positions_enu_m = np.array([seen.position_enu_m for seen in latest])
-        spread_m = np.linalg.norm(positions_enu_m - positions_enu_m.mean(axis=0), axis=1).max()
         surprises_m = [math.inf if seen.surprise_m is None else seen.surprise_m for seen in latest]
-        return bool(min(spread_m, max(surprises_m)) <= self._detection.found_radius_m)
+        spread_m = _spread_m([seen.position_enu_m for seen in latest])
+        return min(spread_m, max(surprises_m)) <= self._detection.found_radius_m
+
+    def _stays_warm(self, track_id: int) -> bool:
+        """Return whether something warm shows in one place, often enough."""
+        pool, steps = self._pools.get(track_id), self._detection.found_steps
+        places_enu_m = () if pool is None else pool.warm_enu_m[-steps:]
+        return len(places_enu_m) == steps and _spread_m(places_enu_m) <= self._detection.found_radius_m
 
     def _none(self) -> deque[_Seen]:
         return deque(maxlen=self._detection.found_steps)
@@ -251,6 +283,19 @@ class TargetTracker:
         if judgement is not None and judgement.place is not None and track.walking_share <= 0.5:
             return judgement.place.position_enu_m, judgement.place.covariance_m2[:2, :2]
         return np.array([*track.position_enu_m, self._up_m[track.track_id]]), track.covariance_m2
+
+
+def _look(judgement: Judgement, track: Track) -> _Pool:
+    if judgement.place is None:
+        return _Pool((judgement.verdict,), track.position_enu_m, ())
+    place_enu_m = judgement.place.position_enu_m[:2]
+    return _Pool((judgement.verdict,), place_enu_m, (place_enu_m,))
+
+
+def _spread_m(positions_enu_m: Sequence[NDArray[np.float64]]) -> float:
+    """Return the greatest distance of positions from their mean."""
+    positions = np.array(positions_enu_m)
+    return float(np.linalg.norm(positions - positions.mean(axis=0), axis=1).max())
 
 
 def _updated(former: Judgement, latest: Judgement) -> Judgement:
