@@ -15,11 +15,6 @@ from aos_gcs.errors import ConfigurationError
 
 terrain = typer.Typer(no_args_is_help=True)
 
-SURFACE_WARNING = (
-    "This is a surface model: where trees stand, its heights are those of crowns (median error 13 m under dense "
-    "canopy). It shows where not to fly into, not where the ground is."
-)
-
 
 @terrain.callback()
 def _about() -> None:
@@ -72,7 +67,7 @@ def check(
     Exit code 1 if a place, or part of the search area, has no height.
     """
     from aos_gcs.elevation.geoid import find_geoid  # noqa: PLC0415 - keeps the other commands' help fast
-    from aos_gcs.elevation.model import ElevationModel, ModelKind  # noqa: PLC0415
+    from aos_gcs.elevation.model import SURFACE_WARNING, ElevationModel, ModelKind  # noqa: PLC0415
 
     if kind not in list(ModelKind):
         raise ConfigurationError(f"--kind must be terrain or surface, got {kind!r}.")

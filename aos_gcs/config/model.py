@@ -1,8 +1,8 @@
 """Sections and fields of the configuration file.
 
 The sections ``flight``, ``deadlines``, ``detection``, ``uncertainty``, ``tracking``, ``imaging``, ``autofocus``,
-``registration`` and ``safety`` have the fields and defaults of the core's settings dataclasses; docs/configuration.md
-lists them all.
+``registration``, ``forest``, ``terrain`` and ``safety`` have the fields and defaults of the core's settings
+dataclasses; docs/configuration.md lists them all.
 """
 
 from __future__ import annotations
@@ -135,6 +135,7 @@ class ServiceConfig(BaseModel):
     autofocus: dict[str, Any] = {}
     registration: dict[str, Any] = {}
     forest: dict[str, Any] | None = None
+    terrain: dict[str, Any] | None = None
     safety: dict[str, Any] = {}
     api: ApiConfig = ApiConfig()
     record: RecordConfig = RecordConfig()

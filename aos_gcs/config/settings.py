@@ -15,7 +15,7 @@ from aos_gcs.airspace.limits import UNLIMITED, SafetyOverrides
 from aos_gcs.airspace.polygon import as_polygon
 from aos_gcs.config.file import first_problem
 from aos_gcs.config.model import LatLonDeg, MissionConfig, PreflightConfig, ServiceConfig
-from aos_gcs.errors import ConfigurationError
+from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.imaging.geolocation import Uncertainty
 from aos_gcs.imaging.step.settings import ImagingSettings
@@ -33,7 +33,9 @@ from aos_gcs.planning.settings import (
     MissionSettings,
     PreflightSettings,
     RegistrationSettings,
+    TerrainSettings,
 )
+from aos_gcs.planning.terrain import open_model
 from aos_gcs.swarm.registry import make_strategy
 from aos_gcs.tracking.motion import MotionSettings
 from aos_gcs.tracking.tracker import TrackingSettings
@@ -84,6 +86,7 @@ def mission_settings(config: ServiceConfig) -> MissionSettings:
         autofocus=_build(AutofocusSettings, "autofocus", config.autofocus),
         registration=_build(RegistrationSettings, "registration", config.registration),
         forest=None if config.forest is None else _build(ForestSettings, "forest", config.forest),
+        terrain=None if config.terrain is None else _terrain(config.terrain),
         auto_start=mission.auto_start,
         auto_return=mission.auto_return,
     )
@@ -151,6 +154,16 @@ def _check_forest(settings: MissionSettings, forest: ForestSettings) -> None:
         advise(settings, forest)
     except ConfigurationError as error:
         raise ConfigurationError(f"forest: {error}") from error
+
+
+def _terrain(table: Mapping[str, Any]) -> TerrainSettings:
+    """Return the elevation model that the file names; a model that cannot be used is refused here."""
+    terrain = _build(TerrainSettings, "terrain", table)
+    try:
+        open_model(terrain)
+    except (ConfigurationError, InputDataError) as error:
+        raise ConfigurationError(f"terrain: {error}") from error
+    return terrain
 
 
 def _area_enu_m(mission: MissionConfig, origin: GeodeticPosition | None) -> tuple[tuple[float, float], ...]:

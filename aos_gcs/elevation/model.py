@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -34,6 +34,13 @@ class ModelKind(StrEnum):
     """The ground, without trees and buildings (DTM)."""
     SURFACE = "surface"
     """Whatever was seen from above (DSM): in forests, crowns."""
+
+
+SURFACE_WARNING = (
+    "The elevation model is a surface model: where trees stand, its heights are those of crowns (median error 13 m "
+    "under dense canopy). It shows where not to fly into, not where the ground is."
+)
+"""What those who use a surface model are told."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +97,7 @@ class ElevationModel:
             raise ConfigurationError(
                 f"The heights of {first.path} count from the ellipsoid, and the geoid that separates it from mean sea "
                 "level is not here: the error would be up to 100 m. Install Debian's proj-data, or give PROJ's grid "
-                "egm96_15 (--geoid FILE)."
+                "egm96_15 (--geoid FILE; geoid in a configuration)."
             )
         pyproj: Any = load_extra("pyproj", "geo", "Reading an elevation model")
         self._to_crs = pyproj.Transformer.from_crs("EPSG:4326", first.horizontal_crs, always_xy=True)
@@ -157,6 +164,48 @@ class ElevationModel:
         if self.datum.datum is VerticalDatum.ELLIPSOID and self._geoid is not None:
             heights = heights - self._geoid.undulation_m(latitude, longitude)
         return heights
+
+    def row_column(
+        self, latitude_deg: NDArray[np.float64], longitude_deg: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return places, shape (n,), as rows and columns of the grid; whole numbers are the centres of cells."""
+        x, y = self._to_crs.transform(longitude_deg, latitude_deg)
+        row, column = self._tiles[0].row_column(np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64))
+        return row, column
+
+    def cells_of_files(self, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> NDArray[np.float32]:
+        """Return the heights of cells, above the files' datum; NaN where the model has a hole or ends.
+
+        Args:
+            rows: rows of the grid, consecutive.
+            columns: columns of the grid, consecutive.
+
+        Raises:
+            InputDataError: if a file cannot be read any more, or has impossible heights.
+        """
+        heights = np.full((len(rows), len(columns)), np.nan, dtype=np.float32)
+        for index, tile in enumerate(self._tiles):
+            row_offset, column_offset = self._offset(tile)
+            first_row, first_column = int(rows[0]) - row_offset, int(columns[0]) - column_offset
+            for block_row, row, row_end in _blocks(first_row, len(rows), tile.rows):
+                for block_column, column, column_end in _blocks(first_column, len(columns), tile.columns):
+                    block = self._cache.block(index, tile, block_row, block_column)
+                    own_row, own_column = row - block_row * BLOCK_CELLS, column - block_column * BLOCK_CELLS
+                    known = block[own_row : own_row + row_end - row, own_column : own_column + column_end - column]
+                    part = heights[
+                        row - first_row : row_end - first_row, column - first_column : column_end - first_column
+                    ]
+                    # Where files overlap, one with a hole does not hide another's height.
+                    np.copyto(part, known, where=np.isnan(part))
+        return heights
+
+    def undulation_m(
+        self, latitude_deg: NDArray[np.float64], longitude_deg: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Return what is to be taken off the files' heights for heights above mean sea level, shape (n,)."""
+        if self.datum.datum is VerticalDatum.ELLIPSOID and self._geoid is not None:
+            return self._geoid.undulation_m(latitude_deg, longitude_deg)
+        return np.zeros(len(latitude_deg))
 
     def holes(self, max_cells: int) -> Holes | None:
         """Count the cells without a height; None if there are more than ``max_cells`` cells to look at.
@@ -244,6 +293,16 @@ class ElevationModel:
         )
 
 
+def _blocks(first: int, count: int, cells: int) -> Iterator[tuple[int, int, int]]:
+    """Yield the blocks that ``count`` cells of a tile's axis touch: block, first cell in it, end."""
+    begin, end = max(0, first), min(cells, first + count)
+    while begin < end:
+        block = begin // BLOCK_CELLS
+        following = min(end, (block + 1) * BLOCK_CELLS)
+        yield block, begin, following
+        begin = following
+
+
 def _first_centre(tile: ElevationTile) -> tuple[float, float]:
     """Return y and x of the centre of a tile's first cell."""
     west, south, east, north = tile.bounds
@@ -280,7 +339,7 @@ def _agreed_datum(tiles: Sequence[ElevationTile], given: VerticalDatum | None) -
         if given is None:
             raise InputDataError(
                 f"The elevation model {tiles[0].path} does not state what its heights count from: say it (--datum "
-                "egm96, egm2008, national or ellipsoid). Its provider's description has it."
+                "egm96, egm2008, national or ellipsoid; datum in a configuration). Its provider's description has it."
             )
         return StatedDatum(given, f"{given}, as stated by the operator")
     if given is not None and given is not own.datum:

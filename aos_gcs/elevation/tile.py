@@ -54,8 +54,8 @@ class ElevationTile:
             raise InputDataError(f"{name} cannot be read: {gdal_reason(error)}.") from error
         if self._dataset.crs is None and crs is None:
             raise InputDataError(
-                f"The elevation model {path} states no coordinate system: give it (--crs EPSG:CODE), or put its .prj "
-                "file beside it."
+                f"The elevation model {path} states no coordinate system: give it (--crs EPSG:CODE; crs in a "
+                "configuration), or put its .prj file beside it."
             )
         self.crs = self._system(pyproj, crs)
         transform = self._dataset.transform

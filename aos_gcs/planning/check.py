@@ -12,12 +12,14 @@ from aos_gcs.airspace.polygon import Polygon, as_polygon, contains, edges_met, s
 from aos_gcs.airspace.raster import PlanRaster
 from aos_gcs.airspace.stopping import StoppingDistance
 from aos_gcs.errors import ConfigurationError, ParameterError
+from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.planning.advice import MIN_LAYERS_WITHOUT_RTK_M, forest_aperture
 from aos_gcs.planning.estimate import PlanEstimate, estimate_plan, planned_leg_count, planned_legs
 from aos_gcs.planning.plan import SPACING_PARAMETER, MissionPlan, PlanProblem, apply_plan
 from aos_gcs.planning.proposal import fence_margin_m
 from aos_gcs.planning.settings import GREATEST_FLIGHT_SETTINGS, MAX_HEIGHT_M, MissionSettings
 from aos_gcs.planning.sites import Homes, check_paths, check_points, planned_ground
+from aos_gcs.planning.terrain_check import check_terrain
 from aos_gcs.swarm.declaration import Parameter
 from aos_gcs.swarm.registry import declared_parameters, make_strategy
 
@@ -52,15 +54,21 @@ _GREATEST = {
 _NAMES = {"area_enu_m": "The search area", "fence_enu_m": "The geofence"}
 
 
-def check_plan(plan: MissionPlan, settings: MissionSettings, homes_enu_m: Homes | None = None) -> list[PlanProblem]:
+def check_plan(
+    plan: MissionPlan,
+    settings: MissionSettings,
+    homes_enu_m: Homes | None = None,
+    origin: GeodeticPosition | None = None,
+) -> list[PlanProblem]:
     """Return the problems of a plan, blocking ones first.
 
     Args:
         plan: to be checked.
         settings: settings of the mission that is to fly it.
         homes_enu_m: launch points of the vehicles that are heard already.
+        origin: origin of the plan, where the settings have none; without one the ground is not checked.
     """
-    problems = _problems(plan, settings, homes_enu_m or {})
+    problems = _problems(plan, settings, homes_enu_m or {}, origin)
     if not _blocks(problems):
         problems += [*_warn(plan, estimate_plan(plan, settings.imaging.plane_height_m)), *_warn_of_margin(plan)]
     return sorted(problems, key=lambda problem: not problem.blocking)
@@ -68,10 +76,12 @@ def check_plan(plan: MissionPlan, settings: MissionSettings, homes_enu_m: Homes 
 
 def blocking_problems(plan: MissionPlan, settings: MissionSettings) -> list[PlanProblem]:
     """Return the problems for which a plan cannot be flown wherever the vehicles are: faster than ``check_plan``."""
-    return [problem for problem in _problems(plan, settings, {}) if problem.blocking]
+    return [problem for problem in _problems(plan, settings, {}, None) if problem.blocking]
 
 
-def _problems(plan: MissionPlan, settings: MissionSettings, homes_enu_m: Homes) -> list[PlanProblem]:
+def _problems(
+    plan: MissionPlan, settings: MissionSettings, homes_enu_m: Homes, origin: GeodeticPosition | None
+) -> list[PlanProblem]:
     shapes = [*_check_shapes(plan), *_check_extent_of_points(plan)]
     problems = [*shapes, *_check_numbers(plan, settings)]
     if not shapes:
@@ -82,6 +92,7 @@ def _problems(plan: MissionPlan, settings: MissionSettings, homes_enu_m: Homes) 
         if not _blocks(problems):
             legs = planned_legs(plan, settings.imaging.plane_height_m)
             problems += check_paths(plan, ground, homes_enu_m, legs)
+            problems += check_terrain(plan, settings, origin, homes_enu_m, legs)
     return problems
 
 

@@ -60,10 +60,15 @@ def propose_limits(settings: MissionSettings, homes_enu_m: Sequence[FloatArray])
         fence_enu_m=propose_fence(settings.area_enu_m, np.array(ground_enu_m), FREE_GROUND_M + margin_m),
         margin_m=margin_m,
         no_go_margin_m=no_go_margin_m(settings.safety.margin_m),
-        floor_m=min(layers_m) - _LAYER_MARGIN_M,
+        floor_m=proposed_floor_m(min(layers_m)),
         ceiling_m=max(layers_m) + _LAYER_MARGIN_M,
     )
     return settings.safety.applied_to(proposal)
+
+
+def proposed_floor_m(lowest_layer_m: float) -> float:
+    """Return the floor that is proposed below the lowest altitude layer."""
+    return lowest_layer_m - _LAYER_MARGIN_M
 
 
 def fence_margin_m(given_m: float | None, cruise_speed_mps: float) -> float:

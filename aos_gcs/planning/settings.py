@@ -9,6 +9,8 @@ from types import MappingProxyType
 from typing import Final
 
 from aos_gcs.airspace.limits import SafetyOverrides
+from aos_gcs.elevation.datum import VerticalDatum
+from aos_gcs.elevation.model import ModelKind
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.imaging.geolocation import Uncertainty
@@ -166,6 +168,38 @@ class ForestSettings(_Positive):
     """Share of the ground that one image does not see, below 1."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TerrainSettings:
+    """Elevation model of the ground, and the heights above it that are kept."""
+
+    files: tuple[str, ...]
+    """GeoTIFF or ASC files of one coordinate system and grid."""
+    kind: ModelKind
+    """Whether the heights are those of the ground, or of whatever was seen from above."""
+    datum: VerticalDatum | None = None
+    """Vertical datum of files that state none."""
+    crs: str | None = None
+    """Coordinate system of files that state none, such as ``EPSG:31255``."""
+    geoid: str | None = None
+    """PROJ's grid of the geoid, for ellipsoidal heights; None: looked for in PROJ's folders."""
+    floor_above_ground_m: float | None = None
+    """Smallest height above the ground; None: that of the floor above the origin."""
+    ceiling_above_ground_m: float = 120.0
+    """Greatest height above the ground."""
+
+    def __post_init__(self) -> None:
+        if not self.files:
+            raise ConfigurationError("files must name at least one file.")
+        floor_m, ceiling_m = self.floor_above_ground_m, self.ceiling_above_ground_m
+        for name, value in (("floor_above_ground_m", floor_m), ("ceiling_above_ground_m", ceiling_m)):
+            if value is not None and not (math.isfinite(value) and 0.0 < value <= MAX_HEIGHT_M):
+                raise ConfigurationError(f"{name} must be above 0 and at most {MAX_HEIGHT_M:g}, but is {value:g}.")
+        if floor_m is not None and floor_m >= ceiling_m:
+            raise ConfigurationError(
+                f"floor_above_ground_m ({floor_m:g}) must be below ceiling_above_ground_m ({ceiling_m:g})."
+            )
+
+
 @dataclass(frozen=True, slots=True)
 class MissionSettings:
     """A whole mission."""
@@ -201,6 +235,8 @@ class MissionSettings:
     registration: RegistrationSettings = field(default_factory=RegistrationSettings)
     forest: ForestSettings | None = None
     """None: no advice on the aperture."""
+    terrain: TerrainSettings | None = None
+    """None: the ground counts as level."""
     auto_start: bool = False
     """Start as soon as preflight has passed, without an operator."""
     auto_return: bool = False

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,8 @@ from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.imaging.model import AnomalySource, Detector, LeaderCriterion
 from aos_gcs.planning.settings import PreflightSettings
+from tests.fakes.relief import ORIGIN as RELIEF_ORIGIN
+from tests.fakes.relief import hill, write_relief
 
 ORIGIN = GeodeticPosition(48.3, 14.3, 260.0)
 SQUARE = [[-10.0, 0.0], [10.0, 0.0], [10.0, 40.0], [-10.0, 40.0]]
@@ -217,3 +220,38 @@ def test_standing_overrides_name_a_check_and_a_reason() -> None:
 def test_standing_overrides_that_are_none_are_refused(text: str, problem: str) -> None:
     with pytest.raises(ConfigurationError, match=problem):
         mission_settings(configuration(preflight={"overrides": [text]}))
+
+
+@pytest.mark.parametrize(
+    ("terrain", "words"),
+    [
+        ({"kind": "terrain"}, "terrain.files"),
+        ({"files": ["a.tif"]}, "terrain.kind"),
+        ({"files": ["a.tif"], "kind": "ground"}, "terrain.kind"),
+        ({"files": [], "kind": "terrain"}, "terrain: files must name"),
+        ({"files": ["a.tif"], "kind": "terrain", "datum": "amsl"}, "terrain.datum"),
+        ({"files": ["a.tif"], "kind": "terrain", "height_m": 3.0}, "terrain.height_m is unknown"),
+        ({"files": ["a.tif"], "kind": "terrain", "ceiling_above_ground_m": -1.0}, "terrain: ceiling_above_ground_m"),
+        ({"files": ["a.tif"], "kind": "terrain", "floor_above_ground_m": 130.0}, "terrain: floor_above_ground_m (130)"),
+        ({"files": ["gone.tif"], "kind": "terrain"}, "terrain: The elevation model gone.tif cannot be read"),
+    ],
+)
+def test_an_elevation_model_that_cannot_be_used_is_refused_by_its_field(terrain: dict[str, Any], words: str) -> None:
+    pytest.importorskip("rasterio")
+    with pytest.raises(ConfigurationError, match=re.escape(words)):
+        mission_settings(configuration(terrain=terrain))
+
+
+def test_a_mission_that_meets_the_ground_is_refused(tmp_path: Path) -> None:
+    pytest.importorskip("rasterio")
+    file = write_relief(tmp_path / "ground.tif", hill(0.0, 30.0, 25.0, radius_m=15.0))
+    origin = (RELIEF_ORIGIN.latitude_deg, RELIEF_ORIGIN.longitude_deg, RELIEF_ORIGIN.altitude_amsl_m)
+    mission, terrain = {"origin_deg": list(origin)}, {"files": [str(file)], "kind": "terrain"}
+    with pytest.raises(
+        ConfigurationError, match=r"cannot be flown \(lowest_layer_m\): Search area: at 47\.5.* below the"
+    ):
+        mission_settings(configuration(mission=mission, terrain=terrain))
+    settings = mission_settings(configuration(mission=mission, terrain=terrain | {"floor_above_ground_m": 9.0}))
+    assert settings.terrain is not None
+    assert settings.terrain.ceiling_above_ground_m == 120.0
+    assert mission_settings(configuration(mission=mission)).terrain is None

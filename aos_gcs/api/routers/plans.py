@@ -141,7 +141,7 @@ async def delete_plan(name: PlanName, plans: Plans) -> None:
 def _report(
     plan: MissionPlan, settings: MissionSettings, homes_enu_m: Homes, origin: GeodeticPosition
 ) -> PlanReportModel:
-    problems = check_plan(plan, settings, homes_enu_m)
+    problems = check_plan(plan, settings, homes_enu_m, origin)
     if any(problem.blocking for problem in problems):
         return plan_convert.report(plan, problems, (), None, origin)
     plane_height_m = settings.imaging.plane_height_m

@@ -1,0 +1,236 @@
+"""Checks of a plan against the ground: its legs, and the ways home from everywhere in the search area."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.airspace.stopping import POSITION_ERROR_M
+from aos_gcs.airspace.terrain import GroundCells, GroundRaster
+from aos_gcs.elevation.model import SURFACE_WARNING, ModelKind
+from aos_gcs.errors import ConfigurationError, InputDataError
+from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.planning.estimate import launch_place
+from aos_gcs.planning.legs import ScanLeg
+from aos_gcs.planning.plan import MissionPlan, PlanProblem
+from aos_gcs.planning.proposal import propose_fence, proposed_floor_m
+from aos_gcs.planning.settings import MissionSettings, TerrainSettings
+from aos_gcs.planning.sites import Homes
+from aos_gcs.planning.terrain import EnuBounds, ground_heights_m, ground_within
+from aos_gcs.swarm.registry import make_strategy
+
+FloatArray = NDArray[np.float64]
+
+MAX_ALTITUDE_ERROR_M = 10.0
+"""Greatest difference between the altitude of a place on the ground and the elevation model."""
+_LEAST_FLOOR_M = 5.0
+"""Floor above the ground where that above the origin is lower."""
+_MARGIN_M = 50.0
+
+
+@dataclass(frozen=True, slots=True)
+class HeightBand:
+    """Heights above the ground that vehicles keep, and those above the origin at which they fly."""
+
+    floor_m: float
+    ceiling_m: float
+    lowest_layer_m: float
+    highest_layer_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class TerrainConflict:
+    """A place at which a plan meets the ground's limits."""
+
+    field: str
+    """Field of the plan that helps."""
+    text: str
+
+
+def floor_above_ground_m(terrain: TerrainSettings, floor_above_origin_m: float) -> float:
+    """Return the smallest height above the ground: the one that is set, or that of the floor above the origin."""
+    if terrain.floor_above_ground_m is not None:
+        return terrain.floor_above_ground_m
+    return max(_LEAST_FLOOR_M, floor_above_origin_m)
+
+
+def check_terrain(
+    plan: MissionPlan,
+    settings: MissionSettings,
+    origin: GeodeticPosition | None,
+    homes_enu_m: Homes,
+    legs: Sequence[ScanLeg],
+) -> Iterator[PlanProblem]:
+    """Yield what brings a plan too close to the ground or too far above it, and where the ground is not known.
+
+    Problems of where vehicles stand are advice: they can still be moved, and preflight checks them again.
+    """
+    terrain, origin = settings.terrain, settings.origin or origin
+    if terrain is None:
+        return
+    if terrain.kind is ModelKind.SURFACE:
+        yield PlanProblem("lowest_layer_m", SURFACE_WARNING, blocking=False)
+    if origin is None:
+        return
+    try:
+        is_reported = settings.origin is None
+        yield from _problems(plan, terrain, origin, homes_enu_m, legs, is_reported=is_reported)
+    except (ConfigurationError, InputDataError) as error:
+        yield PlanProblem("area_enu_m", str(error))
+
+
+def _problems(
+    plan: MissionPlan,
+    terrain: TerrainSettings,
+    origin: GeodeticPosition,
+    homes_enu_m: Homes,
+    legs: Sequence[ScanLeg],
+    *,
+    is_reported: bool,
+) -> Iterator[PlanProblem]:
+    """Yield the problems; ``is_reported``: a vehicle has reported the origin, so that its altitude may err."""
+    points = {"launch_enu_m": launch_place(plan), "return_enu_m": plan.return_enu_m}
+    planned = {field: point for field, point in points.items() if point is not None}
+    heights_m = ground_heights_m(terrain, origin, np.array([(0.0, 0.0), *planned.values()]))
+    frame, level_m = LocalFrame(origin), float(heights_m[0])
+    bare = dict(zip(planned, heights_m[1:], strict=True))
+    barred = list(_check_points(frame, planned, bare, 0.0 if is_reported else level_m))
+    yield from barred
+    if barred:
+        return
+    scanned = [ways_m(plan, []), *(swept_m(plan, leg) for leg in legs)]
+    outlines = {"Search area": scanned, _WAYS: [ways_m(plan, list(planned.values()))]}
+    near = {_WAYS: [ways_m(plan, list(homes_enu_m.values()))]} if homes_enu_m else {}
+    corners_m = np.vstack([*scanned, *outlines[_WAYS], *near.get(_WAYS, ())])
+    ground = ground_within(terrain, origin, EnuBounds.around(corners_m, _MARGIN_M))
+    if is_reported:
+        ground = replace(ground, offsets_m=(-level_m, -level_m))
+    band = _band(plan, terrain)
+    conflicts = list(_conflicts(ground, frame, outlines, band))
+    yield from (PlanProblem(conflict.field, conflict.text) for conflict in conflicts)
+    if not conflicts:
+        for conflict in _conflicts(ground, frame, near, band):
+            yield PlanProblem(conflict.field, conflict.text, blocking=False)
+
+
+def _check_points(
+    frame: LocalFrame,
+    points_enu_m: Mapping[str, tuple[float, float]],
+    heights_m: Mapping[str, float],
+    level_m: float,
+) -> Iterator[PlanProblem]:
+    """Yield the points below which the ground is not known, and an origin that is ``level_m`` below the ground."""
+    for field, point in points_enu_m.items():
+        if math.isnan(heights_m[field]):
+            where = f"The {field.partition('_')[0]} point at {place_text(frame, point)}"
+            text = f"{where} is where the elevation model has a hole or ends. Move it, or add a file that covers it."
+            yield PlanProblem(field, text)
+    if abs(level_m) > MAX_ALTITUDE_ERROR_M:
+        origin_m = frame.origin.altitude_amsl_m
+        text = (
+            f"The origin's altitude of {origin_m:.1f} m differs by {abs(level_m):.1f} m from the elevation model, "
+            f"which has {origin_m + level_m:.1f} m there; {MAX_ALTITUDE_ERROR_M:g} m are allowed: correct it, or the "
+            "model's vertical datum."
+        )
+        yield PlanProblem("launch_enu_m", text)
+
+
+_WAYS = "Way to the search area or home"
+
+
+def _band(plan: MissionPlan, terrain: TerrainSettings) -> HeightBand:
+    floor_m = proposed_floor_m(plan.lowest_layer_m) if plan.floor_m is None else plan.floor_m
+    highest_m = plan.lowest_layer_m + (plan.vehicles - 1) * plan.layer_spacing_m
+    floor_m = floor_above_ground_m(terrain, floor_m)
+    return HeightBand(floor_m, terrain.ceiling_above_ground_m, plan.lowest_layer_m, highest_m)
+
+
+def _conflicts(
+    ground: GroundRaster, frame: LocalFrame, outlines: Mapping[str, Sequence[FloatArray]], band: HeightBand
+) -> Iterator[TerrainConflict]:
+    """Yield the worst conflict of each kind within named outlines; the first that has it names it."""
+    cells = {name: ground.within(outlines_m) for name, outlines_m in outlines.items()}
+    for judge in (_unknown, _too_low, _too_high):
+        found = [conflict for name, each in cells.items() if (conflict := judge(name, each, frame, band)) is not None]
+        if found:
+            worst = max(found, key=lambda one: one[0])
+            yield worst[1]
+
+
+def _unknown(
+    name: str, cells: GroundCells, frame: LocalFrame, _band: HeightBand
+) -> tuple[float, TerrainConflict] | None:
+    unknown = np.isnan(cells.highest_m)
+    if not unknown.any():
+        return None
+    first_m = cells.places_enu_m[int(np.argmax(unknown))]
+    text = (
+        f"{name}: the ground is not known at {place_text(frame, first_m)}, where the elevation model has a hole or "
+        f"ends, and over {unknown.mean():.1%} of it in all. Keep clear of it, or add a file that covers it."
+    )
+    return float(unknown.mean()), TerrainConflict("area_enu_m", text)
+
+
+def _too_low(
+    name: str, cells: GroundCells, frame: LocalFrame, band: HeightBand
+) -> tuple[float, TerrainConflict] | None:
+    clearance_m = band.lowest_layer_m - cells.highest_m
+    if np.isnan(clearance_m).all() or np.nanmin(clearance_m) >= band.floor_m:
+        return None
+    at = int(np.nanargmin(clearance_m))
+    ground_m, missing_m = float(cells.highest_m[at]), band.floor_m - float(clearance_m[at])
+    text = (
+        f"{name}: at {place_text(frame, cells.places_enu_m[at])} the ground rises to {ground_m:.1f} m above the "
+        f"origin. The lowest layer of {band.lowest_layer_m:g} m is {clearance_m[at]:.1f} m above it, {missing_m:.1f} m "
+        f"below the floor of {band.floor_m:g} m above ground: raise it to "
+        f"{math.ceil(ground_m + band.floor_m):d} m or more."
+    )
+    return missing_m, TerrainConflict("lowest_layer_m", text)
+
+
+def _too_high(
+    name: str, cells: GroundCells, frame: LocalFrame, band: HeightBand
+) -> tuple[float, TerrainConflict] | None:
+    height_m = band.highest_layer_m - cells.lowest_m
+    if np.isnan(height_m).all() or np.nanmax(height_m) <= band.ceiling_m:
+        return None
+    at = int(np.nanargmax(height_m))
+    excess_m = float(height_m[at]) - band.ceiling_m
+    text = (
+        f"{name}: at {place_text(frame, cells.places_enu_m[at])} the ground is at {cells.lowest_m[at]:.1f} m above the "
+        f"origin. The highest layer of {band.highest_layer_m:g} m is {height_m[at]:.1f} m above it, {excess_m:.1f} m "
+        f"beyond the ceiling of {band.ceiling_m:g} m above ground: lower the layers or their spacing, or leave the "
+        "place out."
+    )
+    return excess_m, TerrainConflict("ceiling_m", text)
+
+
+def swept_m(plan: MissionPlan, leg: ScanLeg) -> FloatArray:
+    """Return the corners of the ground that the swarm's line passes over on a leg, shape (4, 2)."""
+    spacing_m = make_strategy(plan.strategy, plan.parameters).spacing_m
+    start_m, end_m = np.array(leg.start_enu_m), np.array(leg.end_enu_m)
+    half_m = (plan.vehicles - 1) / 2.0 * spacing_m + POSITION_ERROR_M
+    east, north = leg.direction_enu
+    along, across = np.array((east, north)), np.array((-north, east))
+    start_m, end_m = start_m - POSITION_ERROR_M * along, end_m + POSITION_ERROR_M * along
+    return np.array(
+        (start_m - half_m * across, start_m + half_m * across, end_m + half_m * across, end_m - half_m * across)
+    )
+
+
+def ways_m(plan: MissionPlan, points_enu_m: Sequence[tuple[float, float]]) -> FloatArray:
+    """Return the outline of all straight ways within the search area and to some points, shape (k, 2)."""
+    return np.array(propose_fence(plan.area_enu_m, points_enu_m, POSITION_ERROR_M))
+
+
+def place_text(frame: LocalFrame, place_enu_m: Sequence[float] | FloatArray) -> str:
+    """Return a place in degrees and in metres from the origin."""
+    east_m, north_m = float(place_enu_m[0]), float(place_enu_m[1])
+    place = frame.to_geodetic((east_m, north_m, 0.0))
+    sides = f"{abs(east_m):.0f} m {'east' if east_m >= 0.0 else 'west'}"
+    sides += f", {abs(north_m):.0f} m {'north' if north_m >= 0.0 else 'south'}"
+    return f"{place.latitude_deg:.5f}, {place.longitude_deg:.5f} ({sides} of the origin)"

@@ -1,0 +1,56 @@
+"""Plans over relief: an elevation model of any ground, in a file, and the settings that name it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.airspace.terrain import Polynomials
+from aos_gcs.elevation.model import ModelKind
+from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.planning.settings import TerrainSettings
+from tests.fakes.elevation_files import PLACE_DEG, centres_deg, write_model
+
+ORIGIN = GeodeticPosition(*PLACE_DEG, 600.0)
+"""Origin of the plans, on the ground."""
+CRS = "EPSG:32633+5773"
+Relief = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]]
+"""Height of the ground above the origin, of east and north."""
+
+
+def write_relief(path: Path, relief: Relief, *, cell: float = 5.0, reach_m: float = 400.0) -> Path:
+    """Write the model of a ground up to a distance from the origin; where the relief is NaN there is a hole."""
+    count = int(2 * reach_m / cell)
+    first = (60 - count // 2, 50 - count // 2)
+    rows, columns = np.meshgrid(first[0] + np.arange(count), first[1] + np.arange(count), indexing="ij")
+    latitudes, longitudes = centres_deg(CRS, cell, rows.ravel(), columns.ravel())
+    places_m = _to_enu().at(np.column_stack((latitudes, longitudes)) - PLACE_DEG)
+    heights = ORIGIN.altitude_amsl_m + relief(places_m[:, 0], places_m[:, 1])
+    return write_model(path, CRS, cell=cell, size=(count, count), first=first, heights=heights.reshape(count, count))
+
+
+def _to_enu() -> Polynomials:
+    """Return east and north of latitude and longitude about the origin, within a centimetre."""
+    frame, steps = LocalFrame(ORIGIN), np.linspace(-0.01, 0.01, 8)
+    nodes = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
+    places = [GeodeticPosition(*(node + PLACE_DEG), ORIGIN.altitude_amsl_m) for node in nodes]
+    return Polynomials.fitted(nodes, np.array([frame.to_enu(place)[:2] for place in places]))
+
+
+def terrain(*paths: Path, kind: ModelKind = ModelKind.TERRAIN, **values: Any) -> TerrainSettings:
+    """Return the settings that name files."""
+    return TerrainSettings(files=tuple(map(str, paths)), kind=kind, **values)
+
+
+def hill(east_m: float, north_m: float, height_m: float, radius_m: float = 30.0) -> Relief:
+    """Return a level ground with one round hill."""
+    return lambda east, north: height_m * np.exp(-((east - east_m) ** 2 + (north - north_m) ** 2) / radius_m**2)
+
+
+def level(height_m: float) -> Relief:
+    """Return a level ground above the origin."""
+    return lambda east, _: np.full_like(east, height_m)
