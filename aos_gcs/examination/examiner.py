@@ -33,6 +33,10 @@ from aos_gcs.store.recorder import MissionRecorder
 from aos_gcs.surveys.anomalies import PERSON_M
 from aos_gcs.surveys.images import read_frame
 from aos_gcs.surveys.model import Survey, SurveyImage
+from aos_gcs.surveys.significance import MIN_VIEWS
+
+_WHOLE = 0.8
+"""Share of the ground from which all of it counts as examined: single frames see the edges of every flight."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,6 +52,8 @@ class Examination:
     settings: SearchSettings
     ground_m: float
     """Height of the ground where the surface is not known."""
+    share_examined: float
+    """Share of the ground in view that is in enough frames of a window: elsewhere nothing can be found."""
 
 
 class Examiner:
@@ -110,11 +116,20 @@ class Examiner:
             raise InputDataError(f"None of the {images} images can be read: {next(iter(self._broken.values()))}")
         outcome = Outcome.FOUND if persons else Outcome.NOT_FOUND
         found = f"{persons} possible {'person' if persons == 1 else 'persons'}" if persons else "no person found"
-        text = f"{images - len(self._broken)} of {images} pictures examined: {found}."
+        text = f"{images - len(self._broken)} of {images} pictures examined: {found}{self._limits()}."
         await self._recorder.record_outcome(OutcomeRecord(self._clock.utc_s(), outcome, {"images": images}))
         await mission.notice(Severity.INFO, text)
         await mission.update(phase=Phase.DONE, outcome=outcome, message=text)
         await self._recorder.flush()
+
+    def _limits(self) -> str:
+        """Return what a searcher must know of a result: where nothing could be found."""
+        share = self._work.share_examined
+        if share <= 0.0:
+            return f", as no place is in {MIN_VIEWS} successive pictures: only pictures that overlap can be examined"
+        if share < _WHOLE:
+            return f", in the {100.0 * share:.0f} % of the ground that {MIN_VIEWS} successive pictures or more show"
+        return ""
 
     async def _examine(self, number: int, window: FrameWindow) -> None:
         began_s = self._clock.now_s()

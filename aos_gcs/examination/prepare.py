@@ -10,7 +10,7 @@ import numpy as np
 from aos_gcs.errors import InputDataError
 from aos_gcs.examination.examiner import Examination
 from aos_gcs.examination.search import SearchSettings
-from aos_gcs.examination.windows import ground_height_m, plan_windows, windows_per_place
+from aos_gcs.examination.windows import examined_ground, ground_height_m, plan_windows
 from aos_gcs.imaging.geolocation import Uncertainty
 from aos_gcs.imaging.views import FocalSurface
 from aos_gcs.surveys.model import Survey
@@ -33,11 +33,12 @@ def prepared(survey: Survey, surface: FocalSurface, detection: Detection) -> Exa
         raise InputDataError("No image was taken above the terrain: check that both are in the same world.")
     windows = plan_windows(survey.images, ground_m)
     # The rate is that of the survey: what several windows examine is given to chance as often.
-    rate_per_ha = detection.false_alarms_per_ha / windows_per_place(survey.images, windows, ground_m)
+    examined = examined_ground(survey.images, windows, ground_m)
+    rate_per_ha = detection.false_alarms_per_ha / examined.windows_per_place
     settings = SearchSettings(replace(detection, false_alarms_per_ha=rate_per_ha), _uncertainty(survey))
     # A thermal recording is a grey picture to its files.
     bands = ("thermal",) if survey.bands == ("grey",) else survey.bands
-    return Examination(survey, bands, surface, windows, settings, ground_m)
+    return Examination(survey, bands, surface, windows, settings, ground_m, examined.share)
 
 
 def _uncertainty(survey: Survey) -> Uncertainty:

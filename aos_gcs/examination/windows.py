@@ -9,9 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from aos_gcs.geometry.projection import Plane
 from aos_gcs.imaging.focal_plane import footprint
-from aos_gcs.imaging.surfaces.ground import choose_raster
 from aos_gcs.imaging.views import FocalSurface
 from aos_gcs.surveys.significance import MIN_VIEWS
 from aos_gcs.surveys.tiles import Placed
@@ -24,6 +22,10 @@ ADVANCE = 2.0 / 3.0
 """Share of a window after which the next one begins: places at its end are in the middle of that one."""
 _COARSE_M = 2.0
 """Cells in which windows are counted."""
+_MAX_EDGE_CELLS = 500
+"""Largest number of cells along the view of a frame; they are larger where frames see far."""
+_ROW_CELLS = 1 << 31
+"""Number of cells from one row to the next."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,35 +72,50 @@ def _end(views: Sequence[Placed], first: int, ground_m: float, max_frames: int) 
     return min(first + max_frames, len(views))
 
 
-def windows_per_place(views: Sequence[Placed], windows: Sequence[FrameWindow], ground_m: float) -> float:
-    """Return how many windows examine a place of the ground in the mean, at least 1: each gives chance another try.
+@dataclass(frozen=True, slots=True)
+class ExaminedGround:
+    """Ground on which enough frames of a window can agree."""
+
+    share: float
+    """Share of the ground that frames see."""
+    windows_per_place: float
+    """Number of windows that examine a place in the mean, at least 1: each gives chance another try."""
+
+
+def examined_ground(views: Sequence[Placed], windows: Sequence[FrameWindow], ground_m: float) -> ExaminedGround:
+    """Return what windows examine. What it takes follows from the views of frames, not from how far they lie apart.
 
     Args:
         views: cameras and poses of the frames.
         windows: windows of these.
         ground_m: height of the ground.
-
-    Raises:
-        ImagingError: if no frame sees the ground.
     """
-    raster = choose_raster([(view.camera, view.pose) for view in views], Plane(ground_m), _COARSE_M)
-    to_cells = np.linalg.inv(raster.to_plane)
-    outlines = []
-    for view in views:
-        outline_m = footprint(view.camera, view.pose, ground_m)
-        cells = to_cells @ np.column_stack((outline_m, np.ones(len(outline_m)))).T
-        outlines.append(np.rint(cells[:2].T).astype(np.int32))
-    shape = raster.rows, raster.columns
-    times: NDArray[np.int64] = np.zeros(shape, dtype=np.int64)
+    outlines_m = [footprint(view.camera, view.pose, ground_m) for view in views]
+    largest_m = max((float(np.ptp(outline_m, axis=0).max()) for outline_m in outlines_m if len(outline_m)), default=0.0)
+    cell_m = max(_COARSE_M, largest_m / _MAX_EDGE_CELLS)
+    corner_m = np.min([outline_m.min(axis=0) for outline_m in outlines_m if len(outline_m)] or [[0.0, 0.0]], axis=0)
+    cells = [_cells((outline_m - corner_m) / cell_m) for outline_m in outlines_m]
+    examined: list[NDArray[np.int64]] = []
     for window in windows:
-        seen: NDArray[np.int64] = np.zeros(shape, dtype=np.int64)
-        for index in window.frames:
-            if len(outlines[index]):
-                inside: NDArray[np.uint8] = np.zeros(shape, dtype=np.uint8)
-                cv2.fillConvexPoly(inside, outlines[index], (1,))
-                seen += inside
-        times += seen >= MIN_VIEWS
-    return float(times.sum() / np.count_nonzero(times)) if times.any() else 1.0
+        places, counts = np.unique(np.concatenate([cells[index] for index in window.frames]), return_counts=True)
+        examined.append(places[counts >= MIN_VIEWS])
+    times = np.concatenate(examined)
+    if not len(times):
+        return ExaminedGround(0.0, 1.0)
+    places = np.unique(times)
+    return ExaminedGround(len(places) / len(np.unique(np.concatenate(cells))), len(times) / len(places))
+
+
+def _cells(outline: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return numbers of the cells within a convex outline, of a raster that has no end; shape (n,)."""
+    if not len(outline):
+        return np.empty(0, dtype=np.int64)
+    first = np.floor(outline.min(axis=0)).astype(np.int64)
+    columns, rows = np.ceil(outline.max(axis=0)).astype(np.int64) - first + 1
+    inside: NDArray[np.uint8] = np.zeros((rows, columns), dtype=np.uint8)
+    cv2.fillConvexPoly(inside, np.rint(outline - first).astype(np.int32), (1,))
+    row, column = np.nonzero(inside)
+    return np.asarray((first[1] + row) * _ROW_CELLS + first[0] + column, dtype=np.int64)
 
 
 def ground_height_m(views: Sequence[Placed], surface: FocalSurface) -> float:

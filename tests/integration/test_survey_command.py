@@ -33,6 +33,9 @@ from tests.fakes.survey_flight import CAMERA, HOT_M, TAKEOFF, Photographs
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "data"
 
 
+OVERLAP = ", in the 68 % of the ground that 2 successive pictures or more show."
+
+
 @pytest.fixture
 def photographs(tmp_path: Path) -> Photographs:
     return Photographs(tmp_path, hot=True)
@@ -69,7 +72,7 @@ def test_what_photographs_show_is_found_in_its_place(
     assert (finding["kind"], finding["status"], result["result"]) == ("anomaly", "new", "found")
     expected_m = ProjectedSystem.of("EPSG:32633").east_north_m(finding["latitude_deg"], finding["longitude_deg"])
     assert (finding["east_m"], finding["north_m"]) == expected_m
-    assert result["message"] == "6 of 6 pictures examined: 1 possible person."
+    assert result["message"] == f"6 of 6 pictures examined: 1 possible person{OVERLAP}"
     assert finding["reasons"][-1] == "in the view of 4 pictures, 0.jpg to 3.jpg"
     assert "seen in 4 of 4 frames" in finding["reasons"]
     assert not any("vehicle" in reason for reason in finding["reasons"])
@@ -97,7 +100,7 @@ def test_the_recorded_flight_has_three_findings(tmp_path: Path, capfd: pytest.Ca
 def test_an_empty_forest_has_no_findings(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     result = survey(capfd, Photographs(tmp_path).images)
     assert (result["findings"], result["result"], result["first_finding_s"]) == ([], "not_found", None)
-    assert result["message"] == "6 of 6 pictures examined: no person found."
+    assert result["message"] == f"6 of 6 pictures examined: no person found{OVERLAP}"
 
 
 def test_a_survey_is_not_examined_twice(
@@ -192,6 +195,19 @@ def test_folders_that_cannot_be_examined_are_named(
     assert "must lie between 0 and 20000" in error(capfd, photographs.images, "--false-alarms-per-ha", 0)
     assert "--min-score must not be negative" in error(capfd, photographs.images, "--min-score", -1)
     assert "No image has the focal surface in front" in error(capfd, photographs.images, "--plane-z", 900)
+
+
+def test_pictures_that_do_not_overlap_give_no_false_assurance(
+    photographs: Photographs, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """A place in one picture alone cannot be found: "no person found" would be taken for a searched area."""
+    result = survey(capfd, photographs.images, "--frames", "0:1")
+    assert result["message"] == (
+        "1 of 1 pictures examined: no person found, as no place is in 2 successive pictures: only pictures that "
+        "overlap can be examined."
+    )
+    partly = survey(capfd, photographs.images, "--frames", "0:6:5", "--out", photographs.images.with_name("partly"))
+    assert re.search(r"found, in the \d+ % of the ground that 2 successive pictures or more show\.$", partly["message"])
 
 
 def test_photographs_of_several_sensors_are_refused(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tracemalloc
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -10,7 +11,7 @@ import pytest
 
 from aos_gcs.examination.reduction import reduced
 from aos_gcs.examination.search import Candidate, apart
-from aos_gcs.examination.windows import FrameWindow, plan_windows, windows_per_place
+from aos_gcs.examination.windows import ExaminedGround, FrameWindow, examined_ground, plan_windows
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import Pose, nadir_pose
 from aos_gcs.geometry.projection import project_points
@@ -47,12 +48,36 @@ def test_frames_that_share_no_ground_are_not_in_one_window() -> None:
 def test_ground_that_several_windows_examine_counts_as_often() -> None:
     views = [*flight(4, 0.1), *flight(4, 0.1)]
     once, twice = (FrameWindow(0, 4),), (FrameWindow(0, 4), FrameWindow(4, 8))
-    assert windows_per_place(views, once, 0.0) == pytest.approx(1.0)
-    assert windows_per_place(views, twice, 0.0) == pytest.approx(2.0)
+    assert examined_ground(views, once, 0.0).windows_per_place == pytest.approx(1.0)
+    assert examined_ground(views, twice, 0.0).windows_per_place == pytest.approx(2.0)
     # Elsewhere each has ground of its own, and what one frame alone sees is not examined.
     apart_views = [*flight(4, 0.1), *[View(CAMERA, nadir_pose([200.0 + 0.1 * index, 0.0, 30.0])) for index in range(4)]]
-    assert windows_per_place(apart_views, twice, 0.0) == pytest.approx(1.0)
-    assert windows_per_place(flight(1, 1.0), (FrameWindow(0, 1),), 0.0) == 1.0
+    assert examined_ground(apart_views, twice, 0.0).windows_per_place == pytest.approx(1.0)
+
+
+def test_ground_in_one_frame_alone_is_not_examined() -> None:
+    assert examined_ground(flight(1, 1.0), (FrameWindow(0, 1),), 0.0) == ExaminedGround(0.0, 1.0)
+    # Footprints of 35 m: half of what three frames see is in two of them.
+    views = flight(3, 17.3)
+    assert examined_ground(views, plan_windows(views, 0.0), 0.0).share == pytest.approx(0.5, abs=0.05)
+    views = flight(30, 300.0)
+    assert examined_ground(views, plan_windows(views, 0.0), 0.0).share == 0.0
+
+
+def test_flights_far_apart_take_no_more_memory_than_near_ones() -> None:
+    """Two sites 50 km apart, and a camera that sees to the horizon."""
+    far = [View(CAMERA, nadir_pose([50e3 + 5.0 * index, 40e3, 30.0])) for index in range(6)]
+    views = [*flight(6, 5.0), *far]
+    windows = FrameWindow(0, 6), FrameWindow(6, 12)
+    tracemalloc.start()
+    both = examined_ground(views, windows, 0.0)
+    high = [View(view.camera, nadir_pose([0.0, 0.0, 20e3])) for view in views]
+    examined_ground(high, windows, 0.0)
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert both.windows_per_place == 1.0
+    assert both.share == pytest.approx(examined_ground(views[:6], windows[:1], 0.0).share, abs=0.02)
+    assert most < 100e6
 
 
 def candidate(east_m: float, significance: float, kind: FindingKind = FindingKind.ANOMALY) -> Candidate:
