@@ -155,7 +155,7 @@ def detector_rows() -> list[tuple[str, Cost, str]]:
     works = [lambda own=settings: whole_step(frames, own) for settings in chosen]
     costs = measure(*works, rounds=5)
     return rows + [
-        (f"step, {settings.detector}, {settings.anomaly_source}", cost, "")
+        (f"step, {settings.detector_of(frames[0].bands)}, {settings.anomaly_source}", cost, "")
         for settings, cost in zip(chosen, costs, strict=True)
     ]
 
@@ -234,7 +234,7 @@ def recording_rows(frames: list[Frame]) -> list[tuple[str, Cost, str]]:
         ("render_pictures, with the integral", pictures, "goal 30"),
         (f"10 frames, RX of {name}, 10 x 10 renders", peer, times),
         *(
-            (f"recorded step, {settings.detector}, {settings.anomaly_source}", cost, "")
+            (f"recorded step, {settings.detector_of(frames[0].bands)}, {settings.anomaly_source}", cost, "")
             for settings, cost in zip(others, costs, strict=True)
         ),
     ]

@@ -116,8 +116,8 @@ class FakeVehicle:
     failsafe: str = ""
     others: tuple[tuple[float, float, float], ...] = ()
     """Other things that its camera sees: east, north, degrees Celsius."""
-    is_radiometric: bool = True
-    """Whether its camera tells temperatures."""
+    bands: tuple[str, ...] = BANDS
+    """Bands of its camera, some of ``BANDS``."""
     inspections: int = 0
     uploads: int = 0
     _newest: Command | None = None
@@ -337,13 +337,12 @@ class FakeVehicle:
             await self.clock.sleep(self.camera_delay_s)
         self.images += 1
         pose = nadir_pose(self.position_enu_m())
-        bands = BANDS if self.is_radiometric else BANDS[:3]
         return Capture(
             vehicle_id=self.vehicle_id,
             image_index=self.images,
             utc_s=self.clock.utc_s(),
-            image=self._look()[..., : len(bands)],
-            bands=bands,
+            image=self._look()[..., [BANDS.index(band) for band in self.bands]],
+            bands=self.bands,
             position=FRAME.to_geodetic(pose.position_enu_m),
             R_cam2enu=pose.R_cam2enu,
             camera=CAMERA,

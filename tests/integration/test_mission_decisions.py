@@ -113,7 +113,7 @@ async def test_an_operator_who_confirms_overrules_the_decision() -> None:
 async def test_without_temperatures_an_anomaly_counts_as_a_find_and_says_so() -> None:
     flight = over(STONE)
     for vehicle in flight.fleet.members.values():
-        vehicle.is_radiometric = False
+        vehicle.bands = ("red", "green", "blue")
     async with flying(flight) as run:
         assert await run is Outcome.FOUND
     (finding,) = findings(flight)

@@ -81,6 +81,22 @@ def test_a_search_is_computed_again_and_identical(recorded: Path, capsys: pytest
     assert verify(recorded, capsys) == (0, f"identical: {len(steps)} steps computed again\n")
 
 
+def test_a_search_with_thermal_cameras_alone_finds_and_is_identical(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    async def fly() -> None:
+        flight = prepare(3)
+        for vehicle in flight.fleet.members.values():
+            vehicle.bands = ("thermal",)
+        async with flying(flight) as outcome:
+            assert await outcome is Outcome.FOUND
+        write_search(tmp_path / "mission", flight.recorder)
+
+    run(fly())
+    code, text = verify(tmp_path / "mission", capsys)
+    assert (code, text.partition(":")[0]) == (0, "identical")
+
+
 def test_a_changed_pixel_is_named(copy: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with MissionReader(copy) as reader:
         frame = reader.frames(STEP)[1]

@@ -103,6 +103,7 @@ def test_sections_reach_the_settings_of_the_core() -> None:
     assert settings.detection.found_steps == 4
     assert settings.imaging.leader_criterion is LeaderCriterion.INTEGRAL
     assert settings.imaging.detector is Detector.LOCAL_RX
+    assert settings.imaging.detector_of(("red", "green", "blue", "thermal")) is Detector.LOCAL_RX
     assert settings.imaging.anomaly_source is AnomalySource.INTEGRAL
     assert settings.deadlines.capture_s == 7.0
     assert settings.safety == SafetyOverrides(separation_m=3.0, ceiling_m=60.0)

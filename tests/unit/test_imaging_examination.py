@@ -91,3 +91,17 @@ def test_a_detector_that_lacks_its_band_is_told_of_by_the_analysis() -> None:
 def test_nothing_is_looked_for_in_frames_whose_integral_is_searched() -> None:
     settings = dataclasses.replace(SETTINGS, anomaly_source=AnomalySource.INTEGRAL)
     assert not any(one.marked.size for one in examine_all(frames(PINHOLE), settings))
+
+
+def test_one_band_is_judged_by_its_surroundings_unless_a_detector_is_chosen() -> None:
+    # A warm body on a calm meadow beside a restless forest: to the whole frame it is nothing.
+    rng = np.random.default_rng(5)
+    image = rng.normal(80.0, 12.0, (200, 200, 1))
+    image[:, :100] = rng.normal(80.0, 1.0, (200, 100, 1))
+    image[98:102, 48:52] += 20.0
+    camera = CameraModel.from_fov(200, 200, math.radians(50.0))
+    frame = Frame(1, image.astype(np.float32), ("thermal",), nadir_pose([0.0, 0.0, 30.0]), camera)
+    body = 100 * 200 + 50
+    assert body in examine(frame, ImagingSettings()).marked
+    assert body not in examine(frame, ImagingSettings(detector=Detector.RX)).marked
+    assert ImagingSettings().detector_of(("red", "green", "blue", "thermal")) is Detector.RX

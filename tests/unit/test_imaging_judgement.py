@@ -12,13 +12,15 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import nadir_pose
 from aos_gcs.imaging.detection.marks import NO_MARKS, Marks
 from aos_gcs.imaging.model import FocalGrid, Frame
+from aos_gcs.imaging.step.agreement import agreeing_frames
+from aos_gcs.imaging.step.blobs import BlobCells
 from aos_gcs.imaging.step.judgement import judge
 from aos_gcs.imaging.step.marking import MarkedFrame
 from aos_gcs.imaging.step.settings import ImagingSettings
 
 CAMERA = CameraModel.from_fov(64, 64, math.radians(50.0))
 GRID = FocalGrid(west_m=-10.0, north_m=10.0, resolution_m=0.5, rows=40, columns=40, height_m=0.0)
-SETTINGS = ImagingSettings(gap_cells=0)
+SETTINGS = ImagingSettings(gap_cells=0, agreeing_frames=1)
 
 
 def marked(vehicle_id: int, *cells: tuple[int, int], east_m: float = 0.0) -> MarkedFrame:
@@ -42,6 +44,31 @@ def test_counts_areas_and_leader_are_those_that_can_be_counted() -> None:
     assert judgement.present_m2 == 1.0
     assert judgement.masks is not None
     assert judgement.masks.marked.sum(axis=(1, 2)).tolist() == [2, 3, 0]
+
+
+def test_blobs_on_which_too_few_frames_agree_are_left_out() -> None:
+    # Marks of two frames lie a cell of 0.5 m apart, and another place is marked by one of them.
+    frames = [marked(1, (20, 20), (5, 5)), marked(2, (20, 20)), marked(3)]
+    (blob,) = [one.blob for one in judge(frames, GRID, (), ImagingSettings(gap_cells=0)).sightings]
+    assert blob.centroid_enu_m == pytest.approx((0.25, -0.25, 0.0))
+    assert blob.max_count == 2
+    assert judge(frames, GRID, (), ImagingSettings(gap_cells=0, agreeing_frames=3)).sightings == ()
+    # Of several bands, one clear view is enough; and no more frames have to agree than see the place.
+    colour = [
+        dataclasses.replace(one, frame=dataclasses.replace(one.frame, bands=("red", "green", "blue"))) for one in frames
+    ]
+    assert len(judge(colour, GRID, (), ImagingSettings(gap_cells=0)).sightings) == 2
+    coverage = np.full((40, 40), 3, dtype=np.uint16)
+    coverage[:10] = 1
+    assert len(judge(frames, GRID, (), ImagingSettings(gap_cells=0), coverage=coverage).sightings) == 2
+
+
+def test_frames_agree_within_the_half_width_of_a_body() -> None:
+    fine = dataclasses.replace(GRID, resolution_m=0.05)
+    blob = BlobCells(np.array([20]), np.array([10]), np.array([1], dtype=np.uint16))
+    for apart, expected in ((0, 2), (5, 2), (6, 1), (15, 1)):
+        frames = [marked(1, (20, 10)), marked(2, (20, 10 + apart)), marked(3, (35, 35))]
+        assert agreeing_frames(blob, fine, frames) == expected
 
 
 def test_equal_shares_are_led_by_the_vehicle_above_the_blob() -> None:

@@ -30,7 +30,7 @@ def look(vehicle_id: int, east_m: float, targets: dict[tuple[float, float, float
 
 def test_each_target_is_sighted_with_the_views_that_mark_it() -> None:
     frames = [look(1, -2.0, {LARGE: 2}), look(2, 0.0, {LARGE: 2, SMALL: 1}), look(3, 2.0, {})]
-    analysis = analyse_step(frames, ImagingSettings(rx_quantile=0.99))
+    analysis = analyse_step(frames, ImagingSettings(rx_quantile=0.99, agreeing_frames=1))
     large, small = analysis.sightings[:2]
     assert analysis.blob is large.blob
     assert [view.vehicle_id for view in large.views] == [1, 2]

@@ -80,10 +80,11 @@ def _analyse(
     view = grid_view(grid)
     projected = [ProjectedFrame(frame, view.project(frame)) for frame in usable.frames]
     marked = mark_frames(projected, grid)
-    judgement = judge(marked, grid, history, settings, settled_enu_m)
+    coverage = cover(projected, view.shape)
+    judgement = judge(marked, grid, history, settings, settled_enu_m, coverage=coverage)
     return StepAnalysis(
         grid=grid,
-        coverage=cover(projected, view.shape),
+        coverage=coverage,
         anomaly_count=judgement.anomaly_count,
         blob=judgement.blob,
         vehicle_ids=judgement.vehicle_ids,

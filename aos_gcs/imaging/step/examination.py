@@ -76,7 +76,9 @@ def examine(frame: Frame, settings: ImagingSettings) -> ExaminedFrame:
     if fits and not fault and settings.anomaly_source is AnomalySource.MASKS:
         try:
             # Before any warp: interpolated pixels are correlated, and smoother than the background.
-            mask = detect(image, frame.bands, settings.detector, settings.rx_quantile, settings.rx_min_score)
+            mask = detect(
+                image, frame.bands, settings.detector_of(frame.bands), settings.rx_quantile, settings.rx_min_score
+            )
         except ImagingError as error:
             undetectable = str(error)
         else:

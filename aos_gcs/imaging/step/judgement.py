@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aos_gcs.imaging.detection.marks import Marks
-from aos_gcs.imaging.model import Blob, FocalGrid, KeptView, LeaderCriterion, Sighting, VehicleMasks
+from aos_gcs.imaging.model import MAX_SIGHTINGS, Blob, FocalGrid, KeptView, LeaderCriterion, Sighting, VehicleMasks
+from aos_gcs.imaging.step.agreement import agreeing_frames
 from aos_gcs.imaging.step.blobs import BlobCells, find_blobs
 from aos_gcs.imaging.step.history import MarkedView, marks_on, views_to_keep
 from aos_gcs.imaging.step.marking import MarkedFrame
@@ -30,6 +31,8 @@ SETTLED_M = 2.0
 SETTLED_BY_FEW_M = 3.0
 """The same for a blob that fewer than ``FEW`` vehicles mark: their errors do not average out."""
 FEW = 3
+_MOST_WEIGHED = 64
+"""Largest number of blobs that are looked at for frames that agree."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,6 +56,8 @@ def judge(
     history: Sequence[KeptView],
     settings: ImagingSettings,
     settled_enu_m: Sequence[tuple[float, float]] = (),
+    *,
+    coverage: NDArray[np.uint16] | None = None,
 ) -> Judgement:
     """Find the blobs that the frames mark, and tell which vehicle sees most of the largest.
 
@@ -62,18 +67,27 @@ def judge(
         history: views of earlier steps; they enlarge blobs, and are no blob of their own.
         settings: rules for connecting cells and comparing vehicles.
         settled_enu_m: places that have been looked at: a blob there leads nobody, but is still among the sightings.
+        coverage: number of frames that see each cell; None: all see every cell.
     """
     past = [MarkedView(view, marks_on(view, grid)) for view in history]
     present_count = _counted((one.marks for one in marked), np.zeros((grid.rows, grid.columns), dtype=np.uint16))
     anomaly_count = _counted((one.marks for one in past), present_count.copy()) if past else present_count
+    needed = settings.agreement_of(marked[0].frame.bands) if marked else 1
     blobs = [
         cells
-        for cells in find_blobs(anomaly_count, settings.minimum_count, settings.gap_cells)
+        for cells in find_blobs(
+            anomaly_count, settings.minimum_count, settings.gap_cells, MAX_SIGHTINGS if needed == 1 else _MOST_WEIGHED
+        )
         if present_count[cells.rows, cells.columns].any()
     ]
+    agreeing = [1 if needed == 1 else agreeing_frames(cells, grid, marked) for cells in blobs]
     # The last frame of a vehicle stands for it.
     present = {one.frame.vehicle_id: one for one in marked}
-    seen = [(cells, _settle(sight(cells, grid, marked), settled_enu_m)) for cells in blobs]
+    seen = [
+        (cells, _settle(_with_agreement(sight(cells, grid, marked), count), settled_enu_m))
+        for cells, count in zip(blobs, agreeing, strict=True)
+        if count >= _needed(cells, needed, len(marked) if coverage is None else coverage)
+    ][:MAX_SIGHTINGS]
     seen.sort(key=lambda one: one[1].settled)
     sightings = tuple(sighting for _, sighting in seen)
     if not sightings or sightings[0].settled:
@@ -97,6 +111,18 @@ def judge(
         present_m2=float(np.count_nonzero(shown)) * grid.resolution_m**2,
         blob=sightings[0].blob,
     )
+
+
+def _needed(cells: BlobCells, frames: int, seeing: NDArray[np.uint16] | int) -> int:
+    """Return how many frames must agree on a blob: no more than see it."""
+    seen_by = seeing if isinstance(seeing, int) else int(seeing[cells.rows, cells.columns].max())
+    return min(frames, seen_by)
+
+
+def _with_agreement(sighting: Sighting, agreeing: int) -> Sighting:
+    """Return a sighting whose frames agree where they mark ground beside each other's marks."""
+    blob = sighting.blob
+    return replace(sighting, blob=replace(blob, max_count=max(blob.max_count, agreeing)))
 
 
 def _settle(sighting: Sighting, settled_enu_m: Sequence[tuple[float, float]]) -> Sighting:

@@ -107,5 +107,6 @@ def _anomalies_of(integral: StepIntegral, bands: tuple[str, ...], settings: Imag
     """Return the cells that stand out of the integral."""
     # The variance of a mean of n frames is 1 / n of theirs: without weights, the rims would stand out.
     weights = integral.coverage.astype(np.float32) / np.float32(max(int(integral.coverage.max()), 1))
-    mask = detect(integral.mean, bands, settings.detector, settings.rx_quantile, settings.rx_min_score, weights=weights)
+    detector = settings.detector_of(bands)
+    mask = detect(integral.mean, bands, detector, settings.rx_quantile, settings.rx_min_score, weights=weights)
     return Marks(*np.nonzero(mask))

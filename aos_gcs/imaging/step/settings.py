@@ -20,7 +20,8 @@ class ImagingSettings:
 
     plane_height_m: float = 0.0
     """ENU height of the horizontal focal plane."""
-    detector: Detector = Detector.RX
+    detector: Detector | None = None
+    """None: chosen by the bands of the frames, see :meth:`detector_of`."""
     anomaly_source: AnomalySource = AnomalySource.MASKS
     rx_quantile: float = 0.9998
     """Quantile of an image's scores above which pixels are marked, for every detector."""
@@ -35,6 +36,9 @@ class ImagingSettings:
     """Edge of a cell on the focal plane; None: the finest ground sampling distance of the frames."""
     max_cells: int = DEFAULT_MAX_CELLS
     """Upper bound of the raster's size; cells become coarser to keep it."""
+    agreeing_frames: int | None = None
+    """Frames that must mark a place of a blob, where as many see it, each within half the width of a body; None: 2 for
+    frames of one band, which are restless, otherwise 1."""
     history_frames: int = 10
     """Largest number of views from earlier steps in the integral of anomalies; 0: none."""
 
@@ -47,6 +51,8 @@ class ImagingSettings:
             raise ConfigurationError(f"rx_min_score must not be negative, got {self.rx_min_score}.")
         if self.minimum_count < 1:
             raise ConfigurationError(f"minimum_count must be at least 1, got {self.minimum_count}.")
+        if self.agreeing_frames is not None and self.agreeing_frames < 1:
+            raise ConfigurationError(f"agreeing_frames must be at least 1, got {self.agreeing_frames}.")
         if self.gap_cells < 0:
             raise ConfigurationError(f"gap_cells must not be negative, got {self.gap_cells}.")
         if self.resolution_m is not None and not self.resolution_m > 0.0:
@@ -55,3 +61,15 @@ class ImagingSettings:
             raise ConfigurationError(f"max_cells must be at least 100, got {self.max_cells}.")
         if self.history_frames < 0:
             raise ConfigurationError(f"history_frames must not be negative, got {self.history_frames}.")
+
+    def detector_of(self, bands: tuple[str, ...]) -> Detector:
+        """Return the detector of frames: of one band, a pixel is judged by its surroundings, not by the whole frame."""
+        if self.detector is not None:
+            return self.detector
+        return Detector.LOCAL_RX if len(bands) == 1 else Detector.RX
+
+    def agreement_of(self, bands: tuple[str, ...]) -> int:
+        """Return how many frames of some bands must agree on a blob."""
+        if self.agreeing_frames is not None:
+            return self.agreeing_frames
+        return 2 if len(bands) == 1 else 1
