@@ -17,6 +17,7 @@ from aos_gcs.errors import InputDataError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.poses import R_CAM2SENSOR_FRD, Pose
 from aos_gcs.geometry.rotations import R_from_yaw_pitch_roll
+from aos_gcs.input_values import finite_number
 
 PARAMETERS = ("yaw_deg", "pitch_deg", "roll_deg", "focal_px", "k1", "k2", "clock_offset_s")
 """Order of the covariance."""
@@ -109,4 +110,4 @@ def read_calibration(path: Path) -> Calibration:
 
 
 def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    return finite_number(value) is not None

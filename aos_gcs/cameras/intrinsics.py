@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from aos_gcs.errors import InputDataError
 from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.distortion import COEFFICIENTS, LensDistortion, LensModel
+from aos_gcs.input_values import shown
 
 _SHAPE_TOLERANCE = 0.01
 """Relative difference of aspect ratios that is left to rounding."""
@@ -70,10 +71,10 @@ def parse_lens(model: LensModel, coefficients: Sequence[object], name: str) -> L
     most = COEFFICIENTS[model]
     try:
         values = [math.nan if isinstance(value, bool) else float(value) for value in coefficients]  # type: ignore[arg-type]
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         values = []
     # Four is the least that either model is calibrated with.
     if not 4 <= len(values) <= most or not all(map(math.isfinite, values)):
         count = "4" if most == 4 else f"4 to {most}"
-        raise InputDataError(f"{name} needs {count} finite coefficients, got {list(coefficients)}.")
+        raise InputDataError(f"{name} needs {count} finite coefficients, got {shown(list(coefficients))}.")
     return LensDistortion(model, (*values, *[0.0] * (most - len(values))))

@@ -22,6 +22,7 @@ import numpy as np
 from aos_gcs.cameras.intrinsics import Intrinsics, parse_lens
 from aos_gcs.errors import InputDataError
 from aos_gcs.geometry.distortion import LensDistortion, LensModel
+from aos_gcs.input_values import finite_number, shown
 
 MAX_BYTES = 1_000_000
 """Largest file that is read: all of them are short."""
@@ -133,7 +134,7 @@ def _of_opencv(document: Document, path: Path) -> Intrinsics:
     name, matrix = _field(document, _MATRIX)
     try:
         K = np.array(matrix, dtype=np.float64).reshape(3, 3)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         K = np.full((3, 3), np.nan)
     if not np.isfinite(K).all() or K[0, 0] <= 0.0 or K[1, 1] <= 0.0 or not np.allclose(K[2], (0.0, 0.0, 1.0)):
         raise InputDataError(f"The camera file {path}: '{name}' must be three rows fx 0 cx, 0 fy cy, 0 0 1 in pixels.")
@@ -221,11 +222,13 @@ def _flat(values: Any) -> list[float]:
     """Return the numbers of a list or matrix in their order; NaN where one is no number."""
     if isinstance(values, list):
         return [number for value in values for number in _flat(value)]
-    return [float(values)] if isinstance(values, int | float) and not isinstance(values, bool) else [math.nan]
+    number = finite_number(values)
+    return [math.nan if number is None else number]
 
 
 def _number(table: Document, place: str, name: str, default: float | None = None) -> float:
     value = table.get(name, default)
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise InputDataError(f"{place}: '{name}' must be a finite number, got {value!r}.")
-    return float(value)
+    number = finite_number(value)
+    if number is None:
+        raise InputDataError(f"{place}: '{name}' must be a finite number, got {shown(value)}.")
+    return number

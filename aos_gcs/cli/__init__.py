@@ -19,6 +19,7 @@ import typer
 from aos_gcs.cli.output import LogLevel, configure_logging
 from aos_gcs.cli.registry import group_class
 from aos_gcs.errors import AosError
+from aos_gcs.input_values import printable
 
 BUILT_IN: dict[str, str] = {
     "demo": "aos_gcs.cli.demo:demo",
@@ -35,6 +36,7 @@ BUILT_IN: dict[str, str] = {
 }
 """Command name to ``module:function``, in the order in which the help lists them."""
 
+NEWLINE = "\n"
 EXIT_USER_ERROR = 2
 EXIT_INTERRUPTED = 130
 
@@ -103,5 +105,5 @@ def _leaves(group: BaseExceptionGroup[AosError]) -> list[AosError]:
 
 def _exit_with(errors: Sequence[AosError]) -> None:
     for text in dict.fromkeys(str(error) for error in errors):
-        typer.echo(f"aos-gcs: {text}", err=True)
+        typer.echo(f"aos-gcs: {printable(text, keep=NEWLINE)}", err=True)
     sys.exit(EXIT_USER_ERROR)

@@ -25,6 +25,7 @@ from aos_gcs.imaging.surfaces.dem_files import is_geotiff, read_dem_crs
 from aos_gcs.imaging.surfaces.ground import choose_raster, covered_part
 from aos_gcs.imaging.surfaces.terrain import Terrain
 from aos_gcs.imaging.views import FocalSurface
+from aos_gcs.input_values import printable
 from aos_gcs.surveys.anomalies import significant_blobs
 from aos_gcs.surveys.integration import Work
 from aos_gcs.surveys.levels import pixel_size_m
@@ -126,6 +127,7 @@ def integrate(
         degrees=degrees,
         skip_broken=skip_broken,
     )
+    results.check_inputs(image.path for image in survey.images)
     georeference = _georeference(survey, dem)
     results.check_georeference(georeference)
     virtual = virtual_camera(survey, view, size) if ortho is None else None
@@ -206,9 +208,8 @@ def _integrate(
         )
     if unused:
         first = work.images[unused[0]].path.name
-        typer.echo(
-            f"{len(unused)} of {len(work.images)} images do not see the focal surface; the first is {first}", err=True
-        )
+        text = f"{len(unused)} of {len(work.images)} images do not see the focal surface; the first is {first}"
+        typer.echo(printable(text), err=True)
     return rasters
 
 

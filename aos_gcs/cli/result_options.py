@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.errors import ConfigurationError
 from aos_gcs.exports.anomaly_table import FORMATS, encode_anomalies
-from aos_gcs.exports.files import check_writable, written_whole
+from aos_gcs.exports.files import check_apart, check_folder, check_writable, written_whole
 from aos_gcs.exports.georeference import Georeference
 from aos_gcs.exports.rasters import (
     RASTER_SUFFIXES,
@@ -163,6 +163,8 @@ class ResultOptions:
             raise ConfigurationError("--out, --count, --png, --anomaly and --blobs must name different files.")
         for path in paths:
             check_writable(path)
+        if self.thumbnails is not None:
+            check_folder(self.thumbnails)
         _check_suffix("--out", (self.out,), RASTER_SUFFIXES)
         _check_suffix("--count", (self.count,), RASTER_SUFFIXES)
         _check_suffix("--anomaly", self.anomaly, (*RASTER_SUFFIXES, ".png"))
@@ -179,6 +181,15 @@ class ResultOptions:
     def wanted_detector(self) -> Detector | None:
         """Detector of anomalies; None where no output shows them."""
         return self.detector if self.anomaly or self.blobs is not None else None
+
+    def check_inputs(self, images: Iterable[Path]) -> None:
+        """Refuse results in the place of the images of a recording.
+
+        Raises:
+            ConfigurationError: naming the result.
+        """
+        files = (self.out, self.count, self.png, *self.anomaly, self.blobs)
+        check_apart([path for path in files if path is not None], self.thumbnails, images)
 
     def check_georeference(self, georeference: Georeference | None) -> None:
         """Refuse files that need a place on the earth where there is none, or a library that is not installed.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 from dataclasses import dataclass
 from hashlib import blake2b
@@ -15,6 +16,7 @@ from aos_gcs.cli import autofocus_options, result_options, surface_options, surv
 from aos_gcs.cli.run import CODE_FILE_HELP, run_until_terminated
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.imaging.model import Detector
+from aos_gcs.input_values import printable
 from aos_gcs.surveys.images import SUFFIXES
 from aos_gcs.surveys.significance import DEFAULT_FALSE_ALARMS_PER_HA
 
@@ -162,7 +164,7 @@ class _Recording:
             *(self.detection.detector, self.detection.min_score, self.detection.false_alarms_per_ha),
         )
         return {
-            "source": str(self.folder.resolve()),
+            "source": printable(str(self.folder.resolve())),
             "images": _digest(
                 sorted(
                     path
@@ -233,7 +235,7 @@ def _digest(paths: list[Path]) -> str:
     digest = blake2b(digest_size=16)
     for path in paths:
         status = path.stat()
-        digest.update(f"{path.resolve()}|{status.st_size}|{status.st_mtime_ns}\n".encode())
+        digest.update(os.fsencode(path.resolve()) + f"|{status.st_size}|{status.st_mtime_ns}\n".encode())
     return digest.hexdigest()
 
 
@@ -264,7 +266,7 @@ def _as_data(snapshot: MissionSnapshot, folder: Path, system: ProjectedSystem | 
             | ({} if east_north_m is None else {"east_m": east_north_m[0], "north_m": east_north_m[1]})
         )
     return {
-        "folder": str(folder),
+        "folder": printable(str(folder)),
         "result": snapshot.outcome.value,
         "message": snapshot.message,
         "windows": snapshot.step,

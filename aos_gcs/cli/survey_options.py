@@ -17,6 +17,7 @@ from aos_gcs.errors import ConfigurationError
 from aos_gcs.geometry.distortion import LensDistortion, LensModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.geotags.sensors import Sensor
+from aos_gcs.input_values import printable
 from aos_gcs.surveys.conventions import NAMES, PoseConvention, parse_convention
 from aos_gcs.surveys.flir import Scene
 from aos_gcs.surveys.model import Survey, SurveyImage
@@ -221,10 +222,11 @@ def open_survey(
         )
     report_skipped(len(survey.images) + len(survey.left_out), list(survey.left_out.items()))
     for remark in survey.remarks:
-        typer.echo(remark, err=True)
+        typer.echo(printable(remark), err=True)
     if survey.without_pose:
         count, first = len(survey.without_pose), survey.without_pose[0]
-        typer.echo(f"{count} images of the folder have no pose and take no part; the first is {first}", err=True)
+        text = f"{count} images of the folder have no pose and take no part; the first is {first}"
+        typer.echo(printable(text), err=True)
     return survey if calibration is None else _calibrated(survey, calibration)
 
 
@@ -254,7 +256,7 @@ def report_skipped(total: int, reasons: Sequence[tuple[str, str]]) -> None:
     """Print on standard error how many images are skipped, and why the first; names and reasons are given."""
     if reasons:
         name, reason = reasons[0]
-        typer.echo(f"{len(reasons)} of {total} images are skipped; {name}: {reason}", err=True)
+        typer.echo(printable(f"{len(reasons)} of {total} images are skipped; {name}: {reason}"), err=True)
 
 
 def _optics(fov_deg: float | None, camera: Path | None) -> float | Intrinsics | None:

@@ -23,6 +23,7 @@ from aos_gcs.imaging.persons.decision import CLAIMED, FindingKind
 from aos_gcs.imaging.undistort import seen_pixels
 from aos_gcs.imaging.views import FocalSurface
 from aos_gcs.imaging.workers import parallel_map
+from aos_gcs.input_values import printable
 from aos_gcs.mission.model.findings import TargetEstimate
 from aos_gcs.mission.model.phase import Outcome, OutcomeRecord, Phase
 from aos_gcs.mission.model.steps import StepRecord
@@ -190,7 +191,7 @@ class Examiner:
         try:
             frame = reduced(read_frame(image, self._work.survey.bands))
         except InputDataError as error:
-            return str(error)
+            return printable(str(error))
         return replace(frame, bands=self._work.bands)
 
     async def _record_frames(self, number: int, window: FrameWindow, frames: Sequence[Frame]) -> None:
@@ -247,7 +248,7 @@ class Examiner:
         """Return which pictures of a window hold a place."""
         place_m = np.array([candidate.position_enu_m])
         names = [
-            self._work.survey.images[index].path.name
+            printable(self._work.survey.images[index].path.name)
             for index in window.frames
             if (frame := self._read.get(index)) is not None
             and seen_pixels(project_points(place_m, frame.camera, frame.pose), frame.camera).any()

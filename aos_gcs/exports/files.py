@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
@@ -25,6 +25,38 @@ def check_writable(path: Path) -> None:
         raise ConfigurationError(f"Cannot write {path}: the folder {folder} does not exist; create it first.")
     if not os.access(folder, os.W_OK):
         raise ConfigurationError(f"Cannot write {path}: you have no permission to write into {folder}.")
+
+
+def check_folder(folder: Path) -> None:
+    """Refuse a folder for results before long work is done for them, unless it can be made or written into.
+
+    Raises:
+        ConfigurationError: naming the folder and what is wrong with it.
+    """
+    there = next(path for path in (folder.absolute(), *folder.absolute().parents) if path.exists())
+    if not there.is_dir():
+        raise ConfigurationError(f"Cannot make the folder {folder}: {there} is a file.")
+    if not os.access(there, os.W_OK):
+        raise ConfigurationError(f"Cannot make the folder {folder}: you have no permission to write into {there}.")
+
+
+def check_apart(results: Iterable[Path], folder: Path | None, inputs: Iterable[Path]) -> None:
+    """Refuse results that would take the place of what they are made of.
+
+    Args:
+        results: files to write.
+        folder: folder in which files of any name are written, if there is one.
+        inputs: files that are read.
+
+    Raises:
+        ConfigurationError: naming the file or folder.
+    """
+    read = {path.resolve() for path in inputs}
+    for path in results:
+        if path.resolve() in read:
+            raise ConfigurationError(f"Cannot write {path}: it is one of the images of the recording.")
+    if folder is not None and folder.resolve() in {path.parent for path in read}:
+        raise ConfigurationError(f"Cannot write into {folder}: it holds the images of the recording.")
 
 
 @contextmanager

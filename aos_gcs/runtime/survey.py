@@ -21,6 +21,7 @@ from aos_gcs.examination.state import PICTURES_KEY, SurveyPlace, SurveyState, re
 from aos_gcs.examination.survey_mission import SurveyMission
 from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.imaging.step.settings import ImagingSettings
+from aos_gcs.input_values import printable
 from aos_gcs.mission.model.snapshot import MissionSnapshot
 from aos_gcs.planning.settings import AutofocusSettings
 from aos_gcs.ports import Clock, Notice
@@ -152,7 +153,7 @@ async def _new(survey: SurveyFolder, clock: Clock) -> AsyncIterator[tuple[Survey
     began_s, folder = clock.now_s(), survey.folder
     examination = await asyncio.to_thread(survey.prepare)
     place = _place(folder.name, examination)
-    names = [image.path.name for image in examination.survey.images]
+    names = [printable(image.path.name) for image in examination.survey.images]
     manifest = {MANIFEST_KEY: survey.inputs, PICTURES_KEY: names}
     has_begun = False
     try:

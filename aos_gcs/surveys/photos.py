@@ -18,6 +18,7 @@ from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.geotags.photo import Geotag, read_geotag
 from aos_gcs.geotags.sensors import Sensor
+from aos_gcs.surveys.apart import far_apart
 from aos_gcs.surveys.flir import Scene, read_radiometric
 from aos_gcs.surveys.images import THERMAL, bands_of, check_image, read_image
 from aos_gcs.surveys.model import Survey, SurveyImage
@@ -81,21 +82,24 @@ def read_photos(
     photos: list[_Photo] = []
     left_out: dict[str, str] = {}
     bands: tuple[str, ...] | None = None
+    by_size: dict[int, list[Path]] = {}
     for path in paths:
         try:
             photo = _read(path, ground_amsl_m, optics, lens, scene)
             _refuse_other_sensor(photo.tag.sensor, sensor)
-            _refuse_copy(path, [known.path for known in photos])
+            _refuse_copy(path, by_size.setdefault(path.stat().st_size, []))
             bands = bands or (bands_of(read_image(path)) if scene is None else THERMAL)
         except InputDataError as error:
             left_out[path.relative_to(folder).as_posix()] = str(error)
             continue
         photos.append(photo)
+        by_size[path.stat().st_size].append(path)
     if bands is None:
         name, reason = next(iter(left_out.items()))
         raise InputDataError(f"None of the {len(paths)} photographs in {folder} can be used; {name}: {reason}")
     if sensor is None:
         _refuse_mixed(photos, folder)
+    photos = _together(photos, left_out, folder)
     origin = GeodeticPosition(
         photos[0].tag.latitude_deg,
         photos[0].tag.longitude_deg,
@@ -210,11 +214,21 @@ def _refuse_mixed(photos: Sequence[_Photo], folder: Path) -> None:
         )
 
 
+def _together(photos: Sequence[_Photo], left_out: dict[str, str], folder: Path) -> list[_Photo]:
+    """Return photographs without those that lie far from the others."""
+    places = [GeodeticPosition(photo.tag.latitude_deg, photo.tag.longitude_deg, 0.0) for photo in photos]
+    world = LocalFrame(places[0])
+    far = far_apart([world.to_enu(place) for place in places])
+    if len(far) == len(photos):
+        raise InputDataError(f"The photographs in {folder} lie far from each other: put those of one flight into it.")
+    left_out.update({photos[index].path.relative_to(folder).as_posix(): f"it {text}" for index, text in far.items()})
+    return [photo for index, photo in enumerate(photos) if index not in far]
+
+
 def _refuse_copy(path: Path, others: Sequence[Path]) -> None:
-    """Refuse a photograph that is there twice: what it shows would count as if two had seen it."""
-    size = path.stat().st_size
+    """Refuse a photograph that is one of others of its size: what it shows would count as if two had seen it."""
     for other in others:
-        if other.stat().st_size == size and filecmp.cmp(path, other, shallow=False):
+        if filecmp.cmp(path, other, shallow=False):
             raise InputDataError(f"it is a copy of {other.name}")
 
 

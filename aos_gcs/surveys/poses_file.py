@@ -19,6 +19,8 @@ from aos_gcs.geometry.camera import CameraModel
 from aos_gcs.geometry.distortion import LensDistortion, LensModel
 from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.geometry.poses import Pose
+from aos_gcs.input_values import finite_number, shown
+from aos_gcs.surveys.apart import far_apart
 from aos_gcs.surveys.conventions import PoseConvention
 from aos_gcs.surveys.images import SUFFIXES, bands_of, check_image, read_image
 from aos_gcs.surveys.model import Survey, SurveyImage
@@ -33,6 +35,11 @@ Z_DOWN = (
 
 LENSES = {"lens": LensModel.BROWN_CONRADY, "fisheye": LensModel.FISHEYE}
 """Fields of the file that may carry the coefficients of a lens."""
+
+MAX_POSITION_M = 1e8
+"""Largest coordinate of a position: those about the middle of the earth are smaller."""
+MAX_ALTITUDE_M = 20_000.0
+MAX_FILE_BYTES = 1_000_000_000
 
 _INTRINSICS = ("fx", "fy", "cx", "cy")
 """Fields of the file that describe the camera, in pixels."""
@@ -101,6 +108,11 @@ def read_poses(
         else:
             placed.append((path, pose))
             times_s |= {} if time_s is None else {path: time_s}
+    for index, reason in far_apart([pose.position_enu_m for _, pose in placed]).items():
+        if not skip_broken:
+            raise InputDataError(f"{poses_file}: the image {placed[index][0].name} {reason}")
+        left_out[placed[index][0].name] = f"it {reason}"
+    placed = [(path, pose) for path, pose in placed if path.name not in left_out]
     _refuse_repeated(placed, poses_file)
     convention.check([pose for _, pose in placed])
     if origin is not None:
@@ -143,7 +155,13 @@ def poses_document(
 
 def _document(poses_file: Path) -> Mapping[str, Any]:
     try:
-        document = json.loads(poses_file.read_text(encoding="utf-8"))
+        with poses_file.open("rb") as file:
+            content = file.read(MAX_FILE_BYTES + 1)
+        if len(content) > MAX_FILE_BYTES:
+            raise InputDataError(
+                f"The poses file {poses_file} has more than {MAX_FILE_BYTES / 1e6:.0f} MB: it is none."
+            )
+        document = json.loads(content.decode("utf-8"))
     except OSError as error:
         raise InputDataError(f"The poses file {poses_file} cannot be read: {error.strerror}.") from error
     except ValueError as error:
@@ -177,9 +195,10 @@ def _camera(
 
 def _length(value: object, name: str, place: str) -> float:
     """Return a length in pixels."""
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value) or value <= 0.0:
-        raise InputDataError(f"{place}: '{name}' must be a positive number of pixels, got {value!r}.")
-    return float(value)
+    number = finite_number(value)
+    if number is None or number <= 0.0:
+        raise InputDataError(f"{place}: '{name}' must be a positive number of pixels, got {shown(value)}.")
+    return number
 
 
 def _own_lens(document: Mapping[str, Any], poses_file: Path) -> LensDistortion | None:
@@ -200,15 +219,18 @@ def _own_origin(document: Mapping[str, Any], poses_file: Path) -> GeodeticPositi
     place = document.get("origin")
     if place is None:
         return None
-    is_numbers = isinstance(place, list) and all(
-        isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value) for value in place
-    )
-    if not is_numbers or len(place) != 3 or abs(place[0]) > 90.0 or abs(place[1]) > 180.0:
+    numbers = [finite_number(value) for value in place] if isinstance(place, list) else []
+    known = [number for number in numbers if number is not None]
+    if len(numbers) != 3 or len(known) != 3 or not _is_place(*known):
         raise InputDataError(
             f"The poses file {poses_file}: 'origin' must be [latitude, longitude, altitude] in degrees and metres, got "
-            f"{place!r}."
+            f"{shown(place)}."
         )
-    return GeodeticPosition(float(place[0]), float(place[1]), float(place[2]))
+    return GeodeticPosition(*known)
+
+
+def _is_place(latitude_deg: float, longitude_deg: float, altitude_m: float) -> bool:
+    return abs(latitude_deg) <= 90.0 and abs(longitude_deg) <= 180.0 and abs(altitude_m) <= MAX_ALTITUDE_M
 
 
 class _Folder:
@@ -225,9 +247,12 @@ class _Folder:
             InputDataError: if there is none, or more than one.
         """
         path = self._path / name
-        if path.is_file():
-            return path
-        others = [file for file in self._files.values() if file.stem == path.stem]
+        try:
+            if path.is_file():
+                return path
+        except OSError as error:
+            raise InputDataError(f"{place} names the image {shown(name)}: {error.strerror}.") from error
+        others = [file for file in self._files.values() if file.stem == path.stem and file.is_file()]
         if len(others) > 1:
             names = ", ".join(file.name for file in others)
             raise InputDataError(f"{place} names the image {name}, but {self._path} has {names}: which one is meant?")
@@ -287,6 +312,11 @@ def _first_image(paths: Sequence[Path], left_out: dict[str, str], *, skip_broken
 def _pose(entry: Mapping[str, Any], place: str, convention: PoseConvention) -> Pose:
     M = _matrix(entry.get("M3x4"), place)
     R, t = M[:, :3], M[:, 3]
+    if np.abs(t).max() > MAX_POSITION_M:
+        raise InputDataError(
+            f"{place}: 'M3x4' moves the world by {np.abs(t).max():.3g} m: positions are metres, of at most "
+            f"{MAX_POSITION_M:g}."
+        )
     if np.abs(R @ R.T - np.eye(3)).max() > ROTATION_TOLERANCE or np.linalg.det(R) < 0.0:
         raise InputDataError(f"{place}: the left 3x3 part of 'M3x4' is no rotation matrix.")
     return convention.pose(R, t)
@@ -296,9 +326,10 @@ def _time_s(entry: Mapping[str, Any], place: str) -> float | None:
     value = entry.get("time_s")
     if value is None:
         return None
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise InputDataError(f"{place}: 'time_s' must be a finite number of seconds, got {value!r}.")
-    return float(value)
+    time_s = finite_number(value)
+    if time_s is None:
+        raise InputDataError(f"{place}: 'time_s' must be a finite number of seconds, got {shown(value)}.")
+    return time_s
 
 
 def _matrix(rows: object, place: str) -> NDArray[np.float64]:
@@ -311,8 +342,8 @@ def _matrix(rows: object, place: str) -> NDArray[np.float64]:
 def _number(value: object, place: str) -> float:
     try:
         number = math.nan if isinstance(value, bool) else float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         number = math.nan
     if not math.isfinite(number):
-        raise InputDataError(f"{place}: 'M3x4' contains {value!r}, which is no finite number.")
+        raise InputDataError(f"{place}: 'M3x4' contains {shown(value)}, which is no finite number.")
     return number

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import math
 import os
+import re
 import shutil
 from pathlib import Path
 
@@ -47,6 +48,32 @@ def test_images_that_no_pose_names_are_counted(flight: Flight, capfd: pytest.Cap
     flight.save()
     integral_of(flight)
     assert "2 images of the folder have no pose and take no part; the first is 2.png" in capfd.readouterr().err
+
+
+def test_names_need_not_be_text(flight: Flight, capfd: pytest.CaptureFixture[str]) -> None:
+    """Cards of older cameras hold names that are no UTF-8."""
+    shutil.copy(flight.images / "0.png", flight.images / os.fsdecode(b"\xe9t\xe9.png"))
+    integral_of(flight)
+    assert "1 images of the folder have no pose and take no part; the first is \\udce9t" in capfd.readouterr().err
+
+
+def test_a_pose_far_from_the_others_is_skipped_on_request(flight: Flight, capfd: pytest.CaptureFixture[str]) -> None:
+    flight.document["images"][2]["M3x4"][0][3] = 1e6
+    flight.save()
+    assert np.isfinite(integral_of(flight, skip_broken=True, view=0)).any()
+    assert "1 of 4 images are skipped; 2.png: it lies 1,000 km from the middle of" in capfd.readouterr().err
+
+
+@pytest.mark.parametrize("where", ["images", "file"])
+def test_pictures_of_anomalies_replace_nothing(flight: Flight, capfd: pytest.CaptureFixture[str], where: str) -> None:
+    (flight.images.parent / "file").touch()
+    before = {path.name: path.read_bytes() for path in flight.images.iterdir()}
+    folder = flight.images if where == "images" else flight.images.parent / "file" / "pictures"
+    blobs = flight.out.with_suffix(".csv")
+    assert run(flight.arguments(blobs=blobs, thumbnails=folder, ortho=0.2, view=None, size=None)) == 2
+    assert ("it holds the images" if where == "images" else "is a file") in capfd.readouterr().err
+    assert {path.name: path.read_bytes() for path in flight.images.iterdir()} == before
+    assert not flight.out.exists()
 
 
 def test_names_may_have_another_ending_than_the_files(flight: Flight, capfd: pytest.CaptureFixture[str]) -> None:
@@ -101,6 +128,21 @@ def test_a_copy_of_a_photograph_counts_once(tmp_path: Path, capfd: pytest.Captur
     shutil.copy(photographs.images / "1.jpg", photographs.images / "1 (copy).jpg")
     assert run(photographs.arguments("--ortho", 0.2)) == 0
     assert "1 of 7 images are skipped; 1.jpg: it is a copy of 1 (copy).jpg" in capfd.readouterr().err
+
+
+def test_a_photograph_far_from_the_others_is_left_out(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """Without a fix some cameras write zeros, or the place of another day."""
+    photographs = Photographs(tmp_path)
+    tags = photographs.tags["0.jpg"] | {"drone-dji:GpsLatitude": "0.0", "drone-dji:GpsLongitude": "14.0"}
+    photographs.write("0.jpg", cv2.imread(str(photographs.images / "0.jpg"), cv2.IMREAD_UNCHANGED), tags)
+    assert run(photographs.arguments("--ortho", 0.2)) == 0
+    assert re.search(
+        r"1 of 6 images are skipped; 0\.jpg: it lies [45],\d{3} km from", capfd.readouterr().err
+    )
+    for index in range(2, 6):
+        (photographs.images / f"{index}.jpg").unlink()
+    assert run(photographs.arguments("--ortho", 0.2)) == 2
+    assert "lie far from each other" in capfd.readouterr().err
 
 
 def test_photographs_of_several_sensors_are_not_averaged(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

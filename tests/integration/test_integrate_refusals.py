@@ -2,6 +2,7 @@
 
 import json
 import math
+import os
 import re
 import struct
 from collections.abc import Callable
@@ -12,12 +13,14 @@ import numpy as np
 import pytest
 
 from aos_gcs.imaging.surfaces import mesh
+from aos_gcs.surveys import poses_file
 from tests.fakes.recorded_flight import Flight, run
 
 
 @pytest.fixture(autouse=True)
 def _coarse_meshes(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Plain slopes need no grid of millions of heights."""
+    """Plain slopes need no grid of millions of heights, nor endless files as many bytes."""
+    monkeypatch.setattr(poses_file, "MAX_FILE_BYTES", 1_000_000)
     monkeypatch.setattr(mesh, "DEFAULT_SAMPLES", 40_000)
 
 
@@ -55,6 +58,17 @@ def write_image(content: bytes) -> Change:
         return {}
 
     return change
+
+
+def make_pipe(flight: Flight) -> dict[str, object]:
+    path = flight.images / "2.png"
+    path.unlink()
+    os.mkfifo(path)
+    return {}
+
+
+def output_over_image(flight: Flight) -> dict[str, object]:
+    return {"png": flight.images / "2.png"}
 
 
 def mix_sizes(flight: Flight) -> dict[str, object]:
@@ -291,6 +305,23 @@ BAD_INPUT = {
     "text for a number": (set_number(1, 3, "north"), "'north', which is no finite number"),
     "truth for a number": (set_number(1, 3, True), "True, which is no finite number"),
     "nan": (set_number(1, 3, float("nan")), "nan, which is no finite number"),
+    "endless number": (set_number(1, 3, 10**400), "'M3x4' contains 1000.*, which is no finite number"),
+    "endless time": (change_entry(time_s=10**400), "'time_s' must be a finite number"),
+    "endless fx": (with_field("fx", 10**400, fov=None), "'fx' must be a positive number of pixels"),
+    "endless lens": (with_field("lens", [10**400, 0, 0, 0]), "needs 4 to 5 finite coefficients"),
+    "endless origin": (with_field("origin", [48, 14, 10**400]), r"'origin' must be \[latitude, longitude, altitude\]"),
+    "origin in space": (with_field("origin", [48, 14, 1e300]), r"'origin' must be \[latitude, longitude, altitude\]"),
+    "pose in space": (set_number(1, 3, 1e300), r"images\[2\] \(2\.png\): 'M3x4' moves the world by 1e\+300 m"),
+    "pose far away": (
+        set_number(1, 3, 1e6),
+        r"poses\.json: the image 2\.png lies 1,000 km from the middle of the flight",
+    ),
+    "endless name": (change_entry(imagefile="a" * 5000), r"images\[2\] names the image 'aaa.*: File name too long"),
+    "name of controls": (change_entry(imagefile="\x1b[31m.png"), r"names the image \\x1b\[31m\.png, which is not in"),
+    "name of half a character": (change_entry(imagefile="\ud800.png"), r"names the image \\ud800\.png, which is not"),
+    "pipe": (make_pipe, r"names the image 2\.png, which is not in"),
+    "poses without end": (options(poses="/dev/zero"), "The poses file /dev/zero has more than 1 MB"),
+    "output over an image": (output_over_image, r"Cannot write .*2\.png: it is one of the images of the recording"),
     "time of words": (change_entry(time_s="noon"), r"images\[2\] \(2\.png\): 'time_s' must be a finite number"),
     "no rotation": (set_number(1, 1, 2.0), r"images\[2\] \(2\.png\): the left 3x3 part of 'M3x4' is no rotation"),
     "mirrored": (mirror, "is no rotation"),

@@ -273,6 +273,15 @@ def test_a_picture_that_cannot_be_read_is_left_out(photographs: Photographs, cap
     assert survey(capfd, photographs.images)["findings"]
 
 
+def test_names_of_pictures_need_not_be_text(photographs: Photographs, capfd: pytest.CaptureFixture[str]) -> None:
+    """Cards of older cameras hold names that are no UTF-8."""
+    for name, latin in (("1.jpg", b"1\xe9.jpg"), ("2.jpg", b"2\xe9\n.jpg")):
+        (photographs.images / name).rename(photographs.images / os.fsdecode(latin))
+    (photographs.images / os.fsdecode(b"2\xe9\n.jpg")).write_bytes(b"no picture")
+    (finding,) = survey(capfd, photographs.images)["findings"]
+    assert finding["reasons"][-1] == "in the view of 3 pictures, 0.jpg to 3.jpg"
+
+
 def test_a_full_disk_is_said_in_words(
     photographs: Photographs, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -11,7 +11,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCE_FOLDERS = {"aos_gcs": ROOT, "aos_drivers": ROOT / "drivers", "aos_sim": ROOT / "sim"}
-FOR_ALL = {"aos_gcs.errors", "aos_gcs.extras"}
+FOR_ALL = {"aos_gcs.errors", "aos_gcs.extras", "aos_gcs.input_values"}
 """Modules that every row of the table may import without naming them."""
 
 MAX_LINES = 399

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,6 +15,7 @@ from aos_gcs.geometry.poses import Pose
 from aos_gcs.geometry.projection import Plane, project_points
 from aos_gcs.imaging.surfaces.dem_files import read_dem
 from aos_gcs.imaging.views import FocalSurface
+from aos_gcs.input_values import finite_number, shown
 from aos_gcs.surveys.model import Survey, SurveyImage
 from aos_gcs.surveys.poses_file import read_poses
 
@@ -125,9 +125,10 @@ def _place(person: object, name: str) -> list[float]:
 
 
 def _coordinate(value: Any, name: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise InputDataError(f"{name} must be a finite number of metres, got {value!r}.")
-    return float(value)
+    number = finite_number(value)
+    if number is None:
+        raise InputDataError(f"{name} must be a finite number of metres, got {shown(value)}.")
+    return number
 
 
 def _terrain_in(folder: Path) -> Path:
