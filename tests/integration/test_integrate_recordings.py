@@ -136,9 +136,7 @@ def test_a_photograph_far_from_the_others_is_left_out(tmp_path: Path, capfd: pyt
     tags = photographs.tags["0.jpg"] | {"drone-dji:GpsLatitude": "0.0", "drone-dji:GpsLongitude": "14.0"}
     photographs.write("0.jpg", cv2.imread(str(photographs.images / "0.jpg"), cv2.IMREAD_UNCHANGED), tags)
     assert run(photographs.arguments("--ortho", 0.2)) == 0
-    assert re.search(
-        r"1 of 6 images are skipped; 0\.jpg: it lies [45],\d{3} km from", capfd.readouterr().err
-    )
+    assert re.search(r"1 of 6 images are skipped; 0\.jpg: it lies [45],\d{3} km from", capfd.readouterr().err)
     for index in range(2, 6):
         (photographs.images / f"{index}.jpg").unlink()
     assert run(photographs.arguments("--ortho", 0.2)) == 2

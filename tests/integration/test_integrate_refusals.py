@@ -250,7 +250,7 @@ BAD_INPUT = {
     "offset not finite": (options(plane_z=None, dem="a.obj", dem_offset="nan"), "--dem-offset must be a finite"),
     "origin incomplete": (options(plane_z=None, dem="a.tif", origin="48"), "--origin needs LATITUDE"),
     "origin off the globe": (options(plane_z=None, dem="a.tif", origin="148,14,0"), "--origin needs LATITUDE"),
-    "dem absent": (options(plane_z=None, dem="/absent/dem.obj"), r"terrain /absent/dem\.obj cannot be read"),
+    "dem absent": (options(plane_z=None, dem="/absent/dem.obj"), r"terrain /absent/dem\.obj does not exist"),
     "dem of no kind": (dem_file("dem.xyz"), r"dem\.xyz is of no known kind"),
     "dem broken": (dem_file("dem.obj", "v 1 2\nf 1 1 1\n"), r"dem\.obj is no mesh"),
     "dem no geotiff": (no_geotiff, r"dem\.tif cannot be read"),
