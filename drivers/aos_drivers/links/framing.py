@@ -7,7 +7,7 @@ import re
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from aos_drivers.links.packet import LAZY_KINDS, LazyMessage
+from aos_drivers.links.packet import LAZY_KINDS
 
 _MARKER = re.compile(rb"[\xfd\xfe]")
 _V2, _SIGNED, _SIGNATURE_SIZE = (
@@ -19,6 +19,7 @@ _UNKNOWN_FLAGS = 0xFF & ~_SIGNED
 _HEADER_SIZE = {mavlink.PROTOCOL_MARKER_V1: 6, mavlink.PROTOCOL_MARKER_V2: 10}
 _CRC_SIZE = 2
 _CRC_START = 0xFFFF
+_BYTES = tuple(bytes([byte]) for byte in range(256))
 _REVERSED_BITS = bytes(int(f"{byte:08b}"[::-1], 2) for byte in range(256))
 
 
@@ -67,13 +68,14 @@ class FrameParser:
         if is_v2 and data[start + 2] & _UNKNOWN_FLAGS:
             return None
         message_id = data[start + 7] | data[start + 8] << 8 | data[start + 9] << 16 if is_v2 else data[start + 5]
-        kind = LAZY_KINDS.get(message_id) or mavlink.mavlink_map.get(message_id)
+        lazy_kind = LAZY_KINDS.get(message_id)
+        kind = lazy_kind or mavlink.mavlink_map.get(message_id)
         if kind is not None:
             # MAVLink 2 cuts and extends messages, MAVLink 1 cannot have longer ones.
             if not ((is_v2 or data[start + 1] <= kind.unpacker.size) and _is_intact(data, start, kind.crc_extra)):
                 return None
-            if issubclass(kind, LazyMessage):
-                return kind(data[start:end])
+            if lazy_kind is not None:
+                return lazy_kind(data[start:end])
         try:
             message = self._decoder.decode(bytearray(data[start:end]))
         except mavlink.MAVError:
@@ -93,8 +95,7 @@ def _is_intact(data: bytes, start: int, crc_extra: int) -> bool:
     be some. The library has the checksum of X.25 with the bits the other way round.
     """
     stop = start + _HEADER_SIZE[data[start]] + data[start + 1]
-    reversed_bits = data[start + 1 : stop].translate(_REVERSED_BITS)
-    checksum = binascii.crc_hqx(_REVERSED_BITS[crc_extra : crc_extra + 1], binascii.crc_hqx(reversed_bits, _CRC_START))
+    checksum = binascii.crc_hqx((data[start + 1 : stop] + _BYTES[crc_extra]).translate(_REVERSED_BITS), _CRC_START)
     return data[stop] == _REVERSED_BITS[checksum >> 8] and data[stop + 1] == _REVERSED_BITS[checksum & 0xFF]
 
 

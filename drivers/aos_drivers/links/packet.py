@@ -78,8 +78,10 @@ class LazyMessage(mavlink.MAVLink_message):  # type: ignore[misc]
     def _decode(self) -> None:
         packet, unpacker = self._msgbuf, self._kind.unpacker
         start = _HEADER_BYTES[packet[0]]
-        payload = packet[start : start + min(packet[1], unpacker.size)]
-        values = unpacker.unpack(payload.ljust(unpacker.size, b"\0"))  # MAVLink 2 cuts zeros off
+        if packet[1] >= unpacker.size:
+            values = unpacker.unpack_from(packet, start)
+        else:  # MAVLink 2 cuts zeros off
+            values = unpacker.unpack(packet[start : start + packet[1]].ljust(unpacker.size, b"\0"))
         if self._has_arrays:
             self.__dict__.update(
                 (name, values[first] if last == first + 1 else list(values[first:last]))

@@ -253,7 +253,10 @@ class VehicleRecord:
 
     def _find_camera(self, message: mavlink.MAVLink_message) -> None:
         """Take the sender of ``message`` as the camera if it is one; the lowest component id wins."""
-        message_id, component_id = message.get_msgId(), message.get_srcComponent()
+        message_id = message.get_msgId()
+        if message_id != _HEARTBEAT and message_id != _CAMERA_INFORMATION:  # noqa: PLR1714 - as fast as can be
+            return
+        component_id = message.get_srcComponent()
         is_camera = message_id == _CAMERA_INFORMATION or (
             message_id == _HEARTBEAT and message.type == mavlink.MAV_TYPE_CAMERA and component_id in _CAMERA_IDS
         )
