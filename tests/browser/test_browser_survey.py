@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 import pytest
-from playwright.async_api import Page, expect
+from playwright.async_api import Page, ViewportSize, expect
 
 from aos_gcs.store.reader import MissionReader
 from tests.browser.conftest import OPERATOR_CODE, PageRecord
@@ -16,6 +16,15 @@ from tests.fakes.survey_flight import Photographs
 from tests.timing import scaled_s
 
 pytestmark = pytest.mark.asyncio(loop_scope="session")
+
+PHONE = ViewportSize(width=390, height=844)
+# Coordinates have the whole width, and no picture lies over them.
+REPORT_FITS = """() => {
+    const [texts, picture] = [".report-finding dl", ".report-finding img"].map(
+        (name) => document.querySelector(name).getBoundingClientRect());
+    const root = document.documentElement;
+    return root.scrollWidth <= root.clientWidth && texts.width > 250 && picture.top >= texts.bottom;
+}"""
 
 
 @pytest.mark.usefixtures("dashboard_build")
@@ -51,10 +60,16 @@ async def test_findings_of_a_folder_are_seen_and_judged(page: Page, page_record:
         await page.get_by_test_id("report-open").click()
         await expect(page.get_by_test_id("report-finding-1")).to_contain_text("Ada")
         await expect(page.get_by_test_id("report")).not_to_contain_text("Vehicles")
+        await expect(page.get_by_test_id("report")).to_contain_text("6 of 6 pictures examined")
+        await page.set_viewport_size(PHONE)
+        assert await page.evaluate(REPORT_FITS)
 
         await open_page(page, found[1], "see")
         await expect(page.get_by_test_id("stage").locator("img").first).to_be_visible()
         await expect(page.get_by_test_id("mission-plane")).to_have_count(0)
+        stage = await page.get_by_test_id("stage").bounding_box()
+        assert stage is not None
+        assert stage["height"] > 0.4 * PHONE["height"]
         assert page_record.errors == []
     with MissionReader(out) as reader:
         snapshot = reader.last_snapshot()

@@ -77,6 +77,11 @@ export const texts = {
     ground: (height: string) => `Ground, ${height}`,
     datum: "Positions are WGS 84. Times count from the start of the examination. Errors are one standard deviation.",
     survey: "Survey",
+    message: "Message",
+    area: "Area in view",
+    label: (kind: string, window: number, height: string) => `${kind}, window ${window}, plane at ${height}`,
+    latestLabel: (kind: string, window: number) => `${kind}, window ${window}`,
+    compareHint: "Then select another window or height for the right image.",
   },
   signIn: {
     title: "Sign in as operator",

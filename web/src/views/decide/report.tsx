@@ -22,6 +22,8 @@ export function Report({ mission, onClose }: Props) {
     [texts.report.vehicles, String(mission.vehicles.length)],
     [texts.plan.coverage, quantity(mission.covered_percent, 0, "%")],
   ];
+  // A result without where nothing could be found would be taken for a searched area.
+  const ofSurvey: [string, string][] = [[texts.survey.message, mission.message]];
   const phase = isSurvey ? texts.survey.phase(mission.phase === "done") : texts.names.phase[mission.phase];
   const facts: [string, string][] = [
     [isSurvey ? texts.survey.survey : texts.report.mission, mission.mission_id],
@@ -29,7 +31,7 @@ export function Report({ mission, onClose }: Props) {
     [texts.header.phase, phase],
     [texts.header.outcome, texts.names.outcome[mission.outcome]],
     [texts.header.elapsed, duration(mission.elapsed_s)],
-    ...(isSurvey ? [] : ofFlight),
+    ...(isSurvey ? ofSurvey : ofFlight),
     [texts.report.findings, String(findings.length)],
   ];
   return (

@@ -4,6 +4,7 @@ import type { Finding, Mission } from "../../api/types";
 import { quantity } from "../../format";
 import { boundsOf, ellipse } from "../../geometry";
 import { enu } from "../../map/geojson";
+import { useShell } from "../../shell/context";
 import type { EnuPoint } from "../../state/state";
 import { texts } from "../../texts";
 import { STATUS_SIGNS } from "./findings";
@@ -11,6 +12,7 @@ import { STATUS_SIGNS } from "./findings";
 const MARGIN_M = 15;
 
 export function Sketch({ mission: { area, fence, no_go, findings } }: { mission: Mission }) {
+  const { isSurvey } = useShell();
   const places = [...area, ...fence, ...findings.map(({ position }) => position)].map(enu);
   const bounds = boundsOf(places, MARGIN_M);
   if (bounds === null) return null;
@@ -52,7 +54,7 @@ export function Sketch({ mission: { area, fence, no_go, findings } }: { mission:
         {legend.map((name) => (
           <span key={name}>
             <i class={name} />
-            {texts.report.legend[name]}
+            {isSurvey && name === "area" ? texts.survey.area : texts.report.legend[name]}
           </span>
         ))}
       </figcaption>

@@ -54,9 +54,9 @@ export function SeeView() {
   const { shown, problem } = useIntegral(query);
   const { shown: before } = useIntegral(left);
 
-  const latest = placedLatest(state, kind);
+  const latest = placedLatest(state, kind, isSurvey);
   // Steps without recorded frames show the images of the mission; so does the last step until its own are recorded.
-  const own = integralKind === null ? null : shown && placedIntegral(shown);
+  const own = integralKind === null ? null : shown && placedIntegral(shown, isSurvey);
   const picture = own ?? (integralKind === null || step === last ? latest : null);
   if (step === null || last === null || first === null) {
     return (
@@ -91,7 +91,7 @@ export function SeeView() {
         ) : (
           <Stage
             picture={picture}
-            before={left && before && placedIntegral(before)}
+            before={left && before && placedIntegral(before, isSurvey)}
             swipe={swipe}
             origin={state.mission?.origin ?? null}
             targets={state.mission?.targets ?? []}
@@ -103,7 +103,7 @@ export function SeeView() {
             <button type="button" class="stage-fit" data-testid="fit" onClick={() => setViewport(null)}>
               {texts.see.fit}
             </button>
-            {left && before && <span class="stage-left">{placedIntegral(before).label}</span>}
+            {left && before && <span class="stage-left">{placedIntegral(before, isSurvey).label}</span>}
           </Stage>
         )}
       </Panel>
@@ -136,14 +136,16 @@ export function SeeView() {
 
 const queryOf = ({ step, kind, height_m }: ShownIntegral): IntegralQuery => ({ step, kind, height_m, isDraft: false });
 
-function placedIntegral({ url, bounds, step, kind, height_m }: ShownIntegral): Placed {
-  return { url, bounds, label: texts.see.label(texts.see.kind[kind], step, quantity(height_m, 1, "m")) };
+function placedIntegral({ url, bounds, step, kind, height_m }: ShownIntegral, isSurvey: boolean): Placed {
+  const label = isSurvey ? texts.survey.label : texts.see.label;
+  return { url, bounds, label: label(texts.see.kind[kind], step, quantity(height_m, 1, "m")) };
 }
 
 /** Latest image of this kind that the mission has made, if it makes any. */
-function placedLatest({ pictures }: State, kind: Chosen): Placed | null {
+function placedLatest({ pictures }: State, kind: Chosen, isSurvey: boolean): Placed | null {
+  const label = isSurvey ? texts.survey.latestLabel : texts.see.latestLabel;
   const picture: Picture | undefined = kind === "frames" ? undefined : pictures[kind];
   const bounds = picture && boundsOf(picture.corners.map(({ east_m, north_m }) => [east_m, north_m]));
   if (!picture || !bounds) return null;
-  return { url: picture.url, bounds, label: texts.see.latestLabel(texts.see.kind[picture.kind], picture.step) };
+  return { url: picture.url, bounds, label: label(texts.see.kind[picture.kind], picture.step) };
 }

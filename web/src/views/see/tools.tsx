@@ -1,5 +1,6 @@
 /** Panels for measuring distances and comparing images. */
 import { quantity } from "../../format";
+import { useShell } from "../../shell/context";
 import type { EnuPoint } from "../../state/state";
 import { texts } from "../../texts";
 import { Panel } from "../../ui/panel";
@@ -43,6 +44,7 @@ interface CompareProps {
 }
 
 export function Compare({ isComparing, canCompare, swipe, onToggle, onSwipe }: CompareProps) {
+  const { isSurvey } = useShell();
   return (
     <Panel title={texts.see.compare} testId="compare" class="see-panel">
       <div class="see-buttons">
@@ -70,7 +72,7 @@ export function Compare({ isComparing, canCompare, swipe, onToggle, onSwipe }: C
           />
         </label>
       ) : (
-        <p class="small">{texts.see.compareHint}</p>
+        <p class="small">{isSurvey ? texts.survey.compareHint : texts.see.compareHint}</p>
       )}
     </Panel>
   );
