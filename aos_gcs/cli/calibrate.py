@@ -15,7 +15,7 @@ from aos_gcs.cli import survey_options
 from aos_gcs.cli.output import progress
 from aos_gcs.cli.survey_options import CameraOptions, open_survey
 from aos_gcs.errors import ConfigurationError
-from aos_gcs.exports.files import check_writable, written_whole
+from aos_gcs.exports.files import check_apart, check_writable, written_whole
 
 PANEL = "Calibration"
 
@@ -77,6 +77,9 @@ def calibrate(
         if not (math.isfinite(value) and value > 0.0):
             raise ConfigurationError(f"{name} must be a positive number, got {value:g}.")
     check_writable(out)
+    if out.suffix.lower() != ".json":
+        raise ConfigurationError(f"--out {out}: the name must end in .json.")
+    check_apart([out], None, [path for path in (poses, camera) if path is not None])
     survey = open_survey(
         image_folder,
         poses=poses,

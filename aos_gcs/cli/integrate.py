@@ -127,7 +127,8 @@ def integrate(
         degrees=degrees,
         skip_broken=skip_broken,
     )
-    results.check_inputs(image.path for image in survey.images)
+    inputs = (path for path in (poses, dem, camera, calibration) if path is not None)
+    results.check_inputs((*(image.path for image in survey.images), *inputs))
     georeference = _georeference(survey, dem)
     results.check_georeference(georeference)
     virtual = virtual_camera(survey, view, size) if ortho is None else None

@@ -182,14 +182,14 @@ class ResultOptions:
         """Detector of anomalies; None where no output shows them."""
         return self.detector if self.anomaly or self.blobs is not None else None
 
-    def check_inputs(self, images: Iterable[Path]) -> None:
-        """Refuse results in the place of the images of a recording.
+    def check_inputs(self, inputs: Iterable[Path]) -> None:
+        """Refuse results in the place of what is read.
 
         Raises:
             ConfigurationError: naming the result.
         """
         files = (self.out, self.count, self.png, *self.anomaly, self.blobs)
-        check_apart([path for path in files if path is not None], self.thumbnails, images)
+        check_apart([path for path in files if path is not None], self.thumbnails, inputs)
 
     def check_georeference(self, georeference: Georeference | None) -> None:
         """Refuse files that need a place on the earth where there is none, or a library that is not installed.

@@ -208,6 +208,10 @@ class _Recording:
         )
         if self.system is not None and opened.origin is None:
             opened = placed(opened, self.system)
+        if self.system is not None and opened.origin is not None:
+            remark = self.system.remark(opened.origin)
+            if remark is not None:
+                typer.echo(remark, err=True)
         return prepared(opened, focus.surface(opened, None, skip_broken=True), self.detection)
 
 

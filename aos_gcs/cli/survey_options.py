@@ -22,7 +22,7 @@ from aos_gcs.surveys.conventions import NAMES, PoseConvention, parse_convention
 from aos_gcs.surveys.flir import Scene
 from aos_gcs.surveys.model import Survey, SurveyImage
 from aos_gcs.surveys.photos import read_photos
-from aos_gcs.surveys.poses_file import read_poses
+from aos_gcs.surveys.poses_file import is_place, read_poses
 
 PANEL = "Recording"
 
@@ -319,6 +319,6 @@ def _distortion(lens: str | None, fisheye: str | None) -> LensDistortion | None:
 def _origin(text: str) -> GeodeticPosition:
     """Return a position; at sea level where no altitude is given."""
     numbers = parse_numbers(text)
-    if len(numbers) not in (2, 3) or not (abs(numbers[0]) <= 90.0 and abs(numbers[1]) <= 180.0):
+    if len(numbers) not in (2, 3) or not is_place(*numbers):
         raise ConfigurationError(f"--origin needs LATITUDE,LONGITUDE[,ALTITUDE] in degrees and metres, got {text!r}.")
     return GeodeticPosition(numbers[0], numbers[1], numbers[2] if len(numbers) == 3 else 0.0)

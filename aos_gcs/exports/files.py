@@ -54,7 +54,7 @@ def check_apart(results: Iterable[Path], folder: Path | None, inputs: Iterable[P
     read = {path.resolve() for path in inputs}
     for path in results:
         if path.resolve() in read:
-            raise ConfigurationError(f"Cannot write {path}: it is one of the images of the recording.")
+            raise ConfigurationError(f"Cannot write {path}: it is a file of the recording.")
     if folder is not None and folder.resolve() in {path.parent for path in read}:
         raise ConfigurationError(f"Cannot write into {folder}: it holds the images of the recording.")
 

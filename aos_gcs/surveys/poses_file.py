@@ -221,7 +221,7 @@ def _own_origin(document: Mapping[str, Any], poses_file: Path) -> GeodeticPositi
         return None
     numbers = [finite_number(value) for value in place] if isinstance(place, list) else []
     known = [number for number in numbers if number is not None]
-    if len(numbers) != 3 or len(known) != 3 or not _is_place(*known):
+    if len(numbers) != 3 or len(known) != 3 or not is_place(*known):
         raise InputDataError(
             f"The poses file {poses_file}: 'origin' must be [latitude, longitude, altitude] in degrees and metres, got "
             f"{shown(place)}."
@@ -229,7 +229,8 @@ def _own_origin(document: Mapping[str, Any], poses_file: Path) -> GeodeticPositi
     return GeodeticPosition(*known)
 
 
-def _is_place(latitude_deg: float, longitude_deg: float, altitude_m: float) -> bool:
+def is_place(latitude_deg: float, longitude_deg: float, altitude_m: float = 0.0) -> bool:
+    """Tell whether coordinates are those of a place where aircraft fly."""
     return abs(latitude_deg) <= 90.0 and abs(longitude_deg) <= 180.0 and abs(altitude_m) <= MAX_ALTITUDE_M
 
 

@@ -19,6 +19,9 @@ from aos_gcs.surveys.model import Survey, SurveyImage
 _NORTHWARD_M = 100.0
 """Length by which the direction of the grid's north is measured."""
 
+_MAX_OUTSIDE_DEG = 6.0
+"""Distance from its area up to which a system is used: flights near the edge of a zone often take the next one."""
+
 
 @dataclass(frozen=True, slots=True)
 class ProjectedSystem:
@@ -28,6 +31,8 @@ class ProjectedSystem:
     """As it was given, such as ``EPSG:32633``."""
     _to_geodetic: Any
     _from_geodetic: Any
+    _area_deg: tuple[float, float, float, float] | None
+    """West, south, east and north of the area that the system is made for; None where it is not known."""
 
     @classmethod
     def of(cls, name: str) -> ProjectedSystem:
@@ -51,7 +56,31 @@ class ProjectedSystem:
             name,
             pyproj.Transformer.from_crs(crs, "EPSG:4326", always_xy=True),
             pyproj.Transformer.from_crs("EPSG:4326", crs, always_xy=True),
+            None if crs.area_of_use is None else crs.area_of_use.bounds,
         )
+
+    def remark(self, place: GeodeticPosition) -> str | None:
+        """Return a remark on a place that lies beside the area of the system; None for one within it.
+
+        Raises:
+            InputDataError: it lies too far away, so that the system or the place must be another.
+        """
+        if self._area_deg is None:
+            return None
+        west, south, east, north = self._area_deg
+        width_deg = (east - west) % 360.0 or 360.0
+        behind_deg = (place.longitude_deg - west) % 360.0
+        across_deg = 0.0 if behind_deg <= width_deg else min(behind_deg - width_deg, 360.0 - behind_deg)
+        along_deg = max(south - place.latitude_deg, place.latitude_deg - north, 0.0)
+        if max(across_deg, along_deg) == 0.0:
+            return None
+        text = (
+            f"The recording lies at {place.latitude_deg:.5f}, {place.longitude_deg:.5f}, beside the area of "
+            f"{self.name} (latitudes {south:g} to {north:g}, longitudes {west:g} to {east:g}): check --crs."
+        )
+        if max(across_deg, along_deg) > _MAX_OUTSIDE_DEG:
+            raise InputDataError(text)
+        return text
 
     def position(self, east_m: float, north_m: float, altitude_m: float) -> GeodeticPosition:
         """Return a position; its coordinates are not finite where the system does not hold."""

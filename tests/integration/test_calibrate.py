@@ -134,6 +134,8 @@ def test_bad_options_and_files_are_named(
         (flight.arguments(out, "--position-sigma", 0), "--position-sigma must be a positive number"),
         (flight.arguments(out, "--frames", "0:3"), "needs 6 images with poses, got 3"),
         (flight.arguments(tmp_path / "absent" / "file.json"), "absent"),
+        (flight.arguments(flight.poses), f"Cannot write {flight.poses}: it is a file of the recording"),
+        (flight.arguments(next(flight.images.iterdir())), "the name must end in .json"),
     ]
     bad = tmp_path / "bad.json"
     for content, message in (

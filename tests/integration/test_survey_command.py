@@ -189,6 +189,8 @@ def test_folders_that_cannot_be_examined_are_named(
     assert "has no JPEG photographs" in error(capfd, empty)
     assert not (tmp_path / "empty-survey").exists()
     assert "does not exist; check the path" in error(capfd, tmp_path / "nowhere")
+    for system in ("EPSG:32601", "EPSG:27700"):
+        assert f"beside the area of {system}" in error(capfd, photographs.images, "--crs", system)
     assert "EPSG:0' is unknown" in error(capfd, photographs.images, "--crs", "EPSG:0")
     assert "holds no survey: name another folder with --out" in error(capfd, photographs.images, "--out", empty)
     assert "with --false-alarms-per-ha" in error(capfd, photographs.images, "--min-count", 2)

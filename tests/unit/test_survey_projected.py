@@ -11,6 +11,7 @@ import pytest
 
 from aos_gcs.errors import ConfigurationError, InputDataError
 from aos_gcs.geometry.camera import CameraModel
+from aos_gcs.geometry.geodesy import GeodeticPosition
 from aos_gcs.geometry.poses import nadir_pose
 from aos_gcs.geometry.projection import intersect_plane
 from aos_gcs.surveys.model import Survey, SurveyImage
@@ -71,3 +72,18 @@ def test_orientation_turns_with_the_grid() -> None:
     # West of its meridian a grid's north lies west of the true one, by the longitude times the sine of the latitude.
     assert convergence_deg == pytest.approx(-2.1 * math.sin(math.radians(48.3)), abs=0.01)
     assert np.linalg.det(image.pose.R_cam2enu) == pytest.approx(1.0)
+
+
+def test_places_beside_the_area_of_a_system_are_told() -> None:
+    def place(latitude_deg: float, longitude_deg: float) -> GeodeticPosition:
+        return GeodeticPosition(latitude_deg, longitude_deg, 300.0)
+
+    system = ProjectedSystem.of(UTM_33N)
+    assert system.remark(place(48.3, 14.3)) is None
+    assert system.remark(place(84.0, 12.0)) is None
+    assert "longitudes 12 to 18): check --crs" in str(system.remark(place(48.3, 11.5)))
+    for latitude_deg, longitude_deg in ((48.3, 5.9), (48.3, 24.1), (-6.1, 15.0), (48.3, -165.0)):
+        with pytest.raises(InputDataError, match="beside the area of EPSG:32633"):
+            system.remark(place(latitude_deg, longitude_deg))
+    # The area of the Pacific goes across the date line.
+    assert ProjectedSystem.of("EPSG:3832").remark(place(-18.0, -179.0)) is None
