@@ -184,6 +184,15 @@ def test_a_person_is_located_by_the_lines_of_all_steps() -> None:
     assert len(watch.lines[7].lines) == 2 * (KEPT_STEPS + 3)
 
 
+def test_what_is_left_keeps_its_lines_of_sight_but_not_what_was_seen() -> None:
+    """A person who was watched, left and seen again was located by the few frames since."""
+    watch, _ = watch_persons(PersonWatch(), [person(1), person(2)], 0.0, {7: PLACE_ENU_M}, Uncertainty())
+    left = watch.without_steps()
+    assert left.steps == ()
+    again, _ = watch_persons(left, [person(3), person(4)], 0.0, {7: PLACE_ENU_M}, Uncertainty())
+    assert [line.view.vehicle_id for line in again.lines[7].lines] == [1, 2, 3, 4]
+
+
 def test_what_is_no_person_keeps_no_lines() -> None:
     stones = [warm_frame(vehicle_id, clothes_k=5.0, skin_k=5.0, size_m=0.3) for vehicle_id in (1, 2, 3)]
     watch, judgements = watch_persons(PersonWatch(), stones, 0.0, {7: PLACE_ENU_M}, Uncertainty())

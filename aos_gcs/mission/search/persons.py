@@ -57,6 +57,10 @@ class PersonWatch:
         )
         return replace(self, steps=(*self.steps, seen)[-KEPT_STEPS:])
 
+    def without_steps(self) -> PersonWatch:
+        """Return the watch without what was seen; the lines of sight stay: a body that has moved drops its own."""
+        return replace(self, steps=())
+
     def on_plane(self, height_m: float, plane_height_m: float) -> PersonWatch:
         """Return the watch on the plane of another height than the one that its steps were looked at."""
         steps = (tuple(view.on_plane(height_m, plane_height_m) for view in step) for step in self.steps)

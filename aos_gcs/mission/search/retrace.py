@@ -146,4 +146,4 @@ class Retrace:
         return replace(frame, pose=record.poses.get(capture.vehicle_id, frame.pose))
 
     def _forget(self) -> None:
-        self._history, self._persons = (), PersonWatch()
+        self._history, self._persons = (), self._persons.without_steps()

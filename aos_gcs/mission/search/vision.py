@@ -125,7 +125,7 @@ class Vision:
     def forget(self) -> None:
         """Discard the views of earlier steps: the target has moved."""
         self._history = ()
-        self._persons = PersonWatch()
+        self._persons = self._persons.without_steps()
 
     async def learn(
         self, step: int, analysis: StepAnalysis, places_enu_m: Mapping[int, NDArray[np.float64]]
