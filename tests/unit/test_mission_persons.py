@@ -184,6 +184,15 @@ def test_a_person_is_located_by_the_lines_of_all_steps() -> None:
     assert len(watch.lines[7].lines) == 2 * (KEPT_STEPS + 3)
 
 
+def test_another_track_of_a_person_has_its_lines_of_sight() -> None:
+    watch, _ = watch_persons(PersonWatch(), [person(1), person(2)], 0.0, {7: PLACE_ENU_M}, Uncertainty())
+    places = {8: PLACE_ENU_M, 7: PLACE_ENU_M}
+    watch, judgements = watch_persons(watch, [person(3), person(4)], 0.0, places, Uncertainty())
+    assert watch.lines[7] is watch.lines[8]
+    assert len(watch.lines[8].lines) == 4
+    assert judgements[7].place is judgements[8].place
+
+
 def test_what_is_left_keeps_its_lines_of_sight_but_not_what_was_seen() -> None:
     """A person who was watched, left and seen again was located by the few frames since."""
     watch, _ = watch_persons(PersonWatch(), [person(1), person(2)], 0.0, {7: PLACE_ENU_M}, Uncertainty())

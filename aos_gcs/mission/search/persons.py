@@ -90,17 +90,25 @@ class PersonWatch:
     def locate(
         self, judgements: Mapping[int, Judgement], plane_height_m: float, uncertainty: Uncertainty
     ) -> tuple[PersonWatch, dict[int, Judgement]]:
-        """Return the watch and the judgements of its latest step with persons located by the lines of all steps."""
+        """Return the watch and the judgements of its latest step with persons located by the lines of all steps.
+
+        Targets that are one body, by its views, have the lines of the one that has most.
+        """
         latest = {id(view.pose) for view in self.steps[-1]} if self.steps else set()
         lines, located = dict(self.lines), dict(judgements)
+        keys_of_body: dict[int, list[int]] = {}
         for key, judgement in judgements.items():
+            if judgement.place is not None and judgement.verdict.kind is FindingKind.PERSON:
+                keys_of_body.setdefault(id(judgement.views), []).append(key)
+        for keys in keys_of_body.values():
+            judgement = judgements[keys[0]]
             views = [view.as_blob_view() for view in judgement.views if id(view.pose) in latest]
-            if judgement.place is None or not views or judgement.verdict.kind is not FindingKind.PERSON:
+            if judgement.place is None or not views:
                 continue
-            lines[key], place = lines.pop(key, SightLines()).extended(
-                views, judgement.place, plane_height_m, uncertainty
-            )
-            located[key] = replace(judgement, place=place)
+            former = max((lines.pop(key, SightLines()) for key in keys), key=lambda one: one.count)
+            of_body, place = former.extended(views, judgement.place, plane_height_m, uncertainty)
+            lines |= dict.fromkeys(keys, of_body)
+            located |= {key: replace(judgements[key], place=place) for key in keys}
         lines = dict(list(lines.items())[-KEPT_BODIES:])
         return replace(self, lines=lines), {key: replace(one, views=()) for key, one in located.items()}
 
