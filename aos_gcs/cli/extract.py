@@ -98,6 +98,8 @@ def extract(
             done = max(done, passed)
 
         result = write_frames(video, track, out, selection, at)
+    if track.jumps:
+        typer.echo(f"{track.jumps} positions of the telemetry are left out: no aircraft gets there in time", err=True)
     for count, reason in (
         (result.without_telemetry, "have no telemetry near their time"),
         (result.other_zoom, "were taken with another digital zoom than the first"),

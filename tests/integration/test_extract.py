@@ -89,6 +89,14 @@ def test_frames_of_a_thermal_video_have_one_band_and_the_poses_of_their_times(vi
     assert {image.shape for image in images} == {(flight.HEIGHT, flight.WIDTH)}
 
 
+def test_nothing_but_the_result_is_said(video: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """OpenCV's library would say of every image that an option of another format is ignored."""
+    assert run(["extract", str(video), "--out", str(tmp_path / "frames")]) == 0
+    captured = capfd.readouterr()
+    assert captured.err == ""
+    assert captured.out.count("\n") == 1
+
+
 def test_their_integral_shows_the_ground(video: Path, tmp_path: Path) -> None:
     extracted = extract(video, tmp_path / "frames")
     poses, integral = tmp_path / "frames" / "poses.json", tmp_path / "integral.npy"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -108,6 +109,25 @@ def test_positions_that_come_more_slowly_than_cues_are_no_stair() -> None:
     track = FlightTrack([sample(i / 10, (i // 5) * step_deg) for i in range(31)])
     east_m = [track.position_m(i / 10)[0] for i in range(26)]
     assert np.diff(east_m) == pytest.approx(np.full(25, east_m[-1] / 25), rel=1e-3)
+
+
+@pytest.mark.parametrize("wrong", [range(3), range(10, 12), range(37, 40), (5,), (0, 20, 39)])
+def test_positions_that_no_aircraft_reaches_are_left_out(wrong: Sequence[int]) -> None:
+    """A receiver's errors would place the origin, or a frame, kilometres away."""
+    flight = [sample(i / 10, i * 1e-5) for i in range(40)]
+    track = FlightTrack([sample(i / 10, 0.6) if i in wrong else flight[i] for i in range(40)])
+    assert track.jumps == len(wrong)
+    assert track.origin.longitude_deg == pytest.approx(14.0, abs=4e-5)
+    ways_m = [track.position_m(i / 10) for i in range(40)]
+    assert np.abs(np.diff(ways_m, axis=0)).max() < 5.0
+
+
+def test_positions_that_come_once_a_second_are_no_jumps() -> None:
+    """At 25 m/s, with cues of every frame that repeat them, and a gap of ten seconds."""
+    metre_deg = 1.0 / 76_000.0
+    seconds = [*range(20), *range(30, 50)]
+    samples = [sample(s + i / 30, 25.0 * s * metre_deg) for s in seconds for i in range(30)]
+    assert FlightTrack(samples).jumps == 0
 
 
 def test_a_hover_is_no_slow_flight() -> None:

@@ -249,5 +249,6 @@ def _image(picture: Any, *, is_grey: bool) -> NDArray[np.uint8]:
 
 
 def _write(path: Path, image: NDArray[np.uint8]) -> None:
-    _, data = cv2.imencode(path.suffix, image, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])
+    options = [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY] if path.suffix == ".jpg" else []
+    _, data = cv2.imencode(path.suffix, image, options)
     path.write_bytes(data.tobytes())

@@ -15,6 +15,7 @@ from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
 from aos_gcs.geometry.poses import Pose
 from aos_gcs.geotags.photo import R_cam2enu_of_gimbal
 from aos_gcs.surveys.video.attitude import Attitude
+from aos_gcs.surveys.video.jumps import without_jumps
 from aos_gcs.surveys.video.subtitles import Sample
 
 MAX_GAP_S = 2.5
@@ -58,6 +59,10 @@ class FlightTrack:
                 "The telemetry has no angles of the gimbal (gb_yaw, gb_pitch, gb_roll): say where the camera looked "
                 "(--attitude YAW,PITCH, or --attitude course,-90 for one that looked down, its upper edge forward)."
             )
+        plausible = {id(sample) for sample in without_jumps([sample for sample, _ in known])}
+        self.jumps = len(known) - len(plausible)
+        """Number of samples left out because no aircraft gets to their positions in time."""
+        known = [(sample, height_m) for sample, height_m in known if id(sample) in plausible]
         first, first_height_m = known[0]
         ground_m = ground_amsl_m
         if ground_m is None:
