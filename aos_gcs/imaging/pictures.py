@@ -201,8 +201,11 @@ def _stretch(
         samples = np.zeros(1, dtype=np.float32)
     low, high = np.percentile(samples, percentiles)
     gain = 255.0 / max(float(high - low), 1e-6)
-    known = np.nan_to_num(values, nan=float(low))
-    return np.asarray(np.clip((known - np.float32(low)) * np.float32(gain), 0.0, 255.0), dtype=np.uint8)
+    shades = np.subtract(values, np.float32(low), dtype=np.float32)
+    shades *= np.float32(gain)
+    # Of NaN and a number, fmax returns the number: what is unknown turns black, without a search for it.
+    np.fmax(shades, np.float32(0.0), out=shades)
+    return np.fmin(shades, np.float32(255.0), out=shades).astype(np.uint8)
 
 
 def _alpha(covered: NDArray[np.bool]) -> NDArray[np.uint8]:
