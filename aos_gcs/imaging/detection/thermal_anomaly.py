@@ -85,9 +85,10 @@ def _block_medians(
     for height in np.unique(heights):
         for width in np.unique(widths):
             i, j = np.flatnonzero(heights == height), np.flatnonzero(widths == width)
-            rows = (row_edges[i][:, np.newaxis] + np.arange(height))[:, np.newaxis, :, np.newaxis]
-            columns = (column_edges[j][:, np.newaxis] + np.arange(width))[np.newaxis, :, np.newaxis, :]
-            blocks = plane[rows, columns].reshape(len(i), len(j), height * width)
+            # Rows and columns apart: to take single pixels by both takes three times as long.
+            rows = np.take(plane, (row_edges[i][:, np.newaxis] + np.arange(height)).reshape(-1), axis=0)
+            cells = np.take(rows, (column_edges[j][:, np.newaxis] + np.arange(width)).reshape(-1), axis=1)
+            blocks = cells.reshape(len(i), height, len(j), width).swapaxes(1, 2).reshape(len(i), len(j), -1)
             # Short rows are sorted faster than numpy partitions them.
             blocks.sort(axis=2)
             middle = height * width // 2
