@@ -133,7 +133,7 @@ class Blob:
     centroid_enu_m: tuple[float, float, float]
     """Weighted by the number of frames that mark each cell; on the focal plane."""
     max_count: int
-    """The largest number of frames that agree on one cell."""
+    """The largest number of frames that agree on one cell, or where several have to agree, beside it."""
     vehicle_ids: tuple[int, ...]
     """Vehicles whose masks have a part in it."""
 
