@@ -177,6 +177,17 @@ def test_files_hold_longitude_first_where_their_format_says_so_and_no_unknown_va
     assert "<red>" in str(points[1].findtext("g:desc", namespaces=space))
 
 
+def test_files_can_be_read_whatever_a_comment_holds() -> None:
+    """Texts that are pasted from other programs have control characters, which XML has no way to write."""
+    findings = Findings()
+    findings.add((1.0, 2.0, 0.0), "page 1\x0bpage 2\x00\ufffe \U0001f6a9", "Ann", 1, 11.0)
+    (finding,) = findings.all()
+    files = [PlacedFinding(finding, GeodeticPosition(47.0, 8.0, 400.0))]
+    for write in (to_kml, to_gpx):
+        text = "".join(ElementTree.fromstring(write(files)).itertext())
+        assert "page 1\ufffdpage 2\ufffd\ufffd \U0001f6a9" in text
+
+
 class SearchedMission(ScriptedMission):
     """A mission with findings that can be changed."""
 
