@@ -27,6 +27,9 @@ from aos_gcs.surveys.model import Survey, SurveyImage
 
 PANEL = "Focal surface"
 
+MAX_HEIGHT_M = 100_000.0
+"""Heights of focal planes, with some room."""
+
 PlaneZ = Annotated[
     float | None,
     typer.Option(
@@ -129,8 +132,10 @@ def plane_or_autofocus(
         for name, given in (("--focus-region", region is not None), ("--focus-tilt", tilt)):
             if given:
                 raise ConfigurationError(f"{name} requires --autofocus.")
-        if not math.isfinite(plane_z):
-            raise ConfigurationError(f"--plane-z must be a finite number of metres, got {plane_z}.")
+        if not abs(plane_z) <= MAX_HEIGHT_M:
+            raise ConfigurationError(
+                f"--plane-z must lie between {-MAX_HEIGHT_M:,.0f} and {MAX_HEIGHT_M:,.0f} m, got {plane_z:g}."
+            )
         return plane_z
     if autofocus is not None and plane_z is None:
         return Autofocus(*_height_range(autofocus), None if region is None else _region(region), tilt)

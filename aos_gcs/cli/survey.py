@@ -91,6 +91,7 @@ def survey(
     from aos_gcs.config.model import ApiConfig  # noqa: PLC0415 - heavy, only for this command
     from aos_gcs.imaging.step.settings import ImagingSettings  # noqa: PLC0415
     from aos_gcs.runtime.survey import SurveyFolder, is_survey, run_survey  # noqa: PLC0415
+    from aos_gcs.store.recorder import FOLDER_NAME  # noqa: PLC0415
     from aos_gcs.surveys.window_anomalies import Detection  # noqa: PLC0415
 
     if as_json and not headless:
@@ -120,6 +121,8 @@ def survey(
         results = SurveyFolder(folder, None, None)
     else:
         chosen = out or folder.resolve().with_name(_folder_name(folder))
+        if not re.fullmatch(FOLDER_NAME, chosen.name):
+            raise ConfigurationError(f"--out {chosen}: name the folder by letters, digits, - and _, without spaces.")
         results = SurveyFolder(chosen, recording.inputs(chosen), recording.examination)
     config = None if headless else ApiConfig(host=host, port=port, operator_code_file=operator_code_file)
     imaging = ImagingSettings(detector=detector, rx_min_score=min_score)

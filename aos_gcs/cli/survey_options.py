@@ -26,6 +26,11 @@ from aos_gcs.surveys.poses_file import is_place, read_poses
 
 PANEL = "Recording"
 
+MIN_FOV_DEG, MAX_FOV_DEG = 0.1, 170.0
+"""Fields of view of cameras, with some room: beyond them pictures show next to nothing, or all up to the horizon."""
+_MAX_DIGITS = 9
+"""Most digits of the number of an image."""
+
 ImageFolder = Annotated[Path, typer.Argument(help="Folder with the recorded images.", show_default=False)]
 Poses = Annotated[
     Path | None,
@@ -261,8 +266,10 @@ def report_skipped(total: int, reasons: Sequence[tuple[str, str]]) -> None:
 
 def _optics(fov_deg: float | None, camera: Path | None) -> float | Intrinsics | None:
     """Return the field of view in radians, or the intrinsics of a camera file."""
-    if fov_deg is not None and not 0.0 < fov_deg < 180.0:
-        raise ConfigurationError(f"--fov must lie between 0 and 180 degrees, got {fov_deg:g}.")
+    if fov_deg is not None and not MIN_FOV_DEG <= fov_deg <= MAX_FOV_DEG:
+        raise ConfigurationError(
+            f"--fov must lie between {MIN_FOV_DEG:g} and {MAX_FOV_DEG:g} degrees, got {fov_deg:g}."
+        )
     if camera is None:
         return None if fov_deg is None else math.radians(fov_deg)
     if fov_deg is not None:
@@ -273,12 +280,16 @@ def _optics(fov_deg: float | None, camera: Path | None) -> float | Intrinsics | 
 def _frames(text: str) -> slice:
     """Return a range of images."""
     parts = text.split(":")
-    numbers = [int(part) if part.isdecimal() else None for part in parts]
-    is_valid = len(parts) in (2, 3) and all(part.isdecimal() or not part for part in parts)
+    numbers = [int(part) if _is_count(part) else None for part in parts]
+    is_valid = len(parts) in (2, 3) and all(_is_count(part) or not part for part in parts)
     start, stop, step = (*numbers, None, None)[:3]
     if not is_valid or step == 0 or (stop is not None and stop <= (start or 0)):
         raise ConfigurationError(f"--frames needs a range A:B[:STEP] of images counted from 0, got {text!r}.")
     return slice(start, stop, step)
+
+
+def _is_count(text: str) -> bool:
+    return text.isdecimal() and len(text) <= _MAX_DIGITS
 
 
 _SCENE = {

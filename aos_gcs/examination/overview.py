@@ -5,7 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+import numpy as np
+
+from aos_gcs.errors import ImagingError
 from aos_gcs.geometry.projection import Plane
+from aos_gcs.imaging.focal_plane import footprint
 from aos_gcs.imaging.integral import ViewIntegral
 from aos_gcs.imaging.model import FocalGrid, Frame
 from aos_gcs.imaging.pictures import encode_png, shade_integral, shade_thermal
@@ -16,6 +20,8 @@ from aos_gcs.surveys.tiles import Placed
 
 MAX_CELLS = 1_000_000
 """Largest map."""
+MAX_EXTENT_M = 100_000.0
+"""Longest edge of the ground that a map shows."""
 _COARSE_M = 5.0
 
 
@@ -62,9 +68,18 @@ def overview_grid(views: Sequence[Placed], ground_m: float) -> FocalGrid:
     """Return a raster of at most :data:`MAX_CELLS` that holds all that the cameras see.
 
     Raises:
-        ImagingError: if none sees the ground.
+        ImagingError: if none sees the ground, or all of them too much of it.
     """
     cameras = [(view.camera, view.pose) for view in views]
+    outlines_m = [footprint(camera, pose, ground_m) for camera, pose in cameras]
+    seen_m = np.concatenate([outline_m for outline_m in outlines_m if len(outline_m)] or [np.zeros((1, 2))])
+    extent_m = float(np.ptp(seen_m, axis=0).max())
+    if not extent_m <= MAX_EXTENT_M:
+        raise ImagingError(
+            f"The pictures see ground over {extent_m / 1000.0:.4g} km, more than {MAX_EXTENT_M / 1000.0:g} km: check "
+            "the height of the ground and the field of view, and put each flight into a folder of its own, or choose "
+            "its pictures with --frames."
+        )
     coarse = choose_raster(cameras, Plane(ground_m), _COARSE_M)
     resolution_m = max(0.05, _COARSE_M * math.sqrt(coarse.rows * coarse.columns / MAX_CELLS))
     raster = choose_raster(cameras, Plane(ground_m), resolution_m)

@@ -60,6 +60,10 @@ _ATTITUDES = (
 )
 """Names of yaw, pitch and roll, in the order in which they are looked for, and the axes they turn."""
 
+MAX_ALTITUDE_M = 20_000.0
+_MAX_SIGMA_M = 1000.0
+"""Standard deviation from which a receiver does not know where it is."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Geotag:
@@ -139,6 +143,10 @@ def geotag(exif: ExifTags, xmp: Mapping[str, str], width_px: int, height_px: int
     if exif.orientation not in _R_FILE2SHOWN:
         raise InputDataError(f"its Orientation tag, {exif.orientation}, says that it is mirrored")
     altitude_m = _first(xmp, ("AbsoluteAltitude",))
+    for name in ("AbsoluteAltitude", "RelativeAltitude"):
+        value_m = _first(xmp, (name,))
+        if value_m is not None and abs(value_m) > MAX_ALTITUDE_M:
+            raise InputDataError(f"its {name}, {value_m:g} m, is no altitude of an aircraft")
     return Geotag(
         latitude_deg=latitude_deg,
         longitude_deg=longitude_deg,
@@ -181,6 +189,8 @@ def _attitude(xmp: Mapping[str, str]) -> NDArray[np.float64]:
 def _position_sigma_m(xmp: Mapping[str, str]) -> tuple[float, float, float] | None:
     east_m, north_m, up_m = (_first(xmp, (name,)) for name in ("RtkStdLon", "RtkStdLat", "RtkStdHgt"))
     if east_m is None or north_m is None or up_m is None or min(east_m, north_m, up_m) <= 0.0:
+        return None
+    if max(east_m, north_m, up_m) > _MAX_SIGMA_M:
         return None
     return east_m, north_m, up_m
 

@@ -31,9 +31,12 @@ def parse_xmp(packet: bytes) -> dict[str, str]:
         # What defusedxml forbids derives from ValueError.
         raise InputDataError(f"its XMP is not valid XML: {error}") from error
     table: dict[str, str] = {}
-    for description in root.iter(f"{_RDF}Description"):
-        for name, value in _properties(description):
-            table.setdefault(name, value)
+    try:
+        for description in root.iter(f"{_RDF}Description"):
+            for name, value in _properties(description):
+                table.setdefault(name, value)
+    except RecursionError as error:
+        raise InputDataError("its XMP is nested too deeply") from error
     return table
 
 

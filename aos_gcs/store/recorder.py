@@ -32,6 +32,9 @@ from aos_gcs.store.schema import MAVLINK_NAME
 QUEUE_SIZE: Final = 64
 """Bounds the memory as well: a frame of 512 x 512 pixels and four bands takes 4 MiB."""
 
+FOLDER_NAME = r"\w[\w.-]*"
+"""Pattern of the names of mission folders."""
+
 
 @dataclass(frozen=True, slots=True)
 class _Flush:
@@ -73,7 +76,7 @@ class MissionRecorder:
         Raises:
             ConfigurationError: the folder exists already or cannot be made.
         """
-        if not re.fullmatch(r"\w[\w.-]*", mission_id):
+        if not re.fullmatch(FOLDER_NAME, mission_id):
             raise ConfigurationError(
                 f"the mission id {mission_id!r} is not a valid folder name; use letters, digits, - and _"
             )
@@ -223,7 +226,7 @@ def _make(folder: Path, manifest: Mapping[str, object]) -> MissionDatabase:
     try:
         return MissionDatabase(folder, manifest)
     except FileExistsError as error:
-        raise ConfigurationError(f"{folder} exists already; choose another mission id or folder") from error
+        raise ConfigurationError(f"{folder} exists already; choose another name or folder") from error
     except (OSError, sqlite3.Error) as error:
         raise ConfigurationError(
             f"the folder {folder} cannot be made: {error}; free some space or check the disk"

@@ -196,6 +196,10 @@ def test_folders_that_cannot_be_examined_are_named(
     assert "with --false-alarms-per-ha" in error(capfd, photographs.images, "--min-count", 2)
     assert "must lie between 0 and 20000" in error(capfd, photographs.images, "--false-alarms-per-ha", 0)
     assert "--min-score must not be negative" in error(capfd, photographs.images, "--min-score", -1)
+    assert "--fov must lie between 0.1 and 170 degrees" in error(capfd, photographs.images, "--fov", "1e-9")
+    assert "--plane-z must lie between" in error(capfd, photographs.images, "--plane-z=-1e300")
+    assert "needs a range A:B" in error(capfd, photographs.images, "--frames", "0:" + "9" * 5000)
+    assert "without spaces" in error(capfd, photographs.images, "--out", tmp_path / "my results")
     assert "No image has the focal surface in front" in error(capfd, photographs.images, "--plane-z", 900)
 
 

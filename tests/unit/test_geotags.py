@@ -223,3 +223,14 @@ def test_the_time_is_known_where_its_zone_is(
             return camera if tag == 0x8769 else gps
 
     assert exif_tags(Tags(), WIDTH).utc_s == (None if expected is None else pytest.approx(expected))
+
+
+def test_values_that_no_aircraft_has_are_refused() -> None:
+    """A single photograph is left out by them; the others are used."""
+    with pytest.raises(InputDataError, match="nested too deeply"):
+        parse_xmp(xmp_packet(DJI, "<a>" * 9000 + "</a>" * 9000))
+    for name in ("AbsoluteAltitude", "RelativeAltitude"):
+        with pytest.raises(InputDataError, match=rf"its {name}, 1e\+308 m, is no altitude"):
+            tag_of(xmp_packet(DJI | {f"drone-dji:{name}": "1e308"}))
+    sigmas = {f"drone-dji:RtkStd{axis}": "1e300" for axis in ("Lat", "Lon", "Hgt")}
+    assert tag_of(xmp_packet(DJI | sigmas)).position_sigma_m is None

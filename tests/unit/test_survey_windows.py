@@ -9,6 +9,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from aos_gcs.errors import ImagingError
+from aos_gcs.examination.overview import overview_grid
 from aos_gcs.examination.reduction import reduced
 from aos_gcs.examination.search import Candidate, apart
 from aos_gcs.examination.windows import ExaminedGround, FrameWindow, examined_ground, plan_windows
@@ -62,6 +64,12 @@ def test_ground_in_one_frame_alone_is_not_examined() -> None:
     assert examined_ground(views, plan_windows(views, 0.0), 0.0).share == pytest.approx(0.5, abs=0.05)
     views = flight(30, 300.0)
     assert examined_ground(views, plan_windows(views, 0.0), 0.0).share == 0.0
+
+
+def test_a_map_of_half_a_country_is_refused_in_words_of_a_survey() -> None:
+    views = [*flight(3, 5.0), View(CAMERA, nadir_pose([300e3, 0.0, 30.0]))]
+    with pytest.raises(ImagingError, match=r"see ground over 300 km, .* a folder of its own"):
+        overview_grid(views, 0.0)
 
 
 def test_flights_far_apart_take_no_more_memory_than_near_ones() -> None:

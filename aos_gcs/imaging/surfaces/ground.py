@@ -54,8 +54,8 @@ def choose_raster(
     columns, rows = (int(size) for size in last - first)
     if rows * columns > MAX_CELLS:
         raise ImagingError(
-            f"A map of {(upper - lower)[0]:.0f} m x {(upper - lower)[1]:.0f} m at {resolution_m:g} m has {rows} x "
-            f"{columns} cells, more than {MAX_CELLS}: choose a coarser resolution."
+            f"A map of {(upper - lower)[0]:.6g} m x {(upper - lower)[1]:.6g} m at {resolution_m:g} m has {rows:.6g} x "
+            f"{columns:.6g} cells, more than {MAX_CELLS}: choose a coarser resolution."
         )
     # Cameras that look along +z see rows along +y unmirrored.
     along_y = math.fsum(pose.R_cam2enu[2, 2] for _, pose in cameras) > 0.0
