@@ -14,6 +14,16 @@ positions of both err."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class GroundLimits:
+    """Heights above the ground that vehicles keep, and how the ground lies in the mission's frame."""
+
+    floor_m: float
+    ceiling_m: float
+    offsets_m: tuple[float, float]
+    """What launch points add to the lowest and to the highest ground of the elevation model."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class SafetyLimits:
     """Limits that every waypoint must respect. Heights are metres above the mission's origin."""
 
@@ -41,6 +51,8 @@ class SafetyLimits:
     battery_per_m: float | None = None
     """Battery fraction that a metre of flight costs; when given, the flight to the waypoint and straight home must
     leave ``min_battery_fraction``."""
+    above_ground: GroundLimits | None = None
+    """Limits above the ground; None: the ground counts as level."""
 
     def __post_init__(self) -> None:
         self.boundaries()

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from aos_gcs.airspace.detours import Detours
 from aos_gcs.airspace.limits import SafetyLimits
+from aos_gcs.airspace.terrain import GroundRaster
 from aos_gcs.airspace.traffic import Obstacle, WaypointRequest
 from aos_gcs.airspace.vetting import vet_waypoints
 from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict, as_enu_point
@@ -37,7 +38,10 @@ class TrafficSituation:
 
 
 def vet_plan(
-    planned_enu_m: Mapping[int, FloatArray], situation: TrafficSituation, detours: Detours
+    planned_enu_m: Mapping[int, FloatArray],
+    situation: TrafficSituation,
+    detours: Detours,
+    ground: GroundRaster | None = None,
 ) -> tuple[WaypointRecord, ...]:
     """Check planned waypoints, shape (3,) each, against the limits, each other and all other airborne vehicles.
 
@@ -47,9 +51,10 @@ def vet_plan(
         planned_enu_m: waypoint by vehicle id, for each vehicle of the situation that may be sent, or has left.
         situation: state of the traffic.
         detours: those of the situation.
+        ground: ground that the situation's limits refer to.
     """
     moving = _first_legs(detours, situation.movable, planned_enu_m)
-    vetted = vet_waypoints(moving, situation.obstacles, situation.limits)
+    vetted = vet_waypoints(moving, situation.obstacles, situation.limits, ground)
     left = [_left(vehicle_id, planned_enu_m[vehicle_id], reason) for vehicle_id, reason in situation.left.items()]
     return (*(_as_planned(record, planned_enu_m[record.vehicle_id]) for record in vetted), *left)
 

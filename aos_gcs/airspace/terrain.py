@@ -81,6 +81,11 @@ class GroundRaster:
         cells = self.to_cells.at(np.asarray(places_enu_m, dtype=np.float64))
         return self._bounds(np.floor(cells[:, 0]), np.floor(cells[:, 1]), cells[:, 2])
 
+    def model_height_m(self, place_enu_m: FloatArray) -> float:
+        """Return the height of the ground at a place, shape (2,), by the model alone; NaN where it is not known."""
+        lowest_m, highest_m = self.bounds_at(place_enu_m[None, :])
+        return float(lowest_m[0] - self.offsets_m[0] + highest_m[0] - self.offsets_m[1]) / 2.0
+
     def within(self, outlines_enu_m: Sequence[FloatArray]) -> GroundCells:
         """Return the cells that polygons, shape (k, 2), touch. What lies beyond the raster counts as not known."""
         corners = [self.to_cells.at(np.asarray(outline_m, dtype=np.float64))[:, :2] for outline_m in outlines_enu_m]
@@ -98,10 +103,11 @@ class GroundRaster:
         return GroundCells(places_m, lowest_m, highest_m)
 
     def along(self, starts_enu_m: FloatArray, ends_enu_m: FloatArray) -> GroundProfile:
-        """Return the ground below straight segments, shape (n, 3) each, from end to end."""
+        """Return the ground below straight segments, shape (n, 3) each, in intervals of a metre of climb at most."""
         ends = self.to_cells.at(np.vstack((starts_enu_m[:, :2], ends_enu_m[:, :2])))[:, :2]
         ways = np.abs(ends[len(starts_enu_m) :] - ends[: len(starts_enu_m)]).max(axis=1)
-        counts = np.maximum(1, np.ceil(2.0 * ways)).astype(np.int64)
+        climbs_m = np.abs(ends_enu_m[:, 2] - starts_enu_m[:, 2])
+        counts = np.maximum(1, np.ceil(np.maximum(2.0 * ways, climbs_m))).astype(np.int64)
         # All samples of all segments in one array: a segment has one more than it has intervals.
         rows = np.repeat(np.arange(len(counts)), counts + 1)
         firsts = np.concatenate(([0], np.cumsum(counts + 1)[:-1]))
@@ -118,8 +124,9 @@ class GroundRaster:
             places_enu_m=places_m[begins],
             least_up_m=np.minimum(places_m[begins, 2], places_m[begins + 1, 2]),
             most_up_m=np.maximum(places_m[begins, 2], places_m[begins + 1, 2]),
-            lowest_m=np.min([lowest_m for lowest_m, _ in around], axis=0),
-            highest_m=np.max([highest_m for _, highest_m in around], axis=0),
+            lowest_m=np.fmin.reduce([lowest_m for lowest_m, _ in around]),
+            highest_m=np.fmax.reduce([highest_m for _, highest_m in around]),
+            is_known=np.logical_and.reduce([np.isfinite(highest_m) for _, highest_m in around]),
         )
 
     def _bounds(self, row: FloatArray, column: FloatArray, drop_m: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -143,4 +150,7 @@ class GroundProfile:
     least_up_m: FloatArray
     most_up_m: FloatArray
     lowest_m: FloatArray
+    """Lowest ground that is known; NaN if none is."""
     highest_m: FloatArray
+    is_known: NDArray[np.bool_]
+    """Whether all the ground below the interval is known."""

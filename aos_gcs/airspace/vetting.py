@@ -18,9 +18,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from aos_gcs.airspace.above_ground import above_ground
 from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.airspace.polygon import Boundary, edges, edges_met
 from aos_gcs.airspace.separation import admissible_fraction
+from aos_gcs.airspace.terrain import GroundRaster
 from aos_gcs.airspace.traffic import ALL_ADMITTED, MIN_MOVE_M, Admission, Obstacle, Traffic, WaypointRequest
 from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict, as_enu_point
 
@@ -31,7 +33,10 @@ BACK_OFF_M = 1e-6
 
 
 def vet_waypoints(
-    requests: Sequence[WaypointRequest], obstacles: Sequence[Obstacle], limits: SafetyLimits
+    requests: Sequence[WaypointRequest],
+    obstacles: Sequence[Obstacle],
+    limits: SafetyLimits,
+    ground: GroundRaster | None = None,
 ) -> tuple[WaypointRecord, ...]:
     """Return what becomes of each requested waypoint, in the order of ``requests``.
 
@@ -42,6 +47,7 @@ def vet_waypoints(
         requests: the vehicles to send, with distinct ids and finite positions.
         obstacles: all other airborne vehicles.
         limits: geofence, no-go zones, heights, separation, ages and battery.
+        ground: ground that the limits above it refer to.
 
     Raises:
         ValueError: an id occurs twice, or a present position is not finite.
@@ -51,12 +57,14 @@ def vet_waypoints(
     reasons = {request.vehicle_id: _reason_to_hold(request, limits) for request in requests}
     moving = [request for request in requests if not reasons[request.vehicle_id]]
     far = _far(moving, boundaries, traffic)
+    ground_met = above_ground(moving, limits.above_ground, ground)
     records = {}
     for request in sorted(requests, key=lambda request: request.vehicle_id):
         if reason := reasons[request.vehicle_id]:
             record = replace(_held(request, reason), is_unfit=True)
         else:
-            record = _vet_segment(request, boundaries, traffic, limits, far)
+            at_ground = ground_met.get(request.vehicle_id, ALL_ADMITTED)
+            record = _vet_segment(request, boundaries, traffic, limits, (far, at_ground))
             if record.sent_enu_m is not None:
                 traffic.admit(request.vehicle_id, np.array(record.sent_enu_m))
         records[request.vehicle_id] = record
@@ -89,11 +97,17 @@ def _far(moving: Sequence[WaypointRequest], boundaries: Sequence[Boundary], traf
 
 
 def _vet_segment(
-    request: WaypointRequest, boundaries: Sequence[Boundary], traffic: Traffic, limits: SafetyLimits, far: _Far
+    request: WaypointRequest,
+    boundaries: Sequence[Boundary],
+    traffic: Traffic,
+    limits: SafetyLimits,
+    looked_at: tuple[_Far, Admission],
 ) -> WaypointRecord:
+    """Return what becomes of a segment, after the looks at all together: what is far, and the part above ground."""
+    far, at_ground = looked_at
     start = np.array(request.position_enu_m, dtype=np.float64)
     end = np.array(request.requested_enu_m, dtype=np.float64)
-    admissions = [_within_heights(float(start[2]), float(end[2]), limits)]
+    admissions = [at_ground, _within_heights(float(start[2]), float(end[2]), limits)]
     if request.vehicle_id not in far.boundaries:
         admissions[:0] = [_within_boundary(start[:2], end[:2], boundary) for boundary in boundaries]
     if request.vehicle_id not in far.traffic:

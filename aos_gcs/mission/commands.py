@@ -102,7 +102,9 @@ class LiveCommands:
         """Fly by another plan; see ``MissionCommands.apply_plan``."""
         self._context.order.check_age(seen)
         # A tenth of a second and more: too long for the loop that commands vehicles.
-        problems = await asyncio.to_thread(check_plan, plan, self.settings)
+        frame = self._context.roster.frame
+        origin = None if frame is None else frame.origin
+        problems = await asyncio.to_thread(check_plan, plan, self.settings, None, origin)
         if self._flow.heading not in BEFORE_START:
             raise MissionError("The plan can no longer be changed: the mission has started.")
         blocking = [problem for problem in problems if problem.blocking]

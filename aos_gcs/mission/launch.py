@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Sequence
 
 import numpy as np
@@ -26,6 +27,7 @@ from aos_gcs.mission.preflight.inspection import Inspector
 from aos_gcs.mission.preflight.overrides import Overrides
 from aos_gcs.mission.preflight.setup import check_setup, check_system_ids
 from aos_gcs.mission.preflight.telemetry import check_all, check_area, check_layers, check_vehicles
+from aos_gcs.mission.preflight.terrain import check_take_off_altitudes, survey_terrain
 from aos_gcs.planning.descents import meetings, passes, staggered
 from aos_gcs.planning.proposal import altitude_layers, propose_limits
 from aos_gcs.planning.settings import MIN_SWARM
@@ -54,6 +56,8 @@ class Launch:
         self._launch_distance_m, self._separation_m = limits.launch_distance_m, limits.separation_m
         self._ground: tuple[PreflightCheck, ...] = ()
         """Checks of the ground, for the limits in force and the homes that they were made for."""
+        self._terrain: tuple[PreflightCheck, ...] = ()
+        """Checks of the terrain, for the same."""
 
     async def connect(self) -> Phase:
         """Wait until the vehicles that fly, or as many as are to fly, are heard."""
@@ -178,10 +182,13 @@ class Launch:
         sign_of_life()
         self._find_origin()
         self._assign_layers()
+        await self._survey_terrain()
         if any(member.airborne for member in self._chosen_or_all()):
             self._auto_start.cancel("vehicles were found in the air")
         of_mission = check_area(context.settings) + check_vehicles(context.roster, context.settings.vehicles)
-        found = await self._overrides.review(of_mission + self._advice + self._check(self._chosen_or_all()))
+        found = await self._overrides.review(
+            of_mission + self._advice + self._terrain + self._check(self._chosen_or_all())
+        )
         return context.flight.limits is not None and not any(check.blocks for check in found)
 
     def _chosen_or_all(self) -> list[Member]:
@@ -197,6 +204,7 @@ class Launch:
             *check_all(roster, members, self._launch_distance_m),
             *check_layers(roster, members, settings.flight.layer_spacing_m, self._context.flight.limits),
             *check_altitudes(roster, members, self._separation_m, settings.flight.layer_spacing_m),
+            *check_take_off_altitudes(members, roster.frame, self._context.flight.ground),
             *check_system_ids([member.state for member in members], board_ids),
             *self._ground,
         ]
@@ -238,6 +246,19 @@ class Launch:
             *check_ground(launch_points, limits, context.settings),
             *check_descents([member.vehicle_id for member in members], met),
         )
+
+    async def _survey_terrain(self) -> None:
+        """Read the ground below the flight, once its limits are proposed, and limit the heights above it."""
+        context, terrain, frame = self._context, self._context.settings.terrain, self._context.roster.frame
+        limits = context.flight.limits
+        if terrain is None or frame is None or limits is None or limits.above_ground is not None:
+            return
+        homes_enu_m = {
+            member.vehicle_id: member.home_enu_m for member in context.roster.chosen() if member.home_enu_m is not None
+        }
+        found = await asyncio.to_thread(survey_terrain, context.settings, terrain, frame.origin, limits, homes_enu_m)
+        if context.flight.limits is limits:
+            context.flight.limits, context.flight.ground, self._terrain = found.limits, found.ground, found.checks
 
     def _is_planned(self, members: list[Member], homes_enu_m: list[NDArray[np.float64]]) -> bool:
         """Return whether the layers and limits in force are those of these vehicles at these homes."""

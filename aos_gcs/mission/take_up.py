@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import asyncio
 from typing import Protocol
+
+import numpy as np
 
 from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.errors import ConfigurationError
@@ -10,6 +13,7 @@ from aos_gcs.mission.context import MissionContext
 from aos_gcs.mission.former_flight import FormerFlight
 from aos_gcs.mission.model.phase import Phase
 from aos_gcs.mission.phases import BEFORE_START
+from aos_gcs.mission.preflight.terrain import survey_terrain
 from aos_gcs.mission.sortie import Sortie
 from aos_gcs.planning.settings import MissionSettings
 from aos_gcs.ports import Severity
@@ -55,9 +59,25 @@ class TakeUp:
             await context.clock.sleep(_POLL_S)
         if former is None or not self._take_up(former):
             return
+        await self._survey_terrain(former)
         while True:
             await context.clock.sleep(_POLL_S)
             self._attach(former)
+
+    async def _survey_terrain(self, former: FormerFlight) -> None:
+        """Limit the heights above the ground, too; a model that cannot be used any more is reported."""
+        context, roster = self._flow.sortie.context, self._context.roster
+        terrain, limits, frame = context.settings.terrain, context.flight.limits, roster.frame
+        if terrain is None or limits is None or frame is None:
+            return
+        homes_enu_m = {key: np.array(one.home_enu_m) for key, one in former.vehicles.items()}
+        found = await asyncio.to_thread(survey_terrain, context.settings, terrain, frame.origin, limits, homes_enu_m)
+        context.flight.limits, context.flight.ground = found.limits, found.ground
+        for check in found.checks:
+            self._context.journal.notice(Severity.WARNING, f"terrain: {check.text}")
+        if found.ground is None:
+            text = "Heights above the ground are not checked: the elevation model cannot be used"
+            self._context.journal.notice(Severity.CRITICAL, text)
 
     def _attach(self, former: FormerFlight) -> None:
         for member in former.attach(self._context.roster):

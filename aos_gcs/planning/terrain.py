@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from aos_gcs.airspace.limits import GroundLimits, SafetyLimits
 from aos_gcs.airspace.terrain import GroundRaster, Polynomials
 from aos_gcs.elevation.geoid import find_geoid
 from aos_gcs.elevation.model import ElevationModel
@@ -23,6 +24,9 @@ MAX_CELLS = 4_000_000
 FINE_CELL_M = 2.0
 """Edge below which cells of a model are not divided any more."""
 
+_LEAST_FLOOR_M = 5.0
+"""Floor above the ground where that above the origin is lower."""
+_BEYOND_FENCE_M = 50.0
 _NODES = 12
 """Places along each axis to which the mapping from the local frame to the model's cells is fitted."""
 _BAND_CELLS = 2_000_000
@@ -103,18 +107,45 @@ def ground_within(settings: TerrainSettings, origin: GeodeticPosition, bounds: E
     return GroundRaster(lowest_m, highest_m, to_cells, Polynomials.fitted(scaled, nodes_m))
 
 
-def anchored(ground: GroundRaster, homes_enu_m: FloatArray, grounds_m: FloatArray) -> GroundRaster:
-    """Return the ground as vehicles see it that stand on it.
+def ground_limits(
+    terrain: TerrainSettings, origin: GeodeticPosition, homes_enu_m: FloatArray, floor_above_origin_m: float
+) -> GroundLimits:
+    """Return the limits above the ground of vehicles that stand at their launch points, shape (n, 3).
 
-    What they know well is their height above where they stood; the altitude of that may err by metres.
+    What they know well is their height above where they stand; the altitude of that may err by metres. A launch point
+    below which the ground is not known counts as agreeing with the model.
 
-    Args:
-        ground: as the model and the origin's altitude have it.
-        homes_enu_m: launch points of the vehicles, shape (n, 3).
-        grounds_m: height of the ground there by the model, shape (n,), all known.
+    Raises:
+        ConfigurationError: a setting cannot be used, or a library is missing.
+        InputDataError: a file cannot be used or read.
     """
-    offsets_m = homes_enu_m[:, 2] - grounds_m
-    return replace(ground, offsets_m=(float(offsets_m.min()), float(offsets_m.max())))
+    offsets_m = homes_enu_m[:, 2] - ground_heights_m(terrain, origin, homes_enu_m[:, :2])
+    offsets_m = offsets_m[np.isfinite(offsets_m)] if np.isfinite(offsets_m).any() else np.zeros(1)
+    floor_m = floor_above_ground_m(terrain, floor_above_origin_m)
+    bounds_m = float(offsets_m.min()), float(offsets_m.max())
+    return GroundLimits(floor_m=floor_m, ceiling_m=terrain.ceiling_above_ground_m, offsets_m=bounds_m)
+
+
+def ground_of_limits(
+    terrain: TerrainSettings | None, origin: GeodeticPosition, limits: SafetyLimits
+) -> GroundRaster | None:
+    """Return the ground within the geofence that limits refer to; None where it counts as level.
+
+    Raises:
+        ConfigurationError: a setting cannot be used, or a library is missing.
+        InputDataError: a file cannot be used or read.
+    """
+    if terrain is None or limits.above_ground is None:
+        return None
+    bounds = EnuBounds.around(np.array(limits.fence_enu_m), _BEYOND_FENCE_M)
+    return replace(ground_within(terrain, origin, bounds), offsets_m=limits.above_ground.offsets_m)
+
+
+def floor_above_ground_m(terrain: TerrainSettings, floor_above_origin_m: float) -> float:
+    """Return the smallest height above the ground: the one that is set, or that of the floor above the origin."""
+    if terrain.floor_above_ground_m is not None:
+        return terrain.floor_above_ground_m
+    return max(_LEAST_FLOOR_M, floor_above_origin_m)
 
 
 def _resolution(model: ElevationModel, extent: NDArray[np.int64]) -> tuple[int, int]:

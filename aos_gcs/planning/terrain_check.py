@@ -20,15 +20,13 @@ from aos_gcs.planning.plan import MissionPlan, PlanProblem
 from aos_gcs.planning.proposal import propose_fence, proposed_floor_m
 from aos_gcs.planning.settings import MissionSettings, TerrainSettings
 from aos_gcs.planning.sites import Homes
-from aos_gcs.planning.terrain import EnuBounds, ground_heights_m, ground_within
+from aos_gcs.planning.terrain import EnuBounds, floor_above_ground_m, ground_heights_m, ground_within
 from aos_gcs.swarm.registry import make_strategy
 
 FloatArray = NDArray[np.float64]
 
 MAX_ALTITUDE_ERROR_M = 10.0
 """Greatest difference between the altitude of a place on the ground and the elevation model."""
-_LEAST_FLOOR_M = 5.0
-"""Floor above the ground where that above the origin is lower."""
 _MARGIN_M = 50.0
 
 
@@ -51,11 +49,9 @@ class TerrainConflict:
     text: str
 
 
-def floor_above_ground_m(terrain: TerrainSettings, floor_above_origin_m: float) -> float:
-    """Return the smallest height above the ground: the one that is set, or that of the floor above the origin."""
-    if terrain.floor_above_ground_m is not None:
-        return terrain.floor_above_ground_m
-    return max(_LEAST_FLOOR_M, floor_above_origin_m)
+def surface_warning(terrain: TerrainSettings) -> str | None:
+    """Return what the user of a surface model is told; None for a terrain model."""
+    return SURFACE_WARNING if terrain.kind is ModelKind.SURFACE else None
 
 
 def check_terrain(
@@ -72,8 +68,8 @@ def check_terrain(
     terrain, origin = settings.terrain, settings.origin or origin
     if terrain is None:
         return
-    if terrain.kind is ModelKind.SURFACE:
-        yield PlanProblem("lowest_layer_m", SURFACE_WARNING, blocking=False)
+    if (warning := surface_warning(terrain)) is not None:
+        yield PlanProblem("lowest_layer_m", warning, blocking=False)
     if origin is None:
         return
     try:
@@ -102,10 +98,8 @@ def _problems(
     yield from barred
     if barred:
         return
-    scanned = [ways_m(plan, []), *(swept_m(plan, leg) for leg in legs)]
-    outlines = {"Search area": scanned, _WAYS: [ways_m(plan, list(planned.values()))]}
-    near = {_WAYS: [ways_m(plan, list(homes_enu_m.values()))]} if homes_enu_m else {}
-    corners_m = np.vstack([*scanned, *outlines[_WAYS], *near.get(_WAYS, ())])
+    outlines, near = _flown(plan, legs, list(planned.values())), _ways(plan, list(homes_enu_m.values()))
+    corners_m = np.vstack([corner_m for each in (outlines, near) for shapes in each.values() for corner_m in shapes])
     ground = ground_within(terrain, origin, EnuBounds.around(corners_m, _MARGIN_M))
     if is_reported:
         ground = replace(ground, offsets_m=(-level_m, -level_m))
@@ -115,6 +109,41 @@ def _problems(
     if not conflicts:
         for conflict in _conflicts(ground, frame, near, band):
             yield PlanProblem(conflict.field, conflict.text, blocking=False)
+
+
+def flown_conflicts(
+    plan: MissionPlan,
+    terrain: TerrainSettings,
+    frame: LocalFrame,
+    ground: GroundRaster,
+    *,
+    homes_enu_m: Sequence[tuple[float, float]],
+    legs: Sequence[ScanLeg],
+) -> list[TerrainConflict]:
+    """Return what brings a flight from known launch points too close to the ground, too far above it, or off the model.
+
+    Args:
+        plan: what is flown.
+        terrain: limits above the ground.
+        frame: local frame.
+        ground: ground as the vehicles see it that stand on it.
+        homes_enu_m: their launch points.
+        legs: legs of the plan.
+    """
+    points = [*homes_enu_m, *(() if plan.return_enu_m is None else (plan.return_enu_m,))]
+    return list(_conflicts(ground, frame, _flown(plan, legs, points), _band(plan, terrain)))
+
+
+def _flown(
+    plan: MissionPlan, legs: Sequence[ScanLeg], points_enu_m: Sequence[tuple[float, float]]
+) -> dict[str, list[FloatArray]]:
+    """Return the outlines, by name, of what vehicles fly over."""
+    scanned = [ways_m(plan, []), *(swept_m(plan, leg) for leg in legs)]
+    return {"Search area": scanned, **_ways(plan, points_enu_m)}
+
+
+def _ways(plan: MissionPlan, points_enu_m: Sequence[tuple[float, float]]) -> dict[str, list[FloatArray]]:
+    return {"Way to the search area or home": [ways_m(plan, points_enu_m)]} if points_enu_m else {}
 
 
 def _check_points(
@@ -137,9 +166,6 @@ def _check_points(
             "model's vertical datum."
         )
         yield PlanProblem("launch_enu_m", text)
-
-
-_WAYS = "Way to the search area or home"
 
 
 def _band(plan: MissionPlan, terrain: TerrainSettings) -> HeightBand:

@@ -13,6 +13,7 @@ from aos_gcs.airspace.detours import Detours
 from aos_gcs.airspace.limits import SafetyLimits
 from aos_gcs.airspace.plans import TrafficSituation, vet_plan
 from aos_gcs.airspace.stopping import DECELERATION_MPS2
+from aos_gcs.airspace.terrain import GroundRaster
 from aos_gcs.airspace.traffic import Obstacle, WaypointRequest
 from aos_gcs.airspace.vetting import vet_waypoints
 from aos_gcs.airspace.waypoints import WaypointRecord, WaypointVerdict
@@ -44,6 +45,8 @@ class FlightControl:
         self._settings = settings
         self._deadlines = deadlines
         self._limits: SafetyLimits | None = None
+        self.ground: GroundRaster | None = None
+        """Ground that the limits refer to; None: it counts as level."""
         self._detours: Detours | None = None
 
     @property
@@ -111,7 +114,7 @@ class FlightControl:
             tasks: tasks whose vehicles may be moved; one that has got another task since it was planned is held.
             returning: the vehicles return, which a low battery must not prevent.
         """
-        return vet_plan(requests, self.situation(requests, tasks, returning=returning), self.detours)
+        return vet_plan(requests, self.situation(requests, tasks, returning=returning), self.detours, self.ground)
 
     def situation(
         self, vehicle_ids: Iterable[int], tasks: frozenset[Task] = _SWARM, *, returning: bool = False
@@ -175,7 +178,8 @@ class FlightControl:
                 barred[member.vehicle_id] = "it has no altitude layer or no position"
                 continue
             requests.append(self._request(member, position_enu_m, column_enu_m))
-        vetted = vet_waypoints(requests, self._obstacles({request.vehicle_id for request in requests}), self._limits)
+        obstacles = self._obstacles({request.vehicle_id for request in requests})
+        vetted = vet_waypoints(requests, obstacles, self._limits, self.ground)
         refused = [record for record in vetted if record.verdict is not WaypointVerdict.SENT]
         return barred | {record.vehicle_id: f"it cannot climb to its layer, {record.reason}" for record in refused}
 

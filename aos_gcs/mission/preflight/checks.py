@@ -20,6 +20,7 @@ POSITION: Final = "position"
 HOME: Final = "home"
 LAUNCH_POINT: Final = "launch point"
 PATH: Final = "path to the area"
+TERRAIN: Final = "terrain"
 ALTITUDE_LAYER: Final = "altitude layer"
 DESCENT: Final = "descent at home"
 HOME_ALTITUDE: Final = "home altitude"
@@ -46,6 +47,7 @@ ORDER: Final = (
     HOME,
     LAUNCH_POINT,
     PATH,
+    TERRAIN,
     ALTITUDE_LAYER,
     DESCENT,
     HOME_ALTITUDE,

@@ -7,9 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from aos_gcs.airspace.detours import Detours
 from aos_gcs.airspace.plans import reached, vet_plan
+from aos_gcs.airspace.terrain import GroundRaster
 from aos_gcs.airspace.waypoints import WaypointRecord
 from aos_gcs.imaging.model import StepAnalysis
 from aos_gcs.mission.fleet.layers import in_layers
@@ -106,7 +108,14 @@ class Decider:
         self._state = self._strategy.init(np.array(leg.direction_enu))
         self.progress.form_line()
 
-    def decide(self, phase: Phase, situation: Situation, detours: Detours, analysis: StepAnalysis) -> Decision:
+    def decide(
+        self,
+        phase: Phase,
+        situation: Situation,
+        detours: Detours,
+        analysis: StepAnalysis,
+        ground: GroundRaster | None = None,
+    ) -> Decision:
         """Decide what follows from a step's analysis.
 
         Args:
@@ -114,13 +123,18 @@ class Decider:
             situation: state of the flight.
             detours: those of the situation's traffic.
             analysis: analysis of the step's frames.
+            ground: ground that the limits of the situation's traffic refer to.
         """
         in_view = self.tracker.observe(analysis, situation.now_s)
         self._claims.follow()
         if self.tracker.target_walks:
             self._forget()
         following = self._next_phase(phase, situation, detours, in_view=in_view)
-        diagnostics, waypoints = self._choose_waypoints(following, situation, detours, analysis, in_view=in_view)
+        if following not in {Phase.SCAN, Phase.CONVERGE}:
+            return Decision(following, Diagnostics(branch="hold", leader_id=analysis.leader_id), ())
+        diagnostics, next_enu_m = self._choose_places(situation, analysis, in_view=in_view)
+        waypoints = vet_plan(in_layers(situation.swarm, next_enu_m), situation.traffic, detours, ground)
+        self.progress.note_waypoints(waypoints)
         return Decision(following, diagnostics, waypoints)
 
     def conclude(self, following: Phase, judgements: Mapping[int, Judgement]) -> Phase:
@@ -144,12 +158,10 @@ class Decider:
             return self._go_on()
         return following
 
-    def _choose_waypoints(
-        self, following: Phase, situation: Situation, detours: Detours, analysis: StepAnalysis, *, in_view: bool
-    ) -> tuple[Diagnostics, tuple[WaypointRecord, ...]]:
-        """Ask the strategy for waypoints and vet them; while a found target is observed, the vehicles hover."""
-        if following not in {Phase.SCAN, Phase.CONVERGE}:
-            return Diagnostics(branch="hold", leader_id=analysis.leader_id), ()
+    def _choose_places(
+        self, situation: Situation, analysis: StepAnalysis, *, in_view: bool
+    ) -> tuple[Diagnostics, NDArray[np.float64]]:
+        """Ask the strategy for the vehicles' next places, shape (n, 2)."""
         estimate = self.tracker.estimate() if in_view else None
         observation = make_observation(
             [one.vehicle_id for one in situation.swarm],
@@ -160,9 +172,7 @@ class Decider:
         )
         self._state = self._strategy.tell(self._state, observation)
         next_enu_m, self._state = self._strategy.ask(self._state, self._rng)
-        waypoints = vet_plan(in_layers(situation.swarm, next_enu_m), situation.traffic, detours)
-        self.progress.note_waypoints(waypoints)
-        return self._strategy.diagnostics(self._state), waypoints
+        return self._strategy.diagnostics(self._state), next_enu_m
 
     def _next_phase(self, phase: Phase, situation: Situation, detours: Detours, *, in_view: bool) -> Phase:
         if phase is Phase.FOUND:

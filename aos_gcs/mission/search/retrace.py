@@ -16,6 +16,7 @@ from aos_gcs.mission.search.findings import Findings
 from aos_gcs.mission.search.ledger import step_record
 from aos_gcs.mission.search.persons import Judgement, PersonWatch, watch_persons
 from aos_gcs.mission.search.sampling import to_frame
+from aos_gcs.planning.terrain import ground_of_limits
 from aos_gcs.ports import Capture, Severity
 
 
@@ -77,6 +78,8 @@ class Retrace:
 
         Raises:
             ImagingError: the frames cannot be analysed.
+            ConfigurationError: the elevation model that it flew by cannot be used.
+            InputDataError: a file of that cannot be read.
         """
         decider, situation = self._decider, record.situation
         self._findings.adopt(record.edits_before_analysis)
@@ -89,7 +92,8 @@ class Retrace:
         self._analysis, self._history = analysis, analysis.history
         self._findings.adopt(record.edits)
         self._journal.now_s = situation.now_s
-        decision = decider.decide(record.phase, situation, situation.traffic.detours(), analysis)
+        ground = ground_of_limits(self._settings.terrain, self._frame.origin, situation.traffic.limits)
+        decision = decider.decide(record.phase, situation, situation.traffic.detours(), analysis, ground)
         self._following = decision.following
         self.decided += 1
         return Retraced(

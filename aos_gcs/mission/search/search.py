@@ -173,7 +173,8 @@ class Search:
     ) -> tuple[Decision, StepRecord, DecisionRecord]:
         """Decide, and return the records of the step and of all that the decision depended on."""
         situation, edits = self._situation(swarm), self._log.take_edits()
-        decision = self.decider.decide(phase, situation, self._context.flight.detours, analysis)
+        flight = self._context.flight
+        decision = self.decider.decide(phase, situation, flight.detours, analysis, flight.ground)
         poses = self._vision.corrected_poses()
         record = self._log.decision(self.step, phase, situation, analysis, decision, poses=poses, edits=edits)
         step = step_record(

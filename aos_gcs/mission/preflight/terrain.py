@@ -1,0 +1,102 @@
+"""Preflight checks against the ground: what the flight passes over, and the altitudes that vehicles report on it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aos_gcs.airspace.limits import SafetyLimits
+from aos_gcs.airspace.terrain import GroundRaster
+from aos_gcs.errors import ConfigurationError, InputDataError
+from aos_gcs.geometry.geodesy import GeodeticPosition, LocalFrame
+from aos_gcs.mission.fleet.datum import home_altitude_m, is_grounded
+from aos_gcs.mission.fleet.roster import Member
+from aos_gcs.mission.model.checks import PreflightCheck
+from aos_gcs.mission.preflight import checks
+from aos_gcs.planning.estimate import planned_legs
+from aos_gcs.planning.plan import plan_of
+from aos_gcs.planning.settings import MissionSettings, TerrainSettings
+from aos_gcs.planning.terrain import ground_limits, ground_of_limits
+from aos_gcs.planning.terrain_check import MAX_ALTITUDE_ERROR_M, flown_conflicts, surface_warning
+
+_CHANGE = "change the plan, or move the launch points"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SurveyedTerrain:
+    """Ground below a flight, as its vehicles see it that stand on it."""
+
+    limits: SafetyLimits
+    """Limits of the flight, with those above the ground where that is known."""
+    ground: GroundRaster | None
+    """None if the model cannot be used; the check says why."""
+    checks: tuple[PreflightCheck, ...]
+    """Checks of the mission."""
+
+
+def survey_terrain(
+    settings: MissionSettings,
+    terrain: TerrainSettings,
+    origin: GeodeticPosition,
+    limits: SafetyLimits,
+    homes_enu_m: Mapping[int, NDArray[np.float64]],
+) -> SurveyedTerrain:
+    """Read the ground within the geofence, and compare the flight with it; it takes seconds for large models.
+
+    Args:
+        settings: settings of the mission.
+        terrain: those of its elevation model.
+        origin: origin of the local frame.
+        limits: limits of the flight so far.
+        homes_enu_m: launch points by vehicle, shape (3,) each.
+    """
+    homes_m = np.array(list(homes_enu_m.values()))
+    try:
+        limited = replace(limits, above_ground=ground_limits(terrain, origin, homes_m, limits.floor_m))
+        ground = ground_of_limits(terrain, origin, limited)
+    except (ConfigurationError, InputDataError) as error:
+        failure = checks.failed(checks.MISSION, checks.TERRAIN, str(error), "correct the elevation model")
+        return SurveyedTerrain(limits, None, (failure,))
+    if ground is None:
+        raise RuntimeError("limits above the ground without ground")
+    middle_m = homes_m[:, :2].mean(axis=0)
+    plan = replace(plan_of(settings), launch_enu_m=(float(middle_m[0]), float(middle_m[1])), floor_m=limits.floor_m)
+    legs = planned_legs(plan, settings.imaging.plane_height_m)
+    standing = [(float(home_m[0]), float(home_m[1])) for home_m in homes_m]
+    conflicts = flown_conflicts(plan, terrain, LocalFrame(origin), ground, homes_enu_m=standing, legs=legs)
+    found = [checks.failed(checks.MISSION, checks.TERRAIN, each.text, _CHANGE) for each in conflicts]
+    if (warning := surface_warning(terrain)) is not None:
+        found.append(checks.warned(checks.MISSION, checks.TERRAIN, warning, "use a terrain model where there is one"))
+    return SurveyedTerrain(limited, ground, tuple(found))
+
+
+def check_take_off_altitudes(
+    members: Sequence[Member], frame: LocalFrame | None, ground: GroundRaster | None
+) -> list[PreflightCheck]:
+    """Return for every vehicle whether the altitude that it reports on the ground agrees with the elevation model."""
+    if frame is None or ground is None:
+        return []
+    return [_check_altitude(member, frame, ground) for member in members]
+
+
+def _check_altitude(member: Member, frame: LocalFrame, ground: GroundRaster) -> PreflightCheck:
+    state, vehicle_id = member.state, member.vehicle_id
+    altitude_amsl_m = state.gps_altitude_amsl_m if is_grounded(state) else None
+    if altitude_amsl_m is None:
+        altitude_amsl_m = home_altitude_m(state)
+    if state.home is None or altitude_amsl_m is None:
+        return checks.failed(vehicle_id, checks.TERRAIN, "altitude unknown", "wait for the position estimate")
+    place_enu_m = frame.to_enu(replace(state.home, altitude_amsl_m=altitude_amsl_m))
+    above_m = float(place_enu_m[2]) - ground.model_height_m(place_enu_m[:2])
+    if not np.isfinite(above_m):
+        text = "the ground is not known at its launch point"
+        return checks.failed(vehicle_id, checks.TERRAIN, text, "move it, or add a file that covers it")
+    side = "above" if above_m >= 0.0 else "below"
+    text = f"GPS altitude {altitude_amsl_m:.1f} m, {abs(above_m):.1f} m {side} the ground of the elevation model"
+    if abs(above_m) > MAX_ALTITUDE_ERROR_M:
+        remedy = f"{MAX_ALTITUDE_ERROR_M:g} m are allowed: wait for a better fix, or check the model's vertical datum"
+        return checks.failed(vehicle_id, checks.TERRAIN, text, remedy)
+    return checks.passed(vehicle_id, checks.TERRAIN, text)

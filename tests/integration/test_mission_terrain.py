@@ -1,0 +1,107 @@
+"""Missions over relief on a fake fleet, in virtual time: what preflight says of the ground, and what is flown."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("rasterio")
+
+from aos_gcs.airspace.plans import TrafficSituation, vet_plan
+from aos_gcs.airspace.traffic import WaypointRequest
+from aos_gcs.airspace.waypoints import WaypointVerdict
+from aos_gcs.mission.model.actions import Action
+from aos_gcs.mission.model.checks import CheckStatus, PreflightCheck
+from aos_gcs.mission.model.phase import Outcome, Phase
+from aos_gcs.mission.preflight import checks
+from aos_gcs.planning.settings import TerrainSettings
+from tests.fakes.fleet import ORIGIN
+from tests.fakes.mission_flight import Flight, flying, prepare
+from tests.fakes.relief import Relief, hill, level, terrain, write_relief
+
+pytestmark = pytest.mark.looptime
+
+
+def model(folder: Path, relief: Relief, **values: Any) -> TerrainSettings:
+    return terrain(write_relief(folder / "ground.tif", relief, origin=ORIGIN), **values)
+
+
+async def terrain_checks(flight: Flight) -> dict[int, PreflightCheck]:
+    async with flying(flight) as run:
+        await flight.until(lambda: any(check.name == checks.TERRAIN for check in flight.view.snapshot().preflight))
+        found = {check.vehicle_id: check for check in flight.view.snapshot().preflight if check.name == checks.TERRAIN}
+        await flight.commands.act(Action.ABORT, None)
+        await run
+    return found
+
+
+async def test_a_mission_over_level_ground_flies_as_without_a_model(tmp_path: Path) -> None:
+    flight = prepare(n=2, terrain=model(tmp_path, level(0.0)))
+    async with flying(flight) as run:
+        assert await run is Outcome.FOUND
+    found = [check for check in flight.view.snapshot().preflight if check.name == checks.TERRAIN]
+    assert {check.status for check in found} == {CheckStatus.PASS}
+    assert [check.vehicle_id for check in found] == [1, 2]
+
+
+async def test_a_hill_below_a_leg_fails_with_place_and_amount(tmp_path: Path) -> None:
+    found = await terrain_checks(prepare(n=2, auto_start=False, terrain=model(tmp_path, hill(5.0, 40.0, 25.0))))
+    assert found[checks.MISSION].status is CheckStatus.FAIL
+    assert "below the floor of 30 m above ground: raise it to 5" in found[checks.MISSION].text
+    assert "48.30036, 14.30007" in found[checks.MISSION].text or "m north of the origin" in found[checks.MISSION].text
+    assert found[1].status is CheckStatus.PASS
+
+
+async def test_an_altitude_that_disagrees_with_the_model_fails_with_the_number(tmp_path: Path) -> None:
+    found = await terrain_checks(prepare(n=2, auto_start=False, terrain=model(tmp_path, level(-14.0))))
+    assert found[1].status is CheckStatus.FAIL
+    assert "14." in found[1].text
+    assert "above the ground of the elevation model" in found[1].text
+    assert not found[1].overridable
+
+
+async def test_launch_points_correct_what_all_altitudes_err_by(tmp_path: Path) -> None:
+    """All vehicles report 8 m too much: the hill is 6 m above them, not 2 m below."""
+    raised = terrain(
+        write_relief(tmp_path / "a.tif", lambda e, n: hill(0.0, 40.0, 6.0, 12.0)(e, n) - 8.0, origin=ORIGIN)
+    )
+    found = await terrain_checks(prepare(n=2, auto_start=False, terrain=raised))
+    assert found[checks.MISSION].status is CheckStatus.FAIL
+    assert re.search(r"rises to (5\.[5-9]|6\.0) m above the origin", found[checks.MISSION].text)
+
+
+async def test_a_model_that_is_gone_blocks_the_launch_by_name(tmp_path: Path) -> None:
+    found = await terrain_checks(prepare(n=2, auto_start=False, terrain=terrain(tmp_path / "gone.tif")))
+    assert found[checks.MISSION].status is CheckStatus.FAIL
+    assert "gone.tif" in found[checks.MISSION].text
+
+
+async def test_the_flight_knows_hills_beside_the_plan(tmp_path: Path) -> None:
+    """Findings and detours send vehicles beyond their legs."""
+    flight = prepare(n=2, auto_start=False, terrain=model(tmp_path, hill(45.0, 40.0, 40.0, radius_m=10.0)))
+    async with flying(flight) as run:
+        await flight.until(lambda: flight.mission.phase is Phase.READY)
+        control = flight.mission.sortie.context.flight
+        assert control.limits is not None
+        assert control.limits.above_ground is not None
+        assert control.ground is not None
+        lowest_m, highest_m = control.ground.bounds_at(np.array([[45.0, 40.0]]))
+        assert 30.0 < lowest_m[0] <= highest_m[0] < 41.0
+        request = WaypointRequest(
+            vehicle_id=1,
+            position_enu_m=np.array([0.0, 40.0, 35.0]),
+            requested_enu_m=np.array([45.0, 40.0, 35.0]),
+            link_age_s=0.0,
+            position_age_s=0.0,
+            battery_fraction=None,
+        )
+        situation = TrafficSituation(limits=control.limits, arrival_radius_m=0.5, movable=(request,))
+        (record,) = vet_plan({1: request.requested_enu_m}, situation, control.detours, control.ground)
+        assert record.verdict is WaypointVerdict.SHORTENED
+        assert "above the ground at" in record.reason
+        await flight.commands.act(Action.ABORT, None)
+        await run
