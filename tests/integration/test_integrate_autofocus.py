@@ -148,7 +148,7 @@ def test_a_contact_sheet_is_written_even_where_nothing_is_found(
     [
         ([], "neither is given"),
         (["--plane-z", "3", "--autofocus", "4,18"], "both are given"),
-        (["--plane-z", "nan"], "--plane-z must be a finite number"),
+        (["--plane-z", "nan"], "--plane-z must lie between"),
         (["--autofocus", "7"], "needs two heights LOW,HIGH"),
         (["--autofocus", "9,4"], "needs two heights LOW,HIGH"),
         (["--autofocus", "low,high"], "needs two heights LOW,HIGH"),
