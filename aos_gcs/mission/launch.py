@@ -27,10 +27,11 @@ from aos_gcs.mission.preflight.inspection import Inspector
 from aos_gcs.mission.preflight.overrides import Overrides
 from aos_gcs.mission.preflight.setup import check_setup, check_system_ids
 from aos_gcs.mission.preflight.telemetry import check_all, check_area, check_layers, check_vehicles
-from aos_gcs.mission.preflight.terrain import check_take_off_altitudes, survey_terrain
+from aos_gcs.mission.preflight.terrain import check_take_off_altitudes, return_bounds, survey_terrain
 from aos_gcs.planning.descents import meetings, passes, staggered
 from aos_gcs.planning.proposal import altitude_layers, propose_limits
 from aos_gcs.planning.settings import MIN_SWARM
+from aos_gcs.planning.terrain_return import ReturnClearance
 from aos_gcs.ports import Arm, Disarm, Severity, Takeoff
 
 _POLL_S = 0.5
@@ -58,6 +59,8 @@ class Launch:
         """Checks of the ground, for the limits in force and the homes that they were made for."""
         self._terrain: tuple[PreflightCheck, ...] = ()
         """Checks of the terrain, for the same."""
+        self._clearance: ReturnClearance | None = None
+        """What autopilots' own returns have to clear, for the same."""
 
     async def connect(self) -> Phase:
         """Wait until the vehicles that fly, or as many as are to fly, are heard."""
@@ -209,7 +212,8 @@ class Launch:
             *self._ground,
         ]
         for member in members:
-            found += check_setup(member.state, inspections[member.vehicle_id], member.layer_above_home_m)
+            bounds = return_bounds(member, self._clearance)
+            found += check_setup(member.state, inspections[member.vehicle_id], bounds)
         return checks.in_order(found)
 
     def _find_origin(self) -> None:
@@ -259,6 +263,7 @@ class Launch:
         found = await asyncio.to_thread(survey_terrain, context.settings, terrain, frame.origin, limits, homes_enu_m)
         if context.flight.limits is limits:
             context.flight.limits, context.flight.ground, self._terrain = found.limits, found.ground, found.checks
+            self._clearance = found.clearance
 
     def _is_planned(self, members: list[Member], homes_enu_m: list[NDArray[np.float64]]) -> bool:
         """Return whether the layers and limits in force are those of these vehicles at these homes."""

@@ -17,7 +17,7 @@ from aos_gcs.geometry.geodesy import LocalFrame
 from aos_gcs.mission.model.checks import CheckStatus, PreflightCheck
 from aos_gcs.mission.preflight import checks
 from aos_gcs.mission.preflight.inspection import Inspection, TrialFrame
-from aos_gcs.mission.preflight.setup import check_setup, check_system_ids
+from aos_gcs.mission.preflight.setup import ReturnBounds, check_setup, check_system_ids
 from aos_gcs.ports import Geofence, Safeguard, VehicleState
 from tests.fakes.fleet import GOOD_FACTS, ORIGIN
 
@@ -38,12 +38,12 @@ def shot(**changes: Any) -> Inspection:
     return replace(GOOD, frame=replace(SHOT, **changes))
 
 
-def check_of(name: str, inspection: Inspection, layer_m: float | None = 35.0) -> PreflightCheck:
-    return {check.name: check for check in check_setup(STATE, inspection, layer_m)}[name]
+def check_of(name: str, inspection: Inspection, layer_m: float | None = 35.0, **ground: Any) -> PreflightCheck:
+    return {check.name: check for check in check_setup(STATE, inspection, ReturnBounds(layer_m, **ground))}[name]
 
 
 def test_good_answers_pass_and_show_their_numbers() -> None:
-    found = check_setup(STATE, GOOD, 35.0)
+    found = check_setup(STATE, GOOD, ReturnBounds(35.0))
     assert [check.name for check in found] == [
         checks.FIRMWARE,
         checks.GEOFENCE,
@@ -114,7 +114,7 @@ def test_what_is_wrong_is_named_with_its_remedy(
 
 
 def test_what_is_being_asked_for_cannot_be_overridden_yet() -> None:
-    found = check_setup(STATE, Inspection(), 35.0)
+    found = check_setup(STATE, Inspection(), ReturnBounds(35.0))
     assert {check.name: check.status for check in found} == {
         checks.FIRMWARE: WARN,
         checks.GEOFENCE: FAIL,
@@ -146,6 +146,33 @@ def test_a_return_below_the_layer_stays_in_it() -> None:
     assert check_of(checks.RETURN_HEIGHT, GOOD, None).status is PASS
 
 
+@pytest.mark.parametrize(
+    ("height_m", "layer_m", "least_m", "text", "remedy"),
+    [
+        (30.0, 35.0, 30.05, "30 m", ""),
+        (
+            30.0,
+            35.0,
+            32.5,
+            "2.5 m below the floor above the ground at the hill",
+            "to between 32.5 m and 35 m, its",
+        ),
+        (30.0, None, 32.5, "2.5 m below the floor", "to 32.5 m or more, or allow"),
+        (30.0, 35.0, 41.0, "11.0 m below the floor", "raise the layers by 6.0 m"),
+        (36.0, 35.0, 32.5, "36 m", "it would climb through other layers: set it with another ground station (RTL_ALT)"),
+        (36.0, 35.0, 32.5, "36 m", "to between 32.5 m and 35 m, its layer"),
+    ],
+)
+def test_a_return_clears_the_ground_on_its_way(
+    height_m: float, layer_m: float | None, least_m: float, text: str, remedy: str
+) -> None:
+    found = facts(return_height_m=height_m)
+    check = check_of(checks.RETURN_HEIGHT, found, layer_m, least_m=least_m, place="the hill")
+    assert check.status is (FAIL if remedy else PASS)
+    assert text in check.text
+    assert remedy in check.remedy
+
+
 @pytest.mark.parametrize(("height_m", "climb_m", "is_so"), [(35.0, 0.0, True), (34.9, 0.0, False), (35.0, 2.0, False)])
 def test_a_return_height_is_the_wanted_one_to_the_centimetre(height_m: float, climb_m: float, is_so: bool) -> None:
     found = replace(facts(return_height_m=height_m, return_climb_m=climb_m), wanted_return_m=35.0)
@@ -154,7 +181,7 @@ def test_a_return_height_is_the_wanted_one_to_the_centimetre(height_m: float, cl
 
 
 def test_a_frame_without_a_position_to_compare_with_is_no_failure() -> None:
-    found = check_setup(replace(STATE, position=None), GOOD, 35.0)
+    found = check_setup(replace(STATE, position=None), GOOD, ReturnBounds(35.0))
     assert found[-1].text == "640 x 512, thermal, 88° below the horizon"
     assert found[-1].status is PASS
 

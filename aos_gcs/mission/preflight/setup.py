@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 from types import MappingProxyType
 
 from aos_gcs.mission.model.checks import CheckStatus, PreflightCheck
@@ -28,15 +29,25 @@ _SLACK_M = 0.1
 """Tolerance of heights: autopilots round what they store."""
 
 
-def check_setup(
-    state: VehicleState, inspection: Inspection, layer_height_above_home_m: float | None
-) -> list[PreflightCheck]:
+@dataclass(frozen=True, slots=True)
+class ReturnBounds:
+    """Heights above home between which a vehicle's own return has to be."""
+
+    layer_m: float | None
+    """Height of its altitude layer, which it must not leave upwards; None while that is not known."""
+    least_m: float | None = None
+    """Smallest height that clears the ground; None where the ground counts as level."""
+    place: str = ""
+    """Where the ground is that decides the smallest height."""
+
+
+def check_setup(state: VehicleState, inspection: Inspection, bounds: ReturnBounds) -> list[PreflightCheck]:
     """Return the checks of one vehicle's settings, fence and camera.
 
     Args:
         state: telemetry of the vehicle.
         inspection: its answers so far.
-        layer_height_above_home_m: height of its layer; None while that is not known.
+        bounds: heights of its own return.
     """
     vehicle_id, facts = state.vehicle_id, inspection.facts
     if facts is None:
@@ -47,7 +58,7 @@ def check_setup(
         _check_firmware(state, facts.firmware),
         _check_fence(vehicle_id, inspection),
         *(_check_safeguard(vehicle_id, name, safeguard_of(facts)) for name, safeguard_of in _SAFEGUARDS.items()),
-        _check_return_height(vehicle_id, facts, inspection, layer_height_above_home_m),
+        _check_return_height(vehicle_id, facts, inspection, bounds),
         _check_camera(state, inspection),
     ]
 
@@ -119,9 +130,12 @@ def _check_safeguard(vehicle_id: int, name: str, safeguard: Safeguard) -> Prefli
 
 
 def _check_return_height(
-    vehicle_id: int, facts: VehicleFacts, inspection: Inspection, layer_height_m: float | None
+    vehicle_id: int, facts: VehicleFacts, inspection: Inspection, bounds: ReturnBounds
 ) -> PreflightCheck:
-    """Check that a failsafe return stays in the vehicle's own layer: one that climbs crosses those of others."""
+    """Check that a failsafe return stays in the vehicle's own layer, and clears the ground.
+
+    One that climbs crosses the layers of others; one that is lower than the hills on its way flies into them.
+    """
     name, text = checks.RETURN_HEIGHT, f"{facts.return_height_m:g} m"
     if facts.return_climb_m > 0.0:
         text += f", and {facts.return_climb_m:g} m above where it is"
@@ -129,15 +143,32 @@ def _check_return_height(
         return checks.failed(vehicle_id, name, f"{text}, change refused", inspection.return_problem)
     if not inspection.has_wanted_return:
         return PreflightCheck(vehicle_id, name, CheckStatus.FAIL, text, "wait: the height of its layer is being set")
-    if layer_height_m is not None and (facts.return_height_m > layer_height_m + _SLACK_M or facts.return_climb_m > 0.0):
-        settings = ", ".join(facts.return_settings)
-        remedy = (
-            "it would climb through other layers: set it with another ground station "
-            f"({settings}) to {layer_height_m:g} m, its layer, or less, or allow this station to "
-            "(preflight.set_return_height)"
-        )
+    layer_m, least_m = bounds.layer_m, bounds.least_m
+    if layer_m is not None and (facts.return_height_m > layer_m + _SLACK_M or facts.return_climb_m > 0.0):
+        remedy = f"it would climb through other layers: {_set_return_height(facts, bounds)}"
         return checks.failed(vehicle_id, name, text, remedy)
+    if least_m is not None and facts.return_height_m < least_m - _SLACK_M:
+        missing_m = least_m - facts.return_height_m
+        text += f", {missing_m:.1f} m below the floor above the ground at {bounds.place}"
+        return checks.failed(vehicle_id, name, text, _set_return_height(facts, bounds))
     return checks.passed(vehicle_id, name, text)
+
+
+def _set_return_height(facts: VehicleFacts, bounds: ReturnBounds) -> str:
+    """Return how to set a return height within its bounds."""
+    settings, layer_m, least_m = ", ".join(facts.return_settings), bounds.layer_m, bounds.least_m
+    if least_m is None:
+        height = f"{layer_m:g} m, its layer, or less"
+    elif layer_m is None:
+        height = f"{least_m:.1f} m or more"
+    elif least_m > layer_m + _SLACK_M:
+        return f"raise the layers by {least_m - layer_m:.1f} m: this one does not clear the ground on the way home"
+    else:
+        height = f"between {least_m:.1f} m and {layer_m:g} m, its layer"
+    return (
+        f"set it with another ground station ({settings}) to {height}, or allow this station to "
+        "(preflight.set_return_height)"
+    )
 
 
 def _check_camera(state: VehicleState, inspection: Inspection) -> PreflightCheck:

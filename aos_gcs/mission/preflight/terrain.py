@@ -16,11 +16,13 @@ from aos_gcs.mission.fleet.datum import home_altitude_m, is_grounded
 from aos_gcs.mission.fleet.roster import Member
 from aos_gcs.mission.model.checks import PreflightCheck
 from aos_gcs.mission.preflight import checks
+from aos_gcs.mission.preflight.setup import ReturnBounds
 from aos_gcs.planning.estimate import planned_legs
 from aos_gcs.planning.plan import plan_of
 from aos_gcs.planning.settings import MissionSettings, TerrainSettings
-from aos_gcs.planning.terrain import ground_limits, ground_of_limits
+from aos_gcs.planning.terrain import floor_above_ground_m, ground_limits, ground_of_limits
 from aos_gcs.planning.terrain_check import MAX_ALTITUDE_ERROR_M, flown_conflicts, surface_warning
+from aos_gcs.planning.terrain_return import ReturnClearance, return_clearance
 
 _CHANGE = "change the plan, or move the launch points"
 
@@ -35,6 +37,8 @@ class SurveyedTerrain:
     """None if the model cannot be used; the check says why."""
     checks: tuple[PreflightCheck, ...]
     """Checks of the mission."""
+    clearance: ReturnClearance | None = None
+    """What autopilots' own returns have to clear; None while no ground is known."""
 
 
 def survey_terrain(
@@ -70,7 +74,17 @@ def survey_terrain(
     found = [checks.failed(checks.MISSION, checks.TERRAIN, each.text, _CHANGE) for each in conflicts]
     if (warning := surface_warning(terrain)) is not None:
         found.append(checks.warned(checks.MISSION, checks.TERRAIN, warning, "use a terrain model where there is one"))
-    return SurveyedTerrain(limited, ground, tuple(found))
+    floor_m, frame = floor_above_ground_m(terrain, limits.floor_m), LocalFrame(origin)
+    clearance = return_clearance(plan, legs, list(homes_m), ground=ground, frame=frame, floor_m=floor_m)
+    return SurveyedTerrain(limited, ground, tuple(found), clearance)
+
+
+def return_bounds(member: Member, clearance: ReturnClearance | None) -> ReturnBounds:
+    """Return the heights above its home between which a vehicle's own return has to be."""
+    layer_m = member.layer_above_home_m
+    if clearance is None or member.home_enu_m is None:
+        return ReturnBounds(layer_m)
+    return ReturnBounds(layer_m, clearance.least_up_m - float(member.home_enu_m[2]), clearance.place)
 
 
 def check_take_off_altitudes(
