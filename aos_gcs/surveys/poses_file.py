@@ -161,7 +161,7 @@ def _document(poses_file: Path) -> Mapping[str, Any]:
             raise InputDataError(
                 f"The poses file {poses_file} has more than {MAX_FILE_BYTES / 1e6:.0f} MB: it is none."
             )
-        document = json.loads(content.decode("utf-8"))
+        document = json.loads(content.decode("utf-8-sig"))
     except OSError as error:
         raise InputDataError(f"The poses file {poses_file} cannot be read: {error.strerror}.") from error
     except ValueError as error:

@@ -269,3 +269,9 @@ def test_settings_of_temperatures_are_checked(
 def test_temperatures_of_poses_are_no_option(flight: Flight, capfd: pytest.CaptureFixture[str]) -> None:
     assert run(flight.arguments(degrees="recorded")) == 2
     assert "--degrees applies to radiometric photographs, not to --poses" in capfd.readouterr().err
+
+
+def test_a_poses_file_may_begin_with_the_mark_of_its_encoding(flight: Flight) -> None:
+    """Editors and shells of Windows write one."""
+    flight.poses.write_bytes(b"\xef\xbb\xbf" + flight.poses.read_bytes())
+    assert run(flight.arguments()) == 0
