@@ -35,9 +35,16 @@ def write_hills(path: Path) -> Path:
     x, y = to_crs.transform(ORIGIN.longitude_deg, ORIGIN.latitude_deg)
     steps = np.arange(int(2 * REACH_M), dtype=np.float32)
     transform = Affine(1.0, 0.0, x - REACH_M, 0.0, -1.0, y + REACH_M)
-    profile = {"driver": "GTiff", "height": len(steps), "width": len(steps), "count": 1, "dtype": "float32"}
+    profile = {
+        "driver": "GTiff",
+        "height": len(steps),
+        "width": len(steps),
+        "count": 1,
+        "dtype": "float32",
+        "tiled": True,
+    }
     with rasterio.open(path, "w", crs=CRS, transform=transform, **profile) as dataset:
-        dataset.write(600.0 + 25.0 * np.outer(np.sin(steps / 90.0), np.cos(steps / 70.0)), 1)
+        dataset.write(np.float32(600.0) + np.outer(np.float32(25.0) * np.sin(steps / 90), np.cos(steps / 70)), 1)
     return path
 
 
