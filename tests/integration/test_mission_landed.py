@@ -18,7 +18,7 @@ async def test_a_vehicle_that_seems_disarmed_in_the_air_is_commanded_down_with_t
     action: Action, reported: LandedState
 ) -> None:
     """A reboot that never was: the motors seem to have stopped, and nothing is known about the ground."""
-    flight = prepare()
+    flight = prepare(target=None)
     async with flying(flight) as run:
         await flight.until(lambda: len(flight.view.steps()) == 2)
         vehicle = flight.fleet.members[2]

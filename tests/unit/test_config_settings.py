@@ -234,7 +234,7 @@ def test_standing_overrides_that_are_none_are_refused(text: str, problem: str) -
         ({"files": ["a.tif"], "kind": "terrain", "height_m": 3.0}, "terrain.height_m is unknown"),
         ({"files": ["a.tif"], "kind": "terrain", "ceiling_above_ground_m": -1.0}, "terrain: ceiling_above_ground_m"),
         ({"files": ["a.tif"], "kind": "terrain", "floor_above_ground_m": 130.0}, "terrain: floor_above_ground_m (130)"),
-        ({"files": ["gone.tif"], "kind": "terrain"}, "terrain: The elevation model gone.tif cannot be read"),
+        ({"files": ["gone.tif"], "kind": "terrain"}, "terrain: The elevation model gone.tif does not exist"),
     ],
 )
 def test_an_elevation_model_that_cannot_be_used_is_refused_by_its_field(terrain: dict[str, Any], words: str) -> None:
