@@ -229,7 +229,7 @@ def _make(folder: Path, manifest: Mapping[str, object]) -> MissionDatabase:
         raise ConfigurationError(f"{folder} exists already; choose another name or folder") from error
     except (OSError, sqlite3.Error) as error:
         raise ConfigurationError(
-            f"the folder {folder} cannot be made: {error}; free some space or check the disk"
+            f"the folder {folder} cannot be made: {error}; check its path and rights, and the space on the disk"
         ) from error
 
 
