@@ -102,7 +102,7 @@ async def test_a_folder_that_cannot_be_filled_is_not_left_behind(
 
     with monkeypatch.context() as patched:
         patched.setattr(MissionDatabase, "_connect", full)
-        with pytest.raises(ConfigurationError, match="free some space or check the disk"):
+        with pytest.raises(ConfigurationError, match="and the space on the disk"):
             async with store.record("m"):
                 pass
     assert not (store.root / "m").exists()
