@@ -57,6 +57,11 @@ async def test_findings_of_a_folder_are_seen_and_judged(page: Page, page_record:
         await expect(page.get_by_test_id("finding-status")).to_contain_text("confirmed · Ada")
         await expect(page.get_by_test_id("hold-all")).to_have_count(0)
 
+        await page.get_by_test_id("settings-open").click()
+        await expect(page.get_by_test_id("settings")).to_contain_text("See, Decide")
+        await expect(page.get_by_test_id("settings")).not_to_contain_text("vehicle")
+        await page.get_by_test_id("settings-close").click()
+
         await page.get_by_test_id("report-open").click()
         await expect(page.get_by_test_id("report-finding-1")).to_contain_text("Ada")
         await expect(page.get_by_test_id("report")).not_to_contain_text("Vehicles")

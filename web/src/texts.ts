@@ -50,6 +50,8 @@ export const texts = {
     incompatibleBanner: "This page and the station have different versions. Reload the page.",
     silentBanner:
       "The mission does not respond: values are out of date, and commands may have no effect. Have the pilots ready.",
+    lostSurveyBanner: "No connection to the station: what is shown is out of date. Reconnecting …",
+    silentSurveyBanner: "The survey does not respond: what is shown is out of date, and decisions may not be kept.",
     anotherMission: (id: string, formerId: string) => `New mission ${id} (previous: ${formerId})`,
     silentFor: (age: string) => `No response for ${age}.`,
     missed: (count: number) =>
@@ -160,6 +162,11 @@ export const texts = {
       [", .", "Replay: previous, next step"],
       ["[ ]", "Replay: previous, next event"],
       ["+ −", "Replay: faster, slower"],
+    ],
+    ofSurvey: [
+      ["S D", "See, Decide"],
+      ["Escape", "Close a window"],
+      ["?", "Settings and keyboard shortcuts"],
     ],
   },
   map: {

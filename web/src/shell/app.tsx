@@ -108,6 +108,7 @@ export function App({ store, stream }: { store: Store; stream: HoldStream }) {
             <ReplayBar replay={mission.replay} missionId={mission.mission_id} mayControl={isOperator} />
           )}
           <Banners
+            isSurvey={isSurvey}
             connection={connection}
             silence_s={isMissionSilent ? snapshotAge_s : null}
             missedNotices={state.missedNotices}
@@ -128,6 +129,7 @@ export function App({ store, stream }: { store: Store; stream: HoldStream }) {
           {areSettingsOpen && (
             <Settings
               access={access}
+              isSurvey={isSurvey}
               theme={theme}
               onTheme={setTheme}
               voice={voice}

@@ -6,6 +6,8 @@ import { texts } from "../texts";
 
 interface Props {
   connection: Connection;
+  /** Whether a survey is shown, which has neither vehicles nor pilots. */
+  isSurvey: boolean;
   /** Seconds since the last update of a mission that does not respond; null if it responds. */
   silence_s: number | null;
   missedNotices: number;
@@ -19,18 +21,23 @@ interface Props {
 }
 
 export function Banners(props: Props) {
-  const { connection, silence_s, missedNotices, missionId, formerMissionId, isSignInExpired, onSignIn } = props;
+  const { connection, isSurvey, silence_s, missedNotices, missionId, formerMissionId, isSignInExpired, onSignIn } =
+    props;
+  const lost = isSurvey ? texts.connection.lostSurveyBanner : texts.connection.lostBanner;
   return (
     <>
       {(connection === "lost" || connection === "incompatible") && (
         <p class="banner" role="alert" data-testid="banner">
-          {connection === "lost" ? texts.connection.lostBanner : texts.connection.incompatibleBanner}
+          {connection === "lost" ? lost : texts.connection.incompatibleBanner}
         </p>
       )}
       {connection === "open" && silence_s !== null && (
         <p class="banner" data-testid="silent-banner">
           {/* Announced once: seconds that count would repeat themselves. */}
-          <span role="alert">{texts.connection.silentBanner}</span> {texts.connection.silentFor(age(silence_s))}
+          <span role="alert">
+            {isSurvey ? texts.connection.silentSurveyBanner : texts.connection.silentBanner}
+          </span>{" "}
+          {texts.connection.silentFor(age(silence_s))}
         </p>
       )}
       <Missed count={missedNotices} />

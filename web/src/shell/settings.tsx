@@ -8,6 +8,7 @@ import { type Voice, VOICES } from "./voice";
 
 interface Props {
   access: Access;
+  isSurvey: boolean;
   theme: Theme;
   onTheme(theme: Theme): void;
   voice: Voice;
@@ -15,7 +16,7 @@ interface Props {
   onClose(): void;
 }
 
-export function Settings({ access, theme, onTheme, voice, onVoice, onClose }: Props) {
+export function Settings({ access, isSurvey, theme, onTheme, voice, onVoice, onClose }: Props) {
   const { settings } = texts;
   return (
     <Dialog title={settings.open} testId="settings" onClose={onClose}>
@@ -38,7 +39,7 @@ export function Settings({ access, theme, onTheme, voice, onVoice, onClose }: Pr
         onChoose={onVoice}
       />
       <h3>{texts.keys.title}</h3>
-      <KeyList />
+      <KeyList isSurvey={isSurvey} />
       <div class="dialog-buttons">
         {access.session?.role === "operator" && access.session.sign_in_required && (
           <button type="button" data-testid="sign-out" onClick={() => void access.signOut()}>
@@ -53,10 +54,11 @@ export function Settings({ access, theme, onTheme, voice, onVoice, onClose }: Pr
   );
 }
 
-function KeyList() {
+function KeyList({ isSurvey }: { isSurvey: boolean }) {
+  const { keys } = texts;
   return (
     <dl class="key-list">
-      {texts.keys.list.map(([key, meaning]) => (
+      {(isSurvey ? keys.ofSurvey : keys.list).map(([key, meaning]) => (
         <div key={key}>
           <dt>
             <kbd>{key}</kbd>
