@@ -32,20 +32,28 @@ def place(east_m: float, north_m: float) -> GeodeticPosition:
 class MapPlaces:
     """The map's canvas, with two of its pixels and their places on the map of the world.
 
-    The page is asked for latitude and longitude only; from there it is the test's own Web Mercator.
+    The page is asked for latitude and longitude only; from there it is the test's own Web Mercator. Pixels count from
+    the middle of the canvas, which keeps its place when a banner above the map changes the height.
     """
 
     canvas: Locator
     pixels: NDArray[np.float64]
-    """Shape (2, 2): rows are pixels (x, y) of the canvas."""
+    """Shape (2, 2): rows are pixels (x, y), right of and below the middle of the canvas."""
     world: NDArray[np.float64]
     """The same points from 0 to 1, shape (2, 2)."""
 
-    def pixel(self, east_m: float, north_m: float) -> tuple[float, float]:
-        """Return where a place lies on the canvas."""
+    def pixel(self, east_m: float, north_m: float, picture: NDArray[np.uint8]) -> tuple[float, float]:
+        """Return where a place lies in a picture of the canvas."""
         share = (np.array(mercator(place(east_m, north_m))) - self.world[0]) / (self.world[1] - self.world[0])
-        x, y = self.pixels[0] + share * (self.pixels[1] - self.pixels[0])
+        from_middle = self.pixels[0] + share * (self.pixels[1] - self.pixels[0])
+        x, y = from_middle + np.array(picture.shape[1::-1]) / 2.0
         return float(x), float(y)
+
+    async def around(self, east_m: float, north_m: float, reach_px: int) -> NDArray[np.uint8]:
+        """Return what the canvas shows at most so many pixels from a place, shape (2 reach + 1, 2 reach + 1, 3)."""
+        picture = await self.picture()
+        x, y = (int(value) for value in self.pixel(east_m, north_m, picture))
+        return picture[y - reach_px : y + reach_px + 1, x - reach_px : x + reach_px + 1]
 
     async def picture(self) -> NDArray[np.uint8]:
         """Return what the canvas shows, shape (H, W, 3)."""
@@ -54,15 +62,13 @@ class MapPlaces:
 
     async def colour(self, east_m: float, north_m: float) -> tuple[int, int, int]:
         """Return the colour of the pixel at a place."""
-        x, y = self.pixel(east_m, north_m)
-        red, green, blue = (await self.picture())[int(y), int(x)]
+        red, green, blue = (await self.around(east_m, north_m, 0))[0, 0]
         return int(red), int(green), int(blue)
 
     async def await_line(self, east_m: float, north_m: float, background: tuple[int, int, int]) -> None:
         """Wait until something else than the background is drawn at most two pixels from a place: a line is thin."""
-        x, y = (int(value) for value in self.pixel(east_m, north_m))
         async with asyncio.timeout(DRAWING_TIMEOUT_S):
-            while np.all((await self.picture())[y - 2 : y + 3, x - 2 : x + 3] == background):  # noqa: ASYNC110
+            while np.all(await self.around(east_m, north_m, 2) == background):  # noqa: ASYNC110
                 await asyncio.sleep(0.2)
 
     async def await_colour(self, east_m: float, north_m: float, colour: str) -> None:
@@ -87,7 +93,7 @@ async def map_places(page: Page) -> MapPlaces:
         world.append(mercator(await _place_under(page, box["x"] + x, box["y"] + y)))
     await page.mouse.move(0, 0)
     await expect(page.get_by_test_id("map-cursor")).to_be_empty()
-    return MapPlaces(canvas, pixels, np.array(world))
+    return MapPlaces(canvas, pixels - np.array((box["width"], box["height"])) / 2.0, np.array(world))
 
 
 async def _place_under(page: Page, x: float, y: float) -> GeodeticPosition:

@@ -82,9 +82,10 @@ async def changed_box(page: Page, places: MapPlaces, layers: Sequence[str], pict
     return np.array([columns.min(), rows.min(), columns.max() + 1, rows.max() + 1])
 
 
-def box_of(places: MapPlaces, west_m: float, south_m: float, east_m: float, north_m: float) -> np.ndarray:
+async def box_of(places: MapPlaces, west_m: float, south_m: float, east_m: float, north_m: float) -> np.ndarray:
     """Return where a box on the ground lies on the canvas."""
-    return np.array([*places.pixel(west_m, north_m), *places.pixel(east_m, south_m)])
+    picture = await places.picture()
+    return np.array([*places.pixel(west_m, north_m, picture), *places.pixel(east_m, south_m, picture)])
 
 
 async def test_pictures_footprints_and_ellipses_lie_at_their_true_places(
@@ -98,13 +99,13 @@ async def test_pictures_footprints_and_ellipses_lie_at_their_true_places(
     assert picture is not None
     east_m, north_m = (picture.west_m + picture.east_m) / 2, (picture.south_m + picture.north_m) / 2
     radius_m = COVERED_SHARE * (picture.east_m - picture.west_m)
-    covered = box_of(places, east_m - radius_m, north_m - radius_m, east_m + radius_m, north_m + radius_m)
+    covered = await box_of(places, east_m - radius_m, north_m - radius_m, east_m + radius_m, north_m + radius_m)
     for kind in ("integral", "coverage", "visibility"):
         box = await changed_box(map_page, places, [], kind)
         np.testing.assert_allclose(box, covered, atol=TOLERANCE_PX, err_msg=kind)
 
     corners = np.array(FOOTPRINT_ENU_M)
-    expected = box_of(places, *corners.min(axis=0), *corners.max(axis=0))
+    expected = await box_of(places, *corners.min(axis=0), *corners.max(axis=0))
     box = await changed_box(map_page, places, ["footprints"], "")
     np.testing.assert_allclose(box, expected, atol=TOLERANCE_PX, err_msg="footprints")
 
@@ -113,7 +114,7 @@ async def test_pictures_footprints_and_ellipses_lie_at_their_true_places(
     a, b, heading = ELLIPSE.semi_major_m, ELLIPSE.semi_minor_m, ELLIPSE.heading_rad
     reach_east_m = math.hypot(a * math.sin(heading), b * math.cos(heading))
     reach_north_m = math.hypot(a * math.cos(heading), b * math.sin(heading))
-    expected = box_of(
+    expected = await box_of(
         places, east_m - reach_east_m, north_m - reach_north_m, east_m + reach_east_m, north_m + reach_north_m
     )
     box = await changed_box(map_page, places, ["targets"], "")

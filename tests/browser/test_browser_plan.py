@@ -25,6 +25,13 @@ CORNERS_PX = ((-60, -60), (60, -60), (60, 40), (-60, 40))
 """From the middle of the map; y is down."""
 
 
+async def on_map(page: Page, from_middle_px: tuple[int, int]) -> tuple[float, float]:
+    """Return where a pixel of the map is on the page now: a banner above the map moves it."""
+    box = await page.locator(".map-canvas canvas").bounding_box()
+    assert box is not None
+    return box["x"] + box["width"] / 2 + from_middle_px[0], box["y"] + box["height"] / 2 + from_middle_px[1]
+
+
 @asynccontextmanager
 async def planning(plans_folder: Path, operator_code: str | None = None) -> AsyncIterator[Service]:
     """A mission that can be planned."""
@@ -83,19 +90,15 @@ async def test_a_no_go_zone_is_drawn_and_refused_beside_it_while_it_crosses_itse
     page = map_page
     await open_plan(page, planned_service)
     await page.get_by_test_id("add-no-go").click()
-    box = await page.locator(".map-canvas canvas").bounding_box()
-    assert box is not None
-    middle_px = (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
-    for number, (right_px, down_px) in enumerate(CORNERS_PX, 1):
-        await page.mouse.click(middle_px[0] + right_px, middle_px[1] + down_px)
+    for number, corner_px in enumerate(CORNERS_PX, 1):
+        await page.mouse.click(*await on_map(page, corner_px))
         await expect(page.get_by_test_id("shape-no_go[0]")).to_contain_text(f"{number} corner")
     await page.get_by_test_id("draw").click()
     await expect(page.get_by_test_id("plan-apply")).to_be_enabled()
 
-    first_px = [middle + corner for middle, corner in zip(middle_px, CORNERS_PX[0], strict=True)]
-    await page.mouse.move(*first_px)
+    await page.mouse.move(*await on_map(page, CORNERS_PX[0]))
     await page.mouse.down()
-    await page.mouse.move(middle_px[0] + 100, middle_px[1] - 20, steps=3)
+    await page.mouse.move(*await on_map(page, (100, -20)), steps=3)
     await page.mouse.up()
     await expect(page.get_by_test_id("shape-problem-no_go[0]")).to_contain_text("must not cross")
     await expect(page.get_by_test_id("plan-apply")).to_be_disabled()
