@@ -19,7 +19,7 @@ from aos_gcs.planning.settings import FlightSettings, MissionSettings
 AREA_ENU_M = ((0.0, 40.0), (60.0, 40.0), (60.0, 100.0), (0.0, 100.0))
 HOMES_ENU_M = [np.array([east_m, 0.0, 1.0]) for east_m in (0.0, 5.0, 10.0)]
 PROPOSED = {"fence_enu_m", "floor_m", "ceiling_m", "margin_m", "no_go_margin_m"}
-DEFAULTS = [entry.name for entry in fields(SafetyLimits) if entry.name not in PROPOSED]
+DEFAULTS = [entry.name for entry in fields(SafetyOverrides) if entry.name not in PROPOSED]
 
 
 def limits_with(overrides: SafetyOverrides, return_enu_m: tuple[float, float] | None = None) -> SafetyLimits:
